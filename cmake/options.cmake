@@ -1,0 +1,15 @@
+# Flags that every target of the project compiles with.
+add_library(morphray_options INTERFACE)
+target_include_directories(morphray_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(morphray_options INTERFACE
+    # The hit rule rounds after every operation: a fused multiply-add would change bits and lose the
+    # antisymmetry that makes shared edges watertight (docs/arithmetic.md).
+    -ffp-contract=off
+    -fno-fast-math
+    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+    $<$<BOOL:${MORPHRAY_WERROR}>:-Werror>)
+if(MORPHRAY_SANITIZE)
+    target_compile_options(morphray_options INTERFACE
+        -fsanitize=${MORPHRAY_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    target_link_options(morphray_options INTERFACE -fsanitize=${MORPHRAY_SANITIZE})
+endif()

@@ -1,0 +1,54 @@
+// The seam between the program and what traces: called once per image, batch or refit, never per
+// ray.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "common/bvh.h"
+#include "common/frame.h"
+#include "common/mesh.h"
+
+namespace morphray {
+
+/// Wall time of the last call of each kind, in milliseconds, and what it did. On a device the times
+/// of refit and trace are taken from its timestamps where it has them.
+struct BackendTimes {
+    double upload_ms = 0;
+    double refit_ms = 0;
+    double trace_ms = 0;
+    std::uint64_t rays = 0;
+};
+
+/// A backend holds one scene at a time: topology, positions and a BVH of its own. Not thread-safe;
+/// it uses threads or a device inside. Calls throw Error: kUnavailable, kLimit (before any work),
+/// kDeviceLost.
+class Backend {
+public:
+    virtual ~Backend() = default;
+
+    /// "cpu", "brute" or "vulkan".
+    virtual const std::string& name() const = 0;
+    /// What it runs on, for reports: instruction set and threads, or the device.
+    virtual std::string description() const = 0;
+
+    /// Takes a scene: topology, positions in scene space, and a tree over them. Everything of an
+    /// earlier scene is dropped.
+    virtual void set_scene(const Topology& topology, std::span<const vec3> positions,
+                           const Bvh& bvh) = 0;
+    /// New positions, with a tree that belongs to them (refitted or built elsewhere).
+    virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;
+    /// New positions; the backend refits its own tree to them.
+    virtual void refit(std::span<const vec3> positions) = 0;
+    /// Copies the backend's nodes and leaves into a tree of the same topology.
+    virtual void read_bvh(Bvh& bvh) = 0;
+
+    virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
+    /// hits[i] answers rays[i] (closest hit); any rays, any order.
+    virtual void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) = 0;
+
+    virtual const BackendTimes& times() const = 0;
+};
+
+}  // namespace morphray

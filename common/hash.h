@@ -1,0 +1,41 @@
+// XXH3, 64 bits, over arrays of plain data.
+#pragma once
+
+#include <xxhash.h>
+
+#include <cstdint>
+#include <new>
+#include <span>
+#include <type_traits>
+
+namespace morphray {
+
+class Hasher {
+public:
+    Hasher() : state_(XXH3_createState()) {
+        if (state_ == nullptr) throw std::bad_alloc();
+        XXH3_64bits_reset(state_);
+    }
+    ~Hasher() { XXH3_freeState(state_); }
+    Hasher(const Hasher&) = delete;
+    Hasher& operator=(const Hasher&) = delete;
+
+    /// Adds the bytes of an array whose elements have no padding.
+    template <class T>
+    Hasher& add(std::span<const T> values) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        XXH3_64bits_update(state_, values.data(), values.size_bytes());
+        return *this;
+    }
+    template <class T>
+    requires(!std::is_const_v<T>) Hasher& add(std::span<T> values) {
+        return add(std::span<const T>(values));
+    }
+
+    std::uint64_t digest() const { return XXH3_64bits_digest(state_); }
+
+private:
+    XXH3_state_t* state_;
+};
+
+}  // namespace morphray

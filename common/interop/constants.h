@@ -1,0 +1,48 @@
+// Constants of the hit rule, each a power of two (or 1.5 times one) written as one exact decimal
+// literal, because GLSL has no hexadecimal floats and folds constant expressions in double.
+// tests/common/interop/constants_test.cpp holds them against their hexadecimal values.
+#ifndef COMMON_INTEROP_CONSTANTS_H
+#define COMMON_INTEROP_CONSTANTS_H
+
+#include "common/interop/platform.h"
+
+SHARED_BEGIN
+
+// Scene space: every finite vertex coordinate of the clip lies in [-2^20, 2^20] on the grid 2^-40,
+// so 60 binary digits separate the largest coordinate from the smallest step, and no product of
+// the hit rule is a denormal (docs/arithmetic.md, "No denormals").
+SHARED_CONST float kSceneExtent = 1048576.0f;  // 2^20
+// A vertex that is not finite is stored as (kInvalidCoordinate, same, same): 2^40.
+SHARED_CONST float kInvalidCoordinate = 1099511627776.0f;
+// Ray origins lie within 2^40; farther ones are refused before any tracing.
+SHARED_CONST float kOriginExtent = 1099511627776.0f;
+
+SHARED_CONST float kCoordinateOnGrid = 7.62939453125e-06f;      // 2^-17
+SHARED_CONST float kCoordinateSnap = 2.288818359375e-05f;       // 1.5 * 2^-16
+SHARED_CONST float kDirectionOnGrid = 1.1920928955078125e-07f;  // 2^-23
+SHARED_CONST float kDirectionSnap = 3.5762786865234375e-07f;    // 1.5 * 2^-22
+
+// An empty box is inverted: lower = +kEmptyPlane, upper = -kEmptyPlane (2^48). The slab test
+// rejects it for every ray because it takes its near and far planes by the sign of the direction.
+SHARED_CONST float kEmptyPlane = 281474976710656.0f;
+// Stands for 1/0 in the slab test (2^64): large enough to part any two grid values, small enough
+// that kEmptyPlane times it does not overflow.
+SHARED_CONST float kHugeReciprocal = 18446744073709551616.0f;
+
+// Boxes are dilated by kBoxDilation * max(kSceneExtent, |org|) in the slab test: 2^-13.
+SHARED_CONST float kBoxDilation = 0.0001220703125f;
+// A candidate may lie at most this factor before the entry into its own dilated box: 1 + 2^-10.
+SHARED_CONST float kEntrySlack = 1.0009765625f;
+// Bounds of 1/t for a candidate: 2^-60 and 2^100.
+SHARED_CONST float kMinInvT = 8.67361737988403547e-19f;
+SHARED_CONST float kMaxInvT = 1.2676506002282294e+30f;
+
+// Secondary rays start off the surface by this times the size of the rounding error of the hit
+// point (docs/arithmetic.md, "Secondary rays"): 2^-18.
+SHARED_CONST float kSurfaceOffset = 3.814697265625e-06f;
+
+SHARED_CONST uint kNoPrim = 0xFFFFFFFFu;
+
+SHARED_END
+
+#endif  // COMMON_INTEROP_CONSTANTS_H

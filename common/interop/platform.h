@@ -1,0 +1,56 @@
+// What lets one text compile as C++ and as GLSL. Everything else in common/interop is written in
+// the common subset: scalar types `float int uint bool`, vectors `vec3 vec4 uvec4`, free functions,
+// plain structs, literals with suffixes.
+//
+//   SHARED        marks a function (inline in C++), SHARED_CONST a constant
+//   PRECISE       marks every float local and result: no contraction, no reassociation
+//   OUT(T)        an output parameter
+//   SHARED_BEGIN / SHARED_END   open and close namespace morphray in C++
+#ifndef COMMON_INTEROP_PLATFORM_H
+#define COMMON_INTEROP_PLATFORM_H
+
+#ifdef __cplusplus
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+#include <glm/ext/vector_uint3.hpp>
+#include <glm/ext/vector_uint4.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#define SHARED inline
+#define SHARED_CONST inline constexpr
+#define PRECISE
+#define OUT(T) T&
+#define SHARED_BEGIN namespace morphray {
+#define SHARED_END }  // namespace morphray
+
+namespace morphray {
+using glm::uvec3;
+using glm::uvec4;
+using glm::vec3;
+using glm::vec4;
+using uint = std::uint32_t;
+
+inline uint floatBitsToUint(float x) { return std::bit_cast<uint>(x); }
+inline float uintBitsToFloat(uint x) { return std::bit_cast<float>(x); }
+inline float abs(float x) { return std::fabs(x); }
+// Neither NaN nor the sign of a zero may decide anything where these two are used.
+inline float min(float a, float b) { return a < b ? a : b; }
+inline float max(float a, float b) { return a > b ? a : b; }
+}  // namespace morphray
+
+#else
+
+#define SHARED
+#define SHARED_CONST const
+#define PRECISE precise
+#define OUT(T) out T
+#define SHARED_BEGIN
+#define SHARED_END
+
+#endif
+
+#endif  // COMMON_INTEROP_PLATFORM_H

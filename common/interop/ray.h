@@ -1,0 +1,47 @@
+// Rays and hits in scene space, as they cross every seam: batches of rays in, batches of hits out.
+#ifndef COMMON_INTEROP_RAY_H
+#define COMMON_INTEROP_RAY_H
+
+#include "common/interop/constants.h"
+#include "common/interop/platform.h"
+
+SHARED_BEGIN
+
+/// A ray org + t * dir, tnear <= t <= tfar. org is on the coordinate grid with |org| <= 2^40 per
+/// axis, dir on the direction grid with |dir| <= 2^42 per axis; a zero dir hits nothing.
+/// tnear >= 0; tfar is finite (2^100 stands for infinity).
+struct Ray {
+    vec3 org;
+    float tnear;
+    vec3 dir;
+    float tfar;
+};
+
+/// t: ray parameter. u, v: barycentric weights of the triangle's second and third vertex.
+/// A miss is {0, 0, 0, kNoPrim}.
+struct Hit {
+    float t;
+    float u;
+    float v;
+    uint prim_id;
+};
+
+SHARED Hit no_hit() {
+    Hit h;
+    h.t = 0.0f;
+    h.u = 0.0f;
+    h.v = 0.0f;
+    h.prim_id = kNoPrim;
+    return h;
+}
+
+SHARED_END
+
+#ifdef __cplusplus
+namespace morphray {
+static_assert(sizeof(Ray) == 32 && sizeof(Hit) == 16);
+inline constexpr float kInfiniteT = 0x1p100f;
+}  // namespace morphray
+#endif
+
+#endif  // COMMON_INTEROP_RAY_H

@@ -1,0 +1,64 @@
+// The slab test of a ray against a box dilated by D = kBoxDilation * max(kSceneExtent, |org|).
+//
+// Monotone by construction: every plane goes through one subtraction of a per-ray constant and one
+// multiplication by a per-ray constant, and rounding is monotone, so for a box inside another the
+// interval lies inside the other's interval bit for bit. No epsilon is needed for a tree of boxes
+// to answer as its triangles' own boxes do (docs/arithmetic.md, "Boxes").
+#ifndef COMMON_INTEROP_SLAB_H
+#define COMMON_INTEROP_SLAB_H
+
+#include "common/interop/arithmetic.h"
+#include "common/interop/ray.h"
+
+SHARED_BEGIN
+
+/// What the slab test needs of a ray. lower planes are taken relative to org + D, upper planes
+/// relative to org - D, which dilates the box by D.
+struct SlabRay {
+    vec3 rdir;
+    vec3 org_lower;
+    vec3 org_upper;
+};
+
+SHARED float slab_reciprocal(float d) { return d == 0.0f ? kHugeReciprocal : rcp(d); }
+
+SHARED SlabRay slab_ray(vec3 org, vec3 dir) {
+    PRECISE float extent = max(max(abs(org.x), abs(org.y)), max(abs(org.z), kSceneExtent));
+    PRECISE float d = kBoxDilation * extent;
+    SlabRay s;
+    s.rdir = vec3(slab_reciprocal(dir.x), slab_reciprocal(dir.y), slab_reciprocal(dir.z));
+    PRECISE vec3 below = vec3(org.x + d, org.y + d, org.z + d);
+    PRECISE vec3 above = vec3(org.x - d, org.y - d, org.z - d);
+    s.org_lower = below;
+    s.org_upper = above;
+    return s;
+}
+
+/// Whether the ray's line meets the dilated box at some t >= 0, and where it enters (0 inside).
+SHARED bool hits_box(SlabRay s, vec3 lower, vec3 upper, OUT(float) t_enter) {
+    PRECISE float lx = (lower.x - s.org_lower.x) * s.rdir.x;
+    PRECISE float ux = (upper.x - s.org_upper.x) * s.rdir.x;
+    PRECISE float ly = (lower.y - s.org_lower.y) * s.rdir.y;
+    PRECISE float uy = (upper.y - s.org_upper.y) * s.rdir.y;
+    PRECISE float lz = (lower.z - s.org_lower.z) * s.rdir.z;
+    PRECISE float uz = (upper.z - s.org_upper.z) * s.rdir.z;
+    bool nx = s.rdir.x < 0.0f;
+    bool ny = s.rdir.y < 0.0f;
+    bool nz = s.rdir.z < 0.0f;
+    float enter = max(max(nx ? ux : lx, ny ? uy : ly), max(nz ? uz : lz, 0.0f));
+    float leave = min(min(nx ? lx : ux, ny ? ly : uy), nz ? lz : uz);
+    t_enter = enter;
+    return enter <= leave;
+}
+
+/// Whether a box that is entered at t_enter cannot hold a candidate with 1/t >= inv_t. Exact, not
+/// merely likely: a candidate satisfies inv_t * (entry of its own box) <= kEntrySlack, and its own
+/// box is entered no earlier than any box around it.
+SHARED bool beyond(float t_enter, float inv_t) {
+    PRECISE float x = inv_t * t_enter;
+    return x > kEntrySlack;
+}
+
+SHARED_END
+
+#endif  // COMMON_INTEROP_SLAB_H

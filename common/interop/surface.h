@@ -1,0 +1,122 @@
+// Where a hit lies, and the secondary rays that start from there.
+#ifndef COMMON_INTEROP_SURFACE_H
+#define COMMON_INTEROP_SURFACE_H
+
+#include "common/interop/arithmetic.h"
+#include "common/interop/ray.h"
+
+SHARED_BEGIN
+
+/// A hit point, the unit geometric normal on the side that the ray came from, and the point moved
+/// off the surface along it, on the coordinate grid, for secondary rays to start or end at.
+struct Surface {
+    vec3 point;
+    vec3 normal;
+    vec3 outside;
+};
+
+SHARED float sum_of_abs(vec3 v) {
+    PRECISE float r = (abs(v.x) + abs(v.y)) + abs(v.z);
+    return r;
+}
+
+/// v scaled to length 1. v has a component of at least 2^-80; its size may be anything else.
+SHARED vec3 unit(vec3 v) {
+    PRECISE float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
+    PRECISE float s = rcp(largest);
+    PRECISE vec3 w = vec3(v.x * s, v.y * s, v.z * s);
+    PRECISE float l = rsqrt(dot3(w, w));
+    PRECISE vec3 r = vec3(w.x * l, w.y * l, w.z * l);
+    return r;
+}
+
+/// a, b, c: the vertices of the triangle that was hit, in scene space.
+SHARED Surface surface_at(Ray ray, Hit hit, vec3 a, vec3 b, vec3 c) {
+    PRECISE vec3 travel = vec3(hit.t * ray.dir.x, hit.t * ray.dir.y, hit.t * ray.dir.z);
+    PRECISE vec3 point = ray.org + travel;
+    PRECISE vec3 bma = b - a;
+    PRECISE vec3 cma = c - a;
+    PRECISE vec3 n = unit(cross3(bma, cma));
+    bool away = dot3(n, ray.dir) > 0.0f;
+    n = away ? -n : n;
+    PRECISE float size = sum_of_abs(point) + sum_of_abs(travel);
+    PRECISE float offset = kSurfaceOffset * size;
+    PRECISE vec3 outside =
+        vec3(point.x + n.x * offset, point.y + n.y * offset, point.z + n.z * offset);
+    Surface s;
+    s.point = point;
+    s.normal = n;
+    s.outside = snap_point(outside);
+    return s;
+}
+
+/// Whether the light is on the side of the surface that was seen. If not, the point is in shadow
+/// without a ray.
+SHARED bool faces_light(Surface s, vec3 light) {
+    PRECISE vec3 to_light = light - s.point;
+    return dot3(s.normal, to_light) > 0.0f;
+}
+
+/// From the light (all shadow rays of an image share that origin) to the surface, t in [0, 1].
+SHARED Ray shadow_ray(Surface s, vec3 light) {
+    PRECISE vec3 dir = s.outside - light;
+    Ray ray;
+    ray.org = light;
+    ray.tnear = 0.0f;
+    ray.dir = dir;
+    ray.tfar = 1.0f;
+    return ray;
+}
+
+/// A bijective mix of 32 bits (M. E. O'Neill. PCG: a family of simple fast space-efficient
+/// statistically good algorithms for random number generation. 2014; the RXS-M-XS output step).
+SHARED uint mix_bits(uint x) {
+    uint state = x * 747796405u + 2891336453u;
+    uint word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
+/// 23 bits of x as a float in [-1, 1).
+SHARED float signed_unit(uint x) {
+    PRECISE float f = uintBitsToFloat((x >> 9u) | 0x3F800000u);
+    PRECISE float r = 2.0f * f - 3.0f;
+    return r;
+}
+
+/// Ambient-occlusion ray `sample_index` of pixel (x, y): cosine-distributed about the normal (a
+/// point on the unit sphere around its tip), length tfar. The point is drawn from a cube and
+/// redrawn up to 8 times until it lies in the ball; after that (3 in 1000) the normal itself is
+/// taken.
+SHARED Ray ao_ray(Surface s, uint x, uint y, uint sample_index, float tfar) {
+    uint seed = mix_bits(x + mix_bits(y + mix_bits(sample_index)));
+    PRECISE vec3 dir = s.normal;
+    bool found = false;
+    for (uint attempt = 0u; attempt < 8u; ++attempt) {
+        seed = mix_bits(seed);
+        PRECISE float rx = signed_unit(seed);
+        seed = mix_bits(seed);
+        PRECISE float ry = signed_unit(seed);
+        seed = mix_bits(seed);
+        PRECISE float rz = signed_unit(seed);
+        PRECISE vec3 r = vec3(rx, ry, rz);
+        PRECISE float length2 = dot3(r, r);
+        if (!found && length2 <= 1.0f && length2 > 0.0009765625f) {
+            // A hair less than 1, so that a point opposite to the normal still gives a direction.
+            PRECISE float l = 0.9990234375f * rsqrt(length2);
+            PRECISE vec3 lifted =
+                vec3(s.normal.x + rx * l, s.normal.y + ry * l, s.normal.z + rz * l);
+            dir = unit(lifted);
+            found = true;
+        }
+    }
+    Ray ray;
+    ray.org = s.outside;
+    ray.tnear = 0.0f;
+    ray.dir = snap_direction(dir);
+    ray.tfar = tfar;
+    return ray;
+}
+
+SHARED_END
+
+#endif  // COMMON_INTEROP_SURFACE_H

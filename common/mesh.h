@@ -1,0 +1,27 @@
+// What a triangle scene is made of, in the user's units.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/interop/platform.h"
+
+namespace morphray {
+
+/// An albedo of 8 bits a channel, linear: R in bits 0-7, G in 8-15, B in 16-23.
+using Albedo = std::uint32_t;
+inline constexpr Albedo kDefaultAlbedo = 0x00BFBFBF;
+
+/// The constant part of a deforming scene. prim_id i is triangles[i]; every index is below
+/// vertex_count. albedo has one entry a triangle.
+struct Topology {
+    std::vector<uvec3> triangles;
+    std::vector<Albedo> albedo;
+    std::uint32_t vertex_count = 0;
+};
+
+/// XXH3 (64 bits) of the vertex count and the index list: equal for frames of one clip.
+std::uint64_t topology_hash(const Topology& topology);
+
+}  // namespace morphray

@@ -1,0 +1,17 @@
+// Refitting a tree of constant topology to moved vertices on the CPU.
+#pragma once
+
+#include <span>
+
+#include "common/bvh.h"
+
+namespace morphray::cpu {
+
+/// Gives every leaf its new vertex positions (scene space) and every slot its new box, leaves
+/// first, then level by level up (I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes
+/// Using Dynamic Bounding Volume Hierarchies. ACM TOG 26(1), 2007, section 4). The bytes are the
+/// same for any number of threads, and those of the build when the positions are. Runs in the
+/// calling thread's arena.
+void refit(Bvh& bvh, std::span<const vec3> positions);
+
+}  // namespace morphray::cpu
