@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include "common/mesh.h"
+#include "common/procedural/trig.h"
 
 namespace morphray {
 
@@ -53,10 +54,6 @@ public:
     glm::dvec3 direction(std::uint32_t vertex) const;
 
 private:
-    struct CosSin {
-        double cos;
-        double sin;
-    };
     Grid grid_;
     std::vector<CosSin> down_;
     std::vector<CosSin> around_;
