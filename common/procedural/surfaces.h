@@ -68,8 +68,8 @@ public:
     const Grid& grid() const { return grid_; }
     std::uint32_t triangle_count() const { return 2 * grid_.rows * grid_.columns; }
     std::uint32_t vertex_count() const { return grid_.rows * grid_.columns; }
-    /// The vertices of a triangle; counter-clockwise from outside when rows turn from +x to -z and
-    /// columns from the outer equator to +y.
+    /// The vertices of a triangle; counter-clockwise from outside when rows turn from +x to +y and
+    /// columns from the outer equator to +z.
     uvec3 triangle(std::uint32_t index) const;
 
 private:
