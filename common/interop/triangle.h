@@ -16,6 +16,8 @@
 // Hence a hit is never outside its triangle's box by more than rounding, and the answer cannot
 // depend on the tree that led to it (docs/arithmetic.md, "Boxes").
 //
+// The displacement is some 2^-23 of a triangle's own size.
+//
 // That arithmetic is for the few triangles that may be hit. A tracer sorts out the rest by any test
 // that never rejects a hit; may_hit is one.
 #ifndef COMMON_INTEROP_TRIANGLE_H
@@ -209,14 +211,30 @@ SHARED bool finite_vertices(vec3 a, vec3 b, vec3 c) {
     return max(a.x, max(b.x, c.x)) <= kSceneExtent;
 }
 
-/// Whether the ray hits the triangle a, b, c (scene space), and where.
+/// Whether a triangle has an area. It has none where its vertices are collinear and the differences of
+/// their coordinates are floats, which decides it exactly; where they are not, it counts as having one.
+SHARED bool has_area(vec3 a, vec3 b, vec3 c) {
+    PRECISE vec3 e = b - a;
+    PRECISE vec3 f = c - a;
+    if (difference_of_products(e.y, f.z, e.z, f.y) != 0.0f) return true;
+    if (difference_of_products(e.z, f.x, e.x, f.z) != 0.0f) return true;
+    if (difference_of_products(e.x, f.y, e.y, f.x) != 0.0f) return true;
+    float error_b = max(abs(difference_error(b.x, a.x, e.x)),
+                        max(abs(difference_error(b.y, a.y, e.y)), abs(difference_error(b.z, a.z, e.z))));
+    float error_c = max(abs(difference_error(c.x, a.x, f.x)),
+                        max(abs(difference_error(c.y, a.y, f.y)), abs(difference_error(c.z, a.z, f.z))));
+    return max(error_b, error_c) > 0.0f;
+}
+
+/// Whether the ray hits the triangle a, b, c (scene space), and where. Triangles without area and those
+/// with a vertex that is not finite are never hit.
 SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
                                OUT(TriangleHit) hit) {
     vec3 pa = project(s, a);
     vec3 pb = project(s, b);
     vec3 pc = project(s, c);
     bool is_hit = hit_projected(s, tnear, tfar, pa, pb, pc, hit);
-    return is_hit && finite_vertices(a, b, c);
+    return is_hit && finite_vertices(a, b, c) && has_area(a, b, c);
 }
 
 /// Whether intersect_triangle may be true: cheap, and never wrong when it says no.
