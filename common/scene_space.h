@@ -48,7 +48,7 @@ struct UserRay {
 };
 
 /// `ray` is the ray in scene space with dir scaled by a power of two to a largest component in
-/// [1, 2]; user_t = ray_t * 2^t_exponent. valid is false for a ray that is not finite, has no
+/// [1, 2); user_t = ray_t * 2^t_exponent. valid is false for a ray that is not finite, has no
 /// direction, starts farther than 2^20 extents from the scene, or an empty interval: it hits
 /// nothing.
 struct SceneRay {

@@ -280,13 +280,27 @@ TEST(ToSceneRay, ScalesTheLargestComponentIntoOneToTwo) {
         const vec3 d = scene.ray.dir;
         const float largest = std::max({std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)});
         EXPECT_GE(largest, 1.0f);
-        EXPECT_LE(largest, 2.0f);
+        EXPECT_LT(largest, 2.0f);
         for (int axis = 0; axis < 3; ++axis) {
             const Real steps = std::ldexp(Real(d[axis]), 46);
             EXPECT_EQ(steps, std::nearbyint(steps));
             EXPECT_FALSE(d[axis] == 0 && std::signbit(d[axis]));
         }
     }
+}
+
+TEST(ToSceneRay, KeepsTheLargestComponentBelowTwoWhenItsRoundingWouldReachIt) {
+    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});  // 2^20
+    const double almost[] = {std::nextafter(2.0, 0.0), 2 - 0x1p-25, 2 - 0x1p-26};
+    for (const double x : almost) {
+        const SceneRay scene = to_scene(space, {{0, 0, 0}, {0.5, x, 0}, 0, 1});
+        EXPECT_TRUE(scene.valid);
+        EXPECT_EQ(scene.ray.dir, vec3(0.25f, 1.0f, 0.0f));
+        EXPECT_EQ(scene.t_exponent, -21);
+        EXPECT_EQ(scene.ray.tfar, 0x1p21f);
+    }
+    const double below = 2 - 0x1.8p-24;
+    EXPECT_EQ(to_scene(space, {{0, 0, 0}, {0, below, 0}, 0, 1}).ray.dir.y, 0x1.fffffep0f);
 }
 
 TEST(ToSceneRay, ScalesTheIntervalAndClampsItToWhatARayCanHold) {
