@@ -134,7 +134,7 @@ ObjMesh read_obj(const fs::path& path, const ObjOptions& options) {
 
     std::string text = read_input_file(path);
     ObjMesh mesh;
-    CheckedObj checked = check_obj(text, name, {held.lenient, held.warn});
+    CheckedObj checked = check_obj(text, name, {held.lenient, kMaxTriangles, held.warn});
     MeshBuilder builder(path, held, checked, mesh);
     parse_obj_text(text, builder);
     builder.tell_warnings();
