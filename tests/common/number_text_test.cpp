@@ -70,6 +70,8 @@ TEST(ParseInteger, SaturatesInsteadOfWrapping) {
     EXPECT_EQ(parse_integer("-12"), -12);
     EXPECT_EQ(parse_integer("007"), 7);
     EXPECT_EQ(parse_integer("4294967299"), 4294967299);
+    EXPECT_EQ(parse_integer("999999999999999999"), 999'999'999'999'999'999);
+    EXPECT_EQ(parse_integer("1000000000000000001"), 1'000'000'000'000'000'000);
     EXPECT_EQ(parse_integer("99999999999999999999"), 1'000'000'000'000'000'000);
     EXPECT_EQ(parse_integer("-18446744073709551615"), -1'000'000'000'000'000'000);
     for (const char* text : {"", "-", "--1", "+1", "1.0", "1a", "a", " 1"}) {
