@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <optional>
 #include <vector>
 
@@ -35,11 +36,18 @@ std::uint32_t memory_type(const VkPhysicalDeviceMemoryProperties& properties,
     throw Error(ExitCode::kUnavailable, "Vulkan: the device has no memory for buffers");
 }
 
+/// A multiple of 16, and no power of two: lavapipe compiles a kernel once more when it meets a
+/// texel buffer of such a size for the first time, which would fall into somebody's timing.
+VkDeviceSize padded(VkDeviceSize size) {
+    const VkDeviceSize rounded = std::max<VkDeviceSize>((size + 15) / 16 * 16, 48);
+    return std::has_single_bit(rounded) ? rounded + 16 : rounded;
+}
+
 }  // namespace
 
 Buffer::Buffer(Context& context, const std::string& name, VkDeviceSize size,
                VkBufferUsageFlags usage, Memory memory)
-    : size_(std::max<VkDeviceSize>((size + 15) / 16 * 16, 16)) {
+    : size_(padded(size)) {
     const VkBufferCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = size_,

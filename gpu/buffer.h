@@ -18,7 +18,7 @@ enum class Memory {
 class Buffer {
 public:
     Buffer() = default;
-    /// size 0 gives a small buffer all the same, since Vulkan has no empty ones. Throws
+    /// The buffer may be some bytes larger than `size`, and is never empty. Throws
     /// Error(kLimit) when there is not enough memory.
     Buffer(Context& context, const std::string& name, VkDeviceSize size, VkBufferUsageFlags usage,
            Memory memory);

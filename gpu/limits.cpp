@@ -15,11 +15,13 @@ namespace {
 }
 
 void check_elements(const PhysicalDevice& device, const char* what, std::uint64_t elements) {
-    // Kernels index texels with signed integers; buffers are padded to 16 bytes.
+    // Kernels index texels with signed integers.
     constexpr std::uint64_t kMaxIndex = 0x7FFFFFFF;
+    // Buffers take at least 48 bytes, and otherwise up to 31 more than they need: in words of 4.
+    constexpr std::uint64_t kPadding = 12;
     const std::uint64_t limit =
         std::min<std::uint64_t>(device.limits.maxTexelBufferElements, kMaxIndex);
-    if (elements + 3 > limit) {
+    if (elements + kPadding > limit) {
         over(fmt::format("the scene's {} take {} elements, the device's texel buffers hold {}",
                          what, elements, limit));
     }
