@@ -3,13 +3,13 @@
 #include <cstdint>
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
-#include "shaders/occlusion.h"
-#include "shaders/primary.h"
-#include "shaders/rays.h"
-#include "shaders/refit_leaves.h"
-#include "shaders/refit_nodes.h"
-#include "shaders/resume.h"
-#include "shaders/shade.h"
+#include "shaders/occlusion_spirv.h"
+#include "shaders/primary_spirv.h"
+#include "shaders/rays_spirv.h"
+#include "shaders/refit_leaves_spirv.h"
+#include "shaders/refit_nodes_spirv.h"
+#include "shaders/resume_spirv.h"
+#include "shaders/shade_spirv.h"
 
 namespace morphray::gpu {
 namespace {
