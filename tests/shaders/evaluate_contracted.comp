@@ -1,7 +1,6 @@
-// A planted fault: the compiler may contract and reassociate.
+// A planted fault: the compiler may contract and reassociate, and need not keep signed zeros.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/exact.glsl"
 
 #include "common/interop/platform.h"
 #undef PRECISE
