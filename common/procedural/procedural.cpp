@@ -1,0 +1,82 @@
+#include "common/procedural/procedural.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "common/error.h"
+#include "common/procedural/scenes.h"
+
+namespace morphray {
+namespace {
+
+// Leaves of the BVH and prim_ids of the hit rule allow that many (common/bvh_builder.h).
+constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
+
+struct Entry {
+    ProceduralScene scene;
+    DeformingMesh (*make)(std::uint64_t triangles);
+};
+
+constexpr std::array kEntries = {
+    Entry{{"cloth", "a sheet that comes down waving over a ball", 60000}, make_cloth},
+};
+
+constexpr auto kScenes = [] {
+    std::array<ProceduralScene, kEntries.size()> scenes{};
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = kEntries[i].scene;
+    return scenes;
+}();
+
+// Levenshtein distance: insertions, deletions and replacements of single characters.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replace = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replace, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row[b.size()];
+}
+
+const char* nearest_name(std::string_view name) {
+    // No builtin's name is longer than this; it bounds the work for any input.
+    name = name.substr(0, 32);
+    return std::min_element(kScenes.begin(), kScenes.end(),
+                            [&](const ProceduralScene& a, const ProceduralScene& b) {
+                                return edit_distance(name, a.name) < edit_distance(name, b.name);
+                            })
+        ->name;
+}
+
+}  // namespace
+
+std::span<const ProceduralScene> procedural_scenes() { return kScenes; }
+
+std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t triangles) {
+    const auto entry = std::find_if(kEntries.begin(), kEntries.end(),
+                                    [&](const Entry& e) { return name == e.scene.name; });
+    if (entry == kEntries.end()) {
+        throw Error(ExitCode::kUsage, fmt::format("there is no built-in scene '{}'; the nearest "
+                                                  "name is '{}'",
+                                                  name, nearest_name(name)));
+    }
+    if (triangles > kMaxTriangles) {
+        throw Error(ExitCode::kLimit,
+                    fmt::format("{} triangles are asked of the built-in scene '{}'; at most {} are "
+                                "possible",
+                                triangles, name, kMaxTriangles));
+    }
+    if (triangles == 0) triangles = entry->scene.default_triangles;
+    return make_clip(name, entry->make(triangles));
+}
+
+}  // namespace morphray
