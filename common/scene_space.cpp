@@ -105,9 +105,8 @@ SceneRay to_scene(const SceneSpace& space, const UserRay& user) {
     }
     for (int axis = 0; axis < 3; ++axis) {
         const double scaled = std::ldexp(user.dir[axis], -dir_exponent);
-        result.ray.dir[axis] = std::abs(scaled) < 0x1p-60
-                                   ? 0.0f
-                                   : snap_direction_component(static_cast<float>(scaled));
+        result.ray.dir[axis] = snap_direction_component(
+            std::abs(scaled) < 0x1p-60 ? 0.0f : static_cast<float>(scaled));
     }
     // org + t * dir in both spaces: t_scene * 2^-dir_exponent... = t_user * 2^exponent *
     // 2^dir_exponent.

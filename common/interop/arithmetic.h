@@ -72,16 +72,33 @@ SHARED vec3 snap_point(vec3 p) {
     return vec3(snap_coordinate(p.x), snap_coordinate(p.y), snap_coordinate(p.z));
 }
 
-/// Likewise for directions: a multiple of 2^-46 (2^-45 below 2^-23), never -0.
+/// Likewise for direction components: a multiple of 2^-46 (2^-45 below 2^-23), never -0.
 SHARED float snap_direction_component(float x) {
     PRECISE float s = x + kDirectionSnap;
     PRECISE float r = s - kDirectionSnap;
     return abs(x) >= kDirectionOnGrid ? x : r;
 }
 
-SHARED vec3 snap_direction(vec3 d) {
-    return vec3(snap_direction_component(d.x), snap_direction_component(d.y),
-                snap_direction_component(d.z));
+/// 2^-k for 2^k <= x < 2^(k+1): the power of two that brings x into [1, 2). 2^-126 <= x < 2^127.
+SHARED float scale_to_unit(float x) {
+    return uintBitsToFloat(0x7F000000u - (floatBitsToUint(x) & 0x7F800000u));
+}
+
+/// 2^k for 2^k <= x < 2^(k+1): the inverse of scale_to_unit.
+SHARED float power_of_two_below(float x) {
+    return uintBitsToFloat(floatBitsToUint(x) & 0x7F800000u);
+}
+
+SHARED float largest_component(vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
+
+/// A direction as rays carry it: scaled by a power of two to a largest component in [1, 2), on the
+/// direction grid. Zero stays zero.
+SHARED vec3 canonical_direction(vec3 d) {
+    float largest = largest_component(d);
+    PRECISE float s = largest > 0.0f ? scale_to_unit(largest) : 1.0f;
+    PRECISE vec3 scaled = vec3(d.x * s, d.y * s, d.z * s);
+    return vec3(snap_direction_component(scaled.x), snap_direction_component(scaled.y),
+                snap_direction_component(scaled.z));
 }
 
 SHARED_END

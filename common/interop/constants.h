@@ -17,10 +17,16 @@ SHARED_CONST float kInvalidCoordinate = 1099511627776.0f;
 // Ray origins lie within 2^40; farther ones are refused before any tracing.
 SHARED_CONST float kOriginExtent = 1099511627776.0f;
 
-SHARED_CONST float kCoordinateOnGrid = 7.62939453125e-06f;      // 2^-17
-SHARED_CONST float kCoordinateSnap = 2.288818359375e-05f;       // 1.5 * 2^-16
+SHARED_CONST float kCoordinateOnGrid = 7.62939453125e-06f;  // 2^-17
+SHARED_CONST float kCoordinateSnap = 2.288818359375e-05f;   // 1.5 * 2^-16
+
 SHARED_CONST float kDirectionOnGrid = 1.1920928955078125e-07f;  // 2^-23
 SHARED_CONST float kDirectionSnap = 3.5762786865234375e-07f;    // 1.5 * 2^-22
+SHARED_CONST float kProjectedOnGrid = 9.094947017729282e-13f;   // 2^-40
+SHARED_CONST float kProjectedSnap = 2.7284841053187847e-12f;    // 1.5 * 2^-39
+
+// A bound of the relative error of may_hit, derived there: 2^-19.
+SHARED_CONST float kFastProjectionError = 1.9073486328125e-06f;
 
 // An empty box is inverted: lower = +kEmptyPlane, upper = -kEmptyPlane (2^48). The slab test
 // rejects it for every ray because it takes its near and far planes by the sign of the direction.
@@ -31,15 +37,12 @@ SHARED_CONST float kHugeReciprocal = 18446744073709551616.0f;
 
 // Boxes are dilated by kBoxDilation * max(kSceneExtent, |org|) in the slab test: 2^-13.
 SHARED_CONST float kBoxDilation = 0.0001220703125f;
-// A candidate may lie at most this factor before the entry into its own dilated box: 1 + 2^-10.
-SHARED_CONST float kEntrySlack = 1.0009765625f;
-// Bounds of 1/t for a candidate: 2^-60 and 2^100.
-SHARED_CONST float kMinInvT = 8.67361737988403547e-19f;
-SHARED_CONST float kMaxInvT = 1.2676506002282294e+30f;
-
 // Secondary rays start off the surface by this times the size of the rounding error of the hit
 // point (docs/arithmetic.md, "Secondary rays"): 2^-18.
 SHARED_CONST float kSurfaceOffset = 3.814697265625e-06f;
+
+// 2^100, the tfar of rays without an end.
+SHARED_CONST float kInfiniteT = 1.2676506002282294e+30f;
 
 SHARED_CONST uint kNoPrim = 0xFFFFFFFFu;
 

@@ -12,8 +12,8 @@ SHARED_CONST uint kRaysShadow = 1u;
 SHARED_CONST uint kRaysAo = 2u;
 
 /// A pinhole camera in scene space: the ray of pixel (x, y), y downwards, goes from org through
-/// (corner + du * (x + 0.5)) + dv * (y + 0.5). The viewing direction has length 1 in that sum, so t
-/// of a camera ray is the depth along it.
+/// (corner + du * (x + 0.5)) + dv * (y + 0.5), a point at depth 1 along the viewing direction as
+/// seen from org. No component is a denormal: 0 or at least 2^-60 in magnitude.
 struct Camera {
     vec3 org;
     float pad0;

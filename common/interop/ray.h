@@ -8,8 +8,8 @@
 SHARED_BEGIN
 
 /// A ray org + t * dir, tnear <= t <= tfar. org is on the coordinate grid with |org| <= 2^40 per
-/// axis, dir on the direction grid with |dir| <= 2^42 per axis; a zero dir hits nothing.
-/// tnear >= 0; tfar is finite (2^100 stands for infinity).
+/// axis; dir is canonical: its largest component has magnitude in [1, 2), and all are multiples of
+/// 2^-46 (a zero dir hits nothing). tnear >= 0; tfar is finite (kInfiniteT stands for infinity).
 struct Ray {
     vec3 org;
     float tnear;
@@ -38,10 +38,7 @@ SHARED Hit no_hit() {
 SHARED_END
 
 #ifdef __cplusplus
-namespace morphray {
-static_assert(sizeof(Ray) == 32 && sizeof(Hit) == 16);
-inline constexpr float kInfiniteT = 0x1p100f;
-}  // namespace morphray
+static_assert(sizeof(morphray::Ray) == 32 && sizeof(morphray::Hit) == 16);
 #endif
 
 #endif  // COMMON_INTEROP_RAY_H

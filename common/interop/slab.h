@@ -1,9 +1,12 @@
 // The slab test of a ray against a box dilated by D = kBoxDilation * max(kSceneExtent, |org|).
 //
-// Monotone by construction: every plane goes through one subtraction of a per-ray constant and one
-// multiplication by a per-ray constant, and rounding is monotone, so for a box inside another the
-// interval lies inside the other's interval bit for bit. No epsilon is needed for a tree of boxes
-// to answer as its triangles' own boxes do (docs/arithmetic.md, "Boxes").
+// A hit lies inside its triangle's box up to rounding, which is a small part of D: so the ray
+// always meets the dilated box of a triangle that it hits, and enters it at t_enter <= t of the
+// hit. Monotone by construction: every plane goes through one subtraction of a per-ray constant and
+// one multiplication by a per-ray constant, and rounding is monotone, so for a box inside another
+// the interval lies inside the other's interval bit for bit. No epsilon is needed for a tree of
+// boxes to answer as its triangles' own boxes do, and a box with t_enter > t of the best hit so far
+// holds nothing better (docs/arithmetic.md, "Boxes").
 #ifndef COMMON_INTEROP_SLAB_H
 #define COMMON_INTEROP_SLAB_H
 
@@ -49,14 +52,6 @@ SHARED bool hits_box(SlabRay s, vec3 lower, vec3 upper, OUT(float) t_enter) {
     float leave = min(min(nx ? lx : ux, ny ? ly : uy), nz ? lz : uz);
     t_enter = enter;
     return enter <= leave;
-}
-
-/// Whether a box that is entered at t_enter cannot hold a candidate with 1/t >= inv_t. Exact, not
-/// merely likely: a candidate satisfies inv_t * (entry of its own box) <= kEntrySlack, and its own
-/// box is entered no earlier than any box around it.
-SHARED bool beyond(float t_enter, float inv_t) {
-    PRECISE float x = inv_t * t_enter;
-    return x > kEntrySlack;
 }
 
 SHARED_END

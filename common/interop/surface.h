@@ -7,12 +7,12 @@
 
 SHARED_BEGIN
 
-/// A hit point, the unit geometric normal on the side that the ray came from, and the point moved
-/// off the surface along it, on the coordinate grid, for secondary rays to start or end at.
+/// A hit point, the unit geometric normal on the side that the ray came from, and a bound of the
+/// sizes that entered the point's computation (the scale of its rounding error).
 struct Surface {
     vec3 point;
     vec3 normal;
-    vec3 outside;
+    float size;
 };
 
 SHARED float sum_of_abs(vec3 v) {
@@ -20,10 +20,10 @@ SHARED float sum_of_abs(vec3 v) {
     return r;
 }
 
-/// v scaled to length 1. v has a component of at least 2^-80; its size may be anything else.
+/// v scaled to length 1; 0 stays 0.
 SHARED vec3 unit(vec3 v) {
-    PRECISE float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
-    PRECISE float s = rcp(largest);
+    float largest = largest_component(v);
+    float s = largest > 0.0f ? rcp(largest) : 0.0f;
     PRECISE vec3 w = vec3(v.x * s, v.y * s, v.z * s);
     PRECISE float l = rsqrt(dot3(w, w));
     PRECISE vec3 r = vec3(w.x * l, w.y * l, w.z * l);
@@ -40,14 +40,20 @@ SHARED Surface surface_at(Ray ray, Hit hit, vec3 a, vec3 b, vec3 c) {
     bool away = dot3(n, ray.dir) > 0.0f;
     n = away ? -n : n;
     PRECISE float size = sum_of_abs(point) + sum_of_abs(travel);
-    PRECISE float offset = kSurfaceOffset * size;
-    PRECISE vec3 outside =
-        vec3(point.x + n.x * offset, point.y + n.y * offset, point.z + n.z * offset);
     Surface s;
     s.point = point;
     s.normal = n;
-    s.outside = snap_point(outside);
+    s.size = size;
     return s;
+}
+
+/// The point moved off the surface along its normal by kSurfaceOffset * size, on the coordinate
+/// grid: where secondary rays start or end.
+SHARED vec3 off_surface(Surface s, float size) {
+    PRECISE float offset = kSurfaceOffset * size;
+    PRECISE vec3 p = vec3(s.point.x + s.normal.x * offset, s.point.y + s.normal.y * offset,
+                          s.point.z + s.normal.z * offset);
+    return snap_point(p);
 }
 
 /// Whether the light is on the side of the surface that was seen. If not, the point is in shadow
@@ -57,14 +63,16 @@ SHARED bool faces_light(Surface s, vec3 light) {
     return dot3(s.normal, to_light) > 0.0f;
 }
 
-/// From the light (all shadow rays of an image share that origin) to the surface, t in [0, 1].
+/// From the light (all shadow rays of an image share that origin) to just off the surface.
 SHARED Ray shadow_ray(Surface s, vec3 light) {
-    PRECISE vec3 dir = s.outside - light;
+    PRECISE vec3 to_light = light - s.point;
+    PRECISE float size = s.size + sum_of_abs(to_light);
+    PRECISE vec3 dir = off_surface(s, size) - light;
     Ray ray;
     ray.org = light;
     ray.tnear = 0.0f;
-    ray.dir = dir;
-    ray.tfar = 1.0f;
+    ray.dir = canonical_direction(dir);
+    ray.tfar = power_of_two_below(largest_component(dir));
     return ray;
 }
 
@@ -109,11 +117,12 @@ SHARED Ray ao_ray(Surface s, uint x, uint y, uint sample_index, float tfar) {
             found = true;
         }
     }
+    PRECISE float end = tfar * power_of_two_below(largest_component(dir));
     Ray ray;
-    ray.org = s.outside;
+    ray.org = off_surface(s, s.size);
     ray.tnear = 0.0f;
-    ray.dir = snap_direction(dir);
-    ray.tfar = tfar;
+    ray.dir = canonical_direction(dir);
+    ray.tfar = end;
     return ray;
 }
 

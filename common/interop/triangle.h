@@ -1,20 +1,23 @@
-// The hit rule: which triangles a ray hits and which of them wins. One text for every backend.
+// The hit rule: which triangles a ray hits, and where. One text for every backend.
 //
-// With a, b, c the vertices relative to the origin, the three edge functions are
-//     U = dir . ((b - c) x (b + c)),  V = dir . ((c - a) x (c + a)),  W = dir . ((a - b) x (a +
-//     b)),
-// each twice the volume spanned by dir and one edge. Exchanging the two vertices of an edge negates
-// its function bit for bit, so two triangles that share an edge can never both lose a ray on it.
-// The sum-difference form keeps the error proportional to the edge, where b x c would lose it to
-// the distance (after W. Kahan's cross product of nearly parallel vectors; S. Woop, C. Benthin, I.
-// Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013, has the same goal by other means).
-// Depth is compared as 1/t = dir . N / (N . a), so there is no division; the larger wins, and equal
-// depths go to the smaller prim_id.
+// The ray is sheared so that it becomes the z axis of a plane of projection (S. Woop, C. Benthin,
+// I. Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013), here without a division: with d
+// the direction, its largest component taken as z, and a = vertex - org,
+//     x = a.x * d.z - d.x * a.z,     y = a.y * d.z - d.y * a.z,     z = a.z.
+// A vertex has one such point whichever triangle it is seen from. The point carries the errors of
+// the difference and of the products, so that it is off by some ulp of its distance from the *ray*,
+// not from the origin; and the sign of an edge function x0*y1 - y0*x1 on such points is exact. So
+// the ray goes through exactly those triangles of an imperceptibly displaced mesh that contain the
+// origin of the plane, edges and vertices included, and a closed mesh stays closed: nothing leaks,
+// at vertices neither.
 //
-// A candidate counts only if the ray also meets the triangle's own dilated box, and not noticeably
-// before entering it. Rounding accepts nearly degenerate triangles far outside their box; a tree
-// would find those for some rays and not for others. With the two conditions the answer depends on
-// the ray and the set of triangles alone.
+// Depth is the average of the vertices' z under weights that are accurate to a few ulp, so a hit
+// lies between its vertices however thin the triangle is or however much along the ray it lies.
+// Hence a hit is never outside its triangle's box by more than rounding, and the answer cannot
+// depend on the tree that led to it (docs/arithmetic.md, "Boxes").
+//
+// That arithmetic is for the few triangles that may be hit. A tracer sorts out the rest by any test
+// that never rejects a hit; may_hit is one.
 #ifndef COMMON_INTEROP_TRIANGLE_H
 #define COMMON_INTEROP_TRIANGLE_H
 
@@ -22,86 +25,216 @@
 
 SHARED_BEGIN
 
-/// The edge functions (up to a common positive factor the barycentric weights) and 1/t.
-struct Candidate {
-    float u;
-    float v;
-    float w;
-    float inv_t;
+/// What the rule needs of a ray: axis is that of its largest direction component; org and dir are
+/// rotated so that it is z. rdz = 1 / dir.z.
+struct ShearedRay {
+    vec3 org;
+    vec3 dir;
+    uint axis;
+    float rdz;
 };
 
-/// Whether the ray passes inside the three edges in front of its origin, within [tnear, tfar]. The
-/// vertices a, b, c are in scene space. Triangles without area, and origins in the triangle's
-/// plane, give false.
-SHARED bool intersect_edges(Ray ray, vec3 a, vec3 b, vec3 c, OUT(Candidate) candidate) {
-    PRECISE vec3 ra = a - ray.org;
-    PRECISE vec3 rb = b - ray.org;
-    PRECISE vec3 rc = c - ray.org;
-    PRECISE vec3 bmc = rb - rc;
-    PRECISE vec3 bpc = rb + rc;
-    PRECISE vec3 cma = rc - ra;
-    PRECISE vec3 cpa = rc + ra;
-    PRECISE vec3 amb = ra - rb;
-    PRECISE vec3 apb = ra + rb;
-    PRECISE float u = dot3(ray.dir, cross3(bmc, bpc));
-    PRECISE float v = dot3(ray.dir, cross3(cma, cpa));
-    PRECISE float w = dot3(ray.dir, cross3(amb, apb));
-    PRECISE vec3 bma = rb - ra;
-    PRECISE vec3 normal = cross3(bma, cma);
-    PRECISE float volume = dot3(normal, ra);
-    bool flip = volume < 0.0f;
-    u = flip ? -u : u;
-    v = flip ? -v : v;
-    w = flip ? -w : w;
-    PRECISE float scale = rcp(volume);
-    PRECISE vec3 scaled = vec3(normal.x * scale, normal.y * scale, normal.z * scale);
-    PRECISE float inv_t = dot3(ray.dir, scaled);
-    PRECISE float sum = (u + v) + w;
-    PRECISE float at_tnear = inv_t * ray.tnear;
-    PRECISE float at_tfar = inv_t * ray.tfar;
-    candidate.u = u;
-    candidate.v = v;
-    candidate.w = w;
-    candidate.inv_t = inv_t;
-    return volume != 0.0f && u >= 0.0f && v >= 0.0f && w >= 0.0f && sum > 0.0f &&
-           inv_t > kMinInvT && inv_t < kMaxInvT && at_tnear <= 1.0f && at_tfar >= 1.0f;
+/// v with its axes rotated so that component `axis` becomes z.
+SHARED vec3 rotate_axes(vec3 v, uint axis) {
+    return axis == 0u ? vec3(v.y, v.z, v.x) : axis == 1u ? vec3(v.z, v.x, v.y) : v;
 }
 
-/// The second half of the rule: the triangle's own dilated box, and no vertex that is not finite.
-SHARED bool within_own_box(SlabRay s, vec3 a, vec3 b, vec3 c, float inv_t) {
-    vec3 lower = vec3(min(a.x, min(b.x, c.x)), min(a.y, min(b.y, c.y)), min(a.z, min(b.z, c.z)));
-    vec3 upper = vec3(max(a.x, max(b.x, c.x)), max(a.y, max(b.y, c.y)), max(a.z, max(b.z, c.z)));
-    float t_enter;
-    bool meets = hits_box(s, lower, upper, t_enter);
-    return meets && upper.x <= kSceneExtent && !beyond(t_enter, inv_t);
+SHARED ShearedRay shear_ray(vec3 org, vec3 dir) {
+    vec3 size = vec3(abs(dir.x), abs(dir.y), abs(dir.z));
+    ShearedRay s;
+    s.axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
+    s.org = rotate_axes(org, s.axis);
+    s.dir = rotate_axes(dir, s.axis);
+    s.rdz = s.dir.z == 0.0f ? 0.0f : rcp(s.dir.z);
+    return s;
 }
 
-/// Whether a candidate on prim_id beats the best so far (best_prim == kNoPrim: none yet, with
-/// best_inv_t the bound that any candidate must exceed or meet).
-SHARED bool wins(float inv_t, uint prim_id, float best_inv_t, uint best_prim) {
-    return inv_t > best_inv_t || (inv_t == best_inv_t && prim_id < best_prim);
+/// The rounding error of the product p = a * b, exact (T. J. Dekker. A floating-point technique for
+/// extending the available precision. 1971; with Veltkamp's splitting into 12 + 12 bits).
+SHARED float product_error(float a, float b, float p) {
+    PRECISE float ca = 4097.0f * a;
+    PRECISE float cb = 4097.0f * b;
+    PRECISE float ta = ca - a;
+    PRECISE float tb = cb - b;
+    PRECISE float ah = ca - ta;
+    PRECISE float bh = cb - tb;
+    PRECISE float al = a - ah;
+    PRECISE float bl = b - bh;
+    PRECISE float hh = ah * bh;
+    PRECISE float hl = ah * bl;
+    PRECISE float lh = al * bh;
+    PRECISE float ll = al * bl;
+    PRECISE float e0 = hh - p;
+    PRECISE float e1 = e0 + hl;
+    PRECISE float e2 = e1 + lh;
+    PRECISE float e3 = e2 + ll;
+    return e3;
 }
 
-/// A value of 1/t below that of every candidate of the ray: what `beyond` may cull by before the
-/// first hit.
-SHARED float first_bound(Ray ray) {
-    // at_tfar >= 1 after one rounding means inv_t >= (1 - 2^-24) / tfar, rcp is within 1 ulp of
-    // 1/tfar, and 1 - 2^-20 covers both. Below 2^-90 the bound would be of no use.
-    PRECISE float r = rcp(ray.tfar);
-    PRECISE float bound = r * 0.99999904632568359375f;
-    return ray.tfar < 1.2379400392853803e+27f && ray.tfar > 8.077935669463161e-28f ? bound : 0.0f;
+/// The rounding error of the difference d = a - b, exact (D. E. Knuth. TAOCP 2, 4.2.2, theorem B).
+SHARED float difference_error(float a, float b, float d) {
+    PRECISE float bv = a - d;
+    PRECISE float av = d + bv;
+    PRECISE float be = bv - b;
+    PRECISE float ae = a - av;
+    PRECISE float e = ae + be;
+    return e;
 }
 
-/// t, u, v of the winner.
-SHARED Hit finish_hit(Candidate candidate, uint prim_id) {
-    PRECISE float sum = (candidate.u + candidate.v) + candidate.w;
-    PRECISE float scale = rcp(sum);
-    PRECISE float u = candidate.v * scale;
-    PRECISE float v = candidate.w * scale;
+/// a * b - c * d with the errors of both products: relative error of about 3 ulp, and exact sign.
+SHARED float difference_of_products(float a, float b, float c, float d) {
+    PRECISE float left = a * b;
+    PRECISE float right = c * d;
+    PRECISE float major = left - right;
+    PRECISE float minor = product_error(a, b, left) - product_error(c, d, right);
+    PRECISE float sum = major + minor;
+    // minor is never larger than a major that is not 0, but its rounding may make the two cancel.
+    return sum == 0.0f ? major : sum;
+}
+
+/// x on the grid 2^-63, so that products of two such values are no denormals: |x| >= 2^-40 is on it
+/// already, smaller values round through the ulp of the constant.
+SHARED float snap_projected(float x) {
+    PRECISE float s = x + kProjectedSnap;
+    PRECISE float r = s - kProjectedSnap;
+    return abs(x) >= kProjectedOnGrid ? x : r;
+}
+
+/// a.x * d.z - d.x * a.z for a = vertex - org given as rounded difference and its error.
+SHARED float project_axis(float ax, float ax_error, float az, float az_error, float dx, float dz) {
+    PRECISE float major = difference_of_products(ax, dz, dx, az);
+    PRECISE float left = ax_error * dz;
+    PRECISE float right = dx * az_error;
+    PRECISE float minor = left - right;
+    PRECISE float sum = major + minor;
+    return snap_projected(sum);
+}
+
+/// A vertex (scene space) as the ray sees it, to 2^-22 of its distance from the ray and 2^-44 of
+/// that from the origin.
+SHARED vec3 project(ShearedRay s, vec3 vertex) {
+    vec3 v = rotate_axes(vertex, s.axis);
+    PRECISE vec3 a = v - s.org;
+    float ex = difference_error(v.x, s.org.x, a.x);
+    float ey = difference_error(v.y, s.org.y, a.y);
+    float ez = difference_error(v.z, s.org.z, a.z);
+    return vec3(project_axis(a.x, ex, a.z, ez, s.dir.x, s.dir.z),
+                project_axis(a.y, ey, a.z, ez, s.dir.y, s.dir.z), a.z);
+}
+
+/// Likewise without the errors: to 2^-20 of the largest coordinate of a.
+SHARED vec3 project_fast(ShearedRay s, vec3 vertex) {
+    vec3 v = rotate_axes(vertex, s.axis);
+    PRECISE vec3 a = v - s.org;
+    PRECISE float x0 = a.x * s.dir.z;
+    PRECISE float x1 = s.dir.x * a.z;
+    PRECISE float y0 = a.y * s.dir.z;
+    PRECISE float y1 = s.dir.y * a.z;
+    PRECISE vec3 p = vec3(x0 - x1, y0 - y1, a.z);
+    return p;
+}
+
+/// Whether hit_projected may be true for the vertices that project_fast made a, b, c of. It is
+/// false only where the signs of two edge functions are certain and opposite.
+///
+/// With |d| < 2 and r the largest |coordinate| of the three vertices relative to the origin, x and
+/// y of project_fast are within delta = 2^-20 r of those of project: 2^-24 each for the two
+/// products
+/// (<= 2r), their difference (<= 4r) and the rounding of a (<= 4r) make 12 * 2^-24 r. Hence an edge
+/// function of p, q with m = |p.x| + |p.y| + |q.x| + |q.y| is within delta m + 2 delta^2 of the
+/// other's, and its own rounding is at most 2^-23 (m/2)^2 <= 2^-21 r m since m <= 16 r. The bound
+/// below covers both for all three edges. x and y bound the other two coordinates of a: |a.x| <=
+/// |x| + 2 |a.z|.
+SHARED bool may_hit(vec3 a, vec3 b, vec3 c) {
+    PRECISE float ma = abs(a.x) + abs(a.y);
+    PRECISE float mb = abs(b.x) + abs(b.y);
+    PRECISE float mc = abs(c.x) + abs(c.y);
+    PRECISE float m = (ma + mb) + mc;
+    PRECISE float z = max(abs(a.z), max(abs(b.z), abs(c.z)));
+    PRECISE float r = m + 4.0f * z;
+    PRECISE float bound = (kFastProjectionError * r) * (m + kFastProjectionError * r);
+    PRECISE float u0 = b.x * c.y;
+    PRECISE float u1 = b.y * c.x;
+    PRECISE float v0 = c.x * a.y;
+    PRECISE float v1 = c.y * a.x;
+    PRECISE float w0 = a.x * b.y;
+    PRECISE float w1 = a.y * b.x;
+    PRECISE float u = u0 - u1;
+    PRECISE float v = v0 - v1;
+    PRECISE float w = w0 - w1;
+    float least = min(u, min(v, w));
+    float most = max(u, max(v, w));
+    return least >= -bound || most <= bound;
+}
+
+/// weight / sum for 0 <= weight <= sum, and 0 for a quotient below 2^-60 (which might be a
+/// denormal).
+SHARED float normalized_weight(float weight, float sum, float rsum) {
+    uint gap = (floatBitsToUint(sum) >> 23u) - (floatBitsToUint(weight) >> 23u);
+    PRECISE float w = weight * rsum;
+    return weight == 0.0f || gap > 60u ? 0.0f : w;
+}
+
+/// t and the barycentric weights u of b and v of c.
+struct TriangleHit {
+    float t;
+    float u;
+    float v;
+};
+
+/// The rule itself, on projected vertices. Whether there is a hit with tnear <= t <= tfar and t >
+/// 0. Triangles that are seen edge-on or have no area are not hit.
+SHARED bool hit_projected(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
+                          OUT(TriangleHit) hit) {
+    float eu = difference_of_products(b.x, c.y, b.y, c.x);
+    float ev = difference_of_products(c.x, a.y, c.y, a.x);
+    float ew = difference_of_products(a.x, b.y, a.y, b.x);
+    bool inside =
+        (eu >= 0.0f && ev >= 0.0f && ew >= 0.0f) || (eu <= 0.0f && ev <= 0.0f && ew <= 0.0f);
+    PRECISE float sum = (abs(eu) + abs(ev)) + abs(ew);
+    float rsum = rcp(sum > 0.0f ? sum : 1.0f);
+    PRECISE float wa = normalized_weight(abs(eu), sum, rsum);
+    PRECISE float wb = normalized_weight(abs(ev), sum, rsum);
+    PRECISE float wc = normalized_weight(abs(ew), sum, rsum);
+    PRECISE float z = (wa * a.z + wb * b.z) + wc * c.z;
+    PRECISE float t = z * s.rdz;
+    hit.t = t;
+    hit.u = wb;
+    hit.v = wc;
+    return inside && sum > 0.0f && t > 0.0f && t >= tnear && t <= tfar;
+}
+
+/// A vertex that is not finite is stored as kInvalidCoordinate; its triangles are never hit.
+SHARED bool finite_vertices(vec3 a, vec3 b, vec3 c) {
+    return max(a.x, max(b.x, c.x)) <= kSceneExtent;
+}
+
+/// Whether the ray hits the triangle a, b, c (scene space), and where.
+SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
+                               OUT(TriangleHit) hit) {
+    vec3 pa = project(s, a);
+    vec3 pb = project(s, b);
+    vec3 pc = project(s, c);
+    bool is_hit = hit_projected(s, tnear, tfar, pa, pb, pc, hit);
+    return is_hit && finite_vertices(a, b, c);
+}
+
+/// Whether intersect_triangle may be true: cheap, and never wrong when it says no.
+SHARED bool may_hit_triangle(ShearedRay s, vec3 a, vec3 b, vec3 c) {
+    return may_hit(project_fast(s, a), project_fast(s, b), project_fast(s, c));
+}
+
+/// Whether a hit beats the best so far: nearer, or as near with a smaller id. Before the first hit
+/// the best is (tfar, kNoPrim).
+SHARED bool wins(float t, uint prim_id, float best_t, uint best_prim) {
+    return t < best_t || (t == best_t && prim_id < best_prim);
+}
+
+SHARED Hit make_hit(TriangleHit hit, uint prim_id) {
     Hit h;
-    h.t = rcp(candidate.inv_t);
-    h.u = u;
-    h.v = v;
+    h.t = hit.t;
+    h.u = hit.u;
+    h.v = hit.v;
     h.prim_id = prim_id;
     return h;
 }

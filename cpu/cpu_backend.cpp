@@ -1,0 +1,158 @@
+#include "cpu/cpu_backend.h"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range2d.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+
+#include "cpu/brute_tracer.h"
+#include "cpu/image_tracer.h"
+#include "cpu/refit.h"
+#include "cpu/scalar_tracer.h"
+
+namespace morphray::cpu {
+namespace {
+
+constexpr std::uint32_t kTileSize = 32;
+constexpr std::size_t kRayGrain = 256;
+
+class Stopwatch {
+public:
+    double ms() const {
+        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+            .count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
+    const std::uint64_t per_hit = params.rays == kRaysShadow ? 1
+                                  : params.rays == kRaysAo   ? params.ao_count
+                                                             : 0;
+    const auto hits = static_cast<std::uint64_t>(
+        std::count_if(frame.hits.begin(), frame.hits.end(),
+                      [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
+    return frame.hits.size() + hits * per_hit;
+}
+
+/// Scene, threads and timing, the same for every CPU tracer; `MakeTracer` gives the tracer for a
+/// scene.
+template <class MakeTracer>
+class CpuBackend final : public Backend {
+public:
+    CpuBackend(std::string name, const CpuConfig& config, MakeTracer make_tracer)
+        : name_(std::move(name)),
+          arena_(config.threads > 0 ? config.threads : tbb::task_arena::automatic),
+          make_tracer_(make_tracer) {}
+
+    const std::string& name() const override { return name_; }
+    std::string description() const override {
+        return fmt::format("scalar C++, {} threads", arena_.max_concurrency());
+    }
+
+    void set_scene(const Topology& topology, std::span<const vec3> positions,
+                   const Bvh& bvh) override {
+        const Stopwatch watch;
+        topology_ = topology;
+        positions_.assign(positions.begin(), positions.end());
+        bvh_ = bvh;
+        times_ = {.upload_ms = watch.ms()};
+    }
+
+    void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
+        assert(positions.size() == positions_.size());
+        const Stopwatch watch;
+        std::copy(positions.begin(), positions.end(), positions_.begin());
+        bvh_ = bvh;
+        times_ = {.upload_ms = watch.ms()};
+    }
+
+    void refit(std::span<const vec3> positions) override {
+        assert(positions.size() == positions_.size());
+        const Stopwatch upload;
+        std::copy(positions.begin(), positions.end(), positions_.begin());
+        times_ = {.upload_ms = upload.ms()};
+        const Stopwatch watch;
+        arena_.execute([&] { cpu::refit(bvh_, positions_); });
+        times_.refit_ms = watch.ms();
+    }
+
+    void read_bvh(Bvh& bvh) override {
+        bvh.nodes = bvh_.nodes;
+        bvh.leaves = bvh_.leaves;
+    }
+
+    void trace_image(const ImageParams& params, Frame& frame) override {
+        const std::size_t pixels = std::size_t{params.width} * params.height;
+        frame.width = params.width;
+        frame.height = params.height;
+        frame.hits.resize(pixels);
+        frame.occlusion.resize(pixels);
+        frame.pixels.resize(pixels);
+        const Stopwatch watch;
+        const auto tracer = make_tracer_(topology_, positions_, bvh_);
+        const ShadedMesh mesh{&topology_, positions_};
+        using Range = tbb::blocked_range2d<std::uint32_t>;
+        arena_.execute([&] {
+            tbb::parallel_for(Range(0, params.height, kTileSize, 0, params.width, kTileSize),
+                              [&](const Range& r) {
+                                  const Tile tile{r.cols().begin(), r.rows().begin(),
+                                                  r.cols().end(), r.rows().end()};
+                                  trace_tile(tracer, mesh, params, tile, frame);
+                              });
+        });
+        times_.trace_ms = watch.ms();
+        times_.rays = count_rays(params, frame);
+    }
+
+    void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {
+        assert(rays.size() == hits.size());
+        const Stopwatch watch;
+        const auto tracer = make_tracer_(topology_, positions_, bvh_);
+        using Range = tbb::blocked_range<std::size_t>;
+        arena_.execute([&] {
+            tbb::parallel_for(Range(0, rays.size(), kRayGrain), [&](const Range& r) {
+                for (std::size_t i = r.begin(); i != r.end(); ++i) {
+                    hits[i] = tracer.intersect(rays[i]);
+                }
+            });
+        });
+        times_.trace_ms = watch.ms();
+        times_.rays = rays.size();
+    }
+
+    const BackendTimes& times() const override { return times_; }
+
+private:
+    std::string name_;
+    tbb::task_arena arena_;
+    MakeTracer make_tracer_;
+    Topology topology_;
+    std::vector<vec3> positions_;
+    Bvh bvh_;
+    BackendTimes times_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config) {
+    const auto make = [](const Topology&, std::span<const vec3>, const Bvh& bvh) {
+        return ScalarTracer(bvh);
+    };
+    return std::make_unique<CpuBackend<decltype(make)>>("cpu", config, make);
+}
+
+std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
+    const auto make = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
+        return BruteTracer(topology, positions);
+    };
+    return std::make_unique<CpuBackend<decltype(make)>>("brute", config, make);
+}
+
+}  // namespace morphray::cpu
