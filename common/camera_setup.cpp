@@ -17,6 +17,8 @@ namespace {
 using glm::dvec3;
 
 constexpr double kPi = 3.14159265358979323846;
+// Where the eye is, seen from the target, unless it is given: in front, to the right, above.
+const dvec3 kDefaultSide(0.45, 0.4, 1);
 // Free room around the scene in the picture.
 constexpr double kFramingMargin = 1.04;
 constexpr std::uint32_t kMaxSide = 65536;
@@ -49,39 +51,31 @@ dvec3 direction_of(dvec3 v) {
     return v / glm::length(v);
 }
 
-struct BoundingSphere {
+// The scene as framing sees it: a box around a middle.
+struct SceneBox {
     dvec3 centre = {0, 0, 0};
-    double radius = 1;
+    dvec3 half = dvec3(1, 1, 1) / std::sqrt(3.0);
+    double radius() const { return std::hypot(half.x, half.y, half.z); }
 };
 
-// A point has its distance from the origin for a radius, which is the size that SceneSpace gives
-// it; the empty scene is a unit sphere.
-BoundingSphere bounding_sphere(const UserBounds& bounds) {
-    if (bounds.empty()) return {};
-    dvec3 centre;
-    dvec3 half;
+// A point gets its distance from the origin for a size, as SceneSpace does it; the empty scene and
+// the origin alone get a radius of 1.
+SceneBox scene_box(const UserBounds& bounds) {
+    SceneBox unit;
+    if (bounds.empty()) return unit;
+    SceneBox box;
     for (int axis = 0; axis < 3; ++axis) {
-        centre[axis] = bounds.lower[axis] / 2 + bounds.upper[axis] / 2;
-        half[axis] = bounds.upper[axis] / 2 - bounds.lower[axis] / 2;
+        box.centre[axis] = bounds.lower[axis] / 2 + bounds.upper[axis] / 2;
+        box.half[axis] = bounds.upper[axis] / 2 - bounds.lower[axis] / 2;
     }
-    double radius = std::hypot(half.x, half.y, half.z);
-    if (radius == 0)
-        radius = std::max({std::abs(centre.x), std::abs(centre.y), std::abs(centre.z)});
-    if (radius == 0) radius = 1;
-    return {centre, radius};
+    if (box.radius() == 0) {
+        const double size = std::hypot(box.centre.x, box.centre.y, box.centre.z);
+        box.half = unit.half * (size > 0 ? size : 1);
+    }
+    return box;
 }
 
 bool valid_fov(double fov) { return fov > 0 && fov < 180; }
-
-// How far the eye must be for a sphere of radius 1 around what it looks at to fit the picture.
-double framing_distance(const ViewSpec& view) {
-    const double fov = valid_fov(view.fov) ? view.fov : ViewSpec{}.fov;
-    const double slope = std::tan(fov * (kPi / 360));
-    const double aspect =
-        view.width > 0 && view.height > 0 ? static_cast<double>(view.width) / view.height : 1.0;
-    const double narrower = std::atan(slope * std::min(aspect, 1.0));
-    return kFramingMargin / std::sin(narrower);
-}
 
 // Right, up and forward of a view, of length 1 and at right angles.
 struct Axes {
@@ -98,16 +92,34 @@ Axes axes_of(const dvec3& forward, const dvec3& up) {
     return {right, glm::cross(right, forward), forward};
 }
 
+// How far before the target the eye must be for all corners of the box to be in the picture.
+double framing_distance(const ViewSpec& view, const Axes& axes, const SceneBox& scene,
+                        const dvec3& target) {
+    const double fov = valid_fov(view.fov) ? view.fov : ViewSpec{}.fov;
+    const double slope_up = std::tan(fov * (kPi / 360));
+    const double aspect =
+        view.width > 0 && view.height > 0 ? static_cast<double>(view.width) / view.height : 1.0;
+    double distance = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const dvec3 sign((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1);
+        const dvec3 p = scene.centre + sign * scene.half - target;
+        const double aside =
+            std::max(std::abs(glm::dot(p, axes.up)), std::abs(glm::dot(p, axes.right)) / aspect);
+        distance = std::max(distance, aside / slope_up - glm::dot(p, axes.forward));
+    }
+    return distance;
+}
+
 // Above left of the eye by the eye's distance from the middle, or farther where that would be in
 // the scene.
-dvec3 default_light(const dvec3& eye, const Axes& axes, const BoundingSphere& scene) {
+dvec3 default_light(const dvec3& eye, const Axes& axes, const SceneBox& scene) {
     const dvec3 aside = 0.7 * axes.up - 0.6 * axes.right;
-    const double distance = glm::length(eye - scene.centre);
-    double reach = std::isfinite(distance) ? std::max(distance, 2 * scene.radius) : 0;
-    // A line leaves a sphere of radius 1.5 for good within a few doublings. Without axes (an
-    // invalid view) there is no way to go.
+    const double radius = scene.radius();
+    double reach = std::max(glm::length(eye - scene.centre), 2 * radius);
+    // A line leaves a sphere of 1.5 times the radius for good within a few doublings. Without axes
+    // (an invalid view) there is no way to go.
     for (int i = 0; i < 4; ++i) {
-        if (glm::length(eye + reach * aside - scene.centre) > 1.5 * scene.radius) break;
+        if (glm::length(eye + reach * aside - scene.centre) > 1.5 * radius) break;
         reach *= 2;
     }
     return eye + reach * aside;
@@ -208,19 +220,20 @@ Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
 }  // namespace
 
 ResolvedView resolve_view(const ViewSpec& view, const UserBounds& bounds) {
-    const BoundingSphere scene = bounding_sphere(bounds);
-    const dvec3 from = direction_of({0.45, 0.4, 1});
-
+    const SceneBox scene = scene_box(bounds);
     dvec3 target = view.target ? to_vec(*view.target) : scene.centre;
-    // A sphere around the target that holds the scene's.
-    const double radius = scene.radius + glm::length(target - scene.centre);
-    const dvec3 eye =
-        view.eye ? to_vec(*view.eye) : target + framing_distance(view) * radius * from;
-    if (!view.target && eye == target) target = eye - dvec3(0, 0, scene.radius);
-
+    dvec3 eye;
+    if (view.eye) {
+        eye = to_vec(*view.eye);
+        if (!view.target && eye == target) target.z -= scene.radius();
+    } else {
+        const dvec3 from = direction_of(kDefaultSide);
+        const Axes axes = axes_of(-from, to_vec(view.up));
+        eye = target + kFramingMargin * framing_distance(view, axes, scene, target) * from;
+    }
     const Axes axes = axes_of(direction_of(target - eye), to_vec(view.up));
     const dvec3 light = view.light ? to_vec(*view.light) : default_light(eye, axes, scene);
-    const double ao_distance = view.ao_distance == 0 ? scene.radius / 2 : view.ao_distance;
+    const double ao_distance = view.ao_distance == 0 ? scene.radius() / 2 : view.ao_distance;
     return {to_point(eye), to_point(target), to_point(light), ao_distance};
 }
 

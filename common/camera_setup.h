@@ -36,9 +36,9 @@ struct ResolvedView {
     double ao_distance = 0;
 };
 /// Never throws; what is not finite in the view stays so. Of empty bounds the scene is taken for a
-/// sphere of radius 1 around 0, of a single point for one whose radius is its distance from 0. A
-/// target that is not given is the middle of the bounds, or for an eye just there a point before it
-/// along -z.
+/// cube with corners at distance 1 from 0, of a single point for one around it with corners as far
+/// as 0 is. A target that is not given is the middle of the bounds, or for an eye just there a
+/// point before it along -z.
 ResolvedView resolve_view(const ViewSpec& view, const UserBounds& bounds);
 
 /// Throws Error(kBadInput) when eye and target coincide, up is parallel to the view, fov is not in

@@ -17,8 +17,8 @@ constexpr double kBallRadius = 1;
 // The sheet bends around this, a little more than the ball.
 constexpr double kDrapeRadius = 1.03;
 constexpr double kSheetHalfSide = 1.7;
-constexpr double kGroundHalfSide = 3;
-constexpr double kCheckers = 10;
+constexpr double kGroundHalfSide = 2.4;
+constexpr double kCheckers = 8;
 
 // The sheet never gets steeper than this: almost a quarter turn.
 constexpr double kSteepestTurns = 0.24;
@@ -35,6 +35,8 @@ struct Pose {
     double lift;
     double fold_height;
     double wave_height;
+    CosSin wide_fold_phase;
+    CosSin narrow_fold_phase;
 };
 constexpr double kAcceleration = 0.8;
 
@@ -44,19 +46,19 @@ Pose pose_at(double frame) {
             .bend = (0.13 + 0.87 * settled) / kDrapeRadius,
             .lift = 0.6 * (1 - smooth_step(0, 10, frame)),
             .fold_height = 0.36 * settled,
-            .wave_height = 0.16 - 0.1 * settled};
+            .wave_height = 0.16 - 0.1 * settled,
+            .wide_fold_phase = circle_point(frame / 24),
+            .narrow_fold_phase = circle_point(-frame / 12)};
 }
 
-// cos of `count` times the angle whose cosine and sine are given, plus a phase in turns.
-double wave_around(double cosine, double sine, int count, double phase) {
-    double c = cos_turns(phase);
-    double s = sin_turns(phase);
+// cos(count * angle + phase).
+double wave_around(CosSin angle, int count, CosSin phase) {
+    CosSin sum = phase;
     for (int i = 0; i < count; ++i) {
-        const double turned = c * cosine - s * sine;
-        s = s * cosine + c * sine;
-        c = turned;
+        sum = {sum.cos * angle.cos - sum.sin * angle.sin,
+               sum.sin * angle.cos + sum.cos * angle.sin};
     }
-    return c;
+    return sum.cos;
 }
 
 // The sheet as a bent disc: a point at distance r from the middle goes along an arc of curvature
@@ -65,27 +67,25 @@ double wave_around(double cosine, double sine, int count, double phase) {
 // is less curved encloses it.
 glm::dvec3 sheet_point(const Pose& pose, double x, double z) {
     const double r = std::sqrt(x * x + z * z);
-    const double cosine = r > 0 ? x / r : 1;
-    const double sine = r > 0 ? z / r : 0;
+    const CosSin angle = r > 0 ? CosSin{x / r, z / r} : CosSin{1, 0};
 
     const double on_arc = std::min(r, kSteepestTurns * kRadiansPerTurn / pose.bend);
     const double slope_turns = on_arc * pose.bend / kRadiansPerTurn;
-    const double slope_sin = sin_turns(slope_turns);
-    const double slope_cos = cos_turns(slope_turns);
+    const CosSin slope = circle_point(slope_turns);
     const double straight = r - on_arc;
-    const double out = slope_sin / pose.bend + straight * slope_cos;
-    const double down = (1 - slope_cos) / pose.bend + straight * slope_sin;
+    const double out = slope.sin / pose.bend + straight * slope.cos;
+    const double down = (1 - slope.cos) / pose.bend + straight * slope.sin;
 
-    const double folds = 0.5 + 0.33 * wave_around(cosine, sine, 7, pose.frame / 24) +
-                         0.17 * wave_around(cosine, sine, 11, -pose.frame / 12);
+    const double folds = 0.5 + 0.33 * wave_around(angle, 7, pose.wide_fold_phase) +
+                         0.17 * wave_around(angle, 11, pose.narrow_fold_phase);
     const double waves = 0.5 + 0.3 * sin_turns(0.45 * x + 0.25 * z - pose.frame / 8) +
                          0.2 * sin_turns(0.7 * z - 0.3 * x - pose.frame / 12);
     const double height =
         pose.fold_height * smooth_step(0.4, 2.2, r) * folds + pose.wave_height * waves;
 
-    const double rim = out + height * slope_sin;
-    const double y = kBallRadius + kDrapeRadius + pose.lift - down + height * slope_cos;
-    return {rim * cosine, y, rim * sine};
+    const double rim = out + height * slope.sin;
+    const double y = kBallRadius + kDrapeRadius + pose.lift - down + height * slope.cos;
+    return {rim * angle.cos, y, rim * angle.sin};
 }
 
 // -1 to 1 over the grid's rows or columns.

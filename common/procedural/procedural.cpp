@@ -23,6 +23,13 @@ struct Entry {
 
 constexpr std::array kEntries = {
     Entry{{"cloth", "a sheet that comes down waving over a ball", 60000}, make_cloth},
+    Entry{{"twist", "a column of boxes twisted by up to 4 turns", 40000}, make_twist},
+    Entry{{"herd", "animals walking on static hills", 80000}, make_herd},
+    Entry{{"explode", "a hollow sphere bursting into turning chunks", 60000}, make_explode},
+    Entry{{"shuffle", "a torus whose triangles change places", 40000}, make_shuffle},
+    Entry{{"soup", "separate small triangles in motion", 30000}, make_soup},
+    Entry{{"spikes", "a closed ball with pulsing spikes", 60000}, make_spikes},
+    Entry{{"collapse", "a closed mesh shrinking to a plane and to a point", 20000}, make_collapse},
 };
 
 constexpr auto kScenes = [] {

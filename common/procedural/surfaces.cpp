@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/procedural/trig.h"
-
 namespace morphray {
 namespace {
 
@@ -56,12 +54,10 @@ Sphere::Sphere(std::uint64_t triangles) {
     const Grid rings = grid_of(static_cast<double>(triangles) / 2, 0.5, 1, 3);
     grid_ = {rings.rows + 1, rings.columns};
     for (std::uint32_t row = 0; row <= grid_.rows; ++row) {
-        const double turns = 0.5 * row / grid_.rows;
-        down_.push_back({cos_turns(turns), sin_turns(turns)});
+        down_.push_back(circle_point(0.5 * row / grid_.rows));
     }
     for (std::uint32_t column = 0; column < grid_.columns; ++column) {
-        const double turns = static_cast<double>(column) / grid_.columns;
-        around_.push_back({cos_turns(turns), sin_turns(turns)});
+        around_.push_back(circle_point(static_cast<double>(column) / grid_.columns));
     }
 }
 

@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include "common/mesh.h"
+#include "common/procedural/trig.h"
 
 namespace morphray {
 
@@ -53,10 +54,6 @@ public:
     glm::dvec3 direction(std::uint32_t vertex) const;
 
 private:
-    struct CosSin {
-        double cos;
-        double sin;
-    };
     Grid grid_;
     std::vector<CosSin> down_;
     std::vector<CosSin> around_;
@@ -71,8 +68,8 @@ public:
     const Grid& grid() const { return grid_; }
     std::uint32_t triangle_count() const { return 2 * grid_.rows * grid_.columns; }
     std::uint32_t vertex_count() const { return grid_.rows * grid_.columns; }
-    /// The vertices of a triangle; counter-clockwise from outside when rows turn from +x to -z and
-    /// columns from the outer equator to +y.
+    /// The vertices of a triangle; counter-clockwise from outside when rows turn from +x to +y and
+    /// columns from the outer equator to +z.
     uvec3 triangle(std::uint32_t index) const;
 
 private:

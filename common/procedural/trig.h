@@ -18,8 +18,10 @@ inline double sin_turns(double x) {
     // The Taylor series: its first term left out is (pi/2)^23 / 23! < 2^-59.
     const double a = 6.283185307179586476925 * y;
     const double s = a * a;
+    constexpr double kTerms[] = {1.0 / 420, 1.0 / 342, 1.0 / 272, 1.0 / 210, 1.0 / 156,
+                                 1.0 / 110, 1.0 / 72,  1.0 / 42,  1.0 / 20,  1.0 / 6};
     double sum = 1;
-    for (int k = 20; k >= 2; k -= 2) sum = 1 - s * sum / (k * (k + 1));
+    for (const double term : kTerms) sum = 1 - s * term * sum;
     return a * sum;
 }
 
@@ -28,6 +30,13 @@ inline double cos_turns(double x) {
     // floor first: x + 1/4 would round for a large x.
     return sin_turns(x - std::floor(x) + 0.25);
 }
+
+/// A point of the unit circle.
+struct CosSin {
+    double cos;
+    double sin;
+};
+inline CosSin circle_point(double turns) { return {cos_turns(turns), sin_turns(turns)}; }
 
 /// 0 up to begin, 1 from end on, and 3 s^2 - 2 s^3 between: its slope is at most 1.5 / (end -
 /// begin), its second derivative at most 6 / (end - begin)^2.
