@@ -1,8 +1,8 @@
 // Ear clipping of one polygon in the plane.
 //
 // Based on: G. H. Meisters. Polygons have ears. 1975; D. Eberly. Triangulation by ear clipping.
-// 2002. Changed: blocking vertices are found in a uniform grid, ears are taken first come first
-// served, and the steps are bounded.
+// 2002. Changed: blocking corners are found in a k-d tree, ears are taken first come first served,
+// ones with area before ones without, and the steps are bounded.
 #pragma once
 
 #include <array>
@@ -10,12 +10,9 @@
 #include <span>
 #include <vector>
 
-namespace morphray {
+#include "common/point_tree.h"
 
-struct PlanePoint {
-    double x = 0;
-    double y = 0;
-};
+namespace morphray {
 
 /// Twice the signed area of a triangle, positive if it is counter-clockwise.
 inline double doubled_area(PlanePoint a, PlanePoint b, PlanePoint c) {
@@ -33,32 +30,23 @@ public:
 
 private:
     double turn(std::uint32_t corner) const;
-    bool is_reflex(std::uint32_t corner) const { return turn(corner) < 0; }
-    void place_reflex_corners();
-    std::uint32_t cell_x(double x) const;
-    std::uint32_t cell_y(double y) const;
     bool blocked(std::uint32_t corner);
     bool clip_ears(bool with_area, std::vector<std::array<std::uint32_t, 3>>& triangles);
+    void enqueue(std::uint32_t corner);
     void remove(std::uint32_t corner);
+    void set_not_reflex(std::uint32_t corner);
 
     std::span<const PlanePoint> points_;
     std::vector<std::uint32_t> previous_;
     std::vector<std::uint32_t> next_;
     std::vector<char> reflex_;
-    std::vector<char> queued_;
     std::vector<char> gone_;
     std::vector<std::uint32_t> queue_;
+    /// By corner: its place in queue_ that counts, the last one.
+    std::vector<std::size_t> place_;
+    PointTree reflex_tree_;
     std::uint32_t left_ = 0;
     std::size_t steps_left_ = 0;
-
-    // The reflex corners by cell; cell c's are cell_corners_[cell_begin_[c] .. cell_end_[c]).
-    std::uint32_t cells_ = 1;  // a side
-    PlanePoint lower_;
-    double cells_per_x_ = 0;
-    double cells_per_y_ = 0;
-    std::vector<std::uint32_t> cell_begin_;
-    std::vector<std::uint32_t> cell_end_;
-    std::vector<std::uint32_t> cell_corners_;
 };
 
 }  // namespace morphray

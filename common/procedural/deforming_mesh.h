@@ -27,7 +27,8 @@ struct DeformingMesh {
     /// vertex, computed in double and rounded once. Called by many threads at once on parts.
     std::function<void(double frame, VertexRange range, std::span<vec3> out)> move;
     /// Between two whole frames no coordinate of a vertex has a larger second derivative by the
-    /// frame than this (the paths are continuous and piecewise C2 there, with continuous slope).
+    /// frame than this (a path is continuous, with a continuous slope, and piecewise C2), or the
+    /// vertex stays where the frame before has it.
     double acceleration = 0;
     /// Triangles [0, static_triangle_count) never move.
     std::uint32_t static_triangle_count = 0;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "common/procedural/colours.h"
+#include "common/procedural/integer_root.h"
 #include "common/procedural/random.h"
 #include "common/procedural/rotation.h"
 #include "common/procedural/scenes.h"
@@ -59,7 +60,7 @@ Shell make_shell(std::uint64_t triangles) {
     const auto wanted = static_cast<double>(triangles);
     Shell shell;
     // 96 chunks at the default size, some hundreds at a million.
-    shell.cells = static_cast<std::uint32_t>(std::max(1.0, std::round(std::cbrt(wanted) / 10)));
+    shell.cells = std::max(1u, (cube_root(triangles) + 5) / 10);
     const std::uint32_t count = 6 * shell.cells * shell.cells;
     std::uint64_t made = 0;
     std::uint32_t vertices = 0;

@@ -64,6 +64,16 @@ const char* nearest_name(std::string_view name) {
         ->name;
 }
 
+// A name as it can stand in a message of one line.
+std::string quoted(std::string_view name) {
+    constexpr std::size_t kLongest = 40;
+    std::string text(name.substr(0, kLongest));
+    for (char& c : text) {
+        if (c < ' ' || c > '~') c = '?';
+    }
+    return name.size() > kLongest ? fmt::format("'{}...'", text) : fmt::format("'{}'", text);
+}
+
 }  // namespace
 
 std::span<const ProceduralScene> procedural_scenes() { return kScenes; }
@@ -72,9 +82,9 @@ std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t tri
     const auto entry = std::find_if(kEntries.begin(), kEntries.end(),
                                     [&](const Entry& e) { return name == e.scene.name; });
     if (entry == kEntries.end()) {
-        throw Error(ExitCode::kUsage, fmt::format("there is no built-in scene '{}'; the nearest "
+        throw Error(ExitCode::kUsage, fmt::format("there is no built-in scene {}; the nearest "
                                                   "name is '{}'",
-                                                  name, nearest_name(name)));
+                                                  quoted(name), nearest_name(name)));
     }
     if (triangles > kMaxTriangles) {
         throw Error(ExitCode::kLimit,

@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <cmath>
 
 #include "common/procedural/colours.h"
+#include "common/procedural/integer_root.h"
 #include "common/procedural/random.h"
 #include "common/procedural/rotation.h"
 #include "common/procedural/scenes.h"
@@ -43,7 +43,7 @@ Flight flight_of(std::uint32_t triangle, double frame) {
 DeformingMesh make_soup(std::uint64_t triangles) {
     const auto count = static_cast<std::uint32_t>(std::max<std::uint64_t>(1, triangles));
     // Corners in a cube as wide as the space that each triangle has for itself.
-    const double size = std::min(kLargest, 1 / std::cbrt(static_cast<double>(count)));
+    const double size = std::min(kLargest, 1.0 / cube_root(count));
     DeformingMesh mesh;
     mesh.topology.vertex_count = 3 * count;
     mesh.topology.triangles.reserve(count);

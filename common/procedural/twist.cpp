@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <cmath>
 
 #include "common/procedural/colours.h"
+#include "common/procedural/integer_root.h"
 #include "common/procedural/scenes.h"
 #include "common/procedural/trig.h"
 
@@ -11,7 +11,8 @@ namespace {
 constexpr double kLastFrame = 24;
 constexpr double kMostTurns = 4;
 constexpr double kSide = 1;
-constexpr double kHeight = 4;
+constexpr std::uint32_t kLayersPerAcross = 4;
+constexpr double kHeight = kLayersPerAcross * kSide;
 // The part of its cell that a box fills along each axis.
 constexpr double kFilled = 0.85;
 // The top's edges are sqrt(1/2) * kSide off the axis and turn by 2 pi * 4 / 24 a frame.
@@ -24,10 +25,11 @@ struct Column {
     std::uint32_t box_count() const { return across * across * layers; }
 };
 
-Column column_of(double boxes) {
-    const double across = std::max(1.0, std::round(std::cbrt(boxes * kSide / kHeight)));
-    const double layers = std::max(1.0, std::round(boxes / (across * across)));
-    return {static_cast<std::uint32_t>(across), static_cast<std::uint32_t>(layers)};
+Column column_of(std::uint64_t boxes) {
+    const std::uint32_t across = std::max(1u, cube_root(boxes / kLayersPerAcross));
+    const std::uint64_t area = std::uint64_t{across} * across;
+    const auto layers = static_cast<std::uint32_t>((boxes + area / 2) / area);
+    return {across, std::max(1u, layers)};
 }
 
 // Corner c of a box lies at the upper end of x, y, z where bits 0, 1, 2 of c are set.
@@ -62,7 +64,7 @@ glm::dvec3 rest_position(const Column& column, std::uint32_t vertex) {
 }  // namespace
 
 DeformingMesh make_twist(std::uint64_t triangles) {
-    const Column column = column_of(static_cast<double>(triangles) / 12);
+    const Column column = column_of((triangles + 6) / 12);
     DeformingMesh mesh;
     mesh.topology.triangles.reserve(12 * std::size_t{column.box_count()});
     mesh.topology.albedo.reserve(12 * std::size_t{column.box_count()});
