@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/memory_budget.h"
 #include "common/error.h"
 #include "cpu/cpu_backend.h"
 
@@ -10,10 +11,11 @@ namespace {
 
 std::unique_ptr<Backend> make_vulkan([[maybe_unused]] const BackendOptions& options) {
 #ifdef MORPHRAY_HAS_VULKAN
+    require_driver_memory();
     return gpu::make_vulkan_backend({.device = options.device, .validate = options.validate});
 #else
     throw Error(ExitCode::kUnavailable,
-                "vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
+                "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
 #endif
 }
 
@@ -31,7 +33,7 @@ std::vector<gpu::DeviceInfo> vulkan_devices() {
 #ifdef MORPHRAY_HAS_VULKAN
     return gpu::list_devices();
 #else
-    throw Error(ExitCode::kUnavailable, "vulkan: not built in; build with -DMORPHRAY_VULKAN=ON");
+    throw Error(ExitCode::kUnavailable, "Vulkan: not built in; build with -DMORPHRAY_VULKAN=ON");
 #endif
 }
 
@@ -50,7 +52,7 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
     try {
         return make_vulkan(options);
     } catch (const Error& error) {
-        if (error.code() != ExitCode::kUnavailable) throw;
+        if (error.code() != ExitCode::kUnavailable && error.code() != ExitCode::kLimit) throw;
         messages.warn(fmt::format("{}; going on with the CPU", error.what()));
         return cpu::make_scalar_backend(cpu_config);
     }

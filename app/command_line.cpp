@@ -127,6 +127,8 @@ void CommandLine::add_scene(CLI::App& command, bool required) {
                  options_.missing = parse_choice<MissingFrames>(option, value, kMissing);
              });
     add_flag(command, "--allow-empty", "accept a scene without triangles", options_.allow_empty);
+    add_flag(command, "--lenient", "accept vertices that are not finite and faces that are none",
+             options_.lenient);
 }
 
 void CommandLine::add_view_options(CLI::App& command) {

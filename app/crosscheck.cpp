@@ -49,6 +49,7 @@ std::string probe_command(const Options& options, const CheckRow& row, const Pix
     add("--rays", row.rays);
     line.insert(line.end(), options.view_arguments.begin(), options.view_arguments.end());
     if (options.allow_empty) line.push_back("--allow-empty");
+    if (options.lenient) line.push_back("--lenient");
     add("--backend", reference ? row.reference : row.backend);
     add("--update", reference ? "rebuild" : row.update);
     if (!reference && row.update == "refit") {
@@ -152,7 +153,8 @@ public:
 
 private:
     void keep_difference(const CheckRow& row, const Frame& expected, const Frame& actual) {
-        const std::string tree = row.update == "refit" ? fmt::format("refit-{}", row.refit_on) : row.update;
+        const std::string tree =
+            row.update == "refit" ? fmt::format("refit-{}", row.refit_on) : row.update;
         const std::string name = fmt::format("frame_{}-{}-{}-{}.png", frame_label(row.frame),
                                              row.backend, tree, row.rays);
         write_file(folder_ / name, encode_png(difference_image(expected, actual)));

@@ -7,6 +7,8 @@
 #include <limits>
 #include <span>
 
+#include "common/interop/camera.h"
+
 namespace morphray::app {
 namespace {
 
@@ -26,9 +28,9 @@ void append(std::vector<std::byte>& bytes, std::span<const T> values) {
     bytes.insert(bytes.end(), raw.begin(), raw.end());
 }
 
-float user_t(const SceneSpace& space, float t) {
+float user_depth(const SceneSpace& space, double scene_depth) {
     constexpr double kLargest = std::numeric_limits<float>::max();
-    return static_cast<float>(std::min(space.length_to_user(t), kLargest));
+    return static_cast<float>(std::min(space.length_to_user(scene_depth), kLargest));
 }
 
 }  // namespace
@@ -43,10 +45,15 @@ std::uint64_t HitsFile::bytes_per_frame(std::uint32_t width, std::uint32_t heigh
     return std::uint64_t{width} * height * (sizeof(Hit) + sizeof(std::uint32_t));
 }
 
-void HitsFile::add(const Frame& frame, const SceneSpace& space) {
+void HitsFile::add(const Frame& frame, const Camera& camera, const SceneSpace& space) {
     std::vector<Hit> hits = frame.hits;
-    for (Hit& hit : hits) {
-        if (hit.prim_id != kNoPrim) hit.t = user_t(space, hit.t);
+    for (std::uint32_t y = 0; y < frame.height; ++y) {
+        for (std::uint32_t x = 0; x < frame.width; ++x) {
+            Hit& hit = hits[std::size_t{y} * frame.width + x];
+            if (hit.prim_id == kNoPrim) continue;
+            const double scale = camera_depth_scale(camera, x, y);
+            hit.t = user_depth(space, hit.t * scale);
+        }
     }
     append(bytes_, std::span<const Hit>(hits));
     append(bytes_, std::span<const std::uint32_t>(frame.occlusion));

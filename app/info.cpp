@@ -31,11 +31,10 @@ std::string describe_vulkan() {
     try {
         std::size_t usable = 0;
         for (const gpu::DeviceInfo& device : vulkan_devices()) usable += device.unusable.empty();
-        return fmt::format("vulkan: {} usable device{}", usable, usable == 1 ? "" : "s");
+        return fmt::format("Vulkan: {} usable device{}", usable, usable == 1 ? "" : "s");
     } catch (const Error& error) {
-        // The text of some begins with the name already.
-        const std::string text = error.what();
-        return text.starts_with("vulkan: ") ? text : "vulkan: " + text;
+        // The text begins with the name.
+        return error.what();
     }
 }
 
@@ -45,7 +44,8 @@ ProgramReport describe_program() {
     for (const ProceduralScene& scene : procedural_scenes()) {
         report.builtins.push_back({scene.name, scene.description, scene.default_triangles});
     }
-    report.backends = {"cpu", "brute", describe_vulkan()};
+    report.backends = {"cpu: scalar C++", "brute: every ray against every triangle",
+                       describe_vulkan()};
     return report;
 }
 

@@ -19,10 +19,10 @@ namespace {
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
 // A leaf (320 B and 64 B of vertex numbers) holds about 11 triangles, and there is a node (448 B)
-// for about 8 of its leaves or nodes: 40 B a triangle, and half as much again for poor scenes.
-constexpr std::uint64_t kTreeBytesPerTriangle = 60;
+// for about 11 of those: 40 B a triangle, and some more for poor scenes.
+constexpr std::uint64_t kTreeBytesPerTriangle = 48;
 // Boxes, centroids, order and the binary tree that the builder holds beside the result.
-constexpr std::uint64_t kBuildBytesPerTriangle = 160;
+constexpr std::uint64_t kBuildBytesPerTriangle = 96;
 constexpr std::uint64_t kTopologyBytesPerTriangle = 16;
 // Positions in the user's units and in scene space.
 constexpr std::uint64_t kPositionBytesPerVertex = 24;
@@ -31,6 +31,9 @@ constexpr std::uint64_t kBackendBytesPerVertex = 16;
 constexpr std::uint64_t kBytesPerPixel = 60;
 // Code, libraries, thread stacks.
 constexpr std::uint64_t kFixedBytes = std::uint64_t{48} << 20;
+
+// What Mesa's lavapipe maps for an instance and a device; a smaller limit made it crash.
+constexpr std::uint64_t kDriverAddressBytes = std::uint64_t{768} << 20;
 
 std::uint64_t saturating_add(std::uint64_t a, std::uint64_t b) {
     return a > kNoLimit - b ? kNoLimit : a + b;
@@ -142,6 +145,17 @@ MemoryLimit memory_limit() {
         tighten(limit, *kib * 1024, "this machine's free memory");
     }
     return limit;
+}
+
+void require_driver_memory() {
+    MemoryLimit limit{kNoLimit, "nothing"};
+    apply_process_limit(limit, RLIMIT_AS, kStatmSize, "the address space limit (ulimit -v)");
+    if (limit.available_bytes >= kDriverAddressBytes) return;
+    throw Error(
+        ExitCode::kLimit,
+        fmt::format("a Vulkan driver needs about {} of addresses, but {} leaves {}; raise "
+                    "the limit or use --backend cpu",
+                    in_mib(kDriverAddressBytes), limit.source, in_mib(limit.available_bytes)));
 }
 
 void require_memory(const Workload& workload) {

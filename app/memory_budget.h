@@ -31,6 +31,10 @@ struct MemoryLimit {
 /// machine has left.
 MemoryLimit memory_limit();
 
+/// Throws Error(kLimit) when a Vulkan driver would not find the address space that it maps at the
+/// start: drivers tend to end the process then.
+void require_driver_memory();
+
 /// Throws Error(kLimit) when the estimate is above the limit.
 void require_memory(const Workload& workload);
 void require_memory(std::uint64_t bytes, const MemoryLimit& limit);

@@ -49,6 +49,7 @@ struct Options {
     std::string frames;
     MissingFrames missing = MissingFrames::kFail;
     bool allow_empty = false;
+    bool lenient = false;
 
     ViewSpec view;
     bool size_given = false;

@@ -12,10 +12,10 @@
 #include <optional>
 #include <system_error>
 
-#include "app/numbers.h"
 #include "common/error.h"
 #include "common/input_file.h"
 #include "common/message_text.h"
+#include "common/number_text.h"
 
 namespace morphray::app {
 namespace {
@@ -49,7 +49,7 @@ bool RayTextReader::next(UserRay& ray) {
             if (line.empty()) break;
             const std::string_view word = line.substr(0, line.find_first_of(kBlank));
             line.remove_prefix(word.size());
-            const std::optional<double> number = read_number(word);
+            const std::optional<float> number = parse_float(word);
             if (!number) fail(in_quotes(word) + " is not a number");
             if (count == kMostNumbers) fail("more than 8 numbers");
             numbers[count++] = *number;

@@ -9,9 +9,10 @@
 
 namespace morphray::app {
 
-/// Gives the rays of a text one by one: a line `ox oy oz dx dy dz [tnear tfar]` each, numbers as in
-/// read_number, tnear 0 and tfar inf where they are missing. '#' begins a comment; lines without
-/// anything else are skipped.
+/// Gives the rays of a text one by one: a line `ox oy oz dx dy dz [tnear tfar]` each, tnear 0 and
+/// tfar inf where they are missing. Numbers are read as floats, like vertices, so that a float
+/// printed with 9 digits comes back as itself; inf and nan are numbers. '#' begins a comment; lines
+/// without anything else are skipped.
 class RayTextReader {
 public:
     /// `name` is what errors call the text; both views must outlive the reader.

@@ -53,7 +53,7 @@ public:
         Image image{frame_.width, frame_.height, frame_.pixels};
         const std::string file = picture_name(frame_number);
         write_file(folder_ / file, encode_png(image));
-        if (hits_) hits_->add(frame_, scene_.space());
+        if (hits_) hits_->add(frame_, params_.camera, scene_.space());
         thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
         report_.frames.push_back(report_frame(session_, frame_number, frame_));
         report_.frames.back().file = file;

@@ -65,10 +65,10 @@ std::span<const vec3> SceneFrames::positions(double frame) {
     return scene_;
 }
 
-SceneFrames open_frames(const Options& options, const Messages& messages, bool lenient) {
+SceneFrames open_frames(const Options& options, const Messages& messages) {
     require_memory_to_open(options.scene);
     SceneOptions scene_options;
-    scene_options.lenient = lenient;
+    scene_options.lenient = options.lenient;
     scene_options.allow_empty = options.allow_empty;
     scene_options.missing = options.missing;
     scene_options.warn = [&messages](const std::string& text) { messages.warn(text); };

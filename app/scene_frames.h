@@ -33,7 +33,7 @@ private:
 };
 
 /// Opens options.scene after an estimate of what it takes; its warnings go to `messages`.
-SceneFrames open_frames(const Options& options, const Messages& messages, bool lenient = false);
+SceneFrames open_frames(const Options& options, const Messages& messages);
 
 enum class DefaultFrames { kAll, kFew, kFirst };
 

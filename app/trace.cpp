@@ -93,12 +93,13 @@ BackendOptions backend_of(const Options& options) {
 
 }  // namespace
 
-ExitCode run_trace(const Options& options, const Messages& messages) {
+ExitCode run_trace(const Options& given, const Messages& messages) {
+    Options options = given;
+    options.lenient = true;
     check_reports({options.out});
     const std::string rays = read_rays(options.ray_file);
-    SceneFrames scene = open_frames(options, messages, true);
+    SceneFrames scene = open_frames(options, messages);
     const Topology& topology = scene.clip().topology();
-    // A ray's answer is at most as long as about two of its lines.
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,
                     .kept_bytes = 2 * rays.size() + kBatch * 128});
