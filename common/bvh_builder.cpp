@@ -1,7 +1,6 @@
 #include "common/bvh_builder.h"
 
 #include <fmt/format.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 
@@ -9,6 +8,7 @@
 #include "common/bvh_refit.h"
 #include "common/collapse.h"
 #include "common/error.h"
+#include "common/thread_arena.h"
 
 namespace morphray {
 namespace {
@@ -126,8 +126,9 @@ Bvh build_bvh(const Topology& topology, std::span<const vec3> positions,
         throw Error(ExitCode::kLimit, fmt::format("{} triangles are more than a tree can hold ({})",
                                                   topology.triangles.size(), kMaxTriangles));
     }
-    tbb::task_arena arena(config.threads > 0 ? config.threads : tbb::task_arena::automatic);
-    return arena.execute([&] { return build_in_arena(topology, positions, config.split); });
+    return ThreadArena(config.threads).execute([&] {
+        return build_in_arena(topology, positions, config.split);
+    });
 }
 
 }  // namespace morphray

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "common/box.h"
+#include "common/interop/triangle.h"
 
 namespace morphray {
 
@@ -41,20 +42,16 @@ BvhStats bvh_stats(const Bvh& bvh) {
 }
 
 DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions) {
-    using dvec3 = glm::dvec3;
     DegenerateCount count;
     for (const uvec3& t : topology.triangles) {
         const vec3 a = positions[t.x];
         const vec3 b = positions[t.y];
         const vec3 c = positions[t.z];
-        if (!is_finite_vertex(a) || !is_finite_vertex(b) || !is_finite_vertex(c)) {
+        if (!finite_vertices(a, b, c)) {
             ++count.not_finite;
             continue;
         }
-        const dvec3 e = dvec3(b) - dvec3(a);
-        const dvec3 f = dvec3(c) - dvec3(a);
-        if (e.y * f.z == e.z * f.y && e.z * f.x == e.x * f.z && e.x * f.y == e.y * f.x)
-            ++count.zero_area;
+        if (!has_area(a, b, c)) ++count.zero_area;
     }
     return count;
 }

@@ -12,9 +12,11 @@ constexpr std::uint32_t kGapColour = 0xFF202020;
 
 std::uint32_t divide_up(std::uint32_t a, std::uint32_t b) { return a / b + (a % b != 0); }
 
-/// The mean of the block of factor x factor pixels at (x, y), as much of it as there is.
+/// The mean of the block of factor x factor pixels at (x, y), as much of it as there is; (x, y) is
+/// inside the image.
 std::uint32_t block_mean(const Image& image, std::uint32_t x, std::uint32_t y,
                          std::uint32_t factor) {
+    assert(x < image.width && y < image.height && factor > 0);
     const std::uint32_t x_end = std::min(x + factor, image.width);
     const std::uint32_t y_end = std::min(y + factor, image.height);
     std::array<std::uint64_t, 4> sum = {};

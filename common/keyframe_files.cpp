@@ -63,8 +63,7 @@ NumberedName split_name(const fs::path& folder, const std::string& name) {
     NumberedName result{name, name.substr(0, first), name.substr(first, last + 1 - first),
                         name.substr(last + 1), 0};
     if (result.digits.size() > 18) {
-        fail(folder,
-             fmt::format("number of {} has more than 18 digits; rename it", in_quotes(name)));
+        fail(folder, fmt::format("number of {} has more than 18 digits; rename it", shown(name)));
     }
     result.number = static_cast<std::uint64_t>(*parse_integer(result.digits));
     return result;
@@ -77,13 +76,13 @@ void require_alike(const fs::path& folder, const std::vector<NumberedName>& name
             fail(folder,
                  fmt::format("{} and {} are not frames of one sequence; give a pattern such "
                              "as frame_%04d.obj, or one file",
-                             in_quotes(names[0].name), in_quotes(name.name)));
+                             shown(names[0].name), shown(name.name)));
         }
     }
     for (std::size_t i = 1; i < names.size(); ++i) {
         if (names[i].number == names[i - 1].number) {
             fail(folder, fmt::format("{} and {} are the same frame; remove one",
-                                     in_quotes(names[i - 1].name), in_quotes(names[i].name)));
+                                     shown(names[i - 1].name), shown(names[i].name)));
         }
     }
 }

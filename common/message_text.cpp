@@ -5,14 +5,15 @@
 namespace morphray {
 namespace {
 
-constexpr std::size_t kQuoteLimit = 40;
+constexpr std::size_t kQuoteLimit = 80;
 
-std::string without_control(std::string_view text) {
+// Bytes above `last` and control characters as \xNN.
+std::string escaped(std::string_view text, unsigned last) {
     std::string result;
     result.reserve(text.size());
     for (const char c : text) {
         const auto byte = static_cast<unsigned char>(c);
-        if (byte < 0x20 || byte == 0x7F) {
+        if (byte < 0x20 || byte == 0x7F || byte > last) {
             result += fmt::format("\\x{:02X}", byte);
         } else {
             result += c;
@@ -25,9 +26,9 @@ std::string without_control(std::string_view text) {
 
 std::string in_quotes(std::string_view text) {
     const bool cut = text.size() > kQuoteLimit;
-    return fmt::format("'{}'{}", without_control(text.substr(0, kQuoteLimit)), cut ? "..." : "");
+    return fmt::format("'{}'{}", escaped(text.substr(0, kQuoteLimit), 0x7F), cut ? "..." : "");
 }
 
-std::string shown(const std::filesystem::path& path) { return without_control(path.native()); }
+std::string shown(const std::filesystem::path& path) { return escaped(path.native(), 0xFF); }
 
 }  // namespace morphray

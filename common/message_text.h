@@ -7,7 +7,7 @@
 
 namespace morphray {
 
-/// 'text' in quotes, control characters as \xNN, cut to about 40 bytes.
+/// 'text' in quotes, what is not printable ASCII as \xNN, cut to 80 bytes.
 std::string in_quotes(std::string_view text);
 
 /// A path as it is, except that control characters become \xNN.

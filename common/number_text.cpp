@@ -77,9 +77,8 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
     std::int64_t value = 0;
     for (const char c : text) {
         if (!digit(c)) return std::nullopt;
-        if (value < kManyDigits) value = value * 10 + (c - '0');
+        value = value < kManyDigits / 10 ? value * 10 + (c - '0') : kManyDigits;
     }
-    if (value > kManyDigits) value = kManyDigits;
     return negative ? -value : value;
 }
 

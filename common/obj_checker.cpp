@@ -47,6 +47,7 @@ public:
     Checker(std::string& text, const std::string& name, const ObjCheckOptions& options)
         : name_(name),
           lenient_(options.lenient),
+          max_triangles_(options.max_triangles),
           begin_(text.data()),
           at_(text.data()),
           end_(text.data() + text.size()) {}
@@ -232,9 +233,10 @@ private:
         }
         ++checked_.face_count;
         checked_.corner_count += corners;
-        if (checked_.corner_count - 2 * checked_.face_count > kMaxTriangles) {
+        if (checked_.corner_count - 2 * checked_.face_count > max_triangles_) {
             throw Error(ExitCode::kLimit,
-                        at_line("more than 2^28 triangles; split or simplify the scene"));
+                        at_line(fmt::format("more than {} triangles; split or simplify the scene",
+                                            max_triangles_)));
         }
     }
 
@@ -282,6 +284,7 @@ private:
 
     const std::string& name_;
     const bool lenient_;
+    const std::uint64_t max_triangles_;
     char* const begin_;
     char* at_;
     char* const end_;

@@ -22,6 +22,8 @@ struct ObjCheckOptions {
     /// Accept coordinates that are not finite or too large, and leave out, with a warning, faces
     /// that cannot be read.
     bool lenient = false;
+    /// More refuse the file (kLimit).
+    std::uint64_t max_triangles = kMaxTriangles;
     WarnFunction warn;
 };
 
@@ -42,8 +44,8 @@ struct CheckedObj {
 /// `v` of numbers, `f` of indices that are not 0 and fit an int, relative ones within the vertices
 /// so far, `usemtl` and `mtllib`. Unless lenient, no index is past the last vertex.
 ///
-/// `name` is the file in messages. Throws Error: kBadInput with file and line, kLimit above 2^28
-/// triangles.
+/// `name` is the file in messages. Throws Error: kBadInput with file and line, kLimit above
+/// max_triangles.
 CheckedObj check_obj(std::string& text, const std::string& name, const ObjCheckOptions& options);
 
 }  // namespace morphray

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <set>
 #include <string>
 #include <string_view>
@@ -84,6 +85,8 @@ public:
         read_mtl_text(bytes, shown(file), options_.lenient, options_.warn, materials_);
     }
 
+    std::size_t vertex_count() const { return vertex_count_; }
+
     void tell_warnings() const {
         unread_.tell(options_.warn);
         unknown_.tell(options_.warn);
@@ -134,9 +137,11 @@ ObjMesh read_obj(const fs::path& path, const ObjOptions& options) {
 
     std::string text = read_input_file(path);
     ObjMesh mesh;
-    CheckedObj checked = check_obj(text, name, {held.lenient, held.warn});
+    CheckedObj checked = check_obj(text, name, {held.lenient, kMaxTriangles, held.warn});
     MeshBuilder builder(path, held, checked, mesh);
     parse_obj_text(text, builder);
+    assert(builder.vertex_count() == checked.positions.size());
+    assert(held.lenient || mesh.faces.corners.size() == checked.corner_count);
     builder.tell_warnings();
     mesh.positions = std::move(checked.positions);
     require_content(mesh, name, held);

@@ -1,0 +1,108 @@
+# What ./run and ./test share: install what is missing, configure, build. To be sourced by bash with
+# `root` set to the checkout. Exit codes are the program's (README): 4 when packages cannot be had,
+# 70 when the build fails.
+
+: "${root:?}"
+build=$root/build/release
+log=$build/setup.log
+
+say() { printf 'morphray: %s\n' "$*" >&2; }
+
+# A closed stdin would give its number to the first file that a tool opens.
+{ : <&0; } 2>/dev/null || exec </dev/null
+
+# packages KIND...: the names listed under these kinds.
+packages() {
+    local kind name wanted=" $* "
+    while read -r kind name; do
+        case $wanted in *" $kind "*) printf '%s\n' "$name" ;; esac
+    done <"$root/cmake/packages.txt"
+}
+
+# missing_packages KIND...: those that are not installed, by asking dpkg alone.
+missing_packages() {
+    local name installed
+    # shellcheck disable=SC2016  # dpkg-query expands these
+    installed=$(packages "$@" |
+        xargs dpkg-query -W -f '${Package} ${db:Status-Status}\n' 2>/dev/null) || true
+    for name in $(packages "$@"); do
+        grep -qxF "$name installed" <<<"$installed" || printf '%s\n' "$name"
+    done
+}
+
+# show_log_and_exit CODE MESSAGE
+show_log_and_exit() {
+    [ "$log" = /dev/stderr ] || cat "$log" >&2
+    say "$2"
+    exit "$1"
+}
+
+# install_missing INSTALL KIND...: INSTALL is "yes" or "no" (then only says what to type).
+install_missing() {
+    local install=$1 missing prefix=()
+    shift
+    if ! command -v dpkg-query >/dev/null; then
+        say "no dpkg here: trusting that these are installed: $(packages "$@" | tr '\n' ' ')"
+        return
+    fi
+    mapfile -t missing < <(missing_packages "$@")
+    [ ${#missing[@]} -gt 0 ] || return 0
+    [ "$(id -u)" = 0 ] || prefix=(sudo)
+    local line="${prefix[*]:+${prefix[*]} }apt-get install --no-install-recommends ${missing[*]}"
+    if [ "$install" = no ]; then
+        printf '%s\n' "$line"
+        exit 4
+    fi
+    if [ ${#prefix[@]} -gt 0 ] && ! command -v sudo >/dev/null; then
+        say "packages are missing and there is no sudo; as root: ${line#sudo }"
+        exit 4
+    fi
+    say "installing ${missing[*]}"
+    local apt=("${prefix[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y)
+    # A list that is stale or cannot be refreshed shows when the packages are fetched.
+    "${apt[@]}" update </dev/null >>"$log" 2>&1 || true
+    "${apt[@]}" install --no-install-recommends "${missing[@]}" </dev/null >>"$log" 2>&1 ||
+        show_log_and_exit 4 "packages could not be installed; try: $line"
+}
+
+cache_has() { grep -qxF "$1" "$build/CMakeCache.txt" 2>/dev/null; }
+
+# configure TESTS: once; afterwards ninja does it by itself. Without tests (OFF) a tree that has
+# them will do.
+configure() {
+    local tests=$1
+    # A checkout that was moved or copied with its build folder.
+    cache_has "CMAKE_HOME_DIRECTORY:INTERNAL=$root" ||
+        rm -rf "$build/CMakeCache.txt" "$build/CMakeFiles" "$build/build.ninja"
+    if [ -e "$build/build.ninja" ] &&
+        { [ "$tests" = OFF ] || cache_has MORPHRAY_TESTS:BOOL=ON; }; then
+        return
+    fi
+    (cd "$root" && cmake --preset release -DMORPHRAY_TESTS="$tests") </dev/null >>"$log" 2>&1 ||
+        show_log_and_exit 70 "configuring failed"
+}
+
+# set_up INSTALL TESTS KIND...: everything up to a program that is up to date. One at a time, so
+# that two calls do not build into each other.
+set_up() {
+    local install=$1 tests=$2 targets=() quiet=(--quiet)
+    shift 2
+    [ "$tests" = ON ] || targets=(morphray)
+    if ! mkdir -p "$build"; then
+        say "$build cannot be made; build elsewhere with cmake by hand"
+        exit 5
+    fi
+    exec 9>"$root/build/.lock"
+    flock 9
+    : >"$log"
+    if [ "${MORPHRAY_VERBOSE:-0}" = 1 ]; then
+        log=/dev/stderr
+        quiet=()
+    fi
+    install_missing "$install" "$@"
+    [ -e "$build/build.ninja" ] || say "building; the first time takes a minute or two"
+    configure "$tests"
+    ninja -C "$build" "${quiet[@]}" "${targets[@]}" </dev/null >>"$log" 2>&1 ||
+        show_log_and_exit 70 "the build failed"
+    exec 9>&-
+}

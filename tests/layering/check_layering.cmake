@@ -1,0 +1,124 @@
+# cmake -D ROOT=checkout -P check_layering.cmake: fails with a line for each #include that points up
+# or sideways in
+#
+#     app  bench  tests -> cpu, gpu -> common -> common/interop        gpu -> shaders -> common/interop
+#
+# or that brings a library outside its one place. tests/app alone may also see app.
+cmake_minimum_required(VERSION 3.25)
+
+set(layers common/interop common cpu gpu shaders app bench tests)
+set(may_see_common/interop common/interop)
+set(may_see_common common common/interop)
+set(may_see_cpu cpu common common/interop)
+set(may_see_gpu gpu shaders common common/interop)
+set(may_see_shaders shaders common/interop)
+set(may_see_app app cpu gpu common common/interop)
+set(may_see_bench bench cpu gpu common common/interop)
+set(may_see_tests tests cpu gpu common common/interop)
+
+# Where a library may be included: the regular expression of the header, then that of the files.
+set(places
+    "^hwy/"                     "^(cpu/.*-inl\\.h|tests/cpu/.*)$"
+    "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu)/"
+    "^(gtest|gmock)/|^png\\.h$" "^tests/"
+    "^benchmark/"               "^bench/"
+    "^embree"                   "^(bench|tests)/"
+    "^xxhash\\.h$"              "^common/hash\\.h$"
+    "stb_image\\.h$"            "^$")
+# Included by one .cpp each, besides tests for those listed after.
+set(one_source_each tiny_obj_loader stb_image_write nlohmann/ CLI/)
+set(free_in_tests nlohmann/)
+
+set(violations "")
+macro(violation file include reason)
+    list(APPEND violations "${file} includes ${include}: ${reason}")
+endmacro()
+
+# layer_of(path out): the longest layer that the path lies in, or "".
+function(layer_of path out)
+    set(${out} "" PARENT_SCOPE)
+    foreach(layer IN LISTS layers)
+        if(path MATCHES "^${layer}/")
+            set(${out} ${layer} PARENT_SCOPE)
+            return()
+        endif()
+    endforeach()
+endfunction()
+
+set(files "")
+foreach(layer IN LISTS layers)
+    foreach(extension h hpp inl cpp cc c comp glsl vert frag in)
+        file(GLOB_RECURSE found RELATIVE ${ROOT} ${ROOT}/${layer}/*.${extension})
+        list(APPEND files ${found})
+    endforeach()
+endforeach()
+list(REMOVE_DUPLICATES files)
+list(LENGTH files count)
+if(count EQUAL 0)
+    message(FATAL_ERROR "no sources under '${ROOT}'")
+endif()
+
+foreach(file IN LISTS files)
+    layer_of(${file} from)
+    set(visible ${may_see_${from}})
+    if(file MATCHES "^tests/app/")
+        list(APPEND visible app)
+    endif()
+    file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*[<\"]")
+    # The file that Highway compiles once for each target.
+    set(dispatches FALSE)
+    if(file MATCHES "^cpu/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
+        set(dispatches TRUE)
+    endif()
+    foreach(line IN LISTS lines)
+        string(REGEX MATCH "([<\"])([^>\"]*)[>\"]" unused "${line}")
+        set(quote "${CMAKE_MATCH_1}")
+        set(include "${CMAKE_MATCH_2}")
+
+        set(is_library FALSE)
+        set(rest ${places})
+        while(rest)
+            list(POP_FRONT rest header place)
+            if(include MATCHES "${header}")
+                set(is_library TRUE)
+                if(NOT file MATCHES "${place}" AND NOT (dispatches AND include MATCHES "^hwy/"))
+                    violation(${file} ${include} "this library has another place")
+                endif()
+            endif()
+        endwhile()
+        foreach(library IN LISTS one_source_each)
+            if(include MATCHES "${library}")
+                set(is_library TRUE)
+                if(file MATCHES "^tests/" AND library IN_LIST free_in_tests)
+                elseif(NOT file MATCHES "\\.cpp$" OR file MATCHES "^tests/")
+                    violation(${file} ${include} "only one .cpp may include this library")
+                else()
+                    list(APPEND users_of_${library} ${file})
+                endif()
+            endif()
+        endforeach()
+
+        layer_of(${include} to)
+        if(to)
+            if(NOT to IN_LIST visible)
+                violation(${file} ${include} "${from} must not see ${to}")
+            endif()
+        elseif(quote STREQUAL "\"" AND NOT is_library)
+            violation(${file} ${include} "not a path from the root of the repository")
+        endif()
+    endforeach()
+endforeach()
+
+foreach(library IN LISTS one_source_each)
+    list(REMOVE_DUPLICATES users_of_${library})
+    list(LENGTH users_of_${library} count)
+    if(count GREATER 1)
+        list(JOIN users_of_${library} ", " users)
+        list(APPEND violations "${users} include ${library}: only one .cpp may")
+    endif()
+endforeach()
+
+if(violations)
+    list(JOIN violations "\n" text)
+    message(FATAL_ERROR "layering:\n${text}")
+endif()
