@@ -35,11 +35,16 @@ struct ResolvedView {
     Point light;
     double ao_distance = 0;
 };
+/// Never throws; what is not finite in the view stays so. Of empty bounds the scene is taken for a
+/// cube with corners at distance 1 from 0, of a single point for one around it with corners as far
+/// as 0 is. A target that is not given is the middle of the bounds, or for an eye just there a
+/// point before it along -z.
 ResolvedView resolve_view(const ViewSpec& view, const UserBounds& bounds);
 
 /// Throws Error(kBadInput) when eye and target coincide, up is parallel to the view, fov is not in
-/// (0, 180), a number is not finite, or the eye or light is farther than a million scene sizes; and
-/// Error(kLimit) above 65536 pixels a side or 2^28 in all.
+/// (0, 180) or too wide for the picture's shape, a number is not finite, ao_distance is negative,
+/// or the eye or light is farther than a million scene sizes; Error(kUsage) when width, height or
+/// ao_count is 0; and Error(kLimit) above 65536 pixels a side or 2^28 in all, or 256 for ao_count.
 ImageParams make_image_params(const ViewSpec& view, const UserBounds& bounds,
                               const SceneSpace& space);
 

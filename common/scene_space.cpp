@@ -97,7 +97,9 @@ SceneRay to_scene(const SceneSpace& space, const UserRay& user) {
         largest = std::max(largest, std::abs(user.dir[axis]));
     }
     if (largest == 0 || !(user.tnear <= user.tfar) || !(user.tfar >= 0)) return result;
-    const int dir_exponent = std::ilogb(largest);
+    int dir_exponent = std::ilogb(largest);
+    // What rounds up to 2 belongs to the next exponent.
+    if (static_cast<float>(std::ldexp(largest, -dir_exponent)) == 2.0f) ++dir_exponent;
     try {
         result.ray.org = space.point_to_scene(user.org, "ray origin");
     } catch (const Error&) {

@@ -13,7 +13,7 @@ namespace morphray {
 /// once to float and snapped to the grid of 2^-40. The exponent brings the clip's bounds into
 /// [-2^20, 2^20]. centre is 0 on an axis unless the clip lies so far to one side of 0 that
 /// user - centre is exact for every float in the bounds (Sterbenz's lemma), so the map of every
-/// vertex of at least 2^-37 of the extent is exact and exactly invertible.
+/// vertex of at least 2^-36 of the extent is exact and exactly invertible.
 class SceneSpace {
 public:
     /// Of the empty bounds: the identity.

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 #include <tbb/blocked_range2d.h>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cassert>
 #include <chrono>
 
+#include "common/thread_arena.h"
 #include "cpu/brute_tracer.h"
 #include "cpu/image_tracer.h"
 #include "cpu/refit.h"
@@ -47,13 +47,11 @@ template <class MakeTracer>
 class CpuBackend final : public Backend {
 public:
     CpuBackend(std::string name, const CpuConfig& config, MakeTracer make_tracer)
-        : name_(std::move(name)),
-          arena_(config.threads > 0 ? config.threads : tbb::task_arena::automatic),
-          make_tracer_(make_tracer) {}
+        : name_(std::move(name)), arena_(config.threads), make_tracer_(make_tracer) {}
 
     const std::string& name() const override { return name_; }
     std::string description() const override {
-        return fmt::format("scalar C++, {} threads", arena_.max_concurrency());
+        return fmt::format("scalar C++, {} threads", arena_.threads());
     }
 
     void set_scene(const Topology& topology, std::span<const vec3> positions,
@@ -131,7 +129,7 @@ public:
 
 private:
     std::string name_;
-    tbb::task_arena arena_;
+    ThreadArena arena_;
     MakeTracer make_tracer_;
     Topology topology_;
     std::vector<vec3> positions_;

@@ -31,7 +31,7 @@ SHARED vec3 cross3(vec3 a, vec3 b) {
     return r;
 }
 
-/// 1/x to 1 ulp for 2^-125 <= |x| <= 2^125: a linear guess on the bits, two Newton steps, and one
+/// 1/x to 1.2 ulp for 2^-125 <= |x| <= 2^125: a linear guess on the bits, two Newton steps, and one
 /// in residual form. Outside that range the result is unspecified but the same everywhere.
 SHARED float rcp(float x) {
     PRECISE float ax = abs(x);

@@ -16,6 +16,8 @@
 // Hence a hit is never outside its triangle's box by more than rounding, and the answer cannot
 // depend on the tree that led to it (docs/arithmetic.md, "Boxes").
 //
+// The displacement is some 2^-23 of a triangle's own size.
+//
 // That arithmetic is for the few triangles that may be hit. A tracer sorts out the rest by any test
 // that never rejects a hit; may_hit is one.
 #ifndef COMMON_INTEROP_TRIANGLE_H
@@ -209,14 +211,38 @@ SHARED bool finite_vertices(vec3 a, vec3 b, vec3 c) {
     return max(a.x, max(b.x, c.x)) <= kSceneExtent;
 }
 
-/// Whether the ray hits the triangle a, b, c (scene space), and where.
+/// Whether (e1 + r1) * (f2 + s2) - (e2 + r2) * (f1 + s1) is 0 because every product that a rounding
+/// error r or s takes part in is 0 and the others cancel exactly.
+SHARED bool products_cancel(float e1, float r1, float e2, float r2, float f1, float s1, float f2,
+                            float s2) {
+    return difference_of_products(e1, f2, e2, f1) == 0.0f && (r1 == 0.0f || f2 == 0.0f) &&
+           (s2 == 0.0f || e1 == 0.0f) && (r2 == 0.0f || f1 == 0.0f) && (s1 == 0.0f || e2 == 0.0f);
+}
+
+/// Whether a triangle has an area. It has none where its vertices are collinear and the differences
+/// of their coordinates are floats or do not matter, and then certainly so; elsewhere it counts as
+/// having one.
+SHARED bool has_area(vec3 a, vec3 b, vec3 c) {
+    PRECISE vec3 e = b - a;
+    PRECISE vec3 f = c - a;
+    vec3 r = vec3(difference_error(b.x, a.x, e.x), difference_error(b.y, a.y, e.y),
+                  difference_error(b.z, a.z, e.z));
+    vec3 s = vec3(difference_error(c.x, a.x, f.x), difference_error(c.y, a.y, f.y),
+                  difference_error(c.z, a.z, f.z));
+    return !products_cancel(e.y, r.y, e.z, r.z, f.y, s.y, f.z, s.z) ||
+           !products_cancel(e.z, r.z, e.x, r.x, f.z, s.z, f.x, s.x) ||
+           !products_cancel(e.x, r.x, e.y, r.y, f.x, s.x, f.y, s.y);
+}
+
+/// Whether the ray hits the triangle a, b, c (scene space), and where. Triangles without area and
+/// those with a vertex that is not finite are never hit.
 SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
                                OUT(TriangleHit) hit) {
     vec3 pa = project(s, a);
     vec3 pb = project(s, b);
     vec3 pc = project(s, c);
     bool is_hit = hit_projected(s, tnear, tfar, pa, pb, pc, hit);
-    return is_hit && finite_vertices(a, b, c);
+    return is_hit && finite_vertices(a, b, c) && has_area(a, b, c);
 }
 
 /// Whether intersect_triangle may be true: cheap, and never wrong when it says no.

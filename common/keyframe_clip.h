@@ -1,0 +1,33 @@
+// A clip whose frames are OBJ files.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "common/clip.h"
+#include "common/keyframe_files.h"
+#include "common/scene_source.h"
+
+namespace morphray {
+
+/// `a + (b - a) * f` in float, a for f = 0; f in [0, 1). The result lies in the interval between a
+/// and b if they are finite and b - a is (derivation in keyframe_clip.cpp).
+float interpolate(float a, float b, float f);
+
+/// Reads all files (at least one), in parallel, and keeps their positions. Between keyframes
+/// positions are interpolated component by component, and at a keyframe they are the file's, bit
+/// for bit. A frame that is missing is the one before if options.missing is kHold; otherwise it is
+/// interpolated like any frame between two keyframes.
+///
+/// All files must have the faces of the first one, from which triangles and colours are taken. A
+/// later file that cannot be read or, unless lenient, has coordinates that are not finite or beyond
+/// 1e30, does not fail the opening: it warns, leaves the file out of the bounds, and positions() of
+/// every frame that takes part in it throws Error(kBadInput) with the file, the line and the frame.
+///
+/// Throws Error: kBadInput for a first file that cannot be read and for files of other faces, with
+/// the frame and what differs; kLimit for more keyframes than there is memory.
+std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
+                                     const std::string& name, const SceneOptions& options);
+
+}  // namespace morphray

@@ -1,0 +1,33 @@
+// A number of threads to work in.
+#pragma once
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <optional>
+
+namespace morphray {
+
+/// Runs tasks on `threads` threads, 0 for as many as there are cores. More than there are cores are
+/// really made, too (unless arenas of several such sizes are alive: the smallest then counts).
+class ThreadArena {
+public:
+    explicit ThreadArena(int threads) : arena_(threads > 0 ? threads : tbb::task_arena::automatic) {
+        using tbb::global_control;
+        const auto cores = global_control::active_value(global_control::max_allowed_parallelism);
+        const auto wanted = static_cast<std::size_t>(arena_.max_concurrency());
+        if (wanted > cores) allow_.emplace(global_control::max_allowed_parallelism, wanted);
+    }
+
+    template <class Work>
+    auto execute(Work work) {
+        return arena_.execute(work);
+    }
+    int threads() const { return arena_.max_concurrency(); }
+
+private:
+    std::optional<tbb::global_control> allow_;
+    tbb::task_arena arena_;
+};
+
+}  // namespace morphray

@@ -1,0 +1,36 @@
+// The seam to tinyobjloader: what its parser finds in checked text.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace morphray {
+
+/// Receives the statements of an OBJ text in their order.
+class ObjEvents {
+public:
+    virtual ~ObjEvents() = default;
+    virtual void vertex() = 0;
+    /// The position indices of a face as they are in the text: from 1, or relative if negative. The
+    /// span is the parser's own and may be changed.
+    virtual void face(std::span<const int> indices) = 0;
+    /// A name with the blanks around it.
+    virtual void use_material(std::string_view name) = 0;
+    virtual void material_library(const std::string& name) = 0;
+};
+
+/// `text` must have passed check_obj. Exceptions of the events pass through.
+void parse_obj_text(std::string_view text, ObjEvents& events);
+
+struct ParsedMaterial {
+    std::string name;
+    std::array<float, 3> diffuse;
+};
+
+/// The materials of an MTL text in their order, `newmtl` and `Kd` of three finite numbers.
+std::vector<ParsedMaterial> parse_mtl_text(std::string_view text);
+
+}  // namespace morphray

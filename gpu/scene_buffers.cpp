@@ -1,0 +1,85 @@
+#include "gpu/scene_buffers.h"
+
+#include <cassert>
+
+namespace morphray::gpu {
+namespace {
+
+constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
+constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
+constexpr VkBufferUsageFlags kReadAndWritten =
+    VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
+
+template <class T>
+std::span<const std::byte> bytes_of(const std::vector<T>& values) {
+    return std::as_bytes(std::span(values));
+}
+
+/// A texel buffer that holds these values.
+template <class T>
+TexelBuffer filled(Context& context, Transfer& transfer, const char* name,
+                   const std::vector<T>& values, VkFormat format = kWord,
+                   VkBufferUsageFlags usage = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
+    TexelBuffer texels(context, name, bytes_of(values).size(), format, usage);
+    transfer.upload(bytes_of(values), texels.buffer);
+    return texels;
+}
+
+}  // namespace
+
+static_assert(sizeof(vec3) == 12 && sizeof(uvec3) == 12, "both travel as three words");
+
+TexelBuffer::TexelBuffer(Context& context, const char* name, VkDeviceSize size, VkFormat format,
+                         VkBufferUsageFlags usage)
+    : buffer(context, name, size, usage, Memory::kDevice),
+      view(texel_view(context, name, buffer, format)) {}
+
+SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology& topology,
+                           std::span<const vec3> positions, const Bvh& bvh)
+    : vertex_count_(topology.vertex_count),
+      triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
+      positions_(context, "positions", positions.size_bytes(), kWord),
+      triangles_(filled(context, transfer, "triangles", topology.triangles)),
+      albedo_(filled(context, transfer, "albedo", topology.albedo)) {
+    set_positions(transfer, positions);
+    set_tree(context, transfer, bvh);
+}
+
+void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions) {
+    assert(positions.size() == vertex_count_);
+    transfer.upload(std::as_bytes(positions), positions_.buffer);
+}
+
+void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh) {
+    assert(bvh.triangle_count == triangle_count_ && bvh.level_begin.back() == bvh.nodes.size());
+    leaf_count_ = static_cast<std::uint32_t>(bvh.leaves.size());
+    level_begin_ = bvh.level_begin;
+    nodes_ = filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadAndWritten);
+    leaves_ = filled(context, transfer, "leaves", bvh.leaves, kFourWords, kReadAndWritten);
+    leaf_vertices_ = filled(context, transfer, "leaf vertices", bvh.leaf_vertices);
+    leaf_parents_ = filled(context, transfer, "leaf parents", bvh.leaf_parents);
+    node_parents_ = filled(context, transfer, "node parents", bvh.node_parents);
+    nodes_out_ = texel_view(context, "nodes, written", nodes_.buffer, kWord);
+    leaves_out_ = texel_view(context, "leaves, written", leaves_.buffer, kFourWords);
+}
+
+void SceneBuffers::read_tree(Transfer& transfer, Bvh& bvh) const {
+    assert(bvh.nodes.size() == node_count() && bvh.leaves.size() == leaf_count_);
+    transfer.download(nodes_.buffer, std::as_writable_bytes(std::span(bvh.nodes)));
+    transfer.download(leaves_.buffer, std::as_writable_bytes(std::span(bvh.leaves)));
+}
+
+void SceneBuffers::add_to(Bindings& bindings) const {
+    bindings.views[kBindPositions] = positions_.view.get();
+    bindings.views[kBindTriangles] = triangles_.view.get();
+    bindings.views[kBindAlbedo] = albedo_.view.get();
+    bindings.views[kBindNodes] = nodes_.view.get();
+    bindings.views[kBindLeaves] = leaves_.view.get();
+    bindings.views[kBindLeafVertices] = leaf_vertices_.view.get();
+    bindings.views[kBindLeafParents] = leaf_parents_.view.get();
+    bindings.views[kBindNodeParents] = node_parents_.view.get();
+    bindings.views[kBindNodesOut] = nodes_out_.get();
+    bindings.views[kBindLeavesOut] = leaves_out_.get();
+}
+
+}  // namespace morphray::gpu

@@ -1,0 +1,30 @@
+// Settings that change nothing but how, which tests use to reach the rare paths.
+#pragma once
+
+#include <cstdint>
+
+#include "gpu/validation_log.h"
+#include "gpu/vulkan_api.h"
+#include "shaders/kernel_interface.h"
+
+namespace morphray::gpu {
+
+struct Tuning {
+    /// Loop iterations after which a lane suspends its ray, 1 to kStepBudget.
+    std::uint32_t step_budget = kStepBudget;
+    /// Tiles of 8x8 pixels, or 64 rays, traced by one dispatch: 2^18 rays bound both the memory of
+    /// the answers and the time of a dispatch, far below the 2 s that drivers allow.
+    std::uint32_t tiles_per_dispatch = 4096;
+    /// Suspended rays that one dispatch continues; each takes 2 KB.
+    std::uint32_t resume_slots = 4096;
+    /// Copy through a staging buffer even where the host sees the device's memory.
+    bool force_staging = false;
+    /// A submission that takes longer counts as a lost device.
+    std::uint64_t submit_timeout_ms = 60'000;
+    /// Takes the place of libvulkan's vkGetInstanceProcAddr.
+    PFN_vkGetInstanceProcAddr loader = nullptr;
+    /// Receives validation errors, those at destruction included; must outlive the backend.
+    ValidationLog* log = nullptr;
+};
+
+}  // namespace morphray::gpu

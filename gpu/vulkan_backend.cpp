@@ -1,0 +1,303 @@
+#include "gpu/vulkan_backend.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <cstring>
+
+#include "gpu/kernels.h"
+#include "gpu/limits.h"
+#include "gpu/ray_passes.h"
+#include "gpu/vulkan_backend_internal.h"
+
+namespace morphray::gpu {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// Far below what any device allows; refit dispatches of 2^22 leaves or nodes stay short.
+constexpr std::uint32_t kMaxRefitGroups = 1u << 16;
+
+std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
+
+Bvh empty_tree() {
+    Bvh bvh;
+    Node& root = bvh.nodes.emplace_back();
+    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+        root.lower_x[slot] = root.lower_y[slot] = root.lower_z[slot] = kEmptyPlane;
+        root.upper_x[slot] = root.upper_y[slot] = root.upper_z[slot] = -kEmptyPlane;
+        root.child[slot] = kEmptyChild;
+    }
+    bvh.node_parents = {kNoParent};
+    bvh.level_begin = {0, 1};
+    return bvh;
+}
+
+std::uint32_t rays_per_hit(const ImageParams& params) {
+    if (params.rays == kRaysShadow) return 1;
+    return params.rays == kRaysAo ? params.ao_count : 0;
+}
+
+std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
+    const auto hits = static_cast<std::uint64_t>(
+        std::count_if(frame.hits.begin(), frame.hits.end(),
+                      [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
+    return frame.hits.size() + hits * rays_per_hit(params);
+}
+
+class VulkanBackend final : public Backend {
+public:
+    VulkanBackend(const VulkanConfig& config, const Tuning& tuning)
+        : context_(config, tuning),
+          transfer_(context_),
+          kernels_(context_, tuning.step_budget),
+          passes_(context_, pass_size(context_.limits(), tuning), tuning.step_budget),
+          scene_(context_, transfer_, Topology{}, {}, empty_tree()) {
+        assert(tuning.step_budget >= 1 && tuning.step_budget <= kStepBudget);
+        bind();
+        warm_up();
+    }
+
+    const std::string& name() const override { return name_; }
+    std::string description() const override;
+    void set_scene(const Topology& topology, std::span<const vec3> positions,
+                   const Bvh& bvh) override;
+    void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
+    void refit(std::span<const vec3> positions) override;
+    void read_bvh(Bvh& bvh) override;
+    void trace_image(const ImageParams& params, Frame& frame) override;
+    void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override;
+    const BackendTimes& times() const override { return times_; }
+
+private:
+    void bind();
+    void warm_up();
+    void refit_range(VkCommandBuffer commands, const Pipeline& pipeline, std::uint32_t first,
+                     std::uint32_t end) const;
+    void trace_region(const RegionArguments& region);
+    void copy_region(const RegionArguments& region, Frame& frame);
+
+    const std::string name_ = "vulkan";
+    Context context_;
+    Transfer transfer_;
+    Kernels kernels_;
+    RayPasses passes_;
+    SceneBuffers scene_;
+    BackendTimes times_;
+};
+
+SceneSize size_of(std::uint64_t vertices, std::uint64_t triangles, const Bvh& bvh) {
+    return {vertices, triangles, bvh.nodes.size(), bvh.leaves.size(), bvh.depth()};
+}
+
+std::string VulkanBackend::description() const {
+    const DeviceInfo& info = context_.physical().info;
+    return fmt::format("{}, {}, Vulkan {}.{}", info.name, info.driver, info.api_major,
+                       info.api_minor);
+}
+
+void VulkanBackend::bind() {
+    Bindings bindings;
+    scene_.add_to(bindings);
+    passes_.add_to(bindings);
+    kernels_.bind(bindings);
+}
+
+/// Some drivers compile a kernel when it is first dispatched (13 to 89 ms each on lavapipe), so
+/// each is dispatched here over nothing.
+void VulkanBackend::warm_up() {
+    context_.submit("warm up", [&](VkCommandBuffer commands) {
+        const auto dispatch = [&](const Pipeline& pipeline, const auto& arguments) {
+            pipeline.dispatch(commands, arguments, 1);
+            // Writer and reader: as far as anyone can tell, each kernel writes what the next reads.
+            barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+                    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                    VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+        };
+        RegionArguments nothing = {};
+        nothing.tile_columns = 1;
+        nothing.tile_count = 1;
+        for (const Pipeline* p : {&kernels_.primary, &kernels_.occlusion, &kernels_.shade}) {
+            dispatch(*p, nothing);
+        }
+        dispatch(kernels_.rays, RaysArguments{});
+        dispatch(kernels_.resume, ResumeArguments{});
+        dispatch(kernels_.refit_leaves, RefitArguments{});
+        dispatch(kernels_.refit_nodes, RefitArguments{});
+    });
+}
+
+void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions,
+                              const Bvh& bvh) {
+    const auto start = Clock::now();
+    check_scene(context_.physical(), size_of(positions.size(), topology.triangles.size(), bvh));
+    // The old scene goes first: there may not be room for both.
+    scene_ = SceneBuffers(context_, transfer_, Topology{}, {}, empty_tree());
+    bind();
+    scene_ = SceneBuffers(context_, transfer_, topology, positions, bvh);
+    bind();
+    context_.throw_on_validation_errors();
+    times_ = {};
+    times_.upload_ms = ms_since(start);
+}
+
+void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
+    const auto start = Clock::now();
+    check_scene(context_.physical(), size_of(positions.size(), scene_.triangle_count(), bvh));
+    scene_.set_positions(transfer_, positions);
+    scene_.set_tree(context_, transfer_, bvh);
+    bind();
+    context_.throw_on_validation_errors();
+    times_.upload_ms = ms_since(start);
+}
+
+void VulkanBackend::refit_range(VkCommandBuffer commands, const Pipeline& pipeline,
+                                std::uint32_t first, std::uint32_t end) const {
+    const std::uint32_t max_groups =
+        std::min(context_.limits().maxComputeWorkGroupCount[0], kMaxRefitGroups);
+    while (first < end) {
+        const std::uint32_t groups = std::min(groups_of(end - first), max_groups);
+        const std::uint32_t count =
+            groups < max_groups ? end - first : std::min(end - first, groups * kGroupSize);
+        pipeline.dispatch(commands, RefitArguments{.first = first, .count = count}, groups);
+        first += count;
+    }
+}
+
+void VulkanBackend::refit(std::span<const vec3> positions) {
+    const auto start = Clock::now();
+    scene_.set_positions(transfer_, positions);
+    times_.upload_ms = ms_since(start);
+    const std::vector<std::uint32_t>& levels = scene_.level_begin();
+    times_.refit_ms = context_.submit("refit", [&](VkCommandBuffer commands) {
+        refit_range(commands, kernels_.refit_leaves, 0, scene_.leaf_count());
+        for (std::size_t level = levels.size() - 2; level > 0; --level) {
+            // Writer: the level below (and the leaves); reader: this level.
+            barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+                    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+            refit_range(commands, kernels_.refit_nodes, levels[level], levels[level + 1]);
+        }
+    });
+}
+
+void VulkanBackend::read_bvh(Bvh& bvh) { scene_.read_tree(transfer_, bvh); }
+
+void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
+    const std::size_t pixel_count = std::size_t{params.width} * params.height;
+    frame.width = params.width;
+    frame.height = params.height;
+    frame.hits.resize(pixel_count);
+    frame.occlusion.assign(pixel_count, 0);
+    frame.pixels.resize(pixel_count);
+    times_.trace_ms = 0;
+    times_.rays = 0;
+    // Regions are whole tiles: first as wide as the image or a row of them, then as high.
+    const std::uint32_t tiles = passes_.size().tiles;
+    const std::uint32_t columns = std::min(tiles, (params.width + kTileSize - 1) / kTileSize);
+    if (columns == 0) return;
+    const std::uint32_t width = columns * kTileSize;
+    const std::uint32_t height = tiles / columns * kTileSize;
+    for (std::uint32_t y = 0; y < params.height; y += height) {
+        for (std::uint32_t x = 0; x < params.width; x += width) {
+            RegionArguments region = {};
+            region.params = params;
+            region.x = x;
+            region.y = y;
+            region.width = std::min(width, params.width - x);
+            region.height = std::min(height, params.height - y);
+            region.tile_columns = (region.width + kTileSize - 1) / kTileSize;
+            region.tile_count = region.tile_columns * ((region.height + kTileSize - 1) / kTileSize);
+            trace_region(region);
+            copy_region(region, frame);
+        }
+    }
+    times_.rays = count_rays(params, frame);
+}
+
+void VulkanBackend::trace_region(const RegionArguments& region) {
+    const auto dispatch = [&](const Pipeline& pipeline, const RegionArguments& arguments) {
+        return [&pipeline, arguments](VkCommandBuffer commands) {
+            pipeline.dispatch(commands, arguments, arguments.tile_count);
+        };
+    };
+    times_.trace_ms += passes_.run("trace camera rays", kernels_, scene_, false,
+                                   dispatch(kernels_.primary, region));
+    const std::uint32_t samples = rays_per_hit(region.params);
+    for (std::uint32_t sample = 0; sample < samples; ++sample) {
+        RegionArguments arguments = region;
+        arguments.sample_index = sample;
+        times_.trace_ms += passes_.run("trace secondary rays", kernels_, scene_, true,
+                                       dispatch(kernels_.occlusion, arguments));
+    }
+    times_.trace_ms += context_.submit("shade", dispatch(kernels_.shade, region));
+}
+
+/// The rows of a region, from a buffer of one T a pixel to the image.
+template <class T>
+void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& region,
+               std::uint32_t image_width, std::vector<T>& to) {
+    const std::size_t count = std::size_t{region.width} * region.height;
+    std::vector<T> copy;
+    const T* rows = reinterpret_cast<const T*>(from.mapped().data());
+    if (from.mapped().empty()) {
+        copy.resize(count);
+        transfer.download(from, std::as_writable_bytes(std::span(copy)));
+        rows = copy.data();
+    }
+    for (std::uint32_t y = 0; y < region.height; ++y) {
+        std::copy_n(rows + std::size_t{y} * region.width, region.width,
+                    to.data() + std::size_t{region.y + y} * image_width + region.x);
+    }
+}
+
+void VulkanBackend::copy_region(const RegionArguments& region, Frame& frame) {
+    copy_rows(transfer_, passes_.hits(), region, frame.width, frame.hits);
+    copy_rows(transfer_, passes_.pixels(), region, frame.width, frame.pixels);
+    if (rays_per_hit(region.params) != 0) {
+        copy_rows(transfer_, passes_.occlusion(), region, frame.width, frame.occlusion);
+    }
+}
+
+void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {
+    assert(rays.size() == hits.size());
+    times_.trace_ms = 0;
+    times_.rays = rays.size();
+    for (std::size_t first = 0; first < rays.size(); first += passes_.size().rays()) {
+        const std::size_t count = std::min<std::size_t>(passes_.size().rays(), rays.size() - first);
+        transfer_.upload(std::as_bytes(rays.subspan(first, count)), passes_.rays());
+        const RaysArguments arguments = {.ray_count = static_cast<std::uint32_t>(count)};
+        times_.trace_ms +=
+            passes_.run("trace rays", kernels_, scene_, false, [&](VkCommandBuffer commands) {
+                kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
+            });
+        transfer_.download(passes_.hits(), std::as_writable_bytes(hits.subspan(first, count)));
+    }
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> list_devices(PFN_vkGetInstanceProcAddr loader) {
+    ValidationLog log;
+    const Instance instance(false, loader, log);
+    std::vector<DeviceInfo> infos;
+    for (const PhysicalDevice& d : physical_devices(instance)) infos.push_back(d.info);
+    return infos;
+}
+
+std::vector<DeviceInfo> list_devices() { return list_devices(nullptr); }
+
+std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config, const Tuning& tuning) {
+    return std::make_unique<VulkanBackend>(config, tuning);
+}
+
+std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config) {
+    return make_vulkan_backend(config, Tuning{});
+}
+
+}  // namespace morphray::gpu

@@ -1,0 +1,123 @@
+// What host and kernels agree on besides the scene's layout: binding numbers, sizes, arguments,
+// and the records that kernels pass on. tests/gpu/layout_test.cpp reads the offsets back from the
+// compiled SPIR-V.
+#ifndef SHADERS_KERNEL_INTERFACE_H
+#define SHADERS_KERNEL_INTERFACE_H
+
+#include "common/interop/layout.h"
+#include "common/interop/params.h"
+#include "common/interop/ray.h"
+
+SHARED_BEGIN
+
+// Uniform texel buffers. Floats travel as integers, so that no device may touch their bits.
+SHARED_CONST uint kBindNodes = 0u;         // RGBA32UI
+SHARED_CONST uint kBindLeaves = 1u;        // RGBA32UI
+SHARED_CONST uint kBindPositions = 2u;     // R32UI, three a vertex
+SHARED_CONST uint kBindTriangles = 3u;     // R32UI, three a triangle
+SHARED_CONST uint kBindAlbedo = 4u;        // R32UI
+SHARED_CONST uint kBindLeafVertices = 5u;  // R32UI
+SHARED_CONST uint kBindLeafParents = 6u;   // R32UI
+SHARED_CONST uint kBindNodeParents = 7u;   // R32UI
+SHARED_CONST uint kBindRays = 8u;          // RGBA32UI, two a ray
+// Storage texel buffers, over the same memory as 0 and 1.
+SHARED_CONST uint kBindNodesOut = 9u;    // R32UI
+SHARED_CONST uint kBindLeavesOut = 10u;  // RGBA32UI
+// Storage buffers; no kernel uses more than the four that every device has.
+SHARED_CONST uint kBindHits = 11u;
+SHARED_CONST uint kBindOcclusion = 12u;
+SHARED_CONST uint kBindPixels = 13u;
+SHARED_CONST uint kBindWork = 14u;
+SHARED_CONST uint kBindStates = 15u;
+SHARED_CONST uint kBindingCount = 16u;
+
+// Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
+SHARED_CONST uint kGroupSize = 64u;
+SHARED_CONST uint kTileSize = 8u;
+
+// Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray.
+// Lavapipe stops all loops of one invocation together, silently, at 65,535 iterations; an
+// invocation there is a vector of at most 16 lanes, and each iteration is counted by at least one
+// of them. A lane passes its budget by less than 300 (a leaf, and a stack's worth of pops), saving
+// and loading a suspended ray and drawing a direction take fewer than 1000 for all lanes together:
+// 16 * (3500 + 300) + 1000 < 65,535.
+SHARED_CONST uint kConstantStepBudget = 0u;
+SHARED_CONST uint kStepBudget = 3500u;
+
+// Bits of WorkHeader.status.
+SHARED_CONST uint kStatusStackOverflow = 1u;
+
+/// Begins the work buffer. A pass over rays starts with all of it 0.
+struct WorkHeader {
+    uint status;
+    /// Rays that ran out of steps, as Suspended records behind the header.
+    uint suspended_count;
+    /// Rays that a round of `resume` left unfinished.
+    uint unfinished_count;
+    uint pad;
+};
+
+/// A ray to be traced again in rounds, and where its answer goes.
+struct Suspended {
+    Ray ray;
+    uint answer_index;
+    uint pad0;
+    uint pad1;
+    uint pad2;
+};
+
+// A suspended traversal, as uints: these fields, then the stack as (child, t_enter) pairs.
+SHARED_CONST uint kStateCurrent = 0u;
+SHARED_CONST uint kStateStackSize = 1u;
+SHARED_CONST uint kStateBestPrim = 2u;
+SHARED_CONST uint kStateBestT = 3u;
+SHARED_CONST uint kStateBestU = 4u;
+SHARED_CONST uint kStateBestV = 5u;
+SHARED_CONST uint kStateStack = 6u;
+SHARED_CONST uint kStateUints = 488u;  // kStateStack + 2 * kMaxStack
+
+/// Push constants of the kernels that work on a part of an image: `primary`, `occlusion`, `shade`.
+/// Answers are stored row by row within the region.
+struct RegionArguments {
+    ImageParams params;
+    uint x;
+    uint y;
+    uint width;
+    uint height;
+    uint tile_columns;
+    uint tile_count;
+    /// Which ambient-occlusion ray; 0 for a shadow ray.
+    uint sample_index;
+    uint pad;
+};
+
+/// Push constants of `rays`.
+struct RaysArguments {
+    uint ray_count;
+};
+
+/// Push constants of `resume`.
+struct ResumeArguments {
+    uint first;  // of the Suspended records
+    uint count;
+    uint fresh;    // 1: begin at the root; 0: continue from the saved states
+    uint any_hit;  // 1: add the answer to occlusion; 0: write it to hits
+};
+
+/// Push constants of `refit_leaves` and `refit_nodes`: leaves or nodes [first, first + count).
+struct RefitArguments {
+    uint first;
+    uint count;
+};
+
+SHARED_END
+
+#ifdef __cplusplus
+namespace morphray {
+static_assert(sizeof(WorkHeader) == 16 && sizeof(Suspended) == 48);
+static_assert(kStateUints == kStateStack + 2 * kMaxStack);
+static_assert(sizeof(RegionArguments) == 128, "the push constants that every device has");
+}  // namespace morphray
+#endif
+
+#endif  // SHADERS_KERNEL_INTERFACE_H

@@ -1,0 +1,32 @@
+// From a lane to its pixel: workgroups are tiles of 8x8 pixels, and each power of two of lanes
+// covers a block as square as can be, whatever the width of a subgroup.
+#ifndef SHADERS_REGION_GLSL
+#define SHADERS_REGION_GLSL
+
+#include "shaders/kernel_interface.h"
+
+layout(local_size_x = kGroupSize) in;
+
+layout(push_constant) uniform Arguments { RegionArguments args; };
+
+/// Neighbouring workgroups go to the two halves of the grid in turn: lavapipe gives each thread one
+/// contiguous half (quarter, ...) of it, and pictures are busier in some places than in others.
+uint spread_group(uint group, uint count) {
+    uint half_count = (count + 1u) / 2u;
+    return group < half_count ? 2u * group : 2u * (group - half_count) + 1u;
+}
+
+/// The lane's pixel within the region.
+uvec2 region_pixel() {
+    uint tile = spread_group(gl_WorkGroupID.x, args.tile_count);
+    uint lane = gl_LocalInvocationID.x;
+    uint x = (lane & 3u) | ((lane >> 1u) & 4u);
+    uint y = ((lane >> 2u) & 1u) | ((lane >> 3u) & 6u);
+    return uvec2(tile % args.tile_columns, tile / args.tile_columns) * kTileSize + uvec2(x, y);
+}
+
+bool within_region(uvec2 pixel) { return pixel.x < args.width && pixel.y < args.height; }
+
+uint answer_index(uvec2 pixel) { return pixel.y * args.width + pixel.x; }
+
+#endif  // SHADERS_REGION_GLSL

@@ -1,0 +1,29 @@
+// From hits and occlusion to the pixels of a region.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/exact.glsl"
+
+#include "common/interop/shade.h"
+#include "shaders/pixel_surface.glsl"
+#include "shaders/region.glsl"
+
+layout(binding = kBindAlbedo) uniform usamplerBuffer albedo;
+layout(std430, binding = kBindHits) readonly buffer Hits { Hit hits[]; };
+layout(std430, binding = kBindOcclusion) readonly buffer Occlusion { uint occlusion[]; };
+layout(std430, binding = kBindPixels) writeonly buffer Pixels { uint pixels[]; };
+
+void main() {
+    uvec2 pixel = region_pixel();
+    if (!within_region(pixel)) return;
+    uint index = answer_index(pixel);
+    uint y = args.y + pixel.y;
+    uint colour = background(y, args.params.height);
+    Hit hit = hits[index];
+    if (hit.prim_id != kNoPrim) {
+        Ray ray = camera_ray(args.params.camera, args.x + pixel.x, y);
+        Surface s = pixel_surface(ray, hit);
+        uint occluded = args.params.rays == kRaysPrimary ? 0u : occlusion[index];
+        colour = shade(args.params, ray, s, texelFetch(albedo, int(hit.prim_id)).x, occluded);
+    }
+    pixels[index] = colour;
+}

@@ -1,0 +1,177 @@
+#include "common/interop/arithmetic.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/interop/triangle.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using test::Random;
+
+double ulp(double x) { return std::ldexp(1.0, std::ilogb(x) - 23); }
+
+TEST(Constants, AreThePowersOfTwoThatTheirCommentsSay) {
+    EXPECT_EQ(kSceneExtent, 0x1p20f);
+    EXPECT_EQ(kInvalidCoordinate, 0x1p40f);
+    EXPECT_EQ(kOriginExtent, 0x1p40f);
+    EXPECT_EQ(kCoordinateOnGrid, 0x1p-17f);
+    EXPECT_EQ(kCoordinateSnap, 0x1.8p-16f);
+    EXPECT_EQ(kDirectionOnGrid, 0x1p-23f);
+    EXPECT_EQ(kDirectionSnap, 0x1.8p-22f);
+    EXPECT_EQ(kProjectedOnGrid, 0x1p-40f);
+    EXPECT_EQ(kProjectedSnap, 0x1.8p-39f);
+    EXPECT_EQ(kFastProjectionError, 0x1p-19f);
+    EXPECT_EQ(kEmptyPlane, 0x1p48f);
+    EXPECT_EQ(kHugeReciprocal, 0x1p64f);
+    EXPECT_EQ(kBoxDilation, 0x1p-13f);
+    EXPECT_EQ(kSurfaceOffset, 0x1p-18f);
+    EXPECT_EQ(kInfiniteT, 0x1p100f);
+}
+
+TEST(Rcp, IsWithinItsBoundForEveryMantissa) {
+    double worst = 0;
+    for (std::uint32_t mantissa = 0; mantissa < (1u << 23); ++mantissa) {
+        const float x = uintBitsToFloat(0x3F800000u | mantissa);
+        const double exact = 1.0 / x;
+        worst = std::max(worst, std::abs(rcp(x) - exact) / ulp(exact));
+    }
+    EXPECT_LE(worst, 1.2);
+}
+
+TEST(Rcp, ScalesWithPowersOfTwo) {
+    Random random(1);
+    for (int i = 0; i < 10000; ++i) {
+        const auto x = static_cast<float>(random.real(1, 2));
+        const int exponent = static_cast<int>(random.below(250)) - 125;
+        const float y = rcp(std::ldexp(x, exponent));
+        const double exact = 1.0 / std::ldexp(static_cast<double>(x), exponent);
+        EXPECT_LE(std::abs(y - exact), 1.2 * ulp(exact));
+        EXPECT_EQ(rcp(-std::ldexp(x, exponent)), -y);
+    }
+}
+
+TEST(Rsqrt, IsWithinTwoUlpForEveryMantissa) {
+    double worst = 0;
+    for (std::uint32_t bits = 0x3F800000u; bits < 0x40800000u; ++bits) {
+        const float x = uintBitsToFloat(bits);
+        const double exact = 1.0 / std::sqrt(static_cast<double>(x));
+        worst = std::max(worst, std::abs(rsqrt(x) - exact) / ulp(exact));
+    }
+    EXPECT_LE(worst, 2.0);
+}
+
+TEST(Snap, PutsCoordinatesOnTheGridAndLeavesWhatIsThere) {
+    Random random(2);
+    for (int i = 0; i < 100000; ++i) {
+        const auto x = static_cast<float>(
+            std::ldexp(random.real(-1, 1), static_cast<int>(random.below(60)) - 40));
+        const float s = snap_coordinate(x);
+        EXPECT_EQ(std::remainder(static_cast<double>(s), 0x1p-40), 0.0);
+        EXPECT_LE(std::abs(s - x), 0x1p-40f);
+        EXPECT_EQ(snap_coordinate(s), s);
+        const auto d =
+            static_cast<float>(std::ldexp(random.real(-1, 1), -static_cast<int>(random.below(60))));
+        EXPECT_EQ(std::remainder(static_cast<double>(snap_direction_component(d)), 0x1p-46), 0.0);
+        EXPECT_EQ(std::remainder(static_cast<double>(snap_projected(s * d)), 0x1p-63), 0.0);
+    }
+    EXPECT_FALSE(std::signbit(snap_coordinate(-0.0f)));
+    EXPECT_FALSE(std::signbit(snap_direction_component(-0.0f)));
+}
+
+TEST(CanonicalDirection, HasItsLargestComponentBetweenOneAndTwo) {
+    Random random(3);
+    for (int i = 0; i < 10000; ++i) {
+        const vec3 d = random.point(std::ldexp(1.0, static_cast<int>(random.below(80)) - 40));
+        const vec3 c = canonical_direction(d);
+        EXPECT_GE(largest_component(c), 1.0f);
+        EXPECT_LT(largest_component(c), 2.0f);
+        const float scale = power_of_two_below(largest_component(d));
+        for (int axis = 0; axis < 3; ++axis)
+            EXPECT_NEAR(c[axis] * scale, d[axis], scale * 0x1p-45f);
+    }
+    EXPECT_EQ(canonical_direction({0, 0, 0}), vec3(0, 0, 0));
+}
+
+/// The exact value of a * b - c * d, which 113 bits hold for floats of similar size.
+__float128 exact_difference(float a, float b, float c, float d) {
+    return static_cast<__float128>(a) * b - static_cast<__float128>(c) * d;
+}
+
+TEST(DifferenceOfProducts, HasTheExactSignAndThreeUlp) {
+    Random random(4);
+    for (int i = 0; i < 300000; ++i) {
+        const auto a = static_cast<float>(random.real(-1, 1));
+        const auto b = static_cast<float>(random.real(-1, 1));
+        float c = static_cast<float>(random.real(-1, 1));
+        float d = static_cast<float>(random.real(-1, 1));
+        if (i % 3 != 0) {  // nearly or quite parallel
+            const auto s = static_cast<float>(random.real(0.5, 2));
+            c = a * s;
+            d = b / s;
+        }
+        if (i % 3 == 2) d = std::nextafter(d, 2.0f);
+        const float got = difference_of_products(a, b, c, d);
+        const __float128 exact = exact_difference(a, b, c, d);
+        EXPECT_EQ(got > 0, exact > 0);
+        EXPECT_EQ(got < 0, exact < 0);
+        const auto error = static_cast<double>(got - exact);
+        EXPECT_LE(std::abs(error), 3 * std::abs(static_cast<double>(exact)) * 0x1p-23);
+        EXPECT_EQ(difference_of_products(c, d, a, b), -got);
+    }
+}
+
+TEST(Project, IsAsNearToTheRayAsTheVertexIs) {
+    Random random(5);
+    for (int i = 0; i < 100000; ++i) {
+        const vec3 org = snap_point(random.point(kSceneExtent));
+        const vec3 vertex = snap_point(random.point(kSceneExtent));
+        const ShearedRay s =
+            shear_ray(org, canonical_direction(vertex - org + random.point(i % 2 == 0 ? 1 : 1e5)));
+        const vec3 p = project(s, vertex);
+        const vec3 v = rotate_axes(vertex, s.axis);
+        for (int axis = 0; axis < 2; ++axis) {
+            using Real = __float128;
+            const Real a = static_cast<Real>(v[axis]) - s.org[axis];
+            const Real z = static_cast<Real>(v.z) - s.org.z;
+            const auto exact = static_cast<double>(a * s.dir.z - s.dir[axis] * z);
+            EXPECT_LE(std::abs(p[axis] - exact),
+                      std::abs(exact) * 0x1p-22 + 0x1p-44 * 4 * kSceneExtent);
+        }
+    }
+}
+
+TEST(MayHit, NeverRejectsAHit) {
+    Random random(6);
+    std::size_t hits = 0;
+    std::size_t kept = 0;
+    constexpr int kCases = 400000;
+    for (int i = 0; i < kCases; ++i) {
+        const vec3 org = snap_point(random.point(4 * kSceneExtent));
+        const double size = std::ldexp(kSceneExtent, -static_cast<int>(random.below(30)));
+        const vec3 a = snap_point(random.point(kSceneExtent));
+        const vec3 b = snap_point(a + random.point(size));
+        const vec3 c = snap_point(i % 2 == 0 ? a + random.point(size)
+                                             : a + (b - a) * 0.5f + random.point(size * 1e-6));
+        // At a vertex, an edge, or about the triangle.
+        const vec3 target = i % 3 == 0   ? a
+                            : i % 3 == 1 ? a + (c - a) * 0.3f
+                                         : a + random.point(size);
+        const ShearedRay s = shear_ray(org, canonical_direction(target - org));
+        TriangleHit hit;
+        const bool is_hit = intersect_triangle(s, 0, kInfiniteT, a, b, c, hit);
+        const bool may = may_hit_triangle(s, a, b, c);
+        ASSERT_TRUE(may || !is_hit);
+        hits += is_hit;
+        kept += may;
+    }
+    EXPECT_GT(hits, kCases / 10u);
+    EXPECT_LT(kept, kCases);
+}
+
+}  // namespace
+}  // namespace morphray

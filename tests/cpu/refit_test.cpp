@@ -1,0 +1,88 @@
+#include "cpu/refit.h"
+
+#include <gtest/gtest.h>
+#include <algorithm>
+#include <cmath>
+
+#include "common/bvh_builder.h"
+#include "common/bvh_stats.h"
+#include "common/thread_arena.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using namespace test;
+
+std::vector<vec3> moved(const std::vector<vec3>& positions, std::uint64_t seed) {
+    Random random(seed);
+    std::vector<vec3> result = positions;
+    for (vec3& p : result) {
+        const vec3 q = p + random.point(0.1 * kSceneExtent);
+        if (std::max({std::abs(q.x), std::abs(q.y), std::abs(q.z)}) <= kSceneExtent)
+            p = snap_point(q);
+    }
+    return result;
+}
+
+TEST(Refit, KeepsEveryInvariantOnEveryScene) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::vector<vec3> positions = moved(scene.positions(), 3);
+        cpu::refit(bvh, positions);
+        EXPECT_EQ(check_bvh(bvh, scene.topology(), positions), std::vector<std::string>{})
+            << named.name;
+    }
+}
+
+TEST(Refit, ToTheBuildPoseGivesTheBytesOfTheBuild) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::uint64_t built = bvh_hash(bvh);
+        const std::vector<vec3> positions = moved(scene.positions(), 4);
+        cpu::refit(bvh, positions);
+        EXPECT_EQ(bvh_hash(bvh) != built, positions != scene.positions()) << named.name;
+        cpu::refit(bvh, scene.positions());
+        EXPECT_EQ(bvh_hash(bvh), built) << named.name;
+    }
+}
+
+TEST(Refit, GivesTheSameBytesForAnyNumberOfThreads) {
+    const TestScene scene = torus(300, 100);
+    const Bvh built = build_bvh(scene.topology(), scene.positions());
+    const std::vector<vec3> positions = moved(scene.positions(), 5);
+    std::vector<std::uint64_t> hashes;
+    for (const int threads : {1, 2, 4}) {
+        Bvh bvh = built;
+        ThreadArena(threads).execute([&] { cpu::refit(bvh, positions); });
+        hashes.push_back(bvh_hash(bvh));
+    }
+    EXPECT_EQ(hashes[1], hashes[0]);
+    EXPECT_EQ(hashes[2], hashes[0]);
+}
+
+TEST(Refit, OfAThousandPosesDoesNotDrift) {
+    const TestScene scene = star(2, 6);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const std::uint64_t built = bvh_hash(bvh);
+    for (std::uint64_t i = 0; i < 1000; ++i) cpu::refit(bvh, moved(scene.positions(), i));
+    cpu::refit(bvh, scene.positions());
+    EXPECT_EQ(bvh_hash(bvh), built);
+}
+
+TEST(Refit, KeepsAVertexThatIsNotFiniteOutOfTheBoxes) {
+    const TestScene scene = icosphere(3);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    std::vector<vec3> positions = scene.positions();
+    positions[5] = scene.space().to_scene({NAN, 0, 0});
+    cpu::refit(bvh, positions);
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), positions), std::vector<std::string>{});
+    for (const float x : bvh.nodes[0].upper_x) EXPECT_LE(x, kSceneExtent);
+    cpu::refit(bvh, scene.positions());
+    EXPECT_EQ(bvh_hash(bvh), bvh_hash(build_bvh(scene.topology(), scene.positions())));
+}
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,278 @@
+#include <gtest/gtest.h>
+#include <xmmintrin.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/bvh_builder.h"
+#include "common/camera_setup.h"
+#include "common/interop/camera.h"
+#include "cpu/brute_tracer.h"
+#include "cpu/cpu_backend.h"
+#include "cpu/refit.h"
+#include "cpu/scalar_tracer.h"
+#include "tests/support/oracle.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using namespace test;
+
+bool same_bits(const Hit& a, const Hit& b) {
+    return floatBitsToUint(a.t) == floatBitsToUint(b.t) &&
+           floatBitsToUint(a.u) == floatBitsToUint(b.u) &&
+           floatBitsToUint(a.v) == floatBitsToUint(b.v) && a.prim_id == b.prim_id;
+}
+
+/// Rays (out of all) that two tracers answer differently.
+template <class A, class B>
+std::size_t count_differences(const A& a, const B& b, const std::vector<Ray>& rays) {
+    std::size_t count = 0;
+    for (const Ray& ray : rays) {
+        count +=
+            !same_bits(a.intersect(ray), b.intersect(ray)) || a.occluded(ray) != b.occluded(ray);
+    }
+    return count;
+}
+
+TEST(ScalarTracer, AnswersLikeBruteForceOnEveryScene) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
+        const std::vector<Ray> rays = mixed_rays(scene, 3000, 17);
+        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
+            const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {.split = split});
+            EXPECT_EQ(count_differences(cpu::ScalarTracer(bvh), brute, rays), 0u) << named.name;
+        }
+    }
+}
+
+TEST(ScalarTracer, AnswersAlikeOnATreeRefittedFromAnotherPose) {
+    const TestScene before = random_soup(600, 0.2, 21);
+    const TestScene after = random_soup(600, 0.2, 22);
+    Bvh bvh = build_bvh(before.topology(), before.positions());
+    cpu::refit(bvh, after.positions());
+    const cpu::BruteTracer brute(after.topology(), after.positions());
+    EXPECT_EQ(count_differences(cpu::ScalarTracer(bvh), brute, mixed_rays(after, 5000, 23)), 0u);
+}
+
+TEST(BruteTracer, AgreesWithTheOracleWhereTheOracleIsSure) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
+        std::size_t sure = 0;
+        for (const Ray& ray : mixed_rays(scene, 400, 31)) {
+            const OracleHit expected = oracle_intersect(scene, ray);
+            if (expected.ambiguous) continue;
+            ++sure;
+            const Hit hit = brute.intersect(ray);
+            ASSERT_EQ(hit.prim_id != kNoPrim, expected.hit) << named.name;
+            if (!expected.hit) continue;
+            ASSERT_EQ(hit.prim_id, expected.prim_id) << named.name;
+            // Rounding of t, and of the z of a triangle that reaches to both sides of the origin.
+            ASSERT_NEAR(hit.t, static_cast<double>(expected.t),
+                        1e-5 * static_cast<double>(expected.t) + 1e-6 * kSceneExtent)
+                << named.name;
+        }
+        EXPECT_GT(sure, 30u) << named.name;
+    }
+}
+
+TEST(Occluded, IsWhetherThereIsAHit) {
+    const TestScene scene = random_soup(400, 0.3, 41);
+    const cpu::BruteTracer brute(scene.topology(), scene.positions());
+    for (const Ray& ray : mixed_rays(scene, 3000, 43)) {
+        ASSERT_EQ(brute.occluded(ray), brute.intersect(ray).prim_id != kNoPrim);
+    }
+}
+
+TEST(Ties, GoToTheSmallerPrimId) {
+    // The same triangle eight times, in both windings, among others farther away.
+    std::vector<vec3> positions = {{-1, -1, 0},  {1, -1, 0},  {0, 1, 0},
+                                   {-1, -1, -1}, {1, -1, -1}, {0, 1, -1}};
+    std::vector<uvec3> triangles = {{3, 4, 5}};
+    for (int i = 0; i < 4; ++i) triangles.insert(triangles.end(), {{0, 1, 2}, {2, 1, 0}});
+    const TestScene scene(positions, triangles);
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const Hit hit = cpu::ScalarTracer(bvh).intersect(scene_ray(scene, {0.1f, 0, 5}, {0, 0, -1}));
+    EXPECT_EQ(hit.prim_id, 1u);
+}
+
+TEST(UnitTriangle, IsHitAtKnownTAndBarycentrics) {
+    const TestScene scene({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
+    const cpu::BruteTracer brute(scene.topology(), scene.positions());
+    const UserRay user{{0.25, 0.5, 2}, {0, 0, -4}, 0, INFINITY};
+    const SceneRay ray = to_scene(scene.space(), user);
+    const Hit hit = brute.intersect(ray.ray);
+    ASSERT_EQ(hit.prim_id, 0u);
+    EXPECT_EQ(hit.u, 0.25f);
+    EXPECT_EQ(hit.v, 0.5f);
+    EXPECT_EQ(std::ldexp(hit.t, ray.t_exponent), 0.5f);
+    const auto hits_between = [&](double tnear, double tfar) {
+        return brute.occluded(scene_ray(scene, {0.25f, 0.5f, 2}, {0, 0, -4}, tnear, tfar));
+    };
+    EXPECT_TRUE(hits_between(0.5, 0.5));
+    EXPECT_FALSE(hits_between(0, 0.49999));
+    EXPECT_FALSE(hits_between(0.50001, 9));
+}
+
+/// Rays that hit nothing though they start inside a closed mesh, within origin_extent of its
+/// largest coordinate.
+std::size_t count_leaks(const TestScene& scene, double origin_extent, std::size_t count) {
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const cpu::ScalarTracer tracer(bvh);
+    float largest = 0;
+    for (const vec3& p : scene.positions()) largest = std::max(largest, largest_component(p));
+    const double extent = origin_extent * largest;
+    Random random(51);
+    const auto& positions = scene.positions();
+    const auto& triangles = scene.topology().triangles;
+    std::size_t leaks = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const vec3 org = snap_point(random.point(extent));
+        const uvec3 t = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))];
+        const vec3 a = positions[t.x];
+        const vec3 b = positions[t.y];
+        // At vertices, at points of edges, along axes through vertices, anywhere.
+        const auto f = static_cast<float>(random.real(0, 1));
+        vec3 target = i % 4 == 0   ? a
+                      : i % 4 == 1 ? a + (b - a) * f
+                      : i % 4 == 2 ? random.point(kSceneExtent)
+                                   : a;
+        vec3 from = org;
+        if (i % 4 == 3) {
+            const auto axis = static_cast<int>(i / 4 % 3);
+            from = a;
+            from[axis] = 0;
+            if (largest_component(from) > extent || from == target) continue;
+        }
+        Ray ray{from, 0, canonical_direction(target - from), kInfiniteT};
+        leaks += tracer.intersect(ray).prim_id == kNoPrim;
+        leaks += !tracer.occluded(ray);
+    }
+    return leaks;
+}
+
+TEST(ClosedMesh, LetsNoRayOutAtVerticesAndEdges) {
+    EXPECT_EQ(count_leaks(icosphere(4), 0.5, 200000), 0u);
+    EXPECT_EQ(count_leaks(grid_box(16), 0.9, 200000), 0u);
+    EXPECT_EQ(count_leaks(star(4, 3), 0.08, 200000), 0u);
+    EXPECT_EQ(count_leaks(icosphere(3, 2, {148376, 1234, -223423}), 0.5, 100000), 0u);
+    EXPECT_EQ(count_leaks(icosphere(2, 1e-12), 0.5, 100000), 0u);
+}
+
+TEST(Arithmetic, RaisesNothingButInexact) {
+    const unsigned before = _mm_getcsr();
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::vector<Ray> rays = mixed_rays(scene, 1000, 61);
+        const cpu::ScalarTracer tracer(bvh);
+        _mm_setcsr(before & ~0x3Fu);
+        for (const Ray& ray : rays) tracer.intersect(ray);
+        const unsigned flags = _mm_getcsr() & 0x3Fu;
+        EXPECT_EQ(flags & ~0x20u, 0u) << named.name;
+    }
+    _mm_setcsr(before);
+}
+
+/// Every ray kind of an image of the scene, as hashes.
+std::vector<std::uint64_t> image_hashes(Backend& backend, const TestScene& scene) {
+    std::vector<std::uint64_t> hashes;
+    for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
+        ViewSpec view;
+        view.width = 61;  // no multiple of a tile
+        view.height = 47;
+        view.rays = rays;
+        view.ao_count = 4;
+        Frame frame;
+        backend.trace_image(
+            make_image_params(view, bounds_of(scene.user_positions()), scene.space()), frame);
+        hashes.push_back(hits_hash(frame));
+        hashes.push_back(image_hash(frame));
+    }
+    return hashes;
+}
+
+TEST(Images, AreTheSameForBruteForceTreesAndThreads) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const auto brute = cpu::make_brute_backend();
+        brute->set_scene(scene.topology(), scene.positions(), bvh);
+        const std::vector<std::uint64_t> expected = image_hashes(*brute, scene);
+        for (const int threads : {1, 2, 4}) {
+            const auto scalar = cpu::make_scalar_backend({threads});
+            scalar->set_scene(scene.topology(), scene.positions(), bvh);
+            EXPECT_EQ(image_hashes(*scalar, scene), expected)
+                << named.name << ", " << threads << " threads";
+        }
+    }
+}
+
+TEST(Images, RaiseNothingButInexact) {
+    const unsigned before = _mm_getcsr();
+    const TestScene scene = star(3, 5);
+    const auto scalar = cpu::make_scalar_backend({1});
+    scalar->set_scene(scene.topology(), scene.positions(),
+                      build_bvh(scene.topology(), scene.positions()));
+    _mm_setcsr(before & ~0x3Fu);
+    image_hashes(*scalar, scene);
+    // Making the parameters in double may do as it likes; it stays inside the same set of flags
+    // here.
+    EXPECT_EQ(_mm_getcsr() & 0x1Fu, 0u);
+    _mm_setcsr(before);
+}
+
+TEST(ShadowImage, OfAFloorUnderAPlateIsDarkWhereTheProjectionSays) {
+    // A floor at y = 0 and a small plate at y = 1, the light straight above the plate's centre at y
+    // = 3: the shadow on the floor is the plate enlarged by 3/2.
+    const TestScene scene({{-4, 0, -4},
+                           {4, 0, -4},
+                           {4, 0, 4},
+                           {-4, 0, 4},
+                           {-1, 1, -1},
+                           {1, 1, -1},
+                           {1, 1, 1},
+                           {-1, 1, 1}},
+                          {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}});
+    const auto backend = cpu::make_scalar_backend();
+    backend->set_scene(scene.topology(), scene.positions(),
+                       build_bvh(scene.topology(), scene.positions()));
+    ViewSpec view;
+    view.eye = Point{0, -5, 0};  // from below, straight up: the floor hides the plate
+    view.target = Point{0, 0, 0};
+    view.up = {0, 0, 1};
+    view.light = Point{0, -3, 0};
+    view.width = view.height = 64;
+    view.rays = kRaysShadow;
+    Frame frame;
+    backend->trace_image(make_image_params(view, bounds_of(scene.user_positions()), scene.space()),
+                         frame);
+    for (const std::uint32_t occluded : frame.occlusion) EXPECT_EQ(occluded, 0u);
+    view.eye = Point{0, 0.5, 0};  // between floor and plate, looking down
+    view.target = Point{0, 0, 0};
+    view.light = Point{0, 3, 0};
+    view.fov = 150;
+    const ImageParams params =
+        make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+    backend->trace_image(params, frame);
+    std::size_t dark = 0;
+    for (std::uint32_t y = 0; y < 64; ++y) {
+        for (std::uint32_t x = 0; x < 64; ++x) {
+            const std::size_t pixel = std::size_t{y} * 64 + x;
+            if (frame.hits[pixel].prim_id == kNoPrim) continue;
+            const Ray ray = camera_ray(params.camera, x, y);
+            const vec3 p = scene.space().to_user(ray.org + ray.dir * frame.hits[pixel].t);
+            const double r = std::max(std::abs(p.x), std::abs(p.z));
+            if (std::abs(r - 1.5) < 1e-3) continue;
+            EXPECT_EQ(frame.occlusion[pixel], r < 1.5 ? 1u : 0u) << p.x << " " << p.z;
+            dark += r < 1.5;
+        }
+    }
+    EXPECT_GT(dark, 100u);
+}
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,44 @@
+// Small scenes that reach what is hard about hits, and trees over them that owe nothing to the
+// builder.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/bvh.h"
+#include "common/interop/params.h"
+#include "common/interop/ray.h"
+#include "common/mesh.h"
+
+namespace morphray::test {
+
+struct TestScene {
+    const char* name;
+    Topology topology;
+    std::vector<vec3> positions;  // scene space
+};
+
+/// A closed torus of 2 * rings * sides triangles.
+TestScene torus(std::uint32_t rings, std::uint32_t sides);
+/// Triangles of all sizes and shapes: needles, slivers, points, and vertices that are not finite.
+TestScene debris(std::uint32_t count, std::uint32_t seed);
+/// The same triangle `count` times, so that no box can be culled.
+TestScene coincident(std::uint32_t count);
+/// All of the above.
+std::vector<TestScene> test_scenes();
+
+/// Vertices swayed by a smooth motion of size `amount`; those that are not finite stay so.
+std::vector<vec3> swayed(const TestScene& scene, float time, float amount = 0.3f);
+
+/// A correct tree of no quality: triangles in order, five a leaf, sixteen children a node.
+Bvh plain_tree(const TestScene& scene);
+
+/// A view of the scenes above, all of which lie within 4 of the origin (in units of 2^16).
+ImageParams view(std::uint32_t width, std::uint32_t height, std::uint32_t rays,
+                 std::uint32_t ao_count = 4);
+
+/// Rays from and to everywhere, some along axes, some with a near and a far end, some without
+/// direction.
+std::vector<Ray> scattered_rays(std::size_t count, std::uint32_t seed);
+
+}  // namespace morphray::test

@@ -1,0 +1,125 @@
+// The shared functions give the same bits on the device and on the CPU. (That they are right is
+// tested elsewhere, against oracles that share no code with them.)
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "gpu/pipeline.h"
+#include "gpu/transfer.h"
+#include "tests/shaders/cases.h"
+#include "tests/shaders/evaluate_changed_spirv.h"
+#include "tests/shaders/evaluate_contracted_spirv.h"
+#include "tests/shaders/evaluate_spirv.h"
+
+namespace morphray::test {
+namespace {
+
+constexpr std::uint32_t kBatch = 1u << 16;
+
+/// Evaluates on the device.
+class Evaluator {
+public:
+    Evaluator(std::span<const std::uint32_t> spirv, std::uint32_t function)
+        : context_({.device = "", .validate = true}, gpu::Tuning{}),
+          transfer_(context_),
+          inputs_(context_, "inputs", sizeof(Inputs) * kBatch, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                  gpu::Memory::kDevice),
+          outputs_(context_, "outputs", sizeof(Outputs) * kBatch,
+                   VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice),
+          pipeline_(context_, {"evaluate", spirv, {kBindHits, kBindOcclusion}, 4},
+                    std::span(&function, 1)) {
+        gpu::Bindings bindings;
+        bindings.buffers[kBindHits] = inputs_.get();
+        bindings.buffers[kBindOcclusion] = outputs_.get();
+        pipeline_.bind(bindings);
+    }
+
+    std::vector<Outputs> operator()(std::span<const Inputs> cases) {
+        std::vector<Outputs> results(cases.size());
+        for (std::size_t first = 0; first < cases.size(); first += kBatch) {
+            const auto count =
+                static_cast<std::uint32_t>(std::min<std::size_t>(kBatch, cases.size() - first));
+            transfer_.upload(std::as_bytes(cases.subspan(first, count)), inputs_);
+            context_.submit("evaluate", [&](VkCommandBuffer commands) {
+                pipeline_.dispatch(commands, count, (count + kGroupSize - 1) / kGroupSize);
+            });
+            transfer_.download(outputs_,
+                               std::as_writable_bytes(std::span(results).subspan(first, count)));
+        }
+        return results;
+    }
+
+private:
+    gpu::Context context_;
+    gpu::Transfer transfer_;
+    gpu::Buffer inputs_;
+    gpu::Buffer outputs_;
+    gpu::Pipeline pipeline_;
+};
+
+bool same(const Outputs& a, const Outputs& b) { return std::memcmp(&a, &b, sizeof(Outputs)) == 0; }
+
+/// The cases that the device answers differently.
+std::vector<Inputs> differences(std::span<const std::uint32_t> spirv, std::uint32_t function,
+                                std::size_t case_count) {
+    const std::vector<Inputs> inputs = cases(function, case_count);
+    const std::vector<Outputs> actual = Evaluator(spirv, function)(inputs);
+    std::vector<Inputs> different;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        if (!same(evaluate(function, inputs[i]), actual[i])) different.push_back(inputs[i]);
+    }
+    return different;
+}
+
+/// Where both sides part, word by word.
+std::string describe(std::uint32_t function, const Inputs& inputs) {
+    const Outputs expected = evaluate(function, inputs);
+    const Outputs actual = Evaluator(k_evaluate_spirv, function)(std::span(&inputs, 1)).front();
+    std::string text;
+    for (std::uint32_t w = 0; w < kOutputWords; ++w) {
+        if (expected.word[w] == actual.word[w]) continue;
+        text += fmt::format("word {} is {:08x} on the CPU, {:08x} on the device; ", w,
+                            expected.word[w], actual.word[w]);
+    }
+    return text;
+}
+
+class SharedFunction : public testing::TestWithParam<std::uint32_t> {};
+
+TEST_P(SharedFunction, GivesTheSameBitsOnTheDevice) {
+    const std::vector<Inputs> different = differences(k_evaluate_spirv, GetParam(), 1'000'000);
+    EXPECT_TRUE(different.empty())
+        << different.size() << " cases, the first: " << describe(GetParam(), different.front());
+}
+
+INSTANTIATE_TEST_SUITE_P(Arithmetic, SharedFunction, testing::Range(0u, kEvalCount),
+                         [](const auto& instance) {
+                             return std::string(function_name(instance.param));
+                         });
+
+TEST(Cases, HitAndMissTriangles) {
+    constexpr std::size_t kCount = 100'000;
+    std::size_t hits = 0;
+    for (const Inputs& i : cases(kEvalTriangle, kCount)) hits += evaluate(kEvalTriangle, i).word[0];
+    EXPECT_GT(hits, kCount / 10);
+    EXPECT_LT(hits, kCount * 9 / 10);
+}
+
+TEST(PlantedFault, AConstantThatIsOffByAnUlpIsFound) {
+    EXPECT_FALSE(differences(k_evaluate_changed_spirv, kEvalSurface, 1000).empty());
+    EXPECT_TRUE(differences(k_evaluate_changed_spirv, kEvalProducts, 1000).empty());
+}
+
+// What a compiler does with the freedom is its own business, so this may find nothing on another
+// device than lavapipe; exactness_test.cpp finds the missing decorations on all.
+TEST(PlantedFault, CodeThatMayBeReassociatedIsFound) {
+    std::size_t found = 0;
+    for (std::uint32_t function = 0; function < kEvalCount; ++function) {
+        found += differences(k_evaluate_contracted_spirv, function, 1000).size();
+    }
+    EXPECT_GT(found, 0u);
+}
+
+}  // namespace
+}  // namespace morphray::test

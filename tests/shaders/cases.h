@@ -1,0 +1,15 @@
+// Random and extreme arguments for the shared functions, within what each of them is made for.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tests/shaders/evaluate.h"
+
+namespace morphray::test {
+
+std::vector<Inputs> cases(std::uint32_t function, std::size_t count);
+
+const char* function_name(std::uint32_t function);
+
+}  // namespace morphray::test

@@ -1,0 +1,75 @@
+// What the promise of one picture demands of every kernel's code.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+#include "shaders/occlusion_spirv.h"
+#include "shaders/primary_spirv.h"
+#include "shaders/rays_spirv.h"
+#include "shaders/refit_leaves_spirv.h"
+#include "shaders/refit_nodes_spirv.h"
+#include "shaders/resume_spirv.h"
+#include "shaders/shade_spirv.h"
+#include "tests/shaders/evaluate_contracted_spirv.h"
+#include "tests/shaders/evaluate_spirv.h"
+#include "tests/support/spirv.h"
+
+namespace morphray::test {
+namespace {
+
+struct Kernel {
+    const char* name;
+    std::span<const std::uint32_t> words;
+};
+
+const Kernel kKernels[] = {
+    {"occlusion", k_occlusion_spirv},
+    {"primary", k_primary_spirv},
+    {"rays", k_rays_spirv},
+    {"refit_leaves", k_refit_leaves_spirv},
+    {"refit_nodes", k_refit_nodes_spirv},
+    {"resume", k_resume_spirv},
+    {"shade", k_shade_spirv},
+    {"evaluate", k_evaluate_spirv},
+};
+
+class EveryKernel : public testing::TestWithParam<Kernel> {};
+
+TEST_P(EveryKernel, RoundsToNearestAndKeepsZerosInfinitiesAndNans) {
+    constexpr std::uint32_t kRoundingModeRte = 4462;
+    constexpr std::uint32_t kSignedZeroInfNanPreserve = 4461;
+    const SpirvModule module(GetParam().words);
+    EXPECT_TRUE(module.has_execution_mode(kRoundingModeRte, 32));
+    EXPECT_TRUE(module.has_execution_mode(kSignedZeroInfNanPreserve, 32));
+}
+
+TEST_P(EveryKernel, ComputesWithExactOperationsOnly) {
+    const std::vector<std::string> found = inexact_operations(SpirvModule(GetParam().words));
+    EXPECT_TRUE(found.empty()) << found.size() << ", the first: " << found.front();
+}
+
+INSTANTIATE_TEST_SUITE_P(Shaders, EveryKernel, testing::ValuesIn(kKernels),
+                         [](const auto& instance) { return std::string(instance.param.name); });
+
+TEST(InexactOperations, AreFoundWhereContractionIsAllowed) {
+    EXPECT_GT(inexact_operations(SpirvModule(k_evaluate_contracted_spirv)).size(), 100u);
+}
+
+TEST(InexactOperations, AreFoundWhereAnInstructionIsNotAllowed) {
+    // A module of one OpFDiv, one OpDot, and one OpExtInst Sqrt.
+    const std::uint32_t words[] = {0x07230203,     0, 0, 9, 0,  //
+                                   5u << 16 | 136, 1, 2, 3, 4,  //
+                                   5u << 16 | 148, 1, 5, 3, 4,  //
+                                   6u << 16 | 12,  1, 6, 7, 31, 3};
+    EXPECT_EQ(inexact_operations(SpirvModule(words)).size(), 3u);
+}
+
+TEST(SpirvModule, RejectsWordsThatAreNoModule) {
+    const std::uint32_t wrong_magic[] = {1, 2, 3, 4, 5};
+    const std::uint32_t truncated[] = {0x07230203, 0, 0, 9, 0, 5u << 16 | 136};
+    EXPECT_THROW(SpirvModule{wrong_magic}, std::runtime_error);
+    EXPECT_THROW(SpirvModule{truncated}, std::runtime_error);
+}
+
+}  // namespace
+}  // namespace morphray::test

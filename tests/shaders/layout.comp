@@ -1,0 +1,24 @@
+// Every struct that host and kernels share, in the layout of a storage buffer.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/exact.glsl"
+
+#include "shaders/kernel_interface.h"
+
+layout(std430, binding = kBindHits) readonly buffer Shared {
+    Node node;
+    Leaf leaf;
+    RegionArguments region;
+    RaysArguments rays;
+    ResumeArguments resume;
+    RefitArguments refit;
+    WorkHeader header;
+    Suspended suspended;
+    Hit hit;
+};
+layout(std430, binding = kBindPixels) writeonly buffer Result { uint result; };
+
+void main() {
+    result = node.child[0] + leaf.prim_id[0] + region.x + rays.ray_count + resume.first +
+             refit.first + header.status + suspended.answer_index + hit.prim_id;
+}

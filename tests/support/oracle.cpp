@@ -1,0 +1,90 @@
+#include "tests/support/oracle.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace morphray::test {
+namespace {
+
+using Real = long double;
+
+struct Vector {
+    Real x, y, z;
+};
+
+Vector minus(vec3 a, vec3 b) { return {Real{a.x} - b.x, Real{a.y} - b.y, Real{a.z} - b.z}; }
+Vector cross(Vector a, Vector b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+Real dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Real length(Vector a) { return std::sqrt(dot(a, a)); }
+
+struct Crossing {
+    bool inside = false;
+    bool grazing = false;
+    Real t = 0;
+};
+
+Crossing cross_triangle(const Ray& ray, vec3 a, vec3 b, vec3 c) {
+    constexpr Real kEdge = 1e-6L;
+    const Vector d{ray.dir.x, ray.dir.y, ray.dir.z};
+    const Vector ab = minus(b, a);
+    const Vector ac = minus(c, a);
+    const Vector n = cross(ab, ac);
+    const Real size = length(n);
+    const Real facing = dot(d, n);
+    Crossing result;
+    if (size == 0) return result;
+    const Vector oa = minus(a, ray.org);
+    if (std::abs(facing) <= 1e-12L * size * length(d)) {
+        // Edge-on: it may be grazed only if the ray runs in its plane.
+        result.grazing = std::abs(dot(oa, n)) <= 1e-6L * size * (length(oa) + 1);
+        return result;
+    }
+    result.t = dot(oa, n) / facing;
+    const Vector p{ray.dir.x * result.t - oa.x, ray.dir.y * result.t - oa.y,
+                   ray.dir.z * result.t - oa.z};
+    const Real v = dot(cross(p, ac), n) / (size * size);
+    const Real w = dot(cross(ab, p), n) / (size * size);
+    const Real least = std::min(std::min(v, w), 1 - v - w);
+    result.inside = least >= 0;
+    // The tracer's coordinates relative to the ray are off by 2^-44 of the distance.
+    const Real slack = kEdge + 1e-13L * (length(oa) + length(p)) * (length(ab) + length(ac)) / size;
+    result.grazing = std::abs(least) <= slack;
+    return result;
+}
+
+}  // namespace
+
+OracleHit oracle_intersect(const TestScene& scene, const Ray& ray) {
+    OracleHit best;
+    Real nearest_doubt = INFINITY;
+    Real second = INFINITY;
+    for (std::uint32_t i = 0; i < scene.triangle_count(); ++i) {
+        const uvec3 t = scene.topology().triangles[i];
+        const vec3 a = scene.positions()[t.x];
+        const vec3 b = scene.positions()[t.y];
+        const vec3 c = scene.positions()[t.z];
+        if (std::max({a.x, b.x, c.x}) > kSceneExtent) continue;
+        const Crossing crossing = cross_triangle(ray, a, b, c);
+        const bool in_range = crossing.t > 0 && crossing.t >= ray.tnear && crossing.t <= ray.tfar;
+        const bool at_end =
+            std::abs(crossing.t - ray.tfar) <= 1e-6L * ray.tfar || std::abs(crossing.t) <= 1e-3L;
+        if ((crossing.grazing || (crossing.inside && at_end)) && crossing.t > -1) {
+            nearest_doubt = std::min(nearest_doubt, crossing.t);
+        }
+        if (!crossing.inside || !in_range) continue;
+        if (!best.hit || crossing.t < best.t) {
+            if (best.hit) second = std::min(second, best.t);
+            best = {true, crossing.t, i, false};
+        } else {
+            second = std::min(second, crossing.t);
+        }
+    }
+    best.ambiguous = nearest_doubt <= (best.hit ? best.t * (1 + 1e-6L) : INFINITY) ||
+                     (best.hit && second <= best.t * (1 + 1e-6L));
+    if (std::isinf(nearest_doubt) && !best.hit) best.ambiguous = false;
+    return best;
+}
+
+}  // namespace morphray::test

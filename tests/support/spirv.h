@@ -1,0 +1,58 @@
+// Just enough of SPIR-V to ask questions about a compiled kernel.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace morphray::test {
+
+/// Opcodes and decorations by their numbers in the SPIR-V specification.
+enum SpirvOp : std::uint32_t {
+    kOpName = 5,
+    kOpMemberName = 6,
+    kOpExtInst = 12,
+    kOpExecutionMode = 16,
+    kOpTypeStruct = 30,
+    kOpDecorate = 71,
+    kOpMemberDecorate = 72,
+    kOpFAdd = 129,
+    kOpFSub = 131,
+    kOpFMul = 133,
+    kOpVectorTimesScalar = 142,
+};
+enum SpirvDecoration : std::uint32_t { kArrayStride = 6, kOffset = 35, kNoContraction = 42 };
+
+struct SpirvInstruction {
+    std::uint32_t opcode;
+    /// Without the first word, which holds the opcode.
+    std::span<const std::uint32_t> operands;
+};
+
+/// A view of a module whose words outlive it. Throws std::runtime_error on words that are no
+/// module.
+class SpirvModule {
+public:
+    explicit SpirvModule(std::span<const std::uint32_t> words);
+
+    const std::vector<SpirvInstruction>& instructions() const { return instructions_; }
+    bool has_execution_mode(std::uint32_t mode, std::uint32_t argument) const;
+    /// The results decorated so.
+    std::set<std::uint32_t> decorated(std::uint32_t decoration) const;
+
+    /// Byte offsets by member name of the struct type of that name that has a layout; empty if
+    /// there is none.
+    std::map<std::string, std::uint32_t> member_offsets(const std::string& type) const;
+
+private:
+    std::vector<SpirvInstruction> instructions_;
+};
+
+/// What a kernel does that not every device rounds alike, one line each; empty if nothing. Floats
+/// may be added, subtracted and multiplied without contraction, compared, selected, converted.
+std::vector<std::string> inexact_operations(const SpirvModule& module);
+
+}  // namespace morphray::test
