@@ -6,6 +6,7 @@
 
 #include "app/backends.h"
 #include "app/commands.h"
+#include "app/interrupt.h"
 #include "app/memory_budget.h"
 #include "app/ray_reader.h"
 #include "app/scene_frames.h"
@@ -35,6 +36,7 @@ public:
     }
 
     void flush() {
+        throw_if_interrupted();
         hits_.resize(rays_.size());
         if (!rays_.empty()) backend_.trace_rays(rays_, hits_);
         auto hit = hits_.begin();
