@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "app/interrupt.h"
 #include "app/program.h"
 
 namespace {
@@ -23,7 +22,6 @@ void hold_standard_descriptors() {
 
 int main(int argc, char** argv) {
     hold_standard_descriptors();
-    const morphray::InterruptGuard guard;
     const std::vector<std::string> arguments(argv + (argc > 0 ? 1 : 0), argv + argc);
     return morphray::app::run_program(arguments);
 }

@@ -17,7 +17,7 @@ namespace morphray::app {
 namespace {
 
 // Rays that are converted, traced and written at a time.
-constexpr std::size_t kBatch = std::size_t{1} << 18;
+constexpr std::size_t kBatch = std::size_t{1} << 16;
 
 /// Answers rays in batches, a line each.
 class RayTracer {
