@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-namespace morphray {
+namespace morphray::app {
 namespace {
 
 /// The signal that came, or 0. A handler can reach nothing but a global.
@@ -54,4 +54,4 @@ void throw_if_interrupted() {
     }
 }
 
-}  // namespace morphray
+}  // namespace morphray::app

@@ -7,7 +7,7 @@
 
 #include "common/error.h"
 
-namespace morphray {
+namespace morphray::app {
 
 /// While it lives, the first SIGINT or SIGTERM only makes interrupted() true, the second one ends
 /// the process at once, and SIGPIPE is ignored (a write to a pipe that nobody reads fails with
@@ -31,4 +31,4 @@ bool interrupted();
 /// after SIGTERM, so that what is finished stays and nothing half done is written.
 void throw_if_interrupted();
 
-}  // namespace morphray
+}  // namespace morphray::app

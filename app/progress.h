@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-namespace morphray {
+namespace morphray::app {
 
 enum class ProgressMode { kOff, kPlain, kColour };
 
@@ -45,4 +45,4 @@ private:
     bool visible_ = false;
 };
 
-}  // namespace morphray
+}  // namespace morphray::app

@@ -8,7 +8,7 @@
 #include <functional>
 #include <utility>
 
-namespace morphray {
+namespace morphray::app {
 namespace {
 
 /// What a child that runs `body` ends with, as from waitpid; the child exits with body's result.
@@ -99,4 +99,4 @@ TEST(Interrupt, EverythingIsAsBeforeAfterTheGuard) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace morphray::app

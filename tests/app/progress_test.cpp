@@ -14,7 +14,7 @@
 #include <string>
 #include <thread>
 
-namespace morphray {
+namespace morphray::app {
 namespace {
 
 /// Sets or (nullptr) unsets an environment variable for the life of the object.
@@ -160,4 +160,4 @@ TEST(Progress, HasNoColourUnlessAsked) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace morphray::app
