@@ -1,0 +1,61 @@
+#include "app/backends.h"
+
+#include <fmt/format.h>
+
+#include "app/memory_budget.h"
+#include "common/error.h"
+#include "cpu/cpu_backend.h"
+
+namespace morphray::app {
+namespace {
+
+std::unique_ptr<Backend> make_vulkan([[maybe_unused]] const BackendOptions& options) {
+#ifdef MORPHRAY_HAS_VULKAN
+    require_driver_memory();
+    return gpu::make_vulkan_backend({.device = options.device, .validate = options.validate});
+#else
+    throw Error(ExitCode::kUnavailable,
+                "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
+#endif
+}
+
+}  // namespace
+
+bool vulkan_built_in() {
+#ifdef MORPHRAY_HAS_VULKAN
+    return true;
+#else
+    return false;
+#endif
+}
+
+std::vector<gpu::DeviceInfo> vulkan_devices() {
+#ifdef MORPHRAY_HAS_VULKAN
+    return gpu::list_devices();
+#else
+    throw Error(ExitCode::kUnavailable, "Vulkan: not built in; build with -DMORPHRAY_VULKAN=ON");
+#endif
+}
+
+std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messages& messages) {
+    return make_backend(options.choice, options, messages);
+}
+
+std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
+                                      const Messages& messages) {
+    const cpu::CpuConfig cpu_config{.threads = options.threads};
+    if (choice == BackendChoice::kCpu) return cpu::make_scalar_backend(cpu_config);
+    if (choice == BackendChoice::kBrute) return cpu::make_brute_backend(cpu_config);
+    const bool must_be_vulkan =
+        choice == BackendChoice::kVulkan || !options.device.empty() || options.validate;
+    if (must_be_vulkan) return make_vulkan(options);
+    try {
+        return make_vulkan(options);
+    } catch (const Error& error) {
+        if (error.code() != ExitCode::kUnavailable && error.code() != ExitCode::kLimit) throw;
+        messages.warn(fmt::format("{}; going on with the CPU", error.what()));
+        return cpu::make_scalar_backend(cpu_config);
+    }
+}
+
+}  // namespace morphray::app

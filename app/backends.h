@@ -1,0 +1,27 @@
+// Which backends there are. The only place that knows whether Vulkan was built in.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "app/messages.h"
+#include "app/options.h"
+#include "common/backend.h"
+#include "gpu/vulkan_backend.h"
+
+namespace morphray::app {
+
+bool vulkan_built_in();
+
+/// gpu::list_devices(); throws Error(kUnavailable) without Vulkan.
+std::vector<gpu::DeviceInfo> vulkan_devices();
+
+/// kAuto is Vulkan if it can be had, otherwise the CPU with one warning; naming a device or asking
+/// for validation rules the CPU out. Throws Error(kUnavailable).
+std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messages& messages);
+
+/// Likewise for a backend other than the one asked for.
+std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
+                                      const Messages& messages);
+
+}  // namespace morphray::app

@@ -1,0 +1,173 @@
+#include "app/memory_budget.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <sstream>
+
+#include "common/error.h"
+#include "common/interop/layout.h"
+
+namespace morphray::app {
+namespace {
+
+constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
+
+// A leaf (320 B and 64 B of vertex numbers) holds about 11 triangles, and there is a node (448 B)
+// for about 11 of those: 40 B a triangle, and some more for poor scenes.
+constexpr std::uint64_t kTreeBytesPerTriangle = 48;
+// Boxes, centroids, order and the binary tree that the builder holds beside the result.
+constexpr std::uint64_t kBuildBytesPerTriangle = 96;
+constexpr std::uint64_t kTopologyBytesPerTriangle = 16;
+// Positions in the user's units and in scene space.
+constexpr std::uint64_t kPositionBytesPerVertex = 24;
+constexpr std::uint64_t kBackendBytesPerVertex = 16;
+// A frame (16 + 4 + 4), its copy on a device, the picture and its encoded form.
+constexpr std::uint64_t kBytesPerPixel = 60;
+// Code, libraries, thread stacks.
+constexpr std::uint64_t kFixedBytes = std::uint64_t{48} << 20;
+
+// What Mesa's lavapipe maps for an instance and a device; a smaller limit made it crash.
+constexpr std::uint64_t kDriverAddressBytes = std::uint64_t{768} << 20;
+
+std::uint64_t saturating_add(std::uint64_t a, std::uint64_t b) {
+    return a > kNoLimit - b ? kNoLimit : a + b;
+}
+
+std::uint64_t saturating_multiply(std::uint64_t a, std::uint64_t b) {
+    return b != 0 && a > kNoLimit / b ? kNoLimit : a * b;
+}
+
+std::optional<std::uint64_t> read_value(const std::string& file) {
+    std::ifstream in(file);
+    std::uint64_t value = 0;
+    if (in >> value) return value;  // "max" is no number and no limit
+    return std::nullopt;
+}
+
+std::optional<std::uint64_t> read_keyed(const std::string& file, const std::string& key) {
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line);) {
+        std::istringstream words(line);
+        std::string word;
+        std::uint64_t value = 0;
+        if (words >> word >> value && word == key) return value;
+    }
+    return std::nullopt;
+}
+
+void tighten(MemoryLimit& limit, std::uint64_t available, const char* source) {
+    if (available < limit.available_bytes) limit = {available, source};
+}
+
+// Fields of /proc/self/statm, in pages.
+enum StatmField { kStatmSize = 0, kStatmData = 5 };
+
+std::uint64_t used_bytes(StatmField field) {
+    std::ifstream in("/proc/self/statm");
+    std::uint64_t pages = 0;
+    for (int i = 0; i <= field; ++i) in >> pages;
+    return in ? pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+void apply_process_limit(MemoryLimit& limit, decltype(RLIMIT_AS) resource, StatmField used,
+                         const char* source) {
+    rlimit value = {};
+    if (getrlimit(resource, &value) != 0 || value.rlim_cur == RLIM_INFINITY) return;
+    const std::uint64_t taken = used_bytes(used);
+    tighten(limit, value.rlim_cur > taken ? value.rlim_cur - taken : 0, source);
+}
+
+void apply_group(MemoryLimit& limit, const std::string& folder, const char* limit_file,
+                 const char* usage_file, const char* cache_key) {
+    const std::optional<std::uint64_t> most = read_value(folder + limit_file);
+    if (!most) return;
+    // The kernel counts cached file pages as used but gives them back under pressure.
+    const std::uint64_t cache = read_keyed(folder + "memory.stat", cache_key).value_or(0);
+    const std::uint64_t used = read_value(folder + usage_file).value_or(0);
+    const std::uint64_t held = used > cache ? used - cache : 0;
+    tighten(limit, *most > held ? *most - held : 0, "the control group's memory limit");
+}
+
+// Every group from the process's own up to the root limits it. Inside a container the listed path
+// may not exist; its own group is then the root of what is mounted.
+void apply_control_groups(MemoryLimit& limit) {
+    std::ifstream in("/proc/self/cgroup");
+    for (std::string line; std::getline(in, line);) {
+        const bool unified = line.starts_with("0::");
+        const std::size_t colon = line.find(':', line.find(':') + 1);
+        if (colon == std::string::npos) continue;
+        if (!unified && line.find(":memory:") == std::string::npos) continue;
+        std::string path = line.substr(colon + 1);
+        for (;;) {
+            if (unified) {
+                apply_group(limit, "/sys/fs/cgroup" + path + "/", "memory.max", "memory.current",
+                            "inactive_file");
+            } else {
+                apply_group(limit, "/sys/fs/cgroup/memory" + path + "/", "memory.limit_in_bytes",
+                            "memory.usage_in_bytes", "total_inactive_file");
+            }
+            if (path.empty() || path == "/") break;
+            path.erase(path.rfind('/'));
+        }
+    }
+}
+
+std::string in_mib(std::uint64_t bytes) {
+    return fmt::format("{:.0f} MiB", std::max(1.0, static_cast<double>(bytes) / 0x1p20));
+}
+
+}  // namespace
+
+std::uint64_t estimate_bytes(const Workload& work) {
+    const std::uint64_t per_triangle =
+        kTopologyBytesPerTriangle + kTreeBytesPerTriangle + kBuildBytesPerTriangle +
+        work.backends * (kTopologyBytesPerTriangle + kTreeBytesPerTriangle);
+    const std::uint64_t per_vertex =
+        kPositionBytesPerVertex + work.backends * kBackendBytesPerVertex;
+    std::uint64_t bytes = saturating_multiply(work.triangles, per_triangle);
+    bytes = saturating_add(bytes, saturating_multiply(work.vertices, per_vertex));
+    bytes = saturating_add(bytes, saturating_multiply(work.pixels, kBytesPerPixel));
+    return saturating_add(saturating_add(bytes, work.kept_bytes), kFixedBytes);
+}
+
+MemoryLimit memory_limit() {
+    MemoryLimit limit{kNoLimit, "nothing"};
+    apply_process_limit(limit, RLIMIT_AS, kStatmSize, "the address space limit (ulimit -v)");
+    apply_process_limit(limit, RLIMIT_DATA, kStatmData, "the data limit (ulimit -d)");
+    apply_control_groups(limit);
+    if (const auto kib = read_keyed("/proc/meminfo", "MemAvailable:")) {
+        tighten(limit, *kib * 1024, "this machine's free memory");
+    }
+    return limit;
+}
+
+void require_driver_memory() {
+    MemoryLimit limit{kNoLimit, "nothing"};
+    apply_process_limit(limit, RLIMIT_AS, kStatmSize, "the address space limit (ulimit -v)");
+    if (limit.available_bytes >= kDriverAddressBytes) return;
+    throw Error(
+        ExitCode::kLimit,
+        fmt::format("a Vulkan driver needs about {} of addresses, but {} leaves {}; raise "
+                    "the limit or use --backend cpu",
+                    in_mib(kDriverAddressBytes), limit.source, in_mib(limit.available_bytes)));
+}
+
+void require_memory(const Workload& workload) {
+    require_memory(estimate_bytes(workload), memory_limit());
+}
+
+void require_memory(std::uint64_t bytes, const MemoryLimit& limit) {
+    if (bytes <= limit.available_bytes) return;
+    throw Error(ExitCode::kLimit,
+                fmt::format("this needs about {} of memory, but {} leaves {}; choose a smaller "
+                            "scene, a smaller picture or fewer frames",
+                            in_mib(bytes), limit.source, in_mib(limit.available_bytes)));
+}
+
+}  // namespace morphray::app

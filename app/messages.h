@@ -1,0 +1,45 @@
+// What goes to the terminal: results to stdout, everything else to stderr.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/options.h"
+
+namespace morphray::app {
+
+class Messages {
+public:
+    Messages() = default;
+    explicit Messages(const Options& options);
+
+    /// One line on stderr, as it is when it begins with a file of the command line, otherwise after
+    /// "morphray: ". A failure to write it is nobody's concern.
+    void error(std::string_view message) const;
+    /// Likewise, for what the user should know although the work goes on.
+    void warn(std::string_view message) const;
+    /// Likewise, only under --verbose.
+    void note(std::string_view message) const;
+
+    /// Results, unless --quiet. Throws Error(kOutput) when stdout does not take them.
+    void print(std::string_view text) const;
+
+private:
+    bool names_file(std::string_view message) const;
+
+    std::vector<std::string> files_;
+    bool quiet_ = false;
+    bool verbose_ = false;
+};
+
+/// Writes to the file, or to stdout for "-". Throws Error(kOutput).
+void write_report(const std::string& file, std::string_view text);
+
+/// check_writable for each that is neither empty nor "-".
+void check_reports(std::initializer_list<std::string> files);
+
+/// Whether one of the reports takes stdout.
+bool takes_stdout(std::initializer_list<std::string> files);
+
+}  // namespace morphray::app

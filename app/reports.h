@@ -1,0 +1,151 @@
+// What the commands find out, before it becomes a table or JSON.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "app/session.h"
+#include "common/bvh_stats.h"
+#include "common/clip.h"
+#include "common/compare.h"
+#include "gpu/vulkan_backend.h"
+
+namespace morphray::app {
+
+/// What every report begins with.
+struct ReportHead {
+    std::string command;
+    std::string scene;
+    std::uint64_t triangles = 0;
+    std::uint64_t vertices = 0;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+};
+
+struct FrameReport {
+    double frame = 0;
+    std::string backend;
+    /// "build", "refit" or "rebuild".
+    std::string update;
+    /// The backend that refitted, or empty.
+    std::string refit_on;
+    std::uint64_t hits_hash = 0;
+    std::uint64_t image_hash = 0;
+    std::uint64_t bvh_hash = 0;
+    StepTimes times;
+    std::uint64_t hits = 0;
+    std::uint64_t misses = 0;
+    std::uint64_t occluded = 0;
+    double sah_cost = 0;
+    /// The picture's file name, if there is one.
+    std::string file;
+};
+
+/// Hashes, counts and times of the frame that the session has just traced.
+FrameReport report_frame(Session& session, double frame_number, const Frame& frame);
+
+struct RenderReport {
+    ReportHead head;
+    std::string backend;
+    std::string device;
+    std::string rays;
+    /// False when an error or a signal ended it early.
+    bool complete = true;
+    std::vector<FrameReport> frames;
+};
+
+/// One variant of one frame held against the reference.
+struct CheckRow {
+    double frame = 0;
+    std::string backend;
+    /// "refit" or "rebuild", and the backend that refitted.
+    std::string update;
+    std::string refit_on;
+    std::string rays;
+    /// "brute" or "cpu".
+    std::string reference;
+    FrameDifference difference;
+    std::uint64_t expected_hits_hash = 0;
+    std::uint64_t hits_hash = 0;
+    std::uint64_t expected_image_hash = 0;
+    std::uint64_t image_hash = 0;
+    double trace_ms = 0;
+
+    bool equal() const {
+        return difference.total() == 0 && hits_hash == expected_hits_hash &&
+               image_hash == expected_image_hash;
+    }
+    /// "vulkan, refit on cpu" or "cpu, rebuild".
+    std::string variant() const;
+};
+
+/// Fills in the difference and the hashes.
+void compare(const Frame& expected, const Frame& actual, CheckRow& row);
+
+/// The trees of one frame, refitted on two backends.
+struct TreeRow {
+    double frame = 0;
+    std::uint64_t cpu_hash = 0;
+    std::uint64_t vulkan_hash = 0;
+    bool equal() const { return cpu_hash == vulkan_hash; }
+};
+
+struct CheckReport {
+    ReportHead head;
+    std::string device;
+    bool complete = true;
+    std::vector<CheckRow> rows;
+    std::vector<TreeRow> trees;
+
+    bool equal() const;
+};
+
+/// Medians of one frame on one backend.
+struct ProfileRow {
+    double frame = 0;
+    std::string backend;
+    StepTimes times;
+    /// Tracing the rebuilt tree instead of the refitted one.
+    double trace_rebuilt_ms = 0;
+    double sah_cost = 0;
+    double rebuilt_sah_cost = 0;
+};
+
+struct ProfileReport {
+    ReportHead head;
+    std::string rays;
+    int repeat = 0;
+    bool complete = true;
+    std::vector<ProfileRow> rows;
+};
+
+struct SceneReport {
+    ReportHead head;
+    double first_frame = 0;
+    double last_frame = 0;
+    UserBounds bounds;
+    int exponent = 0;
+    DegenerateCount degenerate;
+    std::uint64_t topology_hash = 0;
+    struct Tree {
+        std::string build;
+        double build_ms = 0;
+        BvhStats stats;
+        std::uint64_t bvh_hash = 0;
+    };
+    std::vector<Tree> trees;
+};
+
+struct ProgramReport {
+    std::string build;
+    struct Builtin {
+        std::string name;
+        std::string description;
+        std::uint32_t default_triangles = 0;
+    };
+    std::vector<Builtin> builtins;
+    std::vector<std::string> backends;
+};
+
+}  // namespace morphray::app

@@ -1,0 +1,19 @@
+// Wall time.
+#pragma once
+
+#include <chrono>
+
+namespace morphray::app {
+
+class Stopwatch {
+public:
+    double ms() const {
+        const auto elapsed = std::chrono::steady_clock::now() - start_;
+        return std::chrono::duration<double, std::milli>(elapsed).count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace morphray::app
