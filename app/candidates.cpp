@@ -9,29 +9,25 @@ namespace {
 
 Candidate judge(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab, vec3 a, vec3 b,
                 vec3 c) {
-    const vec3 pa = project(sheared, a);
-    const vec3 pb = project(sheared, b);
-    const vec3 pc = project(sheared, c);
+    const Edges edges = exact_edges(project(sheared, a), project(sheared, b), project(sheared, c));
     TriangleHit hit;
-    hit_projected(sheared, ray.tnear, ray.tfar, pa, pb, pc, hit);
+    const bool is_hit = intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
     Candidate result;
     result.t = hit.t;
     result.u = hit.u;
     result.v = hit.v;
-    result.edge_u = difference_of_products(pb.x, pc.y, pb.y, pc.x);
-    result.edge_v = difference_of_products(pc.x, pa.y, pc.y, pa.x);
-    result.edge_w = difference_of_products(pa.x, pb.y, pa.y, pb.x);
-    const float least = std::min({result.edge_u, result.edge_v, result.edge_w});
-    const float most = std::max({result.edge_u, result.edge_v, result.edge_w});
+    result.edge_u = edges.u;
+    result.edge_v = edges.v;
+    result.edge_w = edges.w;
     result.may_hit = may_hit_triangle(sheared, a, b, c);
-    result.inside = least >= 0 || most <= 0;
-    result.has_area = least != 0 || most != 0;
+    result.inside = may_be_inside(edges);
+    result.has_area = has_area(a, b, c);
     result.in_range = hit.t > 0 && hit.t >= ray.tnear && hit.t <= ray.tfar;
     result.finite = finite_vertices(a, b, c);
     const vec3 lower(min(a.x, min(b.x, c.x)), min(a.y, min(b.y, c.y)), min(a.z, min(b.z, c.z)));
     const vec3 upper(max(a.x, max(b.x, c.x)), max(a.y, max(b.y, c.y)), max(a.z, max(b.z, c.z)));
     result.meets_box = hits_box(slab, lower, upper, result.t_enter) && result.t_enter <= result.t;
-    result.is_hit = intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+    result.is_hit = is_hit;
     return result;
 }
 

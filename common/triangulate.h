@@ -11,9 +11,9 @@
 
 namespace morphray {
 
-/// A polygon of n corners may take this times n steps; a simple polygon of fewer than 300 corners
-/// never does, a larger one only if it is made to.
-inline constexpr std::size_t kTriangulationStepsPerCorner = 2000;
+/// A polygon of n corners may take this times n steps; a simple polygon of fewer than 150 corners
+/// never does, a larger one only if it is made to. 200,000 corners are refused within seconds.
+inline constexpr std::size_t kTriangulationStepsPerCorner = 500;
 
 /// Triangles of all faces in their order, n - 2 of a face of n corners, wound as the face is: a fan
 /// from the first corner where that covers the face, otherwise ears of its projection along its

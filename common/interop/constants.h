@@ -25,7 +25,7 @@ SHARED_CONST float kDirectionSnap = 3.5762786865234375e-07f;    // 1.5 * 2^-22
 SHARED_CONST float kProjectedOnGrid = 9.094947017729282e-13f;   // 2^-40
 SHARED_CONST float kProjectedSnap = 2.7284841053187847e-12f;    // 1.5 * 2^-39
 
-// A bound of the relative error of may_hit, derived there: 2^-19.
+// A bound of the relative error of fast_edges, derived there: 2^-19.
 SHARED_CONST float kFastProjectionError = 1.9073486328125e-06f;
 
 // An empty box is inverted: lower = +kEmptyPlane, upper = -kEmptyPlane (2^48). The slab test

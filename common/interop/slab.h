@@ -25,9 +25,14 @@ struct SlabRay {
 
 SHARED float slab_reciprocal(float d) { return d == 0.0f ? kHugeReciprocal : rcp(d); }
 
+/// D for rays from org.
+SHARED float box_dilation(vec3 org) {
+    PRECISE float d = kBoxDilation * max(largest_component(org), kSceneExtent);
+    return d;
+}
+
 SHARED SlabRay slab_ray(vec3 org, vec3 dir) {
-    PRECISE float extent = max(max(abs(org.x), abs(org.y)), max(abs(org.z), kSceneExtent));
-    PRECISE float d = kBoxDilation * extent;
+    float d = box_dilation(org);
     SlabRay s;
     s.rdir = vec3(slab_reciprocal(dir.x), slab_reciprocal(dir.y), slab_reciprocal(dir.z));
     PRECISE vec3 below = vec3(org.x + d, org.y + d, org.z + d);

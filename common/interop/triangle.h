@@ -18,8 +18,9 @@
 //
 // The displacement is some 2^-23 of a triangle's own size.
 //
-// That arithmetic is for the few triangles that may be hit. A tracer sorts out the rest by any test
-// that never rejects a hit; may_hit is one.
+// That arithmetic is for the rays that pass close to an edge, and for steep triangles. Elsewhere
+// plain floats with a bound of their error are certain of the signs, and give the weights too; a
+// tracer may sort out misses by any test that never rejects a hit, such as may_hit_triangle.
 #ifndef COMMON_INTEROP_TRIANGLE_H
 #define COMMON_INTEROP_TRIANGLE_H
 
@@ -28,12 +29,13 @@
 SHARED_BEGIN
 
 /// What the rule needs of a ray: axis is that of its largest direction component; org and dir are
-/// rotated so that it is z. rdz = 1 / dir.z.
+/// rotated so that it is z. rdz = 1 / dir.z. depth_slack is a quarter of the dilation of boxes.
 struct ShearedRay {
     vec3 org;
     vec3 dir;
     uint axis;
     float rdz;
+    float depth_slack;
 };
 
 /// v with its axes rotated so that component `axis` becomes z.
@@ -48,6 +50,8 @@ SHARED ShearedRay shear_ray(vec3 org, vec3 dir) {
     s.org = rotate_axes(org, s.axis);
     s.dir = rotate_axes(dir, s.axis);
     s.rdz = s.dir.z == 0.0f ? 0.0f : rcp(s.dir.z);
+    PRECISE float slack = 0.25f * box_dilation(org);
+    s.depth_slack = slack;
     return s;
 }
 
@@ -124,7 +128,7 @@ SHARED vec3 project(ShearedRay s, vec3 vertex) {
                 project_axis(a.y, ey, a.z, ez, s.dir.y, s.dir.z), a.z);
 }
 
-/// Likewise without the errors: to 2^-20 of the largest coordinate of a.
+/// Likewise without the errors: to 2^-19 of the largest coordinate of a.
 SHARED vec3 project_fast(ShearedRay s, vec3 vertex) {
     vec3 v = rotate_axes(vertex, s.axis);
     PRECISE vec3 a = v - s.org;
@@ -132,29 +136,46 @@ SHARED vec3 project_fast(ShearedRay s, vec3 vertex) {
     PRECISE float x1 = s.dir.x * a.z;
     PRECISE float y0 = a.y * s.dir.z;
     PRECISE float y1 = s.dir.y * a.z;
-    PRECISE vec3 p = vec3(x0 - x1, y0 - y1, a.z);
+    PRECISE float x = x0 - x1;
+    PRECISE float y = y0 - y1;
+    // On the grid 2^-62 without a select, at the price of another rounding of what is large.
+    PRECISE float sx = x + kProjectedSnap;
+    PRECISE float sy = y + kProjectedSnap;
+    PRECISE vec3 p = vec3(sx - kProjectedSnap, sy - kProjectedSnap, a.z);
     return p;
 }
 
-/// Whether hit_projected may be true for the vertices that project_fast made a, b, c of. It is
-/// false only where the signs of two edge functions are certain and opposite.
+/// The edge functions of a triangle opposite to a, b and c; how far each may be from that of the
+/// vertices as `project` gives them; and the range of the vertices' z.
+struct Edges {
+    float u;
+    float v;
+    float w;
+    float bound;
+    float depth_range;
+};
+
+/// The edge functions of vertices from project_fast.
 ///
 /// With |d| < 2 and r the largest |coordinate| of the three vertices relative to the origin, x and
-/// y of project_fast are within delta = 2^-20 r of those of project: 2^-24 each for the two
+/// y are within delta = 1.25 * 2^-20 r of those of `project`: in units of 2^-24 r, 4 for the two
 /// products
-/// (<= 2r), their difference (<= 4r) and the rounding of a (<= 4r) make 12 * 2^-24 r. Hence an edge
-/// function of p, q with m = |p.x| + |p.y| + |q.x| + |q.y| is within delta m + 2 delta^2 of the
-/// other's, and its own rounding is at most 2^-23 (m/2)^2 <= 2^-21 r m since m <= 16 r. The bound
-/// below covers both for all three edges. x and y bound the other two coordinates of a: |a.x| <=
-/// |x| + 2 |a.z|.
-SHARED bool may_hit(vec3 a, vec3 b, vec3 c) {
+/// (<= 2r each), 4 for their difference (<= 4r), 4 for the rounding of a and 8 for the snap. Hence
+/// an edge function of p, q with m = |p.x| + |p.y| + |q.x| + |q.y| is within delta m + 2 delta^2 of
+/// the other's, and its own rounding is at most 2^-23 (m/2)^2 <= 2^-21 r m since m <= 16 r.
+/// Together that is less than 2^-19 r (m + 2^-19 r), here with the m of all three vertices; r is
+/// bounded by |a.x| <= |x| + |a.z|.
+SHARED Edges fast_edges(vec3 a, vec3 b, vec3 c) {
     PRECISE float ma = abs(a.x) + abs(a.y);
     PRECISE float mb = abs(b.x) + abs(b.y);
     PRECISE float mc = abs(c.x) + abs(c.y);
     PRECISE float m = (ma + mb) + mc;
-    PRECISE float z = max(abs(a.z), max(abs(b.z), abs(c.z)));
-    PRECISE float r = m + 4.0f * z;
-    PRECISE float bound = (kFastProjectionError * r) * (m + kFastProjectionError * r);
+    float nearest = min(a.z, min(b.z, c.z));
+    float farthest = max(a.z, max(b.z, c.z));
+    PRECISE float depth_range = farthest - nearest;
+    PRECISE float z = max(abs(nearest), abs(farthest));
+    PRECISE float r = kFastProjectionError * (m + z);
+    PRECISE float bound = r * (m + r);
     PRECISE float u0 = b.x * c.y;
     PRECISE float u1 = b.y * c.x;
     PRECISE float v0 = c.x * a.y;
@@ -164,9 +185,42 @@ SHARED bool may_hit(vec3 a, vec3 b, vec3 c) {
     PRECISE float u = u0 - u1;
     PRECISE float v = v0 - v1;
     PRECISE float w = w0 - w1;
-    float least = min(u, min(v, w));
-    float most = max(u, max(v, w));
-    return least >= -bound || most <= bound;
+    Edges e;
+    e.u = u;
+    e.v = v;
+    e.w = w;
+    e.bound = bound;
+    e.depth_range = depth_range;
+    return e;
+}
+
+/// The edge functions of vertices from project; their signs are exact.
+SHARED Edges exact_edges(vec3 a, vec3 b, vec3 c) {
+    Edges e;
+    e.u = difference_of_products(b.x, c.y, b.y, c.x);
+    e.v = difference_of_products(c.x, a.y, c.y, a.x);
+    e.w = difference_of_products(a.x, b.y, a.y, b.x);
+    e.bound = 0.0f;
+    e.depth_range = 0.0f;
+    return e;
+}
+
+/// Whether the ray may go through the triangle: false only if two signs are certain and opposite.
+SHARED bool may_be_inside(Edges e) {
+    return min(e.u, min(e.v, e.w)) >= -e.bound || max(e.u, max(e.v, e.w)) <= e.bound;
+}
+
+/// Whether all signs are certain and alike, and the edge functions good enough to weigh z with.
+/// Their errors move z by at most 2 * bound / sum of depth_range; that must stay a part of the
+/// dilation D of boxes for a hit never to lie before its box. (Of D, 2^-5 is left to other errors,
+/// a quarter goes here twice over.)
+SHARED bool surely_inside(ShearedRay s, Edges e) {
+    PRECISE float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
+    // A range below 1 cannot matter, and its product with the bound might be a denormal.
+    PRECISE float error = e.bound * max(e.depth_range, 1.0f);
+    PRECISE float allowed = s.depth_slack * sum;
+    return error <= allowed &&
+           (min(e.u, min(e.v, e.w)) > e.bound || max(e.u, max(e.v, e.w)) < -e.bound);
 }
 
 /// weight / sum for 0 <= weight <= sum, and 0 for a quotient below 2^-60 (which might be a
@@ -184,26 +238,22 @@ struct TriangleHit {
     float v;
 };
 
-/// The rule itself, on projected vertices. Whether there is a hit with tnear <= t <= tfar and t >
-/// 0. Triangles that are seen edge-on or have no area are not hit.
-SHARED bool hit_projected(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
-                          OUT(TriangleHit) hit) {
-    float eu = difference_of_products(b.x, c.y, b.y, c.x);
-    float ev = difference_of_products(c.x, a.y, c.y, a.x);
-    float ew = difference_of_products(a.x, b.y, a.y, b.x);
-    bool inside =
-        (eu >= 0.0f && ev >= 0.0f && ew >= 0.0f) || (eu <= 0.0f && ev <= 0.0f && ew <= 0.0f);
-    PRECISE float sum = (abs(eu) + abs(ev)) + abs(ew);
+/// The hit of a ray that goes through a triangle, from its edge functions and the vertices' z.
+/// Whether there is one with tnear <= t <= tfar and t > 0; none where all three functions are 0
+/// (edge-on).
+SHARED bool weighted_hit(ShearedRay s, float tnear, float tfar, Edges e, float za, float zb,
+                         float zc, OUT(TriangleHit) hit) {
+    PRECISE float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
     float rsum = rcp(sum > 0.0f ? sum : 1.0f);
-    PRECISE float wa = normalized_weight(abs(eu), sum, rsum);
-    PRECISE float wb = normalized_weight(abs(ev), sum, rsum);
-    PRECISE float wc = normalized_weight(abs(ew), sum, rsum);
-    PRECISE float z = (wa * a.z + wb * b.z) + wc * c.z;
+    PRECISE float wa = normalized_weight(abs(e.u), sum, rsum);
+    PRECISE float wb = normalized_weight(abs(e.v), sum, rsum);
+    PRECISE float wc = normalized_weight(abs(e.w), sum, rsum);
+    PRECISE float z = (wa * za + wb * zb) + wc * zc;
     PRECISE float t = z * s.rdz;
     hit.t = t;
     hit.u = wb;
     hit.v = wc;
-    return inside && sum > 0.0f && t > 0.0f && t >= tnear && t <= tfar;
+    return sum > 0.0f && t > 0.0f && t >= tnear && t <= tfar;
 }
 
 /// A vertex that is not finite is stored as kInvalidCoordinate; its triangles are never hit.
@@ -234,20 +284,26 @@ SHARED bool has_area(vec3 a, vec3 b, vec3 c) {
            !products_cancel(e.x, r.x, e.y, r.y, f.x, s.x, f.y, s.y);
 }
 
+/// Whether intersect_triangle may be true: cheap, and never wrong when it says no.
+SHARED bool may_hit_triangle(ShearedRay s, vec3 a, vec3 b, vec3 c) {
+    return may_be_inside(fast_edges(project_fast(s, a), project_fast(s, b), project_fast(s, c)));
+}
+
 /// Whether the ray hits the triangle a, b, c (scene space), and where. Triangles without area and
 /// those with a vertex that is not finite are never hit.
 SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
                                OUT(TriangleHit) hit) {
-    vec3 pa = project(s, a);
-    vec3 pb = project(s, b);
-    vec3 pc = project(s, c);
-    bool is_hit = hit_projected(s, tnear, tfar, pa, pb, pc, hit);
-    return is_hit && finite_vertices(a, b, c) && has_area(a, b, c);
-}
-
-/// Whether intersect_triangle may be true: cheap, and never wrong when it says no.
-SHARED bool may_hit_triangle(ShearedRay s, vec3 a, vec3 b, vec3 c) {
-    return may_hit(project_fast(s, a), project_fast(s, b), project_fast(s, c));
+    vec3 pa = project_fast(s, a);
+    vec3 pb = project_fast(s, b);
+    vec3 pc = project_fast(s, c);
+    Edges e = fast_edges(pa, pb, pc);
+    bool inside = surely_inside(s, e);
+    if (!inside) {
+        e = exact_edges(project(s, a), project(s, b), project(s, c));
+        inside = may_be_inside(e) && has_area(a, b, c);
+    }
+    bool in_range = weighted_hit(s, tnear, tfar, e, pa.z, pb.z, pc.z, hit);
+    return inside && in_range && finite_vertices(a, b, c);
 }
 
 /// Whether a hit beats the best so far: nearer, or as near with a smaller id. Before the first hit
