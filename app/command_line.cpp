@@ -11,6 +11,7 @@
 #include "app/choices.h"
 #include "app/nearest.h"
 #include "common/error.h"
+#include "common/version.h"
 
 namespace morphray::app {
 namespace {
@@ -22,7 +23,7 @@ class CommandLine {
 public:
     CommandLine() : app_("Ray tracer for triangle scenes that deform.", "morphray") {
         app_.require_subcommand(1);
-        app_.set_version_flag("--version", "morphray " MORPHRAY_VERSION);
+        app_.set_version_flag("--version", fmt::format("morphray {}", kVersionDetail));
         app_.footer(
             "SCENE is builtin:NAME[:TRIANGLES], an .obj file, a folder of .obj files, or a pattern "
             "such as frame_%04d.obj.\n`morphray COMMAND --help` lists the options of a command; "

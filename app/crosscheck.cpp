@@ -5,9 +5,11 @@
 
 #include "app/commands.h"
 #include "app/cross_checker.h"
+#include "app/interrupt.h"
 #include "app/junit.h"
 #include "app/memory_budget.h"
 #include "app/output_folder.h"
+#include "app/progress.h"
 #include "app/report_json.h"
 #include "app/shell_text.h"
 #include "app/table.h"
@@ -129,15 +131,23 @@ public:
         report_.device = checker_.device();
     }
 
-    void check(double frame) {
+    void check(double frame, Progress& progress) {
         const TreeRow trees = checker_.check(
-            frame, rays_, [this](const CheckRow& row, const Frame& expected, const Frame& actual) {
+            frame, rays_, [&](const CheckRow& row, const Frame& expected, const Frame& actual) {
+                throw_if_interrupted();
                 report_.rows.push_back(row);
                 if (!row.equal()) keep_difference(row, expected, actual);
+                progress.update(report_.rows.size());
             });
         if (with_vulkan_) report_.trees.push_back(trees);
     }
 
+    /// Comparisons of a frame.
+    std::size_t comparisons() const {
+        std::size_t count = 0;
+        for (const std::uint32_t rays : rays_) count += checker_.variant_count(rays);
+        return count;
+    }
     bool finished_any() const { return !report_.rows.empty(); }
 
     /// Writes the reports; returns whether all was equal.
@@ -191,16 +201,20 @@ ExitCode run_crosscheck(const Options& given, const Messages& messages) {
     Crosscheck crosscheck(options, scene, frames, folder.path(), messages);
 
     ExitCode code = ExitCode::kOk;
+    Progress progress("comparing", frames.size() * crosscheck.comparisons(),
+                      progress_mode(options.quiet));
     for (const double frame : frames) {
         try {
-            crosscheck.check(frame);
+            crosscheck.check(frame, progress);
         } catch (const Error& error) {
+            progress.hide();
             if (error.code() != ExitCode::kBadInput || !crosscheck.finished_any()) throw;
             messages.error(error.what());
             code = ExitCode::kPartial;
             break;
         }
     }
+    progress.hide();
     const bool equal = crosscheck.finish(code == ExitCode::kOk, messages);
     return equal ? code : ExitCode::kCheckFailed;
 }

@@ -10,6 +10,7 @@
 #include "app/stopwatch.h"
 #include "app/table.h"
 #include "common/procedural/procedural.h"
+#include "common/version.h"
 
 namespace morphray::app {
 namespace {
@@ -50,7 +51,7 @@ ProgramReport describe_program() {
 }
 
 std::string text_of(const ProgramReport& report) {
-    std::string text = fmt::format("morphray {}, {}\n\nbackends\n", MORPHRAY_VERSION, report.build);
+    std::string text = fmt::format("morphray {}, {}\n\nbackends\n", kVersionDetail, report.build);
     for (const std::string& backend : report.backends) text += "  " + backend + '\n';
     text += "\nbuilt-in scenes\n";
     Table table({"  name", "triangles", "what"});

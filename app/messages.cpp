@@ -33,8 +33,6 @@ Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(opt
         if (file.empty() || file == "-" || file.starts_with("builtin:")) continue;
         files_.push_back(file);
     }
-    files_.push_back(kStdout);
-    files_.push_back("<stdin>");
 }
 
 bool Messages::names_file(std::string_view message) const {

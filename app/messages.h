@@ -28,7 +28,8 @@ public:
 private:
     bool names_file(std::string_view message) const;
 
-    std::vector<std::string> files_;
+    /// What a message may begin with instead of the program's name.
+    std::vector<std::string> files_ = {"/dev/stdout", "<stdin>"};
     bool quiet_ = false;
     bool verbose_ = false;
 };

@@ -6,7 +6,9 @@
 
 #include "app/backends.h"
 #include "app/commands.h"
+#include "app/interrupt.h"
 #include "app/memory_budget.h"
+#include "app/progress.h"
 #include "app/report_json.h"
 #include "app/reports.h"
 #include "app/scene_frames.h"
@@ -154,10 +156,17 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
         options.view.width, options.view.height};
     report.rays = name_of_rays(options.view.rays);
     report.repeat = options.repeat;
-    for (const BackendChoice choice : backends_of(options, messages)) {
+    const std::vector<BackendChoice> choices = backends_of(options, messages);
+    Progress progress("measuring", frames.size() * choices.size(), progress_mode(options.quiet));
+    for (const BackendChoice choice : choices) {
         Profiler profiler(options, scene, frames.front(), choice, messages);
-        for (const double frame : frames) report.rows.push_back(profiler.measure(frame));
+        for (const double frame : frames) {
+            throw_if_interrupted();
+            report.rows.push_back(profiler.measure(frame));
+            progress.update(report.rows.size());
+        }
     }
+    progress.hide();
     publish(report, options, messages);
     return ExitCode::kOk;
 }

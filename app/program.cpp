@@ -7,6 +7,7 @@
 
 #include "app/command_line.h"
 #include "app/commands.h"
+#include "app/interrupt.h"
 #include "app/messages.h"
 
 namespace morphray::app {
@@ -35,6 +36,7 @@ ExitCode run_command(const Options& options, const Messages& messages) {
 }  // namespace
 
 int run_program(std::span<const std::string> arguments) {
+    const InterruptGuard guard;
     Messages messages;
     ExitCode code = ExitCode::kInternal;
     try {

@@ -7,8 +7,10 @@
 
 #include "app/commands.h"
 #include "app/hits_file.h"
+#include "app/interrupt.h"
 #include "app/memory_budget.h"
 #include "app/output_folder.h"
+#include "app/progress.h"
 #include "app/report_json.h"
 #include "app/reports.h"
 #include "app/table.h"
@@ -134,17 +136,22 @@ ExitCode run_render(const Options& options, const Messages& messages) {
     Renderer renderer(options, scene, frames, folder.path(), messages);
 
     ExitCode code = ExitCode::kOk;
+    Progress progress("rendering", frames.size(), progress_mode(options.quiet));
     for (const double frame : frames) {
+        throw_if_interrupted();
         try {
             renderer.render(frame);
         } catch (const Error& error) {
+            progress.hide();
             // A frame that cannot be read does not undo those before it.
             if (error.code() != ExitCode::kBadInput || renderer.finished() == 0) throw;
             messages.error(error.what());
             code = ExitCode::kPartial;
             break;
         }
+        progress.update(renderer.finished());
     }
+    progress.hide();
     renderer.finish(code == ExitCode::kOk, messages);
     return code;
 }

@@ -4,13 +4,15 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/version.h"
+
 namespace morphray::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
 Json head_of(const std::string& command) {
-    return {{"schema", "morphray/1"}, {"command", command}, {"version", MORPHRAY_VERSION}};
+    return {{"schema", "morphray/1"}, {"command", command}, {"version", kVersion}};
 }
 
 Json head_of(const ReportHead& head) {

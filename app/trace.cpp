@@ -6,6 +6,7 @@
 
 #include "app/backends.h"
 #include "app/commands.h"
+#include "app/interrupt.h"
 #include "app/memory_budget.h"
 #include "app/ray_reader.h"
 #include "app/scene_frames.h"
@@ -16,7 +17,7 @@ namespace morphray::app {
 namespace {
 
 // Rays that are converted, traced and written at a time.
-constexpr std::size_t kBatch = std::size_t{1} << 18;
+constexpr std::size_t kBatch = std::size_t{1} << 16;
 
 /// Answers rays in batches, a line each.
 class RayTracer {
@@ -35,6 +36,7 @@ public:
     }
 
     void flush() {
+        throw_if_interrupted();
         hits_.resize(rays_.size());
         if (!rays_.empty()) backend_.trace_rays(rays_, hits_);
         auto hit = hits_.begin();

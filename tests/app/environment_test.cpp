@@ -1,0 +1,127 @@
+// Surroundings that should not matter, and those that set limits.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+
+namespace morphray::test {
+namespace {
+
+constexpr rlim_t kMebibyte = 1 << 20;
+
+std::string image_hash(const std::string& scene, const Surroundings& surroundings) {
+    TemporaryFolder folder;
+    const Outcome outcome = run({"render", scene, "--backend", "cpu", "--size", "16x16", "--frames",
+                                 "0", "--fov", "40.5", "--json", "-", "--out", folder.file("out")},
+                                surroundings);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    if (outcome.code != 0) return {};
+    return nlohmann::json::parse(outcome.out)["frames"][0]["image_hash"];
+}
+
+TEST(Environment, LocaleHomeTerminalAndTimeZoneDoNotMatter) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle(1.5));
+    const std::string expected = image_hash(scene, {});
+    for (const std::vector<std::string>& environment :
+         {std::vector<std::string>{"LC_ALL=de_DE.UTF-8", "LANG=de_DE.UTF-8"},
+          std::vector<std::string>{"LC_ALL=tr_TR.UTF-8"},
+          std::vector<std::string>{"HOME", "XDG_CACHE_HOME=/proc", "XDG_CONFIG_HOME=/proc"},
+          std::vector<std::string>{"TERM=dumb", "TZ=Nowhere/Never"},
+          std::vector<std::string>{"PATH", "TMPDIR=/none"}}) {
+        EXPECT_EQ(image_hash(scene, {.environment = environment}), expected) << environment[0];
+    }
+}
+
+TEST(Environment, PathsNeedNotBeUtf8) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("gr\xfc\xdf \xff.obj", unit_triangle());
+    const Outcome outcome = run({"info", scene, "--json", "-"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(nlohmann::json::parse(outcome.out)["triangles"], 1);
+    EXPECT_EQ(run({"render", scene, "--backend", "cpu", "--size", "8x8", "--out",
+                   folder.file("\xe4\xff")})
+                  .code,
+              0);
+}
+
+TEST(Environment, WorkBeyondTheAddressSpaceLimitIsRefusedWithNumbers) {
+    TemporaryFolder folder;
+    const Outcome outcome =
+        run({"render", "builtin:cloth:20000000", "--backend", "cpu", "--out", folder.file("out")},
+            {.address_space = 512 * kMebibyte});
+    EXPECT_EQ(outcome.code, 6) << outcome.err;
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_NE(outcome.err.find("MiB"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("address space"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Environment, PictureBeyondTheAddressSpaceLimitIsRefused) {
+    TemporaryFolder folder;
+    const Outcome outcome = run({"render", "builtin:cloth:500", "--backend", "cpu", "--size",
+                                 "16000x16000", "--out", folder.file("out")},
+                                {.address_space = 512 * kMebibyte});
+    EXPECT_EQ(outcome.code, 6) << outcome.err;
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Environment, SmallWorkFitsASmallAddressSpace) {
+    TemporaryFolder folder;
+    const Outcome outcome = run({"render", "builtin:cloth:500", "--backend", "cpu", "--size",
+                                 "16x16", "--frames", "0", "--out", folder.file("out")},
+                                {.address_space = 512 * kMebibyte});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
+TEST(Environment, DriverIsNotLoadedIntoAnAddressSpaceThatIsTooSmall) {
+    TemporaryFolder folder;
+    const std::vector<std::string> arguments = {"render", "builtin:cloth:500", "--size",
+                                                "16x16",  "--frames",          "0",
+                                                "--out",  folder.file("out")};
+    const Surroundings small = {.address_space = 400 * kMebibyte};
+    const Outcome automatic = run(arguments, small);
+    EXPECT_EQ(automatic.code, 0) << automatic.err;
+    EXPECT_EQ(lines(automatic.err).size(), 1u) << automatic.err;
+}
+
+// Without a driver (or without Vulkan in the build) each command says so with 4, and those that
+// may choose go on with the CPU.
+const Surroundings kNoDriver = {
+    .environment = {"VK_ICD_FILENAMES=/none.json", "VK_DRIVER_FILES=/none.json"}};
+
+TEST(Environment, MissingVulkanIsUnavailable) {
+    TemporaryFolder folder;
+    const std::vector<std::vector<std::string>> commands = {
+        {"render", "builtin:cloth:500", "--backend", "vulkan", "--out", folder.file("out")},
+        {"render", "builtin:cloth:500", "--device", "0", "--out", folder.file("out")},
+        {"render", "builtin:cloth:500", "--backend", "cpu", "--refit-on", "vulkan", "--out",
+         folder.file("out")},
+        {"crosscheck", "builtin:cloth:500", "--out", folder.file("out")},
+        {"probe", "builtin:cloth:500", "--frame", "0", "--pixel", "0,0", "--backend", "vulkan"},
+        {"profile", "builtin:cloth:500", "--backend", "vulkan"},
+        {"devices"}};
+    for (const auto& command : commands) {
+        const Outcome outcome = run(command, kNoDriver);
+        EXPECT_EQ(outcome.code, 4) << command[0] << ": " << outcome.err;
+        EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+        EXPECT_TRUE(outcome.err.starts_with("morphray: Vulkan: ")) << outcome.err;
+        EXPECT_TRUE(folder.names().empty()) << command[0];
+    }
+}
+
+TEST(Environment, AutomaticBackendFallsBackWithOneWarning) {
+    TemporaryFolder folder;
+    const Outcome outcome = run({"render", "builtin:cloth:500", "--size", "16x16", "--frames",
+                                 "0..2", "--json", "-", "--out", folder.file("out")},
+                                kNoDriver);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("morphray: warning: ")) << outcome.err;
+    EXPECT_EQ(nlohmann::json::parse(outcome.out)["backend"], "cpu");
+}
+
+}  // namespace
+}  // namespace morphray::test

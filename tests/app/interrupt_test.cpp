@@ -1,0 +1,102 @@
+#include "app/interrupt.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <functional>
+#include <utility>
+
+namespace morphray::app {
+namespace {
+
+/// What a child that runs `body` ends with, as from waitpid; the child exits with body's result.
+int status_of_child(const std::function<int()>& body) {
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(body());
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    return status;
+}
+
+int exit_code_when_interrupted() {
+    try {
+        throw_if_interrupted();
+    } catch (const Error& error) {
+        return static_cast<int>(error.code());
+    }
+    return 0;
+}
+
+TEST(Interrupt, IsNotThereAtFirst) {
+    const InterruptGuard guard;
+    EXPECT_FALSE(interrupted());
+    EXPECT_NO_THROW(throw_if_interrupted());
+}
+
+TEST(Interrupt, FirstSignalIsOnlyRememberedAndGivesTheExitCode) {
+    for (const auto& [signal, code] : {std::pair{SIGINT, 130}, {SIGTERM, 143}}) {
+        const int status = status_of_child([signal = signal] {
+            const InterruptGuard guard;
+            ::raise(signal);
+            return interrupted() ? exit_code_when_interrupted() : 1;
+        });
+        ASSERT_TRUE(WIFEXITED(status));
+        EXPECT_EQ(WEXITSTATUS(status), code);
+    }
+}
+
+TEST(Interrupt, SecondSignalEndsTheProcessAtOnce) {
+    for (const int first : {SIGINT, SIGTERM}) {
+        for (const int second : {SIGINT, SIGTERM}) {
+            const int status = status_of_child([=] {
+                const InterruptGuard guard;
+                ::raise(first);
+                ::raise(second);
+                return 0;
+            });
+            ASSERT_TRUE(WIFSIGNALED(status));
+            EXPECT_EQ(WTERMSIG(status), second);
+        }
+    }
+}
+
+TEST(Interrupt, LeavesAnIgnoredSignalIgnored) {
+    const int status = status_of_child([] {
+        ::signal(SIGINT, SIG_IGN);
+        const InterruptGuard guard;
+        ::raise(SIGINT);
+        ::raise(SIGINT);
+        return interrupted() ? 1 : 0;
+    });
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST(Interrupt, WriteToAPipeThatNobodyReadsFailsQuietly) {
+    const int status = status_of_child([] {
+        const InterruptGuard guard;
+        int ends[2];
+        if (::pipe(ends) != 0) return 1;
+        ::close(ends[0]);
+        return ::write(ends[1], "x", 1) < 0 && errno == EPIPE ? 0 : 2;
+    });
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST(Interrupt, EverythingIsAsBeforeAfterTheGuard) {
+    for (const int signal : {SIGINT, SIGTERM, SIGPIPE}) {
+        const int status = status_of_child([=] {
+            { const InterruptGuard guard; }
+            ::raise(signal);
+            return 0;
+        });
+        ASSERT_TRUE(WIFSIGNALED(status));
+        EXPECT_EQ(WTERMSIG(status), signal);
+    }
+}
+
+}  // namespace
+}  // namespace morphray::app

@@ -1,0 +1,138 @@
+// Outputs that cannot be written: exit code 5, before any work where that shows, and nothing left.
+#include <gtest/gtest.h>
+
+#include "tests/app/program.h"
+
+namespace morphray::test {
+namespace {
+
+std::vector<std::string> render(const TemporaryFolder& folder, std::vector<std::string> more = {}) {
+    std::vector<std::string> all = {"render", "builtin:cloth:500", "--backend", "cpu", "--size",
+                                    "16x16",  "--frames",          "0..1"};
+    const bool has_out = std::find(more.begin(), more.end(), "--out") != more.end();
+    if (!has_out) all.insert(all.end(), {"--out", folder.file("out")});
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+}
+
+void expect_output_error(const Outcome& outcome, const std::string& begins) {
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    ASSERT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with(begins)) << outcome.err;
+    EXPECT_NE(outcome.err.find("; "), std::string::npos) << outcome.err;
+}
+
+TEST(Output, FolderThatIsAFileIsRefused) {
+    TemporaryFolder folder;
+    const std::string file = folder.write("file", "x");
+    expect_output_error(run(render(folder, {"--out", file})), file + ": ");
+    expect_output_error(run(render(folder, {"--out", file + "/deeper"})), file);
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"file"});
+    EXPECT_EQ(read_file(file), "x");
+}
+
+TEST(Output, NameTooLongIsRefused) {
+    TemporaryFolder folder;
+    const std::string name = folder.file(std::string(300, 'x'));
+    expect_output_error(run(render(folder, {"--out", name})), name);
+    expect_output_error(run(render(folder, {"--json", name})), name);
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Output, ReportInAMissingFolderIsRefusedBeforeTheScene) {
+    TemporaryFolder folder;
+    const std::string name = folder.file("none/report");
+    // The scene does not exist either: the output is what is complained about.
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"render", "none.obj", "--json", name},
+          std::vector<std::string>{"render", "none.obj", "--hits", name},
+          std::vector<std::string>{"crosscheck", "none.obj", "--json", name},
+          std::vector<std::string>{"crosscheck", "none.obj", "--junit", name},
+          std::vector<std::string>{"profile", "none.obj", "--csv", name},
+          std::vector<std::string>{"profile", "none.obj", "--json", name},
+          std::vector<std::string>{"probe", "none.obj", "--frame", "0", "--pixel", "0,0", "--json",
+                                   name},
+          std::vector<std::string>{"info", "none.obj", "--json", name},
+          std::vector<std::string>{"devices", "--json", name},
+          std::vector<std::string>{"trace", "none.obj", "--rays", "none", "--out", name}}) {
+        expect_output_error(run(arguments, {.folder = folder.path()}), name + ": ");
+        EXPECT_TRUE(folder.names().empty()) << arguments[0];
+    }
+}
+
+TEST(Output, ReportThatIsAFolderIsRefused) {
+    TemporaryFolder folder;
+    expect_output_error(run(render(folder, {"--json", folder.path().string()})),
+                        folder.path().string());
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Output, FullDiskIsAnError) {
+    TemporaryFolder folder;
+    expect_output_error(run(render(folder, {"--json", "/dev/full", "-q"})), "/dev/full: ");
+    expect_output_error(run(render(folder, {"--hits", "/dev/full", "-q"})), "/dev/full: ");
+    expect_output_error(run({"trace", "builtin:cloth:500", "--rays", "-", "--out", "/dev/full"},
+                            {.input = "0 9 0 0 -1 0\n"}),
+                        "/dev/full: ");
+}
+
+TEST(Output, FullStdoutIsAnError) {
+    TemporaryFolder folder;
+    expect_output_error(run({"info"}, {.stdout_to = "/dev/full"}), "/dev/stdout: ");
+    expect_output_error(run({"--help"}, {.stdout_to = "/dev/full"}), "/dev/stdout: ");
+    expect_output_error(run(render(folder), {.stdout_to = "/dev/full"}), "/dev/stdout: ");
+}
+
+TEST(Output, ClosedStdoutIsAnErrorAndReceivesNoOtherFile) {
+    TemporaryFolder folder;
+    expect_output_error(run({"info"}, {.stdout_closed = true}), "/dev/stdout: ");
+    // The table must not end in a picture that was opened as descriptor 1.
+    const Outcome outcome = run(render(folder), {.stdout_closed = true});
+    EXPECT_EQ(outcome.code, 5);
+    for (const char* name : {"out/frame_0000.png", "out/frame_0001.png"}) {
+        const std::string png = read_file(folder.path() / name);
+        EXPECT_TRUE(png.starts_with("\x89PNG")) << name;
+        EXPECT_EQ(png.find("frame "), std::string::npos) << name;
+    }
+}
+
+TEST(Output, QuietNeedsNoStdout) {
+    TemporaryFolder folder;
+    const Outcome outcome = run(render(folder, {"-q"}), {.stdout_closed = true});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
+TEST(Output, FileSizeLimitLeavesNoCutFile) {
+    TemporaryFolder folder;
+    const Outcome outcome = run(render(folder), {.file_size = 100});
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    EXPECT_TRUE(folder.names().empty()) << folder.names().front();
+}
+
+TEST(Output, FailureLeavesNoFolderBehind) {
+    TemporaryFolder folder;
+    const std::string nested = folder.file("a/b/c");
+    EXPECT_EQ(run(render(folder, {"--out", nested, "--fov", "0"})).code, 3);
+    EXPECT_EQ(run({"render", "none.obj", "--out", nested}, {.folder = folder.path()}).code, 3);
+    EXPECT_EQ(run({"render", "builtin:none", "--out", nested}).code, 2);
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Output, FailureKeepsFoldersThatWereThere) {
+    TemporaryFolder folder;
+    const std::string out = folder.file("out");
+    std::filesystem::create_directory(out);
+    EXPECT_EQ(run(render(folder, {"--out", out, "--fov", "0"})).code, 3);
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"out"});
+}
+
+TEST(Output, JsonOnStdoutIsNothingButJson) {
+    TemporaryFolder folder;
+    const Outcome outcome = run(render(folder, {"--json", "-"}));
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_TRUE(outcome.out.starts_with("{")) << outcome.out;
+    EXPECT_TRUE(outcome.out.ends_with("}\n"));
+}
+
+}  // namespace
+}  // namespace morphray::test

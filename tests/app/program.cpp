@@ -1,0 +1,178 @@
+#include "tests/app/program.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+namespace morphray::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kPatience = std::chrono::seconds(60);
+
+void limit(int resource, std::optional<rlim_t> value) {
+    if (!value) return;
+    const rlimit both = {*value, *value};
+    if (::setrlimit(static_cast<__rlimit_resource_t>(resource), &both) != 0) ::_exit(99);
+}
+
+void redirect(int from, int to) {
+    if (from < 0 || ::dup2(from, to) < 0) ::_exit(99);
+}
+
+void apply(const Surroundings& s) {
+    for (const std::string& variable : s.environment) {
+        const std::size_t equals = variable.find('=');
+        if (equals == std::string::npos) {
+            ::unsetenv(variable.c_str());
+        } else {
+            ::setenv(variable.substr(0, equals).c_str(), variable.c_str() + equals + 1, 1);
+        }
+    }
+    if (!s.folder.empty() && ::chdir(s.folder.c_str()) != 0) ::_exit(99);
+    if (!s.stdout_to.empty()) redirect(::open(s.stdout_to.c_str(), O_WRONLY), STDOUT_FILENO);
+    if (s.stdout_closed) ::close(STDOUT_FILENO);
+    limit(RLIMIT_AS, s.address_space);
+    limit(RLIMIT_FSIZE, s.file_size);
+}
+
+int input_of(const std::string& text) {
+    std::FILE* const file = std::tmpfile();
+    std::fwrite(text.data(), 1, text.size(), file);
+    std::rewind(file);
+    return ::fileno(file);
+}
+
+[[noreturn]] void become_program(const std::vector<std::string>& arguments,
+                                 const Surroundings& surroundings) {
+    apply(surroundings);
+    std::vector<char*> argv;
+    std::string program = MORPHRAY_PROGRAM;
+    argv.push_back(program.data());
+    for (const std::string& argument : arguments) {
+        argv.push_back(const_cast<char*>(argument.c_str()));
+    }
+    argv.push_back(nullptr);
+    ::execv(argv[0], argv.data());
+    ::_exit(99);
+}
+
+// Both pipes at once: a full one would block the program for ever.
+void drain(std::array<int, 2> fds, std::array<std::string*, 2> texts, pid_t pid) {
+    const auto deadline = Clock::now() + kPatience;
+    std::array<pollfd, 2> polled = {{{fds[0], POLLIN, 0}, {fds[1], POLLIN, 0}}};
+    while (polled[0].fd >= 0 || polled[1].fd >= 0) {
+        if (Clock::now() > deadline) {
+            ADD_FAILURE() << "killed after " << kPatience.count() << " s";
+            ::kill(pid, SIGKILL);
+        }
+        ::poll(polled.data(), polled.size(), 100);
+        for (std::size_t i = 0; i < 2; ++i) {
+            if (polled[i].fd < 0 || polled[i].revents == 0) continue;
+            std::array<char, 4096> buffer;
+            const ssize_t got = ::read(polled[i].fd, buffer.data(), buffer.size());
+            if (got > 0) texts[i]->append(buffer.data(), static_cast<std::size_t>(got));
+            if (got <= 0) polled[i].fd = -1;
+        }
+    }
+}
+
+}  // namespace
+
+Started::Started(const std::vector<std::string>& arguments, const Surroundings& surroundings) {
+    int out[2];
+    int err[2];
+    if (::pipe2(out, O_CLOEXEC) != 0 || ::pipe2(err, O_CLOEXEC) != 0) std::abort();
+    const int input = input_of(surroundings.input);
+    pid_ = ::fork();
+    if (pid_ == 0) {
+        redirect(input, STDIN_FILENO);
+        redirect(out[1], STDOUT_FILENO);
+        redirect(err[1], STDERR_FILENO);
+        become_program(arguments, surroundings);
+    }
+    ::close(input);
+    ::close(out[1]);
+    ::close(err[1]);
+    out_ = out[0];
+    err_ = err[0];
+}
+
+Started::~Started() {
+    if (pid_ > 0) {
+        ::kill(pid_, SIGKILL);
+        ::waitpid(pid_, nullptr, 0);
+    }
+    ::close(out_);
+    ::close(err_);
+}
+
+void Started::send(int signal) { ::kill(pid_, signal); }
+
+Outcome Started::wait() {
+    Outcome outcome;
+    drain({out_, err_}, {&outcome.out, &outcome.err}, pid_);
+    int status = 0;
+    ::waitpid(std::exchange(pid_, -1), &status, 0);
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    return outcome;
+}
+
+Outcome run(const std::vector<std::string>& arguments, const Surroundings& surroundings) {
+    return Started(arguments, surroundings).wait();
+}
+
+std::vector<std::string> lines(const std::string& text) {
+    std::istringstream in(text);
+    std::vector<std::string> result;
+    for (std::string line; std::getline(in, line);) result.push_back(line);
+    return result;
+}
+
+TemporaryFolder::TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "morphray-test-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) std::abort();
+    path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code error;
+    fs::remove_all(path_, error);
+}
+
+std::string TemporaryFolder::write(const std::string& name, const std::string& text) const {
+    fs::create_directories((path_ / name).parent_path());
+    std::ofstream(path_ / name, std::ios::binary) << text;
+    return file(name);
+}
+
+std::vector<std::string> TemporaryFolder::names() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(path_)) {
+        names.push_back(fs::relative(entry.path(), path_).string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+std::string read_file(const std::filesystem::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+}  // namespace morphray::test

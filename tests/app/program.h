@@ -1,0 +1,79 @@
+// Runs the built program as a user does: arguments in; exit code, stdout and stderr out.
+#pragma once
+
+#include <sys/resource.h>
+#include <sys/types.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace morphray::test {
+
+struct Outcome {
+    /// The exit code, or 128 + the signal that ended it.
+    int code = -1;
+    std::string out;
+    std::string err;
+};
+
+/// What surrounds a run; each field is one departure from the ordinary.
+struct Surroundings {
+    std::string input = {};
+    /// NAME=value, or NAME alone to remove it.
+    std::vector<std::string> environment = {};
+    std::filesystem::path folder = {};
+    /// Where stdout goes instead of being captured.
+    std::string stdout_to = {};
+    bool stdout_closed = false;
+    std::optional<rlim_t> address_space = {};
+    std::optional<rlim_t> file_size = {};
+};
+
+/// Runs to the end; a run of more than 60 s is killed and fails the test.
+Outcome run(const std::vector<std::string>& arguments, const Surroundings& surroundings = {});
+
+/// A run in progress.
+class Started {
+public:
+    explicit Started(const std::vector<std::string>& arguments,
+                     const Surroundings& surroundings = {});
+    ~Started();
+    Started(const Started&) = delete;
+    Started& operator=(const Started&) = delete;
+
+    void send(int signal);
+    Outcome wait();
+
+private:
+    pid_t pid_ = -1;
+    int out_ = -1;
+    int err_ = -1;
+};
+
+/// Lines of a text, without their ends.
+std::vector<std::string> lines(const std::string& text);
+
+/// A new empty folder, removed with all that is in it.
+class TemporaryFolder {
+public:
+    TemporaryFolder();
+    ~TemporaryFolder();
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+    std::string file(const std::string& name) const { return (path_ / name).string(); }
+    const std::filesystem::path& path() const { return path_; }
+    /// Writes a file and returns its path.
+    std::string write(const std::string& name, const std::string& text) const;
+    /// Names of all that is in it and below, sorted.
+    std::vector<std::string> names() const;
+
+private:
+    std::filesystem::path path_;
+};
+
+std::string read_file(const std::filesystem::path& path);
+
+}  // namespace morphray::test

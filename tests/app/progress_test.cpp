@@ -1,0 +1,163 @@
+#include "app/progress.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+namespace morphray::app {
+namespace {
+
+/// Sets or (nullptr) unsets an environment variable for the life of the object.
+class Variable {
+public:
+    Variable(const char* name, const char* value) : name_(name) {
+        if (const char* before = ::getenv(name)) before_ = before;
+        set(value);
+    }
+    ~Variable() { set(before_ ? before_->c_str() : nullptr); }
+
+private:
+    void set(const char* value) {
+        if (value == nullptr) {
+            ::unsetenv(name_);
+        } else {
+            ::setenv(name_, value, 1);
+        }
+    }
+    const char* name_;
+    std::optional<std::string> before_;
+};
+
+/// A terminal of 60 columns and what was written to it.
+class Terminal {
+public:
+    Terminal() : master_(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+        if (master_ < 0 || ::grantpt(master_) != 0 || ::unlockpt(master_) != 0) {
+            throw std::runtime_error("no pseudo-terminal");
+        }
+        slave_ = ::open(::ptsname(master_), O_RDWR | O_NOCTTY);
+        winsize size = {};
+        size.ws_col = 60;
+        ::ioctl(slave_, TIOCSWINSZ, &size);
+    }
+    ~Terminal() {
+        ::close(slave_);
+        ::close(master_);
+    }
+    int fd() const { return slave_; }
+    std::string read_all() {
+        std::string text;
+        char buffer[4096];
+        for (ssize_t n = 0; (n = ::read(master_, buffer, sizeof buffer)) > 0;) {
+            text.append(buffer, static_cast<std::size_t>(n));
+        }
+        return text;
+    }
+
+private:
+    int master_;
+    int slave_ = -1;
+};
+
+TEST(ProgressMode, IsOffWhereNobodyWatches) {
+    const Variable term("TERM", "xterm");
+    EXPECT_EQ(progress_mode(false, ::open("/dev/null", O_WRONLY)), ProgressMode::kOff);
+    EXPECT_EQ(progress_mode(false, 987), ProgressMode::kOff);
+}
+
+TEST(ProgressMode, FollowsQuietTermAndNoColor) {
+    const Terminal terminal;
+    const Variable colour("NO_COLOR", nullptr);
+    {
+        const Variable term("TERM", "xterm");
+        EXPECT_EQ(progress_mode(false, terminal.fd()), ProgressMode::kColour);
+        EXPECT_EQ(progress_mode(true, terminal.fd()), ProgressMode::kOff);
+        const Variable empty("NO_COLOR", "");
+        EXPECT_EQ(progress_mode(false, terminal.fd()), ProgressMode::kColour);
+        const Variable no_color("NO_COLOR", "1");
+        EXPECT_EQ(progress_mode(false, terminal.fd()), ProgressMode::kPlain);
+    }
+    for (const char* dumb : {"dumb", "", static_cast<const char*>(nullptr)}) {
+        const Variable term("TERM", dumb);
+        EXPECT_EQ(progress_mode(false, terminal.fd()), ProgressMode::kOff);
+    }
+}
+
+TEST(ProgressLine, ShowsTheShareAndTheTimeLeft) {
+    EXPECT_EQ(progress_line("render", 5, 10, 12, 55, ProgressMode::kPlain),
+              "render [###############...............] 5/10  12 s left");
+}
+
+TEST(ProgressLine, KnowsNoTimeLeftBeforeTheFirstStepAndAfterTheLast) {
+    for (const std::uint64_t done : {0, 10, 11}) {
+        const std::string line = progress_line("x", done, 10, 5, 60, ProgressMode::kPlain);
+        EXPECT_EQ(line.find("left"), std::string::npos) << line;
+    }
+}
+
+TEST(ProgressLine, NeverIsLongerThanTheTerminalIsWide) {
+    for (int columns = -1; columns < 120; ++columns) {
+        for (const std::uint64_t done : {0u, 1u, 500u, 1000u}) {
+            const std::string line =
+                progress_line("crosscheck", done, 1000, 90, columns, ProgressMode::kPlain);
+            EXPECT_LE(line.size(), static_cast<std::size_t>(std::max(columns, 0)));
+        }
+    }
+}
+
+TEST(ProgressLine, TakesNoWorkAtAll) {
+    EXPECT_NE(progress_line("x", 0, 0, 0, 60, ProgressMode::kPlain).find("0/0"), std::string::npos);
+}
+
+TEST(Progress, WritesNothingWhenOffOrAtOnce) {
+    Terminal terminal;
+    {
+        Progress off("off", 10, ProgressMode::kOff, terminal.fd());
+        std::this_thread::sleep_for(std::chrono::milliseconds(250));
+        off.update(5);
+        Progress early("early", 10, ProgressMode::kPlain, terminal.fd());
+        early.update(5);
+    }
+    EXPECT_EQ(terminal.read_all(), "");
+}
+
+TEST(Progress, IsDrawnAtMostTenTimesASecondAndClearedAtTheEnd) {
+    Terminal terminal;
+    const auto begin = std::chrono::steady_clock::now();
+    double elapsed_s = 0;
+    {
+        Progress progress("frames", 1000, ProgressMode::kPlain, terminal.fd());
+        for (std::uint64_t i = 0; i < 500; ++i) {
+            progress.update(i);
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    }
+    const std::string text = terminal.read_all();
+    int drawn = 0;
+    for (std::size_t at = 0; (at = text.find("frames", at)) != std::string::npos; ++at) ++drawn;
+    EXPECT_GE(drawn, 1);
+    EXPECT_LE(drawn, 1 + static_cast<int>(10 * elapsed_s));
+    EXPECT_TRUE(text.ends_with("\r\x1b[K")) << text;
+    EXPECT_EQ(text.find('\n'), std::string::npos);
+}
+
+TEST(Progress, HasNoColourUnlessAsked) {
+    for (const ProgressMode mode : {ProgressMode::kPlain, ProgressMode::kColour}) {
+        const std::string line = progress_line("x", 5, 10, 1, 60, mode);
+        EXPECT_EQ(line.find('\x1b') != std::string::npos, mode == ProgressMode::kColour);
+    }
+}
+
+}  // namespace
+}  // namespace morphray::app

@@ -1,0 +1,225 @@
+// Pictures, frames, and what is kept when a frame fails.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+
+namespace morphray::test {
+namespace {
+
+using Json = nlohmann::json;
+using Names = std::vector<std::string>;
+
+Outcome render(const std::string& scene, const TemporaryFolder& folder,
+               std::vector<std::string> more = {}) {
+    std::vector<std::string> all = {"render", scene,   "--backend", "cpu",
+                                    "--size", "24x24", "--out",     folder.file("out")};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+}
+
+Json render_json(const std::string& scene, const TemporaryFolder& folder,
+                 std::vector<std::string> more = {}) {
+    more.insert(more.end(), {"--json", "-"});
+    const Outcome outcome = render(scene, folder, more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return Json::parse(outcome.out);
+}
+
+TEST(Render, WritesAPictureAFrameAndASheet) {
+    TemporaryFolder folder;
+    const Outcome outcome = render("builtin:cloth:500", folder, {"--frames", "0..2"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_EQ(folder.names(), (Names{"out", "out/frame_0000.png", "out/frame_0001.png",
+                                     "out/frame_0002.png", "out/sheet.png"}));
+    EXPECT_EQ(lines(outcome.out).size(), 4u) << outcome.out;
+}
+
+TEST(Render, OneFrameNeedsNoSheet) {
+    TemporaryFolder folder;
+    EXPECT_EQ(render("builtin:cloth:500", folder, {"--frames", "7"}).code, 0);
+    EXPECT_EQ(folder.names(), (Names{"out", "out/frame_0007.png"}));
+}
+
+TEST(Render, AllWholeFramesAreTheDefault) {
+    TemporaryFolder folder;
+    folder.write("s/f_3.obj", square_at(0));
+    folder.write("s/f_4.obj", square_at(1));
+    folder.write("s/f_5.obj", square_at(2));
+    EXPECT_EQ(render(folder.file("s/f_%d.obj"), folder).code, 0);
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0002.png"));
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0003.png"));
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0005.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0006.png"));
+}
+
+TEST(Render, FramesBetweenWholeFramesAreInterpolated) {
+    TemporaryFolder folder;
+    folder.write("s/f_0.obj", square_at(0));
+    folder.write("s/f_1.obj", square_at(10));
+    const std::string halfway = folder.write("halfway.obj", square_at(5));
+    // The same view of all: bounds, and with them the camera, differ between the scenes.
+    const Names view = {"--eye", "5,0,20", "--target", "5,0,0"};
+    const auto with = [&](Names more) {
+        more.insert(more.end(), view.begin(), view.end());
+        return more;
+    };
+    const Json between =
+        render_json(folder.file("s"), folder, with({"--frames", "0..1:0.5", "--missing", "fail"}));
+    ASSERT_EQ(between["frames"].size(), 3u);
+    EXPECT_EQ(between["frames"][1]["frame"], 0.5);
+    EXPECT_EQ(between["frames"][1]["file"], "frame_0000.5.png");
+    const Json expected = render_json(halfway, folder, with({}));
+    EXPECT_EQ(between["frames"][1]["image_hash"], expected["frames"][0]["image_hash"]);
+    EXPECT_NE(between["frames"][0]["image_hash"], expected["frames"][0]["image_hash"]);
+}
+
+TEST(Render, JsonHasWhatTheSchemaPromises) {
+    TemporaryFolder folder;
+    const Json json =
+        render_json("builtin:cloth:500", folder, {"--frames", "0..1", "--rays", "ao"});
+    EXPECT_EQ(json["schema"], "morphray/1");
+    EXPECT_EQ(json["command"], "render");
+    EXPECT_EQ(json["scene"], "cloth");
+    EXPECT_EQ(json["backend"], "cpu");
+    EXPECT_EQ(json["rays"], "ao");
+    EXPECT_EQ(json["complete"], true);
+    EXPECT_EQ(json["width"], 24);
+    EXPECT_GT(json["triangles"], 100);
+    EXPECT_TRUE(json["version"].is_string());
+    ASSERT_EQ(json["frames"].size(), 2u);
+    for (const Json& frame : json["frames"]) {
+        for (const char* hash : {"hits_hash", "image_hash", "bvh_hash"}) {
+            const std::string text = frame.at(hash);
+            EXPECT_EQ(text.size(), 16u) << hash;
+            EXPECT_EQ(text.find_first_not_of("0123456789abcdef"), std::string::npos) << text;
+        }
+        for (const char* number :
+             {"frame", "deform_ms", "upload_ms", "refit_ms", "rebuild_ms", "trace_ms", "total_ms",
+              "rays", "hits", "misses", "occluded", "sah_cost"}) {
+            EXPECT_TRUE(frame.at(number).is_number()) << number;
+            EXPECT_GE(frame.at(number), 0) << number;
+        }
+        EXPECT_EQ(frame["hits"].get<int>() + frame["misses"].get<int>(), 24 * 24);
+        EXPECT_EQ(frame["rays"].get<int>(), 24 * 24 + 16 * frame["hits"].get<int>());
+        EXPECT_LE(frame["occluded"].get<int>(), 16 * frame["hits"].get<int>());
+    }
+    EXPECT_EQ(json["frames"][0]["update"], "build");
+    EXPECT_EQ(json["frames"][1]["update"], "refit");
+    EXPECT_EQ(json["frames"][1]["refit_on"], "cpu");
+}
+
+TEST(Render, PictureDoesNotDependOnTreeOrThreads) {
+    TemporaryFolder folder;
+    const auto hashes = [&](Names more) {
+        more.insert(more.end(), {"--frames", "0..12:6", "--rays", "shadow"});
+        std::string all;
+        for (const Json& frame : render_json("builtin:cloth:900", folder, more)["frames"]) {
+            all += frame["hits_hash"].get<std::string>() + frame["image_hash"].get<std::string>();
+        }
+        return all;
+    };
+    const std::string expected = hashes({});
+    EXPECT_EQ(hashes({"--update", "rebuild"}), expected);
+    EXPECT_EQ(hashes({"--update", "rebuild", "--build", "sweep"}), expected);
+    EXPECT_EQ(hashes({"--build-at", "24"}), expected);
+    EXPECT_EQ(hashes({"--threads", "1"}), expected);
+    EXPECT_EQ(hashes({"--threads", "7"}), expected);
+}
+
+TEST(Render, HitsFileHoldsWhatItsHeaderSays) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle(4));
+    const std::string file = folder.file("hits");
+    const Outcome outcome = render(
+        scene, folder, {"--eye", "1,1,3", "--target", "1,1,0", "--hits", file, "--rays", "ao"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const std::string bytes = read_file(file);
+    ASSERT_EQ(bytes.size(), 20u + 24 * 24 * 20);
+    EXPECT_EQ(bytes.substr(0, 8), std::string("MRHITS1\0", 8));
+    std::uint32_t header[3];
+    std::memcpy(header, bytes.data() + 8, sizeof(header));
+    EXPECT_EQ(header[0], 24u);
+    EXPECT_EQ(header[1], 24u);
+    EXPECT_EQ(header[2], 1u);
+    // The plane z = 0 is at depth 3 wherever it is seen.
+    int hits = 0;
+    for (int i = 0; i < 24 * 24; ++i) {
+        struct {
+            float t, u, v;
+            std::uint32_t prim_id;
+        } hit;
+        std::memcpy(&hit, bytes.data() + 20 + 16 * i, sizeof(hit));
+        if (hit.prim_id == 0xFFFFFFFF) continue;
+        ++hits;
+        EXPECT_EQ(hit.prim_id, 0u);
+        EXPECT_NEAR(hit.t, 3, 1e-5);
+        EXPECT_TRUE(hit.u >= 0 && hit.v >= 0 && hit.u + hit.v < 1.0001f);
+    }
+    EXPECT_GT(hits, 100);
+}
+
+TEST(Render, BadFrameInTheMiddleKeepsTheEarlierOnes) {
+    TemporaryFolder folder;
+    folder.write("s/f_0.obj", unit_triangle());
+    folder.write("s/f_1.obj", unit_triangle());
+    folder.write("s/f_2.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("s/f_3.obj", unit_triangle());
+    const std::string json = folder.file("report.json");
+    const Outcome outcome = render(folder.file("s"), folder, {"--json", json});
+    EXPECT_EQ(outcome.code, 8) << outcome.err;
+    const auto errors = lines(outcome.err);
+    ASSERT_FALSE(errors.empty());
+    EXPECT_NE(errors.back().find("f_2.obj:2: "), std::string::npos) << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0000.png"));
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0001.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0002.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0003.png"));
+    const Json report = Json::parse(read_file(json));
+    EXPECT_EQ(report["complete"], false);
+    EXPECT_EQ(report["frames"].size(), 2u);
+}
+
+TEST(Render, BadFirstFrameLeavesNothing) {
+    TemporaryFolder folder;
+    folder.write("s/f_0.obj", "v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("s/f_1.obj", unit_triangle());
+    EXPECT_EQ(render(folder.file("s"), folder).code, 3);
+    EXPECT_EQ(folder.names(), (Names{"s", "s/f_0.obj", "s/f_1.obj"}));
+}
+
+TEST(Render, EmptySceneIsRefusedUnlessAllowed) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("empty.obj", "# nothing\n");
+    const Outcome refused = render(scene, folder);
+    EXPECT_EQ(refused.code, 3);
+    EXPECT_TRUE(refused.err.starts_with(scene + ": ")) << refused.err;
+    EXPECT_EQ(folder.names(), Names{"empty.obj"});
+    EXPECT_EQ(render(scene, folder, {"--allow-empty"}).code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0000.png"));
+}
+
+TEST(Render, LenientAcceptsWhatIsNotFinite) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("nan.obj", unit_triangle() + "v nan 0 0\nf 1 2 4\n");
+    EXPECT_EQ(render(scene, folder).code, 3);
+    EXPECT_EQ(render(scene, folder, {"--lenient"}).code, 0);
+}
+
+TEST(Render, FramesWithEqualNamesAreRefused) {
+    TemporaryFolder folder;
+    folder.write("s/f_0.obj", square_at(0));
+    folder.write("s/f_1.obj", square_at(1));
+    const Outcome outcome = render(folder.file("s"), folder, {"--frames", "0..0.00001:0.0000001"});
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find("larger step"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out"));
+}
+
+}  // namespace
+}  // namespace morphray::test

@@ -1,0 +1,21 @@
+// Small scenes as OBJ text.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+
+namespace morphray::test {
+
+/// The triangle (0,0,0) (1,0,0) (0,1,0), each coordinate times `scale`.
+inline std::string unit_triangle(double scale = 1) {
+    return fmt::format("v 0 0 0\nv {0:.9g} 0 0\nv 0 {0:.9g} 0\nf 1 2 3\n", scale);
+}
+
+/// A square of two triangles in the plane z = 0 around (x, 0, 0).
+inline std::string square_at(double x) {
+    return fmt::format("v {0} -1 0\nv {1} -1 0\nv {1} 1 0\nv {0} 1 0\nf 1 2 3\nf 1 3 4\n", x - 1,
+                       x + 1);
+}
+
+}  // namespace morphray::test

@@ -1,0 +1,73 @@
+// SIGINT and SIGTERM in the middle of a render.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/app/program.h"
+
+namespace morphray::test {
+namespace {
+
+// Brute force over a few thousand triangles: a fraction of a second a frame, more than a minute in
+// all.
+std::vector<std::string> long_render(const std::string& out) {
+    return {"render", "builtin:cloth:4000", "--backend",     "brute", "--size", "96x96", "--rays",
+            "shadow", "--frames",           "0..24:0.03125", "--out", out};
+}
+
+void wait_for(const std::filesystem::path& file) {
+    for (int i = 0; i < 3000 && !std::filesystem::exists(file); ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    ASSERT_TRUE(std::filesystem::exists(file)) << file;
+}
+
+// Every file is a whole PNG: signature first, IEND last.
+void expect_whole_pictures_only(const TemporaryFolder& folder) {
+    for (const std::string& name : folder.names()) {
+        if (name == "out") continue;
+        const std::string png = read_file(folder.path() / name);
+        EXPECT_TRUE(name.starts_with("out/frame_") && name.ends_with(".png")) << name;
+        EXPECT_TRUE(png.starts_with("\x89PNG")) << name;
+        EXPECT_EQ(png.find("IEND"), png.size() - 8) << name;
+    }
+}
+
+TEST(Signals, InterruptKeepsWholeFramesOnly) {
+    TemporaryFolder folder;
+    Started render(long_render(folder.file("out")));
+    wait_for(folder.path() / "out/frame_0000.png");
+    render.send(SIGINT);
+    const Outcome outcome = render.wait();
+    EXPECT_EQ(outcome.code, 130);
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0024.png"));
+    expect_whole_pictures_only(folder);
+}
+
+TEST(Signals, TerminateIsAnswered143) {
+    TemporaryFolder folder;
+    Started render(long_render(folder.file("out")));
+    wait_for(folder.path() / "out/frame_0000.png");
+    render.send(SIGTERM);
+    EXPECT_EQ(render.wait().code, 143);
+    expect_whole_pictures_only(folder);
+}
+
+TEST(Signals, InterruptOfTraceLeavesNoFile) {
+    TemporaryFolder folder;
+    std::string rays;
+    for (int i = 0; i < 2'000'000; ++i) rays += "0 5 0 0 -1 0\n";
+    const std::string file = folder.write("rays", rays);
+    Started trace({"trace", "builtin:cloth:4000", "--backend", "brute", "--rays", file, "--out",
+                   folder.file("answers")});
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    trace.send(SIGTERM);
+    EXPECT_EQ(trace.wait().code, 143);
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"rays"});
+}
+
+}  // namespace
+}  // namespace morphray::test

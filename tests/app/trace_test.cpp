@@ -1,0 +1,205 @@
+// Explicit rays against geometry whose answers are known.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+
+namespace morphray::test {
+namespace {
+
+struct Answer {
+    bool hit = false;
+    double t = 0;
+    std::uint32_t prim = 0;
+    double u = 0;
+    double v = 0;
+};
+
+Answer parse(const std::string& line) {
+    std::istringstream in(line);
+    std::string kind;
+    Answer answer;
+    in >> kind;
+    answer.hit = kind == "H";
+    if (answer.hit) in >> answer.t >> answer.prim >> answer.u >> answer.v;
+    EXPECT_TRUE(in && (answer.hit || line == "M")) << line;
+    return answer;
+}
+
+Outcome trace(const std::string& scene, const std::string& rays,
+              std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments = {"trace", scene, "--rays", "-", "--out", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments, {.input = rays});
+}
+
+TEST(Trace, UnitTriangleIsHitAtItsKnownPoint) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle());
+    for (const char* backend : {"cpu", "brute"}) {
+        const Outcome outcome =
+            trace(scene, "0.25 0.5 2 0 0 -1\n0.25 0.5 2 0 0 -4 0 inf\n", {"--backend", backend});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        EXPECT_EQ(outcome.err, "");
+        ASSERT_EQ(lines(outcome.out).size(), 2u) << outcome.out;
+        EXPECT_EQ(lines(outcome.out)[0], "H 2 0 0.25 0.5");
+        EXPECT_EQ(lines(outcome.out)[1], "H 0.5 0 0.25 0.5");
+    }
+}
+
+TEST(Trace, AnswersScaleWithTheScene) {
+    TemporaryFolder folder;
+    for (const double scale : {1e-30, 1e-12, 1e-3, 1e12, 1e30}) {
+        const std::string scene = folder.write("t.obj", unit_triangle(scale));
+        const Outcome outcome = trace(scene, fmt::format("{:.9g} {:.9g} {:.9g} 0 0 -1\n",
+                                                         0.25 * scale, 0.5 * scale, 2 * scale));
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+        const Answer answer = parse(lines(outcome.out).at(0));
+        EXPECT_TRUE(answer.hit);
+        EXPECT_NEAR(answer.t / scale, 2, 1e-6);
+        EXPECT_NEAR(answer.u, 0.25, 1e-6);
+        EXPECT_NEAR(answer.v, 0.5, 1e-6);
+    }
+}
+
+TEST(Trace, DistanceBeyondTheRangeOfFloatsIsPrinted) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle(1e30));
+    const Outcome outcome = trace(scene, "2.5e29 2.5e29 1e30 0 0 -1e-20\n");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NEAR(parse(lines(outcome.out).at(0)).t / 1e50, 1, 1e-6) << outcome.out;
+}
+
+TEST(Trace, IntervalIsHonoured) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle());
+    const Outcome outcome = trace(scene,
+                                  "0.25 0.25 2 0 0 -1 0 1.9\n"
+                                  "0.25 0.25 2 0 0 -1 0 2.1\n"
+                                  "0.25 0.25 2 0 0 -1 2.1 inf\n"
+                                  "0.25 0.25 2 0 0 1\n");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto answers = lines(outcome.out);
+    ASSERT_EQ(answers.size(), 4u);
+    EXPECT_EQ(answers[0], "M");
+    EXPECT_EQ(answers[1], "H 2 0 0.25 0.25");
+    EXPECT_EQ(answers[2], "M");
+    EXPECT_EQ(answers[3], "M");
+}
+
+TEST(Trace, CommentsAndBlankLinesHaveNoAnswer) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle());
+    const Outcome outcome = trace(scene,
+                                  "# rays\n\n   \t\n0.25\t0.25 2 0 0 -1 # down\r\n"
+                                  "  #\n9 9 9 0 0 -1");
+    EXPECT_EQ(outcome.out, "H 2 0 0.25 0.25\nM\n") << outcome.err;
+}
+
+TEST(Trace, RaysThatAreNoneMissWithOneWarning) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle());
+    const Outcome outcome = trace(scene,
+                                  "nan 0 2 0 0 -1\n0.25 0.25 2 0 0 0\n0.25 0.25 2 0 -inf 0\n"
+                                  "0.25 0.25 2 0 0 -1 5 3\n0.25 0.25 2 0 0 -1\n0 0 1e39 0 0 -1\n");
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.out, "M\nM\nM\nM\nH 2 0 0.25 0.25\nM\n");
+    ASSERT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_NE(outcome.err.find("5 of 6 rays"), std::string::npos) << outcome.err;
+}
+
+TEST(Trace, SyntaxErrorNamesFileAndLine) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle());
+    const std::string out = folder.file("answers");
+    for (const char* line : {"0 0 2 0 0", "0 0 2 0 0 -1 0", "0 0 2 0 0 x", "0,5 0 2 0 0 -1",
+                             "1 2 3 4 5 6 7 8 9", "0x1 0 2 0 0 -1"}) {
+        const std::string rays = folder.write("rays", std::string("0 0 2 0 0 -1\n#\n") + line);
+        const Outcome outcome = run({"trace", scene, "--rays", rays, "--out", out});
+        EXPECT_EQ(outcome.code, 3) << line;
+        EXPECT_TRUE(outcome.err.starts_with(rays + ":3: ")) << outcome.err;
+        EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(out)) << line;
+    }
+    EXPECT_TRUE(trace(scene, "1 2 3\n").err.starts_with("<stdin>:1: "));
+}
+
+TEST(Trace, BinaryRaysAnswerLikeText) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", unit_triangle());
+    const float rays[2][8] = {{0.25f, 0.5f, 2, 0, 0, -1, 0, INFINITY}, {5, 5, 5, 0, 0, 1, 0, 1}};
+    std::string bytes(sizeof(rays), '\0');
+    std::memcpy(bytes.data(), rays, sizeof(rays));
+    EXPECT_EQ(trace(scene, bytes, {"--binary"}).out, "H 2 0 0.25 0.5\nM\n");
+    const Outcome cut = trace(scene, bytes.substr(0, 40), {"--binary"});
+    EXPECT_EQ(cut.code, 3);
+    EXPECT_TRUE(cut.err.starts_with("<stdin>: 40 bytes")) << cut.err;
+}
+
+TEST(Trace, FloatsPrintedWithNineDigitsComeBackAsThemselves) {
+    TemporaryFolder folder;
+    const std::string scene =
+        folder.write("far.obj", "v 148376 0 0\nv 148380 0 0\nv 148376 4 0\nf 1 2 3\n");
+    // 148376.5625 is a float, and prints as 148376.562.
+    const Outcome outcome = trace(scene, "148376.562 1 2 0 0 -1\n");
+    EXPECT_EQ(outcome.out, "H 2 0 0.140625 0.25\n") << outcome.err;
+}
+
+TEST(Trace, TrianglesThatAreNotFiniteAreWarnedAboutAndNeverHit) {
+    TemporaryFolder folder;
+    const std::string scene =
+        folder.write("t.obj", unit_triangle() + "v nan 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\nf 1 2 4\n");
+    const Outcome outcome = trace(scene, "0.25 0.25 2 0 0 -1\n");
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "H 2 0 0.25 0.25\n");
+    EXPECT_NE(outcome.err.find("2 of 3 triangles are not finite"), std::string::npos)
+        << outcome.err;
+}
+
+TEST(Trace, EmptyMeshAnswersMisses) {
+    TemporaryFolder folder;
+    for (const char* text : {"", "# nothing\n", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"}) {
+        const Outcome outcome = trace(folder.write("t.obj", text), "0.25 0.25 2 0 0 -1\n");
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        EXPECT_EQ(outcome.out, "M\n");
+    }
+}
+
+TEST(Trace, NoRaysGiveNoAnswers) {
+    TemporaryFolder folder;
+    const std::string out = folder.file("answers");
+    const std::string rays = folder.write("rays", "# none\n");
+    EXPECT_EQ(run({"trace", "builtin:cloth:500", "--rays", rays, "--out", out}).code, 0);
+    EXPECT_EQ(std::filesystem::file_size(out), 0u);
+}
+
+TEST(Trace, FrameOfASequenceIsChosen) {
+    TemporaryFolder folder;
+    folder.write("s/f_0.obj", square_at(0));
+    folder.write("s/f_1.obj", square_at(10));
+    const std::string scene = folder.file("s");
+    const std::string rays = "0 0 5 0 0 -1\n5 0 5 0 0 -1\n10 0 5 0 0 -1\n";
+    const auto hits = [&](std::vector<std::string> more) {
+        std::string kinds;
+        for (const std::string& line : lines(trace(scene, rays, more).out)) kinds += line[0];
+        return kinds;
+    };
+    EXPECT_EQ(hits({}), "HMM");
+    EXPECT_EQ(hits({"--frames", "0.5"}), "MHM");
+    EXPECT_EQ(hits({"--frames", "1"}), "MMH");
+}
+
+TEST(Trace, PipesAndDevicesAreNotReadAsRays) {
+    const Outcome outcome =
+        run({"trace", "builtin:cloth:500", "--rays", "/dev/zero", "--out", "-"});
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_TRUE(outcome.err.starts_with("/dev/zero: ")) << outcome.err;
+}
+
+}  // namespace
+}  // namespace morphray::test

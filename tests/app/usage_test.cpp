@@ -1,0 +1,203 @@
+// What the program says to a command line that it cannot follow.
+#include <gtest/gtest.h>
+
+#include "tests/app/program.h"
+
+namespace morphray::test {
+namespace {
+
+// Fails with this code and one line on stderr that holds the text; nothing on stdout.
+void expect_refused(const std::vector<std::string>& arguments, int code, const std::string& text) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, code) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+}
+
+std::vector<std::string> render(std::vector<std::string> more) {
+    // The folder cannot be made: a test that got as far as writing would fail with 5.
+    std::vector<std::string> all = {"render", "builtin:cloth:500", "--backend", "cpu",
+                                    "--out",  "/dev/null/out"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+}
+
+TEST(Usage, NoCommandListsTheCommands) {
+    expect_refused({}, 2, "choose one of render, crosscheck, probe, profile, trace, info, devices");
+}
+
+TEST(Usage, HelpGoesToStdout) {
+    const Outcome outcome = run({"--help"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_NE(outcome.out.find("crosscheck"), std::string::npos);
+    EXPECT_NE(outcome.out.find("Exit codes: 0 ok, 1 a check failed"), std::string::npos);
+}
+
+TEST(Usage, EveryCommandHasHelp) {
+    for (const char* command :
+         {"render", "crosscheck", "probe", "profile", "trace", "info", "devices"}) {
+        const Outcome outcome = run({command, "--help"});
+        EXPECT_EQ(outcome.code, 0) << command;
+        EXPECT_NE(outcome.out.find(std::string("Usage: morphray ") + command), std::string::npos)
+            << outcome.out;
+    }
+}
+
+TEST(Usage, VersionGoesToStdout) {
+    const Outcome outcome = run({"--version"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_TRUE(outcome.out.starts_with("morphray ")) << outcome.out;
+}
+
+TEST(Usage, UnknownCommandNamesTheNearest) {
+    expect_refused({"rendr", "builtin:cloth"}, 2, "unknown command 'rendr'; did you mean render?");
+    expect_refused({"crosschek"}, 2, "did you mean crosscheck?");
+}
+
+TEST(Usage, UnknownOptionNamesTheNearest) {
+    expect_refused(render({"--thread", "3"}), 2,
+                   "unknown option '--thread'; did you mean --threads?");
+    expect_refused(render({"--szie=3x3"}), 2, "did you mean --size?");
+}
+
+TEST(Usage, UnknownChoiceNamesTheNearest) {
+    expect_refused({"info", "builtin:cloth", "--missing", "hol"}, 2, "did you mean hold?");
+    expect_refused(render({"--rays", "shadows"}), 2, "did you mean shadow?");
+    expect_refused(render({"--update", "refi"}), 2, "did you mean refit?");
+}
+
+TEST(Usage, OptionGivenTwiceIsRefused) {
+    expect_refused(render({"--threads", "2", "--threads", "2"}), 2, "--threads: given 2 times");
+    expect_refused(render({"-q", "--quiet"}), 2, "given 2 times");
+}
+
+TEST(Usage, MissingValueIsRefused) {
+    expect_refused(render({"--threads"}), 2, "--threads");
+    expect_refused(render({"--eye"}), 2, "--eye");
+    expect_refused({"render"}, 2, "scene");
+    expect_refused({"trace", "builtin:cloth", "--rays", "-"}, 2, "--out");
+}
+
+TEST(Usage, SecondSceneIsRefused) {
+    expect_refused(render({"builtin:herd"}), 2, "unexpected argument 'builtin:herd'");
+}
+
+TEST(Usage, EmptyValueIsRefused) {
+    expect_refused({"render", "builtin:cloth", "--out", ""}, 2, "--out: the value is empty");
+}
+
+TEST(Usage, ThreadsOutOfRangeAreRefused) {
+    for (const char* value : {"0", "-1", "999999", "1025", "nan", "1e3", "2.5", "0x10", "",
+                              "99999999999999999999999"}) {
+        expect_refused(render({"--threads", value}), 2, "--threads");
+    }
+}
+
+TEST(Usage, SamplesAndDistancesOutOfRangeAreRefused) {
+    for (const char* value : {"0", "257", "2147483648", "-1"}) {
+        expect_refused(render({"--ao-samples", value}), 2, "--ao-samples");
+    }
+    for (const char* value : {"-1", "nan", "inf", "1e999", "far"}) {
+        expect_refused(render({"--ao-distance", value}), 2, "--ao-distance");
+    }
+    for (const char* value : {"0", "-3", "1e9"}) {
+        expect_refused({"profile", "builtin:cloth:500", "--repeat", value}, 2, "--repeat");
+    }
+}
+
+TEST(Usage, SizeThatIsNoSizeIsRefused) {
+    for (const char* value : {"0x64", "64x0", "-1x64", "64", "64x", "x64", "64x64x64", "64 x 64",
+                              "nanxnan", "1e2x1e2"}) {
+        expect_refused(render({"--size", value}), 2, "--size");
+    }
+}
+
+TEST(Usage, SizeBeyondAllLimitsIsALimit) {
+    expect_refused(render({"--size", "65537x1"}), 6, "65536");
+    expect_refused(render({"--size", "1000000000x1000000000"}), 6, "65536");
+    TemporaryFolder folder;
+    expect_refused({"render", "builtin:cloth:500", "--backend", "cpu", "--size", "65536x65536",
+                    "--out", folder.file("out")},
+                   6, "smaller");
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Usage, PointsNeedThreeNumbers) {
+    for (const char* value : {"1,2", "1,2,3,4", "1;2;3", "a,b,c", "1,,3", ","}) {
+        expect_refused(render({"--eye", value}), 2, "--eye");
+    }
+}
+
+TEST(Usage, PixelsMustLieInThePicture) {
+    const auto probe = [](const char* pixel) {
+        return std::vector<std::string>{
+            "probe", "builtin:cloth:500", "--frame", "0", "--backend", "cpu", "--size",
+            "32x16", "--pixel",           pixel};
+    };
+    for (const char* pixel : {"32,0", "0,16", "70000,0", "-1,0", "1", "1,2,3"}) {
+        expect_refused(probe(pixel), 2, "--pixel");
+    }
+    EXPECT_EQ(run(probe("31,15")).code, 0);
+}
+
+TEST(Usage, ImpossibleCamerasAreBadInput) {
+    TemporaryFolder folder;
+    const std::vector<std::vector<std::string>> cameras = {
+        {"--eye", "1,2,3", "--target", "1,2,3"},
+        {"--up", "0,0,0"},
+        {"--fov", "0"},
+        {"--fov", "180"},
+        {"--fov", "-5"},
+        {"--fov", "nan"},
+        {"--fov", "1e99"},
+        {"--eye", "nan,0,0"},
+        {"--target", "0,inf,0"},
+        {"--eye", "1e99,0,0"},
+        {"--light", "0,0,-1e300"},
+        {"--eye", "0,0,9", "--target", "0,0,0", "--up", "0,0,1"}};
+    for (const auto& camera : cameras) {
+        std::vector<std::string> arguments = {"render", "builtin:cloth:500", "--backend", "cpu",
+                                              "--out",  folder.file("out")};
+        arguments.insert(arguments.end(), camera.begin(), camera.end());
+        expect_refused(arguments, 3, "");
+        EXPECT_TRUE(folder.names().empty());
+    }
+}
+
+TEST(Usage, NegativeCoordinatesAreValuesNotOptions) {
+    TemporaryFolder folder;
+    const Outcome outcome =
+        run({"render", "builtin:cloth:500", "--backend", "cpu", "--size", "8x8", "--frames", "0",
+             "--eye", "-3,-.5,2", "--target", "-.1,0,0", "--out", folder.file("out")});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
+TEST(Usage, FrameRangesThatAreNoneAreRefused) {
+    TemporaryFolder folder;
+    for (const char* frames : {"5..2", "0..4:0", "0..4:-1", "a..b", "0..", "nan", "0..inf", "99",
+                               "-1", "0..25", "0..4:1e-9"}) {
+        expect_refused({"render", "builtin:cloth:500", "--backend", "cpu", "--frames", frames,
+                        "--out", folder.file("out")},
+                       2, "frame");
+        EXPECT_TRUE(folder.names().empty()) << frames;
+    }
+}
+
+TEST(Usage, UnknownBuiltinNamesTheNearest) {
+    TemporaryFolder folder;
+    expect_refused({"render", "builtin:clot", "--out", folder.file("out")}, 2, "cloth");
+    expect_refused({"render", "builtin:cloth:many", "--out", folder.file("out")}, 2, "many");
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Usage, ControlCharactersInArgumentsDoNotReachTheTerminal) {
+    const Outcome outcome = run({"info", "no\x1b[31m\nsuch.obj"});
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_EQ(outcome.err.find('\x1b'), std::string::npos);
+    EXPECT_EQ(lines(outcome.err).size(), 1u);
+}
+
+}  // namespace
+}  // namespace morphray::test
