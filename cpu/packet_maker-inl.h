@@ -1,0 +1,267 @@
+// Making packets: for a camera, and for a point light.
+
+#if defined(MORPHRAY_PACKET_MAKER_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_PACKET_MAKER_INL_H
+#undef MORPHRAY_PACKET_MAKER_INL_H
+#else
+#define MORPHRAY_PACKET_MAKER_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "common/interop/camera.h"
+#include "common/interop/slab.h"
+#include "cpu/image_tracer.h"
+#include "cpu/packet.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// The frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z.
+HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
+                          const double axis_y[3], const double axis_z[3]) {
+    const auto cross = [](const double* p, const double* q, double* out) {
+        out[0] = p[1] * q[2] - p[2] * q[1];
+        out[1] = p[2] * q[0] - p[0] * q[2];
+        out[2] = p[0] * q[1] - p[1] * q[0];
+    };
+    cross(axis_y, axis_z, frame.rows[0]);
+    cross(axis_z, axis_x, frame.rows[1]);
+    cross(axis_x, axis_y, frame.rows[2]);
+    const double det =
+        axis_x[0] * frame.rows[0][0] + axis_x[1] * frame.rows[0][1] + axis_x[2] * frame.rows[0][2];
+    for (int k = 0; k < 3; ++k) {
+        frame.row_size[k] = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            frame.rows[k][axis] /= det;
+            frame.rows_f[k][axis] = static_cast<float>(frame.rows[k][axis]);
+            frame.row_size[k] += std::abs(frame.rows_f[k][axis]);
+        }
+    }
+    frame.org = org;
+    frame.depth_error = box_dilation(org);
+}
+
+/// canonical_direction() of vectors, in the same operations.
+HWY_INLINE void canonical_directions(VF d[3], VF& scale) {
+    const Floats f;
+    const Words w;
+    const VF largest = hn::Max(hn::Max(hn::Abs(d[0]), hn::Abs(d[1])), hn::Abs(d[2]));
+    const VW exponent = hn::And(hn::BitCast(w, largest), hn::Set(w, 0x7F800000u));
+    scale = hn::BitCast(f, hn::Sub(hn::Set(w, 0x7F000000u), exponent));
+    scale = hn::IfThenElse(hn::Gt(largest, hn::Zero(f)), scale, splat(1.0f));
+    for (int axis = 0; axis < 3; ++axis) {
+        const VF x = hn::Mul(d[axis], scale);
+        const VF snapped = hn::Sub(hn::Add(x, splat(kDirectionSnap)), splat(kDirectionSnap));
+        d[axis] = hn::IfThenElse(hn::Ge(hn::Abs(x), splat(kDirectionOnGrid)), x, snapped);
+    }
+}
+
+/// Bounds of all rays of each block that are active (q_lower != kDone), and of the packet.
+HWY_INLINE void bound_blocks(Packet& packet) {
+    const Floats f;
+    PacketFrame& frame = packet.frame;
+    frame.lower_x = frame.lower_y = 1e30f;
+    frame.upper_x = frame.upper_y = -1e30f;
+    frame.block_extent = 0;
+    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+        VF lower_x = splat(1e30f), upper_x = splat(-1e30f), lower_y = splat(1e30f),
+           upper_y = splat(-1e30f);
+        VF q = splat(kDone);
+        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+            const std::size_t r = block * kBlockRays + l;
+            const VF own_q = hn::Load(f, packet.q_lower + r);
+            const Mask active = hn::Lt(own_q, splat(kDone));
+            const VF x = hn::Load(f, packet.x + r);
+            const VF y = hn::Load(f, packet.y + r);
+            lower_x = hn::Min(lower_x, hn::IfThenElse(active, x, lower_x));
+            upper_x = hn::Max(upper_x, hn::IfThenElse(active, x, upper_x));
+            lower_y = hn::Min(lower_y, hn::IfThenElse(active, y, lower_y));
+            upper_y = hn::Max(upper_y, hn::IfThenElse(active, y, upper_y));
+            q = hn::Min(q, own_q);
+        }
+        const float margin = 2 * frame.ray_error;
+        packet.block_lower_x[block] = hn::GetLane(hn::MinOfLanes(f, lower_x)) - margin;
+        packet.block_upper_x[block] = hn::GetLane(hn::MaxOfLanes(f, upper_x)) + margin;
+        packet.block_lower_y[block] = hn::GetLane(hn::MinOfLanes(f, lower_y)) - margin;
+        packet.block_upper_y[block] = hn::GetLane(hn::MaxOfLanes(f, upper_y)) + margin;
+        packet.block_q[block] = hn::GetLane(hn::MinOfLanes(f, q));
+        if (packet.block_lower_x[block] > packet.block_upper_x[block]) continue;
+        frame.lower_x = std::min(frame.lower_x, packet.block_lower_x[block]);
+        frame.upper_x = std::max(frame.upper_x, packet.block_upper_x[block]);
+        frame.lower_y = std::min(frame.lower_y, packet.block_lower_y[block]);
+        frame.upper_y = std::max(frame.upper_y, packet.block_upper_y[block]);
+        frame.block_extent = std::max(
+            frame.block_extent, packet.block_upper_x[block] - packet.block_lower_x[block] +
+                                    packet.block_upper_y[block] - packet.block_lower_y[block]);
+    }
+}
+
+/// The camera rays of a tile of at most 32 x 32 pixels.
+///
+/// The plane's unit is a pixel, its origin the middle of the square. x and y are those of the
+/// direction that camera_ray() rounds to, not of the pixel's exact middle: rows * (d - c) for a
+/// float vector c near it, where the difference is exact up to 2^-24 of at most some 16 pixels,
+/// plus rows * c from double.
+void make_camera_packet(const ImageParams& params, const Tile& tile, Packet& packet) {
+    const Floats f;
+    const Camera& camera = params.camera;
+    double axis_x[3], axis_y[3], axis_z[3];
+    float centre[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        axis_x[axis] = camera.du[axis];
+        axis_y[axis] = camera.dv[axis];
+        axis_z[axis] = camera.corner[axis] + axis_x[axis] * (tile.x0 + 0.5 * kPacketSide) +
+                       axis_y[axis] * (tile.y0 + 0.5 * kPacketSide);
+        centre[axis] = static_cast<float>(axis_z[axis]);
+    }
+    PacketFrame& frame = packet.frame;
+    set_frame(frame, camera.org, axis_x, axis_y, axis_z);
+    float at_centre[3];
+    float spread = 0;
+    for (int k = 0; k < 3; ++k) {
+        at_centre[k] =
+            static_cast<float>(frame.rows[k][0] * centre[0] + frame.rows[k][1] * centre[1] +
+                               frame.rows[k][2] * centre[2]);
+        for (int axis = 0; axis < 3; ++axis) {
+            spread += std::abs(frame.rows_f[k][axis]) *
+                      (std::abs(camera.du[axis]) + std::abs(camera.dv[axis])) * 17;
+        }
+    }
+    // 5 roundings of parts of `spread`, of x / z itself, and 2^-45 of a direction that was put on
+    // its grid.
+    frame.ray_error = 0x1p-21f * (spread + 32) + 0x1p-44f * (frame.row_size[0] + frame.row_size[1]);
+    alignas(64) float pixel_x[kBlockRays], pixel_y[kBlockRays];
+    for (std::uint32_t i = 0; i < kBlockRays; ++i) {
+        pixel_x[i] = static_cast<float>(i % kBlockSide);
+        pixel_y[i] = static_cast<float>(i / kBlockSide);
+    }
+    packet.winners.clear();
+    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+        const std::uint32_t x0 = tile.x0 + block % kBlocksPerSide * kBlockSide;
+        const std::uint32_t y0 = tile.y0 + block / kBlocksPerSide * kBlockSide;
+        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+            const std::size_t r = block * kBlockRays + l;
+            const VF ix = hn::Add(splat(static_cast<float>(x0)), hn::Load(f, pixel_x + l));
+            const VF iy = hn::Add(splat(static_cast<float>(y0)), hn::Load(f, pixel_y + l));
+            const VF px = hn::Add(ix, splat(0.5f));
+            const VF py = hn::Add(iy, splat(0.5f));
+            VF d[3], from_centre[3];
+            for (int axis = 0; axis < 3; ++axis) {
+                // camera_direction(), in its operations.
+                d[axis] = hn::Add(
+                    hn::Add(splat(camera.corner[axis]), hn::Mul(splat(camera.du[axis]), px)),
+                    hn::Mul(splat(camera.dv[axis]), py));
+                from_centre[axis] = hn::Sub(d[axis], splat(centre[axis]));
+            }
+            VF h[3];
+            for (int k = 0; k < 3; ++k) {
+                const float* row = frame.rows_f[k];
+                h[k] = hn::MulAdd(
+                    splat(row[0]), from_centre[0],
+                    hn::MulAdd(splat(row[1]), from_centre[1],
+                               hn::MulAdd(splat(row[2]), from_centre[2], splat(at_centre[k]))));
+            }
+            VF scale;
+            canonical_directions(d, scale);
+            hn::Store(d[0], f, packet.dir_x + r);
+            hn::Store(d[1], f, packet.dir_y + r);
+            hn::Store(d[2], f, packet.dir_z + r);
+            hn::Store(splat(kInfiniteT), f, packet.tfar + r);
+            hn::Store(hn::Div(h[0], h[2]), f, packet.x + r);
+            hn::Store(hn::Div(h[1], h[2]), f, packet.y + r);
+            hn::Store(hn::Mul(h[2], scale), f, packet.z_per_t + r);
+            const Mask inside = hn::And(hn::Lt(ix, splat(static_cast<float>(tile.x1))),
+                                        hn::Lt(iy, splat(static_cast<float>(tile.y1))));
+            const VF q = hn::IfThenElse(inside, hn::Zero(f), splat(kDone));
+            hn::Store(q, f, packet.q_lower + r);
+            hn::Store(q, f, packet.q_upper + r);
+            hn::Store(hn::Set(Words(), kNoWinner), Words(), packet.winner + r);
+        }
+    }
+    bound_blocks(packet);
+}
+
+/// Makes a packet of up to 32 x 32 rays that start at one point; rays[i] of the square is active if
+/// its index is in the tile and it has a direction. False if they spread too widely to be seen from
+/// one plane.
+bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet) {
+    double mean[3] = {0, 0, 0};
+    for (std::uint32_t i = 0; i < kPacketRays; ++i) {
+        if (active[i] == 0) continue;
+        const vec3 d = rays[i].dir;
+        const double length = std::sqrt(double{d.x} * d.x + double{d.y} * d.y + double{d.z} * d.z);
+        for (int axis = 0; axis < 3; ++axis) mean[axis] += d[axis] / length;
+    }
+    const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+    if (!(length > 0)) return false;
+    for (double& m : mean) m /= length;
+    // Two directions across.
+    const int least = std::abs(mean[0]) < std::abs(mean[1])
+                          ? (std::abs(mean[0]) < std::abs(mean[2]) ? 0 : 2)
+                          : (std::abs(mean[1]) < std::abs(mean[2]) ? 1 : 2);
+    double across[3] = {-mean[0] * mean[least], -mean[1] * mean[least], -mean[2] * mean[least]};
+    across[least] += 1;
+    const double size =
+        std::sqrt(across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
+    for (double& a : across) a /= size;
+    const double other[3] = {mean[1] * across[2] - mean[2] * across[1],
+                             mean[2] * across[0] - mean[0] * across[2],
+                             mean[0] * across[1] - mean[1] * across[0]};
+    double extent = 0x1p-16;
+    for (std::uint32_t i = 0; i < kPacketRays; ++i) {
+        if (active[i] == 0) continue;
+        const vec3 d = rays[i].dir;
+        const double z = mean[0] * d.x + mean[1] * d.y + mean[2] * d.z;
+        if (!(z > 0.25)) return false;
+        const double x = (across[0] * d.x + across[1] * d.y + across[2] * d.z) / z;
+        const double y = (other[0] * d.x + other[1] * d.y + other[2] * d.z) / z;
+        extent = std::max({extent, std::abs(x), std::abs(y)});
+    }
+    const double unit = extent / 16;
+    const double axis_x[3] = {across[0] * unit, across[1] * unit, across[2] * unit};
+    const double axis_y[3] = {other[0] * unit, other[1] * unit, other[2] * unit};
+    PacketFrame& frame = packet.frame;
+    set_frame(frame, org, axis_x, axis_y, mean);
+    frame.ray_error = 0x1p-20f * 16;  // x, y come from double and are rounded once
+    packet.winners.clear();
+    for (std::uint32_t i = 0; i < kPacketRays; ++i) {
+        packet.winner[i] = kNoWinner;
+        packet.x[i] = packet.y[i] = 0;
+        packet.z_per_t[i] = 1;
+        packet.q_lower[i] = packet.q_upper[i] = kDone;
+        packet.dir_x[i] = packet.dir_y[i] = packet.dir_z[i] = 0;
+        packet.tfar[i] = 0;
+        if (active[i] == 0) continue;
+        const Ray& ray = rays[i];
+        double h[3];
+        for (int k = 0; k < 3; ++k) {
+            h[k] = frame.rows[k][0] * ray.dir.x + frame.rows[k][1] * ray.dir.y +
+                   frame.rows[k][2] * ray.dir.z;
+        }
+        packet.dir_x[i] = ray.dir.x;
+        packet.dir_y[i] = ray.dir.y;
+        packet.dir_z[i] = ray.dir.z;
+        packet.tfar[i] = ray.tfar;
+        packet.x[i] = static_cast<float>(h[0] / h[2]);
+        packet.y[i] = static_cast<float>(h[1] / h[2]);
+        packet.z_per_t[i] = static_cast<float>(h[2]);
+        // Only what lies nearer than tfar matters.
+        const double q = 1 / (h[2] * ray.tfar);
+        packet.q_lower[i] = static_cast<float>(q * (1 - 0x1p-18));
+        packet.q_upper[i] = static_cast<float>(q * (1 + 0x1p-18));
+    }
+    bound_blocks(packet);
+    return true;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif
