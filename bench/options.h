@@ -1,0 +1,39 @@
+// The command line of the benchmark.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/camera_setup.h"
+
+namespace morphray::bench {
+
+/// The rays of 16 samples would fill the memory with records.
+inline ViewSpec few_ao_samples() {
+    ViewSpec view;
+    view.ao_count = 4;
+    return view;
+}
+
+struct BenchOptions {
+    /// The built-in ones first; those given are added.
+    std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
+                                       "builtin:herd:1000000"};
+    std::vector<std::string> works = {"primary", "shadow", "ao", "refit", "build"};
+    std::vector<int> threads = {1, 2};
+    int repeat = 9;
+    ViewSpec view = few_ao_samples();
+    std::string json;
+    std::string csv;
+    bool help = false;
+
+    bool wants(const std::string& work) const;
+};
+
+/// Throws Error(kUsage).
+BenchOptions parse_options(std::span<const std::string> arguments);
+
+std::string usage();
+
+}  // namespace morphray::bench
