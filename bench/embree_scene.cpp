@@ -26,9 +26,10 @@ RTCBuildQuality scene_quality(EmbreeTree tree) {
 
 }  // namespace
 
-EmbreeDevice::EmbreeDevice(int threads)
-    : handle_(rtcNewDevice(fmt::format("threads={}", threads).c_str())) {
-    if (!handle_) throw Error(ExitCode::kUnavailable, "Embree: no device");
+EmbreeDevice::EmbreeDevice(int threads, const std::string& config)
+    : handle_(rtcNewDevice(fmt::format("threads={},{}", threads, config).c_str())) {
+    if (!handle_)
+        throw Error(ExitCode::kUnavailable, fmt::format("Embree: no device with \"{}\"", config));
 }
 
 void EmbreeDevice::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }

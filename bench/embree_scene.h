@@ -17,7 +17,8 @@ namespace morphray::bench {
 /// One at a time: a second device in the process would change the threads of the first.
 class EmbreeDevice {
 public:
-    explicit EmbreeDevice(int threads);
+    /// config: of rtcNewDevice, added to the number of threads; may be empty.
+    EmbreeDevice(int threads, const std::string& config);
 
     RTCDeviceTy* handle() const { return handle_.get(); }
     /// Throws Error(kInternal) with `action` if a call on this device has failed since last asked.

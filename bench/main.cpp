@@ -69,19 +69,20 @@ void run(std::span<const std::string> arguments) {
         fmt::print("{}", table_line(row));
         std::fflush(stdout);
     };
+    const ReportHead head{machine_name(), machine_isa(), EmbreeDevice::version(),
+                          std::string(kVersionDetail), command_line(arguments)};
     fmt::print("{}", table_header());
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.view);
         const SceneWorks works = make_works(scene, options);
         for (const int threads : options.threads) {
-            const EmbreeDevice device(threads);
+            const EmbreeDevice device(threads, options.embree);
             run_works({device, threads, options.repeat, report}, scene, works, options);
         }
+        // After each scene, so that a scene that fails takes none of the others' figures along.
+        if (!options.json.empty()) write_file(options.json, to_json(head, rows));
+        if (!options.csv.empty()) write_file(options.csv, to_csv(head, rows));
     }
-    const ReportHead head{machine_name(), machine_isa(), EmbreeDevice::version(),
-                          std::string(kVersionDetail), command_line(arguments)};
-    if (!options.json.empty()) write_file(options.json, to_json(head, rows));
-    if (!options.csv.empty()) write_file(options.csv, to_csv(head, rows));
 }
 
 }  // namespace

@@ -108,6 +108,8 @@ BenchOptions parse_options(std::span<const std::string> arguments) {
             options.repeat = parse_count(option, value, 10000);
         } else if (option == "--work") {
             options.works = parse_works(option, value);
+        } else if (option == "--embree") {
+            options.embree = value;
         } else if (option == "--size") {
             options.view.width = options.view.height = parse_size(option, value);
         } else if (option == "--ao-samples") {
@@ -132,17 +134,19 @@ std::string usage() {
     const BenchOptions defaults;
     return fmt::format(
         "usage: bench/run [OPTIONS] [SCENE...]\n"
-        "Measures morphray side by side with Embree {}: {}, and each SCENE given (an .obj file, a\n"
-        "folder or pattern of them, builtin:NAME[:TRIANGLES]).\n"
+        "Measures morphray side by side with Embree 3.13, on {},\n"
+        "and each SCENE given (an .obj file, a folder or pattern of them, "
+        "builtin:NAME[:TRIANGLES]).\n"
         "  --json FILE, --csv FILE   reports besides the table\n"
         "  --threads N,...           how many threads (1,2)\n"
         "  --repeat N                rounds, of which medians are taken ({})\n"
         "  --work WORK,...           {} (all)\n"
+        "  --embree CONFIG           device settings for Embree, such as isa=avx2\n"
         "  --only                    the SCENEs given alone, not the built-in ones\n"
         "  --size N                  pictures of NxN pixels, a multiple of {} ({})\n"
         "  --ao-samples N            ambient-occlusion rays a pixel ({})\n"
         "  --eye, --target, --light X,Y,Z   the view, of every scene\n",
-        "3.13", fmt::join(defaults.scenes, ", "), defaults.repeat, fmt::join(defaults.works, ","),
+        fmt::join(defaults.scenes, ", "), defaults.repeat, fmt::join(defaults.works, ","),
         kTileSize, defaults.view.width, defaults.view.ao_count);
 }
 

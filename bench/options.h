@@ -24,6 +24,8 @@ struct BenchOptions {
     std::vector<int> threads = {1, 2};
     int repeat = 9;
     ViewSpec view = few_ao_samples();
+    /// Settings of Embree's device besides the threads.
+    std::string embree;
     std::string json;
     std::string csv;
     bool help = false;

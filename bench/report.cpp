@@ -29,11 +29,12 @@ std::string csv_text(const std::string& text) {
 std::string to_json(const Row& row) {
     const Mismatches& m = row.mismatches;
     return fmt::format(
-        "    {{\"scene\": {}, \"triangles\": {}, \"work\": {}, \"threads\": {}, \"tracer\": {}, "
+        "    {{\"scene\": {}, \"triangles\": {}, \"work\": {}, \"threads\": {}, \"rays\": {}, "
+        "\"tracer\": {}, "
         "\"target\": {}, \"unit\": {}, \"ours\": {:.6g}, \"peer\": {}, \"peer_value\": {:.6g}, "
         "\"ratio\": {:.6g}, \"ratio_min\": {:.6g}, \"ratio_max\": {:.6g}, \"mismatches\": {}, "
         "\"mismatch_kinds\": {{\"hit\": {}, \"prim_id\": {}, \"t\": {}}}}}",
-        json_text(row.scene), row.triangles, json_text(row.work), row.threads,
+        json_text(row.scene), row.triangles, json_text(row.work), row.threads, row.rays,
         json_text(row.tracer), json_text(row.target), json_text(name_of(row.unit)), row.ours,
         json_text(row.peer), row.peer_value, row.ratio.median, row.ratio.min, row.ratio.max,
         m.total(), m.hit, m.prim_id, m.t);
@@ -73,11 +74,11 @@ std::string to_csv(const ReportHead& head, std::span<const Row> rows) {
     std::string text = fmt::format("# {}, {}; morphray {}, Embree {}\n# {}\n", head.machine,
                                    head.isa, head.version, head.embree, head.command);
     text +=
-        "scene,triangles,work,threads,tracer,target,unit,ours,peer,peer_value,ratio,ratio_min,"
+        "scene,triangles,work,threads,rays,tracer,target,unit,ours,peer,peer_value,ratio,ratio_min,"
         "ratio_max,mismatches\n";
     for (const Row& row : rows) {
-        text += fmt::format("{},{},{},{},{},{},{},{:.4g},{},{:.4g},{:.4g},{:.4g},{:.4g},{}\n",
-                            csv_text(row.scene), row.triangles, row.work, row.threads,
+        text += fmt::format("{},{},{},{},{},{},{},{},{:.4g},{},{:.4g},{:.4g},{:.4g},{:.4g},{}\n",
+                            csv_text(row.scene), row.triangles, row.work, row.threads, row.rays,
                             csv_text(row.tracer), csv_text(row.target), name_of(row.unit), row.ours,
                             csv_text(row.peer), row.peer_value, row.ratio.median, row.ratio.min,
                             row.ratio.max, row.mismatches.total());

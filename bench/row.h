@@ -18,6 +18,8 @@ struct Row {
     /// primary, shadow, ao, refit or build
     std::string work;
     int threads = 0;
+    /// Traced; 0 for refits and builds.
+    std::uint64_t rays = 0;
     std::string tracer;
     std::string target;
     std::string peer;

@@ -75,6 +75,7 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
     }
 
     std::vector<Contender> contenders;
+    contenders.reserve(mine.size() + peers.size());
     for (Mine& m : mine) {
         contenders.push_back({m.tracer->name, {}, [&] {
                                   arena.execute([&] { m.tracer->trace(work, m.answers); });
@@ -100,6 +101,7 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
             row.triangles = scene.topology().triangles.size();
             row.work = name_of_work(work.params.rays);
             row.threads = rig.threads;
+            row.rays = work.active_count;
             row.tracer = mine[i].tracer->name;
             row.target = mine[i].tracer->target;
             row.peer = peers[best].name;

@@ -66,6 +66,7 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     ThreadArena arena(rig.threads);
     const std::vector<OurRefit> refits = our_refits();
     std::vector<OurMovingTree> mine;
+    mine.reserve(refits.size());
     for (const OurRefit& refit : refits) mine.push_back({&refit, scene.bvh, scene.positions});
     EmbreeMesh mesh(scene.topology(), scene.positions);
     EmbreeScene refitted(rig.device, mesh, EmbreeTree::kRefitted);
@@ -76,6 +77,7 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     std::size_t round = static_cast<std::size_t>(rig.repeat) % 2;
     const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
     std::vector<Contender> contenders;
+    contenders.reserve(mine.size() + 2);
     for (OurMovingTree& tree : mine) {
         contenders.push_back(
             {tree.refit->name,
@@ -118,6 +120,7 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     std::optional<EmbreeScene> theirs[std::size(kinds)];
 
     std::vector<Contender> contenders;
+    contenders.reserve(builds.size() + std::size(kinds));
     for (std::size_t i = 0; i < builds.size(); ++i) {
         contenders.push_back({builds[i].name, [&, i] { mine[i] = {}; },
                               [&, i] {
