@@ -7,7 +7,7 @@ namespace morphray::bench {
 Mismatches compare_hits(const TraceWork& work, std::span<const Hit> a, std::span<const Hit> b) {
     Mismatches mismatches;
     for (std::size_t i = 0; i < work.rays.size(); ++i) {
-        if (!is_active(work.rays[i])) continue;
+        if (work.active[i] == 0) continue;
         if ((a[i].prim_id == kNoPrim) != (b[i].prim_id == kNoPrim)) {
             ++mismatches.hit;
         } else if (a[i].prim_id != b[i].prim_id) {
@@ -24,7 +24,7 @@ Mismatches compare_answers(const TraceWork& work, const TraceAnswers& a, const T
     if (!work.any_hit()) return compare_hits(work, a.hits, b.hits);
     Mismatches mismatches;
     for (std::size_t i = 0; i < work.rays.size(); ++i) {
-        mismatches.hit += is_active(work.rays[i]) && a.occluded[i] != b.occluded[i];
+        mismatches.hit += work.active[i] != 0 && a.occluded[i] != b.occluded[i];
     }
     return mismatches;
 }

@@ -193,8 +193,9 @@ private:
             } else {
                 set_ray(record.ray, i, ray);
             }
-            mask[i] = is_active(ray) ? -1 : 0;
-            any = any || is_active(ray);
+            const bool active = work_->active[first + i] != 0;
+            mask[i] = active ? -1 : 0;
+            any = any || active;
         }
         if (!any) return;
         records_.push_back(record);

@@ -77,7 +77,8 @@ void run(std::span<const std::string> arguments) {
         const SceneWorks works = make_works(scene, options);
         for (const int threads : options.threads) {
             const EmbreeDevice device(threads, options.embree);
-            run_works({device, threads, options.repeat, report}, scene, works, options);
+            run_works({device, threads, options.repeat, options.targets, report}, scene, works,
+                      options);
         }
         // After each scene, so that a scene that fails takes none of the others' figures along.
         if (!options.json.empty()) write_file(options.json, to_json(head, rows));

@@ -66,6 +66,18 @@ std::vector<int> parse_threads(const std::string& option, const std::string& tex
     return threads;
 }
 
+std::vector<cpu::SimdTarget> parse_targets(const std::string& text) {
+    const std::vector<cpu::SimdTarget> supported = cpu::supported_simd_targets();
+    if (text == "all") return supported;
+    std::vector<cpu::SimdTarget> asked;
+    for (const std::string& name : split_list(text)) asked.push_back(cpu::find_simd_target(name));
+    std::vector<cpu::SimdTarget> targets;
+    for (const cpu::SimdTarget& target : supported) {
+        if (std::find(asked.begin(), asked.end(), target) != asked.end()) targets.push_back(target);
+    }
+    return targets;
+}
+
 std::uint32_t parse_size(const std::string& option, const std::string& text) {
     const int size = parse_count(option, text, 16384);
     if (size % kTileSize != 0) refuse(option, text, fmt::format("a multiple of {}", kTileSize));
@@ -108,6 +120,8 @@ BenchOptions parse_options(std::span<const std::string> arguments) {
             options.repeat = parse_count(option, value, 10000);
         } else if (option == "--work") {
             options.works = parse_works(option, value);
+        } else if (option == "--simd") {
+            options.targets = parse_targets(value);
         } else if (option == "--embree") {
             options.embree = value;
         } else if (option == "--size") {
@@ -141,6 +155,8 @@ std::string usage() {
         "  --threads N,...           how many threads (1,2)\n"
         "  --repeat N                rounds, of which medians are taken ({})\n"
         "  --work WORK,...           {} (all)\n"
+        "  --simd TARGET,...|all     instruction sets of our tracers (best); scalar adds the "
+        "reference\n"
         "  --embree CONFIG           device settings for Embree, such as isa=avx2\n"
         "  --only                    the SCENEs given alone, not the built-in ones\n"
         "  --size N                  pictures of NxN pixels, a multiple of {} ({})\n"

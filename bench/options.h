@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/camera_setup.h"
+#include "cpu/simd_target.h"
 
 namespace morphray::bench {
 
@@ -23,6 +24,8 @@ struct BenchOptions {
     std::vector<std::string> works = {"primary", "shadow", "ao", "refit", "build"};
     std::vector<int> threads = {1, 2};
     int repeat = 9;
+    /// Best first.
+    std::vector<cpu::SimdTarget> targets = {cpu::find_simd_target("best")};
     ViewSpec view = few_ao_samples();
     /// Settings of Embree's device besides the threads.
     std::string embree;
@@ -33,7 +36,7 @@ struct BenchOptions {
     bool wants(const std::string& work) const;
 };
 
-/// Throws Error(kUsage).
+/// Throws Error: kUsage, kUnavailable (a SIMD target that this machine lacks).
 BenchOptions parse_options(std::span<const std::string> arguments);
 
 std::string usage();

@@ -3,38 +3,63 @@
 #include "common/bvh_builder.h"
 #include "cpu/refit.h"
 #include "cpu/scalar_tracer.h"
+#include "cpu/wide_tracer.h"
 
 namespace morphray::bench {
 namespace {
 
-/// For tracers with intersect(ray) and occluded(ray), of any rays.
+/// ScalarTracer by the batch.
+class ScalarBatches {
+public:
+    explicit ScalarBatches(const Bvh& bvh) : tracer_(bvh) {}
+
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer_.intersect(rays[i]);
+    }
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+        for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = tracer_.occluded(rays[i]);
+    }
+
+private:
+    cpu::ScalarTracer tracer_;
+};
+
+/// For tracers with intersect(rays, hits) and occluded(rays, occluded), of any rays.
 template <class Tracer>
-OurTracer ray_by_ray(std::string name, std::string target, Tracer tracer) {
+OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
     const auto trace = [tracer](const TraceWork& work, TraceAnswers& answers) {
         for_each_tile(work, [&](const TileRays& tile) {
-            for (std::size_t i = tile.begin; i < tile.end; ++i) {
-                const Ray& ray = work.rays[i];
-                if (!is_active(ray)) continue;
+            for_each_active_run(work, tile, [&](std::size_t begin, std::size_t end) {
+                const std::size_t count = end - begin;
+                const auto rays = std::span(work.rays).subspan(begin, count);
                 if (work.any_hit()) {
-                    answers.occluded[i] = tracer.occluded(ray);
+                    tracer.occluded(rays, std::span(answers.occluded).subspan(begin, count));
                 } else {
-                    answers.hits[i] = tracer.intersect(ray);
+                    tracer.intersect(rays, std::span(answers.hits).subspan(begin, count));
                 }
-            }
+            });
         });
     };
-    return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace, {}};
+    return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace};
 }
 
 }  // namespace
 
-std::vector<OurTracer> our_tracers(const TracedScene& scene) {
-    return {ray_by_ray("single", "scalar", cpu::ScalarTracer(scene.bvh))};
+std::vector<OurTracer> our_tracers(const TracedScene& scene,
+                                   std::span<const cpu::SimdTarget> targets) {
+    std::vector<OurTracer> tracers;
+    for (const cpu::SimdTarget& target : targets) {
+        tracers.push_back(batch_by_batch("wide", target.name, cpu::WideTracer(scene.bvh, target)));
+    }
+    if (targets.back() == cpu::supported_simd_targets().back()) {
+        tracers.push_back(batch_by_batch("reference", "scalar", ScalarBatches(scene.bvh)));
+    }
+    return tracers;
 }
 
 std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
     TraceAnswers answers(work);
-    ray_by_ray("single", "scalar", cpu::ScalarTracer(bvh)).trace(work, answers);
+    batch_by_batch("reference", "scalar", ScalarBatches(bvh)).trace(work, answers);
     return std::move(answers.hits);
 }
 

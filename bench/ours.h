@@ -9,6 +9,7 @@
 #include "bench/trace_work.h"
 #include "common/bvh.h"
 #include "common/mesh.h"
+#include "cpu/simd_target.h"
 
 namespace morphray::bench {
 
@@ -21,18 +22,20 @@ struct TracedScene {
 
 struct OurTracer {
     std::string name;
-    /// The instruction set, "scalar" for portable C++.
+    /// The instruction set.
     std::string target;
     /// Which works it can do: the kRays values.
     std::vector<std::uint32_t> works;
     /// Answers a whole work, in the calling thread's arena. Timed.
     std::function<void(const TraceWork&, TraceAnswers&)> trace;
-    /// Puts answers that `trace` keeps in an order of its own where they belong; not timed. Empty
-    /// where `trace` does so itself.
-    std::function<void(const TraceWork&, TraceAnswers&)> collect;
+    /// `trace` leaves primary hits row by row as in a picture, not ray by ray.
+    bool in_picture_order = false;
 };
 
-std::vector<OurTracer> our_tracers(const TracedScene& scene);
+/// Those for each target, best first; if "scalar" is among them also the reference. At least one
+/// target.
+std::vector<OurTracer> our_tracers(const TracedScene& scene,
+                                   std::span<const cpu::SimdTarget> targets);
 
 /// The closest hits of a primary work by the scalar reference, in the calling thread's arena.
 std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work);

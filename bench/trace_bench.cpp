@@ -59,7 +59,7 @@ std::vector<std::size_t> best_of_groups(const std::vector<Peer>& peers,
 void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work) {
     ThreadArena arena(rig.threads);
     const std::vector<OurTracer> tracers =
-        our_tracers({scene.topology(), scene.positions, scene.bvh});
+        our_tracers({scene.topology(), scene.positions, scene.bvh}, rig.targets);
     std::vector<Mine> mine = tracers_for(tracers, work);
 
     const EmbreeMesh mesh(scene.topology(), scene.positions);
@@ -89,7 +89,7 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
     const std::span<const Samples> peer_samples = std::span(samples).subspan(mine.size());
 
     for (Mine& m : mine) {
-        if (m.tracer->collect) m.tracer->collect(work, m.answers);
+        if (m.tracer->in_picture_order) to_ray_order(work, m.answers.hits);
     }
     for (const std::size_t best : best_of_groups(peers, peer_samples)) {
         contenders[mine.size() + best].prepare();

@@ -8,18 +8,6 @@
 namespace morphray::bench {
 namespace {
 
-/// Calls visit(x, y) for the pixels of a tile in the order of TraceWork.
-template <class Visit>
-void for_each_pixel(const cpu::Tile& tile, Visit visit) {
-    for (std::uint32_t block_y = tile.y0; block_y < tile.y1; block_y += kBlockSize) {
-        for (std::uint32_t block_x = tile.x0; block_x < tile.x1; block_x += kBlockSize) {
-            for (std::uint32_t y = block_y; y < block_y + kBlockSize; ++y) {
-                for (std::uint32_t x = block_x; x < block_x + kBlockSize; ++x) visit(x, y);
-            }
-        }
-    }
-}
-
 Ray inactive_ray(vec3 org) {
     Ray ray;
     ray.org = org;
@@ -32,13 +20,26 @@ Ray inactive_ray(vec3 org) {
 /// Adds a tile whose rays are those since `begin`, filled up to whole packets.
 void close_tile(TraceWork& work, const cpu::Tile& tile, std::size_t begin) {
     while (work.rays.size() % kPacketSize != 0) work.rays.push_back(inactive_ray({0, 0, 0}));
+    work.active.resize(work.rays.size());
     for (std::size_t i = begin; i < work.rays.size(); ++i) {
-        work.active_count += is_active(work.rays[i]);
+        work.active[i] = work.rays[i].tfar >= work.rays[i].tnear;
+        work.active_count += work.active[i];
     }
     work.tiles.push_back({tile, begin, work.rays.size()});
 }
 
 }  // namespace
+
+void to_ray_order(const TraceWork& work, std::vector<Hit>& hits) {
+    std::vector<Hit> ordered;
+    ordered.reserve(hits.size());
+    for (const TileRays& rays : work.tiles) {
+        for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
+            ordered.push_back(hits[std::size_t{y} * work.params.width + x]);
+        });
+    }
+    hits = std::move(ordered);
+}
 
 TraceWork make_primary_work(const ImageParams& params) {
     assert(params.width % kTileSize == 0 && params.height % kTileSize == 0);

@@ -34,13 +34,13 @@ struct TraceWork {
     /// params.rays says which rays these are.
     ImageParams params;
     std::vector<Ray> rays;
+    /// 1 where rays[i] is one, else 0.
+    std::vector<std::uint8_t> active;
     std::vector<TileRays> tiles;
     std::size_t active_count = 0;
 
     bool any_hit() const { return params.rays != kRaysPrimary; }
 };
-
-inline bool is_active(const Ray& ray) { return ray.tfar >= ray.tnear; }
 
 /// hits[i] or occluded[i] (0 or 1) answers ray i of a work; the other one is empty. What is said of
 /// inactive rays does not matter.
@@ -53,12 +53,41 @@ struct TraceAnswers {
           occluded(work.any_hit() ? work.rays.size() : 0) {}
 };
 
+/// Calls visit(x, y) for the pixels of a tile in the order of their rays.
+template <class Visit>
+void for_each_pixel(const cpu::Tile& tile, Visit visit) {
+    for (std::uint32_t block_y = tile.y0; block_y < tile.y1; block_y += kBlockSize) {
+        for (std::uint32_t block_x = tile.x0; block_x < tile.x1; block_x += kBlockSize) {
+            for (std::uint32_t y = block_y; y < block_y + kBlockSize; ++y) {
+                for (std::uint32_t x = block_x; x < block_x + kBlockSize; ++x) visit(x, y);
+            }
+        }
+    }
+}
+
+/// Calls visit(begin, end) for the longest runs of active rays of a tile.
+template <class Visit>
+void for_each_active_run(const TraceWork& work, const TileRays& tile, Visit visit) {
+    for (std::size_t i = tile.begin; i < tile.end;) {
+        if (work.active[i] == 0) {
+            ++i;
+            continue;
+        }
+        const std::size_t begin = i;
+        while (i < tile.end && work.active[i] != 0) ++i;
+        visit(begin, i);
+    }
+}
+
 /// Calls visit(tile) for all tiles, in the calling thread's arena.
 template <class Visit>
 void for_each_tile(const TraceWork& work, Visit visit) {
     tbb::parallel_for(std::size_t{0}, work.tiles.size(),
                       [&](std::size_t i) { visit(work.tiles[i]); });
 }
+
+/// From the order of a picture, row by row, to that of the rays of a primary work.
+void to_ray_order(const TraceWork& work, std::vector<Hit>& hits);
 
 /// params.width and height must be multiples of kTileSize.
 TraceWork make_primary_work(const ImageParams& params);

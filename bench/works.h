@@ -2,11 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "bench/bench_scene.h"
 #include "bench/embree_scene.h"
 #include "bench/row.h"
 #include "bench/trace_work.h"
+#include "cpu/simd_target.h"
 
 namespace morphray::bench {
 
@@ -15,6 +17,8 @@ struct Rig {
     const EmbreeDevice& device;
     int threads;
     int repeat;
+    /// Those that our tracers are measured with.
+    std::vector<cpu::SimdTarget> targets;
     /// Receives the rows as they are done.
     std::function<void(const Row&)> report;
 };
