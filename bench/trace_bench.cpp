@@ -89,7 +89,7 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
     const std::span<const Samples> peer_samples = std::span(samples).subspan(mine.size());
 
     for (Mine& m : mine) {
-        if (m.tracer->in_picture_order) to_ray_order(work, m.answers.hits);
+        if (m.tracer->in_picture_order && !work.any_hit()) to_ray_order(work, m.answers.hits);
     }
     for (const std::size_t best : best_of_groups(peers, peer_samples)) {
         contenders[mine.size() + best].prepare();
