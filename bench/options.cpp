@@ -67,7 +67,7 @@ std::vector<int> parse_threads(const std::string& option, const std::string& tex
 }
 
 std::vector<cpu::SimdTarget> parse_targets(const std::string& text) {
-    const std::vector<cpu::SimdTarget> supported = cpu::supported_simd_targets();
+    std::vector<cpu::SimdTarget> supported = cpu::supported_simd_targets();
     if (text == "all") return supported;
     std::vector<cpu::SimdTarget> asked;
     for (const std::string& name : split_list(text)) asked.push_back(cpu::find_simd_target(name));
