@@ -1,0 +1,78 @@
+#include "bench/ours.h"
+
+#include "common/bvh_builder.h"
+#include "cpu/refit.h"
+#include "cpu/scalar_tracer.h"
+#include "cpu/wide_tracer.h"
+
+namespace morphray::bench {
+namespace {
+
+/// ScalarTracer by the batch.
+class ScalarBatches {
+public:
+    explicit ScalarBatches(const Bvh& bvh) : tracer_(bvh) {}
+
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer_.intersect(rays[i]);
+    }
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+        for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = tracer_.occluded(rays[i]);
+    }
+
+private:
+    cpu::ScalarTracer tracer_;
+};
+
+/// For tracers with intersect(rays, hits) and occluded(rays, occluded), of any rays.
+template <class Tracer>
+OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
+    const auto trace = [tracer](const TraceWork& work, TraceAnswers& answers) {
+        for_each_tile(work, [&](const TileRays& tile) {
+            for_each_active_run(work, tile, [&](std::size_t begin, std::size_t end) {
+                const std::size_t count = end - begin;
+                const auto rays = std::span(work.rays).subspan(begin, count);
+                if (work.any_hit()) {
+                    tracer.occluded(rays, std::span(answers.occluded).subspan(begin, count));
+                } else {
+                    tracer.intersect(rays, std::span(answers.hits).subspan(begin, count));
+                }
+            });
+        });
+    };
+    return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace};
+}
+
+}  // namespace
+
+std::vector<OurTracer> our_tracers(const TracedScene& scene,
+                                   std::span<const cpu::SimdTarget> targets) {
+    std::vector<OurTracer> tracers;
+    for (const cpu::SimdTarget& target : targets) {
+        tracers.push_back(batch_by_batch("wide", target.name, cpu::WideTracer(scene.bvh, target)));
+    }
+    if (targets.back() == cpu::supported_simd_targets().back()) {
+        tracers.push_back(batch_by_batch("reference", "scalar", ScalarBatches(scene.bvh)));
+    }
+    return tracers;
+}
+
+std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
+    TraceAnswers answers(work);
+    batch_by_batch("reference", "scalar", ScalarBatches(bvh)).trace(work, answers);
+    return std::move(answers.hits);
+}
+
+std::vector<OurRefit> our_refits() {
+    return {{"levels", "scalar",
+             [](Bvh& bvh, std::span<const vec3> positions) { cpu::refit(bvh, positions); }}};
+}
+
+std::vector<OurBuild> our_builds() {
+    return {{"binned", "scalar",
+             [](const Topology& topology, std::span<const vec3> positions, int threads) {
+                 return build_bvh(topology, positions, {.threads = threads});
+             }}};
+}
+
+}  // namespace morphray::bench
