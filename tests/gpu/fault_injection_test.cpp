@@ -142,5 +142,26 @@ TEST(FaultInjection, ABackendWhoseSceneDidNotFitCanTakeAnother) {
                             [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
 }
 
+TEST(FaultInjection, AFrameWhoseTreeDidNotFitLeavesTheOldTree) {
+    Faults faults;
+    const FaultyLoader loader(faults);
+    gpu::Tuning tuning;
+    tuning.loader = loader.get();
+    const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
+    const TestScene scene = torus(12, 8);
+    const Bvh bvh = plain_tree(scene);
+    backend->set_scene(scene.topology, scene.positions, bvh);
+    Frame before;
+    backend->trace_image(view(32, 32, kRaysShadow), before);
+    for (std::size_t k = 0; k < 20; ++k) {
+        faults.fail_at = faults.call_count + k;
+        EXPECT_THROW(backend->set_frame(scene.positions, bvh), Error);
+        faults.fail_at = Faults::kNever;
+        Frame after;
+        backend->trace_image(view(32, 32, kRaysShadow), after);
+        EXPECT_EQ(hits_hash(before), hits_hash(after));
+    }
+}
+
 }  // namespace
 }  // namespace morphray::test
