@@ -1,9 +1,12 @@
 #include "bench/ours.h"
 
 #include "common/bvh_builder.h"
+#include "cpu/packet_tracer.h"
 #include "cpu/refit.h"
 #include "cpu/scalar_tracer.h"
 #include "cpu/wide_tracer.h"
+
+#include <tbb/enumerable_thread_specific.h>
 
 namespace morphray::bench {
 namespace {
@@ -43,12 +46,43 @@ OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
     return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace};
 }
 
+/// Packets of 32 x 32; shadow rays that spread too widely go to single rays.
+OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
+    const auto trace = [packets = cpu::PacketTracer(bvh, target),
+                        singles = cpu::WideTracer(bvh, target)](const TraceWork& work,
+                                                                TraceAnswers& answers) {
+        static_assert(kTileSize == cpu::kPacketSide && kBlockSize == cpu::kBlockSide);
+        tbb::enumerable_thread_specific<cpu::Packet> scratch;
+        const ImageParams& params = work.params;
+        for_each_tile(work, [&](const TileRays& rays) {
+            cpu::Packet& packet = scratch.local();
+            if (!work.any_hit()) {
+                const std::size_t first = std::size_t{rays.tile.y0} * params.width + rays.tile.x0;
+                packets.intersect_camera(params, rays.tile, packet, &answers.hits[first],
+                                         params.width);
+                return;
+            }
+            if (packets.occluded_from_point(params.light, &work.rays[rays.begin],
+                                            &work.active[rays.begin], packet,
+                                            &answers.occluded[rays.begin])) {
+                return;
+            }
+            for_each_active_run(work, rays, [&](std::size_t begin, std::size_t end) {
+                singles.occluded(std::span(work.rays).subspan(begin, end - begin),
+                                 std::span(answers.occluded).subspan(begin, end - begin));
+            });
+        });
+    };
+    return {"packet", target.name, {kRaysPrimary, kRaysShadow}, trace, true};
+}
+
 }  // namespace
 
 std::vector<OurTracer> our_tracers(const TracedScene& scene,
                                    std::span<const cpu::SimdTarget> targets) {
     std::vector<OurTracer> tracers;
     for (const cpu::SimdTarget& target : targets) {
+        tracers.push_back(packet_by_packet(scene.bvh, target));
         tracers.push_back(batch_by_batch("wide", target.name, cpu::WideTracer(scene.bvh, target)));
     }
     if (targets.back() == cpu::supported_simd_targets().back()) {
