@@ -49,6 +49,8 @@ struct PacketFrame {
     float row_size[3];
     /// How far x, y of a ray may be from those of its exact direction.
     float ray_error;
+    /// How far the rays of a camera may be from the exact middles of their pixels.
+    float grid_margin;
     /// The largest extent of a block in x and y together.
     float block_extent;
     /// Bounds of x, y of all active rays.

@@ -102,32 +102,25 @@ HWY_INLINE void bound_blocks(Packet& packet) {
     }
 }
 
-/// The camera rays of a tile of at most 32 x 32 pixels.
-///
-/// The plane's unit is a pixel, its origin the middle of the square. x and y are those of the
-/// direction that camera_ray() rounds to, not of the pixel's exact middle: rows * (d - c) for a
-/// float vector c near it, where the difference is exact up to 2^-24 of at most some 16 pixels,
-/// plus rows * c from double.
-void make_camera_packet(const ImageParams& params, const Tile& tile, Packet& packet) {
-    const Floats f;
+/// The frame of a camera's tile of at most 32 x 32 pixels, and the bounds of its blocks: all that a
+/// first look at the tree needs. The plane's unit is a pixel, its origin the middle of the square.
+void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& packet) {
     const Camera& camera = params.camera;
     double axis_x[3], axis_y[3], axis_z[3];
-    float centre[3];
+    float largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
         axis_x[axis] = camera.du[axis];
         axis_y[axis] = camera.dv[axis];
         axis_z[axis] = camera.corner[axis] + axis_x[axis] * (tile.x0 + 0.5 * kPacketSide) +
                        axis_y[axis] * (tile.y0 + 0.5 * kPacketSide);
-        centre[axis] = static_cast<float>(axis_z[axis]);
+        largest = std::max({largest, std::abs(camera.corner[axis]),
+                            std::abs(camera.du[axis]) * static_cast<float>(params.width),
+                            std::abs(camera.dv[axis]) * static_cast<float>(params.height)});
     }
     PacketFrame& frame = packet.frame;
     set_frame(frame, camera.org, axis_x, axis_y, axis_z);
-    float at_centre[3];
     float spread = 0;
     for (int k = 0; k < 3; ++k) {
-        at_centre[k] =
-            static_cast<float>(frame.rows[k][0] * centre[0] + frame.rows[k][1] * centre[1] +
-                               frame.rows[k][2] * centre[2]);
         for (int axis = 0; axis < 3; ++axis) {
             spread += std::abs(frame.rows_f[k][axis]) *
                       (std::abs(camera.du[axis]) + std::abs(camera.dv[axis])) * 17;
@@ -136,12 +129,47 @@ void make_camera_packet(const ImageParams& params, const Tile& tile, Packet& pac
     // 5 roundings of parts of `spread`, of x / z itself, and 2^-45 of a direction that was put on
     // its grid.
     frame.ray_error = 0x1p-21f * (spread + 32) + 0x1p-44f * (frame.row_size[0] + frame.row_size[1]);
+    // A direction is off its pixel's middle by 4 roundings of values up to `largest` an axis.
+    frame.grid_margin =
+        2 * frame.ray_error +
+        0x1p-21f * largest * (frame.row_size[0] + frame.row_size[1] + 17 * frame.row_size[2]);
+    frame.block_extent = 2 * kBlockSide + 2 * frame.grid_margin;
+    frame.lower_x = frame.lower_y = -15.5f - frame.grid_margin;
+    frame.upper_x = static_cast<float>(tile.x1 - tile.x0) - 16.5f + frame.grid_margin;
+    frame.upper_y = static_cast<float>(tile.y1 - tile.y0) - 16.5f + frame.grid_margin;
+    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+        const bool inside = tile.x0 + block % kBlocksPerSide * kBlockSide < tile.x1 &&
+                            tile.y0 + block / kBlocksPerSide * kBlockSide < tile.y1;
+        packet.block_q[block] = inside ? 0.0f : kDone;
+    }
+    packet.winners.clear();
+}
+
+/// The camera rays of a tile whose frame is set. x and y are those of the direction that
+/// camera_ray() rounds to, not of the pixel's exact middle: rows * (d - c) for a float vector c
+/// near it, where the difference is exact up to 2^-24 of at most some 16 pixels, plus rows * c from
+/// double.
+void make_camera_rays(const ImageParams& params, const Tile& tile, Packet& packet) {
+    const Floats f;
+    const Camera& camera = params.camera;
+    const PacketFrame& frame = packet.frame;
+    float centre[3];
+    float at_centre[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        centre[axis] = static_cast<float>(camera.corner[axis] +
+                                          double{camera.du[axis]} * (tile.x0 + 0.5 * kPacketSide) +
+                                          double{camera.dv[axis]} * (tile.y0 + 0.5 * kPacketSide));
+    }
+    for (int k = 0; k < 3; ++k) {
+        at_centre[k] =
+            static_cast<float>(frame.rows[k][0] * centre[0] + frame.rows[k][1] * centre[1] +
+                               frame.rows[k][2] * centre[2]);
+    }
     alignas(64) float pixel_x[kBlockRays], pixel_y[kBlockRays];
     for (std::uint32_t i = 0; i < kBlockRays; ++i) {
         pixel_x[i] = static_cast<float>(i % kBlockSide);
         pixel_y[i] = static_cast<float>(i / kBlockSide);
     }
-    packet.winners.clear();
     for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
         const std::uint32_t x0 = tile.x0 + block % kBlocksPerSide * kBlockSide;
         const std::uint32_t y0 = tile.y0 + block / kBlocksPerSide * kBlockSide;
@@ -173,8 +201,9 @@ void make_camera_packet(const ImageParams& params, const Tile& tile, Packet& pac
             hn::Store(d[1], f, packet.dir_y + r);
             hn::Store(d[2], f, packet.dir_z + r);
             hn::Store(splat(kInfiniteT), f, packet.tfar + r);
-            hn::Store(hn::Div(h[0], h[2]), f, packet.x + r);
-            hn::Store(hn::Div(h[1], h[2]), f, packet.y + r);
+            const VF rz = hn::Div(splat(1.0f), h[2]);
+            hn::Store(hn::Mul(h[0], rz), f, packet.x + r);
+            hn::Store(hn::Mul(h[1], rz), f, packet.y + r);
             hn::Store(hn::Mul(h[2], scale), f, packet.z_per_t + r);
             const Mask inside = hn::And(hn::Lt(ix, splat(static_cast<float>(tile.x1))),
                                         hn::Lt(iy, splat(static_cast<float>(tile.y1))));
@@ -184,7 +213,6 @@ void make_camera_packet(const ImageParams& params, const Tile& tile, Packet& pac
             hn::Store(hn::Set(Words(), kNoWinner), Words(), packet.winner + r);
         }
     }
-    bound_blocks(packet);
 }
 
 /// Makes a packet of up to 32 x 32 rays that start at one point; rays[i] of the square is active if

@@ -41,6 +41,7 @@ struct alignas(64) Rectangles {
     float lower_x[16], upper_x[16], lower_y[16], upper_y[16];
 };
 
+/// The blocks whose rays may lie in a rectangle.
 HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, std::uint32_t i) {
     const Floats f;
     std::uint64_t blocks = 0;
@@ -56,6 +57,41 @@ HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, st
         blocks |= std::uint64_t{mask_bits(hn::And(x, y))} << b;
     }
     return blocks;
+}
+
+/// Likewise where the blocks are those of a camera's grid: column c holds x from 4 c - 15.5 to 4 c
+/// - 12.5, up to the margin, rows alike. Turns rectangles into such columns and rows, as floats
+/// between -1 and 8.
+HWY_INLINE void to_grid(Rectangles& r, float margin) {
+    const Floats f;
+    const auto first = [&](float* x) {
+        const VF c =
+            hn::Ceil(hn::Mul(hn::Add(hn::Load(f, x), splat(12.5f - margin)), splat(0.25f)));
+        hn::Store(hn::Max(hn::Min(c, splat(8.0f)), splat(0.0f)), f, x);
+    };
+    const auto last = [&](float* x) {
+        const VF c =
+            hn::Floor(hn::Mul(hn::Add(hn::Load(f, x), splat(15.5f + margin)), splat(0.25f)));
+        hn::Store(hn::Max(hn::Min(c, splat(7.0f)), splat(-1.0f)), f, x);
+    };
+    for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
+        first(r.lower_x + l);
+        last(r.upper_x + l);
+        first(r.lower_y + l);
+        last(r.upper_y + l);
+    }
+}
+
+HWY_INLINE std::uint64_t blocks_of_grid(const Rectangles& r, std::uint32_t i) {
+    const auto c0 = static_cast<int>(r.lower_x[i]);
+    const auto c1 = static_cast<int>(r.upper_x[i]);
+    const auto r0 = static_cast<int>(r.lower_y[i]);
+    const auto r1 = static_cast<int>(r.upper_y[i]);
+    if (c0 > c1 || r0 > r1) return 0;
+    const std::uint64_t columns = (0xFFu << c0) & (0xFFu >> (7 - c1));
+    const std::uint64_t rows =
+        (~std::uint64_t{0} << (8 * r0)) & (~std::uint64_t{0} >> (8 * (7 - r1)));
+    return (columns * 0x0101010101010101u) & rows;
 }
 
 /// The blocks with a ray that something at 1/z = q or less may still matter to.
@@ -83,16 +119,24 @@ struct Entry {
 
 enum class Query { kClosest, kAny };
 
+/// Closest hits are wanted of cameras, whose blocks lie on a grid; any hits of rays from a light,
+/// which lie anywhere.
 template <Query kQuery>
 class PacketTraversal {
 public:
     PacketTraversal(const Bvh& bvh, Packet& packet)
         : bvh_(bvh), packet_(packet), frame_(packet.frame) {}
 
+    /// Visits the root, which needs the packet's bounds alone. Whether there is anything to go on
+    /// with.
+    bool start() {
+        visit_node({kAnyDepth, 0, ~std::uint64_t{0}}, stack_, size_);
+        return size_ > 0;
+    }
+
     void run() {
-        Entry stack[kMaxStack];
-        std::uint32_t size = 0;
-        stack[size++] = {kAnyDepth, 0, ~std::uint64_t{0}};
+        Entry* stack = stack_;
+        std::uint32_t& size = size_;
         while (size > 0) {
             Entry entry = stack[--size];
             entry.blocks &= blocks_beyond(packet_, entry.q);
@@ -106,6 +150,12 @@ public:
     }
 
 private:
+    static constexpr bool kOnGrid = kQuery == Query::kClosest;
+
+    HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, std::uint32_t i) const {
+        return kOnGrid ? blocks_of_grid(rectangles, i) : blocks_in(packet_, rectangles, i);
+    }
+
     /// Least and greatest of row k of the projection over boxes given relative to the origin.
     /// Products and sums are off by at most 2^-21 of row_size times the largest coordinate, which
     /// is added on both sides.
@@ -147,12 +197,13 @@ private:
             hn::Store(nearest_q(frame_, least[2]), f, q + l);
             hits |= mask_bits(keep) << l;
         }
+        if constexpr (kOnGrid) to_grid(rectangles, frame_.grid_margin);
         const std::uint32_t base = size;
         for (; hits != 0; hits &= hits - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
             if (node.child[slot] == kEmptyChild) break;
-            const std::uint64_t blocks = entry.blocks & blocks_in(packet_, rectangles, slot) &
-                                         blocks_beyond(packet_, q[slot]);
+            const std::uint64_t blocks =
+                entry.blocks & blocks_of(rectangles, slot) & blocks_beyond(packet_, q[slot]);
             if (blocks == 0) continue;
             std::uint32_t place = size++;
             for (; place > base && stack[place - 1].q > q[slot]; --place)
@@ -218,11 +269,12 @@ private:
         std::uint32_t alive = set_up(leaf, setup);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
+        if constexpr (kOnGrid) to_grid(setup.rectangles, frame_.grid_margin);
         std::uint64_t touched = 0;
         for (; alive != 0; alive &= alive - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
-            const std::uint64_t own = blocks & blocks_in(packet_, setup.rectangles, i) &
-                                      blocks_beyond(packet_, setup.q[i]);
+            const std::uint64_t own =
+                blocks & blocks_of(setup.rectangles, i) & blocks_beyond(packet_, setup.q[i]);
             if (own == 0) continue;
             touched |= own;
             trace_triangle(leaf, setup, i, own);
@@ -619,6 +671,8 @@ private:
     const Bvh& bvh_;
     Packet& packet_;
     const PacketFrame& frame_;
+    std::uint32_t size_ = 0;
+    Entry stack_[kMaxStack];
     // A block's extent in x and y together, and a little: how far a ray may be from a rectangle
     // that its block meets.
     float block_extent_ = packet_.frame.block_extent;

@@ -14,32 +14,53 @@ HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Tile& tile,
-                             Packet& packet, Hit* hits, std::size_t stride) {
-    make_camera_packet(params, tile, packet);
-    PacketTraversal<Query::kClosest>(bvh, packet).run();
+void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y, hits += stride)
+        std::fill_n(hits, tile.x1 - tile.x0, no_hit());
+}
+
+void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t stride) {
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
     for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
         const std::uint32_t x0 = block % kBlocksPerSide * kBlockSide;
         const std::uint32_t y0 = block / kBlocksPerSide * kBlockSide;
         if (x0 >= width || y0 >= height) continue;
-        Hit block_hits[kBlockRays];
+        alignas(64) Hit block_hits[kBlockRays];
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(Floats())) {
             finish_rays(packet, block * kBlockRays + l, block_hits + l);
         }
-        const std::uint32_t columns = std::min(kBlockSide, width - x0);
-        for (std::uint32_t y = 0; y < std::min(kBlockSide, height - y0); ++y) {
-            std::memcpy(hits + (y0 + y) * stride + x0, block_hits + y * kBlockSide,
-                        columns * sizeof(Hit));
+        const std::uint32_t rows = std::min(kBlockSide, height - y0);
+        Hit* out = hits + y0 * stride + x0;
+        if (width - x0 >= kBlockSide) {
+            for (std::uint32_t y = 0; y < rows; ++y, out += stride) {
+                std::memcpy(out, block_hits + y * kBlockSide, kBlockSide * sizeof(Hit));
+            }
+        } else {
+            for (std::uint32_t y = 0; y < rows; ++y, out += stride) {
+                std::copy_n(block_hits + y * kBlockSide, width - x0, out);
+            }
         }
     }
+}
+
+void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Tile& tile,
+                             Packet& packet, Hit* hits, std::size_t stride) {
+    frame_camera_packet(params, tile, packet);
+    PacketTraversal<Query::kClosest> traversal(bvh, packet);
+    if (!traversal.start()) return write_misses(tile, hits, stride);
+    make_camera_rays(params, tile, packet);
+    traversal.run();
+    if (packet.winners.empty()) return write_misses(tile, hits, stride);
+    write_hits(packet, tile, hits, stride);
 }
 
 bool occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays, const std::uint8_t* active,
                            Packet& packet, std::uint8_t* occluded) {
     if (!make_point_packet(org, rays, active, packet)) return false;
-    PacketTraversal<Query::kAny>(bvh, packet).run();
+    PacketTraversal<Query::kAny> traversal(bvh, packet);
+    traversal.start();
+    traversal.run();
     for (std::uint32_t i = 0; i < kPacketRays; ++i) {
         if (active[i] != 0) occluded[i] = packet.q_lower[i] == kDone;
     }

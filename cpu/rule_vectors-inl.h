@@ -37,6 +37,13 @@ HWY_INLINE std::uint32_t mask_bits(Mask m) {
     return bits & static_cast<std::uint32_t>((std::uint64_t{1} << hn::Lanes(f)) - 1);
 }
 
+/// The mask whose bits these are.
+HWY_INLINE Mask mask_of(std::uint32_t bits) {
+    const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits),
+                                   static_cast<std::uint8_t>(bits >> 8)};
+    return hn::LoadMaskBits(Floats(), bytes);
+}
+
 /// rcp() on vectors, in its operations.
 HWY_INLINE VF rcp_exactly(VF x) {
     const Floats f;
