@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string_view>
 #include <system_error>
@@ -20,17 +21,42 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kBuiltinPrefix = "builtin:";
 
+std::string builtin_names() {
+    std::string names;
+    for (const ProceduralScene& scene : procedural_scenes()) {
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", scene.name);
+    }
+    return names;
+}
+
+// What builtin:NAME:TRIANGLES may look like, with the name as given if there is such a scene.
+std::string builtin_example(const std::string& name) {
+    const std::span<const ProceduralScene> scenes = procedural_scenes();
+    const bool exists =
+        std::any_of(scenes.begin(), scenes.end(),
+                    [&](const ProceduralScene& scene) { return name == scene.name; });
+    return fmt::format("builtin:{}:100000", exists ? name : scenes.front().name);
+}
+
 std::unique_ptr<Clip> open_builtin(const std::string& spec) {
     const std::string_view rest = std::string_view(spec).substr(kBuiltinPrefix.size());
     const std::size_t colon = rest.find(':');
     const std::string name(rest.substr(0, colon));
+    if (name.empty()) {
+        throw Error(
+            ExitCode::kUsage,
+            fmt::format("scene {}: the name is missing; write builtin:NAME[:TRIANGLES] with "
+                        "one of {}",
+                        in_quotes(spec), builtin_names()));
+    }
     if (colon == std::string_view::npos) return make_procedural(name);
     const auto triangles = parse_integer(rest.substr(colon + 1));
     if (!triangles || *triangles <= 0) {
-        throw Error(ExitCode::kUsage,
-                    fmt::format("scene {}: {} is not a number of triangles; write "
-                                "builtin:NAME:TRIANGLES, such as builtin:wave:100000",
-                                in_quotes(spec), in_quotes(rest.substr(colon + 1))));
+        throw Error(
+            ExitCode::kUsage,
+            fmt::format("scene {}: {} is not a number of triangles; write "
+                        "builtin:NAME:TRIANGLES, such as {}",
+                        in_quotes(spec), in_quotes(rest.substr(colon + 1)), builtin_example(name)));
     }
     return make_procedural(name, static_cast<std::uint64_t>(*triangles));
 }

@@ -92,6 +92,30 @@ TEST(OpenScene, BadBuiltinSpecsAreUsageErrors) {
     }
 }
 
+TEST(OpenScene, BuiltinOfNoNumberOfTrianglesIsToldOneThatOpens) {
+    for (const char* spec : {"builtin:herd:abc", "builtin:herd:0",
+                             "builtin:herd:", "builtin:no such scene:abc", "builtin:\n:abc"}) {
+        const std::string message = message_of([&] { open_scene(spec); });
+        const std::size_t example = message.find("such as builtin:");
+        ASSERT_NE(example, std::string::npos) << message;
+        const std::string suggested = message.substr(example + 8);
+        EXPECT_NO_THROW(open_scene(suggested)) << suggested;
+        if (std::string(spec).starts_with("builtin:herd")) {
+            EXPECT_EQ(suggested, "builtin:herd:100000");
+        }
+    }
+}
+
+TEST(OpenScene, BuiltinWithoutANameIsToldAllNames) {
+    for (const char* spec : {"builtin:", "builtin::500"}) {
+        const std::string message = message_of([&] { open_scene(spec); });
+        EXPECT_NE(message.find("the name is missing; "), std::string::npos) << message;
+        EXPECT_NE(message.find("cloth, twist, herd, explode, shuffle, soup, spikes, collapse"),
+                  std::string::npos)
+            << message;
+    }
+}
+
 TEST(OpenScene, AcceptsASceneWithoutFacesWhenAsked) {
     const TempFolder folder;
     for (const char* text : {"", "v 1 2 3\n"}) {
