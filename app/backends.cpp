@@ -53,7 +53,7 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
         return make_vulkan(options);
     } catch (const Error& error) {
         if (error.code() != ExitCode::kUnavailable && error.code() != ExitCode::kLimit) throw;
-        messages.warn(fmt::format("{}; going on with the CPU", error.what()));
+        messages.warn({{}, fmt::format("{}; going on with the CPU", error.what())});
         return cpu::make_scalar_backend(cpu_config);
     }
 }

@@ -103,6 +103,7 @@ ExitCode run_crosscheck(const Options& given, const Messages& messages) {
     const OutputFolder folder(options.out);
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);
+    warn_of_damage(options, scene.clip(), frames, messages);
     const Topology& topology = scene.clip().topology();
     // Three reference frames besides the one that is compared.
     const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;

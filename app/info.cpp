@@ -81,6 +81,7 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
                     .vertices = topology.vertex_count,
                     .backends = options.tree_facts ? 1u : 0u});
     const double frame = select_frames(options, scene.clip(), DefaultFrames::kFirst).front();
+    warn_of_damage(options, scene.clip(), {&frame, 1}, messages);
     const std::span<const vec3> positions = scene.positions(frame);
     SceneReport report;
     report.head.command = "info";

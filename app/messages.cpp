@@ -44,8 +44,8 @@ void Messages::error(std::string_view message) const {
     write_line(names_file(message) ? "" : "morphray: ", message);
 }
 
-void Messages::warn(std::string_view message) const {
-    write_line(names_file(message) ? "" : "morphray: warning: ", message);
+void Messages::warn(const Warning& warning) const {
+    write_line(warning.place.empty() ? "morphray: " : "", warning.line());
 }
 
 void Messages::note(std::string_view message) const {
@@ -66,8 +66,10 @@ void check_reports(std::initializer_list<std::string> files) {
     }
 }
 
+bool is_stdout(std::string_view file) { return file == "-" || file == kStdout; }
+
 bool takes_stdout(std::initializer_list<std::string> files) {
-    return std::find(files.begin(), files.end(), "-") != files.end();
+    return std::any_of(files.begin(), files.end(), is_stdout);
 }
 
 }  // namespace morphray::app

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/options.h"
+#include "common/warning.h"
 
 namespace morphray::app {
 
@@ -17,9 +18,9 @@ public:
     /// One line on stderr, as it is when it begins with a file of the command line, otherwise after
     /// "morphray: ". A failure to write it is nobody's concern.
     void error(std::string_view message) const;
-    /// Likewise, for what the user should know although the work goes on.
-    void warn(std::string_view message) const;
-    /// Likewise, only under --verbose.
+    /// One line on stderr, after "morphray: " where the warning has no place.
+    void warn(const Warning& warning) const;
+    /// As error(), only under --verbose.
     void note(std::string_view message) const;
 
     /// Results, unless --quiet. Throws Error(kOutput) when stdout does not take them.
@@ -40,6 +41,8 @@ void write_report(const std::string& file, std::string_view text);
 /// check_writable for each that is neither empty nor "-".
 void check_reports(std::initializer_list<std::string> files);
 
+/// Whether the report takes stdout: "-" or /dev/stdout.
+bool is_stdout(std::string_view file);
 /// Whether one of the reports takes stdout.
 bool takes_stdout(std::initializer_list<std::string> files);
 

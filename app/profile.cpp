@@ -145,6 +145,7 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
     check_reports({options.json, options.csv});
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);
+    warn_of_damage(options, scene.clip(), frames, messages);
     const Topology& topology = scene.clip().topology();
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,

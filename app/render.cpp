@@ -132,6 +132,7 @@ ExitCode run_render(const Options& options, const Messages& messages) {
     const OutputFolder folder(options.out.empty() ? "out" : options.out);
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kAll);
+    warn_of_damage(options, scene.clip(), frames, messages);
     require_distinct_names(frames);
     require_memory_for(options, scene.clip(), frames.size());
     Renderer renderer(options, scene, frames, folder.path(), messages);

@@ -71,7 +71,7 @@ SceneFrames open_frames(const Options& options, const Messages& messages) {
     scene_options.lenient = options.lenient;
     scene_options.allow_empty = options.allow_empty;
     scene_options.missing = options.missing;
-    scene_options.warn = [&messages](const std::string& text) { messages.warn(text); };
+    scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
     return SceneFrames(open_scene(options.scene, scene_options));
 }
 
@@ -86,6 +86,14 @@ std::vector<double> select_frames(const Options& options, const Clip& clip,
     for (const double frame : {frames.front(), frames.back()})
         require_in_clip("--frames", frame, clip);
     return frames;
+}
+
+void warn_of_damage(const Options& options, const Clip& clip, std::span<const double> frames,
+                    const Messages& messages) {
+    const std::optional<Warning> damage = clip.damage();
+    const auto usable = [&clip](double frame) { return clip.usable(frame); };
+    if (!damage || !usable(options.tree.build_at.value_or(frames.front()))) return;
+    if (std::all_of(frames.begin(), frames.end(), usable)) messages.warn(*damage);
 }
 
 void require_in_clip(const char* option, double frame, const Clip& clip) {

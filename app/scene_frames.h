@@ -42,6 +42,11 @@ enum class DefaultFrames { kAll, kFew, kFirst };
 std::vector<double> select_frames(const Options& options, const Clip& clip,
                                   DefaultFrames otherwise);
 
+/// Warns of files of the clip that cannot be used, unless the frames (or --build-at) need one of
+/// them: then that error tells.
+void warn_of_damage(const Options& options, const Clip& clip, std::span<const double> frames,
+                    const Messages& messages);
+
 /// Throws Error(kUsage) for a frame outside the clip.
 void require_in_clip(const char* option, double frame, const Clip& clip);
 

@@ -11,6 +11,7 @@
 #include "app/ray_reader.h"
 #include "app/scene_frames.h"
 #include "common/bvh_stats.h"
+#include "common/message_text.h"
 #include "common/output_file.h"
 
 namespace morphray::app {
@@ -106,10 +107,12 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
                     .vertices = topology.vertex_count,
                     .kept_bytes = 2 * rays.size() + kBatch * 128});
     const double frame = select_frames(options, scene.clip(), DefaultFrames::kFirst).front();
+    warn_of_damage(options, scene.clip(), {&frame, 1}, messages);
     const std::span<const vec3> positions = scene.positions(frame);
     if (const std::uint64_t bad = count_degenerate(topology, positions).not_finite) {
-        messages.warn(fmt::format("{} of {} triangles are not finite; they are never hit", bad,
-                                  topology.triangles.size()));
+        messages.warn({shown(options.scene),
+                       fmt::format("{} of {} triangles are not finite; they are never hit", bad,
+                                   topology.triangles.size())});
     }
     const std::unique_ptr<Backend> backend = make_backend(backend_of(options), messages);
     backend->set_scene(topology, positions,
@@ -123,10 +126,10 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
         trace_all(RayTextReader(name, rays), tracer);
     }
     if (tracer.invalid() > 0) {
-        messages.warn(
-            fmt::format("{} of {} rays are not finite, have no direction or no length, or "
-                        "start too far away; they hit nothing",
-                        tracer.invalid(), tracer.total()));
+        messages.warn({shown(name),
+                       fmt::format("{} of {} rays are not finite, have no direction or no length, "
+                                   "or start too far away; they hit nothing",
+                                   tracer.invalid(), tracer.total())});
     }
     write_report(options.out, tracer.text());
     return ExitCode::kOk;

@@ -1,10 +1,12 @@
 // A deforming scene: one topology, vertex positions as a function of the frame.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 
 #include "common/mesh.h"
+#include "common/warning.h"
 
 namespace morphray {
 
@@ -31,6 +33,11 @@ public:
     /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame
     /// when this frame could not be read or is not finite although the clip was opened strictly.
     virtual void positions(double frame, std::span<vec3> out) const = 0;
+
+    /// Whether positions() of this frame does not throw.
+    virtual bool usable(double) const { return true; }
+    /// What makes frames unusable, the first of it; nothing if all are usable.
+    virtual std::optional<Warning> damage() const { return std::nullopt; }
 
     /// Bounds of all finite vertices over the whole clip, whatever frames are asked for.
     virtual UserBounds bounds() const = 0;

@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cmath>
 #include <exception>
+#include <optional>
 #include <vector>
 
 #include "common/error.h"
@@ -28,7 +29,7 @@ struct Keyframe {
     UserBounds bounds;
     /// Why the file could not be used; empty when it could.
     std::string problem;
-    std::string warning;
+    std::optional<Warning> warning;
     /// An error that refuses the whole clip.
     std::exception_ptr error;
 };
@@ -85,8 +86,8 @@ void load(const KeyframeFile& file, const Polygons& faces, std::size_t vertex_co
     obj.lenient = options.lenient;
     obj.allow_empty = options.allow_empty;
     obj.materials = false;
-    obj.warn = [&](const std::string& warning) {
-        if (keyframe.warning.empty()) keyframe.warning = warning;
+    obj.warn = [&](const Warning& warning) {
+        if (!keyframe.warning) keyframe.warning = warning;
     };
     ObjMesh mesh;
     try {
@@ -146,31 +147,25 @@ public:
 
     void positions(double frame, std::span<vec3> out) const override {
         assert(out.size() == topology_.vertex_count);
-        // NaN becomes the first frame.
-        if (!(frame > first_frame())) frame = first_frame();
-        frame = std::min(frame, last_frame());
-
-        const double base = hold_ ? std::floor(frame) : frame;
-        const std::size_t before = at_or_before(base);
-        const std::size_t after =
-            hold_ ? at_or_before(base + 1) : std::min(before + 1, keyframes_.size() - 1);
-        const double from = hold_ ? base : keyframes_[before].frame;
-        const double to = hold_ ? base + 1 : keyframes_[after].frame;
-        const float f = frame == from ? 0.0f : static_cast<float>((frame - from) / (to - from));
-        // So little before a keyframe that a float does not tell: the keyframe.
-        if (f == 0.0f || f == 1.0f) {
-            const std::vector<vec3>& a = usable(f == 0.0f ? before : after);
+        const Blend blend = blend_at(frame);
+        const std::vector<vec3>& a = required(blend.before);
+        const std::vector<vec3>& b = required(blend.after);
+        if (blend.before == blend.after) {
             std::copy(a.begin(), a.end(), out.begin());
             return;
         }
-        const std::vector<vec3>& a = usable(before);
-        const std::vector<vec3>& b = usable(after);
         for (std::size_t i = 0; i < out.size(); ++i) {
             for (int axis = 0; axis < 3; ++axis) {
-                out[i][axis] = interpolate(a[i][axis], b[i][axis], f);
+                out[i][axis] = interpolate(a[i][axis], b[i][axis], blend.f);
             }
         }
     }
+
+    bool usable(double frame) const override {
+        const Blend blend = blend_at(frame);
+        return keyframes_[blend.before].problem.empty() && keyframes_[blend.after].problem.empty();
+    }
+    std::optional<Warning> damage() const override { return damage_; }
 
 private:
     ObjMesh read_first(const KeyframeFile& file, const SceneOptions& options) {
@@ -189,7 +184,7 @@ private:
 
     void read_others(const std::vector<KeyframeFile>& files, const Polygons& faces,
                      const SceneOptions& options) {
-        WarningCount problems;
+        WarningCount damage;
         WarningCount warnings;
         for (std::size_t begin = 1; begin < files.size(); begin += kFilesAtOnce) {
             const std::size_t end = std::min(begin + kFilesAtOnce, files.size());
@@ -204,12 +199,12 @@ private:
                 Keyframe& keyframe = keyframes_[i];
                 if (keyframe.error) std::rethrow_exception(keyframe.error);
                 if (!keyframe.problem.empty()) {
-                    problems.add([&] { return keyframe.problem + "; frames before it are kept"; });
+                    damage.add([&] { return as_warning(keyframe.problem, shown(files[i].path)); });
                 }
-                if (!keyframe.warning.empty()) warnings.add([&] { return keyframe.warning; });
+                if (keyframe.warning) warnings.add([&] { return *keyframe.warning; });
             }
         }
-        problems.tell(options.warn);
+        if (!damage.none()) damage_ = damage.together();
         warnings.tell(options.warn);
     }
 
@@ -221,7 +216,32 @@ private:
         return static_cast<std::size_t>(after - keyframes_.begin()) - 1;
     }
 
-    const std::vector<vec3>& usable(std::size_t keyframe) const {
+    // Two keyframes and where between them, in [0, 1); the same one twice at a keyframe.
+    struct Blend {
+        std::size_t before;
+        std::size_t after;
+        float f;
+    };
+
+    Blend blend_at(double frame) const {
+        // NaN becomes the first frame.
+        if (!(frame > first_frame())) frame = first_frame();
+        frame = std::min(frame, last_frame());
+
+        const double base = hold_ ? std::floor(frame) : frame;
+        const std::size_t before = at_or_before(base);
+        const std::size_t after =
+            hold_ ? at_or_before(base + 1) : std::min(before + 1, keyframes_.size() - 1);
+        const double from = hold_ ? base : keyframes_[before].frame;
+        const double to = hold_ ? base + 1 : keyframes_[after].frame;
+        const float f = frame == from ? 0.0f : static_cast<float>((frame - from) / (to - from));
+        if (f == 0.0f) return {before, before, 0.0f};
+        // So little before a keyframe that a float does not tell: the keyframe.
+        if (f == 1.0f) return {after, after, 0.0f};
+        return {before, after, f};
+    }
+
+    const std::vector<vec3>& required(std::size_t keyframe) const {
         if (!keyframes_[keyframe].problem.empty()) {
             throw Error(ExitCode::kBadInput, keyframes_[keyframe].problem);
         }
@@ -233,6 +253,7 @@ private:
     Topology topology_;
     std::vector<Keyframe> keyframes_;
     UserBounds bounds_;
+    std::optional<Warning> damage_;
 };
 
 }  // namespace

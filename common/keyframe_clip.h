@@ -22,8 +22,9 @@ float interpolate(float a, float b, float f);
 ///
 /// All files must have the faces of the first one, from which triangles and colours are taken. A
 /// later file that cannot be read or, unless lenient, has coordinates that are not finite or beyond
-/// 1e30, does not fail the opening: it warns, leaves the file out of the bounds, and positions() of
-/// every frame that takes part in it throws Error(kBadInput) with the file, the line and the frame.
+/// 1e30, does not fail the opening: it is the clip's damage() and left out of the bounds, and
+/// positions() of every frame that it takes part in throws Error(kBadInput) with the file, the line
+/// and the frame.
 ///
 /// Throws Error: kBadInput for a first file that cannot be read and for files of other faces, with
 /// the frame and what differs; kLimit for more keyframes than there is memory.

@@ -97,10 +97,10 @@ void report_missing(const fs::path& folder, const std::string& first, std::uint6
                                          more));
     }
     if (options.warn) {
-        options.warn(fmt::format("{}: frame is missing{}; {}", shown(folder / first), more,
-                                 options.missing == MissingFrames::kHold
-                                     ? "the frame before is held"
-                                     : "its neighbours are interpolated"));
+        options.warn({shown(folder / first), fmt::format("frame is missing{}; {}", more,
+                                                         options.missing == MissingFrames::kHold
+                                                             ? "the frame before is held"
+                                                             : "its neighbours are interpolated")});
     }
 }
 

@@ -103,8 +103,9 @@ private:
     }
 
     void warn_default(const std::string& what) {
-        odd_colours_.add(
-            [&] { return fmt::format("{}:{}: {}; taken as grey", name_, line_, what); });
+        odd_colours_.add([&] {
+            return Warning{fmt::format("{}:{}", name_, line_), what + "; taken as grey"};
+        });
     }
 
     void end_material() {

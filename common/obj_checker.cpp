@@ -69,11 +69,9 @@ public:
 
 private:
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ExitCode::kBadInput, at_line(what));
+        throw Error(ExitCode::kBadInput, fmt::format("{}: {}", place(), what));
     }
-    std::string at_line(const std::string& what) const {
-        return fmt::format("{}:{}: {}", name_, line_, what);
-    }
+    std::string place() const { return fmt::format("{}:{}", name_, line_); }
 
     void skip_byte_order_mark() {
         const std::string_view text(begin_, static_cast<std::size_t>(end_ - begin_));
@@ -143,8 +141,8 @@ private:
             if (std::find(kUnusedKeywords.begin(), kUnusedKeywords.end(), keyword) ==
                 kUnusedKeywords.end()) {
                 unknown_.add([&] {
-                    return at_line(
-                        fmt::format("unknown statement {}; ignored", in_quotes(keyword)));
+                    return Warning{
+                        place(), fmt::format("unknown statement {}; ignored", in_quotes(keyword))};
                 });
             }
             hide(first);
@@ -203,7 +201,8 @@ private:
                              in_quotes(token), what));
         }
         not_finite_.add([&] {
-            return at_line(fmt::format("coordinate {} {}; kept as it is", in_quotes(token), what));
+            return Warning{place(),
+                           fmt::format("coordinate {} {}; kept as it is", in_quotes(token), what)};
         });
         return value;
     }
@@ -227,7 +226,7 @@ private:
                 fmt::format("face of {} corner{}", corners, corners == 1 ? "" : "s");
             if (!lenient_ && cut) fail(what + " at the end; the file was cut, write it again");
             if (!lenient_ && corners < 2) fail(what + "; a face needs 3, is the file complete?");
-            skipped_.add([&] { return at_line(what + "; left out"); });
+            skipped_.add([&] { return Warning{place(), what + "; left out"}; });
             hide(first);
             return;
         }
@@ -235,8 +234,8 @@ private:
         checked_.corner_count += corners;
         if (checked_.corner_count - 2 * checked_.face_count > max_triangles_) {
             throw Error(ExitCode::kLimit,
-                        at_line(fmt::format("more than {} triangles; split or simplify the scene",
-                                            max_triangles_)));
+                        fmt::format("{}: more than {} triangles; split or simplify the scene",
+                                    place(), max_triangles_));
         }
     }
 
@@ -260,7 +259,7 @@ private:
         }
         if (!problem.empty()) {
             if (!lenient_) fail(problem);
-            skipped_.add([&] { return at_line(problem + "; face left out"); });
+            skipped_.add([&] { return Warning{place(), problem + "; face left out"}; });
             return false;
         }
         if (*index > largest_index_) {

@@ -42,8 +42,8 @@ public:
             if (vertex < 0 || vertex >= static_cast<std::int64_t>(vertex_total_)) {
                 // A lenient check lets indices pass that are too large.
                 out_of_range_.add([&] {
-                    return fmt::format("{}: face with vertex {} of {}; left out", shown(path_),
-                                       index, vertex_total_);
+                    return Warning{shown(path_), fmt::format("face with vertex {} of {}; left out",
+                                                             index, vertex_total_)};
                 });
                 mesh_.faces.corners.resize(first);
                 return;
@@ -62,8 +62,10 @@ public:
         if (material == materials_.end() && unknown_names_.size() < kMaxNamesTold &&
             unknown_names_.insert(name).second) {
             unknown_.add([&] {
-                return fmt::format("{}: material {} is in no library; faces that use it are grey",
-                                   shown(path_), in_quotes(name));
+                return Warning{shown(path_),
+                               fmt::format("material {} is in no library; faces that use it are "
+                                           "grey",
+                                           in_quotes(name))};
             });
         }
     }
@@ -79,7 +81,11 @@ public:
             bytes = read_input_file(file, kMaxMtlBytes);
         } catch (const Error& error) {
             if (error.code() != ExitCode::kBadInput) throw;
-            unread_.add([&] { return std::string(error.what()) + "; its materials are grey"; });
+            unread_.add([&] {
+                return Warning{shown(path_),
+                               fmt::format("{}; its materials are grey",
+                                           as_warning(error.what(), shown(path_)).text)};
+            });
             return;
         }
         read_mtl_text(bytes, shown(file), options_.lenient, options_.warn, materials_);
@@ -124,16 +130,16 @@ void require_content(const ObjMesh& mesh, const std::string& name, const ObjOpti
             ExitCode::kBadInput,
             fmt::format("{}: {}; is it an OBJ file? --allow-empty accepts it", name, missing));
     }
-    options.warn(fmt::format("{}: {}; the picture will be empty", name, missing));
+    options.warn({name, fmt::format("{}; the picture will be empty", missing)});
 }
 
 }  // namespace
 
 ObjMesh read_obj(const fs::path& path, const ObjOptions& options) {
     const std::string name = shown(path);
-    std::vector<std::string> warnings;
+    std::vector<Warning> warnings;
     ObjOptions held = options;
-    held.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+    held.warn = [&](const Warning& warning) { warnings.push_back(warning); };
 
     std::string text = read_input_file(path);
     ObjMesh mesh;

@@ -19,7 +19,6 @@ struct ObjOptions {
     bool allow_empty = false;
     /// Read the material libraries. Without, every albedo is kDefaultAlbedo.
     bool materials = true;
-    /// Receives warnings, one line each.
     WarnFunction warn;
 };
 

@@ -1,11 +1,11 @@
 // From what the user names to a clip.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "common/clip.h"
+#include "common/warning.h"
 
 namespace morphray {
 
@@ -18,8 +18,7 @@ struct SceneOptions {
     /// Accept a scene without faces.
     bool allow_empty = false;
     MissingFrames missing = MissingFrames::kFail;
-    /// Receives warnings, one line each, without a newline.
-    std::function<void(const std::string&)> warn;
+    WarnFunction warn;
 };
 
 /// Opens `builtin:NAME[:TRIANGLES]`, an .obj file, a folder of .obj files, or a pattern such as

@@ -83,14 +83,15 @@ std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> posi
         }
         ears.clear();
         if (!clipper.clip(points, kTriangulationStepsPerCorner * corners.size(), ears)) {
-            const auto message = [&] {
-                return fmt::format("{}: face {} of {} corners is too intricate to triangulate",
-                                   name, face + 1, corners.size());
+            const auto what = [&] {
+                return fmt::format("face {} of {} corners is too intricate to triangulate",
+                                   face + 1, corners.size());
             };
             if (!lenient) {
-                throw Error(ExitCode::kBadInput, message() + "; write triangles instead");
+                throw Error(ExitCode::kBadInput,
+                            fmt::format("{}: {}; write triangles instead", name, what()));
             }
-            intricate.add(message);
+            intricate.add([&] { return Warning{name, what()}; });
             append_fan(corners, triangles);
         }
         for (const auto& [a, b, c] : ears) {

@@ -4,29 +4,33 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <functional>
-#include <string>
+
+#include "common/warning.h"
 
 namespace morphray {
 
-using WarnFunction = std::function<void(const std::string&)>;
-
-/// Keeps the first message of a kind and counts the rest, so that a file of a million odd lines
+/// Keeps the first warning of a kind and counts the rest, so that a file of a million odd lines
 /// does not print a million lines.
 class WarningCount {
 public:
-    /// `make` returns the message; it is called for the first one only.
+    /// `make` returns the Warning; it is called for the first one only.
     template <class Make>
     void add(const Make& make) {
-        if (count_++ == 0) message_ = make();
+        if (count_++ == 0) first_ = make();
     }
     void tell(const WarnFunction& warn) const {
         if (count_ == 0 || !warn) return;
-        warn(count_ == 1 ? message_ : fmt::format("{} (and {} more)", message_, count_ - 1));
+        warn(together());
     }
+    /// Of at least one.
+    Warning together() const {
+        if (count_ == 1) return first_;
+        return {first_.place, fmt::format("{} (and {} more)", first_.text, count_ - 1)};
+    }
+    bool none() const { return count_ == 0; }
 
 private:
-    std::string message_;
+    Warning first_;
     std::uint64_t count_ = 0;
 };
 

@@ -174,8 +174,10 @@ TEST(Render, BadFrameInTheMiddleKeepsTheEarlierOnes) {
     const std::string json = folder.file("report.json");
     const Outcome outcome = render(folder.file("s"), folder, {"--json", json});
     EXPECT_EQ(outcome.code, 8) << outcome.err;
+    // One line, although the frame was found to be bad when the scene was opened.
     const auto errors = lines(outcome.err);
-    ASSERT_FALSE(errors.empty());
+    ASSERT_EQ(errors.size(), 1u) << outcome.err;
+    EXPECT_EQ(errors[0].find("warning"), std::string::npos) << outcome.err;
     EXPECT_NE(errors.back().find("f_2.obj:2: "), std::string::npos) << outcome.err;
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0000.png"));
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0001.png"));
@@ -184,6 +186,42 @@ TEST(Render, BadFrameInTheMiddleKeepsTheEarlierOnes) {
     const Json report = Json::parse(read_file(json));
     EXPECT_EQ(report["complete"], false);
     EXPECT_EQ(report["frames"].size(), 2u);
+}
+
+TEST(Render, BadFrameThatIsNotAskedForIsAWarning) {
+    TemporaryFolder folder;
+    folder.write("s/f_0.obj", unit_triangle());
+    folder.write("s/f_1.obj", unit_triangle());
+    folder.write("s/f_2.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::string scene = folder.file("s");
+    for (const Outcome& outcome :
+         {render(scene, folder, {"--frames", "0..1"}), run({"info", scene})}) {
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+        EXPECT_TRUE(outcome.err.starts_with(scene + "/f_2.obj:2: warning: ")) << outcome.err;
+    }
+    // The error of the frame that the tree is built at tells.
+    const Outcome refused = render(scene, folder, {"--frames", "0..1", "--build-at", "2"});
+    EXPECT_EQ(refused.code, 3);
+    EXPECT_EQ(lines(refused.err).size(), 1u) << refused.err;
+}
+
+TEST(Render, WarningsAboutFilesAreMarkedAsSuch) {
+    TemporaryFolder folder;
+    folder.write("a.mtl", "newmtl a\nKd spectral x\n");
+    const std::string scene = folder.write(
+        "a.obj", "mtllib a.mtl\nmtllib none.mtl\nusemtl q\nfoo\n" + unit_triangle() + "f 1 2\n");
+    const Outcome outcome = render(scene, folder);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const Names warnings = lines(outcome.err);
+    ASSERT_EQ(warnings.size(), 5u) << outcome.err;
+    for (const std::string& warning : warnings) {
+        EXPECT_TRUE(warning.starts_with(folder.path().string() + "/a.")) << warning;
+        EXPECT_NE(warning.find(": warning: "), std::string::npos) << warning;
+    }
+    EXPECT_EQ(warnings[0], scene + ":4: warning: unknown statement 'foo'; ignored");
+    EXPECT_EQ(warnings[2],
+              folder.file("a.mtl") + ":2: warning: Kd as spectral is not read; taken as grey");
 }
 
 TEST(Render, BadFirstFrameLeavesNothing) {

@@ -29,7 +29,7 @@ Opened open_frames(const std::vector<std::string>& texts, SceneOptions options =
         if (!texts[i].empty()) folder.write(fmt::format("f_{}.obj", i), texts[i]);
     }
     Opened opened;
-    options.warn = [&](const std::string& warning) { opened.warnings.push_back(warning); };
+    options.warn = [&](const Warning& warning) { opened.warnings.push_back(warning.line()); };
     opened.clip = open_scene((folder.path() / "f_%d.obj").native(), options);
     return opened;
 }
@@ -142,6 +142,7 @@ TEST(KeyframeClip, FrameThatExplodesFailsWhenItIsAskedFor) {
         for (const double frame : {1.5, 2.0, 2.75}) {
             const auto error = error_of([&] { x_at(opened, frame); });
             ASSERT_TRUE(error) << frame;
+            EXPECT_FALSE(opened.clip->usable(frame)) << frame;
             EXPECT_EQ(error->code(), ExitCode::kBadInput);
             EXPECT_NE(std::string(error->what()).find("f_2.obj:1: "), std::string::npos);
             EXPECT_NE(std::string(error->what()).find("(frame 2)"), std::string::npos);
@@ -150,8 +151,23 @@ TEST(KeyframeClip, FrameThatExplodesFailsWhenItIsAskedFor) {
         EXPECT_EQ(x_at(opened, 3.5), 3.5f);
         EXPECT_EQ(opened.clip->bounds().upper[0], 4);
         EXPECT_EQ(opened.clip->bounds().lower[0], 0);
-        EXPECT_EQ(opened.warnings.size(), 1u);
+        for (const double frame : {0.0, 0.5, 1.0, 3.0, 3.5, 4.0}) {
+            EXPECT_TRUE(opened.clip->usable(frame)) << frame;
+        }
+        // Told by the error, or on request by whoever does not run into it.
+        EXPECT_TRUE(opened.warnings.empty());
+        ASSERT_TRUE(opened.clip->damage());
+        EXPECT_TRUE(opened.clip->damage()->place.ends_with("f_2.obj:1"));
+        EXPECT_NE(opened.clip->damage()->text.find("(frame 2)"), std::string::npos);
     }
+}
+
+TEST(KeyframeClip, DamageCountsTheFilesThatCannotBeUsed) {
+    const Opened opened =
+        open_frames({triangle_at("0"), triangle_at("nan"), triangle_at("inf"), triangle_at("3")});
+    ASSERT_TRUE(opened.clip->damage());
+    EXPECT_TRUE(opened.clip->damage()->line().ends_with("(frame 1) (and 1 more)"));
+    EXPECT_FALSE(open_frames({triangle_at("0"), triangle_at("1")}).clip->damage());
 }
 
 TEST(KeyframeClip, FrameThatCannotBeReadFailsWhenItIsAskedFor) {

@@ -17,7 +17,7 @@ struct Library {
 Library read(const std::string& text, bool lenient = false) {
     Library library;
     read_mtl_text(
-        text, "a.mtl", lenient, [&](const std::string& w) { library.warnings.push_back(w); },
+        text, "a.mtl", lenient, [&](const Warning& w) { library.warnings.push_back(w.line()); },
         library.materials);
     return library;
 }
@@ -57,7 +57,8 @@ TEST(MtlReader, ColoursThatAreNotFiniteNumbersAreRefusedWithTheirLine) {
         EXPECT_TRUE(message.starts_with("a.mtl:2: ")) << kd << ": " << message;
         const Library library = read(text, true);
         EXPECT_EQ(library.materials.at("a"), kDefaultAlbedo);
-        EXPECT_EQ(library.warnings.size(), 1u);
+        ASSERT_EQ(library.warnings.size(), 1u);
+        EXPECT_TRUE(library.warnings[0].starts_with("a.mtl:2: warning: Kd")) << kd;
     }
 }
 TEST(MtlReader, NulBytesAreRefused) {

@@ -29,7 +29,7 @@ struct Reading {
 Reading read(const std::string& text, ObjOptions options = {}) {
     const TempFolder folder;
     Reading reading;
-    options.warn = [&](const std::string& warning) { reading.warnings.push_back(warning); };
+    options.warn = [&](const Warning& warning) { reading.warnings.push_back(warning.line()); };
     reading.mesh = read_obj(folder.write("a.obj", text), options);
     return reading;
 }
@@ -149,7 +149,7 @@ TEST(ObjReader, LenientlyKeepsWhatIsNotFinite) {
     EXPECT_EQ(p[2].z, -INFINITY);
     EXPECT_EQ(reading.mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 2, 1, 0}));
     ASSERT_EQ(reading.warnings.size(), 1u);
-    EXPECT_NE(reading.warnings[0].find("a.obj:1: "), std::string::npos);
+    EXPECT_NE(reading.warnings[0].find("a.obj:1: warning: "), std::string::npos);
     EXPECT_NE(reading.warnings[0].find("(and 4 more)"), std::string::npos);
 }
 TEST(ObjReader, DenormalsAreKeptAndUnderflowIsZero) {
@@ -228,8 +228,9 @@ TEST(ObjReader, FaceOfTwoCornersIsLeftOutWithAWarning) {
     const Reading reading = read(kVertices + "f 1 2\nf 1 2 3\nf 2 3\n");
     EXPECT_EQ(reading.mesh.faces.corner_counts.size(), 1u);
     ASSERT_EQ(reading.warnings.size(), 1u);
-    EXPECT_NE(reading.warnings[0].find("a.obj:4: face of 2 corners; left out (and 1 more)"),
-              std::string::npos);
+    EXPECT_NE(
+        reading.warnings[0].find("a.obj:4: warning: face of 2 corners; left out (and 1 more)"),
+        std::string::npos);
 }
 TEST(ObjReader, DegenerateAndDuplicateFacesAreKept) {
     const auto mesh = read(kVertices + "f 1 1 1\nf 1 1 2\nf 1 2 3\nf 1 2 3\n").mesh;
@@ -264,15 +265,15 @@ TEST(ObjReader, OtherStatementsAreIgnoredAndUnknownOnesWarned) {
         read("o x\ng y\ns off\np 1\nl 1 2\ncurv 0 1 1 2\nvt 0\nvn a b\nfoo bar\nbaz\n" + kTriangle);
     EXPECT_EQ(reading.mesh.faces.corner_counts.size(), 1u);
     ASSERT_EQ(reading.warnings.size(), 1u);
-    EXPECT_NE(reading.warnings[0].find("a.obj:9: unknown statement 'foo'; ignored (and 1 more)"),
-              std::string::npos)
+    EXPECT_TRUE(reading.warnings[0].ends_with(
+        "a.obj:9: warning: unknown statement 'foo'; ignored (and 1 more)"))
         << reading.warnings[0];
 }
 TEST(ObjReader, NothingIsWarnedWhereAnErrorIsThrown) {
     int warnings = 0;
     const TempFolder folder;
     ObjOptions options;
-    options.warn = [&](const std::string&) { ++warnings; };
+    options.warn = [&](const Warning&) { ++warnings; };
     EXPECT_EQ(code_of([&] { read_obj(folder.write("a.obj", "foo\nbar\n"), options); }),
               ExitCode::kBadInput);
     EXPECT_EQ(warnings, 0);
@@ -336,7 +337,7 @@ struct Coloured {
 Coloured read_coloured(const TempFolder& folder, const std::string& text) {
     Coloured result;
     ObjOptions options;
-    options.warn = [&](const std::string& warning) { result.warnings.push_back(warning); };
+    options.warn = [&](const Warning& warning) { result.warnings.push_back(warning.line()); };
     result.albedo = read_obj(folder.write("a.obj", text), options).albedo;
     return result;
 }
@@ -366,6 +367,7 @@ TEST(ObjMaterials, MissingLibraryAndMaterialAreWarnings) {
         read_coloured(folder, "mtllib none.mtl\n" + kVertices + "usemtl q\nf 1 2 3\n");
     EXPECT_EQ(result.albedo, std::vector<Albedo>{kDefaultAlbedo});
     ASSERT_EQ(result.warnings.size(), 2u);
+    EXPECT_NE(result.warnings[0].find("a.obj: warning: "), std::string::npos);
     EXPECT_NE(result.warnings[0].find("none.mtl: no such file"), std::string::npos);
     EXPECT_NE(result.warnings[1].find("'q'"), std::string::npos);
 }
@@ -378,7 +380,7 @@ TEST(ObjMaterials, LibraryOutsideOfTheFolderIsNotOpened) {
          {std::string("../outside.mtl"), std::string("../../../etc/passwd"), absolute.native()}) {
         std::vector<std::string> warnings;
         ObjOptions options;
-        options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+        options.warn = [&](const Warning& warning) { warnings.push_back(warning.line()); };
         const auto mesh = read_obj(folder.write("scene/a.obj", "mtllib " + name + "\n" + kVertices +
                                                                    "usemtl a\nf 1 2 3\n"),
                                    options);
@@ -398,7 +400,7 @@ TEST(ObjMaterials, AreLeftAloneWhenNotAskedFor) {
     const TempFolder folder;
     ObjOptions options;
     options.materials = false;
-    options.warn = [](const std::string& warning) { ADD_FAILURE() << warning; };
+    options.warn = [](const Warning& warning) { ADD_FAILURE() << warning.line(); };
     const auto mesh =
         read_obj(folder.write("a.obj", "mtllib none.mtl\nusemtl x\n" + kTriangle), options);
     EXPECT_EQ(mesh.albedo[0], kDefaultAlbedo);
