@@ -20,6 +20,17 @@ struct Choice {
     T value;
 };
 
+/// "a|b|c".
+template <class T>
+std::string names_of(std::span<const Choice<T>> choices) {
+    std::string names;
+    for (const Choice<T>& choice : choices) {
+        if (!names.empty()) names += '|';
+        names += choice.name;
+    }
+    return names;
+}
+
 /// The value of the name; throws Error(kUsage) with the nearest name for any other text.
 template <class T>
 T parse_choice(const std::string& option, const std::string& text,
@@ -39,11 +50,9 @@ inline constexpr Choice<BackendChoice> kBackends[] = {{"auto", BackendChoice::kA
                                                       {"cpu", BackendChoice::kCpu},
                                                       {"vulkan", BackendChoice::kVulkan},
                                                       {"brute", BackendChoice::kBrute}};
-inline constexpr Choice<BackendChoice> kRayBackends[] = {{"cpu", BackendChoice::kCpu},
-                                                         {"vulkan", BackendChoice::kVulkan},
-                                                         {"brute", BackendChoice::kBrute}};
 inline constexpr Choice<BackendChoice> kCheckedBackends[] = {{"all", BackendChoice::kAuto},
-                                                             {"cpu", BackendChoice::kCpu}};
+                                                             {"cpu", BackendChoice::kCpu},
+                                                             {"vulkan", BackendChoice::kVulkan}};
 inline constexpr Choice<std::uint32_t> kRays[] = {
     {"primary", kRaysPrimary}, {"shadow", kRaysShadow}, {"ao", kRaysAo}};
 inline constexpr Choice<SplitMethod> kSplits[] = {{"binned", SplitMethod::kBinned},

@@ -9,12 +9,19 @@
 #include <vector>
 
 #include "app/choices.h"
-#include "app/nearest.h"
+#include "app/conflicts.h"
+#include "app/usage_errors.h"
 #include "common/error.h"
 #include "common/version.h"
 
 namespace morphray::app {
 namespace {
+
+// Defaults that several commands have in common; render's size is ViewSpec's.
+constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
+constexpr const char* kFirstFrame = "the first; of several, the first is taken";
+constexpr const char* kWholePicture = "1024x1024";
+constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a device, else the CPU";
 
 using Setter = std::function<void(const std::string& option, const std::string& value)>;
 
@@ -26,8 +33,10 @@ public:
         app_.set_version_flag("--version", fmt::format("morphray {}", kVersionDetail));
         app_.footer(
             "SCENE is builtin:NAME[:TRIANGLES], an .obj file, a folder of .obj files, or a pattern "
-            "such as frame_%04d.obj.\n`morphray COMMAND --help` lists the options of a command; "
-            "`morphray info` the built-in scenes.\nExit codes: 0 ok, 1 a check failed, 2 usage, 3 "
+            "such as frame_%04d.obj.\n`morphray help COMMAND` or `morphray COMMAND --help` lists "
+            "the options "
+            "of a command; `morphray info` the built-in scenes.\nExit codes: 0 ok, 1 a check "
+            "failed, 2 usage, 3 "
             "bad input, 4 backend or device unavailable, 5 output cannot be written, 6 out of "
             "memory or over a limit, 7 device lost, 8 partial result kept, 70 internal error, 130 "
             "and 143 interrupted.");
@@ -57,7 +66,7 @@ private:
         return sub;
     }
 
-    CLI::Option* add(CLI::App& command, const char* name, const char* type, const char* help,
+    CLI::Option* add(CLI::App& command, const char* name, const char* type, const std::string& help,
                      Setter set) {
         const std::string option = name;
         return command
@@ -73,22 +82,20 @@ private:
             ->type_name(type);
     }
 
-    CLI::Option* add_text(CLI::App& command, const char* name, const char* type, const char* help,
-                          std::string& target) {
+    CLI::Option* add_text(CLI::App& command, const char* name, const char* type,
+                          const std::string& help, std::string& target) {
         return add(command, name, type, help,
                    [&target](const std::string&, const std::string& value) { target = value; });
     }
 
     template <class T>
-    void add_choice(CLI::App& command, const char* name, const char* help,
+    void add_choice(CLI::App& command, const char* name, const std::string& help,
                     std::type_identity_t<std::span<const Choice<T>>> choices, T& target) {
-        std::vector<std::string> names;
-        for (const Choice<T>& choice : choices) names.emplace_back(choice.name);
         add(command, name, "", help,
             [choices, &target](const std::string& option, const std::string& value) {
                 target = parse_choice<T>(option, value, choices);
             })
-            ->type_name(fmt::format("{}", fmt::join(names, "|")));
+            ->type_name(names_of<T>(choices));
     }
 
     void add_flag(CLI::App& command, const char* name, const char* help, bool& target) {
@@ -106,12 +113,16 @@ private:
     }
 
     void add_scene(CLI::App& command, bool required);
-    void add_view_options(CLI::App& command);
-    void add_backend_options(CLI::App& command, std::span<const Choice<BackendChoice>> choices);
+    void add_frames(CLI::App& command, const char* otherwise);
+    void add_view_options(CLI::App& command, const char* default_size, const char* default_rays);
+    void add_backend_options(CLI::App& command, std::span<const Choice<BackendChoice>> choices,
+                             const char* otherwise);
     void add_tree_options(CLI::App& command, bool with_update);
     void add_report_options(CLI::App& command, bool with_quiet);
 
-    [[noreturn]] void explain(const CLI::ParseError& error, std::span<const std::string> arguments);
+    std::string help(std::span<const std::string> topics) const;
+    FailedParse describe(const CLI::ParseError& error,
+                         std::span<const std::string> arguments) const;
 
     Options options_;
     CLI::App app_;
@@ -120,8 +131,6 @@ private:
 void CommandLine::add_scene(CLI::App& command, bool required) {
     CLI::Option* scene = add_text(command, "scene", "SCENE", "what to trace", options_.scene);
     if (required) scene->required();
-    add_text(command, "--frames", "A..B[:STEP]", "frames; fractions lie between whole frames",
-             options_.frames);
     add_view(command, "--missing", "fail|hold|skip",
              "what to do about missing frames of a sequence",
              [this](const std::string& option, const std::string& value) {
@@ -132,9 +141,16 @@ void CommandLine::add_scene(CLI::App& command, bool required) {
              options_.lenient);
 }
 
-void CommandLine::add_view_options(CLI::App& command) {
+void CommandLine::add_frames(CLI::App& command, const char* otherwise) {
+    add_text(command, "--frames", "A..B[:STEP]",
+             fmt::format("frames; fractions lie between whole frames ({})", otherwise),
+             options_.frames);
+}
+
+void CommandLine::add_view_options(CLI::App& command, const char* default_size,
+                                   const char* default_rays) {
     ViewSpec& view = options_.view;
-    add(command, "--size", "WxH", "size of the picture in pixels",
+    add(command, "--size", "WxH", fmt::format("size of the picture in pixels ({})", default_size),
         [this](const std::string& option, const std::string& value) {
             const Size size = parse_size(option, value);
             options_.view.width = size.width;
@@ -161,7 +177,8 @@ void CommandLine::add_view_options(CLI::App& command) {
              [&view](const std::string& option, const std::string& value) {
                  view.light = parse_point(option, value);
              });
-    add(command, "--rays", "primary|shadow|ao", "what each pixel traces",
+    add(command, "--rays", "primary|shadow|ao",
+        fmt::format("what each pixel traces ({})", default_rays),
         [this](const std::string& option, const std::string& value) {
             options_.view.rays = parse_choice<std::uint32_t>(option, value, kRays);
             options_.rays_given = true;
@@ -177,9 +194,15 @@ void CommandLine::add_view_options(CLI::App& command) {
 }
 
 void CommandLine::add_backend_options(CLI::App& command,
-                                      std::span<const Choice<BackendChoice>> choices) {
+                                      std::span<const Choice<BackendChoice>> choices,
+                                      const char* otherwise) {
     BackendOptions& backend = options_.backend;
-    add_choice(command, "--backend", "what traces", choices, backend.choice);
+    add(command, "--backend", "", fmt::format("what traces ({})", otherwise),
+        [&backend, choices](const std::string& option, const std::string& value) {
+            backend.choice = parse_choice<BackendChoice>(option, value, choices);
+            backend.choice_given = true;
+        })
+        ->type_name(names_of<BackendChoice>(choices));
     add_text(command, "--device", "DEVICE",
              "Vulkan device: its index, a part of its name, or its UUID (see `devices`)",
              backend.device);
@@ -220,8 +243,9 @@ void CommandLine::define_render() {
     CLI::App& command =
         add_command("render", "One picture a frame, and a contact sheet", Command::kRender);
     add_scene(command, true);
-    add_view_options(command);
-    add_backend_options(command, kBackends);
+    add_frames(command, "all whole ones");
+    add_view_options(command, kWholePicture, "primary");
+    add_backend_options(command, kBackends, kVulkanOrCpu);
     add_tree_options(command, true);
     add_text(command, "--out", "DIR", "folder of the pictures (out)", options_.out);
     add_text(command, "--hits", "FILE", "the raw hits of all frames", options_.hits);
@@ -233,14 +257,15 @@ void CommandLine::define_crosscheck() {
         add_command("crosscheck", "Every backend and tree against a reference, bit by bit",
                     Command::kCrosscheck);
     add_scene(command, true);
-    add_view_options(command);
-    add_backend_options(command, kCheckedBackends);
+    add_frames(command, kFewFrames);
+    add_view_options(command, "256x256", "all three, one after the other");
+    add_backend_options(command, kCheckedBackends, "all");
     add_tree_options(command, false);
     add_choice(command, "--reference", "what the variants are held against (auto)", kReferences,
                options_.reference);
     add_text(command, "--out", "DIR", "folder of difference pictures (out/crosscheck)",
              options_.out);
-    add_text(command, "--junit", "FILE", "a JUnit report", options_.junit);
+    add_text(command, "--junit", "FILE|-", "a JUnit report; - is stdout", options_.junit);
     add_report_options(command, true);
 }
 
@@ -258,8 +283,8 @@ void CommandLine::define_probe() {
             options_.pixel = parse_pixel(option, value);
         })
         ->required();
-    add_view_options(command);
-    add_backend_options(command, kBackends);
+    add_view_options(command, kWholePicture, "primary");
+    add_backend_options(command, kBackends, kVulkanOrCpu);
     add_tree_options(command, true);
     add_report_options(command, false);
 }
@@ -268,27 +293,30 @@ void CommandLine::define_profile() {
     CLI::App& command = add_command("profile", "Times of deforming, refitting, building, tracing",
                                     Command::kProfile);
     add_scene(command, true);
-    add_view_options(command);
-    add_backend_options(command, kBackends);
+    add_frames(command, kFewFrames);
+    add_view_options(command, kWholePicture, "primary");
+    add_backend_options(command, kBackends, "auto: the CPU, and Vulkan where there is a device");
     add_tree_options(command, false);
     add(command, "--repeat", "N", "runs of which the median counts (5)",
         [this](const std::string& option, const std::string& value) {
             options_.repeat = static_cast<int>(parse_count(option, value, 1, 10000));
         });
-    add_text(command, "--csv", "FILE|-", "the table as comma-separated values", options_.csv);
+    add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
+             options_.csv);
     add_report_options(command, true);
 }
 
 void CommandLine::define_trace() {
     CLI::App& command = add_command("trace", "Rays from a file to hits in a file", Command::kTrace);
     add_scene(command, true);
+    add_frames(command, kFirstFrame);
     add_text(command, "--rays", "FILE|-", "a line `ox oy oz dx dy dz [tnear tfar]` for each ray",
              options_.ray_file)
         ->required();
     add_text(command, "--out", "FILE|-", "a line `H t prim u v` or `M` for each ray", options_.out)
         ->required();
     add_flag(command, "--binary", "rays are 8 little-endian floats each", options_.binary_rays);
-    add_backend_options(command, kRayBackends);
+    add_backend_options(command, kBackends, "cpu; with --device or --validate vulkan");
     add_flag(command, "-q,--quiet", "no progress", options_.quiet);
 }
 
@@ -296,6 +324,7 @@ void CommandLine::define_info() {
     CLI::App& command =
         add_command("info", "What a scene is made of; without one, this program", Command::kInfo);
     add_scene(command, false);
+    add_frames(command, kFirstFrame);
     add_flag(command, "--bvh", "build the tree both ways and describe it", options_.tree_facts);
     add(command, "--threads", "N", "CPU threads, 1 to 1024 (all there are)",
         [this](const std::string& option, const std::string& value) {
@@ -308,52 +337,60 @@ void CommandLine::define_devices() {
     add_report_options(add_command("devices", "The Vulkan devices", Command::kDevices), false);
 }
 
-std::vector<std::string> long_names(const CLI::App& app) {
+std::vector<std::string> command_names(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::App* sub : app.get_subcommands({})) names.push_back(sub->get_name());
+    return names;
+}
+
+std::vector<std::string> option_names(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::Option* option : app.get_options()) {
-        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+        names.insert(names.end(), option->get_lnames().begin(), option->get_lnames().end());
     }
     return names;
 }
 
-[[noreturn]] void unknown(const std::string& what, const std::string& given,
-                          std::span<const std::string> names, const std::string& help) {
-    const std::string nearest = nearest_name(given.substr(0, given.find('=')), names);
-    throw Error(ExitCode::kUsage,
-                fmt::format("unknown {} '{}'; {}", what, given,
-                            nearest.empty() ? fmt::format("see `{}`", help)
-                                            : fmt::format("did you mean {}?", nearest)));
+// Of the program, or of the command that is named after `help`.
+std::string CommandLine::help(std::span<const std::string> topics) const {
+    if (topics.size() > 1) {
+        throw Error(ExitCode::kUsage,
+                    fmt::format("unexpected argument '{}'; see `morphray help`", topics[1]));
+    }
+    if (topics.empty() || topics[0] == "help" || topics[0] == "--help" || topics[0] == "-h") {
+        return app_.help();
+    }
+    for (const CLI::App* sub : app_.get_subcommands({})) {
+        if (sub->get_name() == topics[0]) return sub->help(app_.get_name());
+    }
+    reject_command(topics[0], command_names(app_));
 }
 
-void CommandLine::explain(const CLI::ParseError& error, std::span<const std::string> arguments) {
-    std::vector<std::string> commands;
-    for (const CLI::App* sub : app_.get_subcommands({})) commands.push_back(sub->get_name());
-    const std::vector<CLI::App*> chosen = app_.get_subcommands();
-    const CLI::App& app = chosen.empty() ? app_ : *chosen.front();
-    const std::string help =
-        chosen.empty() ? "morphray --help" : fmt::format("morphray {} --help", app.get_name());
-    if (arguments.empty()) {
-        throw Error(ExitCode::kUsage, fmt::format("no command; choose one of {}, or see `{}`",
-                                                  fmt::join(commands, ", "), help));
+FailedParse CommandLine::describe(const CLI::ParseError& error,
+                                  std::span<const std::string> arguments) const {
+    const std::vector<const CLI::App*> chosen =
+        app_.get_subcommands([](const CLI::App* sub) { return sub->parsed(); });
+    const CLI::App& command = chosen.empty() ? app_ : *chosen.front();
+    FailedParse parse;
+    parse.arguments = arguments;
+    parse.commands = command_names(app_);
+    if (!chosen.empty()) parse.command = command.get_name();
+    parse.program_options = option_names(app_);
+    parse.options = option_names(command);
+    for (const CLI::Option* option : command.get_options()) {
+        if (option->count() <= parse.times) continue;
+        parse.repeated = option->get_name();
+        parse.times = option->count();
     }
-    if (chosen.empty() && !arguments.front().starts_with('-')) {
-        unknown("command", arguments.front(), commands, help);
-    }
-    for (const CLI::Option* option : app.get_options()) {
-        if (option->count() > 1) {
-            throw Error(ExitCode::kUsage, fmt::format("{}: given {} times; give it once",
-                                                      option->get_name(), option->count()));
-        }
-    }
-    for (const std::string& extra : app_.remaining(true)) {
-        if (extra.starts_with('-')) unknown("option", extra, long_names(app), help);
-        throw Error(ExitCode::kUsage,
-                    fmt::format("unexpected argument '{}'; see `{}`", extra, help));
-    }
-    throw Error(ExitCode::kUsage, fmt::format("{}; see `{}`", error.what(), help));
+    parse.extras = app_.remaining(true);
+    parse.message = error.what();
+    return parse;
 }
 
 ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
+    if (!arguments.empty() && arguments.front() == "help") {
+        return {std::nullopt, help(arguments.subspan(1))};
+    }
     try {
         app_.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
     } catch (const CLI::Success& success) {
@@ -361,8 +398,9 @@ ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
         app_.exit(success, out, out);
         return {std::nullopt, out.str()};
     } catch (const CLI::ParseError& error) {
-        explain(error, arguments);
+        explain(describe(error, arguments));
     }
+    check_conflicts(options_);
     return {options_, {}};
 }
 

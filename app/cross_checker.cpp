@@ -51,6 +51,8 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
     brute_->set_scene(topology, positions, built);
 }
 
+bool CrossChecker::checks_cpu() const { return options_.backend.choice != BackendChoice::kVulkan; }
+
 std::string CrossChecker::device() const {
     return vulkan_.refits == nullptr ? std::string() : vulkan_.refits->description();
 }
@@ -61,6 +63,7 @@ bool CrossChecker::uses_brute(std::uint32_t rays) const {
 }
 
 std::size_t CrossChecker::variant_count(std::uint32_t rays) const {
+    if (!checks_cpu()) return 3;
     const std::size_t all = vulkan_.refits == nullptr ? 2 : 6;
     return uses_brute(rays) ? all : all - 1;
 }
@@ -135,7 +138,7 @@ TreeRow CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays
         trees.vulkan_hash = bvh_hash(vulkan_.tree);
         check_pair(vulkan_, cpu_, positions, rebuilt, frame, on_row);
     }
-    check_pair(cpu_, vulkan_, positions, rebuilt, frame, on_row);
+    if (checks_cpu()) check_pair(cpu_, vulkan_, positions, rebuilt, frame, on_row);
     return trees;
 }
 

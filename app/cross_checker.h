@@ -27,7 +27,8 @@ public:
     using OnRow = std::function<void(const CheckRow&, const Frame& expected, const Frame& actual)>;
 
     /// Builds at options.tree.build_at or at `first_frame`. Without `with_vulkan` only the CPU is
-    /// checked. Throws what clip, builder and backends throw.
+    /// checked, and with the backend kVulkan only that. Throws what clip, builder and backends
+    /// throw.
     CrossChecker(const Options& options, SceneFrames& scene, double first_frame, bool with_vulkan,
                  const Messages& messages);
 
@@ -62,6 +63,8 @@ private:
     void check_pair(Pair& pair, const Pair& other, std::span<const vec3> positions,
                     const Bvh& rebuilt, double frame, const OnRow& on_row);
     bool uses_brute(std::uint32_t rays) const;
+    /// Whether the CPU's pictures are compared, or only make the reference and refit.
+    bool checks_cpu() const;
     void refit(Pair& pair, std::span<const vec3> positions);
     ImageParams params_for(std::uint32_t rays) const;
 

@@ -28,6 +28,8 @@ enum class Reference { kAuto, kBrute, kCpu };
 
 struct BackendOptions {
     BackendChoice choice = BackendChoice::kAuto;
+    /// Whether --backend was given: trace takes the CPU otherwise.
+    bool choice_given = false;
     std::string device;
     /// 0: all that there are.
     int threads = 0;

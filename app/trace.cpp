@@ -83,14 +83,12 @@ void trace_all(Reader reader, RayTracer& tracer) {
     tracer.flush();
 }
 
-// Explicit rays come in any order, which is where the CPU does well; a device is used when it is
-// asked for.
+// Explicit rays come in any order, which is where the CPU does well; a device is used when it, or
+// any, is asked for.
 BackendOptions backend_of(const Options& options) {
     BackendOptions backend = options.backend;
-    if (backend.choice == BackendChoice::kAuto) {
-        const bool device = !backend.device.empty() || backend.validate;
-        backend.choice = device ? BackendChoice::kVulkan : BackendChoice::kCpu;
-    }
+    const bool device = !backend.device.empty() || backend.validate;
+    if (!backend.choice_given && !device) backend.choice = BackendChoice::kCpu;
     return backend;
 }
 

@@ -58,6 +58,8 @@ TEST(Environment, MissingVulkanIsUnavailable) {
         {"render", "builtin:cloth:500", "--backend", "cpu", "--refit-on", "vulkan", "--out",
          folder.file("out")},
         {"crosscheck", "builtin:cloth:500", "--out", folder.file("out")},
+        {"crosscheck", "builtin:cloth:500", "--backend", "vulkan", "--out", folder.file("out")},
+        {"trace", "builtin:cloth:500", "--rays", "-", "--out", "-", "--device", "0"},
         {"probe", "builtin:cloth:500", "--frame", "0", "--pixel", "0,0", "--backend", "vulkan"},
         {"profile", "builtin:cloth:500", "--backend", "vulkan"},
         {"devices"}};
@@ -79,6 +81,23 @@ TEST(Environment, AutomaticBackendFallsBackWithOneWarning) {
     EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
     EXPECT_TRUE(outcome.err.starts_with("morphray: warning: ")) << outcome.err;
     EXPECT_EQ(nlohmann::json::parse(outcome.out)["backend"], "cpu");
+}
+
+TEST(Environment, TraceOnTheAutomaticBackendFallsBackLikewise) {
+    const std::vector<std::string> trace = {"trace", "builtin:cloth:500", "--rays", "-", "--out",
+                                            "-"};
+    Surroundings surroundings = kNoDriver;
+    surroundings.input = "0 9 0 0 -1 0\n";
+    const Outcome unasked = run(trace, surroundings);
+    EXPECT_EQ(unasked.code, 0) << unasked.err;
+    EXPECT_EQ(unasked.err, "");
+    std::vector<std::string> automatic = trace;
+    automatic.insert(automatic.end(), {"--backend", "auto"});
+    const Outcome outcome = run(automatic, surroundings);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, unasked.out);
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with("morphray: warning: Vulkan: ")) << outcome.err;
 }
 
 }  // namespace

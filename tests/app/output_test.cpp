@@ -1,6 +1,8 @@
 // Outputs that cannot be written: exit code 5, before any work where that shows, and nothing left.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/app/program.h"
 
 namespace morphray::test {
@@ -128,10 +130,36 @@ TEST(Output, FailureKeepsFoldersThatWereThere) {
 
 TEST(Output, JsonOnStdoutIsNothingButJson) {
     TemporaryFolder folder;
-    const Outcome outcome = run(render(folder, {"--json", "-"}));
-    EXPECT_EQ(outcome.code, 0);
-    EXPECT_TRUE(outcome.out.starts_with("{")) << outcome.out;
-    EXPECT_TRUE(outcome.out.ends_with("}\n"));
+    const std::vector<std::string> view = {"builtin:cloth:500", "--backend", "cpu", "--size",
+                                           "16x16"};
+    const auto with_view = [&](std::vector<std::string> first, std::vector<std::string> more) {
+        first.insert(first.end(), view.begin(), view.end());
+        first.insert(first.end(), more.begin(), more.end());
+        return first;
+    };
+    std::vector<std::vector<std::string>> commands = {
+        render(folder),
+        with_view({"crosscheck"}, {"--frames", "0", "--junit", folder.file("report.xml")}),
+        with_view({"profile"}, {"--frames", "0", "--repeat", "1", "--csv", folder.file("t.csv")}),
+        with_view({"probe"}, {"--frame", "0", "--pixel", "3,4"}),
+        {"info"},
+        {"info", "builtin:cloth:500", "--bvh"}};
+    for (const char* to : {"-", "/dev/stdout"}) {
+        for (std::vector<std::string> command : commands) {
+            command.insert(command.end(), {"--json", to});
+            const Outcome outcome = run(command);
+            EXPECT_EQ(outcome.code, 0) << command[0] << ": " << outcome.err;
+            EXPECT_TRUE(nlohmann::json::accept(outcome.out)) << command[0] << ": " << outcome.out;
+        }
+    }
+}
+
+TEST(Output, OtherReportsOnStdoutAreNothingElseEither) {
+    const Outcome junit = run({"crosscheck", "builtin:cloth:500", "--backend", "cpu", "--size",
+                               "16x16", "--frames", "0", "--junit", "-"});
+    EXPECT_EQ(junit.code, 0) << junit.err;
+    EXPECT_TRUE(junit.out.starts_with("<?xml ")) << junit.out;
+    EXPECT_TRUE(junit.out.ends_with("</testsuite>\n")) << junit.out;
 }
 
 }  // namespace

@@ -68,6 +68,96 @@ TEST(Usage, UnknownChoiceNamesTheNearest) {
     expect_refused(render({"--update", "refi"}), 2, "did you mean refit?");
 }
 
+TEST(Usage, OptionOfTheProgramAfterACommandIsSentThere) {
+    expect_refused(render({"--version"}), 2,
+                   "unknown option '--version'; did you mean `morphray --version`?");
+}
+
+TEST(Usage, OptionLikeNoOtherIsSentToTheHelp) {
+    expect_refused(render({"--verbos"}), 2, "unknown option '--verbos'; did you mean --verbose?");
+    expect_refused(render({"--=3"}), 2, "see `morphray render --help`");
+    expect_refused(render({"--wavelength", "3"}), 2, "see `morphray render --help`");
+    expect_refused({"--jsn"}, 2, "see `morphray --help`");
+}
+
+TEST(Usage, HelpIsACommandToo) {
+    EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
+    EXPECT_EQ(run({"help", "help"}).out, run({"--help"}).out);
+    for (const char* command :
+         {"render", "crosscheck", "probe", "profile", "trace", "info", "devices"}) {
+        const Outcome outcome = run({"help", command});
+        EXPECT_EQ(outcome.code, 0) << command;
+        EXPECT_EQ(outcome.err, "");
+        EXPECT_EQ(outcome.out, run({command, "--help"}).out);
+    }
+}
+
+TEST(Usage, HelpOnWhatIsNoCommandIsRefused) {
+    expect_refused({"help", "rendr"}, 2, "unknown command 'rendr'; did you mean render?");
+    expect_refused({"help", "--size"}, 2, "unknown command '--size'; see `morphray --help`");
+    expect_refused({"help", "render", "probe"}, 2, "unexpected argument 'probe'");
+    expect_refused({"hlep"}, 2, "did you mean help?");
+}
+
+// What an option is unless given, as the help of its command says it.
+TEST(Usage, HelpTellsTheDefaultsThatDifferBetweenCommands) {
+    struct Default {
+        const char* command;
+        const char* text;
+    };
+    for (const auto& [command, text] :
+         {Default{"render", "size of the picture in pixels (1024x1024)"},
+          Default{"probe", "size of the picture in pixels (1024x1024)"},
+          Default{"profile", "size of the picture in pixels (1024x1024)"},
+          Default{"crosscheck", "size of the picture in pixels (256x256)"},
+          Default{"render", "between whole frames (all whole ones)"},
+          Default{"crosscheck", "(the first, those at a quarter and a half, the last)"},
+          Default{"profile", "(the first, those at a quarter and a half, the last)"},
+          Default{"trace", "(the first; of several, the first is taken)"},
+          Default{"info", "(the first; of several, the first is taken)"},
+          Default{"render", "(auto: Vulkan where there is a device, else the CPU)"},
+          Default{"probe", "(auto: Vulkan where there is a device, else the CPU)"},
+          Default{"profile", "(auto: the CPU, and Vulkan where there is a device)"},
+          Default{"crosscheck", "what traces (all)"},
+          Default{"trace", "what traces (cpu; with --device or --validate vulkan)"},
+          Default{"render", "what each pixel traces (primary)"},
+          Default{"crosscheck", "what each pixel traces (all three"},
+          Default{"crosscheck", "--junit FILE|-"}}) {
+        // Long lines are broken.
+        std::string help;
+        for (const char c : run({command, "--help"}).out) {
+            if (c != ' ' && c != '\n')
+                help += c;
+            else if (!help.ends_with(' '))
+                help += ' ';
+        }
+        EXPECT_NE(help.find(text), std::string::npos) << command << ": " << text << '\n' << help;
+    }
+}
+
+TEST(Usage, RefitOnWithoutARefitIsRefused) {
+    for (const char* where : {"cpu", "vulkan"}) {
+        expect_refused(render({"--update", "rebuild", "--refit-on", where}), 2,
+                       "--update rebuild, --refit-on: ");
+    }
+    expect_refused({"probe", "builtin:cloth:500", "--frame", "0", "--pixel", "0,0", "--update",
+                    "rebuild", "--refit-on", "cpu"},
+                   2, "--refit-on");
+}
+
+TEST(Usage, FramesOfAProbeAreRefused) {
+    expect_refused({"probe", "builtin:cloth:500", "--frames", "0", "--pixel", "0,0"}, 2, "--frame");
+}
+
+TEST(Usage, TwoReportsDoNotShareStdout) {
+    for (const char* there : {"-", "/dev/stdout"}) {
+        expect_refused({"crosscheck", "builtin:cloth:500", "--json", "-", "--junit", there}, 2,
+                       "--json, --junit: both go to stdout");
+        expect_refused({"profile", "builtin:cloth:500", "--json", there, "--csv", "-"}, 2,
+                       "--json, --csv: both go to stdout");
+    }
+}
+
 TEST(Usage, OptionGivenTwiceIsRefused) {
     expect_refused(render({"--threads", "2", "--threads", "2"}), 2, "--threads: given 2 times");
     expect_refused(render({"-q", "--quiet"}), 2, "given 2 times");
@@ -190,6 +280,14 @@ TEST(Usage, UnknownBuiltinNamesTheNearest) {
     expect_refused({"render", "builtin:clot", "--out", folder.file("out")}, 2, "cloth");
     expect_refused({"render", "builtin:cloth:many", "--out", folder.file("out")}, 2, "many");
     EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Usage, BuiltinWithoutNameOrCountIsToldWhatThereIs) {
+    for (const char* scene : {"builtin:cloth:abc", "builtin:cloth:0", "builtin:cloth:"}) {
+        expect_refused({"info", scene}, 2, "such as builtin:cloth:100000");
+    }
+    expect_refused({"info", "builtin:"}, 2, "the name is missing; ");
+    expect_refused({"info", "builtin:"}, 2, "cloth, twist, herd");
 }
 
 TEST(Usage, ControlCharactersInArgumentsDoNotReachTheTerminal) {

@@ -31,6 +31,27 @@ TEST(WithVulkan, CrosscheckFindsAllVariantsEqual) {
     EXPECT_TRUE(folder.names().empty());
 }
 
+TEST(WithVulkan, CrosscheckOfVulkanComparesNothingElse) {
+    for (const char* reference : {"brute", "cpu"}) {
+        TemporaryFolder folder;
+        const Outcome outcome =
+            run({"crosscheck", "builtin:cloth:400", "--size", "24x24", "--frames", "0..24:12",
+                 "--backend", "vulkan", "--reference", reference, "--rays", "primary", "--json",
+                 "-", "--validate", "--out", folder.file("out")});
+        ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+        const Json json = Json::parse(outcome.out);
+        EXPECT_EQ(json["rows"].size(), 3u * 3);
+        EXPECT_EQ(json["trees"].size(), 3u);
+        std::set<std::string> variants;
+        for (const Json& row : json["rows"]) {
+            variants.insert(row["variant"]);
+            EXPECT_EQ(row["reference"], reference);
+        }
+        EXPECT_EQ(variants, (std::set<std::string>{"vulkan, refit on cpu",
+                                                   "vulkan, refit on vulkan", "vulkan, rebuild"}));
+    }
+}
+
 TEST(WithVulkan, RenderIsTheSameWhereverItTracesAndRefits) {
     const auto hashes = [](std::vector<std::string> more) {
         TemporaryFolder folder;
@@ -73,6 +94,7 @@ TEST(WithVulkan, TraceAnswersLikeTheCpu) {
     const std::string expected = answers("cpu");
     EXPECT_EQ(lines(expected).size(), 200u);
     EXPECT_EQ(answers("vulkan"), expected);
+    EXPECT_EQ(answers("auto"), expected);
 }
 
 TEST(WithVulkan, DevicesAreListed) {
