@@ -78,6 +78,7 @@ configure() {
         { [ "$tests" = OFF ] || cache_has MORPHRAY_TESTS:BOOL=ON; }; then
         return
     fi
+    say "building; the first time takes a minute or two"
     (cd "$root" && cmake --preset release -DMORPHRAY_TESTS="$tests") </dev/null >>"$log" 2>&1 ||
         show_log_and_exit 70 "configuring failed"
 }
@@ -100,7 +101,6 @@ set_up() {
         quiet=()
     fi
     install_missing "$install" "$@"
-    [ -e "$build/build.ninja" ] || say "building; the first time takes a minute or two"
     configure "$tests"
     ninja -C "$build" "${quiet[@]}" "${targets[@]}" </dev/null >>"$log" 2>&1 ||
         show_log_and_exit 70 "the build failed"

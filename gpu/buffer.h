@@ -29,8 +29,8 @@ public:
     std::span<std::byte> mapped() const { return mapped_; }
 
 private:
-    UniqueBuffer buffer_;
     UniqueMemory memory_;
+    UniqueBuffer buffer_;
     VkDeviceSize size_ = 0;
     std::span<std::byte> mapped_;
 };

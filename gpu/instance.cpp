@@ -15,6 +15,18 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
     throw Error(ExitCode::kUnavailable, "Vulkan: " + text);
 }
 
+/// Where a loader meets a driver that it cannot start or a manifest that it cannot parse, it
+/// reports these two, at whichever call comes first.
+void check_loader(VkResult result, const char* action) {
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_INITIALIZATION_FAILED) {
+        unavailable(
+            "a driver on this machine is broken: it cannot be started, or its manifest "
+            "cannot be read (" +
+            result_name(result) + "); see VK_DRIVER_FILES and VK_ICD_FILENAMES");
+    }
+    check(result, action);
+}
+
 void load_library(PFN_vkGetInstanceProcAddr loader) {
     if (loader != nullptr) {
         volkInitializeCustom(loader);
@@ -24,7 +36,7 @@ void load_library(PFN_vkGetInstanceProcAddr loader) {
     // Missing in loaders of Vulkan 1.0.
     std::uint32_t version = VK_API_VERSION_1_0;
     if (vkEnumerateInstanceVersion != nullptr) {
-        check(vkEnumerateInstanceVersion(&version), "query the instance version");
+        check_loader(vkEnumerateInstanceVersion(&version), "query the instance version");
     }
     if (version < VK_API_VERSION_1_1) {
         unavailable("the Vulkan library on this machine is older than 1.1; install a newer one");
@@ -33,11 +45,11 @@ void load_library(PFN_vkGetInstanceProcAddr loader) {
 
 bool has_extension(const char* name) {
     std::uint32_t count = 0;
-    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr),
-          "list instance extensions");
+    check_loader(vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr),
+                 "list instance extensions");
     std::vector<VkExtensionProperties> extensions(count);
-    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, extensions.data()),
-          "list instance extensions");
+    check_loader(vkEnumerateInstanceExtensionProperties(nullptr, &count, extensions.data()),
+                 "list instance extensions");
     for (const VkExtensionProperties& e : extensions) {
         if (std::strcmp(e.extensionName, name) == 0) return true;
     }
@@ -46,9 +58,9 @@ bool has_extension(const char* name) {
 
 bool has_layer(const char* name) {
     std::uint32_t count = 0;
-    check(vkEnumerateInstanceLayerProperties(&count, nullptr), "list instance layers");
+    check_loader(vkEnumerateInstanceLayerProperties(&count, nullptr), "list instance layers");
     std::vector<VkLayerProperties> layers(count);
-    check(vkEnumerateInstanceLayerProperties(&count, layers.data()), "list instance layers");
+    check_loader(vkEnumerateInstanceLayerProperties(&count, layers.data()), "list instance layers");
     for (const VkLayerProperties& l : layers) {
         if (std::strcmp(l.layerName, name) == 0) return true;
     }
@@ -58,21 +70,12 @@ bool has_layer(const char* name) {
 VkInstance create_instance(const VkInstanceCreateInfo& info) {
     VkInstance instance = VK_NULL_HANDLE;
     const VkResult result = vkCreateInstance(&info, nullptr, &instance);
-    switch (result) {
-        case VK_ERROR_INCOMPATIBLE_DRIVER:
-            unavailable(
-                "no driver on this machine (VK_ERROR_INCOMPATIBLE_DRIVER); install one, "
-                "for example mesa-vulkan-drivers");
-        // What the Khronos loader makes of a driver manifest that it cannot parse.
-        case VK_ERROR_OUT_OF_HOST_MEMORY:
-        case VK_ERROR_INITIALIZATION_FAILED:
-            unavailable(
-                "a driver on this machine is broken: it could not be started, or its "
-                "manifest cannot be read (" +
-                result_name(result) + "); see VK_DRIVER_FILES and VK_ICD_FILENAMES");
-        default:
-            check(result, "create an instance");
+    if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
+        unavailable(
+            "no driver on this machine (VK_ERROR_INCOMPATIBLE_DRIVER); install one, for example "
+            "mesa-vulkan-drivers");
     }
+    check_loader(result, "create an instance");
     return instance;
 }
 

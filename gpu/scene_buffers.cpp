@@ -40,9 +40,22 @@ SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology&
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
       positions_(context, "positions", positions.size_bytes(), kWord),
       triangles_(filled(context, transfer, "triangles", topology.triangles)),
-      albedo_(filled(context, transfer, "albedo", topology.albedo)) {
+      albedo_(filled(context, transfer, "albedo", topology.albedo)),
+      tree_(context, transfer, bvh) {
     set_positions(transfer, positions);
-    set_tree(context, transfer, bvh);
+}
+
+SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh)
+    : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())),
+      level_begin(bvh.level_begin),
+      nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadAndWritten)),
+      leaves(filled(context, transfer, "leaves", bvh.leaves, kFourWords, kReadAndWritten)),
+      leaf_vertices(filled(context, transfer, "leaf vertices", bvh.leaf_vertices)),
+      leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents)),
+      node_parents(filled(context, transfer, "node parents", bvh.node_parents)),
+      nodes_out(texel_view(context, "nodes, written", nodes.buffer, kWord)),
+      leaves_out(texel_view(context, "leaves, written", leaves.buffer, kFourWords)) {
+    assert(level_begin.back() == bvh.nodes.size());
 }
 
 void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions) {
@@ -51,35 +64,27 @@ void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> posit
 }
 
 void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh) {
-    assert(bvh.triangle_count == triangle_count_ && bvh.level_begin.back() == bvh.nodes.size());
-    leaf_count_ = static_cast<std::uint32_t>(bvh.leaves.size());
-    level_begin_ = bvh.level_begin;
-    nodes_ = filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadAndWritten);
-    leaves_ = filled(context, transfer, "leaves", bvh.leaves, kFourWords, kReadAndWritten);
-    leaf_vertices_ = filled(context, transfer, "leaf vertices", bvh.leaf_vertices);
-    leaf_parents_ = filled(context, transfer, "leaf parents", bvh.leaf_parents);
-    node_parents_ = filled(context, transfer, "node parents", bvh.node_parents);
-    nodes_out_ = texel_view(context, "nodes, written", nodes_.buffer, kWord);
-    leaves_out_ = texel_view(context, "leaves, written", leaves_.buffer, kFourWords);
+    assert(bvh.triangle_count == triangle_count_);
+    tree_ = Tree(context, transfer, bvh);
 }
 
 void SceneBuffers::read_tree(Transfer& transfer, Bvh& bvh) const {
-    assert(bvh.nodes.size() == node_count() && bvh.leaves.size() == leaf_count_);
-    transfer.download(nodes_.buffer, std::as_writable_bytes(std::span(bvh.nodes)));
-    transfer.download(leaves_.buffer, std::as_writable_bytes(std::span(bvh.leaves)));
+    assert(bvh.nodes.size() == node_count() && bvh.leaves.size() == leaf_count());
+    transfer.download(tree_.nodes.buffer, std::as_writable_bytes(std::span(bvh.nodes)));
+    transfer.download(tree_.leaves.buffer, std::as_writable_bytes(std::span(bvh.leaves)));
 }
 
 void SceneBuffers::add_to(Bindings& bindings) const {
     bindings.views[kBindPositions] = positions_.view.get();
     bindings.views[kBindTriangles] = triangles_.view.get();
     bindings.views[kBindAlbedo] = albedo_.view.get();
-    bindings.views[kBindNodes] = nodes_.view.get();
-    bindings.views[kBindLeaves] = leaves_.view.get();
-    bindings.views[kBindLeafVertices] = leaf_vertices_.view.get();
-    bindings.views[kBindLeafParents] = leaf_parents_.view.get();
-    bindings.views[kBindNodeParents] = node_parents_.view.get();
-    bindings.views[kBindNodesOut] = nodes_out_.get();
-    bindings.views[kBindLeavesOut] = leaves_out_.get();
+    bindings.views[kBindNodes] = tree_.nodes.view.get();
+    bindings.views[kBindLeaves] = tree_.leaves.view.get();
+    bindings.views[kBindLeafVertices] = tree_.leaf_vertices.view.get();
+    bindings.views[kBindLeafParents] = tree_.leaf_parents.view.get();
+    bindings.views[kBindNodeParents] = tree_.node_parents.view.get();
+    bindings.views[kBindNodesOut] = tree_.nodes_out.get();
+    bindings.views[kBindLeavesOut] = tree_.leaves_out.get();
 }
 
 }  // namespace morphray::gpu

@@ -30,13 +30,14 @@ public:
 
     std::uint32_t vertex_count() const { return vertex_count_; }
     std::uint32_t triangle_count() const { return triangle_count_; }
-    std::uint32_t node_count() const { return level_begin_.back(); }
-    std::uint32_t leaf_count() const { return leaf_count_; }
+    std::uint32_t node_count() const { return tree_.level_begin.back(); }
+    std::uint32_t leaf_count() const { return tree_.leaf_count; }
     /// As in Bvh.
-    const std::vector<std::uint32_t>& level_begin() const { return level_begin_; }
+    const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);
-    /// Replaces the tree by one over the same triangles. Bindings have to be made anew.
+    /// Replaces the tree by one over the same triangles. Bindings have to be made anew. After an
+    /// exception the old tree is still there.
     void set_tree(Context& context, Transfer& transfer, const Bvh& bvh);
     /// Reads nodes and leaves back.
     void read_tree(Transfer& transfer, Bvh& bvh) const;
@@ -44,20 +45,26 @@ public:
     void add_to(Bindings& bindings) const;
 
 private:
+    struct Tree {
+        Tree(Context& context, Transfer& transfer, const Bvh& bvh);
+
+        std::uint32_t leaf_count;
+        std::vector<std::uint32_t> level_begin;
+        TexelBuffer nodes;
+        TexelBuffer leaves;
+        TexelBuffer leaf_vertices;
+        TexelBuffer leaf_parents;
+        TexelBuffer node_parents;
+        UniqueBufferView nodes_out;
+        UniqueBufferView leaves_out;
+    };
+
     std::uint32_t vertex_count_ = 0;
     std::uint32_t triangle_count_ = 0;
-    std::uint32_t leaf_count_ = 0;
-    std::vector<std::uint32_t> level_begin_;
     TexelBuffer positions_;
     TexelBuffer triangles_;
     TexelBuffer albedo_;
-    TexelBuffer nodes_;
-    TexelBuffer leaves_;
-    TexelBuffer leaf_vertices_;
-    TexelBuffer leaf_parents_;
-    TexelBuffer node_parents_;
-    UniqueBufferView nodes_out_;
-    UniqueBufferView leaves_out_;
+    Tree tree_;
 };
 
 }  // namespace morphray::gpu

@@ -1,6 +1,6 @@
 // What host and kernels agree on besides the scene's layout: binding numbers, sizes, arguments,
-// and the records that kernels pass on. tests/gpu/layout_test.cpp reads the offsets back from the
-// compiled SPIR-V.
+// and the records that kernels pass on. tests/shaders/layout_test.cpp reads the offsets back from
+// the compiled SPIR-V.
 #ifndef SHADERS_KERNEL_INTERFACE_H
 #define SHADERS_KERNEL_INTERFACE_H
 

@@ -67,7 +67,12 @@ NodeRay node_ray(SlabRay s) {
     return n;
 }
 
-vec4 planes(uint at) { return uintBitsToFloat(texelFetch(nodes, int(at))); }
+/// Where the ray meets four planes.
+vec4 distances(uint at, float org, float rdir) {
+    precise vec4 relative = uintBitsToFloat(texelFetch(nodes, int(at))) - vec4(org);
+    precise vec4 t = relative * vec4(rdir);
+    return t;
+}
 
 /// A child that is hit becomes the next to visit if it is the nearest so far; the other is pushed.
 void consider(inout Traversal t, inout float nearest, uint child, float t_enter, bool is_hit) {
@@ -83,12 +88,12 @@ void consider(inout Traversal t, inout float nearest, uint child, float t_enter,
 /// and min meet no NaN, and which of two zeros they return does not matter to a comparison.)
 void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint node, uint quarter) {
     uint at = node * kNodeVec4s + quarter;
-    precise vec4 near_x = (planes(at + ray.near_planes.x) - vec4(ray.near_org.x)) * vec4(ray.rdir.x);
-    precise vec4 near_y = (planes(at + ray.near_planes.y) - vec4(ray.near_org.y)) * vec4(ray.rdir.y);
-    precise vec4 near_z = (planes(at + ray.near_planes.z) - vec4(ray.near_org.z)) * vec4(ray.rdir.z);
-    precise vec4 far_x = (planes(at + ray.far_planes.x) - vec4(ray.far_org.x)) * vec4(ray.rdir.x);
-    precise vec4 far_y = (planes(at + ray.far_planes.y) - vec4(ray.far_org.y)) * vec4(ray.rdir.y);
-    precise vec4 far_z = (planes(at + ray.far_planes.z) - vec4(ray.far_org.z)) * vec4(ray.rdir.z);
+    vec4 near_x = distances(at + ray.near_planes.x, ray.near_org.x, ray.rdir.x);
+    vec4 near_y = distances(at + ray.near_planes.y, ray.near_org.y, ray.rdir.y);
+    vec4 near_z = distances(at + ray.near_planes.z, ray.near_org.z, ray.rdir.z);
+    vec4 far_x = distances(at + ray.far_planes.x, ray.far_org.x, ray.rdir.x);
+    vec4 far_y = distances(at + ray.far_planes.y, ray.far_org.y, ray.rdir.y);
+    vec4 far_z = distances(at + ray.far_planes.z, ray.far_org.z, ray.rdir.z);
     vec4 enter = max(max(near_x, near_y), max(near_z, vec4(0.0f)));
     vec4 leave = min(min(far_x, far_y), far_z);
     uvec4 child = texelFetch(nodes, int(at + kNodeChild));

@@ -2,10 +2,12 @@
 // force, which shares the hit rule but no tree, no order and no batching with the device.
 #include <gtest/gtest.h>
 
-#include <bit>
+#include <algorithm>
 #include <cstring>
+#include <random>
 
-#include "common/compare.h"
+#include "common/bvh_builder.h"
+#include "common/frame.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
@@ -63,6 +65,25 @@ TEST(OnePicture, ImagesWithSomeRaysSuspendedEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.step_budget = 60;
     expect_same_images(*device(tuning), 61, 43);
+}
+
+// The trees that deformation can leave behind, with the budget of every day: each of these rays
+// meets every triangle, which is more than one lane may do at once.
+TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
+    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
+    for (TestScene& scene : std::vector{coincident(5000), torus(64, 32)}) {
+        const Bvh bvh = build_bvh(scene.topology, scene.positions);
+        std::shuffle(scene.positions.begin(), scene.positions.end(), std::mt19937(1));
+        for (Backend* backend : {vulkan.get(), brute.get()}) {
+            backend->set_scene(scene.topology, scene.positions, bvh);
+            backend->refit(scene.positions);
+        }
+        Frame expected, traced;
+        brute->trace_image(view(48, 32, kRaysShadow), expected);
+        vulkan->trace_image(view(48, 32, kRaysShadow), traced);
+        EXPECT_EQ(differing(expected, traced), 0u) << scene.name;
+    }
 }
 
 TEST(OnePicture, ImagesCopiedThroughStagingEqualBruteForce) {

@@ -1,7 +1,8 @@
 // A refit on the device gives the bytes of a refit on the CPU.
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <algorithm>
+#include <span>
 
 #include "common/bvh_builder.h"
 #include "cpu/refit.h"
@@ -13,7 +14,7 @@ namespace {
 
 template <class T>
 bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+    return std::ranges::equal(std::as_bytes(std::span(a)), std::as_bytes(std::span(b)));
 }
 
 bool same_tree(const Bvh& a, const Bvh& b) {

@@ -1,0 +1,134 @@
+// Cross-checks of scenes whose pictures are equal, and the reports about them.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+
+namespace morphray::test {
+namespace {
+
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+Outcome crosscheck(const TemporaryFolder& folder, Words more) {
+    Words all = {"crosscheck", "builtin:cloth:400", "--backend", "cpu", "--size", "24x24",
+                 "--out",      folder.file("out")};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+}
+
+// Tags open and close in pairs, one root, no stray markup: what a reader rejects first.
+void expect_well_formed(const std::string& xml) {
+    Words open;
+    std::size_t at = 0;
+    int roots = 0;
+    while ((at = xml.find('<', at)) != std::string::npos) {
+        const std::size_t end = xml.find('>', at);
+        ASSERT_NE(end, std::string::npos) << xml;
+        const std::string tag = xml.substr(at + 1, end - at - 1);
+        EXPECT_EQ(tag.find('<'), std::string::npos) << tag;
+        EXPECT_EQ(std::count(tag.begin(), tag.end(), '"') % 2, 0) << tag;
+        at = end;
+        const std::string name = tag.substr(0, tag.find_first_of(" /"));
+        if (tag.starts_with("?")) continue;
+        if (tag.starts_with("/")) {
+            ASSERT_FALSE(open.empty()) << tag;
+            EXPECT_EQ("/" + open.back(), tag);
+            open.pop_back();
+            continue;
+        }
+        if (open.empty()) ++roots;
+        if (!tag.ends_with("/")) open.push_back(name);
+    }
+    EXPECT_TRUE(open.empty()) << xml;
+    EXPECT_EQ(roots, 1) << xml;
+}
+
+TEST(Crosscheck, EqualPicturesGiveZeroAndLeaveNoFolder) {
+    TemporaryFolder folder;
+    const Outcome outcome = crosscheck(folder, {});
+    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_NE(outcome.out.find("comparisons are equal bit by bit"), std::string::npos)
+        << outcome.out;
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Crosscheck, JsonNamesEveryVariant) {
+    TemporaryFolder folder;
+    const Outcome outcome = crosscheck(folder, {"--json", "-", "--frames", "0..24:12"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    EXPECT_EQ(json["schema"], "morphray/1");
+    EXPECT_EQ(json["command"], "crosscheck");
+    EXPECT_EQ(json["equal"], true);
+    EXPECT_EQ(json["complete"], true);
+    // Refitted and rebuilt, three kinds of rays, three frames.
+    ASSERT_EQ(json["rows"].size(), 18u);
+    for (const Json& row : json["rows"]) {
+        EXPECT_EQ(row.at("equal"), true);
+        EXPECT_EQ(row.at("reference"), "brute");
+        EXPECT_EQ(row.at("hits_hash"), row.at("expected_hits_hash"));
+        EXPECT_EQ(row.at("image_hash"), row.at("expected_image_hash"));
+        EXPECT_EQ(row.at("differences").at("total"), 0);
+        EXPECT_TRUE(row.at("variant") == "cpu, refit on cpu" || row.at("variant") == "cpu, rebuild")
+            << row;
+    }
+}
+
+TEST(Crosscheck, RaysRestrictTheRows) {
+    TemporaryFolder folder;
+    const Outcome outcome =
+        crosscheck(folder, {"--json", "-", "--frames", "3", "--rays", "shadow"});
+    const Json json = Json::parse(outcome.out);
+    ASSERT_EQ(json["rows"].size(), 2u);
+    EXPECT_EQ(json["rows"][0]["rays"], "shadow");
+}
+
+TEST(Crosscheck, ReferenceCanBeChosen) {
+    TemporaryFolder folder;
+    const Outcome outcome =
+        crosscheck(folder, {"--json", "-", "--frames", "3", "--reference", "cpu"});
+    const Json json = Json::parse(outcome.out);
+    // The CPU over the rebuilt tree is the reference, so only the refitted one is a variant.
+    ASSERT_EQ(json["rows"].size(), 3u);
+    EXPECT_EQ(json["rows"][0]["reference"], "cpu");
+    EXPECT_EQ(json["rows"][0]["variant"], "cpu, refit on cpu");
+}
+
+TEST(Crosscheck, JunitIsWellFormed) {
+    TemporaryFolder folder;
+    folder.write("a <&\" scene/f_0.obj", square_at(0));
+    folder.write("a <&\" scene/f_1.obj", square_at(3));
+    const std::string junit = folder.file("report.xml");
+    const Outcome outcome =
+        run({"crosscheck", folder.file("a <&\" scene"), "--backend", "cpu", "--size", "16x16",
+             "--junit", junit, "--out", folder.file("out"), "-q"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    const std::string xml = read_file(junit);
+    expect_well_formed(xml);
+    EXPECT_NE(xml.find("tests=\"12\" failures=\"0\""), std::string::npos) << xml;
+}
+
+TEST(Crosscheck, BadFrameInTheMiddleKeepsTheReportOfTheEarlierOnes) {
+    TemporaryFolder folder;
+    folder.write("s/f_0.obj", square_at(0));
+    folder.write("s/f_1.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 1 3 4\n");
+    const Outcome outcome = run({"crosscheck", folder.file("s"), "--backend", "cpu", "--size",
+                                 "16x16", "--json", "-", "--out", folder.file("out")});
+    EXPECT_EQ(outcome.code, 8) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    EXPECT_EQ(json["complete"], false);
+    EXPECT_EQ(json["rows"].size(), 6u);
+}
+
+TEST(Crosscheck, BruteIsNoBackendOfIt) {
+    TemporaryFolder folder;
+    EXPECT_EQ(run({"crosscheck", "builtin:cloth:400", "--backend", "brute"}).code, 2);
+}
+
+}  // namespace
+}  // namespace morphray::test

@@ -1,0 +1,242 @@
+// The parts of the program that can be asked directly.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "app/command_line.h"
+#include "app/cross_checker.h"
+#include "app/crosscheck_text.h"
+#include "app/junit.h"
+#include "app/memory_budget.h"
+#include "app/nearest.h"
+#include "app/numbers.h"
+#include "app/scene_frames.h"
+#include "app/shell_text.h"
+#include "app/table.h"
+#include "common/error.h"
+
+namespace morphray::app {
+namespace {
+
+Frame frame_of(std::uint32_t width, std::uint32_t height) {
+    Frame frame{width, height, {}, {}, {}};
+    for (std::uint32_t i = 0; i < width * height; ++i) {
+        frame.hits.push_back(i % 3 == 0 ? no_hit() : Hit{1.5f, 0.25f, 0.5f, i});
+        frame.occlusion.push_back(i % 3 == 0 ? 0 : i % 5);
+        frame.pixels.push_back(0xFF000000u + i);
+    }
+    return frame;
+}
+
+CheckRow compared(const Frame& actual) {
+    CheckRow row;
+    compare(frame_of(4, 4), actual, row);
+    return row;
+}
+
+TEST(Compare, EqualFramesAreEqual) { EXPECT_TRUE(compared(frame_of(4, 4)).equal()); }
+
+TEST(Compare, LastBitOfAHitIsFound) {
+    Frame doctored = frame_of(4, 4);
+    doctored.hits[7].t = std::nextafter(doctored.hits[7].t, 2.0f);
+    const CheckRow row = compared(doctored);
+    EXPECT_FALSE(row.equal());
+    EXPECT_EQ(row.difference.total(), 1u);
+    EXPECT_EQ(row.difference.t, 1u);
+    ASSERT_EQ(row.difference.first.size(), 1u);
+    EXPECT_EQ(row.difference.first[0].x, 3u);
+    EXPECT_EQ(row.difference.first[0].y, 1u);
+    EXPECT_NE(row.hits_hash, row.expected_hits_hash);
+    EXPECT_EQ(row.image_hash, row.expected_image_hash);
+}
+
+TEST(Compare, EveryPlantedDifferenceIsFound) {
+    const auto differs = [](auto&& change) {
+        Frame doctored = frame_of(4, 4);
+        change(doctored);
+        return !compared(doctored).equal();
+    };
+    EXPECT_TRUE(differs([](Frame& f) { f.hits[1] = no_hit(); }));
+    EXPECT_TRUE(differs([](Frame& f) { f.hits[0] = f.hits[1]; }));
+    EXPECT_TRUE(differs([](Frame& f) {
+        f.hits[15].prim_id = 0;
+        f.hits[15].t = 1;
+    }));
+    EXPECT_TRUE(differs([](Frame& f) { f.hits[1].u = 0.26f; }));
+    EXPECT_TRUE(differs([](Frame& f) { f.hits[1].v = -0.5f; }));
+    EXPECT_TRUE(differs([](Frame& f) { ++f.occlusion[2]; }));
+    EXPECT_TRUE(differs([](Frame& f) { f.pixels[14] ^= 1; }));
+}
+
+CheckReport planted_report() {
+    CheckReport report;
+    report.head.scene = "a<b";
+    CheckRow row = compared(frame_of(4, 4));
+    row.backend = "vulkan";
+    row.update = "refit";
+    row.refit_on = "cpu";
+    row.rays = "ao";
+    row.reference = "brute";
+    report.rows.push_back(row);
+    return report;
+}
+
+TEST(CheckReport, OneDifferentRowOrTreeMakesItDifferent) {
+    CheckReport report = planted_report();
+    EXPECT_TRUE(report.equal());
+    report.trees.push_back({1, 5, 5});
+    EXPECT_TRUE(report.equal());
+    report.trees.push_back({2, 5, 6});
+    EXPECT_FALSE(report.equal());
+    report.trees.pop_back();
+    report.rows[0].difference.uv = 3;
+    EXPECT_FALSE(report.equal());
+}
+
+TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
+    Options options;
+    options.scene = "my scene.obj";
+    options.view.width = options.view.height = 4;
+    options.view_arguments = {"--eye", "-1,2,3"};
+    Frame doctored = frame_of(4, 4);
+    doctored.hits[7].t = 2;
+    CheckRow row = planted_report().rows[0];
+    compare(frame_of(4, 4), doctored, row);
+    row.frame = 6.5;
+    const std::string text = describe_row(options, row, 3);
+    EXPECT_NE(text.find("frame 6.5, vulkan, refit on cpu, ao: 1 pixel"), std::string::npos) << text;
+    EXPECT_NE(text.find("brute    t 0x1.8p+0 u 0x1p-2 v 0x1p-1 prim 7"), std::string::npos) << text;
+    EXPECT_NE(text.find("vulkan   t 0x1p+1 u 0x1p-2 v 0x1p-1 prim 7"), std::string::npos) << text;
+    const std::string common =
+        "    morphray probe 'my scene.obj' --frame 6.5 --pixel 3,1 --size 4x4 --rays ao --eye "
+        "-1,2,3 --backend ";
+    EXPECT_NE(text.find(common + "brute --update rebuild\n"), std::string::npos) << text;
+    EXPECT_NE(text.find(common + "vulkan --update refit --refit-on cpu --build-at 3\n"),
+              std::string::npos)
+        << text;
+    // They are commands that the program accepts.
+    const std::vector<std::string> arguments = {
+        "probe",    "my scene.obj", "--frame",    "6.5",   "--pixel",    "3,1",       "--size",
+        "4x4",      "--rays",       "ao",         "--eye", "-1,2,3",     "--backend", "vulkan",
+        "--update", "refit",        "--refit-on", "cpu",   "--build-at", "3"};
+    const Options parsed = parse_command_line(arguments).options.value();
+    EXPECT_EQ(parsed.command, Command::kProbe);
+    EXPECT_EQ(parsed.frame, 6.5);
+    EXPECT_EQ(parsed.tree.build_at, 3);
+    EXPECT_EQ(parsed.view_arguments, options.view_arguments);
+}
+
+TEST(Junit, DifferencesAreFailures) {
+    CheckReport report = planted_report();
+    report.rows[0].difference.uv = 3;
+    report.trees.push_back({2, 5, 6});
+    const std::string xml = to_junit(report);
+    EXPECT_NE(xml.find("tests=\"2\" failures=\"2\""), std::string::npos) << xml;
+    EXPECT_NE(xml.find("<failure message=\"3 pixels differ: 3 "), std::string::npos) << xml;
+    EXPECT_NE(xml.find("a&lt;b.vulkan, refit on cpu"), std::string::npos) << xml;
+}
+
+TEST(Junit, TextHoldsNothingThatXmlCannot) {
+    EXPECT_EQ(xml_text("a<b>&\"c\""), "a&lt;b&gt;&amp;&quot;c&quot;");
+    EXPECT_EQ(xml_text(std::string("\0\x1b\xff\n", 4)), "????");
+}
+
+TEST(BruteForce, IsTheReferenceUpToTwoBillionTests) {
+    ViewSpec view;
+    view.width = view.height = 1000;
+    view.ao_count = 9;
+    EXPECT_TRUE(brute_is_affordable(2000, view, kRaysPrimary));
+    EXPECT_FALSE(brute_is_affordable(2001, view, kRaysPrimary));
+    EXPECT_TRUE(brute_is_affordable(1000, view, kRaysShadow));
+    EXPECT_FALSE(brute_is_affordable(1001, view, kRaysShadow));
+    EXPECT_TRUE(brute_is_affordable(200, view, kRaysAo));
+    EXPECT_FALSE(brute_is_affordable(201, view, kRaysAo));
+}
+
+TEST(Numbers, WholeTextIsReadOrNothing) {
+    EXPECT_EQ(read_number("-1.5e3"), -1500.0);
+    EXPECT_TRUE(std::isnan(*read_number("nan")));
+    EXPECT_EQ(read_number("-inf"), -INFINITY);
+    EXPECT_EQ(read_number("1e999"), INFINITY);
+    EXPECT_EQ(read_number("-1e999"), -INFINITY);
+    EXPECT_EQ(read_number("1e-999"), 0.0);
+    for (const char* text : {"", " 1", "1 ", "1,5", "0x10", "1e", "one", "--1", "1.2.3"}) {
+        EXPECT_FALSE(read_number(text).has_value()) << text;
+    }
+}
+
+TEST(NearestName, IsFoundAcrossTypingErrors) {
+    const std::vector<std::string> names = {"render", "crosscheck", "probe", "profile"};
+    EXPECT_EQ(nearest_name("rednr", names), "render");
+    EXPECT_EQ(nearest_name("crosschek", names), "crosscheck");
+    EXPECT_EQ(nearest_name("prboe", names), "probe");
+    EXPECT_EQ(nearest_name("zzzzzz", names), "");
+    EXPECT_EQ(nearest_name(std::string(100000, 'x'), names), "");
+}
+
+TEST(EditDistance, CountsSwapsOnce) {
+    EXPECT_EQ(edit_distance("", "abc"), 3u);
+    EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
+    EXPECT_EQ(edit_distance("ab", "ba"), 1u);
+    EXPECT_EQ(edit_distance("same", "same"), 0u);
+}
+
+TEST(Table, AlignsNumbersRightAndTextLeft) {
+    Table table({"n", "name"});
+    table.add({"1", "a"});
+    table.add({"100", "bcd"});
+    EXPECT_EQ(table.text(), "  n  name\n  1  a\n100  bcd\n");
+}
+
+TEST(Table, QuotesCellsOfCsv) {
+    Table table({"a", "b"});
+    table.add({"1,2", "say \"x\""});
+    EXPECT_EQ(table.csv(), "a,b\n\"1,2\",\"say \"\"x\"\"\"\n");
+}
+
+TEST(ShellText, SurvivesAShell) {
+    EXPECT_EQ(shell_quoted("builtin:cloth:100"), "builtin:cloth:100");
+    EXPECT_EQ(shell_quoted(""), "''");
+    EXPECT_EQ(shell_quoted("a b"), "'a b'");
+    EXPECT_EQ(shell_quoted("it's $HOME"), "'it'\\''s $HOME'");
+    const std::vector<std::string> arguments = {"morphray", "a b"};
+    EXPECT_EQ(shell_line(arguments), "morphray 'a b'");
+}
+
+TEST(FrameLabel, SortsLikeItsNumber) {
+    EXPECT_EQ(frame_label(0), "0000");
+    EXPECT_EQ(frame_label(7), "0007");
+    EXPECT_EQ(frame_label(7.25), "0007.25");
+    EXPECT_EQ(frame_label(0.1 + 0.2), "0000.3");
+    EXPECT_EQ(frame_label(123456), "123456");
+}
+
+TEST(MemoryBudget, EstimateGrowsAndNeverWraps) {
+    const std::uint64_t small = estimate_bytes({.triangles = 1000, .vertices = 500});
+    EXPECT_GT(estimate_bytes({.triangles = 1000000, .vertices = 500}), small + (100u << 20));
+    EXPECT_GT(estimate_bytes({.triangles = 1000, .vertices = 500, .pixels = 1 << 20}),
+              small + (24u << 20));
+    EXPECT_EQ(estimate_bytes({.triangles = ~std::uint64_t{0}, .pixels = ~std::uint64_t{0}}),
+              ~std::uint64_t{0});
+}
+
+TEST(MemoryBudget, MoreThanThereIsIsALimitWithNumbers) {
+    EXPECT_NO_THROW(require_memory(1 << 20, {1 << 20, "the machine"}));
+    try {
+        require_memory(300 << 20, {200 << 20, "the machine"});
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::kLimit);
+        const std::string text = error.what();
+        EXPECT_NE(text.find("300 MiB"), std::string::npos) << text;
+        EXPECT_NE(text.find("the machine leaves 200 MiB"), std::string::npos) << text;
+    }
+}
+
+TEST(MemoryBudget, ThisMachineHasSomeMemory) {
+    EXPECT_GT(memory_limit().available_bytes, 1u << 20);
+    EXPECT_NE(memory_limit().source, "nothing");
+}
+
+}  // namespace
+}  // namespace morphray::app

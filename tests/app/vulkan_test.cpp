@@ -1,0 +1,97 @@
+// The program with both backends. Built when Vulkan is.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/app/program.h"
+
+namespace morphray::test {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(WithVulkan, CrosscheckFindsAllVariantsEqual) {
+    TemporaryFolder folder;
+    const Outcome outcome =
+        run({"crosscheck", "builtin:cloth:400", "--size", "24x24", "--frames", "0..24:12", "--json",
+             "-", "--validate", "--out", folder.file("out")});
+    ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    EXPECT_EQ(json["rows"].size(), 6u * 3 * 3);
+    std::set<std::string> variants;
+    for (const Json& row : json["rows"]) variants.insert(row["variant"]);
+    EXPECT_EQ(variants, (std::set<std::string>{"cpu, refit on cpu", "cpu, refit on vulkan",
+                                               "cpu, rebuild", "vulkan, refit on cpu",
+                                               "vulkan, refit on vulkan", "vulkan, rebuild"}));
+    ASSERT_EQ(json["trees"].size(), 3u);
+    for (const Json& tree : json["trees"]) {
+        EXPECT_EQ(tree["cpu_bvh_hash"], tree["vulkan_bvh_hash"]);
+    }
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(WithVulkan, RenderIsTheSameWhereverItTracesAndRefits) {
+    const auto hashes = [](std::vector<std::string> more) {
+        TemporaryFolder folder;
+        std::vector<std::string> all = {"render",   "builtin:twist:800",
+                                        "--size",   "24x24",
+                                        "--frames", "0..4:2",
+                                        "--rays",   "ao",
+                                        "--json",   "-",
+                                        "--out",    folder.file("out")};
+        all.insert(all.end(), more.begin(), more.end());
+        const Outcome outcome = run(all);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        std::string text;
+        for (const Json& frame : Json::parse(outcome.out)["frames"]) {
+            for (const char* hash : {"hits_hash", "image_hash", "bvh_hash"}) {
+                text += frame[hash].get<std::string>() + " ";
+            }
+        }
+        return text;
+    };
+    const std::string expected = hashes({"--backend", "cpu"});
+    EXPECT_EQ(hashes({"--backend", "vulkan"}), expected);
+    EXPECT_EQ(hashes({"--backend", "vulkan", "--refit-on", "cpu"}), expected);
+    EXPECT_EQ(hashes({"--backend", "cpu", "--refit-on", "vulkan"}), expected);
+}
+
+TEST(WithVulkan, TraceAnswersLikeTheCpu) {
+    std::string rays;
+    for (int i = 0; i < 200; ++i) {
+        const std::string x = std::to_string(i / 100.0 - 1);
+        rays += x + " 5 " + x + " 0.01 -1 0.02\n";
+    }
+    const auto answers = [&](const char* backend) {
+        return run({"trace", "builtin:cloth:900", "--rays", "-", "--out", "-", "--backend",
+                    backend},
+                   {.input = rays})
+            .out;
+    };
+    const std::string expected = answers("cpu");
+    EXPECT_EQ(lines(expected).size(), 200u);
+    EXPECT_EQ(answers("vulkan"), expected);
+}
+
+TEST(WithVulkan, DevicesAreListed) {
+    const Outcome outcome = run({"devices", "--json", "-"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    ASSERT_FALSE(json["devices"].empty());
+    EXPECT_EQ(json["devices"][0]["index"], 0);
+    EXPECT_EQ(json["devices"][0]["uuid"].get<std::string>().size(), 32u);
+}
+
+TEST(WithVulkan, UnknownDeviceIsUnavailable) {
+    for (const char* device : {"99", "no such device"}) {
+        TemporaryFolder folder;
+        const Outcome refused =
+            run({"render", "builtin:cloth:400", "--device", device, "--out", folder.file("out")});
+        EXPECT_EQ(refused.code, 4) << refused.err;
+        EXPECT_TRUE(folder.names().empty());
+    }
+}
+
+}  // namespace
+}  // namespace morphray::test

@@ -1,0 +1,44 @@
+// A Vulkan loader whose calls fail on demand, and whose devices look different from what they are.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "gpu/vulkan_api.h"
+
+namespace morphray::test {
+
+/// What goes wrong. Calls are those that return a VkResult, counted from 0 over all of them or
+/// those in `counted`.
+struct Faults {
+    static constexpr std::size_t kNever = ~std::size_t{0};
+
+    std::size_t fail_at = kNever;
+    std::function<bool(std::string_view)> counts = [](std::string_view) { return true; };
+    /// Fails every call of this name instead, if set.
+    std::string fail_name;
+    VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+
+    std::function<void(VkPhysicalDeviceProperties&)> edit_properties;
+    std::function<void(VkPhysicalDeviceFloatControlsProperties&)> edit_float_controls;
+    std::function<void(VkQueueFamilyProperties&)> edit_queue_family;
+    bool hide_devices = false;
+
+    /// Out: the number of calls, and the name of the one that failed.
+    std::size_t call_count = 0;
+    std::string failed_name;
+};
+
+/// While it lives, faulty_loader() obeys `faults`. One at a time.
+class FaultyLoader {
+public:
+    explicit FaultyLoader(Faults& faults);
+    ~FaultyLoader();
+    FaultyLoader(const FaultyLoader&) = delete;
+    FaultyLoader& operator=(const FaultyLoader&) = delete;
+
+    PFN_vkGetInstanceProcAddr get() const;
+};
+
+}  // namespace morphray::test

@@ -1,0 +1,115 @@
+// What does not fit is refused before any work, with the numbers.
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "common/error.h"
+#include "gpu/limits.h"
+#include "gpu/vulkan_backend_internal.h"
+#include "tests/gpu/faulty_loader.h"
+#include "tests/gpu/test_scenes.h"
+
+namespace morphray::test {
+namespace {
+
+gpu::PhysicalDevice roomy() {
+    gpu::PhysicalDevice device;
+    device.limits.maxTexelBufferElements = 1u << 27;
+    device.limits.maxStorageBufferRange = 1u << 27;
+    device.limits.maxComputeWorkGroupCount[0] = 65535;
+    device.limits.maxComputeWorkGroupInvocations = 128;
+    device.limits.maxComputeWorkGroupSize[0] = 128;
+    device.limits.maxPushConstantsSize = 128;
+    device.max_allocation = std::uint64_t{1} << 31;
+    device.info.memory_bytes = std::uint64_t{1} << 32;
+    return device;
+}
+
+const gpu::SceneSize kDragon = {
+    .vertices = 435'545, .triangles = 871'306, .nodes = 6'300, .leaves = 72'600, .depth = 6};
+
+std::string refusal(const std::function<void()>& action) {
+    try {
+        action();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::kLimit);
+        return error.what();
+    }
+    return "accepted";
+}
+
+void expect_refusal(const gpu::PhysicalDevice& device, const gpu::SceneSize& scene,
+                    const char* part) {
+    const std::string text = refusal([&] { gpu::check_scene(device, scene); });
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+}
+
+TEST(SceneLimits, AcceptASceneOfOrdinarySize) { gpu::check_scene(roomy(), kDragon); }
+
+TEST(SceneLimits, AreCheckedForEachOfThem) {
+    gpu::PhysicalDevice device = roomy();
+    device.limits.maxTexelBufferElements = 65536;
+    expect_refusal(device, kDragon, "hold 65536");
+    device = roomy();
+    device.max_allocation = 1u << 20;
+    expect_refusal(device, kDragon, "an allocation of");
+    device = roomy();
+    device.info.memory_bytes = 1u << 24;
+    expect_refusal(device, kDragon, "the device has 16777216");
+    gpu::SceneSize deep = kDragon;
+    deep.depth = kMaxDepth + 1;
+    expect_refusal(roomy(), deep, "17 levels");
+}
+
+TEST(SceneLimits, DoNotOverflowOnAbsurdSizes) {
+    gpu::SceneSize huge = kDragon;
+    huge.leaves = std::uint64_t{1} << 40;
+    expect_refusal(roomy(), huge, "leaves take");
+}
+
+TEST(PassSize, ShrinksToSmallStorageBuffers) {
+    gpu::PhysicalDevice device = roomy();
+    EXPECT_EQ(gpu::pass_size(device.limits, {}).tiles, gpu::Tuning{}.tiles_per_dispatch);
+    device.limits.maxStorageBufferRange = 1u << 20;
+    const gpu::PassSize small = gpu::pass_size(device.limits, {});
+    EXPECT_EQ(small.tiles, ((1u << 20) - 16) / (64 * sizeof(Suspended)));
+    EXPECT_LE(small.resume_slots * 4 * kStateUints, 1u << 20);
+    EXPECT_EQ(small.resume_slots % 64, 0u);
+}
+
+TEST(PassSize, IsRefusedWhereNotOneTileFits) {
+    gpu::PhysicalDevice device = roomy();
+    device.limits.maxStorageBufferRange = 1u << 10;
+    EXPECT_NE(refusal([&] { gpu::pass_size(device.limits, {}); }), "accepted");
+    device = roomy();
+    device.limits.maxPushConstantsSize = 64;
+    EXPECT_NE(refusal([&] { gpu::pass_size(device.limits, {}); }), "accepted");
+    device = roomy();
+    device.limits.maxComputeWorkGroupInvocations = 32;
+    EXPECT_NE(refusal([&] { gpu::pass_size(device.limits, {}); }), "accepted");
+}
+
+TEST(SmallDevice, RefusesASceneAndGoesOnWithASmallerOne) {
+    Faults faults;
+    faults.edit_properties = [](VkPhysicalDeviceProperties& p) {
+        p.limits.maxTexelBufferElements = 65536;
+        p.limits.maxStorageBufferRange = 1u << 20;
+    };
+    const FaultyLoader loader(faults);
+    gpu::Tuning tuning;
+    tuning.loader = loader.get();
+    const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
+    const TestScene large = torus(256, 128);
+    const TestScene small = torus(32, 16);
+    backend->set_scene(small.topology, small.positions, plain_tree(small));
+    Frame before, after;
+    backend->trace_image(view(200, 150, kRaysPrimary), before);
+    EXPECT_NE(
+        refusal([&] { backend->set_scene(large.topology, large.positions, plain_tree(large)); }),
+        "accepted");
+    backend->trace_image(view(200, 150, kRaysPrimary), after);
+    EXPECT_EQ(hits_hash(before), hits_hash(after));
+}
+
+}  // namespace
+}  // namespace morphray::test

@@ -1,0 +1,25 @@
+// A machine without a Vulkan library: this program's dlopen finds nothing.
+#include <gtest/gtest.h>
+
+#include "common/error.h"
+#include "gpu/vulkan_backend.h"
+
+extern "C" void* dlopen(const char*, int) { return nullptr; }
+
+namespace morphray::test {
+namespace {
+
+TEST(NoVulkanLibrary, IsSaidInTheError) {
+    try {
+        gpu::list_devices();
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::kUnavailable);
+        EXPECT_NE(std::string(error.what()).find("no Vulkan library"), std::string::npos);
+    }
+}
+
+TEST(NoVulkanLibrary, LeavesNoBackend) { EXPECT_THROW(gpu::make_vulkan_backend(), Error); }
+
+}  // namespace
+}  // namespace morphray::test

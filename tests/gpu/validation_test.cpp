@@ -1,0 +1,138 @@
+// The validation layer is heard: planted mistakes become errors, and a whole session has none.
+#include <gtest/gtest.h>
+
+#include "common/error.h"
+#include "gpu/pipeline.h"
+#include "gpu/transfer.h"
+#include "gpu/vulkan_backend_internal.h"
+#include "tests/gpu/test_scenes.h"
+#include "tests/shaders/hazard_spirv.h"
+
+namespace morphray::test {
+namespace {
+
+const gpu::VulkanConfig kValidated = {.device = "", .validate = true};
+
+/// Three words, and kernels that copy the first to the second and the second to the third.
+class Chain {
+public:
+    Chain()
+        : context_(kValidated, gpu::Tuning{}),
+          words_{word("first"), word("second"), word("third")},
+          copies_{copy(0, 1), copy(1, 2)} {}
+
+    void run(bool with_barrier) {
+        context_.submit("copy twice", [&](VkCommandBuffer commands) {
+            copies_[0].dispatch(commands, std::uint32_t{0}, 1);
+            if (with_barrier) {
+                // Writer: the first kernel; reader: the second.
+                gpu::barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                             VK_ACCESS_SHADER_WRITE_BIT, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                             VK_ACCESS_SHADER_READ_BIT);
+            }
+            copies_[1].dispatch(commands, std::uint32_t{0}, 1);
+        });
+    }
+
+    void fill_odd_bytes() {
+        context_.submit("fill", [&](VkCommandBuffer commands) {
+            vkCmdFillBuffer(commands, words_[0].get(), 1, 3, 0);
+        });
+    }
+
+private:
+    gpu::Buffer word(const char* name) {
+        return {context_, name, 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice};
+    }
+    gpu::Pipeline copy(std::size_t from, std::size_t to) {
+        gpu::Pipeline pipeline(context_, {"copy", k_hazard_spirv, {kBindHits, kBindOcclusion}, 4});
+        gpu::Bindings bindings;
+        bindings.buffers[kBindHits] = words_[from].get();
+        bindings.buffers[kBindOcclusion] = words_[to].get();
+        pipeline.bind(bindings);
+        return pipeline;
+    }
+
+    gpu::Context context_;
+    gpu::Buffer words_[3];
+    gpu::Pipeline copies_[2];
+};
+
+void expect_internal_error(const std::function<void()>& action, const char* part) {
+    try {
+        action();
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::kInternal);
+        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+}
+
+TEST(Validation, FindsAPlantedMissingBarrier) {
+    Chain chain;
+    EXPECT_NO_THROW(chain.run(true));
+    expect_internal_error([&] { chain.run(false); }, "SYNC-HAZARD-READ-AFTER-WRITE");
+}
+
+TEST(Validation, FindsAPlantedInvalidCall) {
+    Chain chain;
+    expect_internal_error([&] { chain.fill_odd_bytes(); }, "vkCmdFillBuffer");
+    EXPECT_NO_THROW(chain.run(true));
+}
+
+TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
+    gpu::ValidationLog log;
+    for (const bool force_staging : {false, true}) {
+        gpu::Tuning tuning;
+        tuning.log = &log;
+        tuning.force_staging = force_staging;
+        tuning.step_budget = 40;
+        const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
+        const TestScene scene = torus(24, 12);
+        Bvh bvh = plain_tree(scene);
+        backend->set_scene(scene.topology, scene.positions, bvh);
+        backend->refit(swayed(scene, 1));
+        backend->set_frame(scene.positions, bvh);
+        Frame frame;
+        for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
+            backend->trace_image(view(40, 30, rays), frame);
+        }
+        std::vector<Hit> hits(100);
+        backend->trace_rays(scattered_rays(100, 1), hits);
+        backend->read_bvh(bvh);
+    }
+    EXPECT_TRUE(log.messages().empty()) << log.messages().front();
+}
+
+TEST(Lifetime, FiftyBackendsCanComeAndGo) {
+    gpu::ValidationLog log;
+    gpu::Tuning tuning;
+    tuning.log = &log;
+    const TestScene scene = torus(12, 8);
+    const Bvh bvh = plain_tree(scene);
+    for (int i = 0; i < 50; ++i) {
+        const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
+        backend->set_scene(scene.topology, scene.positions, bvh);
+        Frame frame;
+        backend->trace_image(view(16, 16, kRaysPrimary), frame);
+    }
+    EXPECT_TRUE(log.messages().empty()) << log.messages().front();
+}
+
+TEST(Lifetime, TwoBackendsCanLiveSideBySide) {
+    const std::unique_ptr<Backend> a = gpu::make_vulkan_backend(kValidated);
+    std::unique_ptr<Backend> b = gpu::make_vulkan_backend({});
+    const TestScene scene = torus(12, 8);
+    const Bvh bvh = plain_tree(scene);
+    Frame from_a, from_b;
+    a->set_scene(scene.topology, scene.positions, bvh);
+    b->set_scene(scene.topology, scene.positions, bvh);
+    b->trace_image(view(32, 32, kRaysShadow), from_b);
+    b.reset();
+    a->trace_image(view(32, 32, kRaysShadow), from_a);
+    EXPECT_EQ(hits_hash(from_a), hits_hash(from_b));
+    EXPECT_EQ(image_hash(from_a), image_hash(from_b));
+}
+
+}  // namespace
+}  // namespace morphray::test
