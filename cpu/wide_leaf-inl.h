@@ -15,9 +15,10 @@
 //     (its z) * sum E <= N + Z * ((2^-19 + 2^-21) S + 3.01 bound),
 // and the rounding of the right side has room in Z * (2^-18 S + 4 bound). If that is negative, so
 // is its z. With a positive direction along z, t is then negative: no hit. With a negative
-// direction the same holds for -z. (For vertices within kSceneExtent and any origin N is below
-// 2^127. Products of very small edge functions may underflow, but not bound * Z, which decides
-// then.)
+// direction the same holds for -z. N is below 2^127 for vertices within kSceneExtent and any
+// origin. Products may underflow here, unlike in the rule: three in N, by 2^-126 each, and in the
+// right side 2^-18 S and the product with Z, of which the first matters less than 2^-7 bound, since
+// bound is at least (2^-19 Z)^2. So kBehindUnderflow is added.
 #if defined(MORPHRAY_CPU_WIDE_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_WIDE_LEAF_INL_H
 #undef MORPHRAY_CPU_WIDE_LEAF_INL_H
@@ -211,6 +212,8 @@ private:
 
 // Of S in the proof above: 2^-18.
 inline constexpr float kBehindError = 3.814697265625e-06f;
+// More than what underflow takes from the products there: 2^-120.
+inline constexpr float kBehindUnderflow = 0x1p-120f;
 
 /// The triangles of the leaf that the ray may hit, as bits: bit i is for slot slot_of_lane(i).
 HWY_INLINE std::uint32_t possible_triangles(const RayStream& stream, std::size_t ray,
@@ -236,10 +239,11 @@ HWY_INLINE std::uint32_t possible_triangles(const RayStream& stream, std::size_t
         const FloatMask inside =
             hn::Or(hn::Ge(min3(eu, ev, ew), hn::Neg(bound)), hn::Le(max3(eu, ev, ew), bound));
         const FloatVec au = hn::Abs(eu), av = hn::Abs(ev), aw = hn::Abs(ew);
-        const FloatVec n = sum3(hn::Mul(au, az), hn::Mul(av, bz), hn::Mul(aw, cz));
-        const FloatVec slack =
-            hn::Mul(z, hn::Add(hn::Mul(broadcast(kBehindError), sum3(au, av, aw)),
-                               hn::Mul(broadcast(4.0f), bound)));
+        // Fused or not: this decides no hit.
+        const FloatVec n = hn::MulAdd(aw, cz, hn::MulAdd(av, bz, hn::Mul(au, az)));
+        const FloatVec error =
+            hn::MulAdd(broadcast(kBehindError), sum3(au, av, aw), hn::Mul(broadcast(4.0f), bound));
+        const FloatVec slack = hn::MulAdd(z, error, broadcast(kBehindUnderflow));
         const FloatMask ahead = hn::Ge(hn::Xor(n, away), hn::Neg(slack));
         const auto used = hn::Lt(slots_of_vector(v), hn::ShiftRight<24>(lanes.corners[v]));
         triangles |= bits_of(hn::And(hn::And(inside, ahead), hn::RebindMask(kFloats, used)))
