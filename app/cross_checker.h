@@ -18,9 +18,10 @@ namespace morphray::app {
 /// Whether brute force is a reference that one can wait for: about 2e9 ray-triangle tests a frame.
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays);
 
-/// Holds two instances of each backend. One refits its own tree from frame to frame and traces
-/// that; the other is given trees: the one that the other backend refitted, and one that is built
-/// for the frame. A tree refitted on a device is read back for that.
+/// Holds two instances of each backend, the CPU without SIMD. One refits its own tree from frame to
+/// frame and traces that; the other is given trees: the one that the other backend refitted, and
+/// one that is built for the frame. A tree refitted on a device is read back for that. The CPU's
+/// instruction sets take turns over the tree that the CPU refitted and the one built for the frame.
 class CrossChecker {
 public:
     /// Receives each comparison as it is made.
@@ -52,6 +53,8 @@ private:
     };
     struct Variant {
         Backend* backend;
+        /// The instruction set, or "".
+        std::string simd;
         const char* update;
         const char* refit_on;
     };
@@ -61,6 +64,8 @@ private:
     void compare_variant(const Variant& variant, double frame, const OnRow& on_row);
     void check_pair(Pair& pair, const Pair& other, std::span<const vec3> positions,
                     const Bvh& rebuilt, double frame, const OnRow& on_row);
+    void check_simd(const std::string& simd, std::span<const vec3> positions, const Bvh& rebuilt,
+                    double frame, const OnRow& on_row);
     bool uses_brute(std::uint32_t rays) const;
     void refit(Pair& pair, std::span<const vec3> positions);
     ImageParams params_for(std::uint32_t rays) const;
@@ -68,6 +73,8 @@ private:
     const Options& options_;
     SceneFrames& scene_;
     ImageParams params_;
+    /// Instruction sets to check.
+    std::vector<std::string> simd_;
     Pair cpu_;
     Pair vulkan_;
     std::unique_ptr<Backend> brute_;

@@ -13,6 +13,8 @@
 #include "cpu/image_tracer.h"
 #include "cpu/refit.h"
 #include "cpu/scalar_tracer.h"
+#include "cpu/simd_target.h"
+#include "cpu/wide_tracer.h"
 
 namespace morphray::cpu {
 namespace {
@@ -46,12 +48,15 @@ std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
 template <class MakeTracer>
 class CpuBackend final : public Backend {
 public:
-    CpuBackend(std::string name, const CpuConfig& config, MakeTracer make_tracer)
-        : name_(std::move(name)), arena_(config.threads), make_tracer_(make_tracer) {}
+    CpuBackend(std::string name, std::string how, int threads, MakeTracer make_tracer)
+        : name_(std::move(name)),
+          how_(std::move(how)),
+          arena_(threads),
+          make_tracer_(std::move(make_tracer)) {}
 
     const std::string& name() const override { return name_; }
     std::string description() const override {
-        return fmt::format("scalar C++, {} threads", arena_.threads());
+        return fmt::format("{}, {} threads", how_, arena_.threads());
     }
 
     void set_scene(const Topology& topology, std::span<const vec3> positions,
@@ -116,9 +121,8 @@ public:
         using Range = tbb::blocked_range<std::size_t>;
         arena_.execute([&] {
             tbb::parallel_for(Range(0, rays.size(), kRayGrain), [&](const Range& r) {
-                for (std::size_t i = r.begin(); i != r.end(); ++i) {
-                    hits[i] = tracer.intersect(rays[i]);
-                }
+                tracer.intersect(rays.subspan(r.begin(), r.size()),
+                                 hits.subspan(r.begin(), r.size()));
             });
         });
         times_.trace_ms = watch.ms();
@@ -129,6 +133,7 @@ public:
 
 private:
     std::string name_;
+    std::string how_;
     ThreadArena arena_;
     MakeTracer make_tracer_;
     Topology topology_;
@@ -137,20 +142,40 @@ private:
     BackendTimes times_;
 };
 
+template <class MakeTracer>
+std::unique_ptr<Backend> make_backend(std::string name, std::string how, const CpuConfig& config,
+                                      MakeTracer make_tracer) {
+    return std::make_unique<CpuBackend<MakeTracer>>(std::move(name), std::move(how), config.threads,
+                                                    std::move(make_tracer));
+}
+
 }  // namespace
+
+void check_simd(const std::string& simd) {
+    if (simd != kSimdOff) find_simd_target(simd);
+}
+
+std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
+    if (config.simd == kSimdOff) return make_scalar_backend(config);
+    const SimdTarget target = find_simd_target(config.simd);
+    const auto make = [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
+        return WideTracer(bvh, target);
+    };
+    return make_backend("cpu", target.name, config, make);
+}
 
 std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config) {
     const auto make = [](const Topology&, std::span<const vec3>, const Bvh& bvh) {
-        return ScalarTracer(bvh);
+        return OneByOne(ScalarTracer(bvh));
     };
-    return std::make_unique<CpuBackend<decltype(make)>>("cpu", config, make);
+    return make_backend("cpu", "portable C++", config, make);
 }
 
 std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
     const auto make = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
-        return BruteTracer(topology, positions);
+        return OneByOne(BruteTracer(topology, positions));
     };
-    return std::make_unique<CpuBackend<decltype(make)>>("brute", config, make);
+    return make_backend("brute", "portable C++", config, make);
 }
 
 }  // namespace morphray::cpu
