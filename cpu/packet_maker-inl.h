@@ -16,8 +16,9 @@
 
 #include "common/interop/camera.h"
 #include "common/interop/slab.h"
-#include "cpu/image_tracer.h"
 #include "cpu/packet.h"
+#include "cpu/rule_vectors-inl.h"
+#include "cpu/tile.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
