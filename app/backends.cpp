@@ -43,8 +43,8 @@ std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messa
 
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages) {
-    const cpu::CpuConfig cpu_config{.threads = options.threads};
-    if (choice == BackendChoice::kCpu) return cpu::make_scalar_backend(cpu_config);
+    const cpu::CpuConfig cpu_config{.threads = options.threads, .simd = options.simd};
+    if (choice == BackendChoice::kCpu) return cpu::make_cpu_backend(cpu_config);
     if (choice == BackendChoice::kBrute) return cpu::make_brute_backend(cpu_config);
     const bool must_be_vulkan =
         choice == BackendChoice::kVulkan || !options.device.empty() || options.validate;
@@ -54,7 +54,7 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
     } catch (const Error& error) {
         if (error.code() != ExitCode::kUnavailable && error.code() != ExitCode::kLimit) throw;
         messages.warn({{}, fmt::format("{}; going on with the CPU", error.what())});
-        return cpu::make_scalar_backend(cpu_config);
+        return cpu::make_cpu_backend(cpu_config);
     }
 }
 

@@ -13,6 +13,7 @@
 #include "app/usage_errors.h"
 #include "common/error.h"
 #include "common/version.h"
+#include "cpu/cpu_backend.h"
 
 namespace morphray::app {
 namespace {
@@ -209,6 +210,16 @@ void CommandLine::add_backend_options(CLI::App& command,
     add(command, "--threads", "N", "CPU threads, 1 to 1024 (all there are)",
         [&backend](const std::string& option, const std::string& value) {
             backend.threads = static_cast<int>(parse_count(option, value, 1, 1024));
+        });
+    add(command, "--simd", "NAME",
+        "CPU instruction set (the best one; see `info`), or off: the plain reference",
+        [&backend](const std::string& option, const std::string& value) {
+            try {
+                cpu::check_simd(value);
+            } catch (const Error& error) {
+                throw Error(error.code(), option + ": " + error.what());
+            }
+            backend.simd = value;
         });
     add_flag(command, "--validate", "run under the Vulkan validation layer", backend.validate);
 }

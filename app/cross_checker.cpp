@@ -1,6 +1,8 @@
 #include "app/cross_checker.h"
 
 #include "app/backends.h"
+#include "cpu/cpu_backend.h"
+#include "cpu/simd_target.h"
 
 namespace morphray::app {
 namespace {
@@ -10,6 +12,17 @@ constexpr double kAffordableTests = 2e9;
 std::uint64_t rays_per_pixel(const ViewSpec& view, std::uint32_t rays) {
     if (rays == kRaysPrimary) return 1;
     return rays == kRaysShadow ? 2 : 1 + view.ao_count;
+}
+
+/// The instruction set that is asked for, or all that this machine has.
+std::vector<std::string> simd_to_check(const std::string& asked) {
+    if (asked == cpu::kSimdOff) return {};
+    if (!asked.empty()) return {cpu::find_simd_target(asked).name};
+    std::vector<std::string> names;
+    for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+        names.emplace_back(target.name);
+    }
+    return names;
 }
 
 }  // namespace
@@ -25,11 +38,12 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
                            bool with_vulkan, const Messages& messages)
     : options_(options),
       scene_(scene),
-      params_(make_image_params(options.view, scene.clip().bounds(), scene.space())) {
+      params_(make_image_params(options.view, scene.clip().bounds(), scene.space())),
+      simd_(simd_to_check(options.backend.simd)) {
     const Topology& topology = scene.clip().topology();
-    const auto make = [&](BackendChoice choice) {
-        return make_backend(choice, options.backend, messages);
-    };
+    BackendOptions plain = options.backend;
+    plain.simd = cpu::kSimdOff;
+    const auto make = [&](BackendChoice choice) { return make_backend(choice, plain, messages); };
     // The device first: without one there is no point in building.
     if (with_vulkan) {
         vulkan_.refits = make(BackendChoice::kVulkan);
@@ -64,7 +78,7 @@ bool CrossChecker::uses_brute(std::uint32_t rays) const {
 
 std::size_t CrossChecker::variant_count(std::uint32_t rays) const {
     if (!checks_cpu()) return 3;
-    const std::size_t all = vulkan_.refits == nullptr ? 2 : 6;
+    const std::size_t all = (vulkan_.refits == nullptr ? 2 : 6) + 2 * simd_.size();
     return uses_brute(rays) ? all : all - 1;
 }
 
@@ -98,12 +112,13 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
         CheckRow row;
         row.frame = frame;
         row.backend = variant.backend->name();
+        row.simd = variant.simd;
         row.update = variant.update;
         row.refit_on = variant.refit_on;
         row.rays = name_of_rays(expected.rays);
         row.reference = expected.reference;
-        // The CPU over the rebuilt tree is that reference itself.
-        if (row.reference == row.backend && row.update == "rebuild") continue;
+        // The CPU without SIMD over the rebuilt tree is that reference itself.
+        if (row.reference == row.backend && row.simd.empty() && row.update == "rebuild") continue;
         variant.backend->trace_image(params_for(expected.rays), actual);
         row.trace_ms = variant.backend->times().trace_ms;
         compare(expected.frame, actual, row);
@@ -113,13 +128,23 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
 
 void CrossChecker::check_pair(Pair& pair, const Pair& other, std::span<const vec3> positions,
                               const Bvh& rebuilt, double frame, const OnRow& on_row) {
-    compare_variant({pair.refits.get(), "refit", pair.refits->name().c_str()}, frame, on_row);
+    compare_variant({pair.refits.get(), "", "refit", pair.refits->name().c_str()}, frame, on_row);
     if (other.refits != nullptr) {
         pair.given->set_frame(positions, other.tree);
-        compare_variant({pair.given.get(), "refit", other.refits->name().c_str()}, frame, on_row);
+        compare_variant({pair.given.get(), "", "refit", other.refits->name().c_str()}, frame,
+                        on_row);
     }
     pair.given->set_frame(positions, rebuilt);
-    compare_variant({pair.given.get(), "rebuild", ""}, frame, on_row);
+    compare_variant({pair.given.get(), "", "rebuild", ""}, frame, on_row);
+}
+
+void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> positions,
+                              const Bvh& rebuilt, double frame, const OnRow& on_row) {
+    const auto backend = cpu::make_cpu_backend({.threads = options_.backend.threads, .simd = simd});
+    backend->set_scene(scene_.clip().topology(), positions, cpu_.tree);
+    compare_variant({backend.get(), simd, "refit", "cpu"}, frame, on_row);
+    backend->set_frame(positions, rebuilt);
+    compare_variant({backend.get(), simd, "rebuild", ""}, frame, on_row);
 }
 
 TreeRow CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays,
@@ -138,7 +163,9 @@ TreeRow CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays
         trees.vulkan_hash = bvh_hash(vulkan_.tree);
         check_pair(vulkan_, cpu_, positions, rebuilt, frame, on_row);
     }
-    if (checks_cpu()) check_pair(cpu_, vulkan_, positions, rebuilt, frame, on_row);
+    if (!checks_cpu()) return trees;
+    check_pair(cpu_, vulkan_, positions, rebuilt, frame, on_row);
+    for (const std::string& simd : simd_) check_simd(simd, positions, rebuilt, frame, on_row);
     return trees;
 }
 

@@ -18,9 +18,10 @@ namespace morphray::app {
 /// Whether brute force is a reference that one can wait for: about 2e9 ray-triangle tests a frame.
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays);
 
-/// Holds two instances of each backend. One refits its own tree from frame to frame and traces
-/// that; the other is given trees: the one that the other backend refitted, and one that is built
-/// for the frame. A tree refitted on a device is read back for that.
+/// Holds two instances of each backend, the CPU without SIMD. One refits its own tree from frame to
+/// frame and traces that; the other is given trees: the one that the other backend refitted, and
+/// one that is built for the frame. A tree refitted on a device is read back for that. The CPU's
+/// instruction sets take turns over the tree that the CPU refitted and the one built for the frame.
 class CrossChecker {
 public:
     /// Receives each comparison as it is made.
@@ -53,6 +54,8 @@ private:
     };
     struct Variant {
         Backend* backend;
+        /// The instruction set, or "".
+        std::string simd;
         const char* update;
         const char* refit_on;
     };
@@ -62,6 +65,8 @@ private:
     void compare_variant(const Variant& variant, double frame, const OnRow& on_row);
     void check_pair(Pair& pair, const Pair& other, std::span<const vec3> positions,
                     const Bvh& rebuilt, double frame, const OnRow& on_row);
+    void check_simd(const std::string& simd, std::span<const vec3> positions, const Bvh& rebuilt,
+                    double frame, const OnRow& on_row);
     bool uses_brute(std::uint32_t rays) const;
     /// Whether the CPU's pictures are compared, or only make the reference and refit.
     bool checks_cpu() const;
@@ -71,6 +76,8 @@ private:
     const Options& options_;
     SceneFrames& scene_;
     ImageParams params_;
+    /// Instruction sets to check.
+    std::vector<std::string> simd_;
     Pair cpu_;
     Pair vulkan_;
     std::unique_ptr<Backend> brute_;

@@ -78,8 +78,9 @@ private:
     void keep_difference(const CheckRow& row, const Frame& expected, const Frame& actual) {
         const std::string tree =
             row.update == "refit" ? fmt::format("refit-{}", row.refit_on) : row.update;
-        const std::string name = fmt::format("frame_{}-{}-{}-{}.png", frame_label(row.frame),
-                                             row.backend, tree, row.rays);
+        const std::string simd = row.simd.empty() ? "" : "-" + row.simd;
+        const std::string name = fmt::format("frame_{}-{}{}-{}-{}.png", frame_label(row.frame),
+                                             row.backend, simd, tree, row.rays);
         write_file(folder_ / name, encode_png(difference_image(expected, actual)));
         if (++different_rows_ <= kShownRows) differences_ += describe_row(options_, row, build_at_);
     }
@@ -110,7 +111,7 @@ ExitCode run_crosscheck(const Options& given, const Messages& messages) {
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,
                     .pixels = pixels,
-                    .backends = options.backend.choice == BackendChoice::kCpu ? 3u : 5u,
+                    .backends = options.backend.choice == BackendChoice::kCpu ? 4u : 6u,
                     .kept_bytes = 3 * pixels * (sizeof(Hit) + 8)});
     Crosscheck crosscheck(options, scene, frames, folder.path(), messages);
 

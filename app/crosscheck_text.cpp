@@ -37,7 +37,9 @@ std::string probe_command(const Options& options, const CheckRow& row, const Pix
     line.insert(line.end(), options.view_arguments.begin(), options.view_arguments.end());
     if (options.allow_empty) line.push_back("--allow-empty");
     if (options.lenient) line.push_back("--lenient");
-    add("--backend", reference ? row.reference : row.backend);
+    const std::string& backend = reference ? row.reference : row.backend;
+    add("--backend", backend);
+    if (backend == "cpu") add("--simd", reference || row.simd.empty() ? "off" : row.simd);
     add("--update", reference ? "rebuild" : row.update);
     if (!reference && row.update == "refit") {
         add("--refit-on", row.refit_on);

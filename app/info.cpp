@@ -11,6 +11,7 @@
 #include "app/table.h"
 #include "common/procedural/procedural.h"
 #include "common/version.h"
+#include "cpu/simd_target.h"
 
 namespace morphray::app {
 namespace {
@@ -45,8 +46,8 @@ ProgramReport describe_program() {
     for (const ProceduralScene& scene : procedural_scenes()) {
         report.builtins.push_back({scene.name, scene.description, scene.default_triangles});
     }
-    report.backends = {"cpu: scalar C++", "brute: every ray against every triangle",
-                       describe_vulkan()};
+    report.backends = {"cpu: " + cpu::names_of(cpu::supported_simd_targets()),
+                       "brute: every ray against every triangle", describe_vulkan()};
     return report;
 }
 

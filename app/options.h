@@ -33,6 +33,8 @@ struct BackendOptions {
     std::string device;
     /// 0: all that there are.
     int threads = 0;
+    /// As cpu::CpuConfig::simd.
+    std::string simd;
     bool validate = false;
 };
 

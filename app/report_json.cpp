@@ -73,6 +73,7 @@ Json of(const FrameDifference& difference) {
 Json of(const CheckRow& row) {
     return {{"variant", row.variant()},
             {"backend", row.backend},
+            {"simd", row.simd},
             {"update", row.update},
             {"refit_on", row.refit_on},
             {"frame", row.frame},

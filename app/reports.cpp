@@ -38,7 +38,8 @@ FrameReport report_frame(Session& session, double frame_number, const Frame& fra
 }
 
 std::string CheckRow::variant() const {
-    return backend + (update == "refit" ? ", refit on " + refit_on : ", rebuild");
+    return backend + (simd.empty() ? "" : " " + simd) +
+           (update == "refit" ? ", refit on " + refit_on : ", rebuild");
 }
 
 void compare(const Frame& expected, const Frame& actual, CheckRow& row) {

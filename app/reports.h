@@ -60,6 +60,8 @@ struct RenderReport {
 struct CheckRow {
     double frame = 0;
     std::string backend;
+    /// The CPU's instruction set; empty for the CPU without SIMD and for other backends.
+    std::string simd;
     /// "refit" or "rebuild", and the backend that refitted.
     std::string update;
     std::string refit_on;
@@ -77,7 +79,7 @@ struct CheckRow {
         return difference.total() == 0 && hits_hash == expected_hits_hash &&
                image_hash == expected_image_hash;
     }
-    /// "vulkan, refit on cpu" or "cpu, rebuild".
+    /// "vulkan, refit on cpu" or "cpu avx2, rebuild".
     std::string variant() const;
 };
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/aligned_vector.h"
 #include "common/interop/layout.h"
 
 namespace morphray {
@@ -13,8 +14,8 @@ namespace morphray {
 /// is nodes[level_begin[l] .. level_begin[l + 1]), and depth() levels exist. Leaves are in the
 /// order in which a breadth-first walk meets them.
 struct Bvh {
-    std::vector<Node> nodes;
-    std::vector<Leaf> leaves;
+    AlignedVector<Node> nodes;
+    AlignedVector<Leaf> leaves;
     /// The vertex that each of the 16 slots of a leaf takes its position from.
     std::vector<std::uint32_t> leaf_vertices;
     /// node * kWidth + slot that refers to this node or leaf; kNoParent for the root.

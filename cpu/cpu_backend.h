@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "common/backend.h"
 
@@ -10,9 +11,22 @@ namespace morphray::cpu {
 struct CpuConfig {
     /// 0: all that there are.
     int threads = 0;
+    /// The instruction set, by the name of a SimdTarget; "" is the best one of this machine, "off"
+    /// the readable reference, single rays in portable C++.
+    std::string simd = {};
 };
 
-/// Single rays over the shared layout in portable C++: the readable reference. name() is "cpu".
+inline constexpr const char* kSimdOff = "off";
+
+/// Whether make_cpu_backend takes it; throws Error as find_simd_target does if not.
+void check_simd(const std::string& simd);
+
+/// The fastest CPU tracer for the instruction set. name() is "cpu". Throws Error: kUsage for an
+/// instruction set that is none, kUnavailable for one that this machine lacks.
+std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config = {});
+
+/// Single rays over the shared layout in portable C++, whatever config.simd says: what every
+/// other tracer is held against. name() is "cpu".
 std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config = {});
 
 /// Every ray against every triangle: no tree to be wrong about. name() is "brute"; its refit and

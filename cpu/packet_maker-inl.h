@@ -11,12 +11,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 
 #include "common/interop/camera.h"
 #include "common/interop/slab.h"
-#include "cpu/image_tracer.h"
 #include "cpu/packet.h"
+#include "cpu/rule_vectors-inl.h"
+#include "cpu/tile.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -215,75 +217,139 @@ void make_camera_rays(const ImageParams& params, const Tile& tile, Packet& packe
     }
 }
 
-/// Makes a packet of up to 32 x 32 rays that start at one point; rays[i] of the square is active if
-/// its index is in the tile and it has a direction. False if they spread too widely to be seen from
-/// one plane.
-bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet) {
-    double mean[3] = {0, 0, 0};
-    for (std::uint32_t i = 0; i < kPacketRays; ++i) {
-        if (active[i] == 0) continue;
-        const vec3 d = rays[i].dir;
-        const double length = std::sqrt(double{d.x} * d.x + double{d.y} * d.y + double{d.z} * d.z);
-        for (int axis = 0; axis < 3; ++axis) mean[axis] += d[axis] / length;
+/// row . d where the three products nearly cancel: with the errors of products and sums where the
+/// target has a fused multiply-add (T. Ogita, S. Rump, S. Oishi. Accurate sum and dot product.
+/// 2005, algorithm Dot2).
+HWY_INLINE VF cancelling_dot(const double row[3], const VF d[3]) {
+    VF sum = hn::Zero(Floats());
+    VF error = hn::Zero(Floats());
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto high = static_cast<float>(row[axis]);
+        const auto low = static_cast<float>(row[axis] - high);
+        const VF product = hn::Mul(splat(high), d[axis]);
+#if HWY_NATIVE_FMA
+        const VF product_error = hn::MulSub(splat(high), d[axis], product);
+#else
+        const VF product_error = hn::Zero(Floats());
+#endif
+        const VF next = hn::Add(sum, product);
+        const VF part = hn::Sub(next, sum);
+        const VF sum_error = hn::Add(hn::Sub(sum, hn::Sub(next, part)), hn::Sub(product, part));
+        error = hn::Add(error, hn::MulAdd(splat(low), d[axis], hn::Add(product_error, sum_error)));
+        sum = next;
     }
-    const double length = std::sqrt(mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2]);
+    return hn::Add(sum, error);
+}
+
+/// Directions and tfar of consecutive rays.
+HWY_INLINE void load_rays(const Ray* rays, VF d[3], VF& tfar) {
+    const Floats f;
+    constexpr std::size_t kLanes = hn::MaxLanes(Floats());
+    static_assert(sizeof(Ray) == 8 * sizeof(float) && offsetof(Ray, dir) == 4 * sizeof(float));
+    alignas(64) float lanes[4 * kLanes];
+    for (std::size_t i = 0; i < hn::Lanes(f); ++i)
+        std::memcpy(lanes + 4 * i, &rays[i].dir, 4 * sizeof(float));
+    hn::LoadInterleaved4(f, lanes, d[0], d[1], d[2], tfar);
+}
+
+HWY_INLINE Mask load_active(const std::uint8_t* active) {
+    const hn::Rebind<std::uint8_t, Words> bytes;
+    const VW wide = hn::PromoteTo(Words(), hn::LoadU(bytes, active));
+    return hn::RebindMask(Floats(), hn::Ne(wide, hn::Zero(Words())));
+}
+
+/// A unit vector near all active directions, and two across.
+HWY_INLINE bool choose_axes(const Ray* rays, const std::uint8_t* active, double axes[3][3]) {
+    const Floats f;
+    VF sum[3] = {hn::Zero(f), hn::Zero(f), hn::Zero(f)};
+    for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(f)) {
+        VF d[3], tfar;
+        load_rays(rays + r, d, tfar);
+        const Mask on = load_active(active + r);
+        for (int axis = 0; axis < 3; ++axis)
+            sum[axis] = hn::Add(sum[axis], hn::IfThenElseZero(on, d[axis]));
+    }
+    double* mean = axes[2];
+    double length = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        mean[axis] = hn::GetLane(hn::SumOfLanes(f, sum[axis]));
+        length += mean[axis] * mean[axis];
+    }
     if (!(length > 0)) return false;
-    for (double& m : mean) m /= length;
-    // Two directions across.
-    const int least = std::abs(mean[0]) < std::abs(mean[1])
-                          ? (std::abs(mean[0]) < std::abs(mean[2]) ? 0 : 2)
-                          : (std::abs(mean[1]) < std::abs(mean[2]) ? 1 : 2);
-    double across[3] = {-mean[0] * mean[least], -mean[1] * mean[least], -mean[2] * mean[least]};
-    across[least] += 1;
-    const double size =
-        std::sqrt(across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
-    for (double& a : across) a /= size;
-    const double other[3] = {mean[1] * across[2] - mean[2] * across[1],
-                             mean[2] * across[0] - mean[0] * across[2],
-                             mean[0] * across[1] - mean[1] * across[0]};
-    double extent = 0x1p-16;
-    for (std::uint32_t i = 0; i < kPacketRays; ++i) {
-        if (active[i] == 0) continue;
-        const vec3 d = rays[i].dir;
-        const double z = mean[0] * d.x + mean[1] * d.y + mean[2] * d.z;
-        if (!(z > 0.25)) return false;
-        const double x = (across[0] * d.x + across[1] * d.y + across[2] * d.z) / z;
-        const double y = (other[0] * d.x + other[1] * d.y + other[2] * d.z) / z;
-        extent = std::max({extent, std::abs(x), std::abs(y)});
+    for (int axis = 0; axis < 3; ++axis) mean[axis] /= std::sqrt(length);
+    int least = 0;
+    for (int axis = 1; axis < 3; ++axis) {
+        if (std::abs(mean[axis]) < std::abs(mean[least])) least = axis;
     }
-    const double unit = extent / 16;
-    const double axis_x[3] = {across[0] * unit, across[1] * unit, across[2] * unit};
-    const double axis_y[3] = {other[0] * unit, other[1] * unit, other[2] * unit};
-    PacketFrame& frame = packet.frame;
-    set_frame(frame, org, axis_x, axis_y, mean);
-    frame.ray_error = 0x1p-20f * 16;  // x, y come from double and are rounded once
-    packet.winners.clear();
-    for (std::uint32_t i = 0; i < kPacketRays; ++i) {
-        packet.winner[i] = kNoWinner;
-        packet.x[i] = packet.y[i] = 0;
-        packet.z_per_t[i] = 1;
-        packet.q_lower[i] = packet.q_upper[i] = kDone;
-        packet.dir_x[i] = packet.dir_y[i] = packet.dir_z[i] = 0;
-        packet.tfar[i] = 0;
-        if (active[i] == 0) continue;
-        const Ray& ray = rays[i];
-        double h[3];
-        for (int k = 0; k < 3; ++k) {
-            h[k] = frame.rows[k][0] * ray.dir.x + frame.rows[k][1] * ray.dir.y +
-                   frame.rows[k][2] * ray.dir.z;
-        }
-        packet.dir_x[i] = ray.dir.x;
-        packet.dir_y[i] = ray.dir.y;
-        packet.dir_z[i] = ray.dir.z;
-        packet.tfar[i] = ray.tfar;
-        packet.x[i] = static_cast<float>(h[0] / h[2]);
-        packet.y[i] = static_cast<float>(h[1] / h[2]);
-        packet.z_per_t[i] = static_cast<float>(h[2]);
+    double size = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        axes[0][axis] = (axis == least ? 1.0 : 0.0) - mean[axis] * mean[least];
+        size += axes[0][axis] * axes[0][axis];
+    }
+    for (int axis = 0; axis < 3; ++axis) axes[0][axis] /= std::sqrt(size);
+    for (int axis = 0; axis < 3; ++axis) {
+        const int next = (axis + 1) % 3;
+        const int last = (axis + 2) % 3;
+        axes[1][axis] = mean[next] * axes[0][last] - mean[last] * axes[0][next];
+    }
+    return true;
+}
+
+/// Makes a packet of up to 32 x 32 rays that start at one point; rays[i] of the square is active if
+/// active[i] != 0. False if they spread too widely to be seen from one plane, or none is active.
+bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet) {
+    const Floats f;
+    double axes[3][3];
+    if (!choose_axes(rays, active, axes)) return false;
+    VF extent = splat(0x1p-16f);
+    VF least_z = splat(1e30f);
+    for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(f)) {
+        VF d[3], tfar;
+        load_rays(rays + r, d, tfar);
+        const Mask on = load_active(active + r);
+        const VF z = cancelling_dot(axes[2], d);
+        const VF safe_z = hn::IfThenElse(on, z, splat(1.0f));
+        const VF x = hn::IfThenElseZero(on, hn::Div(cancelling_dot(axes[0], d), safe_z));
+        const VF y = hn::IfThenElseZero(on, hn::Div(cancelling_dot(axes[1], d), safe_z));
+        extent = hn::Max(extent, hn::Max(hn::Abs(x), hn::Abs(y)));
+        least_z = hn::Min(least_z, safe_z);
+        for (int axis = 0; axis < 3; ++axis) d[axis] = hn::IfThenElseZero(on, d[axis]);
+        hn::Store(d[0], f, packet.dir_x + r);
+        hn::Store(d[1], f, packet.dir_y + r);
+        hn::Store(d[2], f, packet.dir_z + r);
+        hn::Store(tfar, f, packet.tfar + r);
+        hn::Store(x, f, packet.x + r);
+        hn::Store(y, f, packet.y + r);
+        hn::Store(safe_z, f, packet.z_per_t + r);
         // Only what lies nearer than tfar matters.
-        const double q = 1 / (h[2] * ray.tfar);
-        packet.q_lower[i] = static_cast<float>(q * (1 - 0x1p-18));
-        packet.q_upper[i] = static_cast<float>(q * (1 + 0x1p-18));
+        const VF q = hn::Div(splat(1.0f), hn::Mul(safe_z, hn::IfThenElse(on, tfar, splat(1.0f))));
+        hn::Store(hn::IfThenElse(on, hn::Mul(q, splat(1 - 0x1p-18f)), splat(kDone)), f,
+                  packet.q_lower + r);
+        hn::Store(hn::IfThenElse(on, hn::Mul(q, splat(1 + 0x1p-18f)), splat(kDone)), f,
+                  packet.q_upper + r);
     }
+    if (!(hn::GetLane(hn::MinOfLanes(f, least_z)) > 0.25f)) return false;
+    // A power of two, so that scaling x and y rounds nothing.
+    const double unit =
+        std::exp2(std::ceil(std::log2(hn::GetLane(hn::MaxOfLanes(f, extent)) / 16.0)));
+    const auto scale = static_cast<float>(1 / unit);
+    for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(f)) {
+        hn::Store(hn::Mul(hn::Load(f, packet.x + r), splat(scale)), f, packet.x + r);
+        hn::Store(hn::Mul(hn::Load(f, packet.y + r), splat(scale)), f, packet.y + r);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        axes[0][axis] *= unit;
+        axes[1][axis] *= unit;
+    }
+    PacketFrame& frame = packet.frame;
+    set_frame(frame, org, axes[0], axes[1], axes[2]);
+    // Of x, y up to 16: 2^-22 from the division. Of the dots: what is left of errors of errors, or
+    // without a fused multiply-add three roundings of products of magnitude up to 2 row_size, over
+    // z > 1/4.
+    const float dot_error = HWY_NATIVE_FMA ? 0x1p-40f : 0x1p-19f;
+    frame.ray_error =
+        0x1p-17f + dot_error * (frame.row_size[0] + frame.row_size[1] + 16 * frame.row_size[2]);
+    packet.winners.clear();
     bound_blocks(packet);
     return true;
 }

@@ -21,6 +21,7 @@
 #define MORPHRAY_PACKET_TRACER_INL_H
 #endif
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -150,6 +151,7 @@ public:
     }
 
 private:
+    static constexpr std::size_t kCacheLine = 64;
     static constexpr bool kOnGrid = kQuery == Query::kClosest;
 
     HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, std::uint32_t i) const {
@@ -209,7 +211,16 @@ private:
             for (; place > base && stack[place - 1].q > q[slot]; --place)
                 stack[place] = stack[place - 1];
             stack[place] = {q[slot], node.child[slot], blocks};
+            prefetch(node.child[slot]);
         }
+    }
+
+    void prefetch(std::uint32_t child) const {
+        const bool is_leaf = (child & kLeafBit) != 0;
+        const char* bytes = is_leaf ? reinterpret_cast<const char*>(&bvh_.leaves[child & ~kLeafBit])
+                                    : reinterpret_cast<const char*>(&bvh_.nodes[child]);
+        const std::size_t size = is_leaf ? sizeof(Leaf) : sizeof(Node);
+        for (std::size_t i = 0; i < size; i += kCacheLine) hwy::Prefetch(bytes + i);
     }
 
     /// The rectangle that boxes with these bounds of x, y, z are seen in: all of the plane when
@@ -444,9 +455,18 @@ private:
         const VF cut_upper_x = hn::Min(upper_x, splat(frame_.upper_x));
         const VF cut_lower_y = hn::Max(lower_y, splat(frame_.lower_y));
         const VF cut_upper_y = hn::Min(upper_y, splat(frame_.upper_y));
-        const Mask meets =
+        Mask meets =
             hn::And(hn::And(hn::Le(cut_lower_x, cut_upper_x), hn::Le(cut_lower_y, cut_upper_y)),
                     hn::Gt(hn::Add(z_most, z_error), zero));
+        if constexpr (kOnGrid) {
+            // Most small triangles cover no pixel's middle, x = k + 0.5 for whole k, at all.
+            const VF above = splat(0.5f + frame_.grid_margin);
+            const VF below = splat(0.5f - frame_.grid_margin);
+            const auto covers = [&](VF low, VF high) {
+                return hn::Le(hn::Ceil(hn::Sub(low, above)), hn::Floor(hn::Sub(high, below)));
+            };
+            meets = hn::And(meets, hn::And(covers(lower_x, upper_x), covers(lower_y, upper_y)));
+        }
 
         const VF middle_x = hn::Mul(half, hn::Add(cut_lower_x, cut_upper_x));
         const VF middle_y = hn::Mul(half, hn::Add(cut_lower_y, cut_upper_y));

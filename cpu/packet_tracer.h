@@ -7,9 +7,9 @@
 #include "common/bvh.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
-#include "cpu/image_tracer.h"
 #include "cpu/packet.h"
 #include "cpu/simd_target.h"
+#include "cpu/tile.h"
 
 namespace morphray::cpu {
 

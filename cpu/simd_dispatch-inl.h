@@ -7,6 +7,7 @@
 //                       function for all targets, and SIMD_FUNCTION(function, target)
 //   cpu/x_tracer.h      a class that is made for a SimdTarget and keeps the function pointers
 //
+// Types in the signature of an exported function are declared outside of HWY_NAMESPACE.
 // cpu/wide_tracer.* is the example. Which targets are compiled is decided in cpu/CMakeLists.txt
 // (morphray_simd), the same for every user of Highway.
 #pragma once

@@ -1,9 +1,9 @@
-// The traversal of cpu/wide_tracer.h, compiled once for each target.
+// The traversals of cpu/wide_tracer.h, compiled once for each target.
 //
-// A node's 16 boxes are tested at once by the very operations of hits_box, so that the same boxes
-// are met with the same t_enter. A leaf's vertices are projected at once, then all its triangles
-// are sorted out by the operations of may_hit_triangle; what is left goes to intersect_triangle,
-// the scalar rule. So no vector operation decides a bit of the answer.
+// Which boxes are met is decided by the operations of hits_box, and which triangles are hit by
+// intersect_triangle itself, on what possible_triangles leaves; so the answers have the bits of
+// ScalarTracer. The order in which a ray's triangles come does not matter: the winner is the least
+// in a total order, and boxes are culled only beyond the best t.
 #if defined(MORPHRAY_CPU_WIDE_TRACER_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_WIDE_TRACER_INL_H
 #undef MORPHRAY_CPU_WIDE_TRACER_INL_H
@@ -11,8 +11,7 @@
 #define MORPHRAY_CPU_WIDE_TRACER_INL_H
 #endif
 
-#include <hwy/highway.h>
-
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cstddef>
@@ -20,320 +19,205 @@
 #include <span>
 
 #include "common/bvh.h"
-#include "common/interop/layout.h"
-#include "common/interop/triangle.h"
+#include "cpu/ray_stream-inl.h"
+#include "cpu/wide_leaf-inl.h"
+#include "cpu/wide_node-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
 
-using FloatTag = hn::CappedTag<float, kWidth>;
-using UintTag = hn::RebindToUnsigned<FloatTag>;
-using FloatVec = hn::Vec<FloatTag>;
-using UintVec = hn::Vec<UintTag>;
-
-inline constexpr FloatTag kFloats;
-inline constexpr UintTag kUints;
-inline constexpr std::size_t kLanes = hn::MaxLanes(FloatTag());
-// Vectors for the 16 slots of a node or a leaf.
-inline constexpr std::size_t kVectors = kWidth / kLanes;
-
-HWY_INLINE std::uint32_t bits_of(hn::Mask<FloatTag> mask) {
-    std::uint8_t bytes[8] = {};
-    hn::StoreMaskBits(kFloats, mask, bytes);
-    std::uint32_t bits;
-    std::memcpy(&bits, bytes, sizeof bits);
-    return bits;
+/// The scalar rule for the triangle in a slot of a leaf.
+HWY_INLINE bool intersect_slot(const ShearedRay& sheared, const Ray& ray, const Leaf& leaf,
+                               std::uint32_t slot, TriangleHit& hit) {
+    return intersect_triangle(sheared, ray.tnear, ray.tfar, leaf_position(leaf, slot, 0),
+                              leaf_position(leaf, slot, 1), leaf_position(leaf, slot, 2), hit);
 }
 
-/// What the 16-wide slab test needs of a ray: near and far planes by the signs of its direction.
-struct WideSlab {
-    explicit HWY_INLINE WideSlab(const SlabRay& slab) {
-        set(0, slab.rdir.x, slab.org_lower.x, slab.org_upper.x, kNodeLowerX, kNodeUpperX);
-        set(1, slab.rdir.y, slab.org_lower.y, slab.org_upper.y, kNodeLowerY, kNodeUpperY);
-        set(2, slab.rdir.z, slab.org_lower.z, slab.org_upper.z, kNodeLowerZ, kNodeUpperZ);
+/// Calls visit(slot) for the triangles that possible_triangles has set.
+template <class Visit>
+HWY_INLINE void for_each_triangle(std::uint32_t triangles, Visit visit) {
+    for (; triangles != 0; triangles &= triangles - 1) {
+        visit(slot_of_lane(static_cast<std::uint32_t>(std::countr_zero(triangles))));
     }
-
-    FloatVec rdir[3];
-    FloatVec near_org[3];
-    FloatVec far_org[3];
-    // Of the planes in a node, in bytes.
-    std::size_t near_offset[3];
-    std::size_t far_offset[3];
-
-private:
-    HWY_INLINE void set(int axis, float r, float org_lower, float org_upper, uint lower_vec4,
-                        uint upper_vec4) {
-        const bool negative = r < 0.0f;
-        rdir[axis] = hn::Set(kFloats, r);
-        near_org[axis] = hn::Set(kFloats, negative ? org_upper : org_lower);
-        far_org[axis] = hn::Set(kFloats, negative ? org_lower : org_upper);
-        near_offset[axis] = 16 * (negative ? upper_vec4 : lower_vec4);
-        far_offset[axis] = 16 * (negative ? lower_vec4 : upper_vec4);
-    }
-};
-
-HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_t vector) {
-    const std::byte* bytes = reinterpret_cast<const std::byte*>(&node) + offset;
-    return hn::LoadU(kFloats, reinterpret_cast<const float*>(bytes) + vector * kLanes);
 }
 
-/// The slots whose boxes the ray meets no later than t, as bits; where it enters each box.
-/// The operations are those of hits_box: a bit is set where hits_box is true and t_enter <= t.
-HWY_INLINE std::uint32_t hit_slots(const WideSlab& slab, const Node& node, FloatVec t,
-                                   float* HWY_RESTRICT t_enter) {
-    std::uint32_t slots = 0;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        FloatVec near[3];
-        FloatVec far[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            const FloatVec n = load_planes(node, slab.near_offset[axis], v);
-            const FloatVec f = load_planes(node, slab.far_offset[axis], v);
-            near[axis] = hn::Mul(hn::Sub(n, slab.near_org[axis]), slab.rdir[axis]);
-            far[axis] = hn::Mul(hn::Sub(f, slab.far_org[axis]), slab.rdir[axis]);
-        }
-        const FloatVec enter =
-            hn::Max(hn::Max(near[0], near[1]), hn::Max(near[2], hn::Zero(kFloats)));
-        const FloatVec leave = hn::Min(hn::Min(far[0], far[1]), hn::Min(far[2], t));
-        slots |= bits_of(hn::Le(enter, leave)) << (v * kLanes);
-        hn::StoreU(enter, kFloats, t_enter + v * kLanes);
-    }
-    return slots;
-}
-
-/// What the test of a leaf needs of a ray.
-struct WideShear {
-    explicit HWY_INLINE WideShear(const ShearedRay& s)
-        : org_x(hn::Set(kFloats, s.org.x)),
-          org_y(hn::Set(kFloats, s.org.y)),
-          org_z(hn::Set(kFloats, s.org.z)),
-          dir_x(hn::Set(kFloats, s.dir.x)),
-          dir_y(hn::Set(kFloats, s.dir.y)),
-          dir_z(hn::Set(kFloats, s.dir.z)),
-          axis(s.axis) {}
-
-    FloatVec org_x, org_y, org_z;
-    FloatVec dir_x, dir_y, dir_z;
-    uint axis;
-};
-
-#if HWY_TARGET == HWY_SCALAR
-
-HWY_INLINE vec3 position(const LeafVertex& v) { return {v.x, v.y, v.z}; }
-
-/// The triangles of the leaf that the ray may hit, as bits.
-HWY_INLINE std::uint32_t may_hit_triangles(const ShearedRay& s, const WideShear&,
-                                           const Leaf& leaf) {
-    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    std::uint32_t triangles = 0;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        const std::uint32_t corners = leaf.vertex[i].corners;
-        const bool may = may_hit_triangle(s, position(leaf.vertex[corner(corners, 0)]),
-                                          position(leaf.vertex[corner(corners, 1)]),
-                                          position(leaf.vertex[corner(corners, 2)]));
-        triangles |= static_cast<std::uint32_t>(may) << i;
-    }
-    return triangles;
-}
-
-#else
-
-/// x of the 16 vertices or of one corner of the 16 triangles of a leaf, and so on.
-struct Points {
-    FloatVec x[kVectors];
-    FloatVec y[kVectors];
-    FloatVec z[kVectors];
-};
-
-/// project_fast of all vertices of the leaf.
-HWY_INLINE Points project_vertices(const WideShear& s, const Leaf& leaf,
-                                   UintVec* HWY_RESTRICT corners) {
-    Points points;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        FloatVec p[3];
-        FloatVec w;
-        hn::LoadInterleaved4(kFloats, &leaf.vertex[v * kLanes].x, p[0], p[1], p[2], w);
-        corners[v] = hn::BitCast(kUints, w);
-        const FloatVec x = s.axis == 0 ? p[1] : s.axis == 1 ? p[2] : p[0];
-        const FloatVec y = s.axis == 0 ? p[2] : s.axis == 1 ? p[0] : p[1];
-        const FloatVec z = s.axis == 0 ? p[0] : s.axis == 1 ? p[1] : p[2];
-        const FloatVec ax = hn::Sub(x, s.org_x);
-        const FloatVec ay = hn::Sub(y, s.org_y);
-        const FloatVec az = hn::Sub(z, s.org_z);
-        const FloatVec snap = hn::Set(kFloats, kProjectedSnap);
-        const FloatVec px = hn::Sub(hn::Mul(ax, s.dir_z), hn::Mul(s.dir_x, az));
-        const FloatVec py = hn::Sub(hn::Mul(ay, s.dir_z), hn::Mul(s.dir_y, az));
-        points.x[v] = hn::Sub(hn::Add(px, snap), snap);
-        points.y[v] = hn::Sub(hn::Add(py, snap), snap);
-        points.z[v] = az;
-    }
-    return points;
-}
-
-/// The vertices that the triangles have at corner i.
-HWY_INLINE Points gather_corner(const Points& points, const UintVec* HWY_RESTRICT corners, int i) {
-    HWY_ALIGN float table[3][kWidth];
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        hn::Store(points.x[v], kFloats, table[0] + v * kLanes);
-        hn::Store(points.y[v], kFloats, table[1] + v * kLanes);
-        hn::Store(points.z[v], kFloats, table[2] + v * kLanes);
-    }
-    Points gathered;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const UintVec slot = hn::And(hn::ShiftRightSame(corners[v], 8 * i), hn::Set(kUints, 0xFFu));
-        const auto index = hn::BitCast(hn::RebindToSigned<UintTag>(), slot);
-        gathered.x[v] = hn::GatherIndex(kFloats, table[0], index);
-        gathered.y[v] = hn::GatherIndex(kFloats, table[1], index);
-        gathered.z[v] = hn::GatherIndex(kFloats, table[2], index);
-    }
-    return gathered;
-}
-
-HWY_INLINE FloatVec size_of(FloatVec x, FloatVec y) { return hn::Add(hn::Abs(x), hn::Abs(y)); }
-
-/// u * v - x * y, rounded after each operation.
-HWY_INLINE FloatVec difference(FloatVec u, FloatVec v, FloatVec x, FloatVec y) {
-    return hn::Sub(hn::Mul(u, v), hn::Mul(x, y));
-}
-
-/// The triangles of the leaf that the ray may hit, as bits.
-HWY_INLINE std::uint32_t may_hit_triangles(const ShearedRay&, const WideShear& s,
-                                           const Leaf& leaf) {
-    UintVec corners[kVectors];
-    const Points points = project_vertices(s, leaf, corners);
-    const Points a = gather_corner(points, corners, 0);
-    const Points b = gather_corner(points, corners, 1);
-    const Points c = gather_corner(points, corners, 2);
-    std::uint32_t triangles = 0;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const FloatVec m = hn::Add(hn::Add(size_of(a.x[v], a.y[v]), size_of(b.x[v], b.y[v])),
-                                   size_of(c.x[v], c.y[v]));
-        const FloatVec nearest = hn::Min(a.z[v], hn::Min(b.z[v], c.z[v]));
-        const FloatVec farthest = hn::Max(a.z[v], hn::Max(b.z[v], c.z[v]));
-        const FloatVec z = hn::Max(hn::Abs(nearest), hn::Abs(farthest));
-        const FloatVec r = hn::Mul(hn::Set(kFloats, kFastProjectionError), hn::Add(m, z));
-        const FloatVec bound = hn::Mul(r, hn::Add(m, r));
-        const FloatVec eu = difference(b.x[v], c.y[v], b.y[v], c.x[v]);
-        const FloatVec ev = difference(c.x[v], a.y[v], c.y[v], a.x[v]);
-        const FloatVec ew = difference(a.x[v], b.y[v], a.y[v], b.x[v]);
-        const FloatVec smallest = hn::Min(eu, hn::Min(ev, ew));
-        const FloatVec largest = hn::Max(eu, hn::Max(ev, ew));
-        const auto may = hn::Or(hn::Ge(smallest, hn::Neg(bound)), hn::Le(largest, bound));
-        triangles |= bits_of(may) << (v * kLanes);
-    }
-    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    return triangles & ((1u << count) - 1);
-}
-
-#endif  // HWY_TARGET
-
-HWY_INLINE vec3 position_of(const Leaf& leaf, std::uint32_t triangle, uint i) {
-    const LeafVertex& v = leaf.vertex[corner(leaf.vertex[triangle].corners, i)];
-    return {v.x, v.y, v.z};
-}
-
-/// The scalar rule for one triangle of a leaf.
-HWY_INLINE bool intersect_slot(const ShearedRay& s, float tnear, float tfar, const Leaf& leaf,
-                               std::uint32_t triangle, TriangleHit& hit) {
-    return intersect_triangle(s, tnear, tfar, position_of(leaf, triangle, 0),
-                              position_of(leaf, triangle, 1), position_of(leaf, triangle, 2), hit);
-}
+// ---- Closest hit: one ray after the other, its nearest box first.
 
 struct WideEntry {
     float t_enter;
     std::uint32_t child;
 };
 
-/// Children still to visit. The builder bounds the depth, and with it the size.
-class WideStack {
-public:
-    HWY_INLINE WideStack() { entries_[0] = {0, 0}; }
-
-    HWY_INLINE bool empty() const { return size_ == 0; }
-    HWY_INLINE WideEntry pop() { return entries_[--size_]; }
-
-    /// Pushes these slots' children so that the nearest is popped first.
-    HWY_INLINE void push(const Node& node, std::uint32_t slots, const float* t_enter) {
-        const std::uint32_t base = size_;
-        for (; slots != 0; slots &= slots - 1) {
-            const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
-            assert(size_ < kMaxStack);
-            std::uint32_t place = size_++;
-            for (; place > base && entries_[place - 1].t_enter < t_enter[slot]; --place) {
-                entries_[place] = entries_[place - 1];
-            }
-            entries_[place] = {t_enter[slot], node.child[slot]};
+/// Pushes the children in these slots so that the nearest comes to lie on top; returns the new
+/// size.
+HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const float* t_enter,
+                                   WideEntry* stack, std::size_t size) {
+    const std::size_t base = size;
+    for (; slots != 0; slots &= slots - 1) {
+        const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
+        assert(size < kMaxStack);
+        std::size_t place = size++;
+        for (; place > base && stack[place - 1].t_enter < t_enter[slot]; --place) {
+            stack[place] = stack[place - 1];
         }
+        stack[place] = {t_enter[slot], node.child[slot]};
     }
+    return size;
+}
 
-private:
-    std::uint32_t size_ = 1;
-    WideEntry entries_[kMaxStack];
-};
-
-HWY_INLINE Hit intersect_ray(const Bvh& bvh, const Ray& ray) {
-    const ShearedRay sheared = shear_ray(ray.org, ray.dir);
-    const WideShear shear(sheared);
-    const WideSlab slab(slab_ray(ray.org, ray.dir));
+HWY_INLINE Hit intersect_ray(const Bvh& bvh, const Ray& ray, const RayStream& stream,
+                             std::size_t id) {
     Hit best = no_hit();
     float best_t = ray.tfar;
-    WideStack stack;
-    while (!stack.empty()) {
-        const WideEntry entry = stack.pop();
+    WideEntry stack[kMaxStack];
+    stack[0] = {0, 0};
+    for (std::size_t size = 1; size > 0;) {
+        const WideEntry entry = stack[--size];
         if (entry.t_enter > best_t) continue;
         if ((entry.child & kLeafBit) == 0) {
             const Node& node = bvh.nodes[entry.child];
+            FloatVec enter[kVectors];
+            const std::uint32_t met = met_slots(stream, id, best_t, node, enter);
             HWY_ALIGN float t_enter[kWidth];
-            stack.push(node, hit_slots(slab, node, hn::Set(kFloats, best_t), t_enter), t_enter);
+            for (std::size_t v = 0; v < kVectors; ++v) {
+                hn::Store(enter[v], kFloats, t_enter + v * kLanes);
+            }
+            size = push_sorted(node, met, t_enter, stack, size);
             continue;
         }
         const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
-        std::uint32_t triangles = may_hit_triangles(sheared, shear, leaf);
-        for (; triangles != 0; triangles &= triangles - 1) {
-            const auto triangle = static_cast<std::uint32_t>(std::countr_zero(triangles));
+        const std::uint32_t triangles = possible_triangles(stream, id, leaf);
+        if (triangles == 0) continue;
+        const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+        for_each_triangle(triangles, [&](std::uint32_t slot) {
             TriangleHit hit;
-            if (intersect_slot(sheared, ray.tnear, ray.tfar, leaf, triangle, hit) &&
-                wins(hit.t, leaf.prim_id[triangle], best_t, best.prim_id)) {
+            if (intersect_slot(sheared, ray, leaf, slot, hit) &&
+                wins(hit.t, leaf.prim_id[slot], best_t, best.prim_id)) {
                 best_t = hit.t;
-                best = make_hit(hit, leaf.prim_id[triangle]);
+                best = make_hit(hit, leaf.prim_id[slot]);
             }
-        }
+        });
     }
     return best;
 }
 
-HWY_INLINE bool occluded_ray(const Bvh& bvh, const Ray& ray) {
-    const ShearedRay sheared = shear_ray(ray.org, ray.dir);
-    const WideShear shear(sheared);
-    const WideSlab slab(slab_ray(ray.org, ray.dir));
-    const FloatVec tfar = hn::Set(kFloats, ray.tfar);
-    WideStack stack;
-    while (!stack.empty()) {
-        const WideEntry entry = stack.pop();
-        if ((entry.child & kLeafBit) == 0) {
-            const Node& node = bvh.nodes[entry.child];
-            HWY_ALIGN float t_enter[kWidth];
-            stack.push(node, hit_slots(slab, node, tfar, t_enter), t_enter);
-            continue;
-        }
-        const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
-        std::uint32_t triangles = may_hit_triangles(sheared, shear, leaf);
-        for (; triangles != 0; triangles &= triangles - 1) {
-            const auto triangle = static_cast<std::uint32_t>(std::countr_zero(triangles));
-            TriangleHit hit;
-            if (intersect_slot(sheared, ray.tnear, ray.tfar, leaf, triangle, hit)) return true;
-        }
+// ---- Any hit: many rays at once, in no order.
+//
+// The work is a stack of (ray, node). The topmost kChunk are taken together and tested in a loop
+// without a branch that depends on data, which neither waits for one node to know the next nor
+// mispredicts; met leaves are gathered and tested in a second such loop.
+//
+// The stack. Levels of the tree do not decrease from bottom to top: a chunk's children are pushed
+// in the order of their parents, on what is left, which is no deeper than the first of the chunk.
+// So when an entry of level l - 1 is taken, all of level l and deeper are taken with it, and at
+// most kWidth * kChunk of level l and deeper come back. By induction from the deepest level, at
+// most kWidth * kChunk of each level but the first are on the stack at a time, and kStreamRays of
+// that.
+
+inline constexpr std::size_t kChunk = 32;
+inline constexpr std::size_t kItems = kStreamRays + (kMaxDepth - 1) * kWidth * kChunk;
+
+/// Entries of two parallel arrays. Reading whole chunks may go below the first entry, and writing
+/// whole vectors beyond the last one.
+template <std::size_t kCapacity>
+struct WorkItems {
+    std::uint32_t child[kChunk + kCapacity + kWidth];
+    std::uint32_t ray[kChunk + kCapacity + kWidth];
+};
+
+/// Adds the children in these slots; returns the new size.
+template <std::size_t kCapacity>
+HWY_INLINE std::size_t append(const Node& node, std::uint32_t slots, std::uint32_t ray,
+                              WorkItems<kCapacity>& items, std::size_t size) {
+    std::uint32_t* child = items.child + kChunk + size;
+    std::uint32_t* of_ray = items.ray + kChunk + size;
+    const auto count = static_cast<std::size_t>(std::popcount(slots));
+    assert(size + count <= kCapacity);
+    if constexpr (kVectors == 1) {
+        const auto bits = static_cast<std::uint16_t>(slots);
+        std::uint8_t bytes[8] = {};
+        std::memcpy(bytes, &bits, sizeof bits);
+        const UintMask which = hn::LoadMaskBits(kUints, bytes);
+        hn::StoreU(hn::Compress(hn::LoadU(kUints, node.child), which), kUints, child);
+        hn::StoreU(hn::Set(kUints, ray), kUints, of_ray);
+        return size + count;
     }
-    return false;
+    // Two without a branch, more seldom follow.
+    for (std::size_t i = 0; i < 2; ++i) {
+        child[i] = node.child[std::countr_zero(slots | 1u << (kWidth - 1))];
+        of_ray[i] = ray;
+        slots &= slots - 1;
+    }
+    for (std::size_t i = 2; slots != 0; ++i) {
+        child[i] = node.child[std::countr_zero(slots)];
+        of_ray[i] = ray;
+        slots &= slots - 1;
+    }
+    return size + count;
 }
 
+/// At most kStreamRays rays.
+HWY_INLINE void occluded_stream(const Bvh& bvh, std::span<const Ray> rays, std::uint8_t* occluded) {
+    RayStream stream;
+    fill_stream(stream, rays);
+    WorkItems<kItems> inner;
+    WorkItems<kWidth * kChunk> outer;
+    std::size_t size = rays.size();
+    for (std::size_t i = 0; i < size; ++i) {
+        occluded[i] = 0;
+        inner.child[kChunk + i] = 0;
+        inner.ray[kChunk + i] = static_cast<std::uint32_t>(i);
+    }
+    while (size > 0) {
+        std::uint32_t child[kChunk];
+        std::uint32_t ray[kChunk];
+        std::memcpy(child, inner.child + size, sizeof child);
+        std::memcpy(ray, inner.ray + size, sizeof ray);
+        const std::size_t count = std::min(size, kChunk);
+        size -= count;
+        std::size_t leaf_count = 0;
+        for (std::size_t i = kChunk - count; i < kChunk; ++i) {
+            if (occluded[ray[i]] != 0) continue;
+            const Node& node = bvh.nodes[child[i]];
+            FloatVec t_enter[kVectors];
+            const std::uint32_t met = met_slots(stream, ray[i], stream.tfar[ray[i]], node, t_enter);
+            const std::uint32_t leaves = leaf_slots(node);
+            size = append(node, met & ~leaves, ray[i], inner, size);
+            leaf_count = append(node, met & leaves, ray[i], outer, leaf_count);
+        }
+        for (std::size_t i = 0; i < leaf_count; ++i) {
+            const std::uint32_t id = outer.ray[kChunk + i];
+            const Leaf& leaf = bvh.leaves[outer.child[kChunk + i] & ~kLeafBit];
+            const std::uint32_t triangles = possible_triangles(stream, id, leaf);
+            if (triangles == 0 || occluded[id] != 0) continue;
+            const ShearedRay sheared = shear_ray(rays[id].org, rays[id].dir);
+            for_each_triangle(triangles, [&](std::uint32_t slot) {
+                TriangleHit hit;
+                if (intersect_slot(sheared, rays[id], leaf, slot, hit)) occluded[id] = 1;
+            });
+        }
+    }
+}
+
+// ---- Entry points
+
 void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
-    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect_ray(bvh, rays[i]);
+    for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
+        const auto part = rays.subspan(first, std::min(kStreamRays, rays.size() - first));
+        RayStream stream;
+        fill_stream(stream, part);
+        for (std::size_t i = 0; i < part.size(); ++i) {
+            hits[first + i] = intersect_ray(bvh, part[i], stream, i);
+        }
+    }
 }
 
 void occluded_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<std::uint8_t> occluded) {
-    for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = occluded_ray(bvh, rays[i]);
+    for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
+        const auto part = rays.subspan(first, std::min(kStreamRays, rays.size() - first));
+        occluded_stream(bvh, part, occluded.data() + first);
+    }
 }
 
 }  // namespace HWY_NAMESPACE

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
@@ -58,7 +59,8 @@ TEST(Crosscheck, EqualPicturesGiveZeroAndLeaveNoFolder) {
 
 TEST(Crosscheck, JsonNamesEveryVariant) {
     TemporaryFolder folder;
-    const Outcome outcome = crosscheck(folder, {"--json", "-", "--frames", "0..24:12"});
+    const Outcome outcome =
+        crosscheck(folder, {"--json", "-", "--frames", "0..24:12", "--simd", "off"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const Json json = Json::parse(outcome.out);
     EXPECT_EQ(json["schema"], "morphray/1");
@@ -78,10 +80,40 @@ TEST(Crosscheck, JsonNamesEveryVariant) {
     }
 }
 
+TEST(Crosscheck, EveryInstructionSetIsAVariantOverBothTrees) {
+    TemporaryFolder folder;
+    const Outcome info = run({"info"});
+    const std::string listed = info.out.substr(info.out.find("cpu: "));
+    const Outcome outcome = crosscheck(folder, {"--json", "-", "--frames", "12", "--rays", "ao"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    std::set<std::string> variants;
+    for (const Json& row : json["rows"]) {
+        EXPECT_EQ(row["equal"], true) << row;
+        variants.insert(row["variant"]);
+        if (row["simd"] != "") {
+            EXPECT_NE(listed.find(row["simd"].get<std::string>()), std::string::npos) << row;
+        }
+    }
+    EXPECT_TRUE(variants.contains("cpu, rebuild"));
+    EXPECT_TRUE(variants.contains("cpu scalar, refit on cpu"));
+    EXPECT_TRUE(variants.contains("cpu scalar, rebuild"));
+    const auto commas = std::count(listed.begin(), listed.begin() + listed.find('\n'), ',');
+    EXPECT_EQ(variants.size(), 2u + 2u * (static_cast<std::size_t>(commas) + 1));
+}
+
+TEST(Crosscheck, OneInstructionSetCanBeChosen) {
+    TemporaryFolder folder;
+    const Outcome outcome = crosscheck(
+        folder, {"--json", "-", "--frames", "3", "--rays", "shadow", "--simd", "scalar"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(Json::parse(outcome.out)["rows"].size(), 4u);
+}
+
 TEST(Crosscheck, RaysRestrictTheRows) {
     TemporaryFolder folder;
     const Outcome outcome =
-        crosscheck(folder, {"--json", "-", "--frames", "3", "--rays", "shadow"});
+        crosscheck(folder, {"--json", "-", "--frames", "3", "--rays", "shadow", "--simd", "off"});
     const Json json = Json::parse(outcome.out);
     ASSERT_EQ(json["rows"].size(), 2u);
     EXPECT_EQ(json["rows"][0]["rays"], "shadow");
@@ -90,7 +122,7 @@ TEST(Crosscheck, RaysRestrictTheRows) {
 TEST(Crosscheck, ReferenceCanBeChosen) {
     TemporaryFolder folder;
     const Outcome outcome =
-        crosscheck(folder, {"--json", "-", "--frames", "3", "--reference", "cpu"});
+        crosscheck(folder, {"--json", "-", "--frames", "3", "--reference", "cpu", "--simd", "off"});
     const Json json = Json::parse(outcome.out);
     // The CPU over the rebuilt tree is the reference, so only the refitted one is a variant.
     ASSERT_EQ(json["rows"].size(), 3u);
@@ -104,8 +136,8 @@ TEST(Crosscheck, JunitIsWellFormed) {
     folder.write("a <&\" scene/f_1.obj", square_at(3));
     const std::string junit = folder.file("report.xml");
     const Outcome outcome =
-        run({"crosscheck", folder.file("a <&\" scene"), "--backend", "cpu", "--size", "16x16",
-             "--junit", junit, "--out", folder.file("out"), "-q"});
+        run({"crosscheck", folder.file("a <&\" scene"), "--backend", "cpu", "--simd", "off",
+             "--size", "16x16", "--junit", junit, "--out", folder.file("out"), "-q"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     const std::string xml = read_file(junit);
@@ -117,8 +149,9 @@ TEST(Crosscheck, BadFrameInTheMiddleKeepsTheReportOfTheEarlierOnes) {
     TemporaryFolder folder;
     folder.write("s/f_0.obj", square_at(0));
     folder.write("s/f_1.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 1 3 4\n");
-    const Outcome outcome = run({"crosscheck", folder.file("s"), "--backend", "cpu", "--size",
-                                 "16x16", "--json", "-", "--out", folder.file("out")});
+    const Outcome outcome =
+        run({"crosscheck", folder.file("s"), "--backend", "cpu", "--simd", "off", "--size", "16x16",
+             "--json", "-", "--out", folder.file("out")});
     EXPECT_EQ(outcome.code, 8) << outcome.err;
     const Json json = Json::parse(outcome.out);
     EXPECT_EQ(json["complete"], false);

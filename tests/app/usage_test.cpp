@@ -185,6 +185,24 @@ TEST(Usage, ThreadsOutOfRangeAreRefused) {
     }
 }
 
+TEST(Usage, InstructionSetsThatAreNotThereAreRefusedByEveryCommand) {
+#if defined(__x86_64__)
+    const std::string elsewhere = "neon";
+#else
+    const std::string elsewhere = "avx2";
+#endif
+    for (const char* command : {"render", "crosscheck", "profile", "probe"}) {
+        const std::vector<std::string> line = {command, "builtin:cloth:500", "--backend", "cpu",
+                                               "--simd"};
+        std::vector<std::string> unknown = line;
+        unknown.emplace_back("avx1024");
+        expect_refused(unknown, 2, "--simd: SIMD target 'avx1024' is unknown; there are ");
+        std::vector<std::string> unavailable = line;
+        unavailable.push_back(elsewhere);
+        expect_refused(unavailable, 4, "not available on this machine");
+    }
+}
+
 TEST(Usage, SamplesAndDistancesOutOfRangeAreRefused) {
     for (const char* value : {"0", "257", "2147483648", "-1"}) {
         expect_refused(render({"--ao-samples", value}), 2, "--ao-samples");

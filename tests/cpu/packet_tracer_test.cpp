@@ -10,6 +10,7 @@
 #include "common/camera_setup.h"
 #include "common/interop/camera.h"
 #include "cpu/brute_tracer.h"
+#include "cpu/image_tracer.h"
 #include "cpu/scalar_tracer.h"
 #include "tests/support/test_scene.h"
 

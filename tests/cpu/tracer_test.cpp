@@ -11,6 +11,7 @@
 #include "cpu/cpu_backend.h"
 #include "cpu/refit.h"
 #include "cpu/scalar_tracer.h"
+#include "cpu/simd_target.h"
 #include "tests/support/oracle.h"
 #include "tests/support/test_scene.h"
 
@@ -206,7 +207,7 @@ std::vector<std::uint64_t> image_hashes(Backend& backend, const TestScene& scene
     return hashes;
 }
 
-TEST(Images, AreTheSameForBruteForceTreesAndThreads) {
+TEST(Images, AreTheSameForBruteForceTreesThreadsAndSimdTargets) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
@@ -218,6 +219,11 @@ TEST(Images, AreTheSameForBruteForceTreesAndThreads) {
             scalar->set_scene(scene.topology(), scene.positions(), bvh);
             EXPECT_EQ(image_hashes(*scalar, scene), expected)
                 << named.name << ", " << threads << " threads";
+        }
+        for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+            const auto simd = cpu::make_cpu_backend({.threads = 2, .simd = target.name});
+            simd->set_scene(scene.topology(), scene.positions(), bvh);
+            EXPECT_EQ(image_hashes(*simd, scene), expected) << named.name << ", " << target.name;
         }
     }
 }

@@ -1,6 +1,7 @@
 #include "cpu/wide_tracer.h"
 
 #include <gtest/gtest.h>
+#include <xmmintrin.h>
 
 #include <vector>
 
@@ -68,6 +69,27 @@ TEST(WideTracer, AnswersABatchOfAnySizeAndNothingBesides) {
             EXPECT_EQ(occluded[size], 7);
         }
     }
+}
+
+// The filter of leaves may underflow; that decides nothing (cpu/wide_leaf-inl.h).
+TEST(WideTracer, RaisesNothingInvalidAndNoOverflow) {
+    const unsigned before = _mm_getcsr();
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::vector<Ray> rays = mixed_rays(scene, 1003, 61);
+        std::vector<Hit> hits(rays.size());
+        std::vector<std::uint8_t> occluded(rays.size());
+        for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+            const cpu::WideTracer wide(bvh, target);
+            _mm_setcsr(before & ~0x3Fu);
+            wide.intersect(rays, hits);
+            wide.occluded(rays, occluded);
+            EXPECT_EQ(_mm_getcsr() & (_MM_EXCEPT_INVALID | _MM_EXCEPT_OVERFLOW), 0u)
+                << named.name << ", " << target.name;
+        }
+    }
+    _mm_setcsr(before);
 }
 
 }  // namespace
