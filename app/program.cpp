@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <exception>
 #include <new>
+#include <stdexcept>
+#include <system_error>
 
 #include "app/command_line.h"
 #include "app/commands.h"
@@ -35,31 +36,46 @@ ExitCode run_command(const Options& options, const Messages& messages) {
 
 }  // namespace
 
-int run_program(std::span<const std::string> arguments) {
-    const InterruptGuard guard;
-    Messages messages;
-    ExitCode code = ExitCode::kInternal;
+ExitCode explain_failure(std::exception_ptr failure, const Messages& messages) {
     try {
-        const ParsedCommandLine parsed = parse_command_line(arguments);
-        if (parsed.options) {
-            messages = Messages(*parsed.options);
-            code = run_command(*parsed.options, messages);
-        } else {
-            messages.print(parsed.text);
-            code = ExitCode::kOk;
-        }
+        std::rethrow_exception(failure);
     } catch (const Error& error) {
         messages.error(error.what());
-        code = error.code();
+        return error.code();
     } catch (const std::bad_alloc&) {
         messages.error("out of memory; choose a smaller scene or picture, or raise the limit");
-        code = ExitCode::kLimit;
+        return ExitCode::kLimit;
+    } catch (const std::length_error&) {
+        messages.error("something is larger than memory can be; choose a smaller scene or picture");
+        return ExitCode::kLimit;
+    } catch (const std::system_error& error) {
+        if (error.code() == std::errc::resource_unavailable_try_again) {
+            messages.error("no more threads can be started; use --threads 1 or raise the limit");
+            return ExitCode::kLimit;
+        }
+        messages.error(fmt::format("internal error: {}; please report it", error.what()));
     } catch (const std::exception& error) {
         messages.error(fmt::format("internal error: {}; please report it", error.what()));
     } catch (...) {
         messages.error("internal error: unknown exception; please report it");
     }
-    return static_cast<int>(code);
+    return ExitCode::kInternal;
+}
+
+int run_program(std::span<const std::string> arguments) {
+    const InterruptGuard guard;
+    Messages messages;
+    try {
+        const ParsedCommandLine parsed = parse_command_line(arguments);
+        if (!parsed.options) {
+            messages.print(parsed.text);
+            return static_cast<int>(ExitCode::kOk);
+        }
+        messages = Messages(*parsed.options);
+        return static_cast<int>(run_command(*parsed.options, messages));
+    } catch (...) {
+        return static_cast<int>(explain_failure(std::current_exception(), messages));
+    }
 }
 
 }  // namespace morphray::app

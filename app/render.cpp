@@ -57,7 +57,8 @@ public:
         write_file(folder_ / file, encode_png(image));
         if (hits_) hits_->add(frame_, params_.camera, scene_.space());
         thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
-        report_.frames.push_back(report_frame(session_, frame_number, frame_));
+        report_.frames.push_back(
+            report_frame(session_, frame_number, frame_, !options_.json.empty()));
         report_.frames.back().file = file;
     }
 

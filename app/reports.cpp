@@ -13,7 +13,8 @@ const char* name_of(TreeStep step) {
 
 }  // namespace
 
-FrameReport report_frame(Session& session, double frame_number, const Frame& frame) {
+FrameReport report_frame(Session& session, double frame_number, const Frame& frame,
+                         bool with_tree) {
     FrameReport report;
     report.frame = frame_number;
     report.backend = session.tracer().name();
@@ -22,9 +23,11 @@ FrameReport report_frame(Session& session, double frame_number, const Frame& fra
     report.times = session.times();
     report.hits_hash = hits_hash(frame);
     report.image_hash = image_hash(frame);
-    const Bvh& tree = session.tree();
-    report.bvh_hash = bvh_hash(tree);
-    report.sah_cost = bvh_stats(tree).sah_cost;
+    if (with_tree) {
+        const Bvh& tree = session.tree();
+        report.bvh_hash = bvh_hash(tree);
+        report.sah_cost = bvh_stats(tree).sah_cost;
+    }
     report.hits = static_cast<std::uint64_t>(
         std::count_if(frame.hits.begin(), frame.hits.end(),
                       [](const Hit& hit) { return hit.prim_id != kNoPrim; }));

@@ -42,8 +42,9 @@ struct FrameReport {
     std::string file;
 };
 
-/// Hashes, counts and times of the frame that the session has just traced.
-FrameReport report_frame(Session& session, double frame_number, const Frame& frame);
+/// Hashes, counts and times of the frame that the session has just traced. The tree, which has to
+/// be read back, is looked at only `with_tree`.
+FrameReport report_frame(Session& session, double frame_number, const Frame& frame, bool with_tree);
 
 struct RenderReport {
     ReportHead head;

@@ -1,7 +1,7 @@
 #include "cpu/cpu_backend.h"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range2d.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -11,15 +11,14 @@
 #include "common/thread_arena.h"
 #include "cpu/brute_tracer.h"
 #include "cpu/image_tracer.h"
+#include "cpu/packet_tiles.h"
 #include "cpu/refit.h"
 #include "cpu/scalar_tracer.h"
 #include "cpu/simd_target.h"
-#include "cpu/wide_tracer.h"
 
 namespace morphray::cpu {
 namespace {
 
-constexpr std::uint32_t kTileSize = 32;
 constexpr std::size_t kRayGrain = 256;
 
 class Stopwatch {
@@ -101,14 +100,16 @@ public:
         const Stopwatch watch;
         const auto tracer = make_tracer_(topology_, positions_, bvh_);
         const ShadedMesh mesh{&topology_, positions_};
-        using Range = tbb::blocked_range2d<std::uint32_t>;
+        const std::uint32_t columns = (params.width + kPacketSide - 1) / kPacketSide;
+        const std::uint32_t rows = (params.height + kPacketSide - 1) / kPacketSide;
         arena_.execute([&] {
-            tbb::parallel_for(Range(0, params.height, kTileSize, 0, params.width, kTileSize),
-                              [&](const Range& r) {
-                                  const Tile tile{r.cols().begin(), r.rows().begin(),
-                                                  r.cols().end(), r.rows().end()};
-                                  trace_tile(tracer, mesh, params, tile, frame);
-                              });
+            tbb::parallel_for(std::uint32_t{0}, columns * rows, [&](std::uint32_t i) {
+                const std::uint32_t x = i % columns * kPacketSide;
+                const std::uint32_t y = i / columns * kPacketSide;
+                const Tile tile{x, y, std::min(x + kPacketSide, params.width),
+                                std::min(y + kPacketSide, params.height)};
+                trace_tile(*tracer, mesh, params, tile, frame);
+            });
         });
         times_.trace_ms = watch.ms();
         times_.rays = count_rays(params, frame);
@@ -121,8 +122,8 @@ public:
         using Range = tbb::blocked_range<std::size_t>;
         arena_.execute([&] {
             tbb::parallel_for(Range(0, rays.size(), kRayGrain), [&](const Range& r) {
-                tracer.intersect(rays.subspan(r.begin(), r.size()),
-                                 hits.subspan(r.begin(), r.size()));
+                tracer->intersect(rays.subspan(r.begin(), r.size()),
+                                  hits.subspan(r.begin(), r.size()));
             });
         });
         times_.trace_ms = watch.ms();
@@ -159,21 +160,22 @@ std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
     if (config.simd == kSimdOff) return make_scalar_backend(config);
     const SimdTarget target = find_simd_target(config.simd);
     const auto make = [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
-        return WideTracer(bvh, target);
+        return std::make_unique<PacketTiles>(bvh, target);
     };
     return make_backend("cpu", target.name, config, make);
 }
 
 std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config) {
     const auto make = [](const Topology&, std::span<const vec3>, const Bvh& bvh) {
-        return OneByOne(ScalarTracer(bvh));
+        return std::make_unique<BatchTiles<OneByOne<ScalarTracer>>>(OneByOne(ScalarTracer(bvh)));
     };
     return make_backend("cpu", "portable C++", config, make);
 }
 
 std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
     const auto make = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
-        return OneByOne(BruteTracer(topology, positions));
+        return std::make_unique<BatchTiles<OneByOne<BruteTracer>>>(
+            OneByOne(BruteTracer(topology, positions)));
     };
     return make_backend("brute", "portable C++", config, make);
 }

@@ -9,13 +9,10 @@
 #include "common/interop/camera.h"
 #include "common/interop/shade.h"
 #include "common/mesh.h"
+#include "cpu/packet.h"
+#include "cpu/tile.h"
 
 namespace morphray::cpu {
-
-/// Pixels [x0, x1) x [y0, y1).
-struct Tile {
-    std::uint32_t x0, y0, x1, y1;
-};
 
 /// What shading needs besides hits.
 struct ShadedMesh {
@@ -45,83 +42,158 @@ private:
     Tracer tracer_;
 };
 
-/// The secondary rays of some pixels, traced as one batch.
-class SecondaryRays {
+/// A tracer of batches, taken as one of tiles.
+template <class Tracer>
+class BatchTiles {
 public:
-    void clear() { rays_.clear(); }
-    std::size_t size() const { return rays_.size(); }
+    explicit BatchTiles(const Tracer& tracer) : tracer_(tracer) {}
 
-    /// Adds those of pixel (x, y). A light behind the surface needs none.
-    void add(const ImageParams& params, const Surface& surface, std::uint32_t x, std::uint32_t y) {
-        if (params.rays == kRaysShadow && faces_light(surface, params.light)) {
-            rays_.push_back(shadow_ray(surface, params.light));
-        }
-        if (params.rays != kRaysAo) return;
-        for (std::uint32_t i = 0; i < params.ao_count; ++i) {
-            rays_.push_back(ao_ray(surface, x, y, i, params.ao_tfar));
+    void intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
+                          std::size_t stride) const {
+        std::vector<Ray> rays(tile.x1 - tile.x0);
+        for (std::uint32_t y = tile.y0; y < tile.y1; ++y, hits += stride) {
+            for (std::uint32_t x = tile.x0; x < tile.x1; ++x) {
+                rays[x - tile.x0] = camera_ray(params.camera, x, y);
+            }
+            tracer_.intersect(rays, std::span<Hit>(hits, rays.size()));
         }
     }
 
-    template <class Tracer>
-    void trace(const Tracer& tracer) {
-        occluded_.resize(rays_.size());
-        tracer.occluded(rays_, occluded_);
+    void occluded_from_point(vec3, std::span<const Ray> rays, std::span<const std::uint8_t> active,
+                             std::span<std::uint8_t> occluded) const {
+        std::vector<Ray> batch;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (active[i] != 0) batch.push_back(rays[i]);
+        }
+        std::vector<std::uint8_t> answers(batch.size());
+        tracer_.occluded(batch, answers);
+        auto answer = answers.begin();
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (active[i] != 0) occluded[i] = *answer++;
+        }
     }
 
-    /// How many of rays [begin, end) are occluded; a shadow ray that was not needed counts as one.
-    std::uint32_t count_occluded(const ImageParams& params, std::size_t begin,
-                                 std::size_t end) const {
-        if (params.rays == kRaysShadow && begin == end) return 1;
-        std::uint32_t count = 0;
-        for (std::size_t i = begin; i < end; ++i) count += occluded_[i];
-        return count;
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+        tracer_.intersect(rays, hits);
+    }
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+        tracer_.occluded(rays, occluded);
     }
 
 private:
-    std::vector<Ray> rays_;
-    std::vector<std::uint8_t> occluded_;
+    Tracer tracer_;
 };
 
-/// Fills hits, occlusion and pixels of the tile with any tracer that has intersect(rays, hits) and
-/// occluded(rays, flags). Tiles of one frame may be traced by several threads.
+/// The pixels of one tile on their way from hits to colours.
 template <class Tracer>
-void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params, Tile tile,
-                Frame& frame) {
-    const std::uint32_t width = tile.x1 - tile.x0;
-    std::vector<Ray> rays(width);
-    std::vector<Surface> surfaces(width);
-    std::vector<std::size_t> first_secondary(width + 1);
-    SecondaryRays secondary;
-    // A row at a time keeps the batch of secondary rays in the cache.
-    for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {
-        const std::size_t row = std::size_t{y} * params.width + tile.x0;
-        const std::span<Hit> hits(frame.hits.data() + row, width);
-        for (std::uint32_t i = 0; i < width; ++i) {
-            rays[i] = camera_ray(params.camera, tile.x0 + i, y);
-        }
-        tracer.intersect(rays, hits);
-        secondary.clear();
-        for (std::uint32_t i = 0; i < width; ++i) {
-            first_secondary[i] = secondary.size();
-            if (hits[i].prim_id == kNoPrim) continue;
-            surfaces[i] = mesh.surface(rays[i], hits[i]);
-            secondary.add(params, surfaces[i], tile.x0 + i, y);
-        }
-        first_secondary[width] = secondary.size();
-        secondary.trace(tracer);
-        for (std::uint32_t i = 0; i < width; ++i) {
-            const bool missed = hits[i].prim_id == kNoPrim;
-            const std::uint32_t occluded =
-                missed
-                    ? 0
-                    : secondary.count_occluded(params, first_secondary[i], first_secondary[i + 1]);
-            frame.occlusion[row + i] = occluded;
-            frame.pixels[row + i] = missed
-                                        ? background(y, params.height)
-                                        : shade(params, rays[i], surfaces[i],
-                                                mesh.topology->albedo[hits[i].prim_id], occluded);
+class TileImage {
+public:
+    TileImage(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
+              const Tile& tile, Frame& frame)
+        : tracer_(tracer), mesh_(mesh), params_(params), tile_(tile), frame_(frame) {}
+
+    void trace() {
+        tracer_.intersect_camera(params_, tile_, &frame_.hits[pixel(tile_.x0, tile_.y0)],
+                                 params_.width);
+        find_surfaces();
+        if (params_.rays == kRaysShadow) trace_shadow();
+        for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
+            if (params_.rays == kRaysAo) trace_ao_row(y);
+            for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) finish(x, y);
         }
     }
+
+private:
+    std::size_t pixel(std::uint32_t x, std::uint32_t y) const {
+        return std::size_t{y} * params_.width + x;
+    }
+    std::uint32_t local(std::uint32_t x, std::uint32_t y) const {
+        return packet_ray(x - tile_.x0, y - tile_.y0);
+    }
+    bool is_hit(std::uint32_t x, std::uint32_t y) const {
+        return frame_.hits[pixel(x, y)].prim_id != kNoPrim;
+    }
+
+    void find_surfaces() {
+        for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
+            for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
+                frame_.occlusion[pixel(x, y)] = 0;
+                if (!is_hit(x, y)) continue;
+                const std::uint32_t i = local(x, y);
+                rays_[i] = camera_ray(params_.camera, x, y);
+                surfaces_[i] = mesh_.surface(rays_[i], frame_.hits[pixel(x, y)]);
+            }
+        }
+    }
+
+    /// A light behind a surface occludes it without a ray.
+    void trace_shadow() {
+        std::vector<Ray> shadows(kPacketRays);
+        std::vector<std::uint8_t> active(kPacketRays, 0);
+        std::vector<std::uint8_t> occluded(kPacketRays, 1);
+        bool any = false;
+        for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
+            for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
+                const std::uint32_t i = local(x, y);
+                if (!is_hit(x, y) || !faces_light(surfaces_[i], params_.light)) continue;
+                shadows[i] = shadow_ray(surfaces_[i], params_.light);
+                active[i] = 1;
+                any = true;
+            }
+        }
+        if (any) tracer_.occluded_from_point(params_.light, shadows, active, occluded);
+        for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
+            for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
+                if (is_hit(x, y)) frame_.occlusion[pixel(x, y)] = occluded[local(x, y)];
+            }
+        }
+    }
+
+    /// A row at a time keeps the batch in the cache.
+    void trace_ao_row(std::uint32_t y) {
+        batch_.clear();
+        for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
+            if (!is_hit(x, y)) continue;
+            for (std::uint32_t i = 0; i < params_.ao_count; ++i) {
+                batch_.push_back(ao_ray(surfaces_[local(x, y)], x, y, i, params_.ao_tfar));
+            }
+        }
+        answers_.resize(batch_.size());
+        tracer_.occluded(batch_, answers_);
+        auto answer = answers_.begin();
+        for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
+            if (!is_hit(x, y)) continue;
+            std::uint32_t& count = frame_.occlusion[pixel(x, y)];
+            for (std::uint32_t i = 0; i < params_.ao_count; ++i) count += *answer++;
+        }
+    }
+
+    void finish(std::uint32_t x, std::uint32_t y) {
+        const std::size_t at = pixel(x, y);
+        const std::uint32_t i = local(x, y);
+        frame_.pixels[at] = is_hit(x, y) ? shade(params_, rays_[i], surfaces_[i],
+                                                 mesh_.topology->albedo[frame_.hits[at].prim_id],
+                                                 frame_.occlusion[at])
+                                         : background(y, params_.height);
+    }
+
+    const Tracer& tracer_;
+    const ShadedMesh& mesh_;
+    const ImageParams& params_;
+    const Tile& tile_;
+    Frame& frame_;
+    std::vector<Ray> rays_ = std::vector<Ray>(kPacketRays);
+    std::vector<Surface> surfaces_ = std::vector<Surface>(kPacketRays);
+    std::vector<Ray> batch_;
+    std::vector<std::uint8_t> answers_;
+};
+
+/// Fills hits, occlusion and pixels of a tile of at most 32 x 32 pixels, with any tracer of tiles
+/// (BatchTiles, PacketTiles). Tiles of one frame may be traced by several threads.
+template <class Tracer>
+void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
+                const Tile& tile, Frame& frame) {
+    TileImage<Tracer>(tracer, mesh, params, tile, frame).trace();
 }
 
 }  // namespace morphray::cpu

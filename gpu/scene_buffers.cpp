@@ -10,15 +10,16 @@ constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
 constexpr VkBufferUsageFlags kReadAndWritten =
     VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
 
-template <class T>
-std::span<const std::byte> bytes_of(const std::vector<T>& values) {
+/// The bytes of a contiguous container.
+template <class Values>
+std::span<const std::byte> bytes_of(const Values& values) {
     return std::as_bytes(std::span(values));
 }
 
 /// A texel buffer that holds these values.
-template <class T>
-TexelBuffer filled(Context& context, Transfer& transfer, const char* name,
-                   const std::vector<T>& values, VkFormat format = kWord,
+template <class Values>
+TexelBuffer filled(Context& context, Transfer& transfer, const char* name, const Values& values,
+                   VkFormat format = kWord,
                    VkBufferUsageFlags usage = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
     TexelBuffer texels(context, name, bytes_of(values).size(), format, usage);
     transfer.upload(bytes_of(values), texels.buffer);

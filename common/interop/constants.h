@@ -28,6 +28,9 @@ SHARED_CONST float kProjectedSnap = 2.7284841053187847e-12f;    // 1.5 * 2^-39
 // A bound of the relative error of fast_edges, derived there: 2^-19.
 SHARED_CONST float kFastProjectionError = 1.9073486328125e-06f;
 
+// Rounding of the average of three z, relative to the largest: 2^-20.
+SHARED_CONST float kDepthRounding = 9.5367431640625e-07f;
+
 // An empty box is inverted: lower = +kEmptyPlane, upper = -kEmptyPlane (2^48). The slab test
 // rejects it for every ray because it takes its near and far planes by the sign of the direction.
 SHARED_CONST float kEmptyPlane = 281474976710656.0f;

@@ -4,7 +4,7 @@
 //
 //   SHARED        marks a function (inline in C++), SHARED_CONST a constant
 //   PRECISE       marks every float local and result: no contraction, no reassociation
-//   OUT(T)        an output parameter
+//   OUT(T)        an output parameter, INOUT(T) one that is read, too
 //   SHARED_BEGIN / SHARED_END   open and close namespace morphray in C++
 #ifndef COMMON_INTEROP_PLATFORM_H
 #define COMMON_INTEROP_PLATFORM_H
@@ -24,6 +24,7 @@
 #define SHARED_CONST inline constexpr
 #define PRECISE
 #define OUT(T) T&
+#define INOUT(T) T&
 #define SHARED_BEGIN namespace morphray {
 #define SHARED_END }  // namespace morphray
 
@@ -48,6 +49,7 @@ inline float max(float a, float b) { return a > b ? a : b; }
 #define SHARED_CONST const
 #define PRECISE precise
 #define OUT(T) out T
+#define INOUT(T) inout T
 #define SHARED_BEGIN
 #define SHARED_END
 

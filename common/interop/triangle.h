@@ -138,7 +138,7 @@ SHARED vec3 project_fast(ShearedRay s, vec3 vertex) {
     PRECISE float y1 = s.dir.y * a.z;
     PRECISE float x = x0 - x1;
     PRECISE float y = y0 - y1;
-    // On the grid 2^-62 without a select, at the price of another rounding of what is large.
+    // On the grid 2^-63 without a select, at the price of another rounding of what is large.
     PRECISE float sx = x + kProjectedSnap;
     PRECISE float sy = y + kProjectedSnap;
     PRECISE vec3 p = vec3(sx - kProjectedSnap, sy - kProjectedSnap, a.z);
@@ -146,35 +146,37 @@ SHARED vec3 project_fast(ShearedRay s, vec3 vertex) {
 }
 
 /// The edge functions of a triangle opposite to a, b and c; how far each may be from that of the
-/// vertices as `project` gives them; and the range of the vertices' z.
+/// vertices as `project` gives them; and the range and the largest size of the vertices' z.
 struct Edges {
     float u;
     float v;
     float w;
     float bound;
     float depth_range;
+    float depth_size;
 };
+
+SHARED void measure_depth(float za, float zb, float zc, INOUT(Edges) e) {
+    float nearest = min(za, min(zb, zc));
+    float farthest = max(za, max(zb, zc));
+    PRECISE float range = farthest - nearest;
+    e.depth_range = range;
+    e.depth_size = max(abs(nearest), abs(farthest));
+}
 
 /// The edge functions of vertices from project_fast.
 ///
-/// With |d| < 2 and r the largest |coordinate| of the three vertices relative to the origin, x and
-/// y are within delta = 1.25 * 2^-20 r of those of `project`: in units of 2^-24 r, 4 for the two
-/// products
-/// (<= 2r each), 4 for their difference (<= 4r), 4 for the rounding of a and 8 for the snap. Hence
-/// an edge function of p, q with m = |p.x| + |p.y| + |q.x| + |q.y| is within delta m + 2 delta^2 of
-/// the other's, and its own rounding is at most 2^-23 (m/2)^2 <= 2^-21 r m since m <= 16 r.
-/// Together that is less than 2^-19 r (m + 2^-19 r), here with the m of all three vertices; r is
-/// bounded by |a.x| <= |x| + |a.z|.
+/// With m the sum of |x| + |y| over the vertices and R = m + max |z|, which bounds every coordinate
+/// relative to the origin, each function is within 2^-19 R (m + 2^-19 R) of that on the vertices of
+/// `project`: docs/arithmetic.md, "The plain path", adds up the roundings.
 SHARED Edges fast_edges(vec3 a, vec3 b, vec3 c) {
     PRECISE float ma = abs(a.x) + abs(a.y);
     PRECISE float mb = abs(b.x) + abs(b.y);
     PRECISE float mc = abs(c.x) + abs(c.y);
     PRECISE float m = (ma + mb) + mc;
-    float nearest = min(a.z, min(b.z, c.z));
-    float farthest = max(a.z, max(b.z, c.z));
-    PRECISE float depth_range = farthest - nearest;
-    PRECISE float z = max(abs(nearest), abs(farthest));
-    PRECISE float r = kFastProjectionError * (m + z);
+    Edges e;
+    measure_depth(a.z, b.z, c.z, e);
+    PRECISE float r = kFastProjectionError * (m + e.depth_size);
     PRECISE float bound = r * (m + r);
     PRECISE float u0 = b.x * c.y;
     PRECISE float u1 = b.y * c.x;
@@ -185,12 +187,10 @@ SHARED Edges fast_edges(vec3 a, vec3 b, vec3 c) {
     PRECISE float u = u0 - u1;
     PRECISE float v = v0 - v1;
     PRECISE float w = w0 - w1;
-    Edges e;
     e.u = u;
     e.v = v;
     e.w = w;
     e.bound = bound;
-    e.depth_range = depth_range;
     return e;
 }
 
@@ -201,7 +201,7 @@ SHARED Edges exact_edges(vec3 a, vec3 b, vec3 c) {
     e.v = difference_of_products(c.x, a.y, c.y, a.x);
     e.w = difference_of_products(a.x, b.y, a.y, b.x);
     e.bound = 0.0f;
-    e.depth_range = 0.0f;
+    measure_depth(a.z, b.z, c.z, e);
     return e;
 }
 
@@ -239,8 +239,10 @@ struct TriangleHit {
 };
 
 /// The hit of a ray that goes through a triangle, from its edge functions and the vertices' z.
-/// Whether there is one with tnear <= t <= tfar and t > 0; none where all three functions are 0
-/// (edge-on).
+/// Whether there is one with tnear <= t <= tfar and z certainly in front of the origin: an origin
+/// in the plane of the triangle, up to the rounding of z, does not hit it. Nor is there one where
+/// all three functions are 0 (edge-on). z is off by at most 2 * bound / sum of its range and a few
+/// ulp of its size.
 SHARED bool weighted_hit(ShearedRay s, float tnear, float tfar, Edges e, float za, float zb,
                          float zc, OUT(TriangleHit) hit) {
     PRECISE float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
@@ -250,10 +252,11 @@ SHARED bool weighted_hit(ShearedRay s, float tnear, float tfar, Edges e, float z
     PRECISE float wc = normalized_weight(abs(e.w), sum, rsum);
     PRECISE float z = (wa * za + wb * zb) + wc * zc;
     PRECISE float t = z * s.rdz;
+    PRECISE float error = ((2.0f * e.bound) * rsum) * e.depth_range + kDepthRounding * e.depth_size;
     hit.t = t;
     hit.u = wb;
     hit.v = wc;
-    return sum > 0.0f && t > 0.0f && t >= tnear && t <= tfar;
+    return sum > 0.0f && abs(z) > error && t > 0.0f && t >= tnear && t <= tfar;
 }
 
 /// A vertex that is not finite is stored as kInvalidCoordinate; its triangles are never hit.

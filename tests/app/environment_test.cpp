@@ -1,4 +1,4 @@
-// Surroundings that should not matter, and those that set limits.
+// Surroundings that should not matter, and a machine without Vulkan.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -8,8 +8,6 @@
 
 namespace morphray::test {
 namespace {
-
-constexpr rlim_t kMebibyte = 1 << 20;
 
 std::string image_hash(const std::string& scene, const Surroundings& surroundings) {
     TemporaryFolder folder;
@@ -45,46 +43,6 @@ TEST(Environment, PathsNeedNotBeUtf8) {
                    folder.file("\xe4\xff")})
                   .code,
               0);
-}
-
-TEST(Environment, WorkBeyondTheAddressSpaceLimitIsRefusedWithNumbers) {
-    TemporaryFolder folder;
-    const Outcome outcome =
-        run({"render", "builtin:cloth:20000000", "--backend", "cpu", "--out", folder.file("out")},
-            {.address_space = 512 * kMebibyte});
-    EXPECT_EQ(outcome.code, 6) << outcome.err;
-    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
-    EXPECT_NE(outcome.err.find("MiB"), std::string::npos) << outcome.err;
-    EXPECT_NE(outcome.err.find("address space"), std::string::npos) << outcome.err;
-    EXPECT_TRUE(folder.names().empty());
-}
-
-TEST(Environment, PictureBeyondTheAddressSpaceLimitIsRefused) {
-    TemporaryFolder folder;
-    const Outcome outcome = run({"render", "builtin:cloth:500", "--backend", "cpu", "--size",
-                                 "16000x16000", "--out", folder.file("out")},
-                                {.address_space = 512 * kMebibyte});
-    EXPECT_EQ(outcome.code, 6) << outcome.err;
-    EXPECT_TRUE(folder.names().empty());
-}
-
-TEST(Environment, SmallWorkFitsASmallAddressSpace) {
-    TemporaryFolder folder;
-    const Outcome outcome = run({"render", "builtin:cloth:500", "--backend", "cpu", "--size",
-                                 "16x16", "--frames", "0", "--out", folder.file("out")},
-                                {.address_space = 512 * kMebibyte});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-}
-
-TEST(Environment, DriverIsNotLoadedIntoAnAddressSpaceThatIsTooSmall) {
-    TemporaryFolder folder;
-    const std::vector<std::string> arguments = {"render", "builtin:cloth:500", "--size",
-                                                "16x16",  "--frames",          "0",
-                                                "--out",  folder.file("out")};
-    const Surroundings small = {.address_space = 400 * kMebibyte};
-    const Outcome automatic = run(arguments, small);
-    EXPECT_EQ(automatic.code, 0) << automatic.err;
-    EXPECT_EQ(lines(automatic.err).size(), 1u) << automatic.err;
 }
 
 // Without a driver (or without Vulkan in the build) each command says so with 4, and those that

@@ -10,6 +10,7 @@
 #include "app/memory_budget.h"
 #include "app/nearest.h"
 #include "app/numbers.h"
+#include "app/program.h"
 #include "app/scene_frames.h"
 #include "app/shell_text.h"
 #include "app/table.h"
@@ -139,6 +140,21 @@ TEST(Junit, DifferencesAreFailures) {
 TEST(Junit, TextHoldsNothingThatXmlCannot) {
     EXPECT_EQ(xml_text("a<b>&\"c\""), "a&lt;b&gt;&amp;&quot;c&quot;");
     EXPECT_EQ(xml_text(std::string("\0\x1b\xff\n", 4)), "????");
+}
+
+TEST(Failure, HasTheExitCodeOfItsKind) {
+    const auto code_of = [](const auto& failure) {
+        return explain_failure(std::make_exception_ptr(failure), Messages());
+    };
+    EXPECT_EQ(code_of(Error(ExitCode::kUsage, "usage")), ExitCode::kUsage);
+    EXPECT_EQ(code_of(Error(ExitCode::kDeviceLost, "lost")), ExitCode::kDeviceLost);
+    EXPECT_EQ(code_of(Error(ExitCode::kTerminated, "stop")), ExitCode::kTerminated);
+    EXPECT_EQ(code_of(std::bad_alloc()), ExitCode::kLimit);
+    EXPECT_EQ(code_of(std::length_error("vector")), ExitCode::kLimit);
+    EXPECT_EQ(code_of(std::system_error(EAGAIN, std::generic_category())), ExitCode::kLimit);
+    EXPECT_EQ(code_of(std::system_error(EIO, std::generic_category())), ExitCode::kInternal);
+    EXPECT_EQ(code_of(std::logic_error("bug")), ExitCode::kInternal);
+    EXPECT_EQ(code_of(42), ExitCode::kInternal);
 }
 
 TEST(BruteForce, IsTheReferenceUpToTwoBillionTests) {

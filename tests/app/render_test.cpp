@@ -119,7 +119,8 @@ TEST(Render, PictureDoesNotDependOnTreeOrThreads) {
     const auto hashes = [&](Names more) {
         more.insert(more.end(), {"--frames", "0..12:6", "--rays", "shadow"});
         std::string all;
-        for (const Json& frame : render_json("builtin:cloth:900", folder, more)["frames"]) {
+        const Json json = render_json("builtin:cloth:900", folder, more);
+        for (const Json& frame : json["frames"]) {
             all += frame["hits_hash"].get<std::string>() + frame["image_hash"].get<std::string>();
         }
         return all;

@@ -44,7 +44,8 @@ TEST(WithVulkan, RenderIsTheSameWhereverItTracesAndRefits) {
         const Outcome outcome = run(all);
         EXPECT_EQ(outcome.code, 0) << outcome.err;
         std::string text;
-        for (const Json& frame : Json::parse(outcome.out)["frames"]) {
+        const Json json = Json::parse(outcome.out);
+        for (const Json& frame : json["frames"]) {
             for (const char* hash : {"hits_hash", "image_hash", "bvh_hash"}) {
                 text += frame[hash].get<std::string>() + " ";
             }

@@ -118,6 +118,17 @@ TEST(UnitTriangle, IsHitAtKnownTAndBarycentrics) {
     EXPECT_FALSE(hits_between(0.50001, 9));
 }
 
+TEST(OriginInThePlaneOfATriangle, HitsItNeitherFromItsInsideNorFromBeside) {
+    const TestScene scene({{-0.7f, -0.3f, 0}, {0.9f, -0.4f, 0}, {0.1f, 0.8f, 0}}, {{0, 1, 2}});
+    const cpu::BruteTracer brute(scene.topology(), scene.positions());
+    Random random(45);
+    for (int i = 0; i < 20000; ++i) {
+        vec3 org = random.point();
+        org.z = 0;
+        EXPECT_FALSE(brute.occluded(scene_ray(scene, org, random.point())));
+    }
+}
+
 /// Rays that hit nothing though they start inside a closed mesh, within origin_extent of its
 /// largest coordinate.
 std::size_t count_leaks(const TestScene& scene, double origin_extent, std::size_t count) {

@@ -12,8 +12,8 @@
 namespace morphray::test {
 namespace {
 
-template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+template <class Values>
+bool same_bytes(const Values& a, const Values& b) {
     return std::ranges::equal(std::as_bytes(std::span(a)), std::as_bytes(std::span(b)));
 }
 

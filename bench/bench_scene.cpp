@@ -1,0 +1,39 @@
+#include "bench/bench_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/bvh_builder.h"
+#include "common/scene_source.h"
+#include "common/scene_space.h"
+
+namespace morphray::bench {
+namespace {
+
+std::vector<vec3> positions_at(const Clip& clip, const SceneSpace& space, double frame) {
+    std::vector<vec3> user(clip.topology().vertex_count);
+    std::vector<vec3> scene(clip.topology().vertex_count);
+    clip.positions(frame, user);
+    space.to_scene(user, scene);
+    return scene;
+}
+
+}  // namespace
+
+BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
+    BenchScene scene;
+    scene.name = spec;
+    SceneOptions lenient;
+    lenient.lenient = true;
+    scene.clip = open_scene(spec, lenient);
+    const Clip& clip = *scene.clip;
+    const SceneSpace space(clip.bounds());
+    const double middle = std::floor((clip.first_frame() + clip.last_frame()) / 2);
+    scene.positions = positions_at(clip, space, middle);
+    scene.moved = positions_at(clip, space, std::min(middle + 1, clip.last_frame()));
+    scene.params = make_image_params(view, clip.bounds(), space);
+    scene.bvh = build_bvh(clip.topology(), scene.positions);
+    return scene;
+}
+
+}  // namespace morphray::bench

@@ -1,0 +1,32 @@
+// A scene with everything that the works take.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/bvh.h"
+#include "common/camera_setup.h"
+#include "common/clip.h"
+#include "cpu/image_tracer.h"
+
+namespace morphray::bench {
+
+/// The frame in the middle of a clip, in scene space, with a tree built for it; and the frame after
+/// it, to refit to (of a clip with a single frame the same positions again).
+struct BenchScene {
+    std::string name;
+    std::unique_ptr<Clip> clip;
+    ImageParams params;
+    std::vector<vec3> positions;
+    std::vector<vec3> moved;
+    Bvh bvh;
+
+    const Topology& topology() const { return clip->topology(); }
+    cpu::ShadedMesh mesh() const { return {&clip->topology(), positions}; }
+};
+
+/// Throws what open_scene and make_image_params throw.
+BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view);
+
+}  // namespace morphray::bench

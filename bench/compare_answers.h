@@ -1,0 +1,28 @@
+// Whether two tracers agree, as far as tracers with different arithmetic can.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "bench/trace_work.h"
+
+namespace morphray::bench {
+
+/// Rays with different answers, by the first thing that differs.
+struct Mismatches {
+    std::uint64_t hit = 0;      // hit or miss; occluded or not
+    std::uint64_t prim_id = 0;  // mostly ties at shared edges
+    std::uint64_t t = 0;        // by more than kMaxRelativeT
+
+    std::uint64_t total() const { return hit + prim_id + t; }
+};
+
+/// Both tracers work in float, where t is good to some ulp of the distance of the ray's origin:
+/// larger differences are worth a look.
+inline constexpr float kMaxRelativeT = 1e-4f;
+
+/// Of the active rays of a work.
+Mismatches compare_answers(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b);
+Mismatches compare_hits(const TraceWork& work, std::span<const Hit> a, std::span<const Hit> b);
+
+}  // namespace morphray::bench

@@ -1,0 +1,47 @@
+#include "bench/interleave.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace morphray::bench {
+namespace {
+
+double run_ms(const Contender& contender) {
+    if (contender.prepare) contender.prepare();
+    const auto start = std::chrono::steady_clock::now();
+    contender.run();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+}
+
+}  // namespace
+
+std::vector<Samples> time_interleaved(std::span<const Contender> contenders, int repeat) {
+    for (const Contender& contender : contenders) run_ms(contender);
+    std::vector<Samples> samples(contenders.size());
+    for (int round = 0; round < repeat; ++round) {
+        for (std::size_t i = 0; i < contenders.size(); ++i) {
+            samples[i].push_back(run_ms(contenders[i]));
+        }
+    }
+    return samples;
+}
+
+double median(Samples samples) {
+    std::sort(samples.begin(), samples.end());
+    const std::size_t middle = samples.size() / 2;
+    return samples.size() % 2 != 0 ? samples[middle] : (samples[middle - 1] + samples[middle]) / 2;
+}
+
+Ratio ratio_of(const Samples& ours, const Samples& peer) {
+    Ratio ratio;
+    ratio.median = median(peer) / median(ours);
+    ratio.min = ratio.max = peer[0] / ours[0];
+    for (std::size_t i = 1; i < ours.size(); ++i) {
+        ratio.min = std::min(ratio.min, peer[i] / ours[i]);
+        ratio.max = std::max(ratio.max, peer[i] / ours[i]);
+    }
+    return ratio;
+}
+
+}  // namespace morphray::bench

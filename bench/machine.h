@@ -1,0 +1,14 @@
+// What the figures were measured on.
+#pragma once
+
+#include <string>
+
+namespace morphray::bench {
+
+/// The name of the results file: vendor, model, cores; for example "amd-epyc-zen5-2c".
+std::string machine_name();
+
+/// The widest vector instructions of this machine: "AVX-512", "AVX2", "SSE4.1", or "".
+std::string machine_isa();
+
+}  // namespace morphray::bench

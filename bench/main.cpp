@@ -1,0 +1,103 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <optional>
+
+#include "bench/machine.h"
+#include "bench/options.h"
+#include "bench/ours.h"
+#include "bench/report.h"
+#include "bench/works.h"
+#include "common/error.h"
+#include "common/output_file.h"
+#include "common/version.h"
+
+namespace morphray::bench {
+namespace {
+
+/// The rays of a scene, made before anything is timed; those that nobody asked for are missing.
+struct SceneWorks {
+    TraceWork primary;
+    std::optional<TraceWork> shadow;
+    std::optional<TraceWork> ao;
+};
+
+SceneWorks make_works(const BenchScene& scene, const BenchOptions& options) {
+    SceneWorks works{make_primary_work(scene.params), {}, {}};
+    if (!options.wants("shadow") && !options.wants("ao")) return works;
+    const std::vector<Hit> hits = reference_hits(scene.bvh, works.primary);
+    const auto secondary = [&](std::uint32_t rays) {
+        return make_secondary_work(works.primary, hits, scene.mesh(), rays);
+    };
+    if (options.wants("shadow")) works.shadow = secondary(kRaysShadow);
+    if (options.wants("ao")) works.ao = secondary(kRaysAo);
+    return works;
+}
+
+void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
+               const BenchOptions& options) {
+    if (options.wants("primary")) bench_trace(rig, scene, works.primary);
+    if (works.shadow) bench_trace(rig, scene, *works.shadow);
+    if (works.ao) bench_trace(rig, scene, *works.ao);
+    if (options.wants("refit")) bench_refit(rig, scene, works.primary);
+    if (options.wants("build")) bench_build(rig, scene, works.primary);
+}
+
+/// The line that runs this again.
+std::string command_line(std::span<const std::string> arguments) {
+    std::string line = "./bench/run";
+    for (const std::string& argument : arguments) {
+        const bool plain =
+            argument.find_first_of(" \t\n\"'\\$`*?[]{}()<>|&;#~!") == std::string::npos;
+        line += plain ? ' ' + argument : fmt::format(" '{}'", argument);
+    }
+    return line;
+}
+
+void run(std::span<const std::string> arguments) {
+    const BenchOptions options = parse_options(arguments);
+    if (options.help) {
+        fmt::print("{}", usage());
+        return;
+    }
+    for (const std::string& file : {options.json, options.csv}) {
+        if (!file.empty()) check_writable(file);
+    }
+    std::vector<Row> rows;
+    const auto report = [&rows](const Row& row) {
+        rows.push_back(row);
+        fmt::print("{}", table_line(row));
+        std::fflush(stdout);
+    };
+    const ReportHead head{machine_name(), machine_isa(), EmbreeDevice::version(),
+                          std::string(kVersionDetail), command_line(arguments)};
+    fmt::print("{}", table_header());
+    for (const std::string& spec : options.scenes) {
+        const BenchScene scene = open_bench_scene(spec, options.view);
+        const SceneWorks works = make_works(scene, options);
+        for (const int threads : options.threads) {
+            const EmbreeDevice device(threads, options.embree);
+            run_works({device, threads, options.repeat, options.targets, report}, scene, works,
+                      options);
+        }
+        // After each scene, so that a scene that fails takes none of the others' figures along.
+        if (!options.json.empty()) write_file(options.json, to_json(head, rows));
+        if (!options.csv.empty()) write_file(options.csv, to_csv(head, rows));
+    }
+}
+
+}  // namespace
+}  // namespace morphray::bench
+
+int main(int argc, char** argv) {
+    try {
+        morphray::bench::run(std::vector<std::string>(argv + 1, argv + argc));
+        return 0;
+    } catch (const morphray::Error& error) {
+        fmt::print(stderr, "morphray_bench: {}\n", error.what());
+        return static_cast<int>(error.code());
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "morphray_bench: {}\n", error.what());
+        return static_cast<int>(morphray::ExitCode::kInternal);
+    }
+}

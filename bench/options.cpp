@@ -1,0 +1,169 @@
+#include "bench/options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bench/trace_work.h"
+#include "common/error.h"
+#include "common/number_text.h"
+
+namespace morphray::bench {
+namespace {
+
+[[noreturn]] void refuse(const std::string& option, const std::string& value,
+                         const std::string& expected) {
+    throw Error(ExitCode::kUsage, fmt::format("{} {}: expected {}", option, value, expected));
+}
+
+std::vector<std::string> split_list(const std::string& text) {
+    std::vector<std::string> parts(1);
+    for (const char c : text) {
+        if (c == ',') {
+            parts.emplace_back();
+        } else {
+            parts.back().push_back(c);
+        }
+    }
+    return parts;
+}
+
+int parse_count(const std::string& option, const std::string& text, int max) {
+    const auto value = parse_integer(text);
+    if (!value || *value < 1 || *value > max) {
+        refuse(option, text, fmt::format("a whole number from 1 to {}", max));
+    }
+    return static_cast<int>(*value);
+}
+
+Point parse_point(const std::string& option, const std::string& text) {
+    const std::vector<std::string> parts = split_list(text);
+    Point point{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto value = i < parts.size() ? parse_finite_double(parts[i]) : std::nullopt;
+        if (!value || parts.size() != 3) refuse(option, text, "X,Y,Z");
+        point[i] = *value;
+    }
+    return point;
+}
+
+std::vector<std::string> parse_works(const std::string& option, const std::string& text) {
+    const BenchOptions defaults;
+    std::vector<std::string> works = split_list(text);
+    for (const std::string& work : works) {
+        if (!defaults.wants(work)) {
+            refuse(option, text, fmt::format("some of {}", fmt::join(defaults.works, ",")));
+        }
+    }
+    return works;
+}
+
+std::vector<int> parse_threads(const std::string& option, const std::string& text) {
+    std::vector<int> threads;
+    for (const std::string& part : split_list(text)) {
+        threads.push_back(parse_count(option, part, 1024));
+    }
+    return threads;
+}
+
+std::vector<cpu::SimdTarget> parse_targets(const std::string& text) {
+    std::vector<cpu::SimdTarget> supported = cpu::supported_simd_targets();
+    if (text == "all") return supported;
+    std::vector<cpu::SimdTarget> asked;
+    for (const std::string& name : split_list(text)) asked.push_back(cpu::find_simd_target(name));
+    std::vector<cpu::SimdTarget> targets;
+    for (const cpu::SimdTarget& target : supported) {
+        if (std::find(asked.begin(), asked.end(), target) != asked.end()) targets.push_back(target);
+    }
+    return targets;
+}
+
+std::uint32_t parse_size(const std::string& option, const std::string& text) {
+    const int size = parse_count(option, text, 16384);
+    if (size % kTileSize != 0) refuse(option, text, fmt::format("a multiple of {}", kTileSize));
+    return static_cast<std::uint32_t>(size);
+}
+
+}  // namespace
+
+bool BenchOptions::wants(const std::string& work) const {
+    return std::find(works.begin(), works.end(), work) != works.end();
+}
+
+BenchOptions parse_options(std::span<const std::string> arguments) {
+    BenchOptions options;
+    bool own_scenes_only = false;
+    std::vector<std::string> scenes;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        const std::string& option = arguments[i];
+        if (!option.starts_with("-")) {
+            scenes.push_back(option);
+            continue;
+        }
+        if (option == "-h" || option == "--help") {
+            options.help = true;
+            continue;
+        }
+        if (option == "--only") {
+            own_scenes_only = true;
+            continue;
+        }
+        if (i + 1 == arguments.size()) refuse(option, "", "a value, or no such option");
+        const std::string& value = arguments[++i];
+        if (option == "--json") {
+            options.json = value;
+        } else if (option == "--csv") {
+            options.csv = value;
+        } else if (option == "--threads") {
+            options.threads = parse_threads(option, value);
+        } else if (option == "--repeat") {
+            options.repeat = parse_count(option, value, 10000);
+        } else if (option == "--work") {
+            options.works = parse_works(option, value);
+        } else if (option == "--simd") {
+            options.targets = parse_targets(value);
+        } else if (option == "--embree") {
+            options.embree = value;
+        } else if (option == "--size") {
+            options.view.width = options.view.height = parse_size(option, value);
+        } else if (option == "--ao-samples") {
+            options.view.ao_count = static_cast<std::uint32_t>(parse_count(option, value, 256));
+        } else if (option == "--eye") {
+            options.view.eye = parse_point(option, value);
+        } else if (option == "--target") {
+            options.view.target = parse_point(option, value);
+        } else if (option == "--light") {
+            options.view.light = parse_point(option, value);
+        } else {
+            refuse(option, value, "an option of --help");
+        }
+    }
+    if (own_scenes_only) options.scenes.clear();
+    options.scenes.insert(options.scenes.end(), scenes.begin(), scenes.end());
+    if (options.scenes.empty()) refuse("--only", "", "a SCENE");
+    return options;
+}
+
+std::string usage() {
+    const BenchOptions defaults;
+    return fmt::format(
+        "usage: bench/run [OPTIONS] [SCENE...]\n"
+        "Measures morphray side by side with Embree 3.13, on {},\n"
+        "and each SCENE given (an .obj file, a folder or pattern of them, "
+        "builtin:NAME[:TRIANGLES]).\n"
+        "  --json FILE, --csv FILE   reports besides the table\n"
+        "  --threads N,...           how many threads (1,2)\n"
+        "  --repeat N                rounds, of which medians are taken ({})\n"
+        "  --work WORK,...           {} (all)\n"
+        "  --simd TARGET,...|all     instruction sets of our tracers (best); scalar adds the "
+        "reference\n"
+        "  --embree CONFIG           device settings for Embree, such as isa=avx2\n"
+        "  --only                    the SCENEs given alone, not the built-in ones\n"
+        "  --size N                  pictures of NxN pixels, a multiple of {} ({})\n"
+        "  --ao-samples N            ambient-occlusion rays a pixel ({})\n"
+        "  --eye, --target, --light X,Y,Z   the view, of every scene\n",
+        fmt::join(defaults.scenes, ", "), defaults.repeat, fmt::join(defaults.works, ","),
+        kTileSize, defaults.view.width, defaults.view.ao_count);
+}
+
+}  // namespace morphray::bench

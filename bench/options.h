@@ -1,0 +1,44 @@
+// The command line of the benchmark.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/camera_setup.h"
+#include "cpu/simd_target.h"
+
+namespace morphray::bench {
+
+/// The rays of 16 samples would fill the memory with records.
+inline ViewSpec few_ao_samples() {
+    ViewSpec view;
+    view.ao_count = 4;
+    return view;
+}
+
+struct BenchOptions {
+    /// The built-in ones first; those given are added.
+    std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
+                                       "builtin:herd:1000000"};
+    std::vector<std::string> works = {"primary", "shadow", "ao", "refit", "build"};
+    std::vector<int> threads = {1, 2};
+    int repeat = 9;
+    /// Best first.
+    std::vector<cpu::SimdTarget> targets = {cpu::find_simd_target("best")};
+    ViewSpec view = few_ao_samples();
+    /// Settings of Embree's device besides the threads.
+    std::string embree;
+    std::string json;
+    std::string csv;
+    bool help = false;
+
+    bool wants(const std::string& work) const;
+};
+
+/// Throws Error: kUsage, kUnavailable (a SIMD target that this machine lacks).
+BenchOptions parse_options(std::span<const std::string> arguments);
+
+std::string usage();
+
+}  // namespace morphray::bench

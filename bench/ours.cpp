@@ -1,0 +1,112 @@
+#include "bench/ours.h"
+
+#include "common/bvh_builder.h"
+#include "cpu/packet_tracer.h"
+#include "cpu/refit.h"
+#include "cpu/scalar_tracer.h"
+#include "cpu/wide_tracer.h"
+
+#include <tbb/enumerable_thread_specific.h>
+
+namespace morphray::bench {
+namespace {
+
+/// ScalarTracer by the batch.
+class ScalarBatches {
+public:
+    explicit ScalarBatches(const Bvh& bvh) : tracer_(bvh) {}
+
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer_.intersect(rays[i]);
+    }
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+        for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = tracer_.occluded(rays[i]);
+    }
+
+private:
+    cpu::ScalarTracer tracer_;
+};
+
+/// For tracers with intersect(rays, hits) and occluded(rays, occluded), of any rays.
+template <class Tracer>
+OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
+    const auto trace = [tracer](const TraceWork& work, TraceAnswers& answers) {
+        for_each_tile(work, [&](const TileRays& tile) {
+            for_each_active_run(work, tile, [&](std::size_t begin, std::size_t end) {
+                const std::size_t count = end - begin;
+                const auto rays = std::span(work.rays).subspan(begin, count);
+                if (work.any_hit()) {
+                    tracer.occluded(rays, std::span(answers.occluded).subspan(begin, count));
+                } else {
+                    tracer.intersect(rays, std::span(answers.hits).subspan(begin, count));
+                }
+            });
+        });
+    };
+    return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace};
+}
+
+/// Packets of 32 x 32; shadow rays that spread too widely go to single rays.
+OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
+    const auto trace = [packets = cpu::PacketTracer(bvh, target),
+                        singles = cpu::WideTracer(bvh, target)](const TraceWork& work,
+                                                                TraceAnswers& answers) {
+        static_assert(kTileSize == cpu::kPacketSide && kBlockSize == cpu::kBlockSide);
+        tbb::enumerable_thread_specific<cpu::Packet> scratch;
+        const ImageParams& params = work.params;
+        for_each_tile(work, [&](const TileRays& rays) {
+            cpu::Packet& packet = scratch.local();
+            if (!work.any_hit()) {
+                const std::size_t first = std::size_t{rays.tile.y0} * params.width + rays.tile.x0;
+                packets.intersect_camera(params, rays.tile, packet, &answers.hits[first],
+                                         params.width);
+                return;
+            }
+            if (packets.occluded_from_point(params.light, &work.rays[rays.begin],
+                                            &work.active[rays.begin], packet,
+                                            &answers.occluded[rays.begin])) {
+                return;
+            }
+            for_each_active_run(work, rays, [&](std::size_t begin, std::size_t end) {
+                singles.occluded(std::span(work.rays).subspan(begin, end - begin),
+                                 std::span(answers.occluded).subspan(begin, end - begin));
+            });
+        });
+    };
+    return {"packet", target.name, {kRaysPrimary, kRaysShadow}, trace, true};
+}
+
+}  // namespace
+
+std::vector<OurTracer> our_tracers(const TracedScene& scene,
+                                   std::span<const cpu::SimdTarget> targets) {
+    std::vector<OurTracer> tracers;
+    for (const cpu::SimdTarget& target : targets) {
+        tracers.push_back(packet_by_packet(scene.bvh, target));
+        tracers.push_back(batch_by_batch("wide", target.name, cpu::WideTracer(scene.bvh, target)));
+    }
+    if (targets.back() == cpu::supported_simd_targets().back()) {
+        tracers.push_back(batch_by_batch("reference", "scalar", ScalarBatches(scene.bvh)));
+    }
+    return tracers;
+}
+
+std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
+    TraceAnswers answers(work);
+    batch_by_batch("reference", "scalar", ScalarBatches(bvh)).trace(work, answers);
+    return std::move(answers.hits);
+}
+
+std::vector<OurRefit> our_refits() {
+    return {{"levels", "scalar",
+             [](Bvh& bvh, std::span<const vec3> positions) { cpu::refit(bvh, positions); }}};
+}
+
+std::vector<OurBuild> our_builds() {
+    return {{"binned", "scalar",
+             [](const Topology& topology, std::span<const vec3> positions, int threads) {
+                 return build_bvh(topology, positions, {.threads = threads});
+             }}};
+}
+
+}  // namespace morphray::bench

@@ -1,0 +1,32 @@
+// Rows as a table on a terminal, as JSON and as comma-separated values.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "bench/row.h"
+
+namespace morphray::bench {
+
+/// What all rows share.
+struct ReportHead {
+    std::string machine;
+    std::string isa;
+    std::string embree;
+    std::string version;
+    /// As it was typed, to run it again.
+    std::string command;
+};
+
+std::string table_header();
+std::string table_line(const Row& row);
+
+/// {"schema": "morphray-bench/1", "machine", "isa", "embree", "version", "command", "rows": [...]};
+/// a row has scene, triangles, work, threads, rays, tracer, target, unit, ours, peer, peer_value,
+/// ratio, ratio_min, ratio_max, mismatches (rays) and mismatch_kinds (hit, prim_id, t).
+std::string to_json(const ReportHead& head, std::span<const Row> rows);
+
+/// The head as lines that begin with #, then RFC 4180 with \n.
+std::string to_csv(const ReportHead& head, std::span<const Row> rows);
+
+}  // namespace morphray::bench

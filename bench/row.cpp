@@ -1,0 +1,40 @@
+#include "bench/row.h"
+
+namespace morphray::bench {
+namespace {
+
+double in_unit(double ms, Unit unit, std::uint64_t count) {
+    const auto n = static_cast<double>(count);
+    switch (unit) {
+        case Unit::kMrayPerSecond:
+            return n / (ms * 1e3);
+        case Unit::kNsPerTriangle:
+            return ms * 1e6 / n;
+        case Unit::kMs:
+            break;
+    }
+    return ms;
+}
+
+}  // namespace
+
+const char* name_of(Unit unit) {
+    switch (unit) {
+        case Unit::kMrayPerSecond:
+            return "Mray/s";
+        case Unit::kNsPerTriangle:
+            return "ns/triangle";
+        case Unit::kMs:
+            break;
+    }
+    return "ms";
+}
+
+void set_times(Row& row, const Samples& ours, const Samples& peer, Unit unit, std::uint64_t count) {
+    row.unit = unit;
+    row.ours = in_unit(median(ours), unit, count);
+    row.peer_value = in_unit(median(peer), unit, count);
+    row.ratio = ratio_of(ours, peer);
+}
+
+}  // namespace morphray::bench

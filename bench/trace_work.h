@@ -1,0 +1,99 @@
+// Rays to trace, the same for every contender.
+#pragma once
+
+#include <tbb/parallel_for.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/bvh.h"
+#include "common/interop/params.h"
+#include "common/interop/ray.h"
+#include "cpu/image_tracer.h"
+
+namespace morphray::bench {
+
+inline constexpr std::uint32_t kTileSize = 32;
+inline constexpr std::uint32_t kBlockSize = 4;
+inline constexpr std::size_t kPacketSize = 16;
+
+/// A tile of the picture and its rays, which are consecutive.
+struct TileRays {
+    cpu::Tile tile;
+    std::size_t begin;
+    std::size_t end;
+};
+
+/// The rays of an image, tile after tile. Within a tile they come in packets of 16: for primary and
+/// shadow rays the 4x4 blocks row by row, each with its pixels row by row, so that ray i of every
+/// tile is the same pixel of it; for ambient occlusion the samples of one pixel after the other,
+/// block by block. Slots without a ray (no surface, or it faces away from the light; the rest of a
+/// last packet) are inactive.
+struct TraceWork {
+    /// params.rays says which rays these are.
+    ImageParams params;
+    std::vector<Ray> rays;
+    /// 1 where rays[i] is one, else 0.
+    std::vector<std::uint8_t> active;
+    std::vector<TileRays> tiles;
+    std::size_t active_count = 0;
+
+    bool any_hit() const { return params.rays != kRaysPrimary; }
+};
+
+/// hits[i] or occluded[i] (0 or 1) answers ray i of a work; the other one is empty. What is said of
+/// inactive rays does not matter.
+struct TraceAnswers {
+    std::vector<Hit> hits;
+    std::vector<std::uint8_t> occluded;
+
+    explicit TraceAnswers(const TraceWork& work)
+        : hits(work.any_hit() ? 0 : work.rays.size()),
+          occluded(work.any_hit() ? work.rays.size() : 0) {}
+};
+
+/// Calls visit(x, y) for the pixels of a tile in the order of their rays.
+template <class Visit>
+void for_each_pixel(const cpu::Tile& tile, Visit visit) {
+    for (std::uint32_t block_y = tile.y0; block_y < tile.y1; block_y += kBlockSize) {
+        for (std::uint32_t block_x = tile.x0; block_x < tile.x1; block_x += kBlockSize) {
+            for (std::uint32_t y = block_y; y < block_y + kBlockSize; ++y) {
+                for (std::uint32_t x = block_x; x < block_x + kBlockSize; ++x) visit(x, y);
+            }
+        }
+    }
+}
+
+/// Calls visit(begin, end) for the longest runs of active rays of a tile.
+template <class Visit>
+void for_each_active_run(const TraceWork& work, const TileRays& tile, Visit visit) {
+    for (std::size_t i = tile.begin; i < tile.end;) {
+        if (work.active[i] == 0) {
+            ++i;
+            continue;
+        }
+        const std::size_t begin = i;
+        while (i < tile.end && work.active[i] != 0) ++i;
+        visit(begin, i);
+    }
+}
+
+/// Calls visit(tile) for all tiles, in the calling thread's arena.
+template <class Visit>
+void for_each_tile(const TraceWork& work, Visit visit) {
+    tbb::parallel_for(std::size_t{0}, work.tiles.size(),
+                      [&](std::size_t i) { visit(work.tiles[i]); });
+}
+
+/// From the order of a picture, row by row, to that of the rays of a primary work.
+void to_ray_order(const TraceWork& work, std::vector<Hit>& hits);
+
+/// params.width and height must be multiples of kTileSize.
+TraceWork make_primary_work(const ImageParams& params);
+
+/// Rays from the surfaces that `hits` names, which answer `primary`. rays: kRaysShadow or kRaysAo.
+TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
+                              const cpu::ShadedMesh& mesh, std::uint32_t rays);
+
+}  // namespace morphray::bench

@@ -1,0 +1,150 @@
+#include <cstring>
+#include <optional>
+
+#include "bench/embree_tracer.h"
+#include "bench/ours.h"
+#include "bench/works.h"
+#include "common/thread_arena.h"
+
+namespace morphray::bench {
+namespace {
+
+Row row_of(const Rig& rig, const BenchScene& scene, const char* work) {
+    Row row;
+    row.scene = scene.name;
+    row.triangles = scene.topology().triangles.size();
+    row.work = work;
+    row.threads = rig.threads;
+    return row;
+}
+
+std::vector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
+    const std::unique_ptr<EmbreeTracer> tracer = embree_ways(work.params.rays)[0].make(work);
+    tracer->reset();
+    tracer->trace(scene);
+    return tracer->answers().hits;
+}
+
+Mismatches compare_trees(ThreadArena& arena, const TraceWork& work, const Bvh& ours,
+                         const EmbreeScene& theirs) {
+    return arena.execute(
+        [&] { return compare_hits(work, reference_hits(ours, work), embree_hits(theirs, work)); });
+}
+
+/// Copies bytes of the size of a tree's nodes and leaves, which is what a refit has to write.
+class TreeCopy {
+public:
+    explicit TreeCopy(const Bvh& bvh)
+        : from_(bvh.nodes.size() * sizeof(Node) + bvh.leaves.size() * sizeof(Leaf)),
+          to_(from_.size()) {}
+
+    void run() {
+        constexpr std::size_t kChunk = 64 * 1024;
+        const std::size_t chunks = (from_.size() + kChunk - 1) / kChunk;
+        tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t i) {
+            const std::size_t begin = i * kChunk;
+            std::memcpy(to_.data() + begin, from_.data() + begin,
+                        std::min(kChunk, from_.size() - begin));
+        });
+    }
+
+private:
+    std::vector<std::byte> from_;
+    std::vector<std::byte> to_;
+};
+
+/// One of our refits with a tree and positions of its own.
+struct OurMovingTree {
+    const OurRefit* refit;
+    Bvh bvh;
+    std::vector<vec3> positions;
+};
+
+}  // namespace
+
+void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& primary) {
+    ThreadArena arena(rig.threads);
+    const std::vector<OurRefit> refits = our_refits();
+    std::vector<OurMovingTree> mine;
+    mine.reserve(refits.size());
+    for (const OurRefit& refit : refits) mine.push_back({&refit, scene.bvh, scene.positions});
+    EmbreeMesh mesh(scene.topology(), scene.positions);
+    EmbreeScene refitted(rig.device, mesh, EmbreeTree::kRefitted);
+    TreeCopy copy(scene.bvh);
+
+    // Each side's positions alternate between the frames, copied outside the timing; every
+    // contender is prepared once a round, and the last of all rounds is the moved frame.
+    std::size_t round = static_cast<std::size_t>(rig.repeat) % 2;
+    const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
+    std::vector<Contender> contenders;
+    contenders.reserve(mine.size() + 2);
+    for (OurMovingTree& tree : mine) {
+        contenders.push_back(
+            {tree.refit->name,
+             [&] {
+                 const std::span<const vec3> now = frame();
+                 std::copy(now.begin(), now.end(), tree.positions.begin());
+             },
+             [&] { arena.execute([&] { tree.refit->refit(tree.bvh, tree.positions); }); }});
+    }
+    contenders.push_back(
+        {"Embree REFIT", [&] { mesh.set_positions(frame()); }, [&] { refitted.update(); }});
+    contenders.push_back({"memcpy", [&] { ++round; }, [&] { arena.execute([&] { copy.run(); }); }});
+    const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+
+    for (std::size_t i = 0; i < mine.size(); ++i) {
+        const Mismatches mismatches = compare_trees(arena, primary, mine[i].bvh, refitted);
+        for (std::size_t peer = mine.size(); peer < contenders.size(); ++peer) {
+            Row row = row_of(rig, scene, "refit");
+            row.tracer = mine[i].refit->name;
+            row.target = mine[i].refit->target;
+            row.peer = contenders[peer].name;
+            if (peer == mine.size()) row.mismatches = mismatches;
+            set_times(row, samples[i], samples[peer], Unit::kNsPerTriangle, row.triangles);
+            rig.report(row);
+        }
+    }
+}
+
+void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary) {
+    ThreadArena arena(rig.threads);
+    const std::vector<OurBuild> builds = our_builds();
+    std::vector<Bvh> mine(builds.size());
+    const EmbreeMesh mesh(scene.topology(), scene.positions);
+    const struct {
+        const char* name;
+        EmbreeTree tree;
+    } kinds[] = {{"Embree MEDIUM", EmbreeTree::kMedium},
+                 {"Embree HIGH", EmbreeTree::kHigh},
+                 {"Embree LOW (Morton)", EmbreeTree::kLow}};
+    std::optional<EmbreeScene> theirs[std::size(kinds)];
+
+    std::vector<Contender> contenders;
+    contenders.reserve(builds.size() + std::size(kinds));
+    for (std::size_t i = 0; i < builds.size(); ++i) {
+        contenders.push_back({builds[i].name, [&, i] { mine[i] = {}; },
+                              [&, i] {
+                                  mine[i] = builds[i].build(scene.topology(), scene.positions,
+                                                            rig.threads);
+                              }});
+    }
+    for (std::size_t i = 0; i < std::size(kinds); ++i) {
+        contenders.push_back({kinds[i].name, [&, i] { theirs[i].reset(); },
+                              [&, i] { theirs[i].emplace(rig.device, mesh, kinds[i].tree); }});
+    }
+    const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+
+    for (std::size_t i = 0; i < builds.size(); ++i) {
+        for (std::size_t k = 0; k < std::size(kinds); ++k) {
+            Row row = row_of(rig, scene, "build");
+            row.tracer = builds[i].name;
+            row.target = builds[i].target;
+            row.peer = kinds[k].name;
+            row.mismatches = compare_trees(arena, primary, mine[i], *theirs[k]);
+            set_times(row, samples[i], samples[builds.size() + k], Unit::kMs, row.triangles);
+            rig.report(row);
+        }
+    }
+}
+
+}  // namespace morphray::bench

@@ -1,0 +1,91 @@
+// A packet: up to 32 x 32 rays with a common origin, as 64 blocks of 4 x 4, and what is known of
+// each so far. Plain data between the packet's making, its traversal and its end; no SIMD types.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "common/interop/ray.h"
+
+namespace morphray::cpu {
+
+inline constexpr std::uint32_t kPacketSide = 32;
+inline constexpr std::uint32_t kBlockSide = 4;
+inline constexpr std::uint32_t kBlocksPerSide = kPacketSide / kBlockSide;
+inline constexpr std::uint32_t kBlockRays = kBlockSide * kBlockSide;
+inline constexpr std::uint32_t kPacketBlocks = kBlocksPerSide * kBlocksPerSide;
+inline constexpr std::uint32_t kPacketRays = kPacketBlocks * kBlockRays;
+
+/// Index of the ray at (x, y) of the packet's square: blocks row by row, rays of a block row by
+/// row.
+inline std::uint32_t packet_ray(std::uint32_t x, std::uint32_t y) {
+    const std::uint32_t block = (y / kBlockSide) * kBlocksPerSide + x / kBlockSide;
+    return block * kBlockRays + (y % kBlockSide) * kBlockSide + x % kBlockSide;
+}
+
+/// A triangle that won at least one ray, kept where the packet's end finds it.
+struct Winner {
+    vec3 a;
+    std::uint32_t prim_id;
+    vec3 b;
+    float unused0;
+    vec3 c;
+    float unused1;
+};
+
+static_assert(sizeof(Winner) == 48);  // read as three vectors of four
+
+inline constexpr std::uint32_t kNoWinner = 0xFFFFFFFFu;
+
+/// The packet's own projection: a point p relative to the origin has (x, y, z) = rows * p, and is
+/// seen at (x / z, y / z). Every ray has z > 0. The unit of the plane is such that the packet
+/// measures about 32.
+struct PacketFrame {
+    vec3 org;
+    double rows[3][3];
+    float rows_f[3][3];
+    /// Sums of the magnitudes of a row.
+    float row_size[3];
+    /// How far x, y of a ray may be from those of its exact direction.
+    float ray_error;
+    /// How far the rays of a camera may be from the exact middles of their pixels.
+    float grid_margin;
+    /// The largest extent of a block in x and y together.
+    float block_extent;
+    /// Bounds of x, y of all active rays.
+    float lower_x, upper_x, lower_y, upper_y;
+    /// How much nearer than exact the rule may place a hit, in z: the dilation of boxes.
+    float depth_error;
+};
+
+/// In place of 1/z: nearer than anything, for rays that want no more; and nearer than any hit, for
+/// what reaches to the eye.
+inline constexpr float kDone = std::numeric_limits<float>::infinity();
+inline constexpr float kAnyDepth = 3e38f;
+
+struct alignas(64) Packet {
+    PacketFrame frame;
+    /// Directions as the hit rule takes them, and tfar.
+    alignas(64) float dir_x[kPacketRays], dir_y[kPacketRays], dir_z[kPacketRays], tfar[kPacketRays];
+    /// Where the rays go through the plane, and z = t * z_per_t.
+    float x[kPacketRays], y[kPacketRays], z_per_t[kPacketRays];
+    /// 1/z of the best hit so far lies in [q_lower, q_upper]; a ray that wants no more has kDone in
+    /// both.
+    float q_lower[kPacketRays], q_upper[kPacketRays];
+    /// Index into winners, or kNoWinner.
+    std::uint32_t winner[kPacketRays];
+    /// The least q_lower of a block: what is beyond that depth matters to none of its rays.
+    float block_q[kPacketBlocks];
+    /// Bounds of x, y of a block's active rays; empty (lower > upper) where there are none.
+    float block_lower_x[kPacketBlocks], block_upper_x[kPacketBlocks];
+    float block_lower_y[kPacketBlocks], block_upper_y[kPacketBlocks];
+
+    std::vector<Winner> winners;
+
+    Ray ray(std::uint32_t i) const {
+        return {frame.org, 0.0f, vec3(dir_x[i], dir_y[i], dir_z[i]), tfar[i]};
+    }
+};
+
+}  // namespace morphray::cpu

@@ -1,0 +1,57 @@
+// Packets where rays share an origin, single rays with SIMD where they do not.
+#pragma once
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "cpu/image_tracer.h"
+#include "cpu/packet_tracer.h"
+#include "cpu/wide_tracer.h"
+
+namespace morphray::cpu {
+
+/// The fastest tracer of tiles that a SIMD target has, with the bits of all others. Threads may
+/// share one.
+class PacketTiles {
+public:
+    PacketTiles(const Bvh& bvh, SimdTarget target) : packets_(bvh, target), wide_(bvh, target) {}
+
+    void intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
+                          std::size_t stride) const {
+        packets_.intersect_camera(params, tile, scratch(), hits, stride);
+    }
+
+    void occluded_from_point(vec3 org, std::span<const Ray> rays,
+                             std::span<const std::uint8_t> active,
+                             std::span<std::uint8_t> occluded) const {
+        if (packets_.occluded_from_point(org, rays.data(), active.data(), scratch(),
+                                         occluded.data())) {
+            return;
+        }
+        BatchTiles(wide_).occluded_from_point(org, rays, active, occluded);
+    }
+
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+        wide_.intersect(rays, hits);
+    }
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+        wide_.occluded(rays, occluded);
+    }
+
+private:
+    /// One a thread: a packet is too large to be made for each tile.
+    Packet& scratch() const {
+        std::unique_ptr<Packet>& packet = packets_of_threads_.local();
+        if (packet == nullptr) packet = std::make_unique<Packet>();
+        return *packet;
+    }
+
+    PacketTracer packets_;
+    WideTracer wide_;
+    mutable tbb::enumerable_thread_specific<std::unique_ptr<Packet>> packets_of_threads_;
+};
+
+}  // namespace morphray::cpu

@@ -1,0 +1,103 @@
+#include "cpu/packet_tracer.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "cpu/packet_tracer.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "cpu/packet_tracer-inl.h"
+// after: they use its types
+#include "cpu/packet_finish-inl.h"
+#include "cpu/packet_maker-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y, hits += stride)
+        std::fill_n(hits, tile.x1 - tile.x0, no_hit());
+}
+
+void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t stride) {
+    const std::uint32_t width = tile.x1 - tile.x0;
+    const std::uint32_t height = tile.y1 - tile.y0;
+    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+        const std::uint32_t x0 = block % kBlocksPerSide * kBlockSide;
+        const std::uint32_t y0 = block / kBlocksPerSide * kBlockSide;
+        if (x0 >= width || y0 >= height) continue;
+        alignas(64) Hit block_hits[kBlockRays];
+        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(Floats())) {
+            finish_rays(packet, block * kBlockRays + l, block_hits + l);
+        }
+        const std::uint32_t rows = std::min(kBlockSide, height - y0);
+        Hit* out = hits + y0 * stride + x0;
+        if (width - x0 >= kBlockSide) {
+            for (std::uint32_t y = 0; y < rows; ++y, out += stride) {
+                std::memcpy(out, block_hits + y * kBlockSide, kBlockSide * sizeof(Hit));
+            }
+        } else {
+            for (std::uint32_t y = 0; y < rows; ++y, out += stride) {
+                std::copy_n(block_hits + y * kBlockSide, width - x0, out);
+            }
+        }
+    }
+}
+
+void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Tile& tile,
+                             Packet& packet, Hit* hits, std::size_t stride) {
+    frame_camera_packet(params, tile, packet);
+    PacketTraversal<Query::kClosest> traversal(bvh, packet);
+    if (!traversal.start()) return write_misses(tile, hits, stride);
+    make_camera_rays(params, tile, packet);
+    traversal.run();
+    if (packet.winners.empty()) return write_misses(tile, hits, stride);
+    write_hits(packet, tile, hits, stride);
+}
+
+bool occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays, const std::uint8_t* active,
+                           Packet& packet, std::uint8_t* occluded) {
+    if (!make_point_packet(org, rays, active, packet)) return false;
+    PacketTraversal<Query::kAny> traversal(bvh, packet);
+    traversal.start();
+    traversal.run();
+    for (std::uint32_t i = 0; i < kPacketRays; ++i) {
+        if (active[i] != 0) occluded[i] = packet.q_lower[i] == kDone;
+    }
+    return true;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+#include "cpu/simd_dispatch-inl.h"
+
+namespace morphray::cpu {
+namespace {
+
+HWY_EXPORT(intersect_camera_packet);
+HWY_EXPORT(occluded_point_packet);
+
+}  // namespace
+
+PacketTracer::PacketTracer(const Bvh& bvh, SimdTarget target)
+    : bvh_(&bvh),
+      camera_(SIMD_FUNCTION(intersect_camera_packet, target)),
+      point_(SIMD_FUNCTION(occluded_point_packet, target)) {}
+
+void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile, Packet& packet,
+                                    Hit* hits, std::size_t stride) const {
+    camera_(*bvh_, params, tile, packet, hits, stride);
+}
+
+bool PacketTracer::occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active,
+                                       Packet& packet, std::uint8_t* occluded) const {
+    return point_(*bvh_, org, rays, active, packet, occluded);
+}
+
+}  // namespace morphray::cpu
+
+#endif  // HWY_ONCE

@@ -1,0 +1,44 @@
+// Packets of rays with a common origin over the shared layout: what camera and shadow rays are
+// traced by.
+#pragma once
+
+#include <cstdint>
+
+#include "common/bvh.h"
+#include "common/interop/params.h"
+#include "common/interop/ray.h"
+#include "cpu/packet.h"
+#include "cpu/simd_target.h"
+#include "cpu/tile.h"
+
+namespace morphray::cpu {
+
+/// Closest and any hit over a tree that outlives it, with the bits of ScalarTracer. Threads may
+/// share one, each with packets of its own.
+class PacketTracer {
+public:
+    PacketTracer(const Bvh& bvh, SimdTarget target);
+
+    /// hits[y * stride + x] answers camera_ray(params.camera, tile.x0 + x, tile.y0 + y), for a tile
+    /// of at most 32 x 32 pixels.
+    void intersect_camera(const ImageParams& params, const Tile& tile, Packet& packet, Hit* hits,
+                          std::size_t stride) const;
+
+    /// occluded[i] becomes 1 where rays[i], which start at org, hit anything, for the i with
+    /// active[i] != 0; indices as by packet_ray(). False, and nothing written, if the rays spread
+    /// too widely for one packet.
+    bool occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet,
+                             std::uint8_t* occluded) const;
+
+private:
+    using Camera = void (*)(const Bvh&, const ImageParams&, const Tile&, Packet&, Hit*,
+                            std::size_t);
+    using Point = bool (*)(const Bvh&, vec3, const Ray*, const std::uint8_t*, Packet&,
+                           std::uint8_t*);
+
+    const Bvh* bvh_;
+    Camera camera_;
+    Point point_;
+};
+
+}  // namespace morphray::cpu

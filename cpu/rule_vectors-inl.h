@@ -1,0 +1,135 @@
+// The vector types of the packet tracer, and the hit rule's plain path on vectors, operation by
+// operation.
+
+#if defined(MORPHRAY_RULE_VECTORS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_RULE_VECTORS_INL_H
+#undef MORPHRAY_RULE_VECTORS_INL_H
+#else
+#define MORPHRAY_RULE_VECTORS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstdint>
+#include <cstring>
+
+#include "common/interop/triangle.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, 16>;
+using Words = hn::RebindToUnsigned<Floats>;
+using VF = hn::Vec<Floats>;
+using VW = hn::Vec<Words>;
+using Mask = hn::Mask<Floats>;
+
+HWY_INLINE VF splat(float x) { return hn::Set(Floats(), x); }
+
+HWY_INLINE std::uint32_t mask_bits(Mask m) {
+    const Floats f;
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(f, m, bytes);
+    std::uint32_t bits;
+    std::memcpy(&bits, bytes, sizeof bits);
+    return bits & static_cast<std::uint32_t>((std::uint64_t{1} << hn::Lanes(f)) - 1);
+}
+
+/// The mask whose bits these are.
+HWY_INLINE Mask mask_of(std::uint32_t bits) {
+    const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits),
+                                   static_cast<std::uint8_t>(bits >> 8)};
+    return hn::LoadMaskBits(Floats(), bytes);
+}
+
+/// rcp() on vectors, in its operations.
+HWY_INLINE VF rcp_exactly(VF x) {
+    const Floats f;
+    const Words w;
+    const VF ax = hn::Abs(x);
+    VF y = hn::BitCast(f, hn::Sub(hn::Set(w, 0x7EF311C7u), hn::BitCast(w, ax)));
+    y = hn::Mul(y, hn::Sub(splat(2.0f), hn::Mul(ax, y)));
+    y = hn::Mul(y, hn::Sub(splat(2.0f), hn::Mul(ax, y)));
+    y = hn::Add(y, hn::Mul(y, hn::Sub(splat(1.0f), hn::Mul(ax, y))));
+    return hn::CopySignToAbs(y, x);
+}
+
+/// normalized_weight() on vectors.
+HWY_INLINE VF normalized_weights(VF weight, VF sum, VF rsum) {
+    const Floats f;
+    const Words w;
+    const VW gap = hn::Sub(hn::ShiftRight<23>(hn::BitCast(w, sum)),
+                           hn::ShiftRight<23>(hn::BitCast(w, weight)));
+    const Mask tiny =
+        hn::Or(hn::Eq(weight, hn::Zero(f)), hn::RebindMask(f, hn::Gt(gap, hn::Set(w, 60u))));
+    return hn::IfThenZeroElse(tiny, hn::Mul(weight, rsum));
+}
+
+/// Rays of one axis with their winners' vertices, rotated: project_fast, fast_edges, surely_inside
+/// and weighted_hit of the rule in its operations. Which rays they
+/// suffice for; in_front: which of those have z certainly in front of the origin.
+HWY_INLINE Mask hit_fast(const VF org[3], const VF dir[3], VF slack, const VF vertex[3][3], VF& t,
+                         VF& u, VF& v, Mask& in_front) {
+    VF x[3], y[3], z[3];
+    for (int k = 0; k < 3; ++k) {
+        const VF ax = hn::Sub(vertex[k][0], org[0]);
+        const VF ay = hn::Sub(vertex[k][1], org[1]);
+        z[k] = hn::Sub(vertex[k][2], org[2]);
+        const VF px = hn::Sub(hn::Mul(ax, dir[2]), hn::Mul(dir[0], z[k]));
+        const VF py = hn::Sub(hn::Mul(ay, dir[2]), hn::Mul(dir[1], z[k]));
+        x[k] = hn::Sub(hn::Add(px, splat(kProjectedSnap)), splat(kProjectedSnap));
+        y[k] = hn::Sub(hn::Add(py, splat(kProjectedSnap)), splat(kProjectedSnap));
+    }
+    const VF ma = hn::Add(hn::Abs(x[0]), hn::Abs(y[0]));
+    const VF mb = hn::Add(hn::Abs(x[1]), hn::Abs(y[1]));
+    const VF mc = hn::Add(hn::Abs(x[2]), hn::Abs(y[2]));
+    const VF m = hn::Add(hn::Add(ma, mb), mc);
+    const VF nearest = hn::Min(z[0], hn::Min(z[1], z[2]));
+    const VF farthest = hn::Max(z[0], hn::Max(z[1], z[2]));
+    const VF depth_range = hn::Sub(farthest, nearest);
+    const VF z_size = hn::Max(hn::Abs(nearest), hn::Abs(farthest));
+    const VF r = hn::Mul(splat(kFastProjectionError), hn::Add(m, z_size));
+    const VF bound = hn::Mul(r, hn::Add(m, r));
+    const VF eu = hn::Sub(hn::Mul(x[1], y[2]), hn::Mul(y[1], x[2]));
+    const VF ev = hn::Sub(hn::Mul(x[2], y[0]), hn::Mul(y[2], x[0]));
+    const VF ew = hn::Sub(hn::Mul(x[0], y[1]), hn::Mul(y[0], x[1]));
+    const VF sum = hn::Add(hn::Add(hn::Abs(eu), hn::Abs(ev)), hn::Abs(ew));
+    const VF error = hn::Mul(bound, hn::Max(depth_range, splat(1.0f)));
+    const Mask flat = hn::Le(error, hn::Mul(slack, sum));
+    const Mask positive = hn::Gt(hn::Min(eu, hn::Min(ev, ew)), bound);
+    const Mask negative = hn::Lt(hn::Max(eu, hn::Max(ev, ew)), hn::Neg(bound));
+    const VF rsum = rcp_exactly(sum);
+    const VF wa = normalized_weights(hn::Abs(eu), sum, rsum);
+    u = normalized_weights(hn::Abs(ev), sum, rsum);
+    v = normalized_weights(hn::Abs(ew), sum, rsum);
+    const VF depth = hn::Add(hn::Add(hn::Mul(wa, z[0]), hn::Mul(u, z[1])), hn::Mul(v, z[2]));
+    t = hn::Mul(depth, rcp_exactly(dir[2]));
+    const VF depth_error = hn::Add(hn::Mul(hn::Mul(hn::Mul(splat(2.0f), bound), rsum), depth_range),
+                                   hn::Mul(splat(kDepthRounding), z_size));
+    in_front = hn::And(hn::Gt(hn::Abs(depth), depth_error), hn::Gt(t, hn::Zero(Floats())));
+    return hn::And(flat, hn::Or(positive, negative));
+}
+
+/// Rotates vectors of x, y, z as rotate_axes does.
+HWY_INLINE void rotate(std::uint32_t axis, const VF in[3], VF out[3]) {
+    for (std::uint32_t k = 0; k < 3; ++k) out[k] = in[(axis + 1 + k) % 3];
+}
+
+/// The lanes whose directions have their largest component on each axis, as shear_ray chooses it.
+HWY_INLINE void lanes_by_axis(const VF dir[3], std::uint32_t lanes, std::uint32_t by_axis[3]) {
+    const VF ax = hn::Abs(dir[0]);
+    const VF ay = hn::Abs(dir[1]);
+    const VF az = hn::Abs(dir[2]);
+    const Mask is_x = hn::And(hn::Ge(ax, ay), hn::Ge(ax, az));
+    by_axis[0] = mask_bits(is_x) & lanes;
+    by_axis[1] = mask_bits(hn::AndNot(is_x, hn::Ge(ay, az))) & lanes;
+    by_axis[2] = lanes & ~by_axis[0] & ~by_axis[1];
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif
