@@ -19,6 +19,7 @@ struct SimdTarget {
 };
 
 /// Those that are compiled in and that this machine runs, best first; "scalar" is always the last.
+/// Asks the processor, which takes tens of microseconds in a virtual machine: not for each batch.
 std::vector<SimdTarget> supported_simd_targets();
 
 /// "avx512, avx2, sse4": the names of these.
