@@ -280,18 +280,12 @@ private:
         std::uint32_t alive = set_up(leaf, setup);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
-        if constexpr (kOnGrid) to_grid(setup.rectangles, frame_.grid_margin);
-        std::uint64_t touched = 0;
-        for (; alive != 0; alive &= alive - 1) {
-            const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
-            const std::uint64_t own =
-                blocks & blocks_of(setup.rectangles, i) & blocks_beyond(packet_, setup.q[i]);
-            if (own == 0) continue;
-            touched |= own;
-            trace_triangle(leaf, setup, i, own);
+        if constexpr (kOnGrid) {
+            to_grid(setup.rectangles, frame_.grid_margin);
+            trace_by_triangle(leaf, setup, alive, blocks);
+        } else {
+            trace_by_block(leaf, setup, alive, blocks);
         }
-        for (; touched != 0; touched &= touched - 1)
-            refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(touched)));
     }
 
     static bool has_invalid_vertex(const Leaf& leaf) {
@@ -544,78 +538,139 @@ private:
         hn::Store(hn::IfThenZeroElse(doubtful, c1), f, setup.c1 + l);
     }
 
-    /// One triangle against all rays of some blocks.
-    HWY_INLINE void trace_triangle(const Leaf& leaf, const Setup& setup, std::uint32_t i,
-                                   std::uint64_t blocks) {
+    /// What a triangle's set-up is to each of its pairs with a block.
+    struct Planes {
+        HWY_INLINE Planes(const Setup& setup, std::uint32_t i)
+            : a0(splat(setup.a[0][i])),
+              a1(splat(setup.a[1][i])),
+              a2(splat(setup.a[2][i])),
+              b0(splat(setup.b[0][i])),
+              b1(splat(setup.b[1][i])),
+              b2(splat(setup.b[2][i])),
+              c0(splat(setup.c[0][i])),
+              c1(splat(setup.c[1][i])),
+              c2(splat(setup.c[2][i])),
+              scale(splat(setup.scale[i])),
+              bound(splat(setup.bound[i])),
+              error0(splat(setup.c0[i])),
+              error1(splat(setup.c1[i])) {}
+
+        VF a0, a1, a2, b0, b1, b2, c0, c1, c2;
+        VF scale, bound, error0, error1;
+    };
+
+    /// One triangle against all rays of one block. Whether it wins any (closest hit only).
+    HWY_INLINE bool trace_pair(const Planes& p, const Leaf& leaf, std::uint32_t i,
+                               std::uint32_t block, std::uint32_t winner) {
         const Floats f;
-        const VF a0 = splat(setup.a[0][i]), a1 = splat(setup.a[1][i]), a2 = splat(setup.a[2][i]);
-        const VF b0 = splat(setup.b[0][i]), b1 = splat(setup.b[1][i]), b2 = splat(setup.b[2][i]);
-        const VF c0 = splat(setup.c[0][i]), c1 = splat(setup.c[1][i]), c2 = splat(setup.c[2][i]);
-        const VF scale = splat(setup.scale[i]);
-        const VF bound = splat(setup.bound[i]);
-        const VF e0 = splat(setup.c0[i]), e1 = splat(setup.c1[i]), e2 = splat(frame_.depth_error);
-        const std::uint32_t winner = kQuery == Query::kClosest ? add_winner(leaf, i) : 0;
-        const VW winners = hn::Set(Words(), winner);
+        const Words words;
         bool won = false;
-        for (; blocks != 0; blocks &= blocks - 1) {
-            const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
-                const std::size_t r = block * kBlockRays + l;
-                const VF x = hn::Load(f, packet_.x + r);
-                const VF y = hn::Load(f, packet_.y + r);
-                const VF u = hn::MulAdd(a0, x, hn::MulAdd(b0, y, c0));
-                const VF v = hn::MulAdd(a1, x, hn::MulAdd(b1, y, c1));
-                const VF w = hn::MulAdd(a2, x, hn::MulAdd(b2, y, c2));
-                const VF least = hn::Min(u, hn::Min(v, w));
-                const VF q = hn::Mul(hn::Add(hn::Add(u, v), w), scale);
-                const VF q_error = hn::MulAdd(q, hn::MulAdd(q, e2, e1), e0);
-                const VF q_lower = hn::Sub(q, q_error);
-                const VF q_upper = hn::Add(q, q_error);
-                const VF old_lower = hn::Load(f, packet_.q_lower + r);
-                const VF old_upper = hn::Load(f, packet_.q_upper + r);
-                const Mask sure = hn::And(hn::Gt(least, bound), hn::Gt(q_lower, old_upper));
-                const Mask out = hn::Or(hn::Lt(least, hn::Neg(bound)), hn::Lt(q_upper, old_lower));
-                if constexpr (kQuery == Query::kClosest) {
-                    hn::Store(hn::IfThenElse(sure, q_lower, old_lower), f, packet_.q_lower + r);
-                    hn::Store(hn::IfThenElse(sure, q_upper, old_upper), f, packet_.q_upper + r);
-                    const VW old = hn::Load(Words(), packet_.winner + r);
-                    hn::Store(hn::IfThenElse(hn::RebindMask(Words(), sure), winners, old), Words(),
-                              packet_.winner + r);
-                } else {
-                    hn::Store(hn::IfThenElse(sure, splat(kDone), old_lower), f,
-                              packet_.q_lower + r);
-                    hn::Store(hn::IfThenElse(sure, splat(kDone), old_upper), f,
-                              packet_.q_upper + r);
+        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+            const std::size_t r = block * kBlockRays + l;
+            const VF x = hn::Load(f, packet_.x + r);
+            const VF y = hn::Load(f, packet_.y + r);
+            const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
+            const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
+            const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
+            const VF least = hn::Min(u, hn::Min(v, w));
+            const VF q = hn::Mul(hn::Add(hn::Add(u, v), w), p.scale);
+            const VF q_error =
+                hn::MulAdd(q, hn::MulAdd(q, splat(frame_.depth_error), p.error1), p.error0);
+            const VF q_lower = hn::Sub(q, q_error);
+            const VF q_upper = hn::Add(q, q_error);
+            const VF old_lower = hn::Load(f, packet_.q_lower + r);
+            const VF old_upper = hn::Load(f, packet_.q_upper + r);
+            const Mask sure = hn::And(hn::Gt(least, p.bound), hn::Gt(q_lower, old_upper));
+            const Mask out = hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(q_upper, old_lower));
+            if constexpr (kQuery == Query::kClosest) {
+                hn::Store(hn::IfThenElse(sure, q_lower, old_lower), f, packet_.q_lower + r);
+                hn::Store(hn::IfThenElse(sure, q_upper, old_upper), f, packet_.q_upper + r);
+                const VW old = hn::Load(words, packet_.winner + r);
+                hn::Store(hn::IfThenElse(hn::RebindMask(words, sure), hn::Set(words, winner), old),
+                          words, packet_.winner + r);
+                won |= !hn::AllFalse(f, sure);
+            } else {
+                hn::Store(hn::IfThenElse(sure, splat(kDone), old_lower), f, packet_.q_lower + r);
+                hn::Store(hn::IfThenElse(sure, splat(kDone), old_upper), f, packet_.q_upper + r);
+            }
+            // A NaN, from an overflow, is neither.
+            const Mask settled = hn::Or(sure, out);
+            if (HWY_UNLIKELY(!hn::AllTrue(f, settled))) {
+                std::uint32_t bits = mask_bits(hn::Not(settled));
+                if constexpr (kQuery == Query::kAny) {
+                    // Often the doubt is only whether the triangle lies before the ray's end, which
+                    // is on it.
+                    bits &= ~settle_depth(r, leaf, i, bits & mask_bits(hn::Gt(least, p.bound)));
                 }
-                // A NaN, from an overflow, is neither.
-                const Mask settled = hn::Or(sure, out);
-                if (HWY_UNLIKELY(!hn::AllTrue(f, settled))) {
-                    std::uint32_t bits = mask_bits(hn::Not(settled));
-                    if constexpr (kQuery == Query::kAny) {
-                        // Often the doubt is only whether the triangle lies before the ray's end,
-                        // which is on it.
-                        bits &= ~settle_depth(r, leaf, i, bits & mask_bits(hn::Gt(least, bound)));
-                    }
-                    for (; bits != 0; bits &= bits - 1) {
-                        won |= ask_rule(static_cast<std::uint32_t>(r) +
-                                            static_cast<std::uint32_t>(__builtin_ctz(bits)),
-                                        leaf, i, winner);
-                    }
+                for (; bits != 0; bits &= bits - 1) {
+                    won |= ask_rule(static_cast<std::uint32_t>(r) +
+                                        static_cast<std::uint32_t>(__builtin_ctz(bits)),
+                                    leaf, i, winner);
                 }
-                if constexpr (kQuery == Query::kClosest) won |= !hn::AllFalse(f, sure);
             }
         }
-        if (kQuery == Query::kClosest && !won) packet_.winners.pop_back();
+        return won;
     }
 
-    HWY_INLINE std::uint32_t add_winner(const Leaf& leaf, std::uint32_t i) {
+    /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found.
+    HWY_INLINE void trace_by_triangle(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
+                                      std::uint64_t blocks) {
+        std::uint64_t touched = 0;
+        for (; alive != 0; alive &= alive - 1) {
+            const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
+            std::uint64_t own =
+                blocks & blocks_of_grid(setup.rectangles, i) & blocks_beyond(packet_, setup.q[i]);
+            if (own == 0) continue;
+            touched |= own;
+            const Planes planes(setup, i);
+            const auto winner = static_cast<std::uint32_t>(packet_.winners.size());
+            bool won = false;
+            for (; own != 0; own &= own - 1) {
+                won |= trace_pair(planes, leaf, i, static_cast<std::uint32_t>(__builtin_ctzll(own)),
+                                  winner);
+            }
+            if (won) add_winner(leaf, i);
+        }
+        for (; touched != 0; touched &= touched - 1)
+            refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(touched)));
+    }
+
+    /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
+    /// early.
+    HWY_INLINE void trace_by_block(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
+                                   std::uint64_t blocks) {
+        const Floats f;
+        for (; blocks != 0; blocks &= blocks - 1) {
+            const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+            std::uint32_t triangles = 0;
+            for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+                const Rectangles& rect = setup.rectangles;
+                const Mask x = hn::And(
+                    hn::Le(hn::Load(f, rect.lower_x + l), splat(packet_.block_upper_x[block])),
+                    hn::Ge(hn::Load(f, rect.upper_x + l), splat(packet_.block_lower_x[block])));
+                const Mask y = hn::And(
+                    hn::Le(hn::Load(f, rect.lower_y + l), splat(packet_.block_upper_y[block])),
+                    hn::Ge(hn::Load(f, rect.upper_y + l), splat(packet_.block_lower_y[block])));
+                const Mask near = hn::Ge(hn::Load(f, setup.q + l), splat(packet_.block_q[block]));
+                triangles |= mask_bits(hn::And(near, hn::And(x, y))) << l;
+            }
+            triangles &= alive;
+            if (triangles == 0) continue;
+            for (; triangles != 0; triangles &= triangles - 1) {
+                const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
+                trace_pair(Planes(setup, i), leaf, i, block, 0);
+            }
+            refresh_block(block);
+        }
+    }
+
+    HWY_INLINE void add_winner(const Leaf& leaf, std::uint32_t i) {
         const std::uint32_t corners = leaf.vertex[i].corners;
         const auto vertex = [&](std::uint32_t k) {
             const LeafVertex& v = leaf.vertex[corner(corners, k)];
             return vec3(v.x, v.y, v.z);
         };
         packet_.winners.push_back({vertex(0), leaf.prim_id[i], vertex(1), 0, vertex(2), 0});
-        return static_cast<std::uint32_t>(packet_.winners.size() - 1);
     }
 
     /// For some lanes of the rays from r on: whether the triangle occludes them, by the rule's
