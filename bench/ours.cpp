@@ -1,7 +1,7 @@
 #include "bench/ours.h"
 
 #include "common/bvh_builder.h"
-#include "cpu/packet_tracer.h"
+#include "cpu/packet_tiles.h"
 #include "cpu/refit.h"
 #include "cpu/scalar_tracer.h"
 #include "cpu/wide_tracer.h"
@@ -46,31 +46,23 @@ OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
     return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace};
 }
 
-/// Packets of 32 x 32; shadow rays that spread too widely go to single rays.
+/// Packets of 32 x 32; shadow rays that have too little in common go to single rays.
 OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
-    const auto trace = [packets = cpu::PacketTracer(bvh, target),
-                        singles = cpu::WideTracer(bvh, target)](const TraceWork& work,
-                                                                TraceAnswers& answers) {
+    const auto trace = [tiles = std::make_shared<const cpu::PacketTiles>(bvh, target)](
+                           const TraceWork& work, TraceAnswers& answers) {
         static_assert(kTileSize == cpu::kPacketSide && kBlockSize == cpu::kBlockSide);
-        tbb::enumerable_thread_specific<cpu::Packet> scratch;
         const ImageParams& params = work.params;
         for_each_tile(work, [&](const TileRays& rays) {
-            cpu::Packet& packet = scratch.local();
             if (!work.any_hit()) {
                 const std::size_t first = std::size_t{rays.tile.y0} * params.width + rays.tile.x0;
-                packets.intersect_camera(params, rays.tile, packet, &answers.hits[first],
-                                         params.width);
+                tiles->intersect_camera(params, rays.tile, &answers.hits[first], params.width);
                 return;
             }
-            if (packets.occluded_from_point(params.light, &work.rays[rays.begin],
-                                            &work.active[rays.begin], packet,
-                                            &answers.occluded[rays.begin])) {
-                return;
-            }
-            for_each_active_run(work, rays, [&](std::size_t begin, std::size_t end) {
-                singles.occluded(std::span(work.rays).subspan(begin, end - begin),
-                                 std::span(answers.occluded).subspan(begin, end - begin));
-            });
+            const auto part = [&](auto& all) {
+                return std::span(all).subspan(rays.begin, cpu::kPacketRays);
+            };
+            tiles->occluded_from_point(params.light, part(work.rays), part(work.active),
+                                       part(answers.occluded));
         });
     };
     return {"packet", target.name, {kRaysPrimary, kRaysShadow}, trace, true};

@@ -295,13 +295,63 @@ HWY_INLINE bool choose_axes(const Ray* rays, const std::uint8_t* active, double 
     return true;
 }
 
+/// Where x, y of the active rays of each block spread more than eight times as far as those of the
+/// median block, as they do where the surface under the block ends, they would make all bounds
+/// coarse: those blocks are made inactive. Which they are, and the largest |x| or |y| of the
+/// others.
+HWY_INLINE std::uint64_t leave_out_wide_blocks(Packet& packet, float& extent) {
+    const Floats f;
+    float spread[kPacketBlocks];
+    float reach[kPacketBlocks];
+    float sorted[kPacketBlocks];
+    std::uint32_t used = 0;
+    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+        VF least[2] = {splat(1e30f), splat(1e30f)};
+        VF most[2] = {splat(-1e30f), splat(-1e30f)};
+        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+            const std::size_t r = block * kBlockRays + l;
+            const Mask active = hn::Lt(hn::Load(f, packet.q_lower + r), splat(kDone));
+            const VF values[2] = {hn::Load(f, packet.x + r), hn::Load(f, packet.y + r)};
+            for (int k = 0; k < 2; ++k) {
+                least[k] = hn::Min(least[k], hn::IfThenElse(active, values[k], least[k]));
+                most[k] = hn::Max(most[k], hn::IfThenElse(active, values[k], most[k]));
+            }
+        }
+        float lower[2], upper[2];
+        for (int k = 0; k < 2; ++k) {
+            lower[k] = hn::GetLane(hn::MinOfLanes(f, least[k]));
+            upper[k] = hn::GetLane(hn::MaxOfLanes(f, most[k]));
+        }
+        spread[block] = upper[0] - lower[0] + upper[1] - lower[1];
+        reach[block] = std::max({-lower[0], upper[0], -lower[1], upper[1]});
+        if (spread[block] >= 0) sorted[used++] = spread[block];
+    }
+    extent = 0x1p-16f;
+    if (used == 0) return 0;
+    std::nth_element(sorted, sorted + used / 2, sorted + used);
+    std::uint64_t left_out = 0;
+    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+        if (spread[block] < 0) continue;
+        if (spread[block] <= 8 * sorted[used / 2]) {
+            extent = std::max(extent, reach[block]);
+            continue;
+        }
+        left_out |= std::uint64_t{1} << block;
+        for (std::uint32_t i = 0; i < kBlockRays; ++i) {
+            packet.q_lower[block * kBlockRays + i] = packet.q_upper[block * kBlockRays + i] = kDone;
+        }
+    }
+    return left_out;
+}
+
 /// Makes a packet of up to 32 x 32 rays that start at one point; rays[i] of the square is active if
 /// active[i] != 0. False if they spread too widely to be seen from one plane, or none is active.
-bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet) {
+/// left_out: the blocks of which nothing is asked because their rays have too little in common.
+bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet,
+                       std::uint64_t& left_out) {
     const Floats f;
     double axes[3][3];
     if (!choose_axes(rays, active, axes)) return false;
-    VF extent = splat(0x1p-16f);
     VF least_z = splat(1e30f);
     for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(f)) {
         VF d[3], tfar;
@@ -311,7 +361,6 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Pa
         const VF safe_z = hn::IfThenElse(on, z, splat(1.0f));
         const VF x = hn::IfThenElseZero(on, hn::Div(cancelling_dot(axes[0], d), safe_z));
         const VF y = hn::IfThenElseZero(on, hn::Div(cancelling_dot(axes[1], d), safe_z));
-        extent = hn::Max(extent, hn::Max(hn::Abs(x), hn::Abs(y)));
         least_z = hn::Min(least_z, safe_z);
         for (int axis = 0; axis < 3; ++axis) d[axis] = hn::IfThenElseZero(on, d[axis]);
         hn::Store(d[0], f, packet.dir_x + r);
@@ -329,9 +378,10 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Pa
                   packet.q_upper + r);
     }
     if (!(hn::GetLane(hn::MinOfLanes(f, least_z)) > 0.25f)) return false;
+    float extent = 0;
+    left_out = leave_out_wide_blocks(packet, extent);
     // A power of two, so that scaling x and y rounds nothing.
-    const double unit =
-        std::exp2(std::ceil(std::log2(hn::GetLane(hn::MaxOfLanes(f, extent)) / 16.0)));
+    const double unit = std::exp2(std::ceil(std::log2(extent / 16.0)));
     const auto scale = static_cast<float>(1 / unit);
     for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(f)) {
         hn::Store(hn::Mul(hn::Load(f, packet.x + r), splat(scale)), f, packet.x + r);

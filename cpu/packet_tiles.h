@@ -27,11 +27,18 @@ public:
     void occluded_from_point(vec3 org, std::span<const Ray> rays,
                              std::span<const std::uint8_t> active,
                              std::span<std::uint8_t> occluded) const {
-        if (packets_.occluded_from_point(org, rays.data(), active.data(), scratch(),
-                                         occluded.data())) {
+        if (!packets_.occluded_from_point(org, rays.data(), active.data(), scratch(),
+                                          occluded.data())) {
+            BatchTiles(wide_).occluded_from_point(org, rays, active, occluded);
             return;
         }
-        BatchTiles(wide_).occluded_from_point(org, rays, active, occluded);
+        std::vector<std::uint8_t> left(rays.size());
+        bool any = false;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            left[i] = active[i] != 0 && occluded[i] == kUndecided;
+            any |= left[i] != 0;
+        }
+        if (any) BatchTiles(wide_).occluded_from_point(org, rays, left, occluded);
     }
 
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {

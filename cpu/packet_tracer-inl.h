@@ -511,8 +511,8 @@ private:
             hn::Store(hn::NegMulAdd(ak, middle_x, hn::NegMulAdd(bk, middle_y, ck)), f,
                       setup.c[k] + l);
         }
-        store_depth_errors(a, b, hn::IfThenElseZero(sane, det), scale, error, rounding, reach,
-                           z_size, size, setup, l);
+        store_depth_errors(a, b, hn::IfThenElseZero(sane, det), scale, error, rounding, z_size,
+                           size, setup, l);
         hn::Store(nearest_q(frame_, hn::Sub(z_least, z_error)), f, setup.q + l);
         return meets;
     }
@@ -521,7 +521,7 @@ private:
     /// vertices by `error` moves it by its gradient times that, while the displacement is small
     /// against the triangle. Where it is not, nothing is certain.
     HWY_INLINE void store_depth_errors(const VF a[3], const VF b[3], VF det, VF scale, VF error,
-                                       VF rounding, VF reach, VF z_size, VF size, Setup& setup,
+                                       VF rounding, VF z_size, VF size, Setup& setup,
                                        std::size_t l) const {
         const Floats f;
         const VF gradient = hn::Add(hn::Abs(hn::Add(hn::Add(a[0], a[1]), a[2])),
@@ -533,7 +533,7 @@ private:
         const VF c1 = hn::Add(splat(0x1p-17f), hn::Add(steep, det_error));
         const VF c0 = hn::Mul(hn::Mul(splat(4.0f), rounding), scale);
         const Mask doubtful =
-            hn::Ge(hn::Mul(splat(64.0f), hn::Mul(error, hn::Mul(reach, z_size))), hn::Abs(det));
+            hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))), hn::Abs(det));
         hn::Store(hn::IfThenElse(doubtful, splat(1e35f), c0), f, setup.c0 + l);
         hn::Store(hn::IfThenZeroElse(doubtful, c1), f, setup.c1 + l);
     }

@@ -57,12 +57,15 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
 
 bool occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays, const std::uint8_t* active,
                            Packet& packet, std::uint8_t* occluded) {
-    if (!make_point_packet(org, rays, active, packet)) return false;
+    std::uint64_t left_out = 0;
+    if (!make_point_packet(org, rays, active, packet, left_out)) return false;
     PacketTraversal<Query::kAny> traversal(bvh, packet);
     traversal.start();
     traversal.run();
     for (std::uint32_t i = 0; i < kPacketRays; ++i) {
-        if (active[i] != 0) occluded[i] = packet.q_lower[i] == kDone;
+        if (active[i] == 0) continue;
+        const bool asked = ((left_out >> (i / kBlockRays)) & 1) == 0;
+        occluded[i] = !asked ? kUndecided : packet.q_lower[i] == kDone ? 1 : 0;
     }
     return true;
 }

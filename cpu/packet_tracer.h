@@ -13,6 +13,8 @@
 
 namespace morphray::cpu {
 
+inline constexpr std::uint8_t kUndecided = 2;
+
 /// Closest and any hit over a tree that outlives it, with the bits of ScalarTracer. Threads may
 /// share one, each with packets of its own.
 class PacketTracer {
@@ -24,9 +26,10 @@ public:
     void intersect_camera(const ImageParams& params, const Tile& tile, Packet& packet, Hit* hits,
                           std::size_t stride) const;
 
-    /// occluded[i] becomes 1 where rays[i], which start at org, hit anything, for the i with
-    /// active[i] != 0; indices as by packet_ray(). False, and nothing written, if the rays spread
-    /// too widely for one packet.
+    /// occluded[i] becomes 1 where rays[i], which start at org, hit anything, and 0 where they do
+    /// not, for the i with active[i] != 0; indices as by packet_ray(). It becomes kUndecided for
+    /// rays that have too little in common with the others to be traced along. False, and nothing
+    /// written, if that is so of all.
     bool occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet,
                              std::uint8_t* occluded) const;
 
