@@ -34,6 +34,14 @@ void Collapse::find_costs(std::uint32_t node) {
         find_costs(left_child);
         find_costs(right_child);
     }
+    if (nodes_[left_child].is_leaf() && nodes_[right_child].is_leaf()) {
+        // Two slots suffice, one costs the node.
+        own.cost.fill(0);
+        own.left_slots.fill(1);
+        own.left_slots[0] = 0;
+        own.cost[0] = static_cast<float>(half_area(nodes_[node].box));
+        return;
+    }
     // own[i] = min over k of left[k - 1] + right[i - k], the k slots of the left child ascending,
     // for all i at once: right[i - k] is infinite for k > i.
     constexpr float kInfinity = std::numeric_limits<float>::infinity();

@@ -27,6 +27,7 @@ struct PrimRef {
     bool empty() const { return lower[0] > upper[0]; }
     /// Twice the centroid of the box; 0 for an empty one. Exact order, no division.
     float4 centroid2() const { return lower + upper; }
+    float centroid2(int axis) const { return lower[axis] + upper[axis]; }
 };
 
 }  // namespace morphray

@@ -18,9 +18,10 @@ struct Split {
     float cost = std::numeric_limits<float>::infinity();
     int axis = 0;
     std::size_t position = 0;
+    std::size_t left_size = 0;
 
-    void consider(float other, int other_axis, std::size_t other_position) {
-        if (other < cost) *this = {other, other_axis, other_position};
+    void consider(const Split& other) {
+        if (other.cost < cost) *this = other;
     }
 };
 
@@ -49,8 +50,8 @@ Box4 centroid_bounds(std::span<const PrimRef> refs) {
 struct ByCentroid {
     int axis;
     bool operator()(const PrimRef& a, const PrimRef& b) const {
-        const float ca = a.centroid2()[axis];
-        const float cb = b.centroid2()[axis];
+        const float ca = a.centroid2(axis);
+        const float cb = b.centroid2(axis);
         return ca < cb || (ca == cb && a.prim_id() < b.prim_id());
     }
 };
@@ -106,7 +107,17 @@ public:
         // An empty box (no finite vertex) has centroid 0, which may lie outside the bounds.
         const float4 bin = (ref.centroid2() - lower_) * scale_;
         return __builtin_convertvector(
-            min(max(bin, float4{}), splat(static_cast<float>(kBins - 1))), int4);
+            min(splat(static_cast<float>(kBins - 1)), max(float4{}, bin)), int4);
+    }
+
+    /// Whether a ref's bin is below the split's position, which is in [1, kBins): neither rounding
+    /// down nor moving the ends of the range to 0 and kBins - 1 takes a number past such an
+    /// integer.
+    auto is_left_of(const Split& split) const {
+        return [axis = split.axis, lower = lower_[split.axis], scale = scale_[split.axis],
+                end = static_cast<float>(static_cast<int>(split.position))](const PrimRef& ref) {
+            return (ref.centroid2(axis) - lower) * scale < end;
+        };
     }
 
 private:
@@ -117,8 +128,8 @@ private:
 /// The boxes and numbers of the refs in each bin of each axis.
 template <std::size_t kBins>
 struct Bins {
-    Box4 box[kBins][3];
-    std::uint32_t count[kBins][4];
+    Box4 box[3][kBins];
+    std::uint32_t count[3][kBins];
 
     Bins() : count{} { std::fill_n(&box[0][0], kBins * 3, Box4::none()); }
 
@@ -134,21 +145,22 @@ struct Bins {
     void add(const PrimRef& ref, const Binning<kBins>& binning) {
         const int4 bin = binning(ref);
         for (int axis = 0; axis < 3; ++axis) {
-            box[bin[axis]][axis].extend(ref.box());
-            ++count[bin[axis]][axis];
+            const auto i = static_cast<std::uint32_t>(bin[axis]);
+            box[axis][i].extend(ref.box());
+            ++count[axis][i];
         }
     }
     void add(const Bins& other) {
         for (std::size_t i = 0; i < kBins; ++i) {
             for (int axis = 0; axis < 3; ++axis) {
-                box[i][axis].extend(other.box[i][axis]);
-                count[i][axis] += other.count[i][axis];
+                box[axis][i].extend(other.box[axis][i]);
+                count[axis][i] += other.count[axis][i];
             }
         }
     }
     std::size_t count_below(std::size_t position, int axis) const {
         std::size_t sum = 0;
-        for (std::size_t i = 0; i < position; ++i) sum += count[i][axis];
+        for (std::size_t i = 0; i < position; ++i) sum += count[axis][i];
         return sum;
     }
 };
@@ -160,18 +172,18 @@ void best_boundary(const Bins<kBins>& bins, int axis, Split& best) {
     Box4 box = Box4::none();
     std::uint32_t count = 0;
     for (std::size_t i = kBins; --i > 0;) {
-        box.extend(bins.box[i][axis]);
-        count += bins.count[i][axis];
+        box.extend(bins.box[axis][i]);
+        count += bins.count[axis][i];
         right_cost[i] = part_cost(box, count);
     }
-    const std::uint32_t total = count + bins.count[0][axis];
+    const std::uint32_t total = count + bins.count[axis][0];
     box = Box4::none();
     count = 0;
     for (std::size_t i = 1; i < kBins; ++i) {
-        box.extend(bins.box[i - 1][axis]);
-        count += bins.count[i - 1][axis];
+        box.extend(bins.box[axis][i - 1]);
+        count += bins.count[axis][i - 1];
         if (count == 0 || count == total) continue;
-        best.consider(part_cost(box, count) + right_cost[i], axis, i);
+        best.consider({part_cost(box, count) + right_cost[i], axis, i, count});
     }
 }
 
@@ -180,12 +192,6 @@ Split best_boundary(const Bins<kBins>& bins) {
     Split best;
     for (int axis = 0; axis < 3; ++axis) best_boundary(bins, axis, best);
     return best;
-}
-
-template <std::size_t kBins>
-auto is_below(const Binning<kBins>& binning, const Split& split) {
-    return [&binning, axis = split.axis, end = static_cast<int>(split.position)](
-               const PrimRef& ref) { return binning(ref)[axis] < end; };
 }
 
 /// Boxes and counts do not depend on the order in which chunks are added, nor places on who writes
@@ -208,15 +214,14 @@ std::size_t split_binned_in_chunks(std::span<const PrimRef> refs, PrimRef* out) 
     const Split best = best_boundary(all);
     if (best.position == 0) return 0;
 
-    const std::size_t left_size = all.count_below(best.position, best.axis);
     std::vector<std::size_t> left_before(chunk_count + 1, 0);
     for (std::size_t i = 0; i < chunk_count; ++i)
         left_before[i + 1] = left_before[i] + bins[i].count_below(best.position, best.axis);
     tbb::parallel_for(std::size_t{0}, chunk_count, [&](std::size_t i) {
-        partition(chunk(i), out, left_before[i], left_size + i * kChunk - left_before[i],
-                  is_below(binning, best));
+        partition(chunk(i), out, left_before[i], best.left_size + i * kChunk - left_before[i],
+                  binning.is_left_of(best));
     });
-    return left_size;
+    return best.left_size;
 }
 
 // ---- all positions
@@ -231,7 +236,7 @@ void sweep_axis(std::span<PrimRef> refs, int axis, std::vector<float>& right_cos
     box = Box4::none();
     for (std::size_t i = 1; i < refs.size(); ++i) {
         box.extend(refs[i - 1].box());
-        best.consider(part_cost(box, i) + right_cost[i], axis, i);
+        best.consider({part_cost(box, i) + right_cost[i], axis, i, i});
     }
 }
 
@@ -263,9 +268,8 @@ std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out) {
     bins.add(refs, binning);
     const Split best = best_boundary(bins);
     if (best.position == 0) return 0;
-    const std::size_t left_size = bins.count_below(best.position, best.axis);
-    partition(refs, out, 0, left_size, is_below(binning, best));
-    return left_size;
+    partition(refs, out, 0, best.left_size, binning.is_left_of(best));
+    return best.left_size;
 }
 
 std::size_t split_sweep(std::span<const PrimRef> refs, PrimRef* out) {
@@ -306,7 +310,7 @@ std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out) {
         box = Box4::none();
         for (std::size_t i = 1; i < size; ++i) {
             box.extend(refs[order[i - 1]].box());
-            best.consider(part_cost(box, i) + right_cost[i], axis, i);
+            best.consider({part_cost(box, i) + right_cost[i], axis, i, i});
         }
     }
     if (best.position == 0) return 0;
