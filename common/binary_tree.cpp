@@ -5,9 +5,10 @@
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
-#include <array>
+#include <atomic>
 
 #include "common/split.h"
+#include "common/vertex_set.h"
 
 namespace morphray {
 namespace {
@@ -18,100 +19,99 @@ constexpr std::uint32_t kMedianDepth = 36;
 static_assert(kMedianDepth + 28 <= kMaxBinaryHeight);
 
 // A set of this size or more is worth another task.
-constexpr std::size_t kTaskSize = 4096;
+constexpr std::size_t kTaskSize = 2048;
 
 // Up to here every position is cheap enough to try even when binning.
-constexpr std::size_t kSweepSize = 128;
+constexpr std::size_t kSweepSize = 24;
+static_assert(kSweepSize <= kFewRefs);
 
 class Builder {
 public:
-    Builder(const Topology& topology, SplitMethod method, std::vector<PrimRef>& refs)
-        : topology_(topology), method_(method), refs_(refs), slots_(2 * refs.size()) {}
+    /// Every split moves the refs from one of the two arrays to the other.
+    Builder(const Topology& topology, SplitMethod method, AlignedVector<PrimRef>& refs,
+            BinaryTree& tree)
+        : topology_(topology), method_(method), tree_(tree), refs_{refs.data(), nullptr} {
+        other_refs_.resize(refs.size());
+        refs_[1] = other_refs_.data();
+        tree_.prim_ids.resize(refs.size());
+        tree_.nodes.resize(2 * refs.size());
+    }
 
-    /// Builds the subtree of refs[begin .. end) into slots [slot .. slot + 2 * (end - begin) - 1):
-    /// a place that its size alone determines, so that tasks need no lock and the result no luck.
-    void build(std::uint32_t slot, std::uint32_t begin, std::uint32_t end, std::uint32_t depth) {
-        BinaryNode& node = slots_[slot];
-        node = BinaryNode{.box = {}, .begin = begin, .end = end, .right = 0, .height = 0};
-        const std::span<PrimRef> refs(refs_.data() + begin, end - begin);
+    /// Builds the subtree of refs_[depth % 2][begin .. end).
+    void build(std::uint32_t node_index, std::uint32_t begin, std::uint32_t end,
+               std::uint32_t depth) {
+        BinaryNode& node = tree_.nodes[node_index];
+        node = BinaryNode{.box = {}, .begin = begin, .end = end, .children = 0, .height = 0};
+        const std::span<const PrimRef> refs(refs_[depth % 2] + begin, end - begin);
         if (fits_leaf(refs)) {
-            for (const PrimRef& ref : refs) node.box.extend(ref.box());
+            Box4 box = Box4::none();
+            for (const PrimRef& ref : refs) {
+                tree_.prim_ids[begin++] = ref.prim_id();
+                box.extend(ref.box());
+            }
+            node.box = box.box();
             return;
         }
-        const auto left_size = static_cast<std::uint32_t>(split(refs, depth));
-        const std::uint32_t left = slot + 1;
-        const std::uint32_t right = slot + 2 * left_size;
-        const auto build_left = [=, this] { build(left, begin, begin + left_size, depth + 1); };
-        const auto build_right = [=, this] { build(right, begin + left_size, end, depth + 1); };
+        const auto middle = begin + static_cast<std::uint32_t>(split(refs, depth, begin));
+        const std::uint32_t left = node_count_.fetch_add(2, std::memory_order_relaxed);
+        const auto build_left = [=, this] { build(left, begin, middle, depth + 1); };
+        const auto build_right = [=, this] { build(left + 1, middle, end, depth + 1); };
         if (refs.size() >= kTaskSize) {
             tbb::parallel_invoke(build_left, build_right);
         } else {
             build_left();
             build_right();
         }
-        node.box = slots_[left].box;
-        node.box.extend(slots_[right].box);
-        node.right = right;
-        node.height = 1 + std::max(slots_[left].height, slots_[right].height);
+        node.box = tree_.nodes[left].box;
+        node.box.extend(tree_.nodes[left + 1].box);
+        node.children = left;
+        node.height = 1 + std::max(tree_.nodes[left].height, tree_.nodes[left + 1].height);
     }
 
-    /// The nodes without the gaps between them, in preorder.
-    std::vector<BinaryNode> compact() const {
-        std::vector<BinaryNode> nodes;
-        append(0, nodes);
-        return nodes;
-    }
+    std::uint32_t node_count() const { return node_count_; }
 
 private:
-    std::size_t split(std::span<PrimRef> refs, std::uint32_t depth) const {
+    std::size_t split(std::span<const PrimRef> refs, std::uint32_t depth,
+                      std::uint32_t begin) const {
+        PrimRef* out = refs_[(depth + 1) % 2] + begin;
         std::size_t left_size = 0;
         if (depth < kMedianDepth) {
-            const bool sweep = method_ == SplitMethod::kSweep || refs.size() <= kSweepSize;
-            left_size = sweep ? split_sweep(refs) : split_binned(refs);
+            left_size = method_ == SplitMethod::kSweep ? split_sweep(refs, out)
+                        : refs.size() <= kSweepSize    ? split_few(refs, out)
+                                                       : split_binned(refs, out);
         }
-        return left_size != 0 ? left_size : split_median(refs);
+        return left_size != 0 ? left_size : split_median(refs, out);
     }
 
     bool fits_leaf(std::span<const PrimRef> refs) const {
         if (refs.size() > kLeafTriangles) return false;
         if (3 * refs.size() <= kLeafVertices) return true;
-        std::array<std::uint32_t, 3 * kLeafTriangles> vertices;
-        auto end = vertices.begin();
+        VertexSet vertices;
         for (const PrimRef& ref : refs) {
-            const uvec3 t = topology_.triangles[ref.prim_id];
-            *end++ = t.x;
-            *end++ = t.y;
-            *end++ = t.z;
+            const uvec3 t = topology_.triangles[ref.prim_id()];
+            vertices.add(t.x);
+            vertices.add(t.y);
+            vertices.add(t.z);
+            if (vertices.vertices().size() > kLeafVertices) return false;
         }
-        std::sort(vertices.begin(), end);
-        return std::unique(vertices.begin(), end) - vertices.begin() <=
-               std::ptrdiff_t{kLeafVertices};
-    }
-
-    std::uint32_t append(std::uint32_t slot, std::vector<BinaryNode>& nodes) const {
-        const auto index = static_cast<std::uint32_t>(nodes.size());
-        nodes.push_back(slots_[slot]);
-        if (!slots_[slot].is_leaf()) {
-            append(slot + 1, nodes);
-            const std::uint32_t right = append(slots_[slot].right, nodes);
-            nodes[index].right = right;
-        }
-        return index;
+        return true;
     }
 
     const Topology& topology_;
     SplitMethod method_;
-    std::vector<PrimRef>& refs_;
-    std::vector<BinaryNode> slots_;
+    BinaryTree& tree_;
+    AlignedVector<PrimRef> other_refs_;
+    PrimRef* refs_[2];
+    std::atomic<std::uint32_t> node_count_ = 1;
 };
 
 PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id) {
     const uvec3 t = topology.triangles[prim_id];
-    Box box;
+    Box4 box = Box4::none();
     for (const std::uint32_t vertex : {t.x, t.y, t.z}) {
-        if (is_finite_vertex(positions[vertex])) box.extend(positions[vertex]);
+        if (is_finite_vertex(positions[vertex])) box.extend(load3(positions[vertex]));
     }
-    return {box.lower, prim_id, box.upper, 0};
+    return {box, prim_id};
 }
 
 }  // namespace
@@ -121,16 +121,16 @@ BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> pos
     BinaryTree tree;
     const auto count = static_cast<std::uint32_t>(topology.triangles.size());
     if (count == 0) return tree;
-    tree.refs.resize(count);
+    AlignedVector<PrimRef> refs;
+    refs.resize(count);
     tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, count, kTaskSize),
                       [&](const auto& range) {
-                          for (std::uint32_t i = range.begin(); i != range.end(); ++i) {
-                              tree.refs[i] = make_ref(topology, positions, i);
-                          }
+                          for (std::uint32_t i = range.begin(); i != range.end(); ++i)
+                              refs[i] = make_ref(topology, positions, i);
                       });
-    Builder builder(topology, method, tree.refs);
+    Builder builder(topology, method, refs, tree);
     builder.build(0, 0, count, 0);
-    tree.nodes = builder.compact();
+    tree.nodes.resize(builder.node_count());
     return tree;
 }
 

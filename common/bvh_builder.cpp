@@ -1,121 +1,149 @@
 #include "common/bvh_builder.h"
 
 #include <fmt/format.h>
-
-#include <algorithm>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include "common/binary_tree.h"
-#include "common/bvh_refit.h"
+#include "common/box.h"
 #include "common/collapse.h"
 #include "common/error.h"
 #include "common/thread_arena.h"
+#include "common/vertex_set.h"
 
 namespace morphray {
 namespace {
 
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
 
-/// Lays the collapsed tree out breadth first.
+// Elements a task.
+constexpr std::size_t kGrain = 128;
+
+/// Lays the collapsed tree out breadth first: first finds the place of every node and leaf, one
+/// after the other, then all threads fill them.
 class Layout {
 public:
-    Layout(const Topology& topology, BinaryTree& tree)
-        : topology_(topology), tree_(tree), collapse_(tree.nodes) {}
+    Layout(const Topology& topology, std::span<const vec3> positions, const BinaryTree& tree)
+        : topology_(topology), positions_(positions), tree_(tree), collapse_(tree.nodes) {}
 
     Bvh build() {
         bvh_.triangle_count = static_cast<std::uint32_t>(topology_.triangles.size());
-        std::vector<std::uint32_t> level = {add_node(kNoParent)};  // wide nodes
-        std::vector<std::uint32_t> sources = {0};  // the binary nodes they are made of
-        bvh_.level_begin = {0, 1};
-        for (std::uint32_t depth = 0; !level.empty(); ++depth) {
-            std::vector<std::uint32_t> next_level;
-            std::vector<std::uint32_t> next_sources;
-            for (std::size_t i = 0; i < level.size(); ++i) {
-                std::uint32_t slot = 0;
-                for (const std::uint32_t child : children_of(sources[i], depth)) {
-                    const std::uint32_t parent = level[i] * kWidth + slot++;
-                    if (tree_.nodes[child].is_leaf()) {
-                        add_leaf(parent, tree_.nodes[child]);
-                    } else {
-                        next_level.push_back(add_node(parent));
-                        next_sources.push_back(child);
-                    }
-                }
-            }
-            if (!next_level.empty())
-                bvh_.level_begin.push_back(static_cast<std::uint32_t>(bvh_.nodes.size()));
-            level = std::move(next_level);
-            sources = std::move(next_sources);
-        }
+        add_places();
+        fill();
         return std::move(bvh_);
     }
 
 private:
-    std::vector<std::uint32_t> children_of(std::uint32_t source, std::uint32_t depth) const {
+    /// A wide node before its boxes: what it is made of.
+    struct WideNode {
+        WideChildren children;
+        /// Of the first child that is a node, and of the first that is a leaf.
+        std::uint32_t first_node;
+        std::uint32_t first_leaf;
+    };
+
+    void add_places() {
+        std::vector<std::uint32_t> sources = {0};  // the binary nodes that wide nodes are made of
+        bvh_.node_parents = {kNoParent};
+        bvh_.level_begin = {0, 1};
+        std::uint32_t begin = 0;
+        for (std::uint32_t depth = 0; begin < sources.size(); ++depth) {
+            const std::uint32_t end = bvh_.level_begin.back();
+            for (std::uint32_t i = begin; i < end; ++i) {
+                WideNode& node = wide_nodes_.emplace_back();
+                node.children = children_of(sources[i], depth);
+                node.first_node = static_cast<std::uint32_t>(sources.size());
+                node.first_leaf = static_cast<std::uint32_t>(leaf_sources_.size());
+                std::uint32_t slot = i * kWidth;
+                for (const std::uint32_t child : node.children.nodes()) {
+                    const bool is_leaf = tree_.nodes[child].is_leaf();
+                    (is_leaf ? leaf_sources_ : sources).push_back(child);
+                    (is_leaf ? bvh_.leaf_parents : bvh_.node_parents).push_back(slot++);
+                }
+            }
+            begin = end;
+            if (sources.size() > begin)
+                bvh_.level_begin.push_back(static_cast<std::uint32_t>(sources.size()));
+        }
+    }
+
+    WideChildren children_of(std::uint32_t source, std::uint32_t depth) const {
         if (tree_.nodes.empty()) return {};
-        if (tree_.nodes[source].is_leaf()) return {source};  // a scene of one leaf
-        return collapse_.children(source, kMaxDepth - depth);
+        if (!tree_.nodes[source].is_leaf()) return collapse_.children(source, kMaxDepth - depth);
+        WideChildren only;  // a scene of one leaf
+        only.add(source);
+        return only;
     }
 
-    void link(std::uint32_t parent, std::uint32_t child) {
-        if (parent != kNoParent) bvh_.nodes[parent / kWidth].child[parent % kWidth] = child;
+    void fill() {
+        bvh_.nodes.resize(wide_nodes_.size());
+        bvh_.leaves.resize(leaf_sources_.size());
+        bvh_.leaf_vertices.resize(leaf_sources_.size() * kLeafVertices);
+        using Range = tbb::blocked_range<std::size_t>;
+        tbb::parallel_for(Range(0, wide_nodes_.size(), kGrain), [&](const Range& range) {
+            for (std::size_t i = range.begin(); i != range.end(); ++i)
+                fill_node(bvh_.nodes[i], wide_nodes_[i]);
+        });
+        tbb::parallel_for(Range(0, leaf_sources_.size(), kGrain), [&](const Range& range) {
+            for (std::size_t i = range.begin(); i != range.end(); ++i)
+                fill_leaf(i, tree_.nodes[leaf_sources_[i]]);
+        });
     }
 
-    std::uint32_t add_node(std::uint32_t parent) {
-        const auto index = static_cast<std::uint32_t>(bvh_.nodes.size());
-        Node& node = bvh_.nodes.emplace_back();
-        for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+    void fill_node(Node& node, const WideNode& source) const {
+        std::uint32_t next_node = source.first_node;
+        std::uint32_t next_leaf = source.first_leaf;
+        std::uint32_t slot = 0;
+        for (const std::uint32_t child : source.children.nodes()) {
+            const BinaryNode& binary = tree_.nodes[child];
+            set_slot_box(node, slot, binary.box);
+            node.child[slot++] = binary.is_leaf() ? kLeafBit | next_leaf++ : next_node++;
+        }
+        for (; slot < kWidth; ++slot) {
             set_slot_box(node, slot, Box());
             node.child[slot] = kEmptyChild;
         }
-        bvh_.node_parents.push_back(parent);
-        link(parent, index);
-        return index;
     }
 
-    void add_leaf(std::uint32_t parent, const BinaryNode& source) {
-        const std::span<PrimRef> refs(tree_.refs.data() + source.begin, source.end - source.begin);
-        std::sort(refs.begin(), refs.end(),
-                  [](const PrimRef& a, const PrimRef& b) { return a.prim_id < b.prim_id; });
-        const auto index = static_cast<std::uint32_t>(bvh_.leaves.size());
-        Leaf& leaf = bvh_.leaves.emplace_back();
-        bvh_.leaf_parents.push_back(parent);
-        std::vector<std::uint32_t> vertices;
-        const auto slot_of = [&](std::uint32_t vertex) {
-            const auto found = std::find(vertices.begin(), vertices.end(), vertex);
-            const auto slot = static_cast<std::uint32_t>(found - vertices.begin());
-            if (found == vertices.end()) vertices.push_back(vertex);
-            return slot;
-        };
-        const auto count = static_cast<std::uint32_t>(refs.size());
-        for (std::uint32_t i = 0; i < kLeafTriangles; ++i) {
-            leaf.prim_id[i] = kNoPrim;
-            leaf.vertex[i].corners = pack_corners(0, 0, 0, count);
-            if (i >= count) continue;
-            const uvec3 t = topology_.triangles[refs[i].prim_id];
-            const std::uint32_t a = slot_of(t.x);
-            const std::uint32_t b = slot_of(t.y);
-            const std::uint32_t c = slot_of(t.z);
-            leaf.prim_id[i] = refs[i].prim_id;
+    void fill_leaf(std::size_t index, const BinaryNode& source) {
+        Leaf& leaf = bvh_.leaves[index];
+        const std::uint32_t count = source.size();
+        VertexSet set;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            leaf.prim_id[i] = tree_.prim_ids[source.begin + i];
+            const uvec3 t = topology_.triangles[leaf.prim_id[i]];
+            const std::uint32_t a = set.add(t.x);
+            const std::uint32_t b = set.add(t.y);
+            const std::uint32_t c = set.add(t.z);
             leaf.vertex[i].corners = pack_corners(a, b, c, count);
         }
-        vertices.resize(kLeafVertices, vertices.front());
-        bvh_.leaf_vertices.insert(bvh_.leaf_vertices.end(), vertices.begin(), vertices.end());
-        link(parent, kLeafBit | index);
+        for (std::uint32_t i = count; i < kLeafTriangles; ++i) {
+            leaf.prim_id[i] = kNoPrim;
+            leaf.vertex[i].corners = pack_corners(0, 0, 0, count);
+        }
+        const std::span<const std::uint32_t> vertices = set.vertices();
+        std::uint32_t* const leaf_vertices = &bvh_.leaf_vertices[index * kLeafVertices];
+        for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot) {
+            const std::uint32_t vertex = vertices[slot < vertices.size() ? slot : 0];
+            leaf_vertices[slot] = vertex;
+            leaf.vertex[slot].x = positions_[vertex].x;
+            leaf.vertex[slot].y = positions_[vertex].y;
+            leaf.vertex[slot].z = positions_[vertex].z;
+        }
     }
 
     const Topology& topology_;
-    BinaryTree& tree_;
+    std::span<const vec3> positions_;
+    const BinaryTree& tree_;
     Collapse collapse_;
+    std::vector<WideNode> wide_nodes_;
+    std::vector<std::uint32_t> leaf_sources_;
     Bvh bvh_;
 };
 
 Bvh build_in_arena(const Topology& topology, std::span<const vec3> positions, SplitMethod split) {
-    BinaryTree tree = build_binary_tree(topology, positions, split);
-    Bvh bvh = Layout(topology, tree).build();
-    for (std::uint32_t leaf = 0; leaf < bvh.leaves.size(); ++leaf) refit_leaf(bvh, leaf, positions);
-    for (auto node = static_cast<std::uint32_t>(bvh.nodes.size()); node-- > 0;)
-        refit_node(bvh, node);
-    return bvh;
+    const BinaryTree tree = build_binary_tree(topology, positions, split);
+    return Layout(topology, positions, tree).build();
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "common/box.h"
 #include "common/bvh.h"
+#include "common/float4.h"
 
 namespace morphray {
 
@@ -13,13 +14,22 @@ namespace morphray {
 inline void refit_leaf(Bvh& bvh, std::uint32_t leaf_index, std::span<const vec3> positions) {
     Leaf& leaf = bvh.leaves[leaf_index];
     const std::uint32_t* source = &bvh.leaf_vertices[std::size_t{leaf_index} * kLeafVertices];
-    Box box;
+    const std::uint32_t last = static_cast<std::uint32_t>(positions.size()) - 1;
+    Box4 bounds = Box4::none();
     for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot) {
-        const vec3 p = positions[source[slot]];
-        leaf.vertex[slot].x = p.x;
-        leaf.vertex[slot].y = p.y;
-        leaf.vertex[slot].z = p.z;
-        if (is_finite_vertex(p)) box.extend(p);
+        const std::uint32_t vertex = source[slot];
+        // A whole register holds the next vertex's x, too, but for the last.
+        const float4 p = vertex == last ? load3(positions[last]) : load4(&positions[vertex].x);
+        bounds.extend(p);
+        float* const to = &leaf.vertex[slot].x;
+        store4(to, replace_xyz(load4(to), p));
+    }
+    Box box = bounds.box();
+    if (!is_finite_vertex(box.upper)) [[unlikely]] {
+        box = {};
+        for (const LeafVertex& v : leaf.vertex) {
+            if (is_finite_vertex({v.x, v.y, v.z})) box.extend(vec3(v.x, v.y, v.z));
+        }
     }
     const std::uint32_t parent = bvh.leaf_parents[leaf_index];
     set_slot_box(bvh.nodes[parent / kWidth], parent % kWidth, box);
@@ -29,7 +39,22 @@ inline void refit_leaf(Bvh& bvh, std::uint32_t leaf_index, std::span<const vec3>
 inline void refit_node(Bvh& bvh, std::uint32_t node_index) {
     const std::uint32_t parent = bvh.node_parents[node_index];
     if (parent == kNoParent) return;
-    set_slot_box(bvh.nodes[parent / kWidth], parent % kWidth, node_box(bvh.nodes[node_index]));
+    const Node& node = bvh.nodes[node_index];
+    float4 lower[3] = {load4(node.lower_x), load4(node.lower_y), load4(node.lower_z)};
+    float4 upper[3] = {load4(node.upper_x), load4(node.upper_y), load4(node.upper_z)};
+    for (std::uint32_t slot = 4; slot < kWidth; slot += 4) {
+        lower[0] = min(lower[0], load4(node.lower_x + slot));
+        lower[1] = min(lower[1], load4(node.lower_y + slot));
+        lower[2] = min(lower[2], load4(node.lower_z + slot));
+        upper[0] = max(upper[0], load4(node.upper_x + slot));
+        upper[1] = max(upper[1], load4(node.upper_y + slot));
+        upper[2] = max(upper[2], load4(node.upper_z + slot));
+    }
+    const auto least = [](float4 v) { return min(min(v[0], v[1]), min(v[2], v[3])); };
+    const auto most = [](float4 v) { return max(max(v[0], v[1]), max(v[2], v[3])); };
+    set_slot_box(bvh.nodes[parent / kWidth], parent % kWidth,
+                 {{least(lower[0]), least(lower[1]), least(lower[2])},
+                  {most(upper[0]), most(upper[1]), most(upper[2])}});
 }
 
 }  // namespace morphray

@@ -2,11 +2,22 @@
 #pragma once
 
 #include <array>
-#include <vector>
+#include <span>
 
 #include "common/binary_tree.h"
 
 namespace morphray {
+
+/// The children of a wide node, left to right.
+class WideChildren {
+public:
+    void add(std::uint32_t binary_node) { nodes_[size_++] = binary_node; }
+    std::span<const std::uint32_t> nodes() const { return {nodes_.data(), size_}; }
+
+private:
+    std::array<std::uint32_t, kWidth> nodes_;
+    std::size_t size_ = 0;
+};
 
 /// For every binary node the cheapest way to cut its subtree into wide nodes, where the cost is the
 /// sum of the areas of the wide nodes: what a random ray pays in node visits (after H. Ylitie, T.
@@ -14,28 +25,28 @@ namespace morphray {
 /// 2017, section 3).
 class Collapse {
 public:
-    explicit Collapse(const std::vector<BinaryNode>& nodes);
+    /// Runs in the calling thread's arena.
+    explicit Collapse(std::span<const BinaryNode> nodes);
 
-    /// The children of the wide node made of an inner binary node, left to right; 2 to 16. When
-    /// `levels_left` wide levels (this one included) must suffice for its height, which they can if
+    /// The children of the wide node made of an inner binary node; 2 to 16. When `levels_left` wide
+    /// levels (this one included) must suffice for its height, which they can if
     /// height <= 4 * levels_left, they will.
-    std::vector<std::uint32_t> children(std::uint32_t node, std::uint32_t levels_left) const;
+    WideChildren children(std::uint32_t node, std::uint32_t levels_left) const;
 
 private:
     struct Costs {
         /// cost[i]: of the subtree's wide nodes when it may fill up to i + 1 slots of its parent.
-        std::array<float, kWidth> cost;
+        alignas(16) std::array<float, kWidth> cost;
         /// How many of those slots the left child gets; 0: the node takes a single slot.
         std::array<std::uint8_t, kWidth> left_slots;
     };
 
-    void add_optimal(std::uint32_t node, std::uint32_t slots,
-                     std::vector<std::uint32_t>& out) const;
-    void add_levels(std::uint32_t node, std::uint32_t height_limit,
-                    std::vector<std::uint32_t>& out) const;
+    void find_costs(std::uint32_t node);
+    void add_optimal(std::uint32_t node, std::uint32_t slots, WideChildren& out) const;
+    void add_levels(std::uint32_t node, std::uint32_t height_limit, WideChildren& out) const;
 
-    const std::vector<BinaryNode>& nodes_;
-    std::vector<Costs> costs_;
+    std::span<const BinaryNode> nodes_;
+    AlignedVector<Costs> costs_;
 };
 
 }  // namespace morphray

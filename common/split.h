@@ -4,23 +4,29 @@
 #include <cstddef>
 #include <span>
 
-#include "common/binary_tree.h"
+#include "common/prim_ref.h"
 
 namespace morphray {
 
-/// Each divides refs in two by reordering them, and returns the size of the first part, or 0 where
-/// it finds no way (all centroids coincide). Which triangles go where depends on the set alone, not
-/// on its order: equal costs are decided by axis, then position; equal centroids by prim_id.
+/// Each divides refs, which ascend by prim_id, in two, writes one part after the other to `out` (as
+/// large, elsewhere), each ascending by prim_id, and returns the size of the first, or 0 without
+/// writing anything where it finds no way (all centroids coincide). Which triangles go where
+/// depends on the set alone: equal costs are decided by axis, then position; equal centroids by
+/// prim_id.
 
 /// Bins over the bounds of the centroids (I. Wald. On fast construction of SAH-based bounding
-/// volume hierarchies. 2007).
-std::size_t split_binned(std::span<PrimRef> refs);
+/// volume hierarchies. 2007). Parallel for large sets.
+std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out);
 
 /// Every position of every axis (Wald, Boulos, Shirley 2007, section 3).
-std::size_t split_sweep(std::span<PrimRef> refs);
+std::size_t split_sweep(std::span<const PrimRef> refs, PrimRef* out);
+
+/// The same for at most kFewRefs, many times as fast.
+inline constexpr std::size_t kFewRefs = 64;
+std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out);
 
 /// Halves by the order along the widest axis of the centroids: what is left when nothing else
 /// works, and bounds the depth. Never 0 for two refs or more.
-std::size_t split_median(std::span<PrimRef> refs);
+std::size_t split_median(std::span<const PrimRef> refs, PrimRef* out);
 
 }  // namespace morphray

@@ -40,6 +40,33 @@ TEST(BvhBuilder, GivesTheSameBytesForAnyNumberOfThreads) {
     }
 }
 
+// Around the sizes at which the builder goes from leaves to ranks, to bins, to tasks, to chunks.
+TEST(BvhBuilder, GivesTheSameSoundTreeForAnyNumberOfThreadsAtEverySize) {
+    for (const std::uint32_t size : {1u, 5u, 6u, 16u, 17u, 24u, 25u, 64u, 65u, 2047u, 2048u, 4096u,
+                                     16383u, 16384u, 16385u, 24576u, 24577u, 40000u}) {
+        const TestScene scene = test::random_soup(size, 0.02, size);
+        const Bvh expected = build_bvh(scene.topology(), scene.positions(), {.threads = 1});
+        EXPECT_EQ(check_bvh(expected, scene.topology(), scene.positions()),
+                  std::vector<std::string>{})
+            << size;
+        for (const int threads : {2, 4}) {
+            const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {.threads = threads});
+            EXPECT_EQ(bvh_hash(bvh), bvh_hash(expected)) << size;
+            EXPECT_EQ(bvh.leaf_vertices, expected.leaf_vertices) << size;
+            EXPECT_EQ(bvh.leaf_parents, expected.leaf_parents) << size;
+            EXPECT_EQ(bvh.node_parents, expected.node_parents) << size;
+        }
+    }
+}
+
+TEST(BvhBuilder, DividesAtTheMedianWhereTensOfThousandsOfCentroidsCoincide) {
+    const std::vector<uvec3> triangles(40000, uvec3(0, 1, 2));
+    const TestScene scene({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, triangles);
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{});
+    EXPECT_LE(bvh.depth(), 5u);
+}
+
 TEST(BvhBuilder, DoesNotDependOnTheOrderOfTrianglesWithoutTies) {
     const TestScene scene = test::random_soup(3000, 0.1, 9);
     std::vector<uvec3> reversed = scene.topology().triangles;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/box.h"
 #include "common/bvh_builder.h"
 #include "common/bvh_stats.h"
 #include "common/thread_arena.h"
@@ -61,6 +62,27 @@ TEST(Refit, GivesTheSameBytesForAnyNumberOfThreads) {
     }
     EXPECT_EQ(hashes[1], hashes[0]);
     EXPECT_EQ(hashes[2], hashes[0]);
+}
+
+TEST(Refit, OfMoreVerticesThanAreCachedKeepsEveryInvariant) {
+    const TestScene scene = random_soup(25000, 0.02, 6);
+    ASSERT_GT(scene.positions().size(), 65536u);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const std::uint64_t built = bvh_hash(bvh);
+    const std::vector<vec3> positions = moved(scene.positions(), 6);
+    cpu::refit(bvh, positions);
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), positions), std::vector<std::string>{});
+    cpu::refit(bvh, scene.positions());
+    EXPECT_EQ(bvh_hash(bvh), built);
+}
+
+TEST(Refit, OfALeafWithoutAFiniteVertexGivesAnEmptyBox) {
+    const TestScene scene = icosphere(0);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const std::vector<vec3> nowhere(scene.positions().size(), scene.space().to_scene({NAN, 0, 0}));
+    cpu::refit(bvh, nowhere);
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), nowhere), std::vector<std::string>{});
+    EXPECT_TRUE(node_box(bvh.nodes[0]).empty());
 }
 
 TEST(Refit, OfAThousandPosesDoesNotDrift) {

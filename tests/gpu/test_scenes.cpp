@@ -141,7 +141,7 @@ Bvh plain_tree(const TestScene& scene) {
     for (std::uint32_t first = 0; first < triangles.size(); first += kTrianglesPerLeaf) {
         const std::uint32_t count = std::min<std::uint32_t>(
             kTrianglesPerLeaf, static_cast<std::uint32_t>(triangles.size()) - first);
-        Leaf& leaf = bvh.leaves.emplace_back();
+        Leaf& leaf = bvh.leaves.emplace_back(Leaf{});
         for (std::uint32_t i = 0; i < kLeafTriangles; ++i) {
             const std::uint32_t t = std::min(i, count - 1);
             leaf.prim_id[i] = i < count ? first + i : kNoPrim;
@@ -161,7 +161,7 @@ Bvh plain_tree(const TestScene& scene) {
     } while (below > 1);
     bvh.level_begin = {0};
     for (const std::uint32_t s : sizes) bvh.level_begin.push_back(bvh.level_begin.back() + s);
-    bvh.nodes.resize(bvh.level_begin.back());
+    bvh.nodes.resize(bvh.level_begin.back(), Node{});
     bvh.node_parents.assign(bvh.nodes.size(), kNoParent);
     bvh.leaf_parents.resize(bvh.leaves.size());
     for (std::size_t level = 0; level < sizes.size(); ++level) {

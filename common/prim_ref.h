@@ -1,0 +1,33 @@
+// A triangle as the builder sees it.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "common/float4.h"
+
+namespace morphray {
+
+/// Its box and, in lower's lane 3, its id, made a float in [2, 2^33) so that no arithmetic on whole
+/// registers meets a denormal or a NaN. upper's lane 3 is 0.
+struct PrimRef {
+    float4 lower;
+    float4 upper;
+
+    static constexpr std::uint32_t kIdBits = 0x40000000;
+
+    PrimRef() = default;
+    PrimRef(const Box4& box, std::uint32_t prim_id) : lower(box.lower), upper(box.upper) {
+        lower[3] = std::bit_cast<float>(kIdBits | prim_id);
+        upper[3] = 0;
+    }
+
+    std::uint32_t prim_id() const { return std::bit_cast<std::uint32_t>(lower[3]) ^ kIdBits; }
+    Box4 box() const { return {lower, upper}; }
+    bool empty() const { return lower[0] > upper[0]; }
+    /// Twice the centroid of the box; 0 for an empty one. Exact order, no division.
+    float4 centroid2() const { return lower + upper; }
+    float centroid2(int axis) const { return lower[axis] + upper[axis]; }
+};
+
+}  // namespace morphray
