@@ -21,7 +21,8 @@ static_assert(kMedianDepth + 28 <= kMaxBinaryHeight);
 // A set of this size or more is worth another task.
 constexpr std::size_t kTaskSize = 2048;
 
-// Up to here every position is cheap enough to try even when binning.
+// Up to here every position is tried even when binning. With 64 a build takes 15 % longer, with 32
+// still 2 %, and the tree is no cheaper.
 constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
 

@@ -84,7 +84,7 @@ std::size_t divide_by_order(std::span<const PrimRef> refs, int axis, std::size_t
 // ---- bins
 
 // Bins an axis for large sets, which take little of the time, and for others: more of them than 16
-// would make the build 15 % slower and the tree no better (docs/layout.md, "Building and
+// would make the build 7 % slower and the tree no better (docs/layout.md, "Building and
 // refitting").
 constexpr std::size_t kManyBins = 32;
 constexpr std::size_t kFewBins = 16;
