@@ -164,8 +164,8 @@ private:
         const Mask in_front =
             hn::Gt(z_least, hn::MulAdd(splat(0x1p-10f), z_size, splat(16 * leaf_error)));
         const VF safe_least = hn::IfThenElse(in_front, z_least, splat(1.0f));
-        const VF margin = hn::MulAdd(hn::Div(splat(2 * leaf_error), safe_least), splat(1.0f),
-                                     splat(2 * frame_.ray_error + 0x1p-16f));
+        const VF margin = hn::Add(hn::Div(splat(2 * leaf_error), safe_least),
+                                  splat(2 * frame_.ray_error + 0x1p-16f));
         VF rx[3], ry[3];
         for (int k = 0; k < 3; ++k) {
             const VF rz = hn::Div(splat(1.0f), hn::IfThenElse(in_front, z[k], splat(1.0f)));
