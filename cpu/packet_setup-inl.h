@@ -63,25 +63,26 @@ private:
         }
         return finite;
     }
+
     /// Sets up all triangles of a leaf; which of them may cover a ray of the packet.
     ///
     /// Vertices: v0, the leaf's first, is projected in double; the others by rows * (v - v0), off
     /// by at most 5 * 2^-24 row_size extent from the product and 4 * 2^-24 of the result from the
-    /// sums. In x - X z and y - Y z for |X|, |Y| <= 17 that makes `error`, with the ray's own share
-    /// and that of the rule, whose vertices are displaced by 2^-22 of their distance from the ray.
-    /// Edge functions are taken in the middle (X0, Y0) of the triangle's rectangle inside the
-    /// packet; no ray of a block that meets the rectangle is farther from there than half its
-    /// extent and a block, so `reach` bounds |x - X z| + |y - Y z| of all vertices for all of them.
-    /// Two vertices off by error each move an edge function by at most 4 error reach (twice the
-    /// first-order term), and its own rounding, with that of a X0 + b Y0, by at most 2^-21 reach
-    /// (reach + 64 z).
+    /// sums. The rule displaces a vertex by 2^-22 of its distance from the ray, for a ray through
+    /// the triangle at most 8 * 2^-24 row_size extent: leaf_error has 16 for both. In x - X z and y
+    /// - Y z for |X|, |Y| <= 17 that makes `error`, with the ray's own share. Edge functions are
+    /// taken in the middle (X0, Y0) of the triangle's rectangle inside the packet; no ray of a
+    /// block that meets the rectangle is farther from there than half its extent and a block, so
+    /// `reach` bounds |x - X z| + |y - Y z| of all vertices for all of them. Two vertices off by
+    /// error each move an edge function by at most 4 error reach (twice the first-order term), and
+    /// its own rounding, with that of a X0 + b Y0, by at most 2^-21 reach (reach + 64 z).
     HWY_INLINE std::uint32_t set_up(const Leaf& leaf, Setup& setup) const {
         const Floats f;
         alignas(64) float vx[16], vy[16], vz[16];
         alignas(64) std::uint32_t corners[16];
         const float extent = project_vertices(leaf, vx, vy, vz, corners);
         const float leaf_error =
-            0x1p-21f * (frame_.row_size[0] + frame_.row_size[1] + 34 * frame_.row_size[2]) * extent;
+            0x1p-20f * (frame_.row_size[0] + frame_.row_size[1] + 34 * frame_.row_size[2]) * extent;
         std::uint32_t alive = 0;
         for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
             VF x[3], y[3], z[3];
