@@ -80,12 +80,12 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
 }
 
 /// canonical_direction() of vectors, in the same operations.
-HWY_INLINE void canonical_directions(VF d[3], VF& scale) {
+HWY_INLINE void canonical_directions(VF d[3]) {
     const Floats f;
     const Words w;
     const VF largest = hn::Max(hn::Max(hn::Abs(d[0]), hn::Abs(d[1])), hn::Abs(d[2]));
     const VW exponent = hn::And(hn::BitCast(w, largest), hn::Set(w, 0x7F800000u));
-    scale = hn::BitCast(f, hn::Sub(hn::Set(w, 0x7F000000u), exponent));
+    VF scale = hn::BitCast(f, hn::Sub(hn::Set(w, 0x7F000000u), exponent));
     scale = hn::IfThenElse(hn::Gt(largest, hn::Zero(f)), scale, splat(1.0f));
     for (int axis = 0; axis < 3; ++axis) {
         const VF x = hn::Mul(d[axis], scale);
@@ -134,7 +134,7 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
                             tile.y0 + block / kBlocksPerSide * kBlockSide < tile.y1;
         packet.block_q[block] = inside ? 0.0f : kDone;
     }
-    packet.winners.clear();
+    packet.won_leaves.clear();
 }
 
 /// The camera rays of a tile whose frame is set. x and y are those of the direction that
@@ -187,16 +187,13 @@ void make_camera_rays(const ImageParams& params, const Tile& tile, Packet& packe
                     hn::MulAdd(splat(row[1]), from_centre[1],
                                hn::MulAdd(splat(row[2]), from_centre[2], splat(at_centre[k]))));
             }
-            VF scale;
-            canonical_directions(d, scale);
+            canonical_directions(d);
             hn::Store(d[0], f, packet.dir[0] + r);
             hn::Store(d[1], f, packet.dir[1] + r);
             hn::Store(d[2], f, packet.dir[2] + r);
-            hn::Store(splat(kInfiniteT), f, packet.tfar + r);
             const VF rz = hn::Div(splat(1.0f), h[2]);
             hn::Store(hn::Mul(h[0], rz), f, packet.x + r);
             hn::Store(hn::Mul(h[1], rz), f, packet.y + r);
-            hn::Store(hn::Mul(h[2], scale), f, packet.z_per_t + r);
             const Mask inside = hn::And(hn::Lt(ix, splat(static_cast<float>(tile.x1))),
                                         hn::Lt(iy, splat(static_cast<float>(tile.y1))));
             const VF q = hn::IfThenElse(inside, hn::Zero(f), splat(kDone));

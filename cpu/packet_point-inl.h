@@ -204,7 +204,6 @@ HWY_INLINE void make_point_block(const Ray* rays, const std::uint8_t* active,
         hn::Store(tfar, f, packet.tfar + r);
         hn::Store(x, f, packet.x + r);
         hn::Store(y, f, packet.y + r);
-        hn::Store(z, f, packet.z_per_t + r);
         // Only what lies nearer than tfar matters.
         const VF q = hn::Div(rz, hn::IfThenElse(on, tfar, splat(1.0f)));
         const VF q_lower = hn::IfThenElse(on, hn::Mul(q, splat(1 - 0x1p-18f)), splat(kDone));
@@ -326,7 +325,7 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Pa
     frame.ray_error =
         0x1p-15f + dot_error * (frame.row_size[0] + frame.row_size[1] + 16 * frame.row_size[2]);
     scale_plane(packet, static_cast<float>(1 / unit));
-    packet.winners.clear();
+    packet.won_leaves.clear();
     return true;
 }
 

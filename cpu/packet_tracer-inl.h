@@ -82,8 +82,9 @@ private:
     static constexpr std::size_t kCacheLine = 64;
     static constexpr bool kOnGrid = kQuery == Query::kClosest;
 
-    HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, std::uint32_t i) const {
-        return kOnGrid ? blocks_of_grid(rectangles, i) : blocks_in(packet_, rectangles, i);
+    HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, const GridRanges& ranges,
+                                       std::uint32_t i) const {
+        return kOnGrid ? blocks_of_grid(ranges, i) : blocks_in(packet_, rectangles, i);
     }
 
     /// Least and greatest of row k of the projection over boxes given relative to the origin.
@@ -108,6 +109,7 @@ private:
         const Floats f;
         const Node& node = bvh_.nodes[entry.child];
         Rectangles rectangles;
+        GridRanges ranges;
         alignas(64) float q[16];
         std::uint32_t hits = 0;
         for (std::size_t l = 0; l < kWidth; l += hn::Lanes(f)) {
@@ -128,13 +130,13 @@ private:
             hn::Store(nearest_q(hn::Sub(least[2], splat(frame_.depth_error))), f, q + l);
             hits |= mask_bits(keep) << l;
         }
-        if constexpr (kOnGrid) to_grid(rectangles, frame_.grid_margin);
+        if constexpr (kOnGrid) to_grid(rectangles, frame_.grid_margin, ranges);
         const std::uint32_t base = size;
         for (; hits != 0; hits &= hits - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
             if (node.child[slot] == kEmptyChild) break;
-            const std::uint64_t blocks =
-                entry.blocks & blocks_of(rectangles, slot) & blocks_beyond(packet_, q[slot]);
+            const std::uint64_t blocks = entry.blocks & blocks_of(rectangles, ranges, slot) &
+                                         blocks_beyond(packet_, q[slot]);
             if (blocks == 0) continue;
             std::uint32_t place = size++;
             for (; place > base && stack[place - 1].q > q[slot]; --place)
@@ -296,21 +298,21 @@ private:
     HWY_INLINE void trace_by_triangle(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
                                       std::uint64_t blocks) {
         std::uint64_t touched = 0;
+        bool won = false;
+        const auto first_winner =
+            static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
         for (; alive != 0; alive &= alive - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
-            std::uint64_t own =
-                blocks & blocks_of_grid(setup.rectangles, i) & blocks_beyond(packet_, setup.q[i]);
-            if (own == 0) continue;
+            std::uint64_t own = blocks & blocks_of_grid(setup.ranges, i);
             touched |= own;
             const Planes planes(setup, i);
-            const auto winner = static_cast<std::uint32_t>(packet_.winners.size());
-            bool won = false;
             for (; own != 0; own &= own - 1) {
-                won |= trace_pair(planes, leaf, i, static_cast<std::uint32_t>(__builtin_ctzll(own)),
-                                  winner);
+                const auto block = static_cast<std::uint32_t>(__builtin_ctzll(own));
+                if (packet_.block_q[block] > setup.q[i]) continue;
+                won |= trace_pair(planes, leaf, i, block, first_winner + i);
             }
-            if (won) add_winner(leaf, i);
         }
+        if (won) add_won_leaf(leaf);
         for (; touched != 0; touched &= touched - 1)
             refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(touched)));
     }
@@ -382,18 +384,29 @@ private:
         return any;
     }
 
-    HWY_INLINE void add_winner(const Leaf& leaf, std::uint32_t i) {
-        Winner winner;
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[i].corners, k)];
-            const vec3 relative(v.x - frame_.org.x, v.y - frame_.org.y, v.z - frame_.org.z);
-            const vec3 rotated = rotate_axes(relative, frame_.axis);
-            for (int axis = 0; axis < 3; ++axis) winner.corner[k][axis] = rotated[axis];
+    HWY_INLINE void add_won_leaf(const Leaf& leaf) {
+        const Floats f;
+        packet_.won_leaves.emplace_back();
+        WonLeaf& won = packet_.won_leaves.back();
+        won.leaf = &leaf;
+        alignas(64) float values[3][kLeafVertices];
+        alignas(64) std::uint32_t corners[kLeafTriangles];
+        for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
+            VF v[3], w;
+            hn::LoadInterleaved4(f, &leaf.vertex[l].x, v[0], v[1], v[2], w);
+            for (int axis = 0; axis < 3; ++axis)
+                hn::Store(hn::Sub(v[axis], splat(frame_.org[axis])), f, values[axis] + l);
+            hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
         }
-        winner.prim_id = leaf.prim_id[i];
-        winner.leaf = &leaf;
-        winner.slot = i;
-        packet_.winners.push_back(winner);
+        const std::uint32_t z = rotation_axis(frame_);
+        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+            const VW packed = hn::Load(Words(), corners + l);
+            for (std::uint32_t axis = 0; axis < 3; ++axis) {
+                VF at_corners[3];
+                gather_corners(values[(z + 1 + axis) % 3], packed, at_corners);
+                for (int k = 0; k < 3; ++k) hn::Store(at_corners[k], f, won.corner[k][axis] + l);
+            }
+        }
     }
 
     /// The lanes of the rays from r on, among those in doubt, that a triangle occludes. Often the
@@ -407,9 +420,11 @@ private:
         }
         for (; doubtful != 0; doubtful &= doubtful - 1) {
             const auto lane = static_cast<std::uint32_t>(__builtin_ctz(doubtful));
-            const Ray ray = packet_.ray(static_cast<std::uint32_t>(r) + lane);
+            const auto ray = static_cast<std::uint32_t>(r) + lane;
             TriangleHit hit;
-            if (intersect_slot(shear_ray(ray.org, ray.dir), ray, leaf, i, hit)) hits |= 1u << lane;
+            if (intersect_slot(shear_ray(frame_.org, packet_.direction(ray)), packet_.tfar[ray],
+                               leaf, i, hit))
+                hits |= 1u << lane;
         }
         return hits;
     }
@@ -451,17 +466,21 @@ private:
     HWY_NOINLINE bool ask_rule(std::size_t ray_index, const Leaf& leaf, std::uint32_t i,
                                std::uint32_t winner) {
         const auto r = static_cast<std::uint32_t>(ray_index);
-        const Ray ray = packet_.ray(r);
-        const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+        const vec3 dir = packet_.direction(r);
+        const ShearedRay sheared = shear_ray(frame_.org, dir);
         TriangleHit hit;
-        if (!intersect_slot(sheared, ray, leaf, i, hit)) return false;
+        if (!intersect_slot(sheared, kInfiniteT, leaf, i, hit)) return false;
         if (packet_.winner[r] != kNoWinner) {
-            const Winner& best = packet_.winners[packet_.winner[r]];
-            TriangleHit best_hit;
-            intersect_slot(sheared, ray, *best.leaf, best.slot, best_hit);
-            if (!wins(hit.t, leaf.prim_id[i], best_hit.t, best.prim_id)) return false;
+            // Of this very leaf it may be, which is not among the won ones yet.
+            const bool is_won = packet_.winner[r] / kLeafTriangles < packet_.won_leaves.size();
+            const Leaf& best_leaf = is_won ? packet_.winning_leaf(r) : leaf;
+            const std::uint32_t best_slot = packet_.winning_slot(r);
+            TriangleHit best;
+            intersect_slot(sheared, kInfiniteT, best_leaf, best_slot, best);
+            if (!wins(hit.t, leaf.prim_id[i], best.t, best_leaf.prim_id[best_slot])) return false;
         }
-        const float q = 1.0f / (hit.t * packet_.z_per_t[r]);
+        const float* row = frame_.rows_f[2];
+        const float q = 1.0f / (hit.t * (row[0] * dir.x + row[1] * dir.y + row[2] * dir.z));
         packet_.q_lower[r] = q * (1 - 0x1p-16f);
         packet_.q_upper[r] = q * (1 + 0x1p-16f);
         packet_.winner[r] = winner;

@@ -53,7 +53,7 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     if (!traversal.start()) return write_misses(tile, hits, stride);
     make_camera_rays(params, tile, packet);
     traversal.run();
-    if (packet.winners.empty()) return write_misses(tile, hits, stride);
+    if (packet.won_leaves.empty()) return write_misses(tile, hits, stride);
     if (packet.frame.axis == kMixedAxes) {
         write_hits<true>(packet, tile, hits, stride);
     } else {
