@@ -43,6 +43,14 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
     if (options.wants("build")) bench_build(rig, scene, works.primary);
 }
 
+/// The options that show a scene as it is seen here, also to `morphray render`.
+std::string view_line(const BenchScene& scene) {
+    const ViewSpec& view = scene.view;
+    return fmt::format("{}: --eye {:.6g} --target {:.6g} --fov {:.6g} --light {:.6g}\n", scene.name,
+                       fmt::join(*view.eye, ","), fmt::join(*view.target, ","), view.fov,
+                       fmt::join(*view.light, ","));
+}
+
 /// The line that runs this again.
 std::string command_line(std::span<const std::string> arguments) {
     std::string line = "./bench/run";
@@ -71,9 +79,9 @@ void run(std::span<const std::string> arguments) {
     };
     const ReportHead head{machine_name(), machine_isa(), EmbreeDevice::version(),
                           std::string(kVersionDetail), command_line(arguments)};
-    fmt::print("{}", table_header());
     for (const std::string& spec : options.scenes) {
-        const BenchScene scene = open_bench_scene(spec, options.view);
+        const BenchScene scene = open_bench_scene(spec, options.view_kind, options.view);
+        fmt::print("{}{}", view_line(scene), table_header());
         const SceneWorks works = make_works(scene, options);
         for (const int threads : options.threads) {
             const EmbreeDevice device(threads, options.embree);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "bench/trace_work.h"
 #include "common/error.h"
@@ -84,6 +85,19 @@ std::uint32_t parse_size(const std::string& option, const std::string& text) {
     return static_cast<std::uint32_t>(size);
 }
 
+ViewKind parse_view(const std::string& option, const std::string& text) {
+    for (const ViewKind kind : {ViewKind::kFill, ViewKind::kWhole}) {
+        if (text == name_of(kind)) return kind;
+    }
+    refuse(option, text, "fill or whole");
+}
+
+double parse_fov(const std::string& option, const std::string& text) {
+    const auto value = parse_finite_double(text);
+    if (!value || *value <= 0 || *value >= 180) refuse(option, text, "degrees above 0, below 180");
+    return *value;
+}
+
 }  // namespace
 
 bool BenchOptions::wants(const std::string& work) const {
@@ -93,6 +107,7 @@ bool BenchOptions::wants(const std::string& work) const {
 BenchOptions parse_options(std::span<const std::string> arguments) {
     BenchOptions options;
     bool own_scenes_only = false;
+    std::optional<std::string> view;
     std::vector<std::string> scenes;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
         const std::string& option = arguments[i];
@@ -128,15 +143,24 @@ BenchOptions parse_options(std::span<const std::string> arguments) {
             options.view.width = options.view.height = parse_size(option, value);
         } else if (option == "--ao-samples") {
             options.view.ao_count = static_cast<std::uint32_t>(parse_count(option, value, 256));
+        } else if (option == "--view") {
+            options.view_kind = parse_view(option, value);
+            view = value;
         } else if (option == "--eye") {
             options.view.eye = parse_point(option, value);
         } else if (option == "--target") {
             options.view.target = parse_point(option, value);
+        } else if (option == "--fov") {
+            options.view.fov = parse_fov(option, value);
         } else if (option == "--light") {
             options.view.light = parse_point(option, value);
         } else {
             refuse(option, value, "an option of --help");
         }
+    }
+    if (options.view.eye || options.view.target) {
+        if (view) refuse("--view", *view, "no --eye and no --target besides");
+        options.view_kind = ViewKind::kGiven;
     }
     if (own_scenes_only) options.scenes.clear();
     options.scenes.insert(options.scenes.end(), scenes.begin(), scenes.end());
@@ -161,7 +185,12 @@ std::string usage() {
         "  --only                    the SCENEs given alone, not the built-in ones\n"
         "  --size N                  pictures of NxN pixels, a multiple of {} ({})\n"
         "  --ao-samples N            ambient-occlusion rays a pixel ({})\n"
-        "  --eye, --target, --light X,Y,Z   the view, of every scene\n",
+        "  --view fill|whole         how much of the scenes the picture shows: the part that fills "
+        "it, "
+        "or all (fill)\n"
+        "  --eye, --target X,Y,Z     a view of your own instead, of every scene\n"
+        "  --light X,Y,Z, --fov DEGREES   likewise; of --view fill, fov is that of the whole "
+        "view\n",
         fmt::join(defaults.scenes, ", "), defaults.repeat, fmt::join(defaults.works, ","),
         kTileSize, defaults.view.width, defaults.view.ao_count);
 }

@@ -5,15 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "bench/fill_view.h"
 #include "common/camera_setup.h"
 #include "cpu/simd_target.h"
 
 namespace morphray::bench {
 
-/// The rays of 16 samples would fill the memory with records.
+/// The rays of 16 samples would fill the memory with records, and the time with rays.
 inline ViewSpec few_ao_samples() {
     ViewSpec view;
-    view.ao_count = 4;
+    view.ao_count = 2;
     return view;
 }
 
@@ -26,6 +27,7 @@ struct BenchOptions {
     int repeat = 9;
     /// Best first.
     std::vector<cpu::SimdTarget> targets = {cpu::find_simd_target("best")};
+    ViewKind view_kind = ViewKind::kFill;
     ViewSpec view = few_ao_samples();
     /// Settings of Embree's device besides the threads.
     std::string embree;

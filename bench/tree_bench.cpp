@@ -13,6 +13,7 @@ Row row_of(const Rig& rig, const BenchScene& scene, const char* work) {
     Row row;
     row.scene = scene.name;
     row.triangles = scene.topology().triangles.size();
+    row.view = name_of(scene.view_kind);
     row.work = work;
     row.threads = rig.threads;
     return row;
