@@ -18,10 +18,13 @@ inline ViewSpec few_ao_samples() {
     return view;
 }
 
+inline constexpr const char* kWorks[] = {"primary", "shadow", "ao", "refit", "build", "packet"};
+
 struct BenchOptions {
     /// The built-in ones first; those given are added.
     std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
                                        "builtin:herd:1000000"};
+    /// Of kWorks.
     std::vector<std::string> works = {"primary", "shadow", "ao", "refit", "build"};
     std::vector<int> threads = {1, 2};
     int repeat = 9;

@@ -9,10 +9,6 @@
 namespace morphray::bench {
 namespace {
 
-const char* name_of_work(std::uint32_t rays) {
-    return rays == kRaysPrimary ? "primary" : rays == kRaysShadow ? "shadow" : "ao";
-}
-
 struct Mine {
     const OurTracer* tracer;
     TraceAnswers answers;
@@ -52,11 +48,6 @@ std::vector<std::size_t> best_of_groups(const std::vector<Peer>& peers,
         }
     }
     return best;
-}
-
-double share_of_hits(const TraceWork& work, const TraceAnswers& answers) {
-    if (work.active_count == 0) return 0;
-    return static_cast<double>(count_hits(work, answers)) / static_cast<double>(work.active_count);
 }
 
 }  // namespace
@@ -100,16 +91,8 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
         contenders[mine.size() + best].prepare();
         contenders[mine.size() + best].run();
         const TraceAnswers theirs = peers[best].tracer->answers();
-        const double hit_share = share_of_hits(work, theirs);
         for (std::size_t i = 0; i < mine.size(); ++i) {
-            Row row;
-            row.scene = scene.name;
-            row.triangles = scene.topology().triangles.size();
-            row.view = name_of(scene.view_kind);
-            row.work = name_of_work(work.params.rays);
-            row.threads = rig.threads;
-            row.rays = work.active_count;
-            row.hit_share = hit_share;
+            Row row = row_of(rig, scene, work, theirs);
             row.tracer = mine[i].tracer->name;
             row.target = mine[i].tracer->target;
             row.peer = peers[best].name;
