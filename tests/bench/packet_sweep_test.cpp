@@ -4,14 +4,10 @@
 
 #include <cstring>
 
-#include "common/bvh_builder.h"
-#include "common/camera_setup.h"
-#include "tests/support/test_scene.h"
+#include "tests/bench/star_works.h"
 
 namespace morphray::bench {
 namespace {
-
-using namespace test;
 
 bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
 
@@ -26,38 +22,17 @@ std::size_t count_differences(const TraceWork& work, const TraceAnswers& a, cons
     return differences;
 }
 
-class PacketSweep : public testing::Test {
+class PacketSweep : public StarWorks {
 protected:
-    PacketSweep() : scene_(star(4, 3)), bvh_(build_bvh(scene_.topology(), scene_.positions())) {
-        ViewSpec view;
-        view.width = view.height = 64;
-        view.ao_count = 2;
-        view.light = {1.5, 2.5, 1};
-        primary_ = make_primary_work(
-            make_image_params(view, bounds_of(scene_.user_positions()), scene_.space()));
-        hits_ = reference_hits(bvh_, primary_);
-    }
-
-    TraceWork secondary(std::uint32_t rays) const {
-        return make_secondary_work(primary_, hits_, {&scene_.topology(), scene_.positions()}, rays);
-    }
-
     void expect_same_bits(const std::vector<OurTracer>& tracers, const TraceWork& work) const {
-        TraceAnswers expected(work);
-        single_rays(bvh_, cpu::find_simd_target("best")).trace(work, expected);
-        EXPECT_GT(count_hits(work, expected), 100u);
+        const TraceAnswers single = expected(work);
         for (const OurTracer& tracer : tracers) {
             TraceAnswers answers(work);
             tracer.trace(work, answers);
             if (tracer.in_picture_order && !work.any_hit()) to_ray_order(work, answers.hits);
-            EXPECT_EQ(count_differences(work, expected, answers), 0u) << tracer.name;
+            EXPECT_EQ(count_differences(work, single, answers), 0u) << tracer.name;
         }
     }
-
-    TestScene scene_;
-    Bvh bvh_;
-    TraceWork primary_;
-    std::vector<Hit> hits_;
 };
 
 TEST_F(PacketSweep, AnswersAlikeWithPacketsOfEveryShape) {
@@ -68,7 +43,9 @@ TEST_F(PacketSweep, AnswersAlikeWithPacketsOfEveryShape) {
 }
 
 TEST_F(PacketSweep, AnswersAlikeWithBatchesOfEverySize) {
-    expect_same_bits(batches_of_each_size(bvh_, cpu::find_simd_target("best")), secondary(kRaysAo));
+    const auto tracers = batches_of_each_size(bvh_, cpu::find_simd_target("best"));
+    EXPECT_EQ(tracers.size(), std::size(kBatchSizes));
+    expect_same_bits(tracers, secondary(kRaysAo));
 }
 
 }  // namespace
