@@ -239,53 +239,54 @@ private:
         VF bound, error0, error1, error2;
     };
 
-    /// One triangle against all rays of one block. Whether it wins any (closest hit only).
-    HWY_INLINE bool trace_pair(const Planes& p, const Leaf& leaf, std::uint32_t i,
+    /// What the bounds say of a triangle and as many rays as there are lanes.
+    struct Verdict {
+        VF q_lower, q_upper;
+        Mask inside;  // certainly
+        Mask wins;    // certainly: inside, and nearer than the ray's best
+        Mask loses;   // certainly; a NaN, from an overflow, does neither
+    };
+
+    static HWY_INLINE Verdict judge(const Planes& p, VF x, VF y, VF best_lower, VF best_upper) {
+        const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
+        const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
+        const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
+        const VF least = hn::Min(u, hn::Min(v, w));
+        const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
+        const VF error = hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
+        Verdict verdict;
+        verdict.q_lower = hn::Sub(q, error);
+        verdict.q_upper = hn::Add(q, error);
+        verdict.inside = hn::Gt(least, p.bound);
+        verdict.wins = hn::And(verdict.inside, hn::Gt(verdict.q_lower, best_upper));
+        verdict.loses =
+            hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(verdict.q_upper, best_lower));
+        return verdict;
+    }
+
+    /// One triangle against all rays of one block, closest hits. Whether it wins any.
+    HWY_INLINE bool trace_pair(const Planes& planes, const Leaf& leaf, std::uint32_t i,
                                std::uint32_t block, std::uint32_t winner) {
         const Floats f;
         const Words words;
         bool won = false;
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
             const std::size_t r = block * kBlockRays + l;
-            const VF x = hn::Load(f, packet_.x + r);
-            const VF y = hn::Load(f, packet_.y + r);
-            const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
-            const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
-            const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
-            const VF least = hn::Min(u, hn::Min(v, w));
-            const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
-            const VF q_error = hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
-            const VF q_lower = hn::Sub(q, q_error);
-            const VF q_upper = hn::Add(q, q_error);
-            const VF old_lower = hn::Load(f, packet_.q_lower + r);
-            const VF old_upper = hn::Load(f, packet_.q_upper + r);
-            const Mask sure = hn::And(hn::Gt(least, p.bound), hn::Gt(q_lower, old_upper));
-            const Mask out = hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(q_upper, old_lower));
-            if constexpr (kQuery == Query::kClosest) {
-                hn::Store(hn::IfThenElse(sure, q_lower, old_lower), f, packet_.q_lower + r);
-                hn::Store(hn::IfThenElse(sure, q_upper, old_upper), f, packet_.q_upper + r);
-                const VW old = hn::Load(words, packet_.winner + r);
-                hn::Store(hn::IfThenElse(hn::RebindMask(words, sure), hn::Set(words, winner), old),
-                          words, packet_.winner + r);
-                won |= !hn::AllFalse(f, sure);
-            } else {
-                hn::Store(hn::IfThenElse(sure, splat(kDone), old_lower), f, packet_.q_lower + r);
-                hn::Store(hn::IfThenElse(sure, splat(kDone), old_upper), f, packet_.q_upper + r);
-            }
-            // A NaN, from an overflow, is neither.
-            const Mask settled = hn::Or(sure, out);
+            const VF lower = hn::Load(f, packet_.q_lower + r);
+            const VF upper = hn::Load(f, packet_.q_upper + r);
+            const Verdict v =
+                judge(planes, hn::Load(f, packet_.x + r), hn::Load(f, packet_.y + r), lower, upper);
+            hn::Store(hn::IfThenElse(v.wins, v.q_lower, lower), f, packet_.q_lower + r);
+            hn::Store(hn::IfThenElse(v.wins, v.q_upper, upper), f, packet_.q_upper + r);
+            const VW old = hn::Load(words, packet_.winner + r);
+            hn::Store(hn::IfThenElse(hn::RebindMask(words, v.wins), hn::Set(words, winner), old),
+                      words, packet_.winner + r);
+            won |= !hn::AllFalse(f, v.wins);
+            const Mask settled = hn::Or(v.wins, v.loses);
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled))) {
-                std::uint32_t bits = mask_bits(hn::Not(settled));
-                if constexpr (kQuery == Query::kAny) {
-                    // Often the doubt is only whether the triangle lies before the ray's end, which
-                    // is on it.
-                    bits &= ~settle_depth(r, leaf, i, bits & mask_bits(hn::Gt(least, p.bound)));
-                }
-                for (; bits != 0; bits &= bits - 1) {
-                    won |= ask_rule(static_cast<std::uint32_t>(r) +
-                                        static_cast<std::uint32_t>(__builtin_ctz(bits)),
-                                    leaf, i, winner);
-                }
+                for (std::uint32_t bits = mask_bits(hn::Not(settled)); bits != 0; bits &= bits - 1)
+                    won |= ask_rule(r + static_cast<std::uint32_t>(__builtin_ctz(bits)), leaf, i,
+                                    winner);
             }
         }
         return won;
@@ -314,33 +315,71 @@ private:
             refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(touched)));
     }
 
+    /// The triangles of a leaf whose rectangle meets a block and that are near enough for it.
+    HWY_INLINE std::uint32_t triangles_at(const Setup& setup, std::uint32_t block) const {
+        const Floats f;
+        const Rectangles& rect = setup.rectangles;
+        const VF lower_x = splat(packet_.block_lower_x[block]);
+        const VF upper_x = splat(packet_.block_upper_x[block]);
+        const VF lower_y = splat(packet_.block_lower_y[block]);
+        const VF upper_y = splat(packet_.block_upper_y[block]);
+        const VF q = splat(packet_.block_q[block]);
+        std::uint32_t triangles = 0;
+        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+            const Mask x = hn::And(hn::Le(hn::Load(f, rect.lower_x + l), upper_x),
+                                   hn::Ge(hn::Load(f, rect.upper_x + l), lower_x));
+            const Mask y = hn::And(hn::Le(hn::Load(f, rect.lower_y + l), upper_y),
+                                   hn::Ge(hn::Load(f, rect.upper_y + l), lower_y));
+            const Mask near = hn::Ge(hn::Load(f, setup.q + l), q);
+            triangles |= mask_bits(hn::And(near, hn::And(x, y))) << l;
+        }
+        return triangles;
+    }
+
     /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
-    /// early.
+    /// early. What is known of their rays stays in registers meanwhile.
     HWY_INLINE void trace_by_block(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
                                    std::uint64_t blocks) {
         const Floats f;
         for (; blocks != 0; blocks &= blocks - 1) {
             const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            std::uint32_t triangles = 0;
-            for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-                const Rectangles& rect = setup.rectangles;
-                const Mask x = hn::And(
-                    hn::Le(hn::Load(f, rect.lower_x + l), splat(packet_.block_upper_x[block])),
-                    hn::Ge(hn::Load(f, rect.upper_x + l), splat(packet_.block_lower_x[block])));
-                const Mask y = hn::And(
-                    hn::Le(hn::Load(f, rect.lower_y + l), splat(packet_.block_upper_y[block])),
-                    hn::Ge(hn::Load(f, rect.upper_y + l), splat(packet_.block_lower_y[block])));
-                const Mask near = hn::Ge(hn::Load(f, setup.q + l), splat(packet_.block_q[block]));
-                triangles |= mask_bits(hn::And(near, hn::And(x, y))) << l;
-            }
-            triangles &= alive;
+            const std::uint32_t triangles = alive & triangles_at(setup, block);
             if (triangles == 0) continue;
-            for (; triangles != 0; triangles &= triangles - 1) {
-                const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
-                trace_pair(Planes(setup, i), leaf, i, block, 0);
-            }
-            refresh_block(block);
+            bool any = false;
+            for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
+                any |= occlude(leaf, setup, triangles, block * kBlockRays + l);
+            if (any) refresh_block(block);
         }
+    }
+
+    /// Some triangles of a leaf against the rays from r on, any hits. Whether there is one.
+    HWY_INLINE bool occlude(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
+                            std::size_t r) {
+        const Floats f;
+        const VF x = hn::Load(f, packet_.x + r);
+        const VF y = hn::Load(f, packet_.y + r);
+        const VF lower = hn::Load(f, packet_.q_lower + r);
+        const VF upper = hn::Load(f, packet_.q_upper + r);
+        Mask done = hn::Eq(upper, splat(kDone));
+        bool any = false;
+        for (; triangles != 0; triangles &= triangles - 1) {
+            const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
+            const Verdict v = judge(Planes(setup, i), x, y, lower, upper);
+            const Mask open = hn::Not(hn::Or(done, hn::Or(v.wins, v.loses)));
+            Mask hit = v.wins;
+            if (HWY_UNLIKELY(!hn::AllFalse(f, open)))
+                hit = hn::Or(
+                    hit, mask_of(ask_rule_any(r, leaf, i, mask_bits(open), mask_bits(v.inside))));
+            if (hn::AllFalse(f, hit)) continue;
+            any = true;
+            done = hn::Or(done, hit);
+            if (hn::AllTrue(f, done)) break;
+        }
+        if (any) {
+            hn::Store(hn::IfThenElse(done, splat(kDone), lower), f, packet_.q_lower + r);
+            hn::Store(hn::IfThenElse(done, splat(kDone), upper), f, packet_.q_upper + r);
+        }
+        return any;
     }
 
     HWY_INLINE void add_winner(const Leaf& leaf, std::uint32_t i) {
@@ -357,11 +396,27 @@ private:
         packet_.winners.push_back(winner);
     }
 
-    /// For some lanes of the rays from r on: whether the triangle occludes them, by the rule's
-    /// plain path. The lanes for which that sufficed.
+    /// The lanes of the rays from r on, among those in doubt, that a triangle occludes. Often the
+    /// doubt of a ray certainly inside is only whether the triangle lies before the ray's end,
+    /// which is on it; then the rule's plain path in vectors settles it.
+    HWY_NOINLINE std::uint32_t ask_rule_any(std::size_t r, const Leaf& leaf, std::uint32_t i,
+                                            std::uint32_t doubtful, std::uint32_t inside) const {
+        std::uint32_t hits = 0;
+        if ((doubtful & inside) != 0) {
+            doubtful &= ~settle_depth(r, leaf, i, doubtful & inside, hits);
+        }
+        for (; doubtful != 0; doubtful &= doubtful - 1) {
+            const auto lane = static_cast<std::uint32_t>(__builtin_ctz(doubtful));
+            const Ray ray = packet_.ray(static_cast<std::uint32_t>(r) + lane);
+            TriangleHit hit;
+            if (intersect_slot(shear_ray(ray.org, ray.dir), ray, leaf, i, hit)) hits |= 1u << lane;
+        }
+        return hits;
+    }
+
+    /// The lanes for which that sufficed; adds those with a hit.
     HWY_INLINE std::uint32_t settle_depth(std::size_t r, const Leaf& leaf, std::uint32_t i,
-                                          std::uint32_t lanes) {
-        if (lanes == 0) return 0;
+                                          std::uint32_t lanes, std::uint32_t& hits) const {
         const Floats f;
         const VF dir[3] = {hn::Load(f, packet_.dir[0] + r), hn::Load(f, packet_.dir[1] + r),
                            hn::Load(f, packet_.dir[2] + r)};
@@ -386,26 +441,20 @@ private:
             const Mask in_range = hn::And(in_front, hn::Le(t, hn::Load(f, packet_.tfar + r)));
             const std::uint32_t own = mask_bits(sufficed) & by_axis[axis];
             settled |= own;
-            for (std::uint32_t bits = own & mask_bits(in_range); bits != 0; bits &= bits - 1) {
-                const std::size_t ray = r + static_cast<std::size_t>(__builtin_ctz(bits));
-                packet_.q_lower[ray] = packet_.q_upper[ray] = kDone;
-            }
+            hits |= own & mask_bits(in_range);
         }
         return settled;
     }
 
-    /// The rule for one ray and triangle, where the bounds leave a doubt. Whether the triangle
-    /// wins.
-    HWY_NOINLINE bool ask_rule(std::uint32_t r, const Leaf& leaf, std::uint32_t i,
+    /// The rule for one ray and triangle, where the bounds leave a doubt, closest hits. Whether the
+    /// triangle wins.
+    HWY_NOINLINE bool ask_rule(std::size_t ray_index, const Leaf& leaf, std::uint32_t i,
                                std::uint32_t winner) {
+        const auto r = static_cast<std::uint32_t>(ray_index);
         const Ray ray = packet_.ray(r);
         const ShearedRay sheared = shear_ray(ray.org, ray.dir);
         TriangleHit hit;
         if (!intersect_slot(sheared, ray, leaf, i, hit)) return false;
-        if (kQuery == Query::kAny) {
-            packet_.q_lower[r] = packet_.q_upper[r] = kDone;
-            return true;
-        }
         if (packet_.winner[r] != kNoWinner) {
             const Winner& best = packet_.winners[packet_.winner[r]];
             TriangleHit best_hit;

@@ -9,6 +9,7 @@
 // after: they use its types
 #include "cpu/packet_finish-inl.h"
 #include "cpu/packet_maker-inl.h"
+#include "cpu/packet_point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
