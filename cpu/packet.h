@@ -58,6 +58,20 @@ struct GridMasks {
 };
 inline constexpr GridMasks kGridMasks;
 
+/// The middles of a camera's blocks in the packet's plane.
+struct alignas(64) GridMiddles {
+    float x[kPacketBlocks]{}, y[kPacketBlocks]{};
+
+    constexpr GridMiddles() {
+        constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kPacketSide;
+        for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+            x[block] = kFirst + static_cast<float>(block % kBlocksPerSide * kBlockSide);
+            y[block] = kFirst + static_cast<float>(block / kBlocksPerSide * kBlockSide);
+        }
+    }
+};
+inline constexpr GridMiddles kGridMiddles;
+
 /// In place of the axis: rays of one packet have their largest direction components on several.
 inline constexpr std::uint32_t kMixedAxes = 3;
 

@@ -80,6 +80,8 @@ public:
 
 private:
     static constexpr std::size_t kCacheLine = 64;
+    /// Pairs of a triangle and a block that are traced rather than first looked at together.
+    static constexpr std::size_t kFew = 4;
     static constexpr bool kOnGrid = kQuery == Query::kClosest;
 
     HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, const GridRanges& ranges,
@@ -249,13 +251,17 @@ private:
         Mask loses;   // certainly; a NaN, from an overflow, does neither
     };
 
+    static HWY_INLINE VF q_error(const Planes& p, VF q) {
+        return hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
+    }
+
     static HWY_INLINE Verdict judge(const Planes& p, VF x, VF y, VF best_lower, VF best_upper) {
         const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
         const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
         const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
         const VF least = hn::Min(u, hn::Min(v, w));
         const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
-        const VF error = hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
+        const VF error = q_error(p, q);
         Verdict verdict;
         verdict.q_lower = hn::Sub(q, error);
         verdict.q_upper = hn::Add(q, error);
@@ -304,8 +310,9 @@ private:
         for (; alive != 0; alive &= alive - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
             std::uint64_t own = blocks & blocks_of_grid(setup.ranges, i);
-            touched |= own;
             const Planes planes(setup, i);
+            if (hwy::PopCount(own) > kFew) own &= grid_blocks_met(planes);
+            touched |= own;
             for (; own != 0; own &= own - 1) {
                 const auto block = static_cast<std::uint32_t>(__builtin_ctzll(own));
                 if (packet_.block_q[block] > setup.q[i]) continue;
@@ -338,6 +345,68 @@ private:
         return triangles;
     }
 
+    /// The blocks of a camera's grid of which a ray may win with a triangle: of those that its
+    /// rectangle meets many may lie beside it, or have found nearer hits.
+    HWY_INLINE std::uint64_t grid_blocks_met(const Planes& p) const {
+        const Floats f;
+        // From a block's middle to its outermost rays.
+        const VF half = splat(0.5f * (kBlockSide - 1) + frame_.grid_margin);
+        const auto most = [&](VF a, VF b, VF c) HWY_ATTR {
+            return hn::MulAdd(hn::Add(hn::Abs(a), hn::Abs(b)), half, c);
+        };
+        const VF c0 = most(p.a0, p.b0, p.c0);
+        const VF c1 = most(p.a1, p.b1, p.c1);
+        const VF c2 = most(p.a2, p.b2, p.c2);
+        const VF depth_c = most(p.depth_a, p.depth_b, p.depth_c);
+        std::uint64_t blocks = 0;
+        for (std::size_t l = 0; l < kPacketBlocks; l += hn::Lanes(f)) {
+            const VF x = hn::Load(f, kGridMiddles.x + l);
+            const VF y = hn::Load(f, kGridMiddles.y + l);
+            const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, c0));
+            const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, c1));
+            const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, c2));
+            const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, depth_c));
+            const VF q_upper = hn::Add(q, q_error(p, q));
+            const Mask out = hn::Or(hn::Lt(hn::Min(u, hn::Min(v, w)), hn::Neg(p.bound)),
+                                    hn::Lt(q_upper, hn::Load(f, packet_.block_q + l)));
+            blocks |= std::uint64_t{mask_bits(hn::Not(out))} << l;
+        }
+        return blocks;
+    }
+
+    /// Of some triangles of a leaf those that a ray of a block may hit.
+    HWY_INLINE std::uint32_t triangles_met(const Setup& setup, std::uint32_t block) const {
+        const Floats f;
+        const auto middle = [](float lower, float upper) { return 0.5f * (lower + upper); };
+        const VF x = splat(middle(packet_.block_lower_x[block], packet_.block_upper_x[block]));
+        const VF y = splat(middle(packet_.block_lower_y[block], packet_.block_upper_y[block]));
+        // Rounding of the middles, up to 17, included.
+        const VF half_x = hn::Sub(splat(packet_.block_upper_x[block] + 0x1p-19f), x);
+        const VF half_y = hn::Sub(splat(packet_.block_upper_y[block] + 0x1p-19f), y);
+        std::uint32_t triangles = 0;
+        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+            const auto most = [&](const float* a_of, const float* b_of,
+                                  const float* c_of) HWY_ATTR {
+                const VF a = hn::Load(f, a_of + l);
+                const VF b = hn::Load(f, b_of + l);
+                const VF in_middle = hn::MulAdd(a, x, hn::MulAdd(b, y, hn::Load(f, c_of + l)));
+                return hn::MulAdd(hn::Abs(a), half_x, hn::MulAdd(hn::Abs(b), half_y, in_middle));
+            };
+            const VF u = most(setup.a[0], setup.b[0], setup.c[0]);
+            const VF v = most(setup.a[1], setup.b[1], setup.c[1]);
+            const VF w = most(setup.a[2], setup.b[2], setup.c[2]);
+            const VF q = most(setup.depth_a, setup.depth_b, setup.depth_c);
+            const VF q_error =
+                hn::MulAdd(q, hn::MulAdd(q, hn::Load(f, setup.c2 + l), hn::Load(f, setup.c1 + l)),
+                           hn::Load(f, setup.c0 + l));
+            const Mask out =
+                hn::Or(hn::Lt(hn::Min(u, hn::Min(v, w)), hn::Neg(hn::Load(f, setup.bound + l))),
+                       hn::Lt(hn::Add(q, q_error), splat(packet_.block_q[block])));
+            triangles |= mask_bits(hn::Not(out)) << l;
+        }
+        return triangles;
+    }
+
     /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
     /// early. What is known of their rays stays in registers meanwhile.
     HWY_INLINE void trace_by_block(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
@@ -345,7 +414,8 @@ private:
         const Floats f;
         for (; blocks != 0; blocks &= blocks - 1) {
             const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            const std::uint32_t triangles = alive & triangles_at(setup, block);
+            std::uint32_t triangles = alive & triangles_at(setup, block);
+            if (hwy::PopCount(triangles) > kFew) triangles &= triangles_met(setup, block);
             if (triangles == 0) continue;
             bool any = false;
             for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
