@@ -27,29 +27,35 @@ struct WinnerLanes {
 /// winners, so each is spread over its lanes in turn: faster than gathers.
 HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t* indices,
                                       std::uint32_t lanes) {
-    const Floats f;
     const Words words;
     const VW winners = hn::Load(words, indices);
     WinnerLanes out;
-    for (bool first = true; lanes != 0; first = false) {
-        const std::uint32_t index = indices[__builtin_ctz(lanes)];
-        const WonLeaf& won = packet.won_leaves[index / kLeafTriangles];
-        const std::uint32_t slot = index % kLeafTriangles;
+    // Lanes without a winner get the first as well.
+    std::uint32_t index = indices[__builtin_ctz(lanes)];
+    const WonLeaf* won = &packet.won_leaves[index / kLeafTriangles];
+    std::uint32_t slot = index % kLeafTriangles;
+    for (int k = 0; k < 3; ++k) {
+        for (int axis = 0; axis < 3; ++axis)
+            out.corners[k][axis] = splat(won->corner[k][axis][slot]);
+    }
+    out.prim_ids = hn::Set(words, won->leaf->prim_id[slot]);
+    for (;;) {
+        const auto done = hn::Eq(winners, hn::Set(words, index));
+        lanes &= ~mask_bits(hn::RebindMask(Floats(), done));
+        if (lanes == 0) return out;
+        index = indices[__builtin_ctz(lanes)];
+        won = &packet.won_leaves[index / kLeafTriangles];
+        slot = index % kLeafTriangles;
         const auto own = hn::Eq(winners, hn::Set(words, index));
-        const Mask own_floats = hn::RebindMask(f, own);
-        lanes &= ~mask_bits(own_floats);
-        const VW prim_id = hn::Set(words, won.leaf->prim_id[slot]);
-        // Lanes without a winner get any.
-        out.prim_ids = first ? prim_id : hn::IfThenElse(own, prim_id, out.prim_ids);
         for (int k = 0; k < 3; ++k) {
             for (int axis = 0; axis < 3; ++axis) {
-                VF& corner = out.corners[k][axis];
-                const VF value = splat(won.corner[k][axis][slot]);
-                corner = first ? value : hn::IfThenElse(own_floats, value, corner);
+                out.corners[k][axis] =
+                    hn::IfThenElse(hn::RebindMask(Floats(), own), splat(won->corner[k][axis][slot]),
+                                   out.corners[k][axis]);
             }
         }
+        out.prim_ids = hn::IfThenElse(own, hn::Set(words, won->leaf->prim_id[slot]), out.prim_ids);
     }
-    return out;
 }
 
 /// Hits as vectors.

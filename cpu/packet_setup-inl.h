@@ -42,6 +42,12 @@ HWY_INLINE void gather_corners(const float* values, VW packed, VF out[3]) {
     for (int k = 0; k < 3; ++k) {
         if constexpr (hn::MaxLanes(Floats()) == 16) {
             out[k] = hn::TableLookupLanes(hn::Load(f, values), hn::IndicesFromVec(f, slot[k]));
+        } else if constexpr (hn::MaxLanes(Floats()) == 8) {
+            const auto index = hn::IndicesFromVec(f, hn::And(slot[k], hn::Set(Words(), 7u)));
+            const VF low = hn::TableLookupLanes(hn::Load(f, values), index);
+            const VF high = hn::TableLookupLanes(hn::Load(f, values + 8), index);
+            const auto is_high = hn::Gt(slot[k], hn::Set(Words(), 7u));
+            out[k] = hn::IfThenElse(hn::RebindMask(f, is_high), high, low);
         } else {
             const hn::RebindToSigned<Floats> ints;
             out[k] = hn::GatherIndex(f, values, hn::BitCast(ints, slot[k]));

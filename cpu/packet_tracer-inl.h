@@ -432,26 +432,24 @@ private:
         const VF y = hn::Load(f, packet_.y + r);
         const VF lower = hn::Load(f, packet_.q_lower + r);
         const VF upper = hn::Load(f, packet_.q_upper + r);
-        Mask done = hn::Eq(upper, splat(kDone));
-        bool any = false;
+        const Mask done_before = hn::Eq(upper, splat(kDone));
+        Mask done = done_before;
         for (; triangles != 0; triangles &= triangles - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
             const Verdict v = judge(Planes(setup, i), x, y, lower, upper);
-            const Mask open = hn::Not(hn::Or(done, hn::Or(v.wins, v.loses)));
-            Mask hit = v.wins;
-            if (HWY_UNLIKELY(!hn::AllFalse(f, open)))
-                hit = hn::Or(
-                    hit, mask_of(ask_rule_any(r, leaf, i, mask_bits(open), mask_bits(v.inside))));
-            if (hn::AllFalse(f, hit)) continue;
-            any = true;
-            done = hn::Or(done, hit);
+            done = hn::Or(done, v.wins);
+            const Mask open = hn::Not(hn::Or(done, v.loses));
+            if (HWY_UNLIKELY(!hn::AllFalse(f, open))) {
+                const std::uint32_t hits =
+                    ask_rule_any(r, leaf, i, mask_bits(open), mask_bits(v.inside));
+                done = hn::Or(done, mask_of(hits));
+            }
             if (hn::AllTrue(f, done)) break;
         }
-        if (any) {
-            hn::Store(hn::IfThenElse(done, splat(kDone), lower), f, packet_.q_lower + r);
-            hn::Store(hn::IfThenElse(done, splat(kDone), upper), f, packet_.q_upper + r);
-        }
-        return any;
+        if (hn::AllFalse(f, hn::AndNot(done_before, done))) return false;
+        hn::Store(hn::IfThenElse(done, splat(kDone), lower), f, packet_.q_lower + r);
+        hn::Store(hn::IfThenElse(done, splat(kDone), upper), f, packet_.q_upper + r);
+        return true;
     }
 
     HWY_INLINE void add_won_leaf(const Leaf& leaf) {
