@@ -23,7 +23,8 @@ set(places
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu)/"
     "^(gtest|gmock)/|^png\\.h$" "^tests/"
     "^benchmark/"               "^bench/"
-    "^embree"                   "^(bench|tests)/"
+    "^embree"                   "^(bench|tests|app/chart/contenders)/"
+    "^gmp(xx)?\\.h$"            "^app/chart/"
     "^xxhash\\.h$"              "^common/hash\\.h$"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each, besides tests for those listed after.

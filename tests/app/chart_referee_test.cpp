@@ -1,0 +1,157 @@
+// The exact referee: cases whose answer is known, and the project's rule held against it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "app/chart/exact_referee.h"
+#include "common/bvh_builder.h"
+#include "cpu/brute_tracer.h"
+#include "cpu/scalar_tracer.h"
+#include "tests/support/oracle.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray::test {
+namespace {
+
+using app::ExactReferee;
+using app::Judgement;
+using app::Truth;
+using app::Verdict;
+
+/// A scene with its tree and referee.
+struct Court {
+    explicit Court(TestScene of)
+        : scene(std::move(of)),
+          bvh(build_bvh(scene.topology(), scene.positions())),
+          referee(scene.topology(), scene.positions(), bvh) {}
+
+    Truth truth(const Ray& ray) const { return referee.closest(ray); }
+    Verdict verdict(const Ray& ray, std::uint32_t prim_id) const {
+        return referee.judge(ray, truth(ray), prim_id).verdict;
+    }
+
+    TestScene scene;
+    Bvh bvh;
+    ExactReferee referee;
+};
+
+Ray towards(vec3 org, vec3 dir) { return {org, 0, dir, kInfiniteT}; }
+
+/// Two squares across the z axis, the second one behind: triangles 0, 1 at z = -8, 2, 3 at z = -16.
+TestScene two_squares() {
+    std::vector<vec3> positions;
+    std::vector<uvec3> triangles;
+    for (const float z : {-8.0f, -16.0f}) {
+        const auto first = static_cast<std::uint32_t>(positions.size());
+        for (const vec3 p : {vec3(-4, -4, z), vec3(4, -4, z), vec3(4, 4, z), vec3(-4, 4, z)})
+            positions.push_back(p);
+        triangles.push_back({first, first + 1, first + 2});
+        triangles.push_back({first, first + 2, first + 3});
+    }
+    return {std::move(positions), std::move(triangles)};
+}
+
+/// From the user's units of two_squares to scene space.
+Ray in_scene(const Court& court, vec3 org, vec3 dir) { return scene_ray(court.scene, org, dir); }
+
+TEST(ExactReferee, KnowsTheWinnerOfAPlainCase) {
+    const Court court(two_squares());
+    const Ray ray = in_scene(court, {1, -2, 0}, {0, 0, -1});
+    EXPECT_EQ(court.truth(ray).prim_id, 0u);
+    EXPECT_EQ(court.verdict(ray, 0), Verdict::kRight);
+    EXPECT_EQ(court.verdict(ray, 2), Verdict::kWrongTriangle);
+    EXPECT_EQ(court.verdict(ray, kNoPrim), Verdict::kFalseMiss);
+    EXPECT_EQ(court.verdict(in_scene(court, {7, 0, 0}, {0, 0, -1}), 0), Verdict::kFalseHit);
+    EXPECT_EQ(court.verdict(in_scene(court, {7, 0, 0}, {0, 0, -1}), kNoPrim), Verdict::kRight);
+}
+
+TEST(ExactReferee, TakesBothTrianglesOfAnEdgeForRightAndNoneForALeak) {
+    const Court court(two_squares());
+    const Ray ray = in_scene(court, {1, 1, 0}, {0, 0, -1});
+    EXPECT_EQ(court.truth(ray).prim_id, 0u);
+    EXPECT_EQ(court.verdict(ray, 1), Verdict::kRight);
+    EXPECT_EQ(court.verdict(ray, 2), Verdict::kLeak);
+    EXPECT_EQ(court.verdict(ray, kNoPrim), Verdict::kLeak);
+}
+
+TEST(ExactReferee, ExcusesAMissBesideABoundaryEdgeButNotInsideTheSurface) {
+    const Court court(two_squares());
+    // The right edge of both squares: nothing beyond.
+    const Ray edge = in_scene(court, {4, 1, 0}, {0, 0, -1});
+    EXPECT_TRUE(court.truth(edge).hit());
+    EXPECT_EQ(court.verdict(edge, kNoPrim), Verdict::kDisplaced);
+    const Ray inside = in_scene(court, {3.99f, 1, 0}, {0, 0, -1});
+    EXPECT_EQ(court.verdict(inside, kNoPrim), Verdict::kFalseMiss);
+}
+
+TEST(ExactReferee, TellsRaysApartThatNoDoubleCould) {
+    // The corners span 2^60 of the smallest step: the edge's sign needs more digits than a double.
+    const vec3 a(-0x1p20f, -0x1p-40f, -0x1p20f);
+    const vec3 b(0x1p20f, 0, -0x1p20f);
+    const vec3 c(0, 0x1p20f, -0x1p20f);
+    const app::ExactTriangle through(towards({0, 0, 0}, {0, 0, -1}), a, b, c);
+    EXPECT_TRUE(through.is_met());
+    const app::ExactTriangle beside(towards({0, -0x1p-40f, 0}, {0, 0, -1}), a, b, c);
+    EXPECT_FALSE(beside.is_met());
+    const app::ExactTriangle on(towards({0x1p20f, 0, 0}, {0, 0, -1}), a, b, c);
+    EXPECT_TRUE(on.is_met());
+}
+
+TEST(ExactReferee, OrdersPlanesThatDifferByLessThanAFloat) {
+    const Ray ray = towards({0, 0, 0}, {0.25f, 0, -1});
+    const vec3 b(2, 0, -1);
+    const vec3 c(0, 2, -1);
+    const app::ExactTriangle near(ray, {-2, -2, -1}, b, c);
+    const app::ExactTriangle far(ray, {-2, -2, std::nextafter(-1.0f, -2.0f)}, b, c);
+    const app::ExactTriangle same(ray, {-2, -2, -1}, b, c);
+    EXPECT_LT(near.compare_t(far), 0);
+    EXPECT_GT(far.compare_t(near), 0);
+    EXPECT_EQ(near.compare_t(same), 0);
+}
+
+TEST(ExactReferee, NeverHitsWhatHasNoAreaNorWhatIsEdgeOn) {
+    const Ray ray = towards({0, 0, 0}, {0, 0, -1});
+    EXPECT_FALSE(app::ExactTriangle(ray, {-1, 0, -1}, {0, 0, -1}, {1, 0, -1}).is_met());
+    EXPECT_FALSE(app::ExactTriangle(ray, {0, 0, -1}, {0, 0, -1}, {0, 0, -1}).is_met());
+    EXPECT_FALSE(app::ExactTriangle(ray, {0, -1, -1}, {0, 1, -1}, {0, 0, -2}).is_met());
+}
+
+TEST(ExactReferee, LosesNoTriangleToTheTree) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Court court(named.scene);
+        for (const Ray& ray : mixed_rays(named.scene, 60, 11)) {
+            EXPECT_EQ(court.referee.closest(ray), court.referee.closest_of_all(ray)) << named.name;
+        }
+    }
+}
+
+TEST(ExactReferee, AgreesWithTheOracleWhereTheOracleIsSure) {
+    const Court court(icosphere(3));
+    for (const Ray& ray : mixed_rays(court.scene, 2000, 12)) {
+        const OracleHit oracle = oracle_intersect(court.scene, ray);
+        if (oracle.ambiguous) continue;
+        const Truth truth = court.truth(ray);
+        ASSERT_EQ(truth.hit(), oracle.hit);
+        if (oracle.hit) {
+            EXPECT_EQ(truth.prim_id, oracle.prim_id);
+            EXPECT_NEAR(truth.t, static_cast<double>(oracle.t), 1e-12 * truth.t);
+        }
+    }
+}
+
+TEST(HitRule, IsNeverWrongOnOrdinaryClosedMeshes) {
+    for (const TestScene& scene : {icosphere(4), torus(64, 32), grid_box(16), star(3, 5)}) {
+        const Court court(scene);
+        const cpu::ScalarTracer tracer(court.bvh);
+        for (const Ray& ray : mixed_rays(court.scene, 20000, 13)) {
+            const Judgement judgement =
+                court.referee.judge(ray, court.truth(ray), tracer.intersect(ray).prim_id);
+            EXPECT_FALSE(app::is_wrong(judgement.verdict))
+                << app::name_of(judgement.verdict) << ' ' << judgement.t_ulps << ' '
+                << judgement.edge_distance;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace morphray::test
