@@ -46,6 +46,7 @@ public:
         define_probe();
         define_profile();
         define_trace();
+        define_chart();
         define_info();
         define_devices();
     }
@@ -58,6 +59,7 @@ private:
     void define_probe();
     void define_profile();
     void define_trace();
+    void define_chart();
     void define_info();
     void define_devices();
 
@@ -329,6 +331,20 @@ void CommandLine::define_trace() {
     add_flag(command, "--binary", "rays are 8 little-endian floats each", options_.binary_rays);
     add_backend_options(command, kBackends, "cpu; with --device or --validate vulkan");
     add_flag(command, "-q,--quiet", "no progress", options_.quiet);
+}
+
+void CommandLine::define_chart() {
+    CLI::App& command =
+        add_command("chart", "Speed against accuracy, as pictures and data", Command::kChart);
+    command.add_option("scenes", options_.scenes, "what to trace, at the middle frame")
+        ->type_name("SCENE")
+        ->required();
+    add_text(command, "--out", "DIR", "a folder that is not there yet, or empty", options_.out)
+        ->required();
+    add_flag(command, "--quick", "fewer rays and runs: a minute instead of ten", options_.quick);
+    add_flag(command, "--lenient", "accept vertices that are not finite and faces that are none",
+             options_.lenient);
+    add_flag(command, "-q,--quiet", "neither result nor progress", options_.quiet);
 }
 
 void CommandLine::define_info() {

@@ -14,6 +14,7 @@ ExitCode run_crosscheck(const Options& options, const Messages& messages);
 ExitCode run_probe(const Options& options, const Messages& messages);
 ExitCode run_profile(const Options& options, const Messages& messages);
 ExitCode run_trace(const Options& options, const Messages& messages);
+ExitCode run_chart(const Options& options, const Messages& messages);
 ExitCode run_info(const Options& options, const Messages& messages);
 ExitCode run_devices(const Options& options, const Messages& messages);
 

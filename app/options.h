@@ -13,7 +13,7 @@
 
 namespace morphray::app {
 
-enum class Command { kRender, kCrosscheck, kProbe, kProfile, kTrace, kInfo, kDevices };
+enum class Command { kRender, kCrosscheck, kProbe, kProfile, kTrace, kChart, kInfo, kDevices };
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
@@ -84,6 +84,10 @@ struct Options {
     // trace
     std::string ray_file;
     bool binary_rays = false;
+
+    // chart
+    std::vector<std::string> scenes;
+    bool quick = false;
 
     // info
     bool tree_facts = false;

@@ -26,6 +26,8 @@ ExitCode run_command(const Options& options, const Messages& messages) {
             return run_profile(options, messages);
         case Command::kTrace:
             return run_trace(options, messages);
+        case Command::kChart:
+            return run_chart(options, messages);
         case Command::kInfo:
             return run_info(options, messages);
         case Command::kDevices:

@@ -96,15 +96,19 @@ bool is_wrong(Verdict verdict) { return verdict > Verdict::kDisplaced; }
 
 ExactReferee::ExactReferee(const Topology& topology, std::span<const vec3> positions,
                            const Bvh& bvh)
-    : topology_(&topology), positions_(positions), search_(bvh) {}
+    : topology_(&topology), positions_(positions), search_(bvh) {
+    for (const uvec3& t : topology.triangles) {
+        const vec3 a = positions[t.x];
+        const vec3 b = positions[t.y];
+        const vec3 c = positions[t.z];
+        usable_.push_back(is_usable(a) && is_usable(b) && is_usable(c) && a != b && b != c &&
+                          c != a);
+    }
+}
 
-std::optional<ExactTriangle> ExactReferee::triangle(const Ray& ray, std::uint32_t prim_id) const {
+ExactTriangle ExactReferee::triangle(const Ray& ray, std::uint32_t prim_id) const {
     const uvec3 t = topology_->triangles[prim_id];
-    const vec3 a = positions_[t.x];
-    const vec3 b = positions_[t.y];
-    const vec3 c = positions_[t.z];
-    if (!is_usable(a) || !is_usable(b) || !is_usable(c)) return std::nullopt;
-    return ExactTriangle(ray, a, b, c);
+    return {ray, positions_[t.x], positions_[t.y], positions_[t.z]};
 }
 
 Truth ExactReferee::closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const {
@@ -112,9 +116,10 @@ Truth ExactReferee::closest_of(const Ray& ray, std::span<const std::uint32_t> ca
     Truth truth;
     std::optional<ExactTriangle> best;
     for (const std::uint32_t prim_id : candidates) {
-        std::optional<ExactTriangle> next = triangle(ray, prim_id);
-        if (!next || !next->is_met() || !next->in_range()) continue;
-        const int order = best ? next->compare_t(*best) : -1;
+        if (usable_[prim_id] == 0) continue;
+        ExactTriangle next = triangle(ray, prim_id);
+        if (!next.is_met() || !next.in_range()) continue;
+        const int order = best ? next.compare_t(*best) : -1;
         if (order > 0 || (order == 0 && prim_id > truth.prim_id)) continue;
         best = std::move(next);
         truth.prim_id = prim_id;
@@ -143,10 +148,10 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
     const Across across(ray);
     for (const std::uint32_t id : {truth.prim_id, prim_id}) {
         if (id == kNoPrim) continue;
-        const std::optional<ExactTriangle> one = triangle(ray, id);
-        if (!one) return false;
-        size = std::max(size, one->size());
-        if (id == prim_id && one->has_t()) t_wanted = one->t();
+        if (usable_[id] == 0) return false;
+        const ExactTriangle one = triangle(ray, id);
+        size = std::max(size, one.size());
+        if (id == prim_id && one.has_t()) t_wanted = one.t();
         for (const vec3 p :
              {positions_[topology_->triangles[id].x], positions_[topology_->triangles[id].y],
               positions_[topology_->triangles[id].z]}) {
@@ -159,7 +164,7 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
     std::vector<SeenTriangle> seen;
     for (const std::uint32_t id : candidates) {
         const uvec3 t = topology_->triangles[id];
-        if (!triangle(ray, id)) continue;
+        if (usable_[id] == 0) continue;
         seen.push_back({id,
                         {across.seen(positions_[t.x]), across.seen(positions_[t.y]),
                          across.seen(positions_[t.z])}});
@@ -189,9 +194,10 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
 Judgement ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {
     if (prim_id == truth.prim_id) return {};
     const std::optional<ExactTriangle> expected =
-        truth.hit() ? triangle(ray, truth.prim_id) : std::nullopt;
-    const std::optional<ExactTriangle> answered =
-        prim_id != kNoPrim ? triangle(ray, prim_id) : std::nullopt;
+        truth.hit() ? std::optional(triangle(ray, truth.prim_id)) : std::nullopt;
+    const std::optional<ExactTriangle> answered = prim_id != kNoPrim && usable_[prim_id] != 0
+                                                      ? std::optional(triangle(ray, prim_id))
+                                                      : std::nullopt;
     Judgement judgement;
     if (expected && answered && answered->has_t()) {
         const bool is_hit = answered->is_met() && answered->in_range();

@@ -62,13 +62,15 @@ public:
     Judgement judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
 private:
-    std::optional<ExactTriangle> triangle(const Ray& ray, std::uint32_t prim_id) const;
+    ExactTriangle triangle(const Ray& ray, std::uint32_t prim_id) const;
     Truth closest_of(const Ray& ray, std::span<const std::uint32_t> candidates) const;
     bool seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const;
 
     const Topology* topology_;
     std::span<const vec3> positions_;
     CandidateSearch search_;
+    /// 0 for triangles that are never hit because of a corner, or two corners in one point.
+    std::vector<std::uint8_t> usable_;
 };
 
 }  // namespace morphray::app

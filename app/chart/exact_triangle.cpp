@@ -108,6 +108,8 @@ const ExactTriangle::Integers& ExactTriangle::integers() const {
 
 int ExactTriangle::sign_of_edge(int edge) const {
     const auto i = static_cast<std::size_t>(edge);
+    // No error: every product has a factor 0, and a rounded difference of 0 is exact.
+    if (error_[i] == 0) return 0;
     return std::abs(value_[i]) > error_[i] ? sign_of(value_[i]) : sgn(integers().value[i]);
 }
 

@@ -1,0 +1,78 @@
+// The charts of `morphray chart`: each measures, and becomes a table and a picture.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/chart/chart_scene.h"
+#include "app/chart/failure_scenes.h"
+#include "app/chart/plot_script.h"
+#include "app/options.h"
+#include "app/table.h"
+
+namespace morphray::app {
+
+struct Chart {
+    /// Of its files, without an ending.
+    std::string name;
+    /// What a reader should see in it, in a sentence or two.
+    std::string caption;
+    Table table;
+    PlotScript script;
+};
+
+/// How much work goes into the charts.
+struct Effort {
+    /// Pixels of a side, a multiple of 32.
+    std::uint32_t side;
+    std::size_t aimed_rays;
+    int rounds;
+    /// Of the scene moved or scaled, each, and of each failure scene.
+    std::size_t placed_rays;
+    std::vector<double> offsets;
+    std::vector<double> scales;
+    std::vector<std::uint64_t> triangle_counts;
+};
+/// Within a minute for a scene on two cores, or within ten.
+const Effort& quick_effort();
+const Effort& full_effort();
+
+struct ChartContext {
+    const Effort& effort;
+    const BackendOptions& backend;
+    /// What every picture says below: machine, command.
+    std::string footer;
+    /// To be called after each step.
+    std::function<void()> step;
+};
+
+/// One frame of a scene as the charts take it, in the user's units.
+struct ChartInput {
+    std::string name;
+    Topology topology;
+    std::vector<vec3> positions;
+};
+
+// Steps that each takes.
+std::size_t accuracy_steps();
+std::size_t placement_steps(const Effort& effort);
+std::size_t packet_steps();
+std::size_t scaling_steps(const Effort& effort);
+std::size_t failure_steps();
+
+/// Mray/s against wrong answers per million rays, all contenders, at the origin; `suffix` makes the
+/// file's name one of its own.
+Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
+                     const std::string& suffix);
+/// Wrong answers far from the origin and at small and large scales, contenders with one ray.
+Chart placement_chart(const ChartContext& context, const ChartInput& input,
+                      const std::string& suffix);
+/// The size of a packet of camera rays against Mray/s.
+Chart packet_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
+/// The number of triangles against build, refit and trace.
+Chart scaling_chart(const ChartContext& context);
+/// Failure scenes against contenders; `more` are scenes besides the program's own.
+Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
+
+}  // namespace morphray::app

@@ -1,0 +1,88 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "app/backends.h"
+#include "app/chart/contenders/contender.h"
+#include "common/error.h"
+#include "cpu/packet_tracer.h"
+#include "cpu/scalar_tracer.h"
+#include "cpu/wide_tracer.h"
+
+namespace morphray::app {
+namespace {
+
+constexpr std::uint32_t kSide = cpu::kPacketSide;
+static_assert(kSide * kSide == kChartTile);
+
+Contender ours(std::string name, TraceBatch trace) {
+    Contender contender;
+    contender.name = std::move(name);
+    contender.family = Family::kOurs;
+    contender.in_scene_space = true;
+    contender.trace = std::move(trace);
+    return contender;
+}
+
+/// The camera's pixels in packets; any other rays as single ones.
+Contender packets(const ChartScene& scene, const cpu::SimdTarget& target,
+                  const TraceBatch& single) {
+    Contender contender = ours(fmt::format("packets {}", target.name), single);
+    contender.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
+                               std::size_t tile, std::span<Hit> hits) {
+        // Too large to be made for each tile.
+        thread_local const auto packet = std::make_unique<cpu::Packet>();
+        const std::uint32_t columns = scene.params.width / kSide;
+        const std::uint32_t x = static_cast<std::uint32_t>(tile) % columns * kSide;
+        const std::uint32_t y = static_cast<std::uint32_t>(tile) / columns * kSide;
+        tracer.intersect_camera(scene.params, {x, y, x + kSide, y + kSide}, *packet, hits.data(),
+                                kSide);
+    };
+    return contender;
+}
+
+void add_vulkan(const ChartScene& scene, const BackendOptions& options,
+                std::vector<Contender>& contenders) {
+    std::shared_ptr<Backend> backend;
+    try {
+        backend = make_backend(BackendChoice::kVulkan, options, Messages());
+    } catch (const Error& error) {
+        if (error.code() != ExitCode::kUnavailable) throw;
+        return;
+    }
+    backend->set_scene(scene.topology, scene.scene_space.positions, scene.scene_space.bvh);
+    contenders.push_back(ours("Vulkan", [backend](std::span<const Ray> rays, std::span<Hit> hits) {
+        backend->trace_rays(rays, hits);
+    }));
+    contenders.back().alone = true;
+}
+
+}  // namespace
+
+std::vector<Contender> our_contenders(const ChartScene& scene, const BackendOptions& options) {
+    const Bvh& bvh = scene.scene_space.bvh;
+    std::vector<Contender> contenders;
+    contenders.push_back(ours("scalar", [tracer = cpu::ScalarTracer(bvh)](std::span<const Ray> rays,
+                                                                          std::span<Hit> hits) {
+        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer.intersect(rays[i]);
+    }));
+    for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+        const TraceBatch single = [tracer = cpu::WideTracer(bvh, target)](std::span<const Ray> rays,
+                                                                          std::span<Hit> hits) {
+            tracer.intersect(rays, hits);
+        };
+        contenders.push_back(ours(fmt::format("single {}", target.name), single));
+        contenders.push_back(packets(scene, target, single));
+    }
+    add_vulkan(scene, options, contenders);
+    return contenders;
+}
+
+std::vector<Contender> all_contenders(const ChartScene& scene, const BackendOptions& options) {
+    std::vector<Contender> all = our_contenders(scene, options);
+    for (std::vector<Contender> more : {rule_contenders(scene), embree_contenders(scene)})
+        std::move(more.begin(), more.end(), std::back_inserter(all));
+    return all;
+}
+
+}  // namespace morphray::app

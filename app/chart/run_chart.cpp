@@ -1,0 +1,110 @@
+// morphray chart: speed against accuracy, as pictures and as data.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <thread>
+
+#include "app/chart/chart_folder.h"
+#include "app/chart/chart_page.h"
+#include "app/chart/charts.h"
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/memory_budget.h"
+#include "app/progress.h"
+#include "app/scene_frames.h"
+#include "app/shell_text.h"
+
+namespace morphray::app {
+namespace {
+
+std::string machine_text() {
+    std::string model = "unknown processor";
+    std::ifstream file("/proc/cpuinfo");
+    for (std::string line; std::getline(file, line);) {
+        if (!line.starts_with("model name") || line.find(": ") == std::string::npos) continue;
+        model = line.substr(line.find(": ") + 2);
+        break;
+    }
+    return fmt::format("{}, {} threads", model, std::thread::hardware_concurrency());
+}
+
+std::string command_text(const Options& options) {
+    std::vector<std::string> arguments{"morphray", "chart"};
+    arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
+    arguments.insert(arguments.end(), {"--out", options.out});
+    if (options.quick) arguments.emplace_back("--quick");
+    return shell_line(arguments);
+}
+
+/// The middle frame of a scene.
+ChartInput open_input(const Options& options, const std::string& scene, const Messages& messages) {
+    Options one = options;
+    one.scene = scene;
+    SceneFrames frames = open_frames(one, messages);
+    const Clip& clip = frames.clip();
+    const Topology& topology = clip.topology();
+    const Effort& effort = options.quick ? quick_effort() : full_effort();
+    require_memory({.triangles = topology.triangles.size(),
+                    .vertices = topology.vertex_count,
+                    .pixels = std::uint64_t{effort.side} * effort.side,
+                    .backends = 6});
+    frames.positions(std::floor((clip.first_frame() + clip.last_frame()) / 2));
+    const std::span<const vec3> positions = frames.user_positions();
+    return {clip.name(), topology, {positions.begin(), positions.end()}};
+}
+
+std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const ChartContext& context) {
+    std::vector<Chart> charts;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
+        charts.push_back(accuracy_chart(context, inputs[i], suffix));
+        charts.push_back(placement_chart(context, inputs[i], suffix));
+        charts.push_back(packet_chart(context, inputs[i], suffix));
+    }
+    charts.push_back(failure_chart(context, inputs));
+    charts.push_back(scaling_chart(context));
+    return charts;
+}
+
+std::size_t steps_of(std::size_t scenes, const Effort& effort) {
+    return scenes * (accuracy_steps() + placement_steps(effort) + packet_steps() + 1) +
+           failure_steps() + scaling_steps(effort);
+}
+
+}  // namespace
+
+ExitCode run_chart(const Options& options, const Messages& messages) {
+    require_gnuplot();
+    ChartFolder folder(options.out);
+    std::vector<ChartInput> inputs;
+    for (const std::string& scene : options.scenes)
+        inputs.push_back(open_input(options, scene, messages));
+
+    const Effort& effort = options.quick ? quick_effort() : full_effort();
+    const std::string machine = machine_text();
+    const std::string command = command_text(options);
+    Progress progress("charting", steps_of(inputs.size(), effort), progress_mode(options.quiet));
+    std::uint64_t done = 0;
+    const ChartContext context{effort, options.backend, fmt::format("{}; {}", machine, command),
+                               [&] {
+                                   throw_if_interrupted();
+                                   progress.update(++done);
+                               }};
+    const std::vector<Chart> charts = make_charts(inputs, context);
+    progress.hide();
+    std::vector<PagedChart> paged;
+    for (const Chart& chart : charts) {
+        folder.write(chart.name + ".csv", chart.table.csv());
+        folder.write(chart.name + ".gp", script_text(chart.script, chart.name));
+        folder.plot(chart.name + ".gp");
+        paged.push_back({&chart, folder.read(chart.name + ".svg")});
+    }
+    folder.write("index.html", chart_page(paged, machine, command));
+    folder.keep();
+    messages.print(fmt::format("{} charts: {}\n", charts.size(),
+                               (std::filesystem::path(options.out) / "index.html").string()));
+    return ExitCode::kOk;
+}
+
+}  // namespace morphray::app

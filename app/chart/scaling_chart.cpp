@@ -1,0 +1,122 @@
+#include <fmt/format.h>
+
+#include "app/backends.h"
+#include "app/chart/charts.h"
+#include "app/chart/measure.h"
+#include "app/scene_frames.h"
+#include "common/bvh_builder.h"
+#include "common/error.h"
+#include "common/procedural/procedural.h"
+
+namespace morphray::app {
+namespace {
+
+constexpr const char* kScene = "cloth";
+constexpr std::uint32_t kSide = 512;
+
+struct Row {
+    std::string backend;
+    std::uint64_t triangles;
+    double build_ms;
+    double refit_ms;
+    double trace_ms;
+    double rays;
+};
+
+double nanoseconds(double ms, double count) { return ms * 1e6 / count; }
+
+Row measure(const ChartContext& context, SceneFrames& frames, Backend& backend) {
+    const Topology& topology = frames.clip().topology();
+    const double last = frames.clip().last_frame();
+    const auto copy = [](std::span<const vec3> p) { return std::vector<vec3>(p.begin(), p.end()); };
+    const std::vector<vec3> first = copy(frames.positions(last / 2));
+    const std::vector<vec3> second = copy(frames.positions(last / 2 + 1));
+    ViewSpec view;
+    view.width = view.height = kSide;
+    view.fov = kChartFov;
+    const ImageParams params = make_image_params(view, frames.clip().bounds(), frames.space());
+    Bvh bvh = build_bvh(topology, first);
+    backend.set_scene(topology, first, bvh);
+    Frame frame;
+    bool even = false;
+    const std::vector<std::function<void()>> runs{[&] { bvh = build_bvh(topology, first); },
+                                                  [&] {
+                                                      backend.refit(even ? first : second);
+                                                      even = !even;
+                                                  },
+                                                  [&] { backend.trace_image(params, frame); }};
+    const std::vector<double> times = median_times(runs, context.effort.rounds);
+    return {backend.name(), topology.triangles.size(), times[0], times[1],
+            times[2],       double{kSide} * kSide};
+}
+
+std::string panel(const std::string& file, const char* title, const char* y,
+                  std::initializer_list<std::pair<int, const char*>> columns,
+                  const std::vector<std::string>& backends) {
+    std::string text = fmt::format(
+        "set title '{}' font ',12'\nset logscale xy\nset xlabel 'triangles'\nset ylabel '{}'\n"
+        "set xtics 10 format '10^{{%T}}'\nset key top right noenhanced\nplot ",
+        title, y);
+    bool first = true;
+    int colour = 1;
+    for (const std::string& backend : backends) {
+        for (const auto& [column, what] : columns) {
+            text += fmt::format(
+                "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' ? $2 : NaN):{3} with linespoints pt "
+                "7 lw 2 lc {4} title '{5}, {2}'",
+                first ? "" : ", ", file, backend, column, colour++, what);
+            first = false;
+        }
+    }
+    return text + "\n";
+}
+
+}  // namespace
+
+std::size_t scaling_steps(const Effort& effort) { return effort.triangle_counts.size(); }
+
+Chart scaling_chart(const ChartContext& context) {
+    std::vector<Row> rows;
+    std::vector<std::string> backends;
+    for (const std::uint64_t count : context.effort.triangle_counts) {
+        SceneFrames frames(make_procedural(kScene, count));
+        for (const BackendChoice choice : {BackendChoice::kCpu, BackendChoice::kVulkan}) {
+            try {
+                const auto backend = make_backend(choice, context.backend, Messages());
+                rows.push_back(measure(context, frames, *backend));
+                if (std::find(backends.begin(), backends.end(), backend->name()) == backends.end())
+                    backends.push_back(backend->name());
+            } catch (const Error& error) {
+                if (error.code() != ExitCode::kUnavailable) throw;
+            }
+        }
+        context.step();
+    }
+    Table table(
+        {"backend", "triangles", "build ns/tri", "refit ns/tri", "trace ns/tri", "trace ns/ray"});
+    for (const Row& row : rows) {
+        const auto n = static_cast<double>(row.triangles);
+        table.add({row.backend, fmt::format("{}", row.triangles),
+                   fmt::format("{:.4g}", nanoseconds(row.build_ms, n)),
+                   fmt::format("{:.4g}", nanoseconds(row.refit_ms, n)),
+                   fmt::format("{:.4g}", nanoseconds(row.trace_ms, n)),
+                   fmt::format("{:.4g}", nanoseconds(row.trace_ms, row.rays))});
+    }
+    const std::string name = "scaling";
+    PlotScript script;
+    script.title =
+        fmt::format("Number of triangles: builtin:{}, {}x{} pixels", kScene, kSide, kSide);
+    script.footer = context.footer;
+    script.width = 1400;
+    script.layout = "1,2";
+    script.body = panel(name, "build (always on the CPU) and refit with its transfer",
+                        "ns a triangle", {{3, "build"}, {4, "refit"}}, backends) +
+                  "unset label 1\n" +
+                  panel(name, "trace and shade a picture", "ns a ray", {{6, "trace"}}, backends);
+    return {name,
+            "Flat lines on the left are work in proportion to the triangles; on the right a line "
+            "rises by a constant for each factor of ten where time grows with the tree's depth.",
+            table, script};
+}
+
+}  // namespace morphray::app
