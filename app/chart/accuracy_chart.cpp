@@ -8,6 +8,10 @@
 namespace morphray::app {
 namespace {
 
+constexpr const char* kOurColour = "#1f5fbf";
+constexpr const char* kRuleColour = "#c46210";
+constexpr const char* kPeerColour = "#2e7d32";
+
 struct Point {
     std::string name;
     Family family;
@@ -68,25 +72,36 @@ std::string panel(const std::string& title, const std::string& file, int wrong, 
         "set title {} font ',12'\n"
         "zero = {}\nunset logscale\n"
         "set xlabel 'wrong answers per million rays (one ray: {:.2g})'\nset ylabel 'Mray/s'\n"
-        "set xrange [zero / 3 : 1e6]\nset logscale xy\n"
-        "set xtics 10 format '10^{{%T}}'\nset xtics add ('none' zero)\n"
+        "set xrange [zero / 10.0 : 1e6]\nset logscale xy\n"
+        "set xtics autofreq format '10^{{%T}}'\nset xtics add ('none' zero)\n"
         "set arrow 1 from zero, graph 0 to zero, graph 1 nohead lw 2 lc rgb '#888888'\n"
         "set key bottom right\n",
         plot_quoted(title), zero, one);
-    const auto series = [&](const char* family, const char* colour, const char* name) {
-        const std::string x = fmt::format(
-            "(strcol(2) eq '{}' ? ($"
-            "{} > 0 ? ${} : zero) : NaN)",
-            family, wrong, wrong);
+    // Names stand on the side where they meet fewest others.
+    const auto named = [&](const std::string& condition, const char* colour, const char* place) {
         return fmt::format(
-            "'{0}.csv' skip 1 using {1}:3 with points pt 7 ps 0.9 lc rgb '{2}' title '{3}', "
-            "'{0}.csv' skip 1 using {1}:3:(strcol(1)) with labels left offset 1,0 font ',9' tc rgb "
-            "'{2}' noenhanced notitle, ",
-            file, x, colour, name);
+            "'{0}.csv' skip 1 using ({1} ? (${2} > 0 ? ${2} : zero) : NaN):3:(strcol(1)) with "
+            "labels {3} font ',9' tc rgb '{4}' noenhanced notitle, ",
+            file, condition, wrong, place, colour);
     };
-    text += "plot " + series("ours", "#1f5fbf", "ours, whole") +
-            series("rule", "#c46210", "rules, one traversal") +
-            series("peer", "#2e7d32", "Embree, single rays");
+    const auto points = [&](const char* family, const char* colour, const char* name) {
+        return fmt::format(
+            "'{0}.csv' skip 1 using (strcol(2) eq '{1}' ? (${2} > 0 ? ${2} : zero) : NaN):3 with "
+            "points pt 7 ps 0.9 lc rgb '{3}' title '{4}', ",
+            file, family, wrong, colour, name);
+    };
+    const std::string packets = "strcol(2) eq 'ours' && strstrt(strcol(1), 'packets') > 0";
+    const std::string others = "strcol(2) eq 'ours' && strstrt(strcol(1), 'packets') == 0";
+    const std::string fused = "strcol(2) eq 'rule' && strstrt(strcol(1), 'fma') > 0";
+    const std::string plain = "strcol(2) eq 'rule' && strstrt(strcol(1), 'fma') == 0";
+    text += "plot " + points("ours", kOurColour, "ours, whole") +
+            points("rule", kRuleColour, "rules, one plain traversal") +
+            points("peer", kPeerColour, "Embree, single rays") +
+            named(packets, kOurColour, "left offset 1,0") +
+            named(others, kOurColour, "right offset -1,0") +
+            named(plain, kRuleColour, "left rotate by 35 offset 0.5,0.5") +
+            named(fused, kRuleColour, "left rotate by -35 offset 0.5,-0.5") +
+            named("strcol(2) eq 'peer'", kPeerColour, "left offset 1,0");
     text += fmt::format(
         "'{0}.csv' skip 1 using (strcol({1}) eq 'yes' ? (${2} > 0 ? ${2} : zero) : NaN):3 with "
         "points pt 6 ps 2 lw 2 lc rgb '#d00000' title 'Pareto front'\n",

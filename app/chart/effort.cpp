@@ -8,7 +8,7 @@ const Effort& quick_effort() {
                                .rounds = 3,
                                .placed_rays = 6'000,
                                .offsets = {1e3, 1e5},
-                               .scales = {1e-6, 1e6},
+                               .scales = {1e-6, 1, 1e6},
                                .triangle_counts = {1'000, 10'000, 100'000}};
     return effort;
 }
@@ -19,7 +19,7 @@ const Effort& full_effort() {
                                .rounds = 7,
                                .placed_rays = 100'000,
                                .offsets = {1e3, 1e4, 1e5, 1e6, 1e7},
-                               .scales = {1e-6, 1e-4, 1e-2, 1e2, 1e4, 1e6},
+                               .scales = {1e-6, 1e-4, 1e-2, 1, 1e2, 1e4, 1e6},
                                .triangle_counts = {1'000, 10'000, 100'000, 1'000'000}};
     return effort;
 }

@@ -87,15 +87,17 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
     script.title = "Failure map: wrong answers per million rays (none: green)";
     script.footer = context.footer;
     script.width = 1300;
-    script.height = static_cast<int>(220 + 42 * inputs.size());
+    script.height = static_cast<int>(260 + 42 * inputs.size());
     script.body = fmt::format(
-        "unset key\nunset grid\nset palette defined (0 '#a5d6a7', 0.01 '#fff59d', 3 '#ffb74d', 6 "
+        "set bmargin 8\nunset key\nunset grid\nset palette defined (0 '#a5d6a7', 0.01 '#fff59d', 3 "
+        "'#ffb74d', 6 "
         "'#e53935')\nset cbrange [0:6]\nunset colorbox\nset yrange [{0}:-0.5]\nset xrange "
         "[-0.5:{1}]\nset xtics rotate by 20 right noenhanced\nset ytics noenhanced\nset tics out "
         "nomirror\n"
         "plot '{2}.csv' skip 1 using 4:3:($4-0.48):($4+0.48):($3-0.45):($3+0.45):($7 > 0 ? "
         "0.2 + (log10($7) > 0 ? log10($7) : 0) : 0):ytic(1):xtic(2) with boxxyerror fc palette "
-        "fs solid, '' skip 1 using 4:3:($6 > 0 ? strcol(7) : '0') with labels font ',11'\n",
+        "fs solid, '' skip 1 using 4:3:($6 > 0 ? sprintf('%.0f', $7) : '0') with labels font "
+        "',11'\n",
         static_cast<double>(inputs.size()) - 0.5,
         static_cast<double>(cells.empty() ? 0 : cells.back().column) + 0.5, name);
     return {name,

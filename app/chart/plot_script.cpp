@@ -18,7 +18,7 @@ std::string script_text(const PlotScript& script, const std::string& name) {
         "# gnuplot {0}.gp: {0}.csv to {0}.svg and {0}.png\n"
         "set datafile separator ','\n"
         "set encoding utf8\n"
-        "set grid lc rgb '#dddddd'\n"
+        "set grid lt 1 lw 1 lc rgb '#e4e4e4'\n"
         "do for [ending in 'svg png'] {{\n"
         "if (ending eq 'svg') {{\n"
         "set terminal svg size {1},{2} font 'Helvetica,13' background '#ffffff'\n"
@@ -32,8 +32,8 @@ std::string script_text(const PlotScript& script, const std::string& name) {
                             plot_quoted(script.title));
     } else {
         text += fmt::format(
-            "set multiplot layout {} title {} noenhanced font ',15' margins 0.09,0.97,0.15,0.86 "
-            "spacing 0.09\n",
+            "set multiplot layout {} title {} noenhanced font ',15' margins 0.07,0.97,0.14,0.88 "
+            "spacing 0.08\n",
             script.layout, plot_quoted(script.title));
     }
     text += fmt::format(

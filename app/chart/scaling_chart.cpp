@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/backends.h"
 #include "app/chart/charts.h"
 #include "app/chart/measure.h"
@@ -21,6 +23,13 @@ struct Row {
     double refit_ms;
     double trace_ms;
     double rays;
+};
+
+/// A column of the table, from 1, in the rows of one backend.
+struct Line {
+    int column;
+    std::string what;
+    std::string backend;
 };
 
 double nanoseconds(double ms, double count) { return ms * 1e6 / count; }
@@ -51,22 +60,18 @@ Row measure(const ChartContext& context, SceneFrames& frames, Backend& backend) 
 }
 
 std::string panel(const std::string& file, const char* title, const char* y,
-                  std::initializer_list<std::pair<int, const char*>> columns,
-                  const std::vector<std::string>& backends) {
+                  const std::vector<Line>& lines) {
     std::string text = fmt::format(
         "set title '{}' font ',12'\nset logscale xy\nset xlabel 'triangles'\nset ylabel '{}'\n"
-        "set xtics 10 format '10^{{%T}}'\nset key top right noenhanced\nplot ",
+        "set xtics autofreq format '10^{{%T}}'\nset key top right noenhanced\nplot ",
         title, y);
-    bool first = true;
     int colour = 1;
-    for (const std::string& backend : backends) {
-        for (const auto& [column, what] : columns) {
-            text += fmt::format(
-                "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' ? $2 : NaN):{3} with linespoints pt "
-                "7 lw 2 lc {4} title '{5}, {2}'",
-                first ? "" : ", ", file, backend, column, colour++, what);
-            first = false;
-        }
+    for (const Line& line : lines) {
+        text += fmt::format(
+            "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' ? $2 : NaN):{3} with linespoints pt 7 "
+            "lw 2 lc {4} title '{5}, {2}'",
+            colour == 1 ? "" : ", ", file, line.backend, line.column, colour, line.what);
+        ++colour;
     }
     return text + "\n";
 }
@@ -77,21 +82,21 @@ std::size_t scaling_steps(const Effort& effort) { return effort.triangle_counts.
 
 Chart scaling_chart(const ChartContext& context) {
     std::vector<Row> rows;
-    std::vector<std::string> backends;
     for (const std::uint64_t count : context.effort.triangle_counts) {
         SceneFrames frames(make_procedural(kScene, count));
         for (const BackendChoice choice : {BackendChoice::kCpu, BackendChoice::kVulkan}) {
             try {
                 const auto backend = make_backend(choice, context.backend, Messages());
                 rows.push_back(measure(context, frames, *backend));
-                if (std::find(backends.begin(), backends.end(), backend->name()) == backends.end())
-                    backends.push_back(backend->name());
             } catch (const Error& error) {
                 if (error.code() != ExitCode::kUnavailable) throw;
             }
         }
         context.step();
     }
+    // A line's points stand together.
+    std::stable_sort(rows.begin(), rows.end(),
+                     [](const Row& a, const Row& b) { return a.backend < b.backend; });
     Table table(
         {"backend", "triangles", "build ns/tri", "refit ns/tri", "trace ns/tri", "trace ns/ray"});
     for (const Row& row : rows) {
@@ -109,10 +114,14 @@ Chart scaling_chart(const ChartContext& context) {
     script.footer = context.footer;
     script.width = 1400;
     script.layout = "1,2";
-    script.body = panel(name, "build (always on the CPU) and refit with its transfer",
-                        "ns a triangle", {{3, "build"}, {4, "refit"}}, backends) +
-                  "unset label 1\n" +
-                  panel(name, "trace and shade a picture", "ns a ray", {{6, "trace"}}, backends);
+    std::vector<Line> updates{{3, "build", "cpu"}, {4, "refit", "cpu"}};
+    std::vector<Line> traces{{6, "trace", "cpu"}};
+    if (rows.back().backend != "cpu") {
+        updates.push_back({4, "refit", rows.back().backend});
+        traces.push_back({6, "trace", rows.back().backend});
+    }
+    script.body = panel(name, "build, and refit with its transfer", "ns a triangle", updates) +
+                  "unset label 1\n" + panel(name, "trace and shade a picture", "ns a ray", traces);
     return {name,
             "Flat lines on the left are work in proportion to the triangles; on the right a line "
             "rises by a constant for each factor of ten where time grows with the tree's depth.",

@@ -1,0 +1,125 @@
+// morphray chart: what it refuses, and charts of little effort.
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "app/chart/charts.h"
+#include "app/chart/measure.h"
+#include "common/procedural/procedural.h"
+#include "tests/app/program.h"
+
+namespace morphray::test {
+namespace {
+
+const app::Effort kLittle{.side = 32,
+                          .aimed_rays = 600,
+                          .rounds = 1,
+                          .placed_rays = 300,
+                          .offsets = {1e3},
+                          .scales = {1e-6, 1},
+                          .triangle_counts = {500}};
+
+app::ChartInput cloth() {
+    const auto clip = make_procedural("cloth", 500);
+    std::vector<vec3> positions(clip->topology().vertex_count);
+    clip->positions(12, positions);
+    return {"cloth", clip->topology(), std::move(positions)};
+}
+
+std::size_t rows_of(const app::Table& table) {
+    std::istringstream text(table.csv());
+    std::size_t count = 0;
+    for (std::string line; std::getline(text, line);) ++count;
+    return count - 1;
+}
+
+/// A context that counts its steps.
+struct Counted {
+    std::size_t steps = 0;
+    app::BackendOptions backend;
+    app::ChartContext context{kLittle, backend, "machine; command", [this] { ++steps; }};
+};
+
+TEST(Chart, TakesAsManyStepsAsItSays) {
+    Counted accuracy;
+    EXPECT_GT(rows_of(app::accuracy_chart(accuracy.context, cloth(), "").table), 5u);
+    EXPECT_EQ(accuracy.steps, app::accuracy_steps());
+    Counted placement;
+    EXPECT_GT(rows_of(app::placement_chart(placement.context, cloth(), "").table), 11u);
+    EXPECT_EQ(placement.steps, app::placement_steps(kLittle));
+    Counted packets;
+    EXPECT_GT(rows_of(app::packet_chart(packets.context, cloth(), "").table), 9u);
+    EXPECT_EQ(packets.steps, app::packet_steps());
+    Counted scaling;
+    EXPECT_GE(rows_of(app::scaling_chart(scaling.context).table), 1u);
+    EXPECT_EQ(scaling.steps, app::scaling_steps(kLittle));
+    Counted failures;
+    const std::size_t scenes = app::failure_steps();
+    EXPECT_GE(rows_of(app::failure_chart(failures.context, {cloth()}).table), 4 * (scenes + 1));
+    EXPECT_EQ(failures.steps, scenes + 1);
+}
+
+TEST(Chart, FindsOurTracersNeverWrongOnACloth) {
+    const app::ChartInput input = cloth();
+    const app::ChartScene scene =
+        app::make_chart_scene(input.name, input.topology, input.positions, {}, 32, 3000);
+    const app::Judge judge(scene, scene.scene_space);
+    std::vector<Hit> camera(scene.scene_space.camera_rays.size());
+    std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
+    for (const app::Contender& contender : app::our_contenders(scene, {})) {
+        app::trace_camera(contender, scene, camera);
+        EXPECT_EQ(judge.camera(camera).wrong(), 0u) << contender.name;
+        app::trace_aimed(contender, scene, aimed);
+        EXPECT_EQ(judge.aimed(aimed).wrong(), 0u) << contender.name;
+    }
+}
+
+TEST(Chart, TracesTheSameRaysInBothSpaces) {
+    const app::ChartInput input = cloth();
+    const app::ChartScene scene = app::make_chart_scene(input.name, input.topology, input.positions,
+                                                        {.offset = 1e3}, 32, 500);
+    ASSERT_EQ(scene.scene_space.aimed_rays.size(), scene.user_space.aimed_rays.size());
+    const app::ExactReferee ours(scene.topology, scene.scene_space.positions,
+                                 scene.scene_space.bvh);
+    const app::ExactReferee theirs(scene.topology, scene.user_space.positions,
+                                   scene.user_space.bvh);
+    for (std::size_t i = 0; i < scene.scene_space.aimed_rays.size(); ++i) {
+        EXPECT_EQ(ours.closest(scene.scene_space.aimed_rays[i]).prim_id,
+                  theirs.closest(scene.user_space.aimed_rays[i]).prim_id);
+    }
+}
+
+TEST(ChartCommand, RefusesAFolderThatIsNotEmpty) {
+    const TemporaryFolder folder;
+    folder.write("out.txt", "x");
+    const Outcome outcome =
+        run({"chart", "builtin:cloth:500", "--quick", "--out", folder.path().string()});
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    EXPECT_NE(outcome.err.find("is not empty"), std::string::npos) << outcome.err;
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"out.txt"});
+}
+
+TEST(ChartCommand, RefusesASceneThatIsNotThereAndLeavesNothing) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run({"chart", "builtin:cloth:500", "none.obj", "--quick", "--out", folder.file("charts")});
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(ChartCommand, SaysThatThereIsNoGnuplot) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run({"chart", "builtin:cloth:500", "--quick", "--out", folder.file("charts")},
+            {.environment = {"PATH=" + folder.path().string()}});
+    EXPECT_EQ(outcome.code, 4) << outcome.err;
+    EXPECT_NE(outcome.err.find("gnuplot-nox"), std::string::npos) << outcome.err;
+}
+
+TEST(ChartCommand, NeedsAFolderAndAScene) {
+    EXPECT_EQ(run({"chart", "builtin:cloth:500"}).code, 2);
+    EXPECT_EQ(run({"chart", "--out", "x"}).code, 2);
+}
+
+}  // namespace
+}  // namespace morphray::test
