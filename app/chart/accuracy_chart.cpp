@@ -75,7 +75,7 @@ std::string panel(const std::string& title, const std::string& file, int wrong, 
         "set xrange [zero / 10.0 : 1e6]\nset logscale xy\n"
         "set xtics autofreq format '10^{{%T}}'\nset xtics add ('none' zero)\n"
         "set arrow 1 from zero, graph 0 to zero, graph 1 nohead lw 2 lc rgb '#888888'\n"
-        "set key bottom right\n",
+        "set key top right\n",
         plot_quoted(title), zero, one);
     // Names stand on the side where they meet fewest others.
     const auto named = [&](const std::string& condition, const char* colour, const char* place) {

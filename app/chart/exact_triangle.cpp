@@ -12,6 +12,9 @@ namespace {
 // 2^-53 of the sum of the products' magnitudes, and again as much for their products.
 constexpr double kDeterminantError = 0x1p-49;
 
+// Relative errors up to which t is taken from doubles: a small part of a float's ulp.
+constexpr double kPreciseT = 0x1p-32;
+
 constexpr std::size_t kSum = 3;
 constexpr std::size_t kVolume = 4;
 
@@ -138,8 +141,8 @@ bool ExactTriangle::is_met() const {
 bool ExactTriangle::has_t() const { return sign_of_sum() != 0; }
 
 double ExactTriangle::t() const {
-    if (std::abs(value_[kSum]) > 0x1p6 * error_[kSum] &&
-        std::abs(value_[kVolume]) > 0x1p6 * error_[kVolume]) {
+    if (std::abs(value_[kSum]) * kPreciseT > error_[kSum] &&
+        std::abs(value_[kVolume]) * kPreciseT > error_[kVolume]) {
         return value_[kVolume] / value_[kSum];
     }
     const Integers& exact = integers();

@@ -1,0 +1,176 @@
+// Surfaces stay closed and keep their own shadow off: on every SIMD target, after many refits, from
+// origins on vertices and faces, for lights on a surface.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/bvh_builder.h"
+#include "common/camera_setup.h"
+#include "common/interop/camera.h"
+#include "common/interop/surface.h"
+#include "common/procedural/procedural.h"
+#include "cpu/cpu_backend.h"
+#include "cpu/refit.h"
+#include "cpu/scalar_tracer.h"
+#include "cpu/wide_tracer.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray::test {
+namespace {
+
+/// The vertices of a mesh around 0, each moved along its own way from 0 by up to a third: no two
+/// triangles ever overlap as seen from 0.
+std::vector<vec3> breathing(const std::vector<vec3>& positions, Random& random) {
+    std::vector<vec3> moved;
+    for (const vec3& p : positions)
+        moved.push_back(snap_point(p * static_cast<float>(random.real(2.0 / 3, 1))));
+    return moved;
+}
+
+/// From near 0: at a vertex, at a point of an edge.
+std::vector<Ray> rays_from_inside(const TestScene& scene, const std::vector<vec3>& positions,
+                                  std::size_t count, Random& random) {
+    const std::vector<uvec3>& triangles = scene.topology().triangles;
+    std::vector<Ray> rays;
+    while (rays.size() < count) {
+        const uvec3 t = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))];
+        const vec3 a = positions[t.x];
+        const vec3 b = positions[t.y];
+        const float f = rays.size() % 2 == 0 ? 0.0f : static_cast<float>(random.real(0, 1));
+        const vec3 org = snap_point(random.point(0.01 * kSceneExtent));
+        rays.push_back({org, 0, canonical_direction(a + (b - a) * f - org), kInfiniteT});
+    }
+    return rays;
+}
+
+class WatertightOn : public testing::TestWithParam<cpu::SimdTarget> {};
+INSTANTIATE_TEST_SUITE_P(Targets, WatertightOn, testing::ValuesIn(cpu::supported_simd_targets()),
+                         [](const auto& parameter) { return std::string(parameter.param.name); });
+
+TEST_P(WatertightOn, LetsNoRayOutAfterAThousandRefits) {
+    const TestScene scene = icosphere(3);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const cpu::WideTracer tracer(bvh, GetParam());
+    Random random(21);
+    std::vector<Hit> hits(1000);
+    std::vector<std::uint8_t> occluded(hits.size());
+    std::size_t leaks = 0;
+    for (int pose = 0; pose < 1000; ++pose) {
+        const std::vector<vec3> positions = breathing(scene.positions(), random);
+        cpu::refit(bvh, positions);
+        const std::vector<Ray> rays = rays_from_inside(scene, positions, hits.size(), random);
+        tracer.intersect(rays, hits);
+        tracer.occluded(rays, occluded);
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            leaks += (hits[i].prim_id == kNoPrim) + (occluded[i] == 0);
+    }
+    EXPECT_EQ(leaks, 0u);
+}
+
+TEST(Watertight, SeesTheFarSideFromVerticesAndFaces) {
+    const TestScene scene = icosphere(4);
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const cpu::ScalarTracer tracer(bvh);
+    Random random(22);
+    const auto vertex = [&] {
+        const auto count = static_cast<std::uint32_t>(scene.positions().size());
+        return scene.positions()[random.below(count)];
+    };
+    for (int i = 0; i < 50000; ++i) {
+        vec3 org = vertex();
+        if (i % 2 == 1) {
+            const auto count = static_cast<std::uint32_t>(scene.triangle_count());
+            const uvec3 t = scene.topology().triangles[random.below(count)];
+            const auto& p = scene.positions();
+            org = snap_point((p[t.x] + p[t.y] + p[t.z]) * (1.0f / 3));
+        }
+        // Some way off the surface, so that the ray runs inside.
+        const vec3 target = vertex();
+        if (dot3(target - org, target - org) < 0.01f * kSceneExtent * kSceneExtent) continue;
+        const Ray ray{org, 0, canonical_direction(target - org), kInfiniteT};
+        ASSERT_NE(tracer.intersect(ray).prim_id, kNoPrim);
+    }
+}
+
+/// Calls visit(surface, prim_id) for what the pixels of a picture see.
+template <class Visit>
+void for_each_surface(const Topology& topology, std::span<const vec3> positions, const Bvh& bvh,
+                      const ImageParams& params, Visit visit) {
+    const cpu::ScalarTracer tracer(bvh);
+    for (std::uint32_t y = 0; y < params.height; ++y) {
+        for (std::uint32_t x = 0; x < params.width; ++x) {
+            const Ray ray = camera_ray(params.camera, x, y);
+            const Hit hit = tracer.intersect(ray);
+            if (hit.prim_id == kNoPrim) continue;
+            const uvec3 t = topology.triangles[hit.prim_id];
+            visit(surface_at(ray, hit, positions[t.x], positions[t.y], positions[t.z]),
+                  hit.prim_id);
+        }
+    }
+}
+
+TEST(ShadowRay, NeverMeetsTheTriangleThatItBelongsTo) {
+    for (const ProceduralScene& builtin : procedural_scenes()) {
+        const auto clip = make_procedural(builtin.name, 4000);
+        std::vector<vec3> user(clip->topology().vertex_count);
+        std::vector<vec3> positions(user.size());
+        clip->positions((clip->first_frame() + clip->last_frame()) / 2, user);
+        const SceneSpace space(clip->bounds());
+        space.to_scene(user, positions);
+        const Bvh bvh = build_bvh(clip->topology(), positions);
+        const cpu::ScalarTracer tracer(bvh);
+        ViewSpec view;
+        view.width = view.height = 128;
+        const ImageParams params = make_image_params(view, clip->bounds(), space);
+        for_each_surface(clip->topology(), positions, bvh, params,
+                         [&](const Surface& surface, std::uint32_t prim_id) {
+                             if (!faces_light(surface, params.light)) return;
+                             const Ray ray = shadow_ray(surface, params.light);
+                             EXPECT_NE(tracer.intersect(ray).prim_id, prim_id) << builtin.name;
+                         });
+    }
+}
+
+TEST(ShadowRay, LeavesAConvexSurfaceInTheLight) {
+    for (const TestScene& scene : {icosphere(4), icosphere(4, 1e-12), icosphere(4, 1e12),
+                                   icosphere(3, 1, {1000, -2000, 500})}) {
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const cpu::ScalarTracer tracer(bvh);
+        ViewSpec view;
+        view.width = view.height = 192;
+        const ImageParams params =
+            make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+        for_each_surface(scene.topology(), scene.positions(), bvh, params,
+                         [&](const Surface& surface, std::uint32_t) {
+                             if (!faces_light(surface, params.light)) return;
+                             EXPECT_FALSE(tracer.occluded(shadow_ray(surface, params.light)));
+                         });
+    }
+}
+
+TEST(ShadowImage, IsTheScalarOneForLightsOnVerticesOnFacesAndBehind) {
+    const TestScene scene = torus(48, 24);
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const auto best = cpu::make_cpu_backend();
+    const auto scalar = cpu::make_scalar_backend();
+    best->set_scene(scene.topology(), scene.positions(), bvh);
+    scalar->set_scene(scene.topology(), scene.positions(), bvh);
+    const std::vector<vec3>& p = scene.user_positions();
+    const uvec3 t = scene.topology().triangles[100];
+    ViewSpec view;
+    view.width = view.height = 96;
+    view.rays = kRaysShadow;
+    for (const vec3 light :
+         {p[0], p[t.y], (p[t.x] + p[t.y] + p[t.z]) * (1.0f / 3), vec3(-1, -1, -3), vec3(0, 0, 0)}) {
+        view.light = Point{light.x, light.y, light.z};
+        const ImageParams params = make_image_params(view, bounds_of(p), scene.space());
+        Frame expected;
+        Frame actual;
+        scalar->trace_image(params, expected);
+        best->trace_image(params, actual);
+        EXPECT_EQ(actual.occlusion, expected.occlusion);
+    }
+}
+
+}  // namespace
+}  // namespace morphray::test
