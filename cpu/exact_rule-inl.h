@@ -237,37 +237,36 @@ HWY_INLINE Mask have_area(const VF a[3], const VF b[3], const VF c[3]) {
 
 // ---- The rule
 
-/// shear_ray of rays of any directions, and how to rotate their vertices.
-class ShearedRays {
-public:
-    HWY_INLINE ShearedRays(const VF org[3], const VF dir[3]) {
-        const Floats f;
-        const VF size[3] = {hn::Abs(dir[0]), hn::Abs(dir[1]), hn::Abs(dir[2])};
-        is_x_ = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
-        is_y_ = hn::AndNot(is_x_, hn::Ge(size[1], size[2]));
-        rotate_axes(org, rays_.org);
-        rotate_axes(dir, rays_.dir);
-        const Mask none = hn::Eq(rays_.dir[2], hn::Zero(f));
-        rays_.rdz =
-            hn::IfThenZeroElse(none, rcp_exactly(hn::IfThenElse(none, splat(1.0f), rays_.dir[2])));
-        const VF extent = hn::Max(hn::Max(hn::Abs(org[0]), hn::Abs(org[1])), hn::Abs(org[2]));
-        rays_.depth_slack = hn::Mul(
-            splat(0.25f), hn::Mul(splat(kBoxDilation), hn::Max(extent, splat(kSceneExtent))));
-    }
+/// Rays of any directions with the axes of each rotated.
+struct ShearedRays {
+    RuleRays rays;
+    /// Whether x, or else y, is the largest component of the direction.
+    Mask is_x;
+    Mask is_y;
 
     HWY_INLINE void rotate_axes(const VF v[3], VF out[3]) const {
         for (int k = 0; k < 3; ++k) {
             out[k] =
-                hn::IfThenElse(is_x_, v[(k + 1) % 3], hn::IfThenElse(is_y_, v[(k + 2) % 3], v[k]));
+                hn::IfThenElse(is_x, v[(k + 1) % 3], hn::IfThenElse(is_y, v[(k + 2) % 3], v[k]));
         }
     }
-    HWY_INLINE const RuleRays& rays() const { return rays_; }
-
-private:
-    RuleRays rays_;
-    Mask is_x_;
-    Mask is_y_;
 };
+
+HWY_INLINE ShearedRays shear_rays(const VF org[3], const VF dir[3]) {
+    const VF size[3] = {hn::Abs(dir[0]), hn::Abs(dir[1]), hn::Abs(dir[2])};
+    ShearedRays s;
+    s.is_x = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
+    s.is_y = hn::AndNot(s.is_x, hn::Ge(size[1], size[2]));
+    s.rotate_axes(org, s.rays.org);
+    s.rotate_axes(dir, s.rays.dir);
+    const VF dz = s.rays.dir[2];
+    const Mask none = hn::Eq(dz, hn::Zero(Floats()));
+    s.rays.rdz = hn::IfThenZeroElse(none, rcp_exactly(hn::IfThenElse(none, splat(1.0f), dz)));
+    const VF extent = hn::Max(hn::Max(hn::Abs(org[0]), hn::Abs(org[1])), hn::Abs(org[2]));
+    const VF dilation = hn::Mul(splat(kBoxDilation), hn::Max(extent, splat(kSceneExtent)));
+    s.rays.depth_slack = hn::Mul(splat(0.25f), dilation);
+    return s;
+}
 
 /// What the plain path leaves open of a triangle a lane, and where it is hit: intersect_triangle
 /// with `exact_edges`. Vertices have rotated axes.
@@ -288,7 +287,7 @@ HWY_INLINE Mask intersect_exactly(const RuleRays& rays, VF tnear, VF tfar, const
 HWY_INLINE Mask intersect_triangles(const ShearedRays& sheared, Mask lanes, VF tnear, VF tfar,
                                     const VF a[3], const VF b[3], const VF c[3], RuleHits& hit) {
     const Floats f;
-    const RuleRays& rays = sheared.rays();
+    const RuleRays& rays = sheared.rays;
     VF ra[3], rb[3], rc[3];
     sheared.rotate_axes(a, ra);
     sheared.rotate_axes(b, rb);

@@ -43,7 +43,7 @@ void answer_cases(std::span<const RuleCase> cases, std::uint32_t pattern,
         const std::uint32_t lanes = pattern >> (first % 16);
         RuleHits hit;
         const std::uint32_t hits = mask_bits(intersect_triangles(
-            ShearedRays(v, v + 3), mask_of(lanes), v[15], v[16], v + 6, v + 9, v + 12, hit));
+            shear_rays(v, v + 3), mask_of(lanes), v[15], v[16], v + 6, v + 9, v + 12, hit));
         hn::Store(hit.t, f, values[0]);
         hn::Store(hit.u, f, values[1]);
         hn::Store(hit.v, f, values[2]);
