@@ -143,6 +143,13 @@ HWY_INLINE void measure_depths(VF za, VF zb, VF zc, RuleEdges& e) {
     e.depth_size = hn::Max(hn::Abs(nearest), hn::Abs(farthest));
 }
 
+/// The bound of fast_edges, from the sum of |x| + |y| and the largest |z| of a triangle.
+HWY_INLINE VF edge_bounds(VF m, VF depth_size) {
+    const VF size = hn::Add(hn::Add(m, m), depth_size);
+    const VF r = hn::Add(hn::Mul(splat(kFastProjectionError), size), splat(kFastProjectionFloor));
+    return hn::Mul(r, hn::Add(m, hn::Add(r, r)));
+}
+
 HWY_INLINE RuleEdges fast_edge_functions(const RulePoints& a, const RulePoints& b,
                                          const RulePoints& c) {
     const auto size = [](const RulePoints& p) { return hn::Add(hn::Abs(p.x), hn::Abs(p.y)); };
@@ -152,8 +159,7 @@ HWY_INLINE RuleEdges fast_edge_functions(const RulePoints& a, const RulePoints& 
     RuleEdges e;
     measure_depths(a.z, b.z, c.z, e);
     const VF m = hn::Add(hn::Add(size(a), size(b)), size(c));
-    const VF r = hn::Mul(splat(kFastProjectionError), hn::Add(m, e.depth_size));
-    e.bound = hn::Mul(r, hn::Add(m, r));
+    e.bound = edge_bounds(m, e.depth_size);
     e.u = edge(b, c);
     e.v = edge(c, a);
     e.w = edge(a, b);
@@ -188,6 +194,16 @@ HWY_INLINE Mask surely_inside_lanes(const RuleRays& rays, const RuleEdges& e) {
 }
 
 // ---- Hits
+
+HWY_INLINE VF normalized_weights(VF weight, VF sum, VF rsum) {
+    const Floats f;
+    const Words w;
+    const VW gap = hn::Sub(hn::ShiftRight<23>(hn::BitCast(w, sum)),
+                           hn::ShiftRight<23>(hn::BitCast(w, weight)));
+    const Mask tiny =
+        hn::Or(hn::Eq(weight, hn::Zero(f)), hn::RebindMask(f, hn::Gt(gap, hn::Set(w, 60u))));
+    return hn::IfThenZeroElse(tiny, hn::Mul(weight, rsum));
+}
 
 HWY_INLINE Mask weighted_hits(const RuleRays& rays, VF tnear, VF tfar, const RuleEdges& e, VF za,
                               VF zb, VF zc, RuleHits& hit) {

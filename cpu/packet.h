@@ -6,7 +6,9 @@
 #include <limits>
 #include <vector>
 
+#include "common/interop/layout.h"
 #include "common/interop/ray.h"
+#include "common/interop/triangle.h"
 
 namespace morphray::cpu {
 
@@ -24,19 +26,19 @@ inline std::uint32_t packet_ray(std::uint32_t x, std::uint32_t y) {
     return block * kBlockRays + (y % kBlockSide) * kBlockSide + x % kBlockSide;
 }
 
-/// A triangle that won at least one ray, kept where the packet's end finds it.
+/// A triangle that won at least one ray, kept for the packet's end: its corners relative to the
+/// origin, rotated as shear_ray does for the packet's axis, and where it is.
 struct Winner {
-    vec3 a;
+    float corner[3][3];
     std::uint32_t prim_id;
-    vec3 b;
-    float unused0;
-    vec3 c;
-    float unused1;
+    const Leaf* leaf;
+    std::uint32_t slot;
 };
 
-static_assert(sizeof(Winner) == 48);  // read as three vectors of four
-
 inline constexpr std::uint32_t kNoWinner = 0xFFFFFFFFu;
+
+/// In place of the axis: rays of one packet have their largest direction components on several.
+inline constexpr std::uint32_t kMixedAxes = 3;
 
 /// The packet's own projection: a point p relative to the origin has (x, y, z) = rows * p, and is
 /// seen at (x / z, y / z). Every ray has z > 0. The unit of the plane is such that the packet
@@ -57,7 +59,27 @@ struct PacketFrame {
     float lower_x, upper_x, lower_y, upper_y;
     /// How much nearer than exact the rule may place a hit, in z: the dilation of boxes.
     float depth_error;
+    /// That of the largest direction component of all rays, or kMixedAxes.
+    std::uint32_t axis;
+    /// Of scene space, where axis is not kMixedAxes: the coordinate on the axis of a point at (x,
+    /// y, z) is depth_row * (x, y, z); for the rays at z = 1 it lies between depth_least and
+    /// depth_most in magnitude. A step of 1 in x or y measures at most `unit` in |x| + |y| + |z|,
+    /// and the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1) has this volume.
+    float depth_row[3];
+    float depth_least, depth_most;
+    float unit;
+    float volume;
 };
+
+/// The rule for a triangle of a leaf.
+inline bool intersect_slot(const ShearedRay& sheared, const Ray& ray, const Leaf& leaf,
+                           std::uint32_t slot, TriangleHit& hit) {
+    const auto vertex = [&](std::uint32_t k) {
+        const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
+        return vec3(v.x, v.y, v.z);
+    };
+    return intersect_triangle(sheared, ray.tnear, ray.tfar, vertex(0), vertex(1), vertex(2), hit);
+}
 
 /// In place of 1/z: nearer than anything, for rays that want no more; and nearer than any hit, for
 /// what reaches to the eye.
@@ -67,7 +89,7 @@ inline constexpr float kAnyDepth = 3e38f;
 struct alignas(64) Packet {
     PacketFrame frame;
     /// Directions as the hit rule takes them, and tfar.
-    alignas(64) float dir_x[kPacketRays], dir_y[kPacketRays], dir_z[kPacketRays], tfar[kPacketRays];
+    alignas(64) float dir[3][kPacketRays], tfar[kPacketRays];
     /// Where the rays go through the plane, and z = t * z_per_t.
     float x[kPacketRays], y[kPacketRays], z_per_t[kPacketRays];
     /// 1/z of the best hit so far lies in [q_lower, q_upper]; a ray that wants no more has kDone in
@@ -84,7 +106,7 @@ struct alignas(64) Packet {
     std::vector<Winner> winners;
 
     Ray ray(std::uint32_t i) const {
-        return {frame.org, 0.0f, vec3(dir_x[i], dir_y[i], dir_z[i]), tfar[i]};
+        return {frame.org, 0.0f, vec3(dir[0][i], dir[1][i], dir[2][i]), tfar[i]};
     }
 };
 

@@ -86,9 +86,8 @@ HWY_INLINE std::uint64_t blocks_beyond(const Packet& packet, float q) {
     return blocks;
 }
 
-/// 1/z for the nearest that a hit may be which the rule finds in a box or triangle from `z` on.
-HWY_INLINE VF nearest_q(const PacketFrame& frame, VF z) {
-    const VF near = hn::Sub(z, splat(frame.depth_error));
+/// 1/z for the nearest that a hit may be, `near`, which is all there is where that is not positive.
+HWY_INLINE VF nearest_q(VF near) {
     const VF q = hn::Div(splat(1.00001f), hn::Max(near, splat(1e-20f)));
     return hn::IfThenElse(hn::Gt(near, hn::Zero(Floats())), q, splat(kAnyDepth));
 }

@@ -24,6 +24,34 @@ HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
+/// What a frame says of its rays in scene space, from the corners of a square that holds them all;
+/// the square is convex, and so are the directions with one largest component and sign.
+HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
+                                 const double axis_z[3]) {
+    constexpr double kReach = 17;
+    double least[3], most[3];
+    double unit[2] = {0, 0};
+    for (int axis = 0; axis < 3; ++axis) {
+        const double spread = kReach * (std::abs(axis_x[axis]) + std::abs(axis_y[axis]));
+        const double towards = std::abs(axis_z[axis]);
+        least[axis] = towards - spread;
+        most[axis] = towards + spread;
+        unit[0] += std::abs(axis_x[axis]);
+        unit[1] += std::abs(axis_y[axis]);
+    }
+    frame.unit = static_cast<float>(std::max(unit[0], unit[1]) * 1.001);
+    frame.axis = kMixedAxes;
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        if (least[axis] <= 1.0001 * std::max(most[(axis + 1) % 3], most[(axis + 2) % 3])) continue;
+        frame.axis = axis;
+        frame.depth_row[0] = static_cast<float>(axis_x[axis]);
+        frame.depth_row[1] = static_cast<float>(axis_y[axis]);
+        frame.depth_row[2] = static_cast<float>(axis_z[axis]);
+        frame.depth_least = static_cast<float>(least[axis] * 0.999);
+        frame.depth_most = static_cast<float>(most[axis] * 1.001);
+    }
+}
+
 /// The frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z.
 HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
                           const double axis_y[3], const double axis_z[3]) {
@@ -47,6 +75,8 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
     }
     frame.org = org;
     frame.depth_error = box_dilation(org);
+    frame.volume = static_cast<float>(std::abs(det) * 0.999);
+    bound_directions(frame, axis_x, axis_y, axis_z);
 }
 
 /// canonical_direction() of vectors, in the same operations.
@@ -199,9 +229,9 @@ void make_camera_rays(const ImageParams& params, const Tile& tile, Packet& packe
             }
             VF scale;
             canonical_directions(d, scale);
-            hn::Store(d[0], f, packet.dir_x + r);
-            hn::Store(d[1], f, packet.dir_y + r);
-            hn::Store(d[2], f, packet.dir_z + r);
+            hn::Store(d[0], f, packet.dir[0] + r);
+            hn::Store(d[1], f, packet.dir[1] + r);
+            hn::Store(d[2], f, packet.dir[2] + r);
             hn::Store(splat(kInfiniteT), f, packet.tfar + r);
             const VF rz = hn::Div(splat(1.0f), h[2]);
             hn::Store(hn::Mul(h[0], rz), f, packet.x + r);
@@ -363,9 +393,9 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Pa
         const VF y = hn::IfThenElseZero(on, hn::Div(cancelling_dot(axes[1], d), safe_z));
         least_z = hn::Min(least_z, safe_z);
         for (int axis = 0; axis < 3; ++axis) d[axis] = hn::IfThenElseZero(on, d[axis]);
-        hn::Store(d[0], f, packet.dir_x + r);
-        hn::Store(d[1], f, packet.dir_y + r);
-        hn::Store(d[2], f, packet.dir_z + r);
+        hn::Store(d[0], f, packet.dir[0] + r);
+        hn::Store(d[1], f, packet.dir[1] + r);
+        hn::Store(d[2], f, packet.dir[2] + r);
         hn::Store(tfar, f, packet.tfar + r);
         hn::Store(x, f, packet.x + r);
         hn::Store(y, f, packet.y + r);

@@ -125,7 +125,7 @@ private:
             VF least[3], most[3];
             for (int k = 0; k < 3; ++k) project_boxes(k, lower, upper, largest, least[k], most[k]);
             const Mask keep = rectangle_of_box(least, most, rectangles, l);
-            hn::Store(nearest_q(frame_, least[2]), f, q + l);
+            hn::Store(nearest_q(hn::Sub(least[2], splat(frame_.depth_error))), f, q + l);
             hits |= mask_bits(keep) << l;
         }
         if constexpr (kOnGrid) to_grid(rectangles, frame_.grid_margin);
@@ -226,13 +226,17 @@ private:
               c0(splat(setup.c[0][i])),
               c1(splat(setup.c[1][i])),
               c2(splat(setup.c[2][i])),
-              scale(splat(setup.scale[i])),
+              depth_a(splat(setup.depth_a[i])),
+              depth_b(splat(setup.depth_b[i])),
+              depth_c(splat(setup.depth_c[i])),
               bound(splat(setup.bound[i])),
               error0(splat(setup.c0[i])),
-              error1(splat(setup.c1[i])) {}
+              error1(splat(setup.c1[i])),
+              error2(splat(setup.c2[i])) {}
 
         VF a0, a1, a2, b0, b1, b2, c0, c1, c2;
-        VF scale, bound, error0, error1;
+        VF depth_a, depth_b, depth_c;
+        VF bound, error0, error1, error2;
     };
 
     /// One triangle against all rays of one block. Whether it wins any (closest hit only).
@@ -249,9 +253,8 @@ private:
             const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
             const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
             const VF least = hn::Min(u, hn::Min(v, w));
-            const VF q = hn::Mul(hn::Add(hn::Add(u, v), w), p.scale);
-            const VF q_error =
-                hn::MulAdd(q, hn::MulAdd(q, splat(frame_.depth_error), p.error1), p.error0);
+            const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
+            const VF q_error = hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
             const VF q_lower = hn::Sub(q, q_error);
             const VF q_upper = hn::Add(q, q_error);
             const VF old_lower = hn::Load(f, packet_.q_lower + r);
@@ -341,12 +344,17 @@ private:
     }
 
     HWY_INLINE void add_winner(const Leaf& leaf, std::uint32_t i) {
-        const std::uint32_t corners = leaf.vertex[i].corners;
-        const auto vertex = [&](std::uint32_t k) {
-            const LeafVertex& v = leaf.vertex[corner(corners, k)];
-            return vec3(v.x, v.y, v.z);
-        };
-        packet_.winners.push_back({vertex(0), leaf.prim_id[i], vertex(1), 0, vertex(2), 0});
+        Winner winner;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[i].corners, k)];
+            const vec3 relative(v.x - frame_.org.x, v.y - frame_.org.y, v.z - frame_.org.z);
+            const vec3 rotated = rotate_axes(relative, frame_.axis);
+            for (int axis = 0; axis < 3; ++axis) winner.corner[k][axis] = rotated[axis];
+        }
+        winner.prim_id = leaf.prim_id[i];
+        winner.leaf = &leaf;
+        winner.slot = i;
+        packet_.winners.push_back(winner);
     }
 
     /// For some lanes of the rays from r on: whether the triangle occludes them, by the rule's
@@ -355,28 +363,26 @@ private:
                                           std::uint32_t lanes) {
         if (lanes == 0) return 0;
         const Floats f;
-        const VF dir[3] = {hn::Load(f, packet_.dir_x + r), hn::Load(f, packet_.dir_y + r),
-                           hn::Load(f, packet_.dir_z + r)};
-        const VF org[3] = {splat(frame_.org.x), splat(frame_.org.y), splat(frame_.org.z)};
+        const VF dir[3] = {hn::Load(f, packet_.dir[0] + r), hn::Load(f, packet_.dir[1] + r),
+                           hn::Load(f, packet_.dir[2] + r)};
         VF corners[3][3];
         for (std::uint32_t k = 0; k < 3; ++k) {
             const LeafVertex& v = leaf.vertex[corner(leaf.vertex[i].corners, k)];
-            corners[k][0] = splat(v.x);
-            corners[k][1] = splat(v.y);
-            corners[k][2] = splat(v.z);
+            corners[k][0] = splat(v.x - frame_.org.x);
+            corners[k][1] = splat(v.y - frame_.org.y);
+            corners[k][2] = splat(v.z - frame_.org.z);
         }
         std::uint32_t by_axis[3];
         lanes_by_axis(dir, lanes, by_axis);
         std::uint32_t settled = 0;
         for (std::uint32_t axis = 0; axis < 3; ++axis) {
             if (by_axis[axis] == 0) continue;
-            VF o[3], d[3], vertex[3][3], t, u, v;
+            VF d[3], vertex[3][3], t, u, v;
             Mask in_front;
-            rotate(axis, org, o);
             rotate(axis, dir, d);
             for (int k = 0; k < 3; ++k) rotate(axis, corners[k], vertex[k]);
             const Mask sufficed =
-                hit_fast(o, d, splat(0.25f * frame_.depth_error), vertex, t, u, v, in_front);
+                hit_fast(d, splat(0.25f * frame_.depth_error), vertex, t, u, v, in_front);
             const Mask in_range = hn::And(in_front, hn::Le(t, hn::Load(f, packet_.tfar + r)));
             const std::uint32_t own = mask_bits(sufficed) & by_axis[axis];
             settled |= own;
@@ -394,14 +400,8 @@ private:
                                std::uint32_t winner) {
         const Ray ray = packet_.ray(r);
         const ShearedRay sheared = shear_ray(ray.org, ray.dir);
-        const std::uint32_t corners = leaf.vertex[i].corners;
-        const auto vertex = [&](std::uint32_t k) {
-            const LeafVertex& v = leaf.vertex[corner(corners, k)];
-            return vec3(v.x, v.y, v.z);
-        };
         TriangleHit hit;
-        if (!intersect_triangle(sheared, ray.tnear, ray.tfar, vertex(0), vertex(1), vertex(2), hit))
-            return false;
+        if (!intersect_slot(sheared, ray, leaf, i, hit)) return false;
         if (kQuery == Query::kAny) {
             packet_.q_lower[r] = packet_.q_upper[r] = kDone;
             return true;
@@ -409,7 +409,7 @@ private:
         if (packet_.winner[r] != kNoWinner) {
             const Winner& best = packet_.winners[packet_.winner[r]];
             TriangleHit best_hit;
-            intersect_triangle(sheared, ray.tnear, ray.tfar, best.a, best.b, best.c, best_hit);
+            intersect_slot(sheared, ray, *best.leaf, best.slot, best_hit);
             if (!wins(hit.t, leaf.prim_id[i], best_hit.t, best.prim_id)) return false;
         }
         const float q = 1.0f / (hit.t * packet_.z_per_t[r]);

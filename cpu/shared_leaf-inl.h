@@ -11,14 +11,14 @@
 //     3.4 e r        the slope: 2.4 e of the reciprocal and e of the product
 //     e r            its product with a.z, unless it is fused
 //     e X            the difference
-//     4 e X + 4 e r  error of `project`
+//     4 e X + 2^-62  error of `project`
 //
-// so delta <= 10.4 e r + 5 e X and terms 2^-19 as large, less than the 16 e r + 7 e X there. Edge
-// functions are computed with at most as many roundings. So each is within the bound derived there
-// of the accurate one, divided by d.z^2; and that bound grows with m and Z, so those of all of the
-// leaf's vertices will do: 3 M with M the largest |x'| + |y'|, and Z the largest |z|. x' is not on
-// a grid, and a product may underflow by 2^-126 or a part of it; the bound is at least 2^-118 and
-// half of it is left.
+// so delta <= e (6.4 r + 5 X) + 2^-62 and terms 2^-19 as large, less than the e (8 r + 7 X) + 2^-61
+// there. Edge functions are computed with at most as many roundings. So each is within the bound
+// derived there of the accurate one, divided by d.z^2; and that bound grows with m and Z, so those
+// of all of the leaf's vertices will do: 3 M with M the largest |x'| + |y'|, and Z the largest |z|.
+// x' is not on a grid, and a product may underflow by 2^-126 or a part of it; of the bound, which
+// is at least 2^-119, a fifth is left for that.
 //
 // Behind the origin. What is left is mostly the triangle that a secondary ray starts from. Let n =
 // (b - a) x (c - a), w = a - org and r the largest |component| of w and of b and c likewise. A hit
@@ -155,9 +155,7 @@ HWY_INLINE void project_shared(const RayStream& stream, std::size_t first, const
         m = hn::Max(m, hn::Add(hn::Abs(points.x[i]), hn::Abs(points.y[i])));
         depth = hn::Max(depth, hn::Abs(a[2]));
     }
-    m = hn::Mul(broadcast(3.0f), m);
-    const FloatVec r = hn::Mul(broadcast(kFastProjectionError), hn::Add(m, depth));
-    points.bound = hn::Mul(r, hn::Add(m, r));
+    points.bound = edge_bounds(hn::Mul(broadcast(3.0f), m), depth);
 }
 
 /// The number of vertex slots that the leaf's triangles use: the first ones.

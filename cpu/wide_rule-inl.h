@@ -18,8 +18,8 @@
 // is its z. With a positive direction along z, t is then negative: no hit. With a negative
 // direction the same holds for -z. N is below 2^127 for vertices within kSceneExtent and any
 // origin. Products may underflow here, unlike in the rule: three in N, by 2^-126 each, and in the
-// right side 2^-18 S and the product with Z, of which the first matters less than 2^-7 bound, since
-// bound is at least (2^-19 Z)^2. So kBehindUnderflow is added.
+// right side 2^-18 S and the product with Z, of which the first matters at most 2^-7 bound, since
+// bound is at least 2 * 2^-120. So kBehindUnderflow is added.
 #if defined(MORPHRAY_CPU_WIDE_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_WIDE_RULE_INL_H
 #undef MORPHRAY_CPU_WIDE_RULE_INL_H
@@ -111,8 +111,7 @@ HWY_INLINE TriangleLanes plain_triangles(const LeafPoints& points, const CornerG
     t.zc = at.c(points.z);
     measure_depths(t.za, t.zb, t.zc, t.edges);
     const FloatVec m = sum3(at.a(points.size), at.b(points.size), at.c(points.size));
-    const FloatVec r = hn::Mul(broadcast(kFastProjectionError), hn::Add(m, t.edges.depth_size));
-    t.edges.bound = hn::Mul(r, hn::Add(m, r));
+    t.edges.bound = edge_bounds(m, t.edges.depth_size);
     t.edges.u = difference(bx, cy, by, cx);
     t.edges.v = difference(cx, ay, cy, ax);
     t.edges.w = difference(ax, by, ay, bx);
