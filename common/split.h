@@ -18,16 +18,17 @@ namespace morphray {
 /// volume hierarchies. 2007). Parallel for large sets.
 std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out);
 
-/// The form of split_binned for registers of four floats, which it takes where there are none of
-/// eight (AVX2). The same result.
-std::size_t split_binned_in_four_lanes(std::span<const PrimRef> refs, PrimRef* out);
-
 /// Every position of every axis (Wald, Boulos, Shirley 2007, section 3).
 std::size_t split_sweep(std::span<const PrimRef> refs, PrimRef* out);
 
 /// The same for at most kFewRefs, many times as fast.
 inline constexpr std::size_t kFewRefs = 64;
 std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out);
+
+/// The forms for registers of four floats, which are taken where there are none of eight (AVX2).
+/// The same results.
+std::size_t split_binned_in_four_lanes(std::span<const PrimRef> refs, PrimRef* out);
+std::size_t split_few_in_four_lanes(std::span<const PrimRef> refs, PrimRef* out);
 
 /// Halves by the order along the widest axis of the centroids: what is left when nothing else
 /// works, and bounds the depth. Never 0 for two refs or more.

@@ -34,21 +34,26 @@ AlignedVector<PrimRef> random_refs(Random& random, std::uint32_t count) {
     return refs;
 }
 
-TEST(SplitBinned, GivesTheSameResultForRegistersOfAnyWidth) {
+TEST(Splits, HaveTheSameResultForRegistersOfAnyWidth) {
+    using SplitFunction = std::size_t (*)(std::span<const PrimRef>, PrimRef*);
     Random random(1);
     std::size_t divided = 0;
-    for (int round = 0; round < 600; ++round) {
-        const std::uint32_t count = round % 40 == 0 ? 16000 + random.below(30000)
-                                                    : 2 + random.below(round % 2 == 0 ? 60 : 2000);
+    const auto expect_same = [&](SplitFunction best, SplitFunction four, std::uint32_t count) {
         const AlignedVector<PrimRef> refs = random_refs(random, count);
-        AlignedVector<PrimRef> best(count, PrimRef(Box4::none(), 0));
-        AlignedVector<PrimRef> four(count, PrimRef(Box4::none(), 0));
-        const std::size_t left = split_binned(refs, best.data());
-        ASSERT_EQ(left, split_binned_in_four_lanes(refs, four.data()));
-        ASSERT_EQ(std::memcmp(best.data(), four.data(), count * sizeof(PrimRef)), 0);
+        AlignedVector<PrimRef> by_best(count, PrimRef(Box4::none(), 0));
+        AlignedVector<PrimRef> by_four(count, PrimRef(Box4::none(), 0));
+        const std::size_t left = best(refs, by_best.data());
+        ASSERT_EQ(left, four(refs, by_four.data()));
+        ASSERT_EQ(std::memcmp(by_best.data(), by_four.data(), count * sizeof(PrimRef)), 0);
         divided += left != 0;
+    };
+    for (int round = 0; round < 600; ++round) {
+        const std::uint32_t many = 16000 + random.below(30000);
+        expect_same(split_binned, split_binned_in_four_lanes,
+                    round % 40 == 0 ? many : 2 + random.below(round % 2 == 0 ? 60 : 2000));
+        expect_same(split_few, split_few_in_four_lanes, 2 + random.below(kFewRefs - 1));
     }
-    EXPECT_GT(divided, 400u);
+    EXPECT_GT(divided, 800u);
 }
 
 }  // namespace

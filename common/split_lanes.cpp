@@ -29,7 +29,7 @@ constexpr std::size_t kFewBins = 16;
 #define SPLIT_NAMESPACE four_lanes
 #define SPLIT_FUNCTION
 #define SPLIT_EIGHT_LANES 0
-#include "common/split_binned-inl.h"
+#include "common/split_lanes-inl.h"
 #undef SPLIT_NAMESPACE
 #undef SPLIT_FUNCTION
 #undef SPLIT_EIGHT_LANES
@@ -38,24 +38,47 @@ constexpr std::size_t kFewBins = 16;
 #define SPLIT_NAMESPACE eight_lanes
 #define SPLIT_FUNCTION __attribute__((target("avx2")))
 #define SPLIT_EIGHT_LANES 1
-#include "common/split_binned-inl.h"
+#include "common/split_lanes-inl.h"
 #undef SPLIT_NAMESPACE
 #undef SPLIT_FUNCTION
 #undef SPLIT_EIGHT_LANES
+#else
+namespace morphray {
+namespace {
+namespace eight_lanes = four_lanes;
+}
+}  // namespace morphray
 #endif
 
 namespace morphray {
 
-std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out) {
+namespace {
+
+bool has_eight_lanes() {
 #ifdef __x86_64__
-    static const bool has_eight_lanes = __builtin_cpu_supports("avx2") != 0;
-    if (has_eight_lanes) return eight_lanes::split_binned(refs, out);
+    static const bool has = __builtin_cpu_supports("avx2") != 0;
+    return has;
+#else
+    return false;
 #endif
-    return split_binned_in_four_lanes(refs, out);
+}
+
+}  // namespace
+
+std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out) {
+    return (has_eight_lanes() ? eight_lanes::split_binned : four_lanes::split_binned)(refs, out);
+}
+
+std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out) {
+    return (has_eight_lanes() ? eight_lanes::split_few : four_lanes::split_few)(refs, out);
 }
 
 std::size_t split_binned_in_four_lanes(std::span<const PrimRef> refs, PrimRef* out) {
     return four_lanes::split_binned(refs, out);
+}
+
+std::size_t split_few_in_four_lanes(std::span<const PrimRef> refs, PrimRef* out) {
+    return four_lanes::split_few(refs, out);
 }
 
 }  // namespace morphray

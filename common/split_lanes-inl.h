@@ -1,6 +1,7 @@
-// split_binned, compiled once for each kind of registers: SPLIT_NAMESPACE is its name,
-// SPLIT_FUNCTION the attributes of functions that use them, SPLIT_EIGHT_LANES whether they hold
-// eight floats. Templates of other headers are instantiated outside of such functions, or inlined.
+// split_binned and split_few, compiled once for each kind of registers: SPLIT_NAMESPACE is its
+// name, SPLIT_FUNCTION the attributes of functions that use them, SPLIT_EIGHT_LANES whether they
+// hold eight floats. Templates of other headers are instantiated outside of such functions, or
+// inlined.
 
 namespace morphray {
 namespace {
@@ -49,8 +50,8 @@ class Binning {
 public:
     explicit Binning(const Box4& bounds) : lower_(bounds.lower) {
         const float4 extent = bounds.upper - bounds.lower;
-        // A hair less than kBins, so that the largest centroid falls into the last bin. All that
-        // do not differ along an axis are in its first one.
+        // A hair less than kBins, so that the largest centroid falls into the last bin. All that do
+        // not differ along an axis are in its first one.
         const float4 divisor = extent > float4{} ? extent : splat(1);
         const float4 scale = splat(static_cast<float>(kBins) * 0.9999f) / divisor;
         scale_ = extent > float4{} ? scale : float4{};
@@ -79,17 +80,21 @@ private:
     float4 scale_;
 };
 
-/// The boxes and numbers of the refs in each bin of each axis.
+/// What is in a bin of each axis. Its size is a power of two, which finds it faster.
+struct alignas(4 * sizeof(BinBox)) Bin {
+    BinBox box[3];
+    /// An axis is a lane; lane 3 is 0.
+    int4 count;
+};
+
 template <std::size_t kBins>
 struct Bins {
-    BinBox box[kBins][3];
-    /// An axis is a lane; lane 3 is 0.
-    int4 count[kBins];
+    Bin bin[kBins];
 
     SPLIT_FUNCTION void clear() {
-        for (std::size_t i = 0; i < kBins; ++i) {
-            for (BinBox& b : box[i]) b = BinBox::none();
-            count[i] = int4{};
+        for (Bin& b : bin) {
+            for (BinBox& box : b.box) box = BinBox::none();
+            b.count = int4{};
         }
     }
     SPLIT_FUNCTION void add(std::span<const PrimRef> refs, const Binning<kBins>& binning) {
@@ -102,24 +107,24 @@ struct Bins {
         for (std::size_t i = 4 * quarter; i < refs.size(); ++i) add(refs[i], binning);
     }
     SPLIT_FUNCTION void add(const PrimRef& ref, const Binning<kBins>& binning) {
-        const int4 bin = binning(ref);
+        const int4 index = binning(ref);
         const BinBox own = BinBox::of(ref);
         for (int axis = 0; axis < 3; ++axis) {
-            const auto i = static_cast<std::uint32_t>(bin[axis]);
-            box[i][axis].extend(own);
-            ++reinterpret_cast<std::int32_t*>(&count[i])[axis];
+            Bin& b = bin[static_cast<std::uint32_t>(index[axis])];
+            b.box[axis].extend(own);
+            ++b.count[axis];
         }
     }
     SPLIT_FUNCTION void add(const Bins& other) {
         for (std::size_t i = 0; i < kBins; ++i) {
-            for (int axis = 0; axis < 3; ++axis) box[i][axis].extend(other.box[i][axis]);
-            count[i] += other.count[i];
+            for (int axis = 0; axis < 3; ++axis) bin[i].box[axis].extend(other.bin[i].box[axis]);
+            bin[i].count += other.bin[i].count;
         }
     }
     std::size_t count_below(std::size_t position, int axis) const {
         std::size_t sum = 0;
         for (std::size_t i = 0; i < position; ++i)
-            sum += static_cast<std::uint32_t>(count[i][axis]);
+            sum += static_cast<std::uint32_t>(bin[i].count[axis]);
         return sum;
     }
 };
@@ -138,40 +143,55 @@ SPLIT_FUNCTION inline float4 part_costs(const BinBox* boxes, int4 count) {
     return area * (__builtin_convertvector(count, float4) + splat(kPartCost));
 }
 
-/// Sum of area times count on both sides of every boundary; of the cheapest the first, by axis and
-/// then by position.
+/// The cheapest place so far on each axis, which is a lane: the first of several.
+struct CheapestPlaces {
+    float4 cost = splat(std::numeric_limits<float>::infinity());
+    int4 position = {};
+    int4 left_size = {};
+
+    SPLIT_FUNCTION void consider(int4 allowed, float4 other_cost, std::size_t other_position,
+                                 int4 other_left_size) {
+        const int4 better = allowed & (other_cost < cost);
+        const auto i = static_cast<std::int32_t>(other_position);
+        cost = better ? other_cost : cost;
+        position = better ? int4{i, i, i, i} : position;
+        left_size = better ? other_left_size : left_size;
+    }
+    /// The first axis of several as cheap.
+    SPLIT_FUNCTION Split best() const {
+        Split split;
+        for (int axis = 0; axis < 3; ++axis) {
+            split.consider({cost[axis], axis, static_cast<std::uint32_t>(position[axis]),
+                            static_cast<std::uint32_t>(left_size[axis])});
+        }
+        return split;
+    }
+};
+
+// ---- bins
+
+/// Sum of area times count on both sides of every boundary.
 template <std::size_t kBins>
 SPLIT_FUNCTION Split best_boundary(const Bins<kBins>& bins) {
     std::array<float4, kBins> right_cost;
     BinBox box[3] = {BinBox::none(), BinBox::none(), BinBox::none()};
     int4 count = {};
     for (std::size_t i = kBins; --i > 0;) {
-        for (int axis = 0; axis < 3; ++axis) box[axis].extend(bins.box[i][axis]);
-        count += bins.count[i];
+        for (int axis = 0; axis < 3; ++axis) box[axis].extend(bins.bin[i].box[axis]);
+        count += bins.bin[i].count;
         right_cost[i] = part_costs(box, count);
     }
-    const int4 total = count + bins.count[0];
+    const int4 total = count + bins.bin[0].count;
     for (BinBox& b : box) b = BinBox::none();
     count = int4{};
-    float4 best_cost = splat(std::numeric_limits<float>::infinity());
-    int4 best_position = {};
-    int4 best_count = {};
+    CheapestPlaces places;
     for (std::size_t i = 1; i < kBins; ++i) {
-        for (int axis = 0; axis < 3; ++axis) box[axis].extend(bins.box[i - 1][axis]);
-        count += bins.count[i - 1];
-        const float4 cost = part_costs(box, count) + right_cost[i];
-        const int4 better = (cost < best_cost) & (count != 0) & (count != total);
-        const auto position = static_cast<std::int32_t>(i);
-        best_cost = better ? cost : best_cost;
-        best_position = better ? int4{position, position, position, position} : best_position;
-        best_count = better ? count : best_count;
+        for (int axis = 0; axis < 3; ++axis) box[axis].extend(bins.bin[i - 1].box[axis]);
+        count += bins.bin[i - 1].count;
+        places.consider((count != 0) & (count != total), part_costs(box, count) + right_cost[i], i,
+                        count);
     }
-    Split best;
-    for (int axis = 0; axis < 3; ++axis) {
-        best.consider({best_cost[axis], axis, static_cast<std::uint32_t>(best_position[axis]),
-                       static_cast<std::uint32_t>(best_count[axis])});
-    }
-    return best;
+    return places.best();
 }
 
 SPLIT_FUNCTION Box4 bound_chunk(std::span<const PrimRef> refs) { return centroid_bounds(refs); }
@@ -235,6 +255,67 @@ SPLIT_FUNCTION std::size_t split_at_once(std::span<const PrimRef> refs, PrimRef*
 
 std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out) {
     return refs.size() >= 2 * kChunk ? split_in_chunks(refs, out) : split_at_once(refs, out);
+}
+
+// ---- every position
+
+/// rank[i]: how many of c[0 .. size) come before c[i], equal ones by their index. Both arrays have
+/// room for a multiple of four; c[size ..) is +infinity.
+SPLIT_FUNCTION void rank_all(const float* c, std::size_t size, std::int32_t* rank) {
+    for (std::size_t block = 0; block < size; block += 4) {
+        const float4 own = load4(c + block);
+        const std::int32_t first = static_cast<std::int32_t>(block);
+        const int4 index = {first, first + 1, first + 2, first + 3};
+        int4 sum = {};
+        // A comparison that holds is -1.
+        for (std::size_t j = 0; j < block; ++j) sum -= splat(c[j]) <= own;
+        for (std::int32_t j = first; j < first + 4; ++j) {
+            const float4 other = splat(c[j]);
+            sum -= (other < own) | ((other == own) & (j < index));
+        }
+        for (std::size_t j = block + 4; j < size; ++j) sum -= splat(c[j]) < own;
+        __builtin_memcpy(rank + block, &sum, sizeof sum);
+    }
+}
+
+SPLIT_FUNCTION std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out) {
+    const std::size_t size = refs.size();
+    alignas(16) float centroids[3][kFewRefs];
+    for (std::size_t i = 0; i < size; ++i) {
+        const float4 c = refs[i].centroid2();
+        for (int axis = 0; axis < 3; ++axis) centroids[axis][i] = c[axis];
+    }
+    const Box4 bounds = centroid_bounds(refs);
+    const int4 differs = bounds.upper > bounds.lower;
+    std::int32_t ranks[3][kFewRefs];
+    std::uint8_t order[kFewRefs][3];
+    for (int axis = 0; axis < 3; ++axis) {
+        std::fill(centroids[axis] + size, centroids[axis] + (size + 3) / 4 * 4,
+                  std::numeric_limits<float>::infinity());
+        rank_all(centroids[axis], size, ranks[axis]);
+        for (std::size_t i = 0; i < size; ++i)
+            order[ranks[axis][i]][axis] = static_cast<std::uint8_t>(i);
+    }
+    std::array<float4, kFewRefs> right_cost;
+    BinBox box[3] = {BinBox::none(), BinBox::none(), BinBox::none()};
+    const auto number = [](std::size_t n) { return int4{} + static_cast<std::int32_t>(n); };
+    for (std::size_t i = size; --i > 0;) {
+        for (int axis = 0; axis < 3; ++axis) box[axis].extend(BinBox::of(refs[order[i][axis]]));
+        right_cost[i] = part_costs(box, number(size - i));
+    }
+    for (BinBox& b : box) b = BinBox::none();
+    CheapestPlaces places;
+    for (std::size_t i = 1; i < size; ++i) {
+        for (int axis = 0; axis < 3; ++axis) box[axis].extend(BinBox::of(refs[order[i - 1][axis]]));
+        places.consider(differs, part_costs(box, number(i)) + right_cost[i], i, number(i));
+    }
+    const Split best = places.best();
+    if (best.position == 0) return 0;
+    const std::int32_t* rank = ranks[best.axis];
+    partition(refs, out, 0, best.position, [&](const PrimRef& ref) {
+        return rank[&ref - refs.data()] < static_cast<std::int32_t>(best.position);
+    });
+    return best.position;
 }
 
 }  // namespace SPLIT_NAMESPACE
