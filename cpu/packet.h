@@ -2,6 +2,7 @@
 // each so far. Plain data between the packet's making, its traversal and its end; no SIMD types.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -26,16 +27,36 @@ inline std::uint32_t packet_ray(std::uint32_t x, std::uint32_t y) {
     return block * kBlockRays + (y % kBlockSide) * kBlockSide + x % kBlockSide;
 }
 
-/// A triangle that won at least one ray, kept for the packet's end: its corners relative to the
-/// origin, rotated as shear_ray does for the packet's axis, and where it is.
-struct Winner {
-    float corner[3][3];
-    std::uint32_t prim_id;
+/// A leaf of which a triangle won at least one ray, kept for the packet's end: the corners of its
+/// triangles relative to the origin, rotated as shear_ray does for the packet's axis, side by side.
+struct alignas(64) WonLeaf {
+    float corner[3][3][kLeafTriangles];
     const Leaf* leaf;
-    std::uint32_t slot;
 };
 
+/// In place of a winner, which is the index of its leaf among the packet's won leaves times
+/// kLeafTriangles, plus its slot there.
 inline constexpr std::uint32_t kNoWinner = 0xFFFFFFFFu;
+
+/// The blocks in each range of columns or rows (GridRanges).
+struct GridMasks {
+    std::array<std::uint64_t, 81> columns{}, rows{};
+
+    constexpr GridMasks() {
+        for (std::uint32_t first = 0; first < kBlocksPerSide; ++first) {
+            for (std::uint32_t last = first; last < kBlocksPerSide; ++last) {
+                for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+                    const std::uint32_t column = block % kBlocksPerSide;
+                    const std::uint32_t row = block / kBlocksPerSide;
+                    const std::uint64_t bit = std::uint64_t{1} << block;
+                    if (column >= first && column <= last) columns[first * 9 + last + 1] |= bit;
+                    if (row >= first && row <= last) rows[first * 9 + last + 1] |= bit;
+                }
+            }
+        }
+    }
+};
+inline constexpr GridMasks kGridMasks;
 
 /// In place of the axis: rays of one packet have their largest direction components on several.
 inline constexpr std::uint32_t kMixedAxes = 3;
@@ -71,14 +92,19 @@ struct PacketFrame {
     float volume;
 };
 
-/// The rule for a triangle of a leaf.
-inline bool intersect_slot(const ShearedRay& sheared, const Ray& ray, const Leaf& leaf,
+/// The rule for a triangle of a leaf; tnear is 0.
+inline bool intersect_slot(const ShearedRay& sheared, float tfar, const Leaf& leaf,
                            std::uint32_t slot, TriangleHit& hit) {
     const auto vertex = [&](std::uint32_t k) {
         const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
         return vec3(v.x, v.y, v.z);
     };
-    return intersect_triangle(sheared, ray.tnear, ray.tfar, vertex(0), vertex(1), vertex(2), hit);
+    return intersect_triangle(sheared, 0.0f, tfar, vertex(0), vertex(1), vertex(2), hit);
+}
+
+/// The axis to rotate a packet's vectors for: 2, which is not at all, where axes are mixed.
+inline std::uint32_t rotation_axis(const PacketFrame& frame) {
+    return frame.axis == kMixedAxes ? 2 : frame.axis;
 }
 
 /// In place of 1/z: nearer than anything, for rays that want no more; and nearer than any hit, for
@@ -88,14 +114,14 @@ inline constexpr float kAnyDepth = 3e38f;
 
 struct alignas(64) Packet {
     PacketFrame frame;
-    /// Directions as the hit rule takes them, and tfar.
+    /// Directions as the hit rule takes them, and tfar (of any hits; closest ones have no end).
     alignas(64) float dir[3][kPacketRays], tfar[kPacketRays];
-    /// Where the rays go through the plane, and z = t * z_per_t.
-    float x[kPacketRays], y[kPacketRays], z_per_t[kPacketRays];
+    /// Where the rays go through the plane.
+    float x[kPacketRays], y[kPacketRays];
     /// 1/z of the best hit so far lies in [q_lower, q_upper]; a ray that wants no more has kDone in
     /// both.
     float q_lower[kPacketRays], q_upper[kPacketRays];
-    /// Index into winners, or kNoWinner.
+    /// Of each ray, or kNoWinner.
     std::uint32_t winner[kPacketRays];
     /// The least q_lower of a block: what is beyond that depth matters to none of its rays.
     float block_q[kPacketBlocks];
@@ -103,11 +129,13 @@ struct alignas(64) Packet {
     float block_lower_x[kPacketBlocks], block_upper_x[kPacketBlocks];
     float block_lower_y[kPacketBlocks], block_upper_y[kPacketBlocks];
 
-    std::vector<Winner> winners;
+    std::vector<WonLeaf> won_leaves;
 
-    Ray ray(std::uint32_t i) const {
-        return {frame.org, 0.0f, vec3(dir[0][i], dir[1][i], dir[2][i]), tfar[i]};
+    vec3 direction(std::uint32_t i) const { return {dir[0][i], dir[1][i], dir[2][i]}; }
+    const Leaf& winning_leaf(std::uint32_t i) const {
+        return *won_leaves[winner[i] / kLeafTriangles].leaf;
     }
+    std::uint32_t winning_slot(std::uint32_t i) const { return winner[i] % kLeafTriangles; }
 };
 
 }  // namespace morphray::cpu

@@ -24,38 +24,31 @@ struct WinnerLanes {
 };
 
 /// The winners of consecutive rays. lanes: the rays that have one, at least one. Neighbours share
-/// winners, so each is spread over its lanes in turn, the first few without asking whether there
-/// are so many: faster than gathers, and than mispredicting.
+/// winners, so each is spread over its lanes in turn: faster than gathers.
 HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t* indices,
                                       std::uint32_t lanes) {
-    constexpr int kUnasked = 2;
     const Floats f;
     const Words words;
     const VW winners = hn::Load(words, indices);
-    std::uint32_t index = indices[__builtin_ctz(lanes)];
-    const Winner* winner = &packet.winners[index];
     WinnerLanes out;
-    for (int k = 0; k < 3; ++k) {
-        for (int axis = 0; axis < 3; ++axis) out.corners[k][axis] = splat(winner->corner[k][axis]);
-    }
-    out.prim_ids = hn::Set(words, winner->prim_id);
-    lanes &= ~mask_bits(hn::RebindMask(f, hn::Eq(winners, hn::Set(words, index))));
-    const auto spread_next = [&]() HWY_ATTR {
-        index = lanes != 0 ? indices[__builtin_ctz(lanes)] : index;
-        winner = &packet.winners[index];
+    for (bool first = true; lanes != 0; first = false) {
+        const std::uint32_t index = indices[__builtin_ctz(lanes)];
+        const WonLeaf& won = packet.won_leaves[index / kLeafTriangles];
+        const std::uint32_t slot = index % kLeafTriangles;
         const auto own = hn::Eq(winners, hn::Set(words, index));
         const Mask own_floats = hn::RebindMask(f, own);
+        lanes &= ~mask_bits(own_floats);
+        const VW prim_id = hn::Set(words, won.leaf->prim_id[slot]);
+        // Lanes without a winner get any.
+        out.prim_ids = first ? prim_id : hn::IfThenElse(own, prim_id, out.prim_ids);
         for (int k = 0; k < 3; ++k) {
             for (int axis = 0; axis < 3; ++axis) {
-                out.corners[k][axis] = hn::IfThenElse(own_floats, splat(winner->corner[k][axis]),
-                                                      out.corners[k][axis]);
+                VF& corner = out.corners[k][axis];
+                const VF value = splat(won.corner[k][axis][slot]);
+                corner = first ? value : hn::IfThenElse(own_floats, value, corner);
             }
         }
-        out.prim_ids = hn::IfThenElse(own, hn::Set(words, winner->prim_id), out.prim_ids);
-        lanes &= ~mask_bits(own_floats);
-    };
-    for (int i = 1; i < kUnasked; ++i) spread_next();
-    while (lanes != 0) spread_next();
+    }
     return out;
 }
 
@@ -101,11 +94,11 @@ HWY_NOINLINE std::uint32_t finish_mixed(const PacketFrame& frame, const VF dir[3
 
 /// By the rule itself.
 HWY_NOINLINE Hit finish_exact(const Packet& packet, std::uint32_t r) {
-    const Ray ray = packet.ray(r);
-    const Winner& best = packet.winners[packet.winner[r]];
+    const Leaf& leaf = packet.winning_leaf(r);
+    const std::uint32_t slot = packet.winning_slot(r);
     TriangleHit hit;
-    intersect_slot(shear_ray(ray.org, ray.dir), ray, *best.leaf, best.slot, hit);
-    return make_hit(hit, best.prim_id);
+    intersect_slot(shear_ray(packet.frame.org, packet.direction(r)), kInfiniteT, leaf, slot, hit);
+    return make_hit(hit, leaf.prim_id[slot]);
 }
 
 /// The hits of as many consecutive rays as there are lanes, from `first` on.
@@ -120,7 +113,7 @@ HWY_INLINE void finish_rays(const Packet& packet, std::size_t first, Hit* HWY_RE
     if (left != 0) {
         const WinnerLanes winners = spread_winners(packet, indices, left);
         // Rotated like the corners.
-        const std::uint32_t z = kMixed ? 2 : packet.frame.axis;
+        const std::uint32_t z = rotation_axis(packet.frame);
         const VF dir[3] = {hn::Load(f, packet.dir[(z + 1) % 3] + first),
                            hn::Load(f, packet.dir[(z + 2) % 3] + first),
                            hn::Load(f, packet.dir[z] + first)};

@@ -29,7 +29,25 @@ struct alignas(64) Setup {
     float depth_a[16], depth_b[16], depth_c[16];
     float bound[16], c0[16], c1[16], c2[16], q[16];
     Rectangles rectangles;
+    GridRanges ranges;
 };
+
+/// Values of a leaf's sixteen vertices at the corners of some of its triangles, given their packed
+/// corners.
+HWY_INLINE void gather_corners(const float* values, VW packed, VF out[3]) {
+    const Floats f;
+    const VW byte = hn::Set(Words(), 0xFFu);
+    const VW slot[3] = {hn::And(packed, byte), hn::And(hn::ShiftRight<8>(packed), byte),
+                        hn::And(hn::ShiftRight<16>(packed), byte)};
+    for (int k = 0; k < 3; ++k) {
+        if constexpr (hn::MaxLanes(Floats()) == 16) {
+            out[k] = hn::TableLookupLanes(hn::Load(f, values), hn::IndicesFromVec(f, slot[k]));
+        } else {
+            const hn::RebindToSigned<Floats> ints;
+            out[k] = hn::GatherIndex(f, values, hn::BitCast(ints, slot[k]));
+        }
+    }
+}
 
 /// kOnGrid: the packet is a camera's, whose rays are near the middles of pixels.
 template <bool kOnGrid>
@@ -42,7 +60,7 @@ public:
         std::uint32_t alive = set_up(leaf, setup);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
-        if constexpr (kOnGrid) to_grid(setup.rectangles, frame_.grid_margin);
+        if constexpr (kOnGrid) to_grid(setup.rectangles, frame_.grid_margin, setup.ranges);
         return alive;
     }
 
@@ -87,7 +105,10 @@ private:
         std::uint32_t alive = 0;
         for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
             VF x[3], y[3], z[3];
-            gather_corners(vx, vy, vz, corners + l, x, y, z);
+            const VW packed = hn::Load(Words(), corners + l);
+            gather_corners(vx, packed, x);
+            gather_corners(vy, packed, y);
+            gather_corners(vz, packed, z);
             alive |= mask_bits(set_up_triangles(x, y, z, extent, leaf_error, setup, l)) << l;
         }
         return alive;
@@ -127,29 +148,6 @@ private:
             }
         }
         return hn::GetLane(hn::MaxOfLanes(f, extent));
-    }
-
-    HWY_INLINE void gather_corners(const float* vx, const float* vy, const float* vz,
-                                   const std::uint32_t* corners, VF x[3], VF y[3], VF z[3]) const {
-        const Floats f;
-        const hn::RebindToSigned<Floats> ints;
-        const VW packed = hn::Load(Words(), corners);
-        const VW byte = hn::Set(Words(), 0xFFu);
-        const VW slot[3] = {hn::And(packed, byte), hn::And(hn::ShiftRight<8>(packed), byte),
-                            hn::And(hn::ShiftRight<16>(packed), byte)};
-        for (int k = 0; k < 3; ++k) {
-            if constexpr (hn::MaxLanes(Floats()) == 16) {
-                const auto index = hn::IndicesFromVec(f, slot[k]);
-                x[k] = hn::TableLookupLanes(hn::Load(f, vx), index);
-                y[k] = hn::TableLookupLanes(hn::Load(f, vy), index);
-                z[k] = hn::TableLookupLanes(hn::Load(f, vz), index);
-            } else {
-                const auto index = hn::BitCast(ints, slot[k]);
-                x[k] = hn::GatherIndex(f, vx, index);
-                y[k] = hn::GatherIndex(f, vy, index);
-                z[k] = hn::GatherIndex(f, vz, index);
-            }
-        }
     }
 
     HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], float extent,

@@ -82,8 +82,9 @@ private:
     static constexpr std::size_t kCacheLine = 64;
     static constexpr bool kOnGrid = kQuery == Query::kClosest;
 
-    HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, std::uint32_t i) const {
-        return kOnGrid ? blocks_of_grid(rectangles, i) : blocks_in(packet_, rectangles, i);
+    HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, const GridRanges& ranges,
+                                       std::uint32_t i) const {
+        return kOnGrid ? blocks_of_grid(ranges, i) : blocks_in(packet_, rectangles, i);
     }
 
     /// Least and greatest of row k of the projection over boxes given relative to the origin.
@@ -108,6 +109,7 @@ private:
         const Floats f;
         const Node& node = bvh_.nodes[entry.child];
         Rectangles rectangles;
+        GridRanges ranges;
         alignas(64) float q[16];
         std::uint32_t hits = 0;
         for (std::size_t l = 0; l < kWidth; l += hn::Lanes(f)) {
@@ -128,13 +130,13 @@ private:
             hn::Store(nearest_q(hn::Sub(least[2], splat(frame_.depth_error))), f, q + l);
             hits |= mask_bits(keep) << l;
         }
-        if constexpr (kOnGrid) to_grid(rectangles, frame_.grid_margin);
+        if constexpr (kOnGrid) to_grid(rectangles, frame_.grid_margin, ranges);
         const std::uint32_t base = size;
         for (; hits != 0; hits &= hits - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
             if (node.child[slot] == kEmptyChild) break;
-            const std::uint64_t blocks =
-                entry.blocks & blocks_of(rectangles, slot) & blocks_beyond(packet_, q[slot]);
+            const std::uint64_t blocks = entry.blocks & blocks_of(rectangles, ranges, slot) &
+                                         blocks_beyond(packet_, q[slot]);
             if (blocks == 0) continue;
             std::uint32_t place = size++;
             for (; place > base && stack[place - 1].q > q[slot]; --place)
@@ -239,53 +241,54 @@ private:
         VF bound, error0, error1, error2;
     };
 
-    /// One triangle against all rays of one block. Whether it wins any (closest hit only).
-    HWY_INLINE bool trace_pair(const Planes& p, const Leaf& leaf, std::uint32_t i,
+    /// What the bounds say of a triangle and as many rays as there are lanes.
+    struct Verdict {
+        VF q_lower, q_upper;
+        Mask inside;  // certainly
+        Mask wins;    // certainly: inside, and nearer than the ray's best
+        Mask loses;   // certainly; a NaN, from an overflow, does neither
+    };
+
+    static HWY_INLINE Verdict judge(const Planes& p, VF x, VF y, VF best_lower, VF best_upper) {
+        const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
+        const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
+        const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
+        const VF least = hn::Min(u, hn::Min(v, w));
+        const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
+        const VF error = hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
+        Verdict verdict;
+        verdict.q_lower = hn::Sub(q, error);
+        verdict.q_upper = hn::Add(q, error);
+        verdict.inside = hn::Gt(least, p.bound);
+        verdict.wins = hn::And(verdict.inside, hn::Gt(verdict.q_lower, best_upper));
+        verdict.loses =
+            hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(verdict.q_upper, best_lower));
+        return verdict;
+    }
+
+    /// One triangle against all rays of one block, closest hits. Whether it wins any.
+    HWY_INLINE bool trace_pair(const Planes& planes, const Leaf& leaf, std::uint32_t i,
                                std::uint32_t block, std::uint32_t winner) {
         const Floats f;
         const Words words;
         bool won = false;
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
             const std::size_t r = block * kBlockRays + l;
-            const VF x = hn::Load(f, packet_.x + r);
-            const VF y = hn::Load(f, packet_.y + r);
-            const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
-            const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
-            const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
-            const VF least = hn::Min(u, hn::Min(v, w));
-            const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
-            const VF q_error = hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
-            const VF q_lower = hn::Sub(q, q_error);
-            const VF q_upper = hn::Add(q, q_error);
-            const VF old_lower = hn::Load(f, packet_.q_lower + r);
-            const VF old_upper = hn::Load(f, packet_.q_upper + r);
-            const Mask sure = hn::And(hn::Gt(least, p.bound), hn::Gt(q_lower, old_upper));
-            const Mask out = hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(q_upper, old_lower));
-            if constexpr (kQuery == Query::kClosest) {
-                hn::Store(hn::IfThenElse(sure, q_lower, old_lower), f, packet_.q_lower + r);
-                hn::Store(hn::IfThenElse(sure, q_upper, old_upper), f, packet_.q_upper + r);
-                const VW old = hn::Load(words, packet_.winner + r);
-                hn::Store(hn::IfThenElse(hn::RebindMask(words, sure), hn::Set(words, winner), old),
-                          words, packet_.winner + r);
-                won |= !hn::AllFalse(f, sure);
-            } else {
-                hn::Store(hn::IfThenElse(sure, splat(kDone), old_lower), f, packet_.q_lower + r);
-                hn::Store(hn::IfThenElse(sure, splat(kDone), old_upper), f, packet_.q_upper + r);
-            }
-            // A NaN, from an overflow, is neither.
-            const Mask settled = hn::Or(sure, out);
+            const VF lower = hn::Load(f, packet_.q_lower + r);
+            const VF upper = hn::Load(f, packet_.q_upper + r);
+            const Verdict v =
+                judge(planes, hn::Load(f, packet_.x + r), hn::Load(f, packet_.y + r), lower, upper);
+            hn::Store(hn::IfThenElse(v.wins, v.q_lower, lower), f, packet_.q_lower + r);
+            hn::Store(hn::IfThenElse(v.wins, v.q_upper, upper), f, packet_.q_upper + r);
+            const VW old = hn::Load(words, packet_.winner + r);
+            hn::Store(hn::IfThenElse(hn::RebindMask(words, v.wins), hn::Set(words, winner), old),
+                      words, packet_.winner + r);
+            won |= !hn::AllFalse(f, v.wins);
+            const Mask settled = hn::Or(v.wins, v.loses);
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled))) {
-                std::uint32_t bits = mask_bits(hn::Not(settled));
-                if constexpr (kQuery == Query::kAny) {
-                    // Often the doubt is only whether the triangle lies before the ray's end, which
-                    // is on it.
-                    bits &= ~settle_depth(r, leaf, i, bits & mask_bits(hn::Gt(least, p.bound)));
-                }
-                for (; bits != 0; bits &= bits - 1) {
-                    won |= ask_rule(static_cast<std::uint32_t>(r) +
-                                        static_cast<std::uint32_t>(__builtin_ctz(bits)),
-                                    leaf, i, winner);
-                }
+                for (std::uint32_t bits = mask_bits(hn::Not(settled)); bits != 0; bits &= bits - 1)
+                    won |= ask_rule(r + static_cast<std::uint32_t>(__builtin_ctz(bits)), leaf, i,
+                                    winner);
             }
         }
         return won;
@@ -295,73 +298,140 @@ private:
     HWY_INLINE void trace_by_triangle(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
                                       std::uint64_t blocks) {
         std::uint64_t touched = 0;
+        bool won = false;
+        const auto first_winner =
+            static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
         for (; alive != 0; alive &= alive - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
-            std::uint64_t own =
-                blocks & blocks_of_grid(setup.rectangles, i) & blocks_beyond(packet_, setup.q[i]);
-            if (own == 0) continue;
+            std::uint64_t own = blocks & blocks_of_grid(setup.ranges, i);
             touched |= own;
             const Planes planes(setup, i);
-            const auto winner = static_cast<std::uint32_t>(packet_.winners.size());
-            bool won = false;
             for (; own != 0; own &= own - 1) {
-                won |= trace_pair(planes, leaf, i, static_cast<std::uint32_t>(__builtin_ctzll(own)),
-                                  winner);
+                const auto block = static_cast<std::uint32_t>(__builtin_ctzll(own));
+                if (packet_.block_q[block] > setup.q[i]) continue;
+                won |= trace_pair(planes, leaf, i, block, first_winner + i);
             }
-            if (won) add_winner(leaf, i);
         }
+        if (won) add_won_leaf(leaf);
         for (; touched != 0; touched &= touched - 1)
             refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(touched)));
     }
 
+    /// The triangles of a leaf whose rectangle meets a block and that are near enough for it.
+    HWY_INLINE std::uint32_t triangles_at(const Setup& setup, std::uint32_t block) const {
+        const Floats f;
+        const Rectangles& rect = setup.rectangles;
+        const VF lower_x = splat(packet_.block_lower_x[block]);
+        const VF upper_x = splat(packet_.block_upper_x[block]);
+        const VF lower_y = splat(packet_.block_lower_y[block]);
+        const VF upper_y = splat(packet_.block_upper_y[block]);
+        const VF q = splat(packet_.block_q[block]);
+        std::uint32_t triangles = 0;
+        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+            const Mask x = hn::And(hn::Le(hn::Load(f, rect.lower_x + l), upper_x),
+                                   hn::Ge(hn::Load(f, rect.upper_x + l), lower_x));
+            const Mask y = hn::And(hn::Le(hn::Load(f, rect.lower_y + l), upper_y),
+                                   hn::Ge(hn::Load(f, rect.upper_y + l), lower_y));
+            const Mask near = hn::Ge(hn::Load(f, setup.q + l), q);
+            triangles |= mask_bits(hn::And(near, hn::And(x, y))) << l;
+        }
+        return triangles;
+    }
+
     /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
-    /// early.
+    /// early. What is known of their rays stays in registers meanwhile.
     HWY_INLINE void trace_by_block(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
                                    std::uint64_t blocks) {
         const Floats f;
         for (; blocks != 0; blocks &= blocks - 1) {
             const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            std::uint32_t triangles = 0;
-            for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-                const Rectangles& rect = setup.rectangles;
-                const Mask x = hn::And(
-                    hn::Le(hn::Load(f, rect.lower_x + l), splat(packet_.block_upper_x[block])),
-                    hn::Ge(hn::Load(f, rect.upper_x + l), splat(packet_.block_lower_x[block])));
-                const Mask y = hn::And(
-                    hn::Le(hn::Load(f, rect.lower_y + l), splat(packet_.block_upper_y[block])),
-                    hn::Ge(hn::Load(f, rect.upper_y + l), splat(packet_.block_lower_y[block])));
-                const Mask near = hn::Ge(hn::Load(f, setup.q + l), splat(packet_.block_q[block]));
-                triangles |= mask_bits(hn::And(near, hn::And(x, y))) << l;
-            }
-            triangles &= alive;
+            const std::uint32_t triangles = alive & triangles_at(setup, block);
             if (triangles == 0) continue;
-            for (; triangles != 0; triangles &= triangles - 1) {
-                const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
-                trace_pair(Planes(setup, i), leaf, i, block, 0);
+            bool any = false;
+            for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
+                any |= occlude(leaf, setup, triangles, block * kBlockRays + l);
+            if (any) refresh_block(block);
+        }
+    }
+
+    /// Some triangles of a leaf against the rays from r on, any hits. Whether there is one.
+    HWY_INLINE bool occlude(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
+                            std::size_t r) {
+        const Floats f;
+        const VF x = hn::Load(f, packet_.x + r);
+        const VF y = hn::Load(f, packet_.y + r);
+        const VF lower = hn::Load(f, packet_.q_lower + r);
+        const VF upper = hn::Load(f, packet_.q_upper + r);
+        Mask done = hn::Eq(upper, splat(kDone));
+        bool any = false;
+        for (; triangles != 0; triangles &= triangles - 1) {
+            const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
+            const Verdict v = judge(Planes(setup, i), x, y, lower, upper);
+            const Mask open = hn::Not(hn::Or(done, hn::Or(v.wins, v.loses)));
+            Mask hit = v.wins;
+            if (HWY_UNLIKELY(!hn::AllFalse(f, open)))
+                hit = hn::Or(
+                    hit, mask_of(ask_rule_any(r, leaf, i, mask_bits(open), mask_bits(v.inside))));
+            if (hn::AllFalse(f, hit)) continue;
+            any = true;
+            done = hn::Or(done, hit);
+            if (hn::AllTrue(f, done)) break;
+        }
+        if (any) {
+            hn::Store(hn::IfThenElse(done, splat(kDone), lower), f, packet_.q_lower + r);
+            hn::Store(hn::IfThenElse(done, splat(kDone), upper), f, packet_.q_upper + r);
+        }
+        return any;
+    }
+
+    HWY_INLINE void add_won_leaf(const Leaf& leaf) {
+        const Floats f;
+        packet_.won_leaves.emplace_back();
+        WonLeaf& won = packet_.won_leaves.back();
+        won.leaf = &leaf;
+        alignas(64) float values[3][kLeafVertices];
+        alignas(64) std::uint32_t corners[kLeafTriangles];
+        for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
+            VF v[3], w;
+            hn::LoadInterleaved4(f, &leaf.vertex[l].x, v[0], v[1], v[2], w);
+            for (int axis = 0; axis < 3; ++axis)
+                hn::Store(hn::Sub(v[axis], splat(frame_.org[axis])), f, values[axis] + l);
+            hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
+        }
+        const std::uint32_t z = rotation_axis(frame_);
+        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+            const VW packed = hn::Load(Words(), corners + l);
+            for (std::uint32_t axis = 0; axis < 3; ++axis) {
+                VF at_corners[3];
+                gather_corners(values[(z + 1 + axis) % 3], packed, at_corners);
+                for (int k = 0; k < 3; ++k) hn::Store(at_corners[k], f, won.corner[k][axis] + l);
             }
-            refresh_block(block);
         }
     }
 
-    HWY_INLINE void add_winner(const Leaf& leaf, std::uint32_t i) {
-        Winner winner;
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[i].corners, k)];
-            const vec3 relative(v.x - frame_.org.x, v.y - frame_.org.y, v.z - frame_.org.z);
-            const vec3 rotated = rotate_axes(relative, frame_.axis);
-            for (int axis = 0; axis < 3; ++axis) winner.corner[k][axis] = rotated[axis];
+    /// The lanes of the rays from r on, among those in doubt, that a triangle occludes. Often the
+    /// doubt of a ray certainly inside is only whether the triangle lies before the ray's end,
+    /// which is on it; then the rule's plain path in vectors settles it.
+    HWY_NOINLINE std::uint32_t ask_rule_any(std::size_t r, const Leaf& leaf, std::uint32_t i,
+                                            std::uint32_t doubtful, std::uint32_t inside) const {
+        std::uint32_t hits = 0;
+        if ((doubtful & inside) != 0) {
+            doubtful &= ~settle_depth(r, leaf, i, doubtful & inside, hits);
         }
-        winner.prim_id = leaf.prim_id[i];
-        winner.leaf = &leaf;
-        winner.slot = i;
-        packet_.winners.push_back(winner);
+        for (; doubtful != 0; doubtful &= doubtful - 1) {
+            const auto lane = static_cast<std::uint32_t>(__builtin_ctz(doubtful));
+            const auto ray = static_cast<std::uint32_t>(r) + lane;
+            TriangleHit hit;
+            if (intersect_slot(shear_ray(frame_.org, packet_.direction(ray)), packet_.tfar[ray],
+                               leaf, i, hit))
+                hits |= 1u << lane;
+        }
+        return hits;
     }
 
-    /// For some lanes of the rays from r on: whether the triangle occludes them, by the rule's
-    /// plain path. The lanes for which that sufficed.
+    /// The lanes for which that sufficed; adds those with a hit.
     HWY_INLINE std::uint32_t settle_depth(std::size_t r, const Leaf& leaf, std::uint32_t i,
-                                          std::uint32_t lanes) {
-        if (lanes == 0) return 0;
+                                          std::uint32_t lanes, std::uint32_t& hits) const {
         const Floats f;
         const VF dir[3] = {hn::Load(f, packet_.dir[0] + r), hn::Load(f, packet_.dir[1] + r),
                            hn::Load(f, packet_.dir[2] + r)};
@@ -386,33 +456,31 @@ private:
             const Mask in_range = hn::And(in_front, hn::Le(t, hn::Load(f, packet_.tfar + r)));
             const std::uint32_t own = mask_bits(sufficed) & by_axis[axis];
             settled |= own;
-            for (std::uint32_t bits = own & mask_bits(in_range); bits != 0; bits &= bits - 1) {
-                const std::size_t ray = r + static_cast<std::size_t>(__builtin_ctz(bits));
-                packet_.q_lower[ray] = packet_.q_upper[ray] = kDone;
-            }
+            hits |= own & mask_bits(in_range);
         }
         return settled;
     }
 
-    /// The rule for one ray and triangle, where the bounds leave a doubt. Whether the triangle
-    /// wins.
-    HWY_NOINLINE bool ask_rule(std::uint32_t r, const Leaf& leaf, std::uint32_t i,
+    /// The rule for one ray and triangle, where the bounds leave a doubt, closest hits. Whether the
+    /// triangle wins.
+    HWY_NOINLINE bool ask_rule(std::size_t ray_index, const Leaf& leaf, std::uint32_t i,
                                std::uint32_t winner) {
-        const Ray ray = packet_.ray(r);
-        const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+        const auto r = static_cast<std::uint32_t>(ray_index);
+        const vec3 dir = packet_.direction(r);
+        const ShearedRay sheared = shear_ray(frame_.org, dir);
         TriangleHit hit;
-        if (!intersect_slot(sheared, ray, leaf, i, hit)) return false;
-        if (kQuery == Query::kAny) {
-            packet_.q_lower[r] = packet_.q_upper[r] = kDone;
-            return true;
-        }
+        if (!intersect_slot(sheared, kInfiniteT, leaf, i, hit)) return false;
         if (packet_.winner[r] != kNoWinner) {
-            const Winner& best = packet_.winners[packet_.winner[r]];
-            TriangleHit best_hit;
-            intersect_slot(sheared, ray, *best.leaf, best.slot, best_hit);
-            if (!wins(hit.t, leaf.prim_id[i], best_hit.t, best.prim_id)) return false;
+            // Of this very leaf it may be, which is not among the won ones yet.
+            const bool is_won = packet_.winner[r] / kLeafTriangles < packet_.won_leaves.size();
+            const Leaf& best_leaf = is_won ? packet_.winning_leaf(r) : leaf;
+            const std::uint32_t best_slot = packet_.winning_slot(r);
+            TriangleHit best;
+            intersect_slot(sheared, kInfiniteT, best_leaf, best_slot, best);
+            if (!wins(hit.t, leaf.prim_id[i], best.t, best_leaf.prim_id[best_slot])) return false;
         }
-        const float q = 1.0f / (hit.t * packet_.z_per_t[r]);
+        const float* row = frame_.rows_f[2];
+        const float q = 1.0f / (hit.t * (row[0] * dir.x + row[1] * dir.y + row[2] * dir.z));
         packet_.q_lower[r] = q * (1 - 0x1p-16f);
         packet_.q_upper[r] = q * (1 + 0x1p-16f);
         packet_.winner[r] = winner;

@@ -9,6 +9,7 @@
 // after: they use its types
 #include "cpu/packet_finish-inl.h"
 #include "cpu/packet_maker-inl.h"
+#include "cpu/packet_point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -52,7 +53,7 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     if (!traversal.start()) return write_misses(tile, hits, stride);
     make_camera_rays(params, tile, packet);
     traversal.run();
-    if (packet.winners.empty()) return write_misses(tile, hits, stride);
+    if (packet.won_leaves.empty()) return write_misses(tile, hits, stride);
     if (packet.frame.axis == kMixedAxes) {
         write_hits<true>(packet, tile, hits, stride);
     } else {

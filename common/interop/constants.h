@@ -42,8 +42,8 @@ SHARED_CONST float kHugeReciprocal = 18446744073709551616.0f;
 // Boxes are dilated by kBoxDilation * max(kSceneExtent, |org|) in the slab test: 2^-13.
 SHARED_CONST float kBoxDilation = 0.0001220703125f;
 // Secondary rays start off the surface by this times the size of the rounding error of the hit
-// point (docs/arithmetic.md, "Secondary rays"): 2^-18.
-SHARED_CONST float kSurfaceOffset = 3.814697265625e-06f;
+// point (docs/arithmetic.md, "Secondary rays"): 2^-16.
+SHARED_CONST float kSurfaceOffset = 1.52587890625e-05f;
 
 // 2^100, the tfar of rays without an end.
 SHARED_CONST float kInfiniteT = 1.2676506002282294e+30f;

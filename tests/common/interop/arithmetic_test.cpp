@@ -30,7 +30,7 @@ TEST(Constants, AreThePowersOfTwoThatTheirCommentsSay) {
     EXPECT_EQ(kEmptyPlane, 0x1p48f);
     EXPECT_EQ(kHugeReciprocal, 0x1p64f);
     EXPECT_EQ(kBoxDilation, 0x1p-13f);
-    EXPECT_EQ(kSurfaceOffset, 0x1p-18f);
+    EXPECT_EQ(kSurfaceOffset, 0x1p-16f);
     EXPECT_EQ(kInfiniteT, 0x1p100f);
 }
 
