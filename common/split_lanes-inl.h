@@ -81,7 +81,7 @@ private:
 };
 
 /// What is in a bin of each axis. Its size is a power of two, which finds it faster.
-struct alignas(4 * sizeof(BinBox)) Bin {
+struct alignas(32) Bin {
     BinBox box[3];
     /// An axis is a lane; lane 3 is 0.
     int4 count;
