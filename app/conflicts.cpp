@@ -8,7 +8,7 @@
 namespace morphray::app {
 
 void check_conflicts(const Options& options) {
-    if (options.tree.update == Update::kRebuild && options.tree.refit_on != RefitOn::kOwn) {
+    if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {
         throw Error(ExitCode::kUsage,
                     "--update rebuild, --refit-on: a tree that is rebuilt is not refitted; leave "
                     "one of them out");

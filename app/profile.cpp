@@ -12,8 +12,8 @@
 #include "app/report_json.h"
 #include "app/reports.h"
 #include "app/scene_frames.h"
-#include "app/stopwatch.h"
 #include "app/table.h"
+#include "common/stopwatch.h"
 
 namespace morphray::app {
 namespace {
@@ -62,7 +62,7 @@ public:
         });
         std::vector<double> uploads;
         row.times.refit_ms = median_ms(options_.repeat, [&] {
-            refits_->refit(positions);
+            refits_->refit(positions, RefitExtent::kAll);
             uploads.push_back(refits_->times().upload_ms);
             return refits_->times().refit_ms;
         });

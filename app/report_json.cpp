@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "common/version.h"
@@ -36,9 +37,13 @@ void add_times(Json& json, const StepTimes& times) {
     json["deform_ms"] = times.deform_ms;
     json["upload_ms"] = times.upload_ms;
     json["refit_ms"] = times.refit_ms;
+    json["decide_ms"] = times.decide_ms;
     json["rebuild_ms"] = times.rebuild_ms;
     json["trace_ms"] = times.trace_ms;
 }
+
+// JSON has no infinity.
+Json ratio_of(double ratio) { return std::isinf(ratio) ? Json("infinite") : Json(ratio); }
 
 Json of(const FrameReport& frame) {
     Json json = {{"frame", frame.frame},
@@ -55,6 +60,8 @@ Json of(const FrameReport& frame) {
     json["misses"] = frame.misses;
     json["occluded"] = frame.occluded;
     json["sah_cost"] = frame.sah_cost;
+    json["cost_ratio"] = ratio_of(frame.cost_ratio);
+    json["reason"] = frame.reason;
     json["file"] = frame.file;
     return json;
 }

@@ -26,8 +26,10 @@ struct ReportHead {
 struct FrameReport {
     double frame = 0;
     std::string backend;
-    /// "build", "refit" or "rebuild".
+    /// name_of(TreeStep), and why.
     std::string update;
+    std::string reason;
+    double cost_ratio = 1;
     /// The backend that refitted, or empty.
     std::string refit_on;
     std::uint64_t hits_hash = 0;

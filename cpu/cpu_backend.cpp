@@ -6,9 +6,12 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
+#include <optional>
 
+#include "common/moved_parts.h"
+#include "common/stopwatch.h"
 #include "common/thread_arena.h"
+#include "common/tree_cost.h"
 #include "cpu/brute_tracer.h"
 #include "cpu/image_tracer.h"
 #include "cpu/packet_tiles.h"
@@ -21,16 +24,9 @@ namespace {
 
 constexpr std::size_t kRayGrain = 256;
 
-class Stopwatch {
-public:
-    double ms() const {
-        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-            .count();
-    }
-
-private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
+// A refit of parts pays where they are fewer than this of all leaves: it visits them in no order
+// that the caches know.
+constexpr double kPartsWorthwhile = 0.6;
 
 std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
     const std::uint64_t per_hit = params.rays == kRaysShadow ? 1
@@ -62,28 +58,31 @@ public:
                    const Bvh& bvh) override {
         const Stopwatch watch;
         topology_ = topology;
-        positions_.assign(positions.begin(), positions.end());
+        pose_ = PoseMemory(positions);
         bvh_ = bvh;
+        block_leaves_.reset();
         times_ = {.upload_ms = watch.ms()};
     }
 
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
-        assert(positions.size() == positions_.size());
         const Stopwatch watch;
-        std::copy(positions.begin(), positions.end(), positions_.begin());
+        arena_.execute([&] { pose_.advance(positions); });
         bvh_ = bvh;
+        block_leaves_.reset();
         times_ = {.upload_ms = watch.ms()};
     }
 
-    void refit(std::span<const vec3> positions) override {
-        assert(positions.size() == positions_.size());
+    void refit(std::span<const vec3> positions, RefitExtent extent) override {
         const Stopwatch upload;
-        std::copy(positions.begin(), positions.end(), positions_.begin());
+        const std::uint32_t moved = arena_.execute([&] { return pose_.advance(positions); });
         times_ = {.upload_ms = upload.ms()};
         const Stopwatch watch;
-        arena_.execute([&] { cpu::refit(bvh_, positions_); });
+        times_.refitted_leaves = arena_.execute(
+            [&] { return extent == RefitExtent::kAll ? refit_all() : refit_moved(moved); });
         times_.refit_ms = watch.ms();
     }
+
+    double tree_cost() override { return morphray::tree_cost(bvh_.nodes); }
 
     void read_bvh(Bvh& bvh) override {
         bvh.nodes = bvh_.nodes;
@@ -98,8 +97,8 @@ public:
         frame.occlusion.resize(pixels);
         frame.pixels.resize(pixels);
         const Stopwatch watch;
-        const auto tracer = make_tracer_(topology_, positions_, bvh_);
-        const ShadedMesh mesh{&topology_, positions_};
+        const auto tracer = make_tracer_(topology_, pose_.positions(), bvh_);
+        const ShadedMesh mesh{&topology_, pose_.positions()};
         const std::uint32_t columns = (params.width + kPacketSide - 1) / kPacketSide;
         const std::uint32_t rows = (params.height + kPacketSide - 1) / kPacketSide;
         arena_.execute([&] {
@@ -118,7 +117,7 @@ public:
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {
         assert(rays.size() == hits.size());
         const Stopwatch watch;
-        const auto tracer = make_tracer_(topology_, positions_, bvh_);
+        const auto tracer = make_tracer_(topology_, pose_.positions(), bvh_);
         using Range = tbb::blocked_range<std::size_t>;
         arena_.execute([&] {
             tbb::parallel_for(Range(0, rays.size(), kRayGrain), [&](const Range& r) {
@@ -133,13 +132,32 @@ public:
     const BackendTimes& times() const override { return times_; }
 
 private:
+    std::uint64_t refit_all() {
+        cpu::refit(bvh_, pose_.positions());
+        return bvh_.leaves.size();
+    }
+
+    /// The index of leaves is made when it is first of use, and again for each new tree.
+    std::uint64_t refit_moved(std::uint32_t moved_blocks) {
+        if (moved_blocks == 0) return 0;
+        if (moved_blocks > kPartsWorthwhile * pose_.block_count()) return refit_all();
+        if (!block_leaves_) block_leaves_.emplace(bvh_, pose_.block_count());
+        const MovedParts parts = block_leaves_->reached(bvh_, pose_);
+        const auto leaves = static_cast<double>(bvh_.leaves.size());
+        if (static_cast<double>(parts.leaves.size()) > kPartsWorthwhile * leaves)
+            return refit_all();
+        cpu::refit(bvh_, pose_.positions(), parts);
+        return parts.leaves.size();
+    }
+
     std::string name_;
     std::string how_;
     ThreadArena arena_;
     MakeTracer make_tracer_;
     Topology topology_;
-    std::vector<vec3> positions_;
+    PoseMemory pose_;
     Bvh bvh_;
+    std::optional<BlockLeaves> block_leaves_;
     BackendTimes times_;
 };
 

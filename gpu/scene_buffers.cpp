@@ -75,6 +75,12 @@ void SceneBuffers::read_tree(Transfer& transfer, Bvh& bvh) const {
     transfer.download(tree_.leaves.buffer, std::as_writable_bytes(std::span(bvh.leaves)));
 }
 
+AlignedVector<Node> SceneBuffers::read_nodes(Transfer& transfer) const {
+    AlignedVector<Node> nodes(node_count());
+    transfer.download(tree_.nodes.buffer, std::as_writable_bytes(std::span(nodes)));
+    return nodes;
+}
+
 void SceneBuffers::add_to(Bindings& bindings) const {
     bindings.views[kBindPositions] = positions_.view.get();
     bindings.views[kBindTriangles] = triangles_.view.get();

@@ -41,6 +41,7 @@ public:
     void set_tree(Context& context, Transfer& transfer, const Bvh& bvh);
     /// Reads nodes and leaves back.
     void read_tree(Transfer& transfer, Bvh& bvh) const;
+    AlignedVector<Node> read_nodes(Transfer& transfer) const;
 
     void add_to(Bindings& bindings) const;
 

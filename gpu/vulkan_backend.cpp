@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "common/tree_cost.h"
 #include "gpu/kernels.h"
 #include "gpu/limits.h"
 #include "gpu/ray_passes.h"
@@ -69,7 +70,8 @@ public:
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override;
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
-    void refit(std::span<const vec3> positions) override;
+    void refit(std::span<const vec3> positions, RefitExtent extent) override;
+    double tree_cost() override;
     void read_bvh(Bvh& bvh) override;
     void trace_image(const ImageParams& params, Frame& frame) override;
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override;
@@ -170,10 +172,11 @@ void VulkanBackend::refit_range(VkCommandBuffer commands, const Pipeline& pipeli
     }
 }
 
-void VulkanBackend::refit(std::span<const vec3> positions) {
+void VulkanBackend::refit(std::span<const vec3> positions, RefitExtent) {
     const auto start = Clock::now();
     scene_.set_positions(transfer_, positions);
     times_.upload_ms = ms_since(start);
+    times_.refitted_leaves = scene_.leaf_count();
     const std::vector<std::uint32_t>& levels = scene_.level_begin();
     times_.refit_ms = context_.submit("refit", [&](VkCommandBuffer commands) {
         refit_range(commands, kernels_.refit_leaves, 0, scene_.leaf_count());
@@ -185,6 +188,8 @@ void VulkanBackend::refit(std::span<const vec3> positions) {
         }
     });
 }
+
+double VulkanBackend::tree_cost() { return morphray::tree_cost(scene_.read_nodes(transfer_)); }
 
 void VulkanBackend::read_bvh(Bvh& bvh) { scene_.read_tree(transfer_, bvh); }
 
