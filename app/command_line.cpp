@@ -121,6 +121,7 @@ private:
                              const char* otherwise);
     /// `update` is what --update is without being given; null: there is none.
     void add_tree_options(CLI::App& command, const char* update);
+    void add_update_limits(CLI::App& command);
     void add_report_options(CLI::App& command, bool with_quiet);
 
     std::string help(std::span<const std::string> topics) const;
@@ -235,14 +236,7 @@ void CommandLine::add_tree_options(CLI::App& command, const char* update) {
                 tree.update = parse_update(option, value);
             })
             ->type_name(update_forms());
-        add(command, "--update-budget", "N%|Nms",
-            "what an update may add to a frame; a build that takes longer goes on behind (50%)",
-            [&tree](const std::string& option, const std::string& value) {
-                parse_update_budget(option, value, tree.update_config);
-            });
-        add_flag(command, "--deterministic-updates",
-                 "decide from counts of triangles and rays instead of times",
-                 tree.update_config.deterministic);
+        add_update_limits(command);
         add_choice(command, "--refit-on", "which backend refits (the one that traces)", kRefitOn,
                    tree.refit_on);
     }
@@ -255,6 +249,17 @@ void CommandLine::add_tree_options(CLI::App& command, const char* update) {
         [&tree](const std::string& option, const std::string& value) {
             tree.build_at = parse_finite(option, value, -1e9);
         });
+}
+
+void CommandLine::add_update_limits(CLI::App& command) {
+    UpdateConfig& config = options_.tree.update_config;
+    add(command, "--update-budget", "N%|Nms",
+        "what an update may add to a frame; a build that takes longer goes on behind (50%)",
+        [&config](const std::string& option, const std::string& value) {
+            parse_update_budget(option, value, config);
+        });
+    add_flag(command, "--deterministic-updates",
+             "decide from counts of triangles and rays instead of times", config.deterministic);
 }
 
 void CommandLine::add_report_options(CLI::App& command, bool with_quiet) {
@@ -326,6 +331,16 @@ void CommandLine::define_profile() {
         [this](const std::string& option, const std::string& value) {
             options_.repeat = static_cast<int>(parse_count(option, value, 1, 10000));
         });
+    add(command, "--policies", "A,B,...",
+        fmt::format("compare update policies over all whole frames: {}", update_forms()),
+        [this](const std::string& option, const std::string& value) {
+            options_.policies = parse_updates(option, value);
+        });
+    add_update_limits(command);
+    add_text(command, "--trace-events", "FILE|-",
+             "of --policies, the stages in Chrome's trace format", options_.trace_events);
+    add_text(command, "--plot", "FILE.svg|.png", "of --policies, charts (needs gnuplot)",
+             options_.plot);
     add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
              options_.csv);
     add_report_options(command, true);

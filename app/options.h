@@ -81,6 +81,10 @@ struct Options {
 
     // profile
     int repeat = 5;
+    /// Update policies to compare; none: times of the stages instead.
+    std::vector<std::string> policies;
+    std::string trace_events;
+    std::string plot;
 
     // trace
     std::string ray_file;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/policy_runs.h"
 #include "app/session.h"
 #include "common/bvh_stats.h"
 #include "common/clip.h"
@@ -123,6 +124,23 @@ struct ProfileReport {
     int repeat = 0;
     bool complete = true;
     std::vector<ProfileRow> rows;
+};
+
+/// Refitting all of a scene, transfer included, at one size.
+struct RefitScaling {
+    std::string backend;
+    std::uint64_t triangles = 0;
+    double ms = 0;
+};
+
+/// A clip under several policies on each backend.
+struct PolicyReport {
+    ReportHead head;
+    std::string rays;
+    int repeat = 0;
+    std::vector<PolicyComparison> backends;
+    /// Of built-in scenes, when charts are asked for.
+    std::vector<RefitScaling> scaling;
 };
 
 struct SceneReport {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -32,6 +33,20 @@ std::string parse_update(const std::string& option, const std::string& text) {
                     fmt::format("{}: {}{}", option, error.what(),
                                 nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
     }
+}
+
+std::vector<std::string> parse_updates(const std::string& option, const std::string& text) {
+    std::vector<std::string> policies;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        policies.push_back(parse_update(option, text.substr(begin, end - begin)));
+        if (std::count(policies.begin(), policies.end(), policies.back()) > 1) {
+            throw Error(ExitCode::kUsage,
+                        fmt::format("{}: {} is there twice", option, policies.back()));
+        }
+        begin = end + 1;
+    }
+    return policies;
 }
 
 void parse_update_budget(const std::string& option, const std::string& text, UpdateConfig& config) {
