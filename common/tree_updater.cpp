@@ -128,7 +128,8 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
     if (follows_ratio_) {
         last_.cost_ratio = cost_ratio(built_fit_, {tracer_.tree_cost(), sample_.area(positions)});
     }
-    const UpdateDecision decision = policy_->review({last_.cost_ratio, behind_.pending()});
+    const UpdateDecision decision =
+        policy_->review({last_.cost_ratio, behind_.pending(), last_.step == TreeStep::kSwapped});
     // What is found only for the record is nobody's cost.
     if (policy_->needs_cost_ratio()) last_.decide_ms = watch.ms();
     follow(decision, positions);

@@ -30,6 +30,8 @@ struct RefittedTree {
     double cost_ratio = 1;
     /// Whether a build goes on behind already; another cannot be begun.
     bool build_pending = false;
+    /// Whether it is in use for the first time, having been built behind.
+    bool new_tree = false;
 };
 
 /// What a frame has cost, in one unit for all (ms, or as counted): a stage that did not happen is

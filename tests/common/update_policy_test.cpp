@@ -219,6 +219,19 @@ TEST(SlowdownModel, WhatSaysNothingTeachesNothing) {
     EXPECT_EQ(model.exponent(), before);
 }
 
+TEST(SlowdownModel, WatchedFramesDrawTheGuessButNeverToNothing) {
+    SlowdownModel idle;
+    SlowdownModel slow;
+    const double guess = idle.exponent();
+    for (const double ratio : {1.0, 2.0, 4.0, 8.0}) {
+        idle.watch(ratio, 10);
+        slow.watch(ratio, 10 * ratio);
+    }
+    EXPECT_LT(idle.exponent(), 0.5 * guess);
+    EXPECT_GT(idle.exponent(), 0);
+    EXPECT_GT(slow.exponent(), 2 * guess);
+}
+
 TEST(SlowdownModel, StaysWithinReasonWhateverClocksSay) {
     SlowdownModel model;
     for (int i = 0; i < 50; ++i) model.learn(1.2, 1e6, 1, 1e-6);
