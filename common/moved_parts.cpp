@@ -73,7 +73,7 @@ std::uint32_t PoseMemory::advance(std::span<const vec3> positions) {
 }
 
 BlockLeaves::BlockLeaves(const Bvh& bvh, std::uint32_t block_count) : begin_(block_count + 1) {
-    const auto leaf_count = static_cast<std::uint32_t>(bvh.leaves.size());
+    const auto leaf_count = static_cast<std::uint32_t>(bvh.leaf_parents.size());
     std::vector<std::uint32_t> last_leaf(block_count, leaf_count);
     for (std::uint32_t leaf = 0; leaf < leaf_count; ++leaf)
         for_each_block(bvh, leaf, last_leaf, [&](std::uint32_t block) { ++begin_[block + 1]; });
@@ -89,7 +89,7 @@ BlockLeaves::BlockLeaves(const Bvh& bvh, std::uint32_t block_count) : begin_(blo
 
 MovedParts BlockLeaves::reached(const Bvh& bvh, const PoseMemory& pose) const {
     assert(pose.block_count() + 1 == begin_.size());
-    std::vector<std::uint8_t> leaf_moved(bvh.leaves.size());
+    std::vector<std::uint8_t> leaf_moved(bvh.leaf_parents.size());
     for (std::uint32_t block = 0; block < pose.block_count(); ++block) {
         if (!pose.moved(block)) continue;
         for (std::uint32_t i = begin_[block]; i < begin_[block + 1]; ++i)
@@ -97,10 +97,10 @@ MovedParts BlockLeaves::reached(const Bvh& bvh, const PoseMemory& pose) const {
     }
     MovedParts parts;
     parts.leaves = indices_of(leaf_moved);
-    std::vector<std::uint8_t> node_moved(bvh.nodes.size());
+    std::vector<std::uint8_t> node_moved(bvh.node_parents.size());
     for (const std::uint32_t leaf : parts.leaves) node_moved[bvh.leaf_parents[leaf] / kWidth] = 1;
     // Parents come before their children.
-    for (std::size_t node = bvh.nodes.size(); node-- > 1;) {
+    for (std::size_t node = node_moved.size(); node-- > 1;) {
         if (node_moved[node] != 0) node_moved[bvh.node_parents[node] / kWidth] = 1;
     }
     parts.nodes = indices_of(node_moved);

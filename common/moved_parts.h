@@ -44,6 +44,7 @@ struct MovedParts {
 /// about as long as a refit.
 class BlockLeaves {
 public:
+    /// Looks at the tree's leaf_vertices and parents alone.
     BlockLeaves(const Bvh& bvh, std::uint32_t block_count);
 
     /// The parts of that tree that the pose's last advance() reaches.

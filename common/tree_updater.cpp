@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/error.h"
 #include "common/stopwatch.h"
 
 namespace morphray {
@@ -111,6 +112,12 @@ void TreeUpdater::swap(std::span<const vec3> positions) {
 }
 
 const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
+    if (positions.size() != topology_.vertex_count) {
+        throw Error(ExitCode::kBadInput,
+                    fmt::format("{} vertices for a tree over {}: the topology has changed, which "
+                                "takes a new scene",
+                                positions.size(), topology_.vertex_count));
+    }
     last_ = {};
     if (behind_frames_left_ > 0) --behind_frames_left_;
     const UpdateDecision plan = policy_->plan();

@@ -48,7 +48,8 @@ public:
                 Backend* refitter, std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build,
                 const UpdateConfig& config);
 
-    /// Brings the tracer's tree to these positions.
+    /// Brings the tracer's tree to these positions. Throws Error(kBadInput), and leaves all as it
+    /// was, for another number of vertices: the topology has changed then.
     const TreeUpdate& update(std::span<const vec3> positions);
     /// The frame has been traced: tells the policy from the tracer's times what that cost.
     void frame_done();

@@ -6,9 +6,8 @@
 
 #include <algorithm>
 #include <cassert>
-#include <optional>
 
-#include "common/moved_parts.h"
+#include "common/refit_plan.h"
 #include "common/stopwatch.h"
 #include "common/thread_arena.h"
 #include "common/tree_cost.h"
@@ -23,10 +22,6 @@ namespace morphray::cpu {
 namespace {
 
 constexpr std::size_t kRayGrain = 256;
-
-// A refit of parts pays where they are fewer than this of all leaves: it visits them in no order
-// that the caches know.
-constexpr double kPartsWorthwhile = 0.6;
 
 std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
     const std::uint64_t per_hit = params.rays == kRaysShadow ? 1
@@ -58,27 +53,32 @@ public:
                    const Bvh& bvh) override {
         const Stopwatch watch;
         topology_ = topology;
-        pose_ = PoseMemory(positions);
+        planner_ = RefitPlanner(positions);
         bvh_ = bvh;
-        block_leaves_.reset();
         times_ = {.upload_ms = watch.ms()};
     }
 
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
         const Stopwatch watch;
-        arena_.execute([&] { pose_.advance(positions); });
+        arena_.execute([&] { planner_.set_frame(positions); });
         bvh_ = bvh;
-        block_leaves_.reset();
         times_ = {.upload_ms = watch.ms()};
     }
 
     void refit(std::span<const vec3> positions, RefitExtent extent) override {
         const Stopwatch upload;
-        const std::uint32_t moved = arena_.execute([&] { return pose_.advance(positions); });
+        arena_.execute([&] { planner_.advance(positions); });
         times_ = {.upload_ms = upload.ms()};
         const Stopwatch watch;
-        times_.refitted_leaves = arena_.execute(
-            [&] { return extent == RefitExtent::kAll ? refit_all() : refit_moved(moved); });
+        const RefitPlan plan = planner_.plan(bvh_, extent);
+        arena_.execute([&] {
+            if (plan.all) {
+                cpu::refit(bvh_, planner_.pose().positions());
+            } else {
+                cpu::refit(bvh_, planner_.pose().positions(), plan.parts);
+            }
+        });
+        times_.refitted_leaves = plan.leaf_count;
         times_.refit_ms = watch.ms();
     }
 
@@ -97,8 +97,8 @@ public:
         frame.occlusion.resize(pixels);
         frame.pixels.resize(pixels);
         const Stopwatch watch;
-        const auto tracer = make_tracer_(topology_, pose_.positions(), bvh_);
-        const ShadedMesh mesh{&topology_, pose_.positions()};
+        const auto tracer = make_tracer_(topology_, planner_.pose().positions(), bvh_);
+        const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const std::uint32_t columns = (params.width + kPacketSide - 1) / kPacketSide;
         const std::uint32_t rows = (params.height + kPacketSide - 1) / kPacketSide;
         arena_.execute([&] {
@@ -117,7 +117,7 @@ public:
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {
         assert(rays.size() == hits.size());
         const Stopwatch watch;
-        const auto tracer = make_tracer_(topology_, pose_.positions(), bvh_);
+        const auto tracer = make_tracer_(topology_, planner_.pose().positions(), bvh_);
         using Range = tbb::blocked_range<std::size_t>;
         arena_.execute([&] {
             tbb::parallel_for(Range(0, rays.size(), kRayGrain), [&](const Range& r) {
@@ -132,32 +132,13 @@ public:
     const BackendTimes& times() const override { return times_; }
 
 private:
-    std::uint64_t refit_all() {
-        cpu::refit(bvh_, pose_.positions());
-        return bvh_.leaves.size();
-    }
-
-    /// The index of leaves is made when it is first of use, and again for each new tree.
-    std::uint64_t refit_moved(std::uint32_t moved_blocks) {
-        if (moved_blocks == 0) return 0;
-        if (moved_blocks > kPartsWorthwhile * pose_.block_count()) return refit_all();
-        if (!block_leaves_) block_leaves_.emplace(bvh_, pose_.block_count());
-        const MovedParts parts = block_leaves_->reached(bvh_, pose_);
-        const auto leaves = static_cast<double>(bvh_.leaves.size());
-        if (static_cast<double>(parts.leaves.size()) > kPartsWorthwhile * leaves)
-            return refit_all();
-        cpu::refit(bvh_, pose_.positions(), parts);
-        return parts.leaves.size();
-    }
-
     std::string name_;
     std::string how_;
     ThreadArena arena_;
     MakeTracer make_tracer_;
     Topology topology_;
-    PoseMemory pose_;
+    RefitPlanner planner_;
     Bvh bvh_;
-    std::optional<BlockLeaves> block_leaves_;
     BackendTimes times_;
 };
 

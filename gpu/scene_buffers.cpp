@@ -64,6 +64,13 @@ void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> posit
     transfer.upload(std::as_bytes(positions), positions_.buffer);
 }
 
+void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions,
+                                 IndexRange range) {
+    assert(positions.size() == vertex_count_ && range.end <= vertex_count_);
+    transfer.upload(std::as_bytes(positions.subspan(range.begin, range.end - range.begin)),
+                    positions_.buffer, range.begin * sizeof(vec3));
+}
+
 void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh) {
     assert(bvh.triangle_count == triangle_count_);
     tree_ = Tree(context, transfer, bvh);

@@ -7,10 +7,12 @@
 #include <chrono>
 #include <cstring>
 
+#include "common/refit_plan.h"
 #include "common/tree_cost.h"
 #include "gpu/kernels.h"
 #include "gpu/limits.h"
 #include "gpu/ray_passes.h"
+#include "gpu/refit_pass.h"
 #include "gpu/vulkan_backend_internal.h"
 
 namespace morphray::gpu {
@@ -21,9 +23,6 @@ using Clock = std::chrono::steady_clock;
 double ms_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
-
-// Far below what any device allows; refit dispatches of 2^22 leaves or nodes stay short.
-constexpr std::uint32_t kMaxRefitGroups = 1u << 16;
 
 std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
 
@@ -80,8 +79,7 @@ public:
 private:
     void bind();
     void warm_up();
-    void refit_range(VkCommandBuffer commands, const Pipeline& pipeline, std::uint32_t first,
-                     std::uint32_t end) const;
+    void keep_links(const Bvh& bvh);
     void trace_region(const RegionArguments& region);
     void copy_region(const RegionArguments& region, Frame& frame);
 
@@ -91,6 +89,9 @@ private:
     Kernels kernels_;
     RayPasses passes_;
     SceneBuffers scene_;
+    RefitPlanner planner_;
+    /// The tree without its nodes and leaves, which are on the device.
+    Bvh links_;
     BackendTimes times_;
 };
 
@@ -135,6 +136,12 @@ void VulkanBackend::warm_up() {
     });
 }
 
+void VulkanBackend::keep_links(const Bvh& bvh) {
+    links_.leaf_vertices = bvh.leaf_vertices;
+    links_.leaf_parents = bvh.leaf_parents;
+    links_.node_parents = bvh.node_parents;
+}
+
 void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions,
                               const Bvh& bvh) {
     const auto start = Clock::now();
@@ -144,6 +151,8 @@ void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> po
     bind();
     scene_ = SceneBuffers(context_, transfer_, topology, positions, bvh);
     bind();
+    planner_ = RefitPlanner(positions);
+    keep_links(bvh);
     context_.throw_on_validation_errors();
     times_ = {};
     times_.upload_ms = ms_since(start);
@@ -155,38 +164,20 @@ void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
     scene_.set_positions(transfer_, positions);
     scene_.set_tree(context_, transfer_, bvh);
     bind();
+    planner_.set_frame(positions);
+    keep_links(bvh);
     context_.throw_on_validation_errors();
     times_.upload_ms = ms_since(start);
 }
 
-void VulkanBackend::refit_range(VkCommandBuffer commands, const Pipeline& pipeline,
-                                std::uint32_t first, std::uint32_t end) const {
-    const std::uint32_t max_groups =
-        std::min(context_.limits().maxComputeWorkGroupCount[0], kMaxRefitGroups);
-    while (first < end) {
-        const std::uint32_t groups = std::min(groups_of(end - first), max_groups);
-        const std::uint32_t count =
-            groups < max_groups ? end - first : std::min(end - first, groups * kGroupSize);
-        pipeline.dispatch(commands, RefitArguments{.first = first, .count = count}, groups);
-        first += count;
-    }
-}
-
-void VulkanBackend::refit(std::span<const vec3> positions, RefitExtent) {
+void VulkanBackend::refit(std::span<const vec3> positions, RefitExtent extent) {
     const auto start = Clock::now();
-    scene_.set_positions(transfer_, positions);
+    planner_.advance(positions);
+    const RefitPlan plan = planner_.plan(links_, extent);
+    upload_positions(scene_, transfer_, planner_.pose(), plan);
     times_.upload_ms = ms_since(start);
-    times_.refitted_leaves = scene_.leaf_count();
-    const std::vector<std::uint32_t>& levels = scene_.level_begin();
-    times_.refit_ms = context_.submit("refit", [&](VkCommandBuffer commands) {
-        refit_range(commands, kernels_.refit_leaves, 0, scene_.leaf_count());
-        for (std::size_t level = levels.size() - 2; level > 0; --level) {
-            // Writer: the level below (and the leaves); reader: this level.
-            barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-                    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
-            refit_range(commands, kernels_.refit_nodes, levels[level], levels[level + 1]);
-        }
-    });
+    times_.refit_ms = refit_scene(context_, kernels_, scene_, plan);
+    times_.refitted_leaves = plan.leaf_count;
 }
 
 double VulkanBackend::tree_cost() { return morphray::tree_cost(scene_.read_nodes(transfer_)); }

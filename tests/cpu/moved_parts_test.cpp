@@ -9,6 +9,7 @@
 #include "common/box.h"
 #include "common/bvh_builder.h"
 #include "common/procedural/procedural.h"
+#include "common/refit_plan.h"
 #include "common/scene_space.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/refit.h"
@@ -72,6 +73,30 @@ TEST(MovedParts, OfASingleVertexAreItsLeavesAndTheirPathsToTheRoot) {
             continue;
         EXPECT_TRUE(std::binary_search(parts.leaves.begin(), parts.leaves.end(), leaf));
     }
+}
+
+TEST(CoveringRanges, AreFewAndCoverEveryIndex) {
+    Random random(3);
+    for (int trial = 0; trial < 200; ++trial) {
+        std::vector<std::uint32_t> indices;
+        for (std::uint32_t i = 0; i < 400; ++i) {
+            if (random.real(0, 1) < 0.02 * trial) indices.push_back(i);
+        }
+        for (const std::size_t most : {1u, 2u, 8u, 1000u}) {
+            const std::vector<IndexRange> ranges = covering_ranges(indices, most);
+            ASSERT_LE(ranges.size(), most);
+            std::size_t covered = 0;
+            for (const std::uint32_t i : indices) {
+                covered += std::any_of(ranges.begin(), ranges.end(), [i](const IndexRange& r) {
+                    return r.begin <= i && i < r.end;
+                });
+            }
+            ASSERT_EQ(covered, indices.size());
+        }
+    }
+    const std::uint32_t some[] = {1, 2, 5, 6, 90};
+    EXPECT_EQ(covering_ranges(some, 2), (std::vector<IndexRange>{{1, 7}, {90, 91}}));
+    EXPECT_EQ(covering_ranges(some, 9), (std::vector<IndexRange>{{1, 3}, {5, 7}, {90, 91}}));
 }
 
 TEST(PoseMemory, SeesTheSmallestChangeAndNoneWhereThereIsNone) {
