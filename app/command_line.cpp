@@ -336,6 +336,11 @@ void CommandLine::define_profile() {
         [this](const std::string& option, const std::string& value) {
             options_.policies = parse_updates(option, value);
         });
+    add(command, "--update", "", "the same for a single one",
+        [this](const std::string& option, const std::string& value) {
+            options_.tree.update = parse_update(option, value);
+        })
+        ->type_name(update_forms());
     add_update_limits(command);
     add_text(command, "--trace-events", "FILE|-",
              "of --policies, the stages in Chrome's trace format", options_.trace_events);

@@ -15,7 +15,7 @@ void check_conflicts(const Options& options) {
     }
     for (const auto& [name, file] :
          {std::pair("--trace-events", &options.trace_events), std::pair("--plot", &options.plot)}) {
-        if (file->empty() || !options.policies.empty()) continue;
+        if (file->empty() || !options.policies.empty() || !options.tree.update.empty()) continue;
         throw Error(ExitCode::kUsage,
                     fmt::format("{}: shows how policies compare; give --policies too", name));
     }

@@ -136,7 +136,9 @@ void publish(const ProfileReport& report, const Options& options, const Messages
 }  // namespace
 
 ExitCode run_profile(const Options& options, const Messages& messages) {
-    if (!options.policies.empty()) return profile_policies(options, messages);
+    if (!options.policies.empty() || !options.tree.update.empty()) {
+        return profile_policies(options, messages);
+    }
     check_reports({options.json, options.csv});
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);

@@ -78,15 +78,16 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     report.rays = name_of_rays(options.view.rays);
     report.repeat = options.repeat;
     const std::vector<BackendChoice> choices = profiled_backends(options, messages);
+    const std::vector<std::string> policies =
+        options.policies.empty() ? std::vector{options.tree.update} : options.policies;
     std::optional<Progress> progress;
     std::uint64_t done = 0;
     for (const BackendChoice choice : choices) {
         PolicyRunner runner(options, scene, frames, choice, messages);
-        const std::size_t expected = runner.expected_frames(options.policies.size());
+        const std::size_t expected = runner.expected_frames(policies.size());
         if (!progress)
             progress.emplace("measuring", expected * choices.size(), progress_mode(options.quiet));
-        report.backends.push_back(
-            runner.compare(options.policies, [&] { progress->update(++done); }));
+        report.backends.push_back(runner.compare(policies, [&] { progress->update(++done); }));
     }
     progress->hide();
     if (!options.plot.empty())

@@ -60,9 +60,10 @@ void refit(Bvh& bvh, std::span<const vec3> positions) {
 
 void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts) {
     const auto leaf_count = static_cast<std::uint32_t>(parts.leaves.size());
+    const bool is_cached = positions.size() <= kCachedVertices;
     for_each_index(0, leaf_count, kLeafGrain, [&](std::uint32_t i) {
-        prefetch_positions(bvh, parts.leaves[std::min(i + kLeavesAhead, leaf_count - 1)],
-                           positions);
+        const std::uint32_t ahead = std::min(i + kLeavesAhead, leaf_count - 1);
+        if (!is_cached) prefetch_positions(bvh, parts.leaves[ahead], positions);
         refit_leaf(bvh, parts.leaves[i], positions);
     });
     const std::vector<std::uint32_t>& nodes = parts.nodes;
