@@ -31,15 +31,16 @@ Table policy_table(const PolicyReport& report) {
 
 Table policy_frames_table(const PolicyReport& report) {
     Table table({"policy", "backend", "frame", "update", "upload ms", "refit ms", "decide ms",
-                 "rebuild ms", "trace ms", "rebuilt trace ms", "cost ratio", "hits hash",
-                 "reason"});
+                 "restructure ms", "rebuild ms", "trace ms", "rebuilt trace ms", "cost ratio",
+                 "hits hash", "reason"});
     for (const PolicyComparison& comparison : report.backends) {
         for (const PolicyRun& run : comparison.runs) {
             for (const PolicyFrame& f : run.frames) {
                 table.add({run.policy, run.backend, fmt::format("{}", f.frame), f.update,
                            ms(f.times.upload_ms), ms(f.times.refit_ms), ms(f.times.decide_ms),
-                           ms(f.times.rebuild_ms), ms(f.times.trace_ms), ms(f.trace_rebuilt_ms),
-                           fmt::format("{:.4f}", f.cost_ratio), hash_text(f.hits_hash), f.reason});
+                           ms(f.times.restructure_ms), ms(f.times.rebuild_ms), ms(f.times.trace_ms),
+                           ms(f.trace_rebuilt_ms), fmt::format("{:.4f}", f.cost_ratio),
+                           hash_text(f.hits_hash), f.reason});
             }
         }
     }
@@ -65,6 +66,7 @@ std::string trace_events(const PolicyReport& report) {
                 for (const auto& [stage, stage_ms] :
                      {std::pair("deform", t.deform_ms), std::pair("upload", t.upload_ms),
                       std::pair("refit", t.refit_ms), std::pair("decide", t.decide_ms),
+                      std::pair("restructure", t.restructure_ms),
                       std::pair("rebuild", t.rebuild_ms), std::pair("trace", t.trace_ms)}) {
                     if (stage_ms <= 0) continue;
                     add(fmt::format(

@@ -129,6 +129,7 @@ std::vector<PolicyFrame> PolicyRunner::play(const std::string& policy,
             frame.times.upload_ms = updater.last().upload_ms;
             frame.times.refit_ms = updater.last().refit_ms;
             frame.times.decide_ms = updater.last().decide_ms;
+            frame.times.restructure_ms = updater.last().restructure_ms;
             frame.times.rebuild_ms = updater.last().rebuild_ms;
         }
         frame.times.trace_ms = measure(on_frame);

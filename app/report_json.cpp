@@ -37,6 +37,7 @@ void add_times(Json& json, const StepTimes& times) {
     json["upload_ms"] = times.upload_ms;
     json["refit_ms"] = times.refit_ms;
     json["decide_ms"] = times.decide_ms;
+    json["restructure_ms"] = times.restructure_ms;
     json["rebuild_ms"] = times.rebuild_ms;
     json["trace_ms"] = times.trace_ms;
 }

@@ -30,6 +30,7 @@ void Session::take_times() {
     times_.upload_ms = update.upload_ms;
     times_.refit_ms = update.refit_ms;
     times_.decide_ms = update.decide_ms;
+    times_.restructure_ms = update.restructure_ms;
     times_.rebuild_ms = update.rebuild_ms;
 }
 

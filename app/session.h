@@ -16,11 +16,14 @@ struct StepTimes {
     double upload_ms = 0;  // to the backend, and a tree between backends
     double refit_ms = 0;
     double decide_ms = 0;  // whether the tree will do
+    double restructure_ms = 0;
     double rebuild_ms = 0;
     double trace_ms = 0;
     std::uint64_t rays = 0;
 
-    double update_ms() const { return upload_ms + refit_ms + decide_ms + rebuild_ms; }
+    double update_ms() const {
+        return upload_ms + refit_ms + decide_ms + restructure_ms + rebuild_ms;
+    }
     double total_ms() const { return deform_ms + update_ms() + trace_ms; }
 };
 

@@ -15,8 +15,12 @@ constexpr double kSound = 1.05;
 // Whatever the budget: a tree that is older when it is shown is no better than the one before.
 constexpr double kMostBuildFrames = 64;
 
-// A scene that changes its ways is noticed after so many times the cost of a build.
-constexpr double kMostPatience = 16;
+// What a first restructuring is taken to cost, as a part of a build (0.01 to 0.3 measured).
+constexpr double kFirstRestructureCost = 0.15;
+
+// A restructuring that takes away less than this of what the ratio has above 1 did not help.
+constexpr double kHelpful = 0.3;
+constexpr int kLongestWait = 64;
 
 }  // namespace
 
@@ -24,33 +28,63 @@ double AutoPolicy::loss(double cost_ratio) const {
     return cost_ratio <= kSound ? 0 : model_.slowdown(cost_ratio) - 1;
 }
 
+double AutoPolicy::residual(double cost_ratio) const {
+    return loss(wait_ > 0 ? cost_ratio : std::min(cost_ratio, floor_ratio_));
+}
+
+double AutoPolicy::restructure_cost() const {
+    return restructure_cost_ > 0 ? restructure_cost_ : kFirstRestructureCost * build_cost_;
+}
+
+std::string AutoPolicy::facts(double cost_ratio) const {
+    return fmt::format("cost ratio {:.2f}, a frame loses {:.1f} %", cost_ratio,
+                       100 * loss(cost_ratio));
+}
+
 UpdateDecision AutoPolicy::plan() { return {UpdateStep::kRefit, "a refit comes first"}; }
 
+bool AutoPolicy::restructuring_is_due(double cost_ratio) const {
+    if (wait_ > 0) return false;
+    const double avoidable = loss(cost_ratio) - residual(cost_ratio);
+    return avoidable > restructure_price() ||
+           restructurings_.is_due(avoidable, restructure_price());
+}
+
+void AutoPolicy::judge_restructuring(double cost_ratio) {
+    const bool helped = asked_ratio_ - cost_ratio >= kHelpful * (asked_ratio_ - 1);
+    distrust_ = helped ? distrust_ / 2 : std::clamp(2 * distrust_, 1, kLongestWait);
+    wait_ = helped ? 0 : distrust_;
+    floor_ratio_ = cost_ratio;
+}
+
 UpdateDecision AutoPolicy::review(const RefittedTree& tree) {
+    const std::string known = facts(tree.cost_ratio);
     if (std::isinf(tree.cost_ratio)) {
         return {UpdateStep::kRebuild, "the tree was built for a scene without extent"};
     }
-    const double now = loss(tree.cost_ratio);
-    if (now == 0) {
-        return {UpdateStep::kRefit, fmt::format("cost ratio {:.2f}: sound", tree.cost_ratio)};
+    if (tree.restructured) judge_restructuring(tree.cost_ratio);
+    if (loss(tree.cost_ratio) == 0) return {UpdateStep::kRefit, "sound: " + known};
+    if (!tree.restructured && !tree.new_tree && restructuring_is_due(tree.cost_ratio)) {
+        asked_ratio_ = tree.cost_ratio;
+        return {UpdateStep::kRestructure, "restructuring is due: " + known};
     }
-    const std::string facts = fmt::format(
-        "cost ratio {:.2f}, a frame loses {:.1f} %, {:.2f} of a build lost, patience {}",
-        tree.cost_ratio, 100 * now, lost_ / price(), patience_);
-    if (now > price()) return {UpdateStep::kRebuild, "a jump: " + facts};
-    if (tree.new_tree) return {UpdateStep::kRefit, "a new tree: " + facts};
-    if (tree.build_pending) return {UpdateStep::kRefit, "a build goes on behind: " + facts};
-    // In whole frames, both rules count half of the frame to come.
-    const double lost = lost_ + now / 2;
-    const double threshold = patience_ * price();
-    const bool is_due = (frames_ + 1) * now - lost >= threshold;
-    const bool is_overdue = lost >= threshold;
-    if (!is_due && !is_overdue) return {UpdateStep::kRefit, "not yet due: " + facts};
-    const std::string why = (is_due ? "due: " : "overdue: ") + facts;
+    return rebuild_when_due(tree);
+}
+
+UpdateDecision AutoPolicy::rebuild_when_due(const RefittedTree& tree) const {
+    const double now = residual(tree.cost_ratio);
+    const double price = build_price();
+    const std::string known =
+        facts(tree.cost_ratio) + fmt::format(", {:.2f} of a build lost, patience {}",
+                                             builds_.lost() / price, builds_.patience());
+    if (now > price) return {UpdateStep::kRebuild, "a jump: " + known};
+    if (tree.new_tree) return {UpdateStep::kRefit, "a new tree: " + known};
+    if (tree.build_pending) return {UpdateStep::kRefit, "a build goes on behind: " + known};
+    if (!builds_.is_due(now, price)) return {UpdateStep::kRefit, "not yet due: " + known};
     const double share = config_.budget_ms > 0 ? config_.budget_ms : config_.budget * frame_cost_;
-    if (build_cost_ <= share) return {UpdateStep::kRebuild, why};
+    if (build_cost_ <= share) return {UpdateStep::kRebuild, "due: " + known};
     const double build_frames = std::min(std::ceil(build_cost_ / share), kMostBuildFrames);
-    return {UpdateStep::kRebuildBehind, "over the budget, " + why,
+    return {UpdateStep::kRebuildBehind, "due, and over the budget: " + known,
             static_cast<std::uint32_t>(build_frames)};
 }
 
@@ -63,27 +97,23 @@ void AutoPolicy::remember_trace(double sound_trace) {
     sound_trace_ = sorted[static_cast<std::size_t>(end - sorted.begin() - 1) / 2];
 }
 
-void AutoPolicy::start_over() {
-    if (loss_before_ > 0) {
-        const bool paid = saved_ >= price() / 2;
-        patience_ = std::clamp(paid ? patience_ / 2 : patience_ * 2, 1.0, kMostPatience);
-    }
-    loss_before_ = last_loss_;
-    frames_ = lost_ = saved_ = 0;
-}
-
 void AutoPolicy::frame_done(const FrameCost& cost) {
     if (cost.rebuild > 0) build_cost_ = cost.rebuild;
+    if (cost.restructure > 0) restructure_cost_ = cost.restructure;
     frame_cost_ = cost.refit + cost.trace;
-    if (cost.new_tree) {
+    if (cost.new_tree || cost.restructure > 0) {
         model_.learn(cost_ratio_, trace_, cost.cost_ratio, cost.trace);
         model_.forget_watched();
-        start_over();
+        restructurings_.start_over(restructure_price());
     }
-    last_loss_ = loss(cost.cost_ratio);
-    frames_ += 1;
-    lost_ += last_loss_;
-    saved_ += loss_before_ - last_loss_;
+    if (cost.new_tree) {
+        builds_.start_over(build_price());
+        floor_ratio_ = 1;
+    }
+    const double unavoidable = residual(cost.cost_ratio);
+    builds_.add(unavoidable);
+    restructurings_.add(loss(cost.cost_ratio) - unavoidable);
+    wait_ = std::max(0, wait_ - 1);
     if (cost.build_pending) return;
     remember_trace(cost.trace / model_.slowdown(cost.cost_ratio));
     model_.watch(cost.cost_ratio, cost.trace);

@@ -9,6 +9,7 @@
 #include "common/bvh.h"
 #include "common/frame.h"
 #include "common/mesh.h"
+#include "common/restructure.h"
 
 namespace morphray {
 
@@ -52,7 +53,9 @@ public:
                        RefitExtent extent = RefitExtent::kMoved) = 0;
     /// tree_cost() of its tree as it is.
     virtual double tree_cost() = 0;
-    /// Copies the backend's nodes and leaves into a tree of the same topology.
+    /// restructure() on its own tree at the pose that it has. Returns what that does.
+    virtual std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) = 0;
+    /// Copies the backend's tree.
     virtual void read_bvh(Bvh& bvh) = 0;
 
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;

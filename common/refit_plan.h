@@ -28,6 +28,8 @@ public:
 
     /// Another pose with a tree that belongs to it.
     void set_frame(std::span<const vec3> positions);
+    /// Another tree at the same pose.
+    void set_tree() { block_leaves_.reset(); }
     /// The next pose, for the tree of the last set_frame() or of the start. Of the tree only
     /// leaf_vertices and parents are looked at.
     void advance(std::span<const vec3> positions) { moved_blocks_ = pose_.advance(positions); }

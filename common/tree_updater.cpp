@@ -16,6 +16,7 @@ namespace {
 // a server (docs/layout.md, docs/cpu_tracer.md), a tracer between the CPU's packets and a device.
 constexpr double kRefitPerTriangle = 1.5e-6;
 constexpr double kBuildPerTriangle = 100e-6;
+constexpr double kRestructurePerTriangle = 10e-6;
 constexpr double kTracePerRay = 20e-6;
 constexpr double kTraceExponent = 0.3;
 
@@ -29,6 +30,8 @@ const char* name_of(TreeStep step) {
             return "keep";
         case TreeStep::kRefitted:
             return "refit";
+        case TreeStep::kRestructured:
+            return "restructure";
         case TreeStep::kRebuilt:
             return "rebuild";
         default:
@@ -59,8 +62,14 @@ void TreeUpdater::build(std::span<const vec3> positions) {
     const Stopwatch watch;
     bvh_ = build_bvh(topology_, positions, build_config_);
     last_.rebuild_ms = watch.ms();
-    if (follows_ratio_) built_fit_ = {tree_cost(bvh_.nodes), sample_.area(positions)};
+    took_tree(follows_ratio_ ? sample_.area(positions) : 0);
     last_.cost_ratio = 1;
+}
+
+/// bvh_ is going to be in use, and has been built at a pose of that triangle_area.
+void TreeUpdater::took_tree(double triangle_area) {
+    if (follows_ratio_) built_fit_ = {tree_cost(bvh_.nodes), triangle_area};
+    if (policy_->may_restructure()) areas_ = built_areas(bvh_);
 }
 
 void TreeUpdater::hand_over(std::span<const vec3> positions) {
@@ -104,7 +113,7 @@ bool TreeUpdater::swap_is_due() {
 void TreeUpdater::swap(std::span<const vec3> positions) {
     BackgroundBuild::Result result = behind_.take();
     bvh_ = std::move(result.bvh);
-    if (follows_ratio_) built_fit_ = {tree_cost(bvh_.nodes), behind_triangle_area_};
+    took_tree(behind_triangle_area_);
     hand_over(positions);
     last_.step = TreeStep::kSwapped;
     last_.reason = fmt::format("for the tree that was built behind in {:.1f} ms", result.build_ms);
@@ -131,22 +140,54 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
         refit(positions, RefitExtent::kMoved);
         last_.reason = plan.reason;
     }
-    const Stopwatch watch;
-    if (follows_ratio_) {
-        last_.cost_ratio = cost_ratio(built_fit_, {tracer_.tree_cost(), sample_.area(positions)});
+    UpdateDecision decision = review(positions, false);
+    if (decision.step == UpdateStep::kRestructure) {
+        last_.reason = decision.reason;
+        restructure(positions);
+        decision = review(positions, true);
     }
-    const UpdateDecision decision =
-        policy_->review({last_.cost_ratio, behind_.pending(), last_.step == TreeStep::kSwapped});
-    // What is found only for the record is nobody's cost.
-    if (policy_->needs_cost_ratio()) last_.decide_ms = watch.ms();
     follow(decision, positions);
     return last_;
 }
 
-void TreeUpdater::follow(const UpdateDecision& decision, std::span<const vec3> positions) {
-    if (last_.step != TreeStep::kSwapped || decision.step == UpdateStep::kRebuild) {
-        last_.reason = decision.reason;
+double TreeUpdater::growth(std::span<const vec3> positions) const {
+    const double now = sample_.area(positions);
+    return now > 0 && built_fit_.triangle_area > 0 ? now / built_fit_.triangle_area : 1;
+}
+
+UpdateDecision TreeUpdater::review(std::span<const vec3> positions, bool restructured) {
+    const Stopwatch watch;
+    if (follows_ratio_) {
+        last_.cost_ratio = cost_ratio(built_fit_, {tracer_.tree_cost(), sample_.area(positions)});
     }
+    UpdateDecision decision = policy_->review({.cost_ratio = last_.cost_ratio,
+                                               .build_pending = behind_.pending(),
+                                               .new_tree = last_.step == TreeStep::kSwapped,
+                                               .restructured = restructured});
+    // What is found only for the record is nobody's cost.
+    if (policy_->needs_cost_ratio()) last_.decide_ms += watch.ms();
+    return decision;
+}
+
+void TreeUpdater::restructure(std::span<const vec3> positions) {
+    const Stopwatch watch;
+    Backend& refitter = refitter_ != nullptr ? *refitter_ : tracer_;
+    const std::size_t parts = refitter.restructure(topology_, growth(positions), areas_);
+    if (parts > 0) {
+        last_.step = TreeStep::kRestructured;
+        last_.reason += fmt::format(", of {} parts", parts);
+        if (refitter_ != nullptr) {
+            refitter_->read_bvh(bvh_);
+            tracer_.set_frame(positions, bvh_);
+        }
+    }
+    last_.restructure_ms = watch.ms();
+}
+
+void TreeUpdater::follow(const UpdateDecision& decision, std::span<const vec3> positions) {
+    const bool has_reason =
+        last_.step == TreeStep::kSwapped || last_.step == TreeStep::kRestructured;
+    if (!has_reason || decision.step != UpdateStep::kRefit) last_.reason = decision.reason;
     if (decision.step == UpdateStep::kRebuild) {
         forget_behind();
         build(positions);
@@ -163,18 +204,21 @@ void TreeUpdater::follow(const UpdateDecision& decision, std::span<const vec3> p
 FrameCost TreeUpdater::cost_of_frame() const {
     FrameCost cost;
     cost.cost_ratio = last_.cost_ratio;
-    cost.new_tree = last_.step != TreeStep::kRefitted && last_.step != TreeStep::kKept;
+    cost.new_tree = last_.step == TreeStep::kBuilt || last_.step == TreeStep::kRebuilt ||
+                    last_.step == TreeStep::kSwapped;
     cost.build_pending = last_.build_pending;
     const bool built = last_.rebuild_ms > 0;
     if (deterministic_) {
         const auto triangles = static_cast<double>(topology_.triangles.size());
         cost.refit = kRefitPerTriangle * triangles;
+        cost.restructure = last_.restructure_ms > 0 ? kRestructurePerTriangle * triangles : 0;
         cost.rebuild = built ? kBuildPerTriangle * triangles : 0;
         cost.trace = kTracePerRay * static_cast<double>(tracer_.times().rays) *
                      std::pow(std::max(1.0, last_.cost_ratio), kTraceExponent);
         return cost;
     }
     cost.refit = last_.refit_ms + last_.decide_ms + (built ? 0 : last_.upload_ms);
+    cost.restructure = last_.restructure_ms;
     cost.rebuild = built ? last_.rebuild_ms + last_.upload_ms : 0;
     cost.trace = tracer_.times().trace_ms;
     return cost;

@@ -18,10 +18,11 @@ enum class TreeStep {
     kBuilt,  // for the first time
     kKept,   // no vertex has moved
     kRefitted,
-    kRebuilt,  // in this frame
-    kSwapped,  // for one that was built behind, refitted to this frame
+    kRestructured,  // after a refit, what was rotten
+    kRebuilt,       // in this frame
+    kSwapped,       // for one that was built behind, refitted to this frame
 };
-/// "build", "keep", "refit", "rebuild" or "swap".
+/// "build", "keep", "refit", "restructure", "rebuild" or "swap".
 const char* name_of(TreeStep step);
 
 /// Times of what did not happen are 0.
@@ -33,6 +34,7 @@ struct TreeUpdate {
     double upload_ms = 0;  // positions and trees to backends, and between them
     double refit_ms = 0;
     double decide_ms = 0;  // finding the cost ratio, and deciding
+    double restructure_ms = 0;
     double rebuild_ms = 0;
     /// Whether a build goes on behind while this frame is traced.
     bool build_pending = false;
@@ -64,6 +66,10 @@ private:
     /// Gives the tree to tracer and refitter.
     void hand_over(std::span<const vec3> positions);
     void forget_behind();
+    void took_tree(double triangle_area);
+    double growth(std::span<const vec3> positions) const;
+    UpdateDecision review(std::span<const vec3> positions, bool restructured);
+    void restructure(std::span<const vec3> positions);
     bool swap_is_due();
     void swap(std::span<const vec3> positions);
     void follow(const UpdateDecision& decision, std::span<const vec3> positions);
@@ -79,6 +85,8 @@ private:
     TriangleSample sample_;
     Bvh bvh_;
     TreeFit built_fit_;
+    /// Kept where the policy may restructure.
+    BuiltAreas areas_;
     TreeUpdate last_;
     BackgroundBuild behind_;
     bool behind_is_stale_ = false;

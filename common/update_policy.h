@@ -11,6 +11,7 @@ namespace morphray {
 
 enum class UpdateStep {
     kRefit,
+    kRestructure,    // what is rotten, in this frame (common/restructure.h)
     kRebuild,        // in this frame, before it is traced
     kRebuildBehind,  // refit this frame; meanwhile a build at its pose goes on, for a later one
 };
@@ -32,12 +33,15 @@ struct RefittedTree {
     bool build_pending = false;
     /// Whether it is in use for the first time, having been built behind.
     bool new_tree = false;
+    /// Whether it has just been restructured: this is what is left.
+    bool restructured = false;
 };
 
 /// What a frame has cost, in one unit for all (ms, or as counted): a stage that did not happen is
 /// 0.
 struct FrameCost {
     double refit = 0;
+    double restructure = 0;
     /// Building and handing over, if the tree was built in this frame.
     double rebuild = 0;
     double trace = 0;
@@ -49,8 +53,8 @@ struct FrameCost {
     bool build_pending = false;
 };
 
-/// Called for each frame whose pose is new: plan(), then, if that says kRefit, review(), then
-/// frame_done(). The tree is built before the first frame.
+/// Called for each frame whose pose is new: plan(); if that says kRefit, review(), and again after
+/// a restructuring; then frame_done(). The tree is built before the first frame.
 class UpdatePolicy {
 public:
     virtual ~UpdatePolicy() = default;
@@ -61,6 +65,8 @@ public:
     virtual UpdateDecision review(const RefittedTree&) { return {UpdateStep::kRefit, "asked for"}; }
     /// Whether review() looks at RefittedTree::cost_ratio, which costs a pass over the nodes.
     virtual bool needs_cost_ratio() const { return false; }
+    /// Whether review() may say kRestructure, which takes some book-keeping.
+    virtual bool may_restructure() const { return false; }
     /// The first build and, from then on, what became of each frame.
     virtual void built(double /*cost*/) {}
     virtual void frame_done(const FrameCost&) {}

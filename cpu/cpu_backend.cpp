@@ -84,10 +84,16 @@ public:
 
     double tree_cost() override { return morphray::tree_cost(bvh_.nodes); }
 
-    void read_bvh(Bvh& bvh) override {
-        bvh.nodes = bvh_.nodes;
-        bvh.leaves = bvh_.leaves;
+    std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) override {
+        const std::size_t parts = arena_.execute([&] {
+            return morphray::restructure(topology, planner_.pose().positions(), growth, bvh_,
+                                         areas);
+        });
+        if (parts > 0) planner_.set_tree();
+        return parts;
     }
+
+    void read_bvh(Bvh& bvh) override { bvh = bvh_; }
 
     void trace_image(const ImageParams& params, Frame& frame) override {
         const std::size_t pixels = std::size_t{params.width} * params.height;

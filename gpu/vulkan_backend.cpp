@@ -71,6 +71,7 @@ public:
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
     void refit(std::span<const vec3> positions, RefitExtent extent) override;
     double tree_cost() override;
+    std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) override;
     void read_bvh(Bvh& bvh) override;
     void trace_image(const ImageParams& params, Frame& frame) override;
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override;
@@ -140,6 +141,8 @@ void VulkanBackend::keep_links(const Bvh& bvh) {
     links_.leaf_vertices = bvh.leaf_vertices;
     links_.leaf_parents = bvh.leaf_parents;
     links_.node_parents = bvh.node_parents;
+    links_.level_begin = bvh.level_begin;
+    links_.triangle_count = bvh.triangle_count;
 }
 
 void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions,
@@ -182,7 +185,26 @@ void VulkanBackend::refit(std::span<const vec3> positions, RefitExtent extent) {
 
 double VulkanBackend::tree_cost() { return morphray::tree_cost(scene_.read_nodes(transfer_)); }
 
-void VulkanBackend::read_bvh(Bvh& bvh) { scene_.read_tree(transfer_, bvh); }
+std::size_t VulkanBackend::restructure(const Topology& topology, double growth, BuiltAreas& areas) {
+    Bvh tree;
+    read_bvh(tree);
+    const std::size_t parts =
+        morphray::restructure(topology, planner_.pose().positions(), growth, tree, areas);
+    if (parts == 0) return 0;
+    check_scene(context_.physical(), size_of(scene_.vertex_count(), scene_.triangle_count(), tree));
+    scene_.set_tree(context_, transfer_, tree);
+    bind();
+    planner_.set_tree();
+    keep_links(tree);
+    return parts;
+}
+
+void VulkanBackend::read_bvh(Bvh& bvh) {
+    bvh = links_;
+    bvh.nodes.resize(links_.node_parents.size());
+    bvh.leaves.resize(links_.leaf_parents.size());
+    scene_.read_tree(transfer_, bvh);
+}
 
 void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     const std::size_t pixel_count = std::size_t{params.width} * params.height;

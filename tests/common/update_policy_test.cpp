@@ -17,6 +17,9 @@ struct Clip {
     double sound = 10;
     double build = 5;
     double refit = 0.1;
+    double restructure = 0.5;
+    /// What a restructuring takes away of what the ratio has above 1.
+    double cure = 0;
     /// How the cost ratio grows with the frames since the build, and what the trace takes by it.
     double (*ratio)(int age) = [](int age) { return 1 + 0.2 * age; };
     double (*slowdown)(double) = [](double r) { return std::pow(r, 0.3); };
@@ -26,6 +29,7 @@ struct Played {
     std::vector<UpdateStep> steps;
     double total = 0;
     int rebuilds = 0;
+    int restructurings = 0;
 };
 
 /// Plays frames as TreeUpdater does; a build behind is there for the next frame.
@@ -33,6 +37,7 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
     policy.built(clip.build);
     Played played;
     int age = 0;
+    double cured = 0;  // of the ratio, by restructurings
     bool pending = false;
     for (int frame = 0; frame < frames; ++frame) {
         FrameCost cost;
@@ -41,12 +46,22 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
         if (decision.step == UpdateStep::kRefit) {
             cost.refit = clip.refit;
             cost.new_tree = pending;
-            if (pending) age = 1;
+            if (pending) {
+                age = 1;
+                cured = 0;
+            }
             pending = false;
-            decision = policy.review({clip.ratio(age), false});
+            decision = policy.review({.cost_ratio = clip.ratio(age) - cured});
+        }
+        if (decision.step == UpdateStep::kRestructure) {
+            cost.restructure = clip.restructure;
+            cured += clip.cure * (clip.ratio(age) - cured - 1);
+            ++played.restructurings;
+            decision = policy.review({.cost_ratio = clip.ratio(age) - cured, .restructured = true});
         }
         if (decision.step == UpdateStep::kRebuild) {
             age = 0;
+            cured = 0;
             cost.rebuild = clip.build;
             cost.new_tree = true;
             ++played.rebuilds;
@@ -55,12 +70,12 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
             pending = true;
             ++played.rebuilds;
         }
-        cost.cost_ratio = clip.ratio(age);
+        cost.cost_ratio = clip.ratio(age) - cured;
         cost.trace = clip.sound * clip.slowdown(cost.cost_ratio);
         cost.build_pending = pending;
         policy.frame_done(cost);
         played.steps.push_back(decision.step);
-        played.total += cost.refit + cost.rebuild + cost.trace;
+        played.total += cost.refit + cost.restructure + cost.rebuild + cost.trace;
     }
     return played;
 }
@@ -105,7 +120,7 @@ TEST(UpdatePolicy, TextsThatAreNoneAreRefusedWithAllForms) {
     }
 }
 
-TEST(AutoPolicy, IsAsGoodAsTheBestPeriodWhereRotIsEven) {
+TEST(AutoPolicy, IsAsGoodAsTheBestPeriodWhereRotIsEvenAndNothingElseHelps) {
     Clip clip;
     clip.ratio = [](int age) { return 1 + 0.05 * age; };
     for (const double build : {0.5, 2.0, 4.0}) {
@@ -115,8 +130,31 @@ TEST(AutoPolicy, IsAsGoodAsTheBestPeriodWhereRotIsEven) {
             const std::string every = "every:" + std::to_string(period);
             best = std::min(best, play(every.c_str(), clip, 400).total);
         }
-        EXPECT_LE(play("auto", clip, 400).total, 1.02 * best) << build;
+        EXPECT_LE(play("auto", clip, 400).total, 1.03 * best) << build;
     }
+}
+
+TEST(AutoPolicy, RestructuresInsteadWhereThatCures) {
+    Clip clip;
+    clip.cure = 1;
+    clip.build = 20;
+    const Played played = play("auto", clip, 400);
+    EXPECT_EQ(played.rebuilds, 0);
+    EXPECT_GT(played.restructurings, 10);
+    EXPECT_LT(played.total, 0.95 * play("every:8", clip, 400).total);
+}
+
+TEST(AutoPolicy, RebuildsWhatRestructuringLeaves) {
+    Clip clip;
+    clip.cure = 0.7;
+    const Played played = play("auto", clip, 400);
+    EXPECT_GT(played.restructurings, played.rebuilds);
+    EXPECT_GT(played.rebuilds, 0);
+}
+
+TEST(AutoPolicy, RestructuringsThatDoNotHelpBecomeRare) {
+    Clip clip;
+    EXPECT_LE(play("auto", clip, 400).restructurings, 12);
 }
 
 TEST(AutoPolicy, NeverRebuildsATreeThatDoesNotRot) {
@@ -153,11 +191,12 @@ TEST(AutoPolicy, DoesNotFlapAtARatioThatSwingsAroundSound) {
     EXPECT_LE(play("auto", clip, 500).rebuilds, 12);
 }
 
-TEST(AutoPolicy, JumpIsRebuiltAtOnceWhateverTheBudget) {
+TEST(AutoPolicy, JumpThatRestructuringLeavesIsRebuiltAtOnceWhateverTheBudget) {
     const auto policy = make_update_policy("auto", {.budget = 1e-6});
     policy->built(50);
     policy->frame_done({.refit = 0.1, .trace = 100});
-    EXPECT_EQ(policy->review({100, false}).step, UpdateStep::kRebuild);
+    EXPECT_EQ(policy->review({.cost_ratio = 100}).step, UpdateStep::kRestructure);
+    EXPECT_EQ(policy->review({.cost_ratio = 100, .restructured = true}).step, UpdateStep::kRebuild);
 }
 
 TEST(AutoPolicy, TreeOfACollapsedSceneIsRebuiltWhenItUnfolds) {
@@ -174,7 +213,9 @@ TEST(AutoPolicy, BuildOverTheBudgetGoesOnBehind) {
         policy->built(20);
         UpdateDecision decision;
         for (int frame = 0; frame < 100 && decision.step == UpdateStep::kRefit; ++frame) {
-            decision = policy->review({1.5, false});
+            decision = policy->review({.cost_ratio = 1.5});
+            if (decision.step == UpdateStep::kRestructure)
+                decision = policy->review({.cost_ratio = 1.5, .restructured = true});
             policy->frame_done({.refit = 0.1, .trace = 9.9, .cost_ratio = 1.5});
         }
         EXPECT_EQ(decision.step, UpdateStep::kRebuildBehind);
@@ -186,7 +227,9 @@ TEST(AutoPolicy, WhileABuildIsPendingNoOtherIsBegun) {
     const auto policy = make_update_policy("auto");
     policy->built(20);
     for (int frame = 0; frame < 100; ++frame) {
-        ASSERT_EQ(policy->review({1.5, true}).step, UpdateStep::kRefit) << frame;
+        const UpdateDecision decision =
+            policy->review({.cost_ratio = 1.5, .build_pending = true, .restructured = true});
+        ASSERT_EQ(decision.step, UpdateStep::kRefit) << frame;
         policy->frame_done({.refit = 0.1, .trace = 10, .cost_ratio = 1.5, .build_pending = true});
     }
 }
