@@ -9,6 +9,7 @@
 // after: they use its types
 #include "cpu/packet_finish-inl.h"
 #include "cpu/packet_maker-inl.h"
+#include "cpu/packet_point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -19,6 +20,7 @@ void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
         std::fill_n(hits, tile.x1 - tile.x0, no_hit());
 }
 
+template <bool kMixed>
 void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t stride) {
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
@@ -28,7 +30,7 @@ void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t s
         if (x0 >= width || y0 >= height) continue;
         alignas(64) Hit block_hits[kBlockRays];
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(Floats())) {
-            finish_rays(packet, block * kBlockRays + l, block_hits + l);
+            finish_rays<kMixed>(packet, block * kBlockRays + l, block_hits + l);
         }
         const std::uint32_t rows = std::min(kBlockSide, height - y0);
         Hit* out = hits + y0 * stride + x0;
@@ -51,8 +53,12 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     if (!traversal.start()) return write_misses(tile, hits, stride);
     make_camera_rays(params, tile, packet);
     traversal.run();
-    if (packet.winners.empty()) return write_misses(tile, hits, stride);
-    write_hits(packet, tile, hits, stride);
+    if (packet.won_leaves.empty()) return write_misses(tile, hits, stride);
+    if (packet.frame.axis == kMixedAxes) {
+        write_hits<true>(packet, tile, hits, stride);
+    } else {
+        write_hits<false>(packet, tile, hits, stride);
+    }
 }
 
 bool occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays, const std::uint8_t* active,

@@ -17,8 +17,8 @@
 // is its z. With a positive direction along z, t is then negative: no hit. With a negative
 // direction the same holds for -z. N is below 2^127 for vertices within kSceneExtent and any
 // origin. Products may underflow here, unlike in the rule: three in N, by 2^-126 each, and in the
-// right side 2^-18 S and the product with Z, of which the first matters less than 2^-7 bound, since
-// bound is at least (2^-19 Z)^2. So kBehindUnderflow is added.
+// right side 2^-18 S and the product with Z, of which the first matters at most 2^-7 bound, since
+// bound is at least 2 * 2^-120. So kBehindUnderflow is added.
 #if defined(MORPHRAY_CPU_WIDE_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_WIDE_LEAF_INL_H
 #undef MORPHRAY_CPU_WIDE_LEAF_INL_H
@@ -231,8 +231,10 @@ HWY_INLINE std::uint32_t possible_triangles(const RayStream& stream, std::size_t
         const FloatVec cx = c(points.x), cy = c(points.y), cz = c(points.z);
         const FloatVec m = sum3(a(points.size), b(points.size), c(points.size));
         const FloatVec z = max3(hn::Abs(az), hn::Abs(bz), hn::Abs(cz));
-        const FloatVec r = hn::Mul(broadcast(kFastProjectionError), hn::Add(m, z));
-        const FloatVec bound = hn::Mul(r, hn::Add(m, r));
+        const FloatVec r =
+            hn::Add(hn::Mul(broadcast(kFastProjectionError), hn::Add(hn::Add(m, m), z)),
+                    broadcast(kFastProjectionFloor));
+        const FloatVec bound = hn::Mul(r, hn::Add(m, hn::Add(r, r)));
         const FloatVec eu = difference(bx, cy, by, cx);
         const FloatVec ev = difference(cx, ay, cy, ax);
         const FloatVec ew = difference(ax, by, ay, bx);
