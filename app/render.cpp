@@ -113,10 +113,12 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
         options.hits.empty()
             ? 0
             : 2 * frames * HitsFile::bytes_per_frame(options.view.width, options.view.height);
+    // A tree that is built behind is one more.
+    const std::uint64_t behind = options.tree.update == "auto" ? 1 : 0;
     require_memory({.triangles = clip.topology().triangles.size(),
                     .vertices = clip.topology().vertex_count,
                     .pixels = pixels,
-                    .backends = options.tree.refit_on == RefitOn::kOwn ? 1u : 2u,
+                    .backends = (options.tree.refit_on == RefitOn::kOwn ? 1u : 2u) + behind,
                     .kept_bytes = kept});
 }
 

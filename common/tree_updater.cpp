@@ -128,6 +128,7 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
                                 positions.size(), topology_.vertex_count));
     }
     last_ = {};
+    restructured_ = false;
     if (behind_frames_left_ > 0) --behind_frames_left_;
     const UpdateDecision plan = policy_->plan();
     if (plan.step == UpdateStep::kRebuild) {
@@ -182,6 +183,7 @@ void TreeUpdater::restructure(std::span<const vec3> positions) {
         }
     }
     last_.restructure_ms = watch.ms();
+    restructured_ = true;
 }
 
 void TreeUpdater::follow(const UpdateDecision& decision, std::span<const vec3> positions) {
@@ -204,14 +206,13 @@ void TreeUpdater::follow(const UpdateDecision& decision, std::span<const vec3> p
 FrameCost TreeUpdater::cost_of_frame() const {
     FrameCost cost;
     cost.cost_ratio = last_.cost_ratio;
-    cost.new_tree = last_.step == TreeStep::kBuilt || last_.step == TreeStep::kRebuilt ||
-                    last_.step == TreeStep::kSwapped;
+    const bool built = last_.step == TreeStep::kBuilt || last_.step == TreeStep::kRebuilt;
+    cost.new_tree = built || last_.step == TreeStep::kSwapped;
     cost.build_pending = last_.build_pending;
-    const bool built = last_.rebuild_ms > 0;
     if (deterministic_) {
         const auto triangles = static_cast<double>(topology_.triangles.size());
         cost.refit = kRefitPerTriangle * triangles;
-        cost.restructure = last_.restructure_ms > 0 ? kRestructurePerTriangle * triangles : 0;
+        cost.restructure = restructured_ ? kRestructurePerTriangle * triangles : 0;
         cost.rebuild = built ? kBuildPerTriangle * triangles : 0;
         cost.trace = kTracePerRay * static_cast<double>(tracer_.times().rays) *
                      std::pow(std::max(1.0, last_.cost_ratio), kTraceExponent);

@@ -88,6 +88,8 @@ private:
     /// Kept where the policy may restructure.
     BuiltAreas areas_;
     TreeUpdate last_;
+    /// Whether a restructuring was tried in this frame.
+    bool restructured_ = false;
     BackgroundBuild behind_;
     bool behind_is_stale_ = false;
     double behind_triangle_area_ = 0;
