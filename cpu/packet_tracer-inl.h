@@ -31,6 +31,7 @@
 #include "common/interop/triangle.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
+#include "cpu/packet_finish-inl.h"
 #include "cpu/packet_setup-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
@@ -291,11 +292,9 @@ private:
                       words, packet_.winner + r);
             won |= !hn::AllFalse(f, v.wins);
             const Mask settled = hn::Or(v.wins, v.loses);
-            if (HWY_UNLIKELY(!hn::AllTrue(f, settled))) {
-                for (std::uint32_t bits = mask_bits(hn::Not(settled)); bits != 0; bits &= bits - 1)
-                    won |= ask_rule(r + static_cast<std::uint32_t>(__builtin_ctz(bits)), leaf, i,
-                                    winner);
-            }
+            if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))
+                won |= ask_rule_closest(r, leaf, i, mask_bits(hn::Not(settled)),
+                                        mask_bits(v.inside), winner);
         }
         return won;
     }
@@ -319,7 +318,7 @@ private:
                 won |= trace_pair(planes, leaf, i, block, first_winner + i);
             }
         }
-        if (won) add_won_leaf(leaf);
+        if (won) add_won_leaf(leaf, first_winner);
         for (; touched != 0; touched &= touched - 1)
             refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(touched)));
     }
@@ -452,7 +451,9 @@ private:
         return true;
     }
 
-    HWY_INLINE void add_won_leaf(const Leaf& leaf) {
+    /// Adds the leaf whose slot 0 is `first_winner`, unless it has been added.
+    HWY_INLINE void add_won_leaf(const Leaf& leaf, std::uint32_t first_winner) {
+        if (first_winner / kLeafTriangles < packet_.won_leaves.size()) return;
         const Floats f;
         packet_.won_leaves.emplace_back();
         WonLeaf& won = packet_.won_leaves.back();
@@ -527,6 +528,69 @@ private:
             hits |= own & mask_bits(in_range);
         }
         return settled;
+    }
+
+    /// The rule for the rays from r on that are in doubt, closest hits. Whether the triangle wins
+    /// any. Rays certainly inside are in doubt where surfaces touch or coincide; then the rule's
+    /// plain path in vectors mostly settles it.
+    HWY_NOINLINE bool ask_rule_closest(std::size_t r, const Leaf& leaf, std::uint32_t i,
+                                       std::uint32_t doubtful, std::uint32_t inside,
+                                       std::uint32_t winner) {
+        bool won = false;
+        if ((doubtful & inside) != 0 && frame_.axis != kMixedAxes)
+            doubtful &= ~settle_closest(r, leaf, i, doubtful & inside, winner, won);
+        for (; doubtful != 0; doubtful &= doubtful - 1) {
+            const auto lane = static_cast<std::uint32_t>(__builtin_ctz(doubtful));
+            won |= ask_rule(r + lane, leaf, i, winner);
+        }
+        return won;
+    }
+
+    /// The lanes for which that sufficed; sets `won` if the triangle wins one of them.
+    HWY_INLINE std::uint32_t settle_closest(std::size_t r, const Leaf& leaf, std::uint32_t i,
+                                            std::uint32_t lanes, std::uint32_t winner, bool& won) {
+        const Floats f;
+        const Words words;
+        add_won_leaf(leaf, winner - i);
+        const std::uint32_t axes[3] = {(frame_.axis + 1) % 3, (frame_.axis + 2) % 3, frame_.axis};
+        VF dir[3], corners[3][3];
+        VF z = hn::Zero(f);  // of the directions
+        for (int k = 0; k < 3; ++k) {
+            dir[k] = hn::Load(f, packet_.dir[axes[k]] + r);
+            z = hn::MulAdd(splat(frame_.rows_f[2][axes[k]]), dir[k], z);
+            for (int axis = 0; axis < 3; ++axis)
+                corners[k][axis] = splat(packet_.won_leaves.back().corner[k][axis][i]);
+        }
+        const VF slack = splat(0.25f * frame_.depth_error);
+        VF t, old_t, u, v;
+        Mask wins, old_in_front;
+        Mask sufficed = hit_fast(dir, slack, corners, t, u, v, wins);
+        const VW old = hn::Load(words, packet_.winner + r);
+        const Mask has_old = hn::RebindMask(f, hn::Ne(old, hn::Set(words, kNoWinner)));
+        const std::uint32_t old_lanes = lanes & mask_bits(has_old);
+        if (old_lanes != 0) {
+            const WinnerLanes best = spread_winners(packet_, packet_.winner + r, old_lanes);
+            const Mask old_sufficed = hit_fast(dir, slack, best.corners, old_t, u, v, old_in_front);
+            sufficed = hn::And(sufficed, hn::Or(old_sufficed, hn::Not(has_old)));
+            const Mask smaller_id =
+                hn::RebindMask(f, hn::Lt(hn::Set(words, leaf.prim_id[i]), best.prim_ids));
+            const Mask nearer = hn::Or(hn::Lt(t, old_t), hn::And(hn::Eq(t, old_t), smaller_id));
+            wins = hn::And(wins, hn::Or(nearer, hn::Not(has_old)));
+        }
+        sufficed = hn::And(sufficed, mask_of(lanes));
+        wins = hn::And(wins, sufficed);
+        if (!hn::AllFalse(f, wins)) {
+            won = true;
+            const VF q = hn::Div(splat(1.0f), hn::Mul(t, z));
+            const auto store = [&](VF value, float* out) HWY_ATTR {
+                hn::Store(hn::IfThenElse(wins, value, hn::Load(f, out)), f, out);
+            };
+            store(hn::Mul(q, splat(1 - 0x1p-16f)), packet_.q_lower + r);
+            store(hn::Mul(q, splat(1 + 0x1p-16f)), packet_.q_upper + r);
+            hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old),
+                      words, packet_.winner + r);
+        }
+        return mask_bits(sufficed);
     }
 
     /// The rule for one ray and triangle, where the bounds leave a doubt, closest hits. Whether the
