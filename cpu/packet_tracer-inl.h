@@ -31,7 +31,7 @@
 #include "common/interop/triangle.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
-#include "cpu/packet_finish-inl.h"
+#include "cpu/packet_rule-inl.h"
 #include "cpu/packet_setup-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
@@ -293,8 +293,7 @@ private:
             won |= !hn::AllFalse(f, v.wins);
             const Mask settled = hn::Or(v.wins, v.loses);
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))
-                won |= ask_rule_closest(r, leaf, i, mask_bits(hn::Not(settled)),
-                                        mask_bits(v.inside), winner);
+                won |= ask_closest(r, leaf, i, mask_bits(hn::Not(settled)), winner);
         }
         return won;
     }
@@ -318,7 +317,7 @@ private:
                 won |= trace_pair(planes, leaf, i, block, first_winner + i);
             }
         }
-        if (won) add_won_leaf(leaf, first_winner);
+        if (won) add_won_leaf(leaf);
         for (; touched != 0; touched &= touched - 1)
             refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(touched)));
     }
@@ -439,9 +438,7 @@ private:
             done = hn::Or(done, v.wins);
             const Mask open = hn::Not(hn::Or(done, v.loses));
             if (HWY_UNLIKELY(!hn::AllFalse(f, open))) {
-                const std::uint32_t hits =
-                    ask_rule_any(r, leaf, i, mask_bits(open), mask_bits(v.inside));
-                done = hn::Or(done, mask_of(hits));
+                done = hn::Or(done, mask_of(ask_any(r, leaf, i, mask_bits(open))));
             }
             if (hn::AllTrue(f, done)) break;
         }
@@ -451,9 +448,7 @@ private:
         return true;
     }
 
-    /// Adds the leaf whose slot 0 is `first_winner`, unless it has been added.
-    HWY_INLINE void add_won_leaf(const Leaf& leaf, std::uint32_t first_winner) {
-        if (first_winner / kLeafTriangles < packet_.won_leaves.size()) return;
+    HWY_INLINE void add_won_leaf(const Leaf& leaf) {
         const Floats f;
         packet_.won_leaves.emplace_back();
         WonLeaf& won = packet_.won_leaves.back();
@@ -467,7 +462,7 @@ private:
                 hn::Store(hn::Sub(v[axis], splat(frame_.org[axis])), f, values[axis] + l);
             hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
         }
-        const std::uint32_t z = rotation_axis(frame_);
+        const std::uint32_t z = frame_.axis;
         for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
             const VW packed = hn::Load(Words(), corners + l);
             for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -478,144 +473,50 @@ private:
         }
     }
 
-    /// The lanes of the rays from r on, among those in doubt, that a triangle occludes. Often the
-    /// doubt of a ray certainly inside is only whether the triangle lies before the ray's end,
-    /// which is on it; then the rule's plain path in vectors settles it.
-    HWY_NOINLINE std::uint32_t ask_rule_any(std::size_t r, const Leaf& leaf, std::uint32_t i,
-                                            std::uint32_t doubtful, std::uint32_t inside) const {
-        std::uint32_t hits = 0;
-        if ((doubtful & inside) != 0) {
-            doubtful &= ~settle_depth(r, leaf, i, doubtful & inside, hits);
-        }
-        for (; doubtful != 0; doubtful &= doubtful - 1) {
-            const auto lane = static_cast<std::uint32_t>(__builtin_ctz(doubtful));
-            const auto ray = static_cast<std::uint32_t>(r) + lane;
-            TriangleHit hit;
-            if (intersect_slot(shear_ray(frame_.org, packet_.direction(ray)), packet_.tfar[ray],
-                               leaf, i, hit))
-                hits |= 1u << lane;
-        }
-        return hits;
+    /// Of some rays from r on, in doubt about a triangle: those that it occludes.
+    HWY_NOINLINE std::uint32_t ask_any(std::size_t r, const Leaf& leaf, std::uint32_t i,
+                                       std::uint32_t lanes) const {
+        const VF tfar = hn::Load(Floats(), packet_.tfar + r);
+        RuleHits hits;
+        return mask_bits(
+            PacketRule(packet_, r).intersect(same_triangle(leaf, i), tfar, lanes, hits));
     }
 
-    /// The lanes for which that sufficed; adds those with a hit.
-    HWY_INLINE std::uint32_t settle_depth(std::size_t r, const Leaf& leaf, std::uint32_t i,
-                                          std::uint32_t lanes, std::uint32_t& hits) const {
-        const Floats f;
-        const VF dir[3] = {hn::Load(f, packet_.dir[0] + r), hn::Load(f, packet_.dir[1] + r),
-                           hn::Load(f, packet_.dir[2] + r)};
-        VF corners[3][3];
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[i].corners, k)];
-            corners[k][0] = splat(v.x - frame_.org.x);
-            corners[k][1] = splat(v.y - frame_.org.y);
-            corners[k][2] = splat(v.z - frame_.org.z);
-        }
-        std::uint32_t by_axis[3];
-        lanes_by_axis(dir, lanes, by_axis);
-        std::uint32_t settled = 0;
-        for (std::uint32_t axis = 0; axis < 3; ++axis) {
-            if (by_axis[axis] == 0) continue;
-            VF d[3], vertex[3][3], t, u, v;
-            Mask in_front;
-            rotate(axis, dir, d);
-            for (int k = 0; k < 3; ++k) rotate(axis, corners[k], vertex[k]);
-            const Mask sufficed =
-                hit_fast(d, splat(0.25f * frame_.depth_error), vertex, t, u, v, in_front);
-            const Mask in_range = hn::And(in_front, hn::Le(t, hn::Load(f, packet_.tfar + r)));
-            const std::uint32_t own = mask_bits(sufficed) & by_axis[axis];
-            settled |= own;
-            hits |= own & mask_bits(in_range);
-        }
-        return settled;
-    }
-
-    /// The rule for the rays from r on that are in doubt, closest hits. Whether the triangle wins
-    /// any. Rays certainly inside are in doubt where surfaces touch or coincide; then the rule's
-    /// plain path in vectors mostly settles it.
-    HWY_NOINLINE bool ask_rule_closest(std::size_t r, const Leaf& leaf, std::uint32_t i,
-                                       std::uint32_t doubtful, std::uint32_t inside,
-                                       std::uint32_t winner) {
-        bool won = false;
-        if ((doubtful & inside) != 0 && frame_.axis != kMixedAxes)
-            doubtful &= ~settle_closest(r, leaf, i, doubtful & inside, winner, won);
-        for (; doubtful != 0; doubtful &= doubtful - 1) {
-            const auto lane = static_cast<std::uint32_t>(__builtin_ctz(doubtful));
-            won |= ask_rule(r + lane, leaf, i, winner);
-        }
-        return won;
-    }
-
-    /// The lanes for which that sufficed; sets `won` if the triangle wins one of them.
-    HWY_INLINE std::uint32_t settle_closest(std::size_t r, const Leaf& leaf, std::uint32_t i,
-                                            std::uint32_t lanes, std::uint32_t winner, bool& won) {
+    /// Likewise closest hits. Whether the triangle wins any of them.
+    HWY_NOINLINE bool ask_closest(std::size_t r, const Leaf& leaf, std::uint32_t i,
+                                  std::uint32_t lanes, std::uint32_t winner) {
         const Floats f;
         const Words words;
-        add_won_leaf(leaf, winner - i);
-        const std::uint32_t axes[3] = {(frame_.axis + 1) % 3, (frame_.axis + 2) % 3, frame_.axis};
-        VF dir[3], corners[3][3];
-        VF z = hn::Zero(f);  // of the directions
-        for (int k = 0; k < 3; ++k) {
-            dir[k] = hn::Load(f, packet_.dir[axes[k]] + r);
-            z = hn::MulAdd(splat(frame_.rows_f[2][axes[k]]), dir[k], z);
-            for (int axis = 0; axis < 3; ++axis)
-                corners[k][axis] = splat(packet_.won_leaves.back().corner[k][axis][i]);
-        }
-        const VF slack = splat(0.25f * frame_.depth_error);
-        VF t, old_t, u, v;
-        Mask wins, old_in_front;
-        Mask sufficed = hit_fast(dir, slack, corners, t, u, v, wins);
+        const PacketRule rule(packet_, r);
+        const VF no_end = splat(kInfiniteT);
+        const TriangleLanes triangle = same_triangle(leaf, i);
+        RuleHits hit;
+        Mask wins = rule.intersect(triangle, no_end, lanes, hit);
         const VW old = hn::Load(words, packet_.winner + r);
         const Mask has_old = hn::RebindMask(f, hn::Ne(old, hn::Set(words, kNoWinner)));
-        const std::uint32_t old_lanes = lanes & mask_bits(has_old);
-        if (old_lanes != 0) {
-            const WinnerLanes best = spread_winners(packet_, packet_.winner + r, old_lanes);
-            const Mask old_sufficed = hit_fast(dir, slack, best.corners, old_t, u, v, old_in_front);
-            sufficed = hn::And(sufficed, hn::Or(old_sufficed, hn::Not(has_old)));
-            const Mask smaller_id =
-                hn::RebindMask(f, hn::Lt(hn::Set(words, leaf.prim_id[i]), best.prim_ids));
-            const Mask nearer = hn::Or(hn::Lt(t, old_t), hn::And(hn::Eq(t, old_t), smaller_id));
+        const std::uint32_t rivals = mask_bits(hn::And(wins, has_old));
+        if (rivals != 0) {
+            const TriangleLanes best = winning_triangles(packet_, r, rivals, &leaf);
+            RuleHits best_hit;
+            rule.intersect(best, no_end, rivals, best_hit);
+            const Mask smaller_id = hn::RebindMask(f, hn::Lt(triangle.prim_ids, best.prim_ids));
+            const Mask nearer =
+                hn::Or(hn::Lt(hit.t, best_hit.t), hn::And(hn::Eq(hit.t, best_hit.t), smaller_id));
             wins = hn::And(wins, hn::Or(nearer, hn::Not(has_old)));
         }
-        sufficed = hn::And(sufficed, mask_of(lanes));
-        wins = hn::And(wins, sufficed);
-        if (!hn::AllFalse(f, wins)) {
-            won = true;
-            const VF q = hn::Div(splat(1.0f), hn::Mul(t, z));
-            const auto store = [&](VF value, float* out) HWY_ATTR {
-                hn::Store(hn::IfThenElse(wins, value, hn::Load(f, out)), f, out);
-            };
-            store(hn::Mul(q, splat(1 - 0x1p-16f)), packet_.q_lower + r);
-            store(hn::Mul(q, splat(1 + 0x1p-16f)), packet_.q_upper + r);
-            hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old),
-                      words, packet_.winner + r);
+        if (hn::AllFalse(f, wins)) return false;
+        VF z = hn::Zero(f);  // of the directions
+        for (int axis = 0; axis < 3; ++axis) {
+            z = hn::MulAdd(splat(frame_.rows_f[2][axis]), hn::Load(f, packet_.dir[axis] + r), z);
         }
-        return mask_bits(sufficed);
-    }
-
-    /// The rule for one ray and triangle, where the bounds leave a doubt, closest hits. Whether the
-    /// triangle wins.
-    HWY_NOINLINE bool ask_rule(std::size_t ray_index, const Leaf& leaf, std::uint32_t i,
-                               std::uint32_t winner) {
-        const auto r = static_cast<std::uint32_t>(ray_index);
-        const vec3 dir = packet_.direction(r);
-        const ShearedRay sheared = shear_ray(frame_.org, dir);
-        TriangleHit hit;
-        if (!intersect_slot(sheared, kInfiniteT, leaf, i, hit)) return false;
-        if (packet_.winner[r] != kNoWinner) {
-            // Of this very leaf it may be, which is not among the won ones yet.
-            const bool is_won = packet_.winner[r] / kLeafTriangles < packet_.won_leaves.size();
-            const Leaf& best_leaf = is_won ? packet_.winning_leaf(r) : leaf;
-            const std::uint32_t best_slot = packet_.winning_slot(r);
-            TriangleHit best;
-            intersect_slot(sheared, kInfiniteT, best_leaf, best_slot, best);
-            if (!wins(hit.t, leaf.prim_id[i], best.t, best_leaf.prim_id[best_slot])) return false;
-        }
-        const float* row = frame_.rows_f[2];
-        const float q = 1.0f / (hit.t * (row[0] * dir.x + row[1] * dir.y + row[2] * dir.z));
-        packet_.q_lower[r] = q * (1 - 0x1p-16f);
-        packet_.q_upper[r] = q * (1 + 0x1p-16f);
-        packet_.winner[r] = winner;
+        const VF q = hn::Div(splat(1.0f), hn::Mul(hit.t, z));
+        const auto store = [&](VF value, float* out) HWY_ATTR {
+            hn::Store(hn::IfThenElse(wins, value, hn::Load(f, out)), f, out);
+        };
+        store(hn::Mul(q, splat(1 - 0x1p-16f)), packet_.q_lower + r);
+        store(hn::Mul(q, splat(1 + 0x1p-16f)), packet_.q_upper + r);
+        hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old), words,
+                  packet_.winner + r);
         return true;
     }
 
