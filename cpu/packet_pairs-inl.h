@@ -124,39 +124,6 @@ HWY_INLINE std::uint64_t grid_blocks_met(const Packet& packet, const Planes& p) 
     return blocks;
 }
 
-/// Of some triangles of a leaf those that a ray of a block may hit.
-HWY_INLINE std::uint32_t triangles_met(const Packet& packet, const Setup& setup,
-                                       std::uint32_t block) {
-    const Floats f;
-    const auto middle = [](float lower, float upper) { return 0.5f * (lower + upper); };
-    const VF x = splat(middle(packet.block_lower_x[block], packet.block_upper_x[block]));
-    const VF y = splat(middle(packet.block_lower_y[block], packet.block_upper_y[block]));
-    // Rounding of the middles, up to 17, included.
-    const VF half_x = hn::Sub(splat(packet.block_upper_x[block] + 0x1p-19f), x);
-    const VF half_y = hn::Sub(splat(packet.block_upper_y[block] + 0x1p-19f), y);
-    std::uint32_t triangles = 0;
-    for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-        const auto most = [&](const float* a_of, const float* b_of, const float* c_of) HWY_ATTR {
-            const VF a = hn::Load(f, a_of + l);
-            const VF b = hn::Load(f, b_of + l);
-            const VF in_middle = hn::MulAdd(a, x, hn::MulAdd(b, y, hn::Load(f, c_of + l)));
-            return hn::MulAdd(hn::Abs(a), half_x, hn::MulAdd(hn::Abs(b), half_y, in_middle));
-        };
-        const VF u = most(setup.a[0], setup.b[0], setup.c[0]);
-        const VF v = most(setup.a[1], setup.b[1], setup.c[1]);
-        const VF w = most(setup.a[2], setup.b[2], setup.c[2]);
-        const VF q = most(setup.depth_a, setup.depth_b, setup.depth_c);
-        const VF q_error =
-            hn::MulAdd(q, hn::MulAdd(q, hn::Load(f, setup.c2 + l), hn::Load(f, setup.c1 + l)),
-                       hn::Load(f, setup.c0 + l));
-        const Mask out =
-            hn::Or(hn::Lt(hn::Min(u, hn::Min(v, w)), hn::Neg(hn::Load(f, setup.bound + l))),
-                   hn::Lt(hn::Add(q, q_error), splat(packet.block_q[block])));
-        triangles |= mask_bits(hn::Not(out)) << l;
-    }
-    return triangles;
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace morphray::cpu
 HWY_AFTER_NAMESPACE();

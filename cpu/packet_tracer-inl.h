@@ -83,7 +83,7 @@ public:
 
 private:
     static constexpr std::size_t kCacheLine = 64;
-    /// Pairs of a triangle and a block that are traced rather than first looked at together.
+    /// A triangle's pairs with blocks that are traced rather than first looked at together.
     static constexpr std::size_t kFew = 4;
     static constexpr bool kOnGrid = kQuery == Query::kClosest;
 
@@ -199,8 +199,7 @@ private:
         const Floats f;
         for (; blocks != 0; blocks &= blocks - 1) {
             const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            std::uint32_t triangles = alive & triangles_at(packet_, setup, block);
-            if (hwy::PopCount(triangles) > kFew) triangles &= triangles_met(packet_, setup, block);
+            const std::uint32_t triangles = alive & triangles_at(packet_, setup, block);
             if (triangles == 0) continue;
             bool any = false;
             for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
