@@ -58,4 +58,10 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
     }
 }
 
+std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages) {
+    if (options.backend.choice != BackendChoice::kAuto) return {options.backend.choice};
+    if (make_backend(options.backend, messages)->name() == "cpu") return {BackendChoice::kCpu};
+    return {BackendChoice::kCpu, BackendChoice::kVulkan};
+}
+
 }  // namespace morphray::app

@@ -24,4 +24,7 @@ std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messa
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages);
 
+/// CPU and Vulkan unless one is asked for; without Vulkan the CPU alone is still worth a table.
+std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages);
+
 }  // namespace morphray::app

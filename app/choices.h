@@ -59,8 +59,6 @@ inline constexpr Choice<SplitMethod> kSplits[] = {{"binned", SplitMethod::kBinne
                                                   {"sweep", SplitMethod::kSweep}};
 inline constexpr Choice<MissingFrames> kMissing[] = {
     {"fail", MissingFrames::kFail}, {"hold", MissingFrames::kHold}, {"skip", MissingFrames::kSkip}};
-inline constexpr Choice<Update> kUpdates[] = {{"refit", Update::kRefit},
-                                              {"rebuild", Update::kRebuild}};
 inline constexpr Choice<RefitOn> kRefitOn[] = {{"cpu", RefitOn::kCpu},
                                                {"vulkan", RefitOn::kVulkan}};
 inline constexpr Choice<Reference> kReferences[] = {

@@ -10,6 +10,7 @@
 
 #include "app/choices.h"
 #include "app/conflicts.h"
+#include "app/update_options.h"
 #include "app/usage_errors.h"
 #include "common/error.h"
 #include "common/version.h"
@@ -120,7 +121,9 @@ private:
     void add_view_options(CLI::App& command, const char* default_size, const char* default_rays);
     void add_backend_options(CLI::App& command, std::span<const Choice<BackendChoice>> choices,
                              const char* otherwise);
-    void add_tree_options(CLI::App& command, bool with_update);
+    /// `update` is what --update is without being given; null: there is none.
+    void add_tree_options(CLI::App& command, const char* update);
+    void add_update_limits(CLI::App& command);
     void add_report_options(CLI::App& command, bool with_quiet);
 
     std::string help(std::span<const std::string> topics) const;
@@ -226,11 +229,16 @@ void CommandLine::add_backend_options(CLI::App& command,
     add_flag(command, "--validate", "run under the Vulkan validation layer", backend.validate);
 }
 
-void CommandLine::add_tree_options(CLI::App& command, bool with_update) {
+void CommandLine::add_tree_options(CLI::App& command, const char* update) {
     TreeOptions& tree = options_.tree;
-    if (with_update) {
-        add_choice(command, "--update", "how the tree follows the vertices (refit)", kUpdates,
-                   tree.update);
+    if (update != nullptr) {
+        command.preparse_callback([&tree, update](std::size_t) { tree.update = update; });
+        add(command, "--update", "", fmt::format("how the tree follows the vertices ({})", update),
+            [&tree](const std::string& option, const std::string& value) {
+                tree.update = parse_update(option, value);
+            })
+            ->type_name(update_forms());
+        add_update_limits(command);
         add_choice(command, "--refit-on", "which backend refits (the one that traces)", kRefitOn,
                    tree.refit_on);
     }
@@ -243,6 +251,17 @@ void CommandLine::add_tree_options(CLI::App& command, bool with_update) {
         [&tree](const std::string& option, const std::string& value) {
             tree.build_at = parse_finite(option, value, -1e9);
         });
+}
+
+void CommandLine::add_update_limits(CLI::App& command) {
+    UpdateConfig& config = options_.tree.update_config;
+    add(command, "--update-budget", "N%|Nms",
+        "what an update may add to a frame; a build that takes longer goes on behind (50%)",
+        [&config](const std::string& option, const std::string& value) {
+            parse_update_budget(option, value, config);
+        });
+    add_flag(command, "--deterministic-updates",
+             "decide from counts of triangles and rays instead of times", config.deterministic);
 }
 
 void CommandLine::add_report_options(CLI::App& command, bool with_quiet) {
@@ -259,7 +278,7 @@ void CommandLine::define_render() {
     add_frames(command, "all whole ones");
     add_view_options(command, kWholePicture, "primary");
     add_backend_options(command, kBackends, kVulkanOrCpu);
-    add_tree_options(command, true);
+    add_tree_options(command, "auto");
     add_text(command, "--out", "DIR", "folder of the pictures (out)", options_.out);
     add_text(command, "--hits", "FILE", "the raw hits of all frames", options_.hits);
     add_report_options(command, true);
@@ -273,7 +292,7 @@ void CommandLine::define_crosscheck() {
     add_frames(command, kFewFrames);
     add_view_options(command, "256x256", "all three, one after the other");
     add_backend_options(command, kCheckedBackends, "all");
-    add_tree_options(command, false);
+    add_tree_options(command, nullptr);
     add_choice(command, "--reference", "what the variants are held against (auto)", kReferences,
                options_.reference);
     add_text(command, "--out", "DIR", "folder of difference pictures (out/crosscheck)",
@@ -298,7 +317,7 @@ void CommandLine::define_probe() {
         ->required();
     add_view_options(command, kWholePicture, "primary");
     add_backend_options(command, kBackends, kVulkanOrCpu);
-    add_tree_options(command, true);
+    add_tree_options(command, "refit");
     add_report_options(command, false);
 }
 
@@ -309,11 +328,26 @@ void CommandLine::define_profile() {
     add_frames(command, kFewFrames);
     add_view_options(command, kWholePicture, "primary");
     add_backend_options(command, kBackends, "auto: the CPU, and Vulkan where there is a device");
-    add_tree_options(command, false);
+    add_tree_options(command, nullptr);
     add(command, "--repeat", "N", "runs of which the median counts (5)",
         [this](const std::string& option, const std::string& value) {
             options_.repeat = static_cast<int>(parse_count(option, value, 1, 10000));
         });
+    add(command, "--policies", "A,B,...",
+        fmt::format("compare update policies over all whole frames: {}", update_forms()),
+        [this](const std::string& option, const std::string& value) {
+            options_.policies = parse_updates(option, value);
+        });
+    add(command, "--update", "", "the same for a single one",
+        [this](const std::string& option, const std::string& value) {
+            options_.tree.update = parse_update(option, value);
+        })
+        ->type_name(update_forms());
+    add_update_limits(command);
+    add_text(command, "--trace-events", "FILE|-",
+             "of --policies, the stages in Chrome's trace format", options_.trace_events);
+    add_text(command, "--plot", "FILE.svg|.png", "of --policies, charts (needs gnuplot)",
+             options_.plot);
     add_text(command, "--csv", "FILE|-", "the table as comma-separated values; - is stdout",
              options_.csv);
     add_report_options(command, true);

@@ -8,19 +8,29 @@
 namespace morphray::app {
 
 void check_conflicts(const Options& options) {
-    if (options.tree.update == Update::kRebuild && options.tree.refit_on != RefitOn::kOwn) {
+    if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {
         throw Error(ExitCode::kUsage,
                     "--update rebuild, --refit-on: a tree that is rebuilt is not refitted; leave "
                     "one of them out");
     }
-    if (!is_stdout(options.json)) return;
     for (const auto& [name, file] :
-         {std::pair("--junit", &options.junit), std::pair("--csv", &options.csv)}) {
-        if (!is_stdout(*file)) continue;
+         {std::pair("--trace-events", &options.trace_events), std::pair("--plot", &options.plot)}) {
+        if (file->empty() || !options.policies.empty() || !options.tree.update.empty()) continue;
         throw Error(ExitCode::kUsage,
-                    fmt::format("--json, {}: both go to stdout, which takes one report; give one "
-                                "of them a file",
-                                name));
+                    fmt::format("{}: shows how policies compare; give --policies too", name));
+    }
+    const char* taken_by = nullptr;
+    for (const auto& [name, file] :
+         {std::pair("--json", &options.json), std::pair("--junit", &options.junit),
+          std::pair("--csv", &options.csv), std::pair("--trace-events", &options.trace_events)}) {
+        if (!is_stdout(*file)) continue;
+        if (taken_by != nullptr) {
+            throw Error(ExitCode::kUsage,
+                        fmt::format("{}, {}: both go to stdout, which takes one report; give one "
+                                    "of them a file",
+                                    taken_by, name));
+        }
+        taken_by = name;
     }
 }
 

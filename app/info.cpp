@@ -7,9 +7,9 @@
 #include "app/report_json.h"
 #include "app/reports.h"
 #include "app/scene_frames.h"
-#include "app/stopwatch.h"
 #include "app/table.h"
 #include "common/procedural/procedural.h"
+#include "common/stopwatch.h"
 #include "common/version.h"
 #include "cpu/simd_target.h"
 

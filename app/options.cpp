@@ -2,8 +2,6 @@
 
 namespace morphray::app {
 
-const char* name_of(Update update) { return update == Update::kRefit ? "refit" : "rebuild"; }
-
 const char* name_of_rays(std::uint32_t rays) {
     if (rays == kRaysShadow) return "shadow";
     return rays == kRaysAo ? "ao" : "primary";

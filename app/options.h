@@ -10,15 +10,13 @@
 #include "common/bvh_builder.h"
 #include "common/camera_setup.h"
 #include "common/scene_source.h"
+#include "common/update_policy.h"
 
 namespace morphray::app {
 
 enum class Command { kRender, kCrosscheck, kProbe, kProfile, kTrace, kChart, kInfo, kDevices };
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
-
-/// How the tree follows the vertices from frame to frame.
-enum class Update { kRefit, kRebuild };
 
 /// Which backend refits: kOwn is the one that traces.
 enum class RefitOn { kOwn, kCpu, kVulkan };
@@ -39,7 +37,10 @@ struct BackendOptions {
 };
 
 struct TreeOptions {
-    Update update = Update::kRefit;
+    /// How the tree follows the vertices: the text of an update policy. Empty: what the command
+    /// takes by itself.
+    std::string update;
+    UpdateConfig update_config;
     RefitOn refit_on = RefitOn::kOwn;
     SplitMethod split = SplitMethod::kBinned;
     /// The frame at whose positions the tree is built; none: the first frame asked for.
@@ -80,6 +81,10 @@ struct Options {
 
     // profile
     int repeat = 5;
+    /// Update policies to compare; none: times of the stages instead.
+    std::vector<std::string> policies;
+    std::string trace_events;
+    std::string plot;
 
     // trace
     std::string ray_file;
@@ -96,8 +101,6 @@ struct Options {
     std::vector<std::string> view_arguments;
 };
 
-/// "refit" or "rebuild".
-const char* name_of(Update update);
 /// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.
 const char* name_of_rays(std::uint32_t rays);
 /// "binned" or "sweep".

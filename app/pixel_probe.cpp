@@ -52,9 +52,7 @@ void trace_secondary(const ImageParams& params, const Topology& topology,
 void describe_session(Session& session, ProbeReport& report) {
     report.backend = session.tracer().name();
     report.device = session.tracer().description();
-    report.update = session.last_step() == TreeStep::kBuilt      ? "build"
-                    : session.last_step() == TreeStep::kRefitted ? "refit"
-                                                                 : "rebuild";
+    report.update = name_of(session.last_update().step);
     report.refit_on = session.refitted_on();
     const Bvh& tree = session.tree();
     report.tree = bvh_stats(tree);

@@ -8,12 +8,13 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/memory_budget.h"
+#include "app/profile_policies.h"
 #include "app/progress.h"
 #include "app/report_json.h"
 #include "app/reports.h"
 #include "app/scene_frames.h"
-#include "app/stopwatch.h"
 #include "app/table.h"
+#include "common/stopwatch.h"
 
 namespace morphray::app {
 namespace {
@@ -62,7 +63,7 @@ public:
         });
         std::vector<double> uploads;
         row.times.refit_ms = median_ms(options_.repeat, [&] {
-            refits_->refit(positions);
+            refits_->refit(positions, RefitExtent::kAll);
             uploads.push_back(refits_->times().upload_ms);
             return refits_->times().refit_ms;
         });
@@ -125,13 +126,6 @@ Table table_of(const ProfileReport& report) {
     return table;
 }
 
-// Both unless one is asked for; without Vulkan the CPU alone is still worth a table.
-std::vector<BackendChoice> backends_of(const Options& options, const Messages& messages) {
-    if (options.backend.choice != BackendChoice::kAuto) return {options.backend.choice};
-    if (make_backend(options.backend, messages)->name() == "cpu") return {BackendChoice::kCpu};
-    return {BackendChoice::kCpu, BackendChoice::kVulkan};
-}
-
 void publish(const ProfileReport& report, const Options& options, const Messages& messages) {
     const Table table = table_of(report);
     if (!options.json.empty()) write_report(options.json, to_json(report));
@@ -142,6 +136,9 @@ void publish(const ProfileReport& report, const Options& options, const Messages
 }  // namespace
 
 ExitCode run_profile(const Options& options, const Messages& messages) {
+    if (!options.policies.empty() || !options.tree.update.empty()) {
+        return profile_policies(options, messages);
+    }
     check_reports({options.json, options.csv});
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);
@@ -157,7 +154,7 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
         options.view.width, options.view.height};
     report.rays = name_of_rays(options.view.rays);
     report.repeat = options.repeat;
-    const std::vector<BackendChoice> choices = backends_of(options, messages);
+    const std::vector<BackendChoice> choices = profiled_backends(options, messages);
     Progress progress("measuring", frames.size() * choices.size(), progress_mode(options.quiet));
     for (const BackendChoice choice : choices) {
         Profiler profiler(options, scene, frames.front(), choice, messages);

@@ -35,6 +35,7 @@ public:
              const std::filesystem::path& folder, const Messages& messages)
         : options_(options),
           scene_(scene),
+          messages_(messages),
           folder_(folder),
           params_(make_image_params(options.view, scene.clip().bounds(), scene.space())),
           session_(open_session(options, scene, frames.front(), messages)),
@@ -51,6 +52,9 @@ public:
 
     void render(double frame_number) {
         session_.advance(frame_number);
+        messages_.note(fmt::format("frame {}: {}, {}", frame_number,
+                                   name_of(session_.last_update().step),
+                                   session_.last_update().reason));
         session_.trace(params_, frame_);
         Image image{frame_.width, frame_.height, frame_.pixels};
         const std::string file = picture_name(frame_number);
@@ -65,14 +69,14 @@ public:
     std::size_t finished() const { return report_.frames.size(); }
 
     /// Everything that is about all frames.
-    void finish(bool complete, const Messages& messages) {
+    void finish(bool complete) {
         report_.complete = complete;
         if (thumbnails_.size() > 1) {
             write_file(folder_ / "sheet.png", encode_png(contact_sheet(thumbnails_)));
         }
         if (hits_) write_file(options_.hits, hits_->bytes());
         if (!options_.json.empty()) write_report(options_.json, to_json(report_));
-        if (!takes_stdout({options_.json})) messages.print(table());
+        if (!takes_stdout({options_.json})) messages_.print(table());
     }
 
 private:
@@ -91,6 +95,7 @@ private:
 
     const Options& options_;
     SceneFrames& scene_;
+    const Messages& messages_;
     std::filesystem::path folder_;
     ImageParams params_;
     Session session_;
@@ -108,10 +113,12 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
         options.hits.empty()
             ? 0
             : 2 * frames * HitsFile::bytes_per_frame(options.view.width, options.view.height);
+    // A tree that is built behind is one more.
+    const std::uint64_t behind = options.tree.update == "auto" ? 1 : 0;
     require_memory({.triangles = clip.topology().triangles.size(),
                     .vertices = clip.topology().vertex_count,
                     .pixels = pixels,
-                    .backends = options.tree.refit_on == RefitOn::kOwn ? 1u : 2u,
+                    .backends = (options.tree.refit_on == RefitOn::kOwn ? 1u : 2u) + behind,
                     .kept_bytes = kept});
 }
 
@@ -154,7 +161,7 @@ ExitCode run_render(const Options& options, const Messages& messages) {
         progress.update(renderer.finished());
     }
     progress.hide();
-    renderer.finish(code == ExitCode::kOk, messages);
+    renderer.finish(code == ExitCode::kOk);
     return code;
 }
 

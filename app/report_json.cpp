@@ -36,6 +36,8 @@ void add_times(Json& json, const StepTimes& times) {
     json["deform_ms"] = times.deform_ms;
     json["upload_ms"] = times.upload_ms;
     json["refit_ms"] = times.refit_ms;
+    json["decide_ms"] = times.decide_ms;
+    json["restructure_ms"] = times.restructure_ms;
     json["rebuild_ms"] = times.rebuild_ms;
     json["trace_ms"] = times.trace_ms;
 }
@@ -55,6 +57,8 @@ Json of(const FrameReport& frame) {
     json["misses"] = frame.misses;
     json["occluded"] = frame.occluded;
     json["sah_cost"] = frame.sah_cost;
+    json["cost_ratio"] = frame.cost_ratio;
+    json["reason"] = frame.reason;
     json["file"] = frame.file;
     return json;
 }
@@ -96,6 +100,35 @@ Json of(const ProfileRow& row) {
     json["rays"] = row.times.rays;
     json["sah_cost"] = row.sah_cost;
     json["rebuilt_sah_cost"] = row.rebuilt_sah_cost;
+    return json;
+}
+
+Json of(const PolicyRun& run) {
+    Json hashes = Json::array();
+    for (const PolicyFrame& frame : run.frames) hashes.push_back(hash_text(frame.hits_hash));
+    return {{"policy", run.policy},
+            {"backend", run.backend},
+            {"total_ms", run.total_ms()},
+            {"median_frame_ms", run.median_frame_ms()},
+            {"worst_frame_ms", run.worst_frame_ms()},
+            {"worst_trace_vs_rebuilt", run.worst_trace_vs_rebuilt()},
+            {"regret", run.regret()},
+            {"rebuilds", run.rebuilds()},
+            {"hits_hashes", hashes}};
+}
+
+Json of(const PolicyRun& run, const PolicyFrame& frame) {
+    Json json = {{"policy", run.policy},
+                 {"backend", run.backend},
+                 {"frame", frame.frame},
+                 {"update", frame.update},
+                 {"reason", frame.reason}};
+    add_times(json, frame.times);
+    json["trace_rebuilt_ms"] = frame.trace_rebuilt_ms;
+    json["cost_ratio"] = frame.cost_ratio;
+    json["build_pending"] = frame.build_pending;
+    json["rays"] = frame.times.rays;
+    json["hits_hash"] = hash_text(frame.hits_hash);
     return json;
 }
 
@@ -184,6 +217,28 @@ std::string to_json(const ProfileReport& report) {
     json["complete"] = report.complete;
     json["frames"] = Json::array();
     for (const ProfileRow& row : report.rows) json["frames"].push_back(of(row));
+    return text_of(json);
+}
+
+std::string to_json(const PolicyReport& report) {
+    Json json = head_of(report.head);
+    json["rays"] = report.rays;
+    json["repeat"] = report.repeat;
+    json["policies"] = Json::array();
+    json["frames"] = Json::array();
+    json["best_schedules"] = Json::array();
+    for (const PolicyComparison& comparison : report.backends) {
+        for (const PolicyRun& run : comparison.runs) {
+            json["policies"].push_back(of(run));
+            for (const PolicyFrame& frame : run.frames) json["frames"].push_back(of(run, frame));
+        }
+        Json rebuilt = Json::array();
+        for (const std::size_t index : comparison.best.rebuilds)
+            rebuilt.push_back(comparison.runs.front().frames[index].frame);
+        json["best_schedules"].push_back({{"backend", comparison.runs.front().backend},
+                                          {"total_ms", comparison.best.total},
+                                          {"rebuilt_at", rebuilt}});
+    }
     return text_of(json);
 }
 

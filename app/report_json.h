@@ -15,6 +15,7 @@ namespace morphray::app {
 std::string to_json(const RenderReport& report);
 std::string to_json(const CheckReport& report);
 std::string to_json(const ProfileReport& report);
+std::string to_json(const PolicyReport& report);
 std::string to_json(const ProbeReport& report);
 std::string to_json(const SceneReport& report);
 std::string to_json(const ProgramReport& report);

@@ -4,21 +4,14 @@
 #include <numeric>
 
 namespace morphray::app {
-namespace {
-
-const char* name_of(TreeStep step) {
-    if (step == TreeStep::kBuilt) return "build";
-    return step == TreeStep::kRefitted ? "refit" : "rebuild";
-}
-
-}  // namespace
-
 FrameReport report_frame(Session& session, double frame_number, const Frame& frame,
                          bool with_tree) {
     FrameReport report;
     report.frame = frame_number;
     report.backend = session.tracer().name();
-    report.update = name_of(session.last_step());
+    report.update = name_of(session.last_update().step);
+    report.reason = session.last_update().reason;
+    report.cost_ratio = session.last_update().cost_ratio;
     report.refit_on = session.refitted_on();
     report.times = session.times();
     report.hits_hash = hits_hash(frame);

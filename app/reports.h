@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/policy_runs.h"
 #include "app/session.h"
 #include "common/bvh_stats.h"
 #include "common/clip.h"
@@ -26,8 +27,10 @@ struct ReportHead {
 struct FrameReport {
     double frame = 0;
     std::string backend;
-    /// "build", "refit" or "rebuild".
+    /// name_of(TreeStep), and why.
     std::string update;
+    std::string reason;
+    double cost_ratio = 1;
     /// The backend that refitted, or empty.
     std::string refit_on;
     std::uint64_t hits_hash = 0;
@@ -121,6 +124,23 @@ struct ProfileReport {
     int repeat = 0;
     bool complete = true;
     std::vector<ProfileRow> rows;
+};
+
+/// Refitting all of a scene, transfer included, at one size.
+struct RefitScaling {
+    std::string backend;
+    std::uint64_t triangles = 0;
+    double ms = 0;
+};
+
+/// A clip under several policies on each backend.
+struct PolicyReport {
+    ReportHead head;
+    std::string rays;
+    int repeat = 0;
+    std::vector<PolicyComparison> backends;
+    /// Of built-in scenes, when charts are asked for.
+    std::vector<RefitScaling> scaling;
 };
 
 struct SceneReport {

@@ -9,6 +9,7 @@
 #include "common/bvh.h"
 #include "common/frame.h"
 #include "common/mesh.h"
+#include "common/restructure.h"
 
 namespace morphray {
 
@@ -19,6 +20,14 @@ struct BackendTimes {
     double refit_ms = 0;
     double trace_ms = 0;
     std::uint64_t rays = 0;
+    /// Leaves that the last refit wrote: 0 when no vertex had moved.
+    std::uint64_t refitted_leaves = 0;
+};
+
+/// What a refit looks at. The bytes of the tree are the same either way.
+enum class RefitExtent {
+    kMoved,  // what the vertices that moved reach
+    kAll,    // everything: what a refit costs when all moves, or the tree is not that of the pose
 };
 
 /// A backend holds one scene at a time: topology, positions and a BVH of its own. Not thread-safe;
@@ -40,8 +49,13 @@ public:
     /// New positions, with a tree that belongs to them (refitted or built elsewhere).
     virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;
     /// New positions; the backend refits its own tree to them.
-    virtual void refit(std::span<const vec3> positions) = 0;
-    /// Copies the backend's nodes and leaves into a tree of the same topology.
+    virtual void refit(std::span<const vec3> positions,
+                       RefitExtent extent = RefitExtent::kMoved) = 0;
+    /// tree_cost() of its tree as it is.
+    virtual double tree_cost() = 0;
+    /// restructure() on its own tree at the pose that it has. Returns what that does.
+    virtual std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) = 0;
+    /// Copies the backend's tree.
     virtual void read_bvh(Bvh& bvh) = 0;
 
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;

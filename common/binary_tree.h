@@ -8,6 +8,7 @@
 #include "common/box.h"
 #include "common/bvh_builder.h"
 #include "common/mesh.h"
+#include "common/prim_ref.h"
 
 namespace morphray {
 
@@ -39,6 +40,15 @@ struct BinaryTree {
 /// No nodes for no triangles. Runs in the calling thread's arena; the tree (but for the places of
 /// its nodes) does not depend on the threads.
 BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
+                             SplitMethod method);
+
+/// The box of a triangle, without vertices that are not finite.
+PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id);
+
+/// Likewise over triangles and, above them, parts of any kind that are left as they are: a ref's
+/// prim_id is that of a triangle, or of a part if it is at least topology.triangles.size(). A part
+/// is a leaf of its own. The refs ascend by prim_id, and are used up.
+BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef>& refs,
                              SplitMethod method);
 
 }  // namespace morphray

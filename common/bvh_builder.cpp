@@ -8,8 +8,8 @@
 #include "common/box.h"
 #include "common/collapse.h"
 #include "common/error.h"
+#include "common/meshlet.h"
 #include "common/thread_arena.h"
-#include "common/vertex_set.h"
 
 namespace morphray {
 namespace {
@@ -85,8 +85,12 @@ private:
                 fill_node(bvh_.nodes[i], wide_nodes_[i]);
         });
         tbb::parallel_for(Range(0, leaf_sources_.size(), kGrain), [&](const Range& range) {
-            for (std::size_t i = range.begin(); i != range.end(); ++i)
-                fill_leaf(i, tree_.nodes[leaf_sources_[i]]);
+            for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                const BinaryNode& source = tree_.nodes[leaf_sources_[i]];
+                fill_leaf(topology_, positions_,
+                          std::span(tree_.prim_ids).subspan(source.begin, source.size()),
+                          bvh_.leaves[i], &bvh_.leaf_vertices[i * kLeafVertices]);
+            }
         });
     }
 
@@ -102,33 +106,6 @@ private:
         for (; slot < kWidth; ++slot) {
             set_slot_box(node, slot, Box());
             node.child[slot] = kEmptyChild;
-        }
-    }
-
-    void fill_leaf(std::size_t index, const BinaryNode& source) {
-        Leaf& leaf = bvh_.leaves[index];
-        const std::uint32_t count = source.size();
-        VertexSet set;
-        for (std::uint32_t i = 0; i < count; ++i) {
-            leaf.prim_id[i] = tree_.prim_ids[source.begin + i];
-            const uvec3 t = topology_.triangles[leaf.prim_id[i]];
-            const std::uint32_t a = set.add(t.x);
-            const std::uint32_t b = set.add(t.y);
-            const std::uint32_t c = set.add(t.z);
-            leaf.vertex[i].corners = pack_corners(a, b, c, count);
-        }
-        for (std::uint32_t i = count; i < kLeafTriangles; ++i) {
-            leaf.prim_id[i] = kNoPrim;
-            leaf.vertex[i].corners = pack_corners(0, 0, 0, count);
-        }
-        const std::span<const std::uint32_t> vertices = set.vertices();
-        std::uint32_t* const leaf_vertices = &bvh_.leaf_vertices[index * kLeafVertices];
-        for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot) {
-            const std::uint32_t vertex = vertices[slot < vertices.size() ? slot : 0];
-            leaf_vertices[slot] = vertex;
-            leaf.vertex[slot].x = positions_[vertex].x;
-            leaf.vertex[slot].y = positions_[vertex].y;
-            leaf.vertex[slot].z = positions_[vertex].z;
         }
     }
 

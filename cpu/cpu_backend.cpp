@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 
+#include "common/refit_plan.h"
+#include "common/stopwatch.h"
 #include "common/thread_arena.h"
+#include "common/tree_cost.h"
 #include "cpu/brute_tracer.h"
 #include "cpu/image_tracer.h"
 #include "cpu/packet_tiles.h"
@@ -20,17 +22,6 @@ namespace morphray::cpu {
 namespace {
 
 constexpr std::size_t kRayGrain = 256;
-
-class Stopwatch {
-public:
-    double ms() const {
-        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-            .count();
-    }
-
-private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
     const std::uint64_t per_hit = params.rays == kRaysShadow ? 1
@@ -62,33 +53,47 @@ public:
                    const Bvh& bvh) override {
         const Stopwatch watch;
         topology_ = topology;
-        positions_.assign(positions.begin(), positions.end());
+        planner_ = RefitPlanner(positions);
         bvh_ = bvh;
         times_ = {.upload_ms = watch.ms()};
     }
 
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
-        assert(positions.size() == positions_.size());
         const Stopwatch watch;
-        std::copy(positions.begin(), positions.end(), positions_.begin());
+        arena_.execute([&] { planner_.set_frame(positions); });
         bvh_ = bvh;
         times_ = {.upload_ms = watch.ms()};
     }
 
-    void refit(std::span<const vec3> positions) override {
-        assert(positions.size() == positions_.size());
+    void refit(std::span<const vec3> positions, RefitExtent extent) override {
         const Stopwatch upload;
-        std::copy(positions.begin(), positions.end(), positions_.begin());
+        arena_.execute([&] { planner_.advance(positions); });
         times_ = {.upload_ms = upload.ms()};
         const Stopwatch watch;
-        arena_.execute([&] { cpu::refit(bvh_, positions_); });
+        const RefitPlan plan = planner_.plan(bvh_, extent);
+        arena_.execute([&] {
+            if (plan.all) {
+                cpu::refit(bvh_, planner_.pose().positions());
+            } else {
+                cpu::refit(bvh_, planner_.pose().positions(), plan.parts);
+            }
+        });
+        times_.refitted_leaves = plan.leaf_count;
         times_.refit_ms = watch.ms();
     }
 
-    void read_bvh(Bvh& bvh) override {
-        bvh.nodes = bvh_.nodes;
-        bvh.leaves = bvh_.leaves;
+    double tree_cost() override { return morphray::tree_cost(bvh_.nodes); }
+
+    std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) override {
+        const std::size_t parts = arena_.execute([&] {
+            return morphray::restructure(topology, planner_.pose().positions(), growth, bvh_,
+                                         areas);
+        });
+        if (parts > 0) planner_.set_tree();
+        return parts;
     }
+
+    void read_bvh(Bvh& bvh) override { bvh = bvh_; }
 
     void trace_image(const ImageParams& params, Frame& frame) override {
         const std::size_t pixels = std::size_t{params.width} * params.height;
@@ -98,8 +103,8 @@ public:
         frame.occlusion.resize(pixels);
         frame.pixels.resize(pixels);
         const Stopwatch watch;
-        const auto tracer = make_tracer_(topology_, positions_, bvh_);
-        const ShadedMesh mesh{&topology_, positions_};
+        const auto tracer = make_tracer_(topology_, planner_.pose().positions(), bvh_);
+        const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const std::uint32_t columns = (params.width + kPacketSide - 1) / kPacketSide;
         const std::uint32_t rows = (params.height + kPacketSide - 1) / kPacketSide;
         arena_.execute([&] {
@@ -118,7 +123,7 @@ public:
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {
         assert(rays.size() == hits.size());
         const Stopwatch watch;
-        const auto tracer = make_tracer_(topology_, positions_, bvh_);
+        const auto tracer = make_tracer_(topology_, planner_.pose().positions(), bvh_);
         using Range = tbb::blocked_range<std::size_t>;
         arena_.execute([&] {
             tbb::parallel_for(Range(0, rays.size(), kRayGrain), [&](const Range& r) {
@@ -138,7 +143,7 @@ private:
     ThreadArena arena_;
     MakeTracer make_tracer_;
     Topology topology_;
-    std::vector<vec3> positions_;
+    RefitPlanner planner_;
     Bvh bvh_;
     BackendTimes times_;
 };

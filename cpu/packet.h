@@ -9,7 +9,6 @@
 
 #include "common/interop/layout.h"
 #include "common/interop/ray.h"
-#include "common/interop/triangle.h"
 
 namespace morphray::cpu {
 
@@ -28,7 +27,8 @@ inline std::uint32_t packet_ray(std::uint32_t x, std::uint32_t y) {
 }
 
 /// A leaf of which a triangle won at least one ray, kept for the packet's end: the corners of its
-/// triangles relative to the origin, rotated as shear_ray does for the packet's axis, side by side.
+/// triangles relative to the origin, rotated as shear_ray does for the packet's axis (if it has
+/// one), side by side.
 struct alignas(64) WonLeaf {
     float corner[3][3][kLeafTriangles];
     const Leaf* leaf;
@@ -106,21 +106,6 @@ struct PacketFrame {
     float volume;
 };
 
-/// The rule for a triangle of a leaf; tnear is 0.
-inline bool intersect_slot(const ShearedRay& sheared, float tfar, const Leaf& leaf,
-                           std::uint32_t slot, TriangleHit& hit) {
-    const auto vertex = [&](std::uint32_t k) {
-        const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
-        return vec3(v.x, v.y, v.z);
-    };
-    return intersect_triangle(sheared, 0.0f, tfar, vertex(0), vertex(1), vertex(2), hit);
-}
-
-/// The axis to rotate a packet's vectors for: 2, which is not at all, where axes are mixed.
-inline std::uint32_t rotation_axis(const PacketFrame& frame) {
-    return frame.axis == kMixedAxes ? 2 : frame.axis;
-}
-
 /// In place of 1/z: nearer than anything, for rays that want no more; and nearer than any hit, for
 /// what reaches to the eye.
 inline constexpr float kDone = std::numeric_limits<float>::infinity();
@@ -144,12 +129,6 @@ struct alignas(64) Packet {
     float block_lower_y[kPacketBlocks], block_upper_y[kPacketBlocks];
 
     std::vector<WonLeaf> won_leaves;
-
-    vec3 direction(std::uint32_t i) const { return {dir[0][i], dir[1][i], dir[2][i]}; }
-    const Leaf& winning_leaf(std::uint32_t i) const {
-        return *won_leaves[winner[i] / kLeafTriangles].leaf;
-    }
-    std::uint32_t winning_slot(std::uint32_t i) const { return winner[i] % kLeafTriangles; }
 };
 
 }  // namespace morphray::cpu

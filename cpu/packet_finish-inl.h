@@ -10,14 +10,18 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <cstring>
+
 #include "cpu/packet.h"
+#include "cpu/packet_rule-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Winners as vectors: corners relative to the origin, rotated unless the axes are mixed; and ids.
+/// Winners as vectors: corners relative to the origin, rotated for the packet's axis; and ids.
 struct WinnerLanes {
     VF corners[3][3];
     VW prim_ids;
@@ -64,74 +68,70 @@ struct HitLanes {
     VW prim_ids;
 };
 
-/// Sets the hits of those of some lanes that the plain path suffices for; dir and corners rotated
-/// for their axis. Which they are.
-HWY_INLINE std::uint32_t finish_fast(const PacketFrame& frame, const VF dir[3],
-                                     const VF corners[3][3], VW prim_ids, std::uint32_t lanes,
-                                     HitLanes& hits) {
+HWY_INLINE HitLanes no_hits() {
+    const VF none = hn::Zero(Floats());
+    return {none, none, none, hn::Set(Words(), kNoPrim)};
+}
+
+/// The hits of those of some rays from `first` on that the rule's plain path suffices for; the
+/// others get none and stay in `lanes`.
+HWY_INLINE HitLanes finish_fast(const Packet& packet, std::size_t first, std::uint32_t& lanes) {
+    const Floats f;
+    const WinnerLanes winners = spread_winners(packet, packet.winner + first, lanes);
+    const std::uint32_t z = packet.frame.axis;
+    const VF dir[3] = {hn::Load(f, packet.dir[(z + 1) % 3] + first),
+                       hn::Load(f, packet.dir[(z + 2) % 3] + first),
+                       hn::Load(f, packet.dir[z] + first)};
     VF t, u, v;
-    Mask in_front;
-    const VF slack = splat(0.25f * frame.depth_error);
-    const Mask sufficed = hit_fast(dir, slack, corners, t, u, v, in_front);
+    const VF slack = splat(0.25f * packet.frame.depth_error);
+    const Mask sufficed = hit_fast(dir, slack, winners.corners, t, u, v);
     const Mask done = hn::And(sufficed, mask_of(lanes));
-    hits.t = hn::IfThenElse(done, t, hits.t);
-    hits.u = hn::IfThenElse(done, u, hits.u);
-    hits.v = hn::IfThenElse(done, v, hits.v);
-    hits.prim_ids = hn::IfThenElse(hn::RebindMask(Words(), done), prim_ids, hits.prim_ids);
-    return mask_bits(done);
+    lanes &= ~mask_bits(done);
+    return {
+        hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u), hn::IfThenElseZero(done, v),
+        hn::IfThenElse(hn::RebindMask(Words(), done), winners.prim_ids, hn::Set(Words(), kNoPrim))};
 }
 
-/// Likewise where the largest direction components lie on several axes: rotates.
-HWY_NOINLINE std::uint32_t finish_mixed(const PacketFrame& frame, const VF dir[3],
-                                        const WinnerLanes& winners, std::uint32_t lanes,
-                                        HitLanes& hits) {
-    std::uint32_t by_axis[3];
-    lanes_by_axis(dir, lanes, by_axis);
-    std::uint32_t done = 0;
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-        if (by_axis[axis] == 0) continue;
-        VF rotated_dir[3], rotated[3][3];
-        rotate(axis, dir, rotated_dir);
-        for (int k = 0; k < 3; ++k) rotate(axis, winners.corners[k], rotated[k]);
-        done |= finish_fast(frame, rotated_dir, rotated, winners.prim_ids, by_axis[axis], hits);
+/// Where the hit of ray r of a packet goes among rows of the packet's square.
+HWY_INLINE std::size_t place_in_rows(std::size_t r, std::size_t stride) {
+    const std::size_t block = r / kBlockRays;
+    const std::size_t x = block % kBlocksPerSide * kBlockSide + r % kBlockSide;
+    const std::size_t y = block / kBlocksPerSide * kBlockSide + r % kBlockRays / kBlockSide;
+    return y * stride + x;
+}
+
+/// Sets the hits of some rays from `first` on, in rows, by the whole rule.
+HWY_NOINLINE void finish_exactly(const Packet& packet, std::size_t first, std::uint32_t lanes,
+                                 Hit* rows, std::size_t stride) {
+    const TriangleLanes winners = winning_triangles(packet, first, lanes, nullptr);
+    RuleHits hit;
+    PacketRule(packet, first).intersect(winners, splat(kInfiniteT), lanes, hit);
+    Hit all[hn::MaxLanes(Floats())];
+    hn::StoreInterleaved4(hit.t, hit.u, hit.v, hn::BitCast(Floats(), winners.prim_ids), Floats(),
+                          &all->t);
+    for (; lanes != 0; lanes &= lanes - 1) {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+        rows[place_in_rows(first + lane, stride)] = all[lane];
     }
-    return done;
 }
 
-/// By the rule itself.
-HWY_NOINLINE Hit finish_exact(const Packet& packet, std::uint32_t r) {
-    const Leaf& leaf = packet.winning_leaf(r);
-    const std::uint32_t slot = packet.winning_slot(r);
-    TriangleHit hit;
-    intersect_slot(shear_ray(packet.frame.org, packet.direction(r)), kInfiniteT, leaf, slot, hit);
-    return make_hit(hit, leaf.prim_id[slot]);
-}
-
-/// The hits of as many consecutive rays as there are lanes, from `first` on.
-template <bool kMixed>
-HWY_INLINE void finish_rays(const Packet& packet, std::size_t first, Hit* HWY_RESTRICT hits) {
+/// The hits of as many consecutive rays as there are lanes, from `first` on, into rows.
+HWY_INLINE void finish_rays(const Packet& packet, std::size_t first, Hit* rows,
+                            std::size_t stride) {
     const Floats f;
     const Words words;
-    const std::uint32_t* indices = packet.winner + first;
-    std::uint32_t left =
-        mask_bits(hn::RebindMask(f, hn::Ne(hn::Load(words, indices), hn::Set(words, kNoWinner))));
-    HitLanes lanes = {hn::Zero(f), hn::Zero(f), hn::Zero(f), hn::Set(words, kNoPrim)};
-    if (left != 0) {
-        const WinnerLanes winners = spread_winners(packet, indices, left);
-        // Rotated like the corners.
-        const std::uint32_t z = rotation_axis(packet.frame);
-        const VF dir[3] = {hn::Load(f, packet.dir[(z + 1) % 3] + first),
-                           hn::Load(f, packet.dir[(z + 2) % 3] + first),
-                           hn::Load(f, packet.dir[z] + first)};
-        left &= ~(kMixed ? finish_mixed(packet.frame, dir, winners, left, lanes)
-                         : finish_fast(packet.frame, dir, winners.corners, winners.prim_ids, left,
-                                       lanes));
-    }
+    constexpr std::size_t kLanes = hn::MaxLanes(Floats());
+    constexpr std::size_t kPart = std::min<std::size_t>(kLanes, kBlockSide);
+    const VW winners = hn::Load(words, packet.winner + first);
+    std::uint32_t left = mask_bits(hn::RebindMask(f, hn::Ne(winners, hn::Set(words, kNoWinner))));
+    const HitLanes lanes = left != 0 && HWY_LIKELY(packet.frame.axis != kMixedAxes)
+                               ? finish_fast(packet, first, left)
+                               : no_hits();
+    alignas(64) Hit hits[kLanes];
     hn::StoreInterleaved4(lanes.t, lanes.u, lanes.v, hn::BitCast(f, lanes.prim_ids), f, &hits->t);
-    for (; left != 0; left &= left - 1) {
-        const auto i = static_cast<std::uint32_t>(__builtin_ctz(left));
-        hits[i] = finish_exact(packet, static_cast<std::uint32_t>(first) + i);
-    }
+    for (std::size_t l = 0; l < kLanes; l += kPart)
+        std::memcpy(rows + place_in_rows(first + l, stride), hits + l, kPart * sizeof(Hit));
+    if (HWY_UNLIKELY(left != 0)) finish_exactly(packet, first, left, rows, stride);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -58,4 +58,23 @@ void refit(Bvh& bvh, std::span<const vec3> positions) {
     }
 }
 
+void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts) {
+    const auto leaf_count = static_cast<std::uint32_t>(parts.leaves.size());
+    const bool is_cached = positions.size() <= kCachedVertices;
+    for_each_index(0, leaf_count, kLeafGrain, [&](std::uint32_t i) {
+        const std::uint32_t ahead = std::min(i + kLeavesAhead, leaf_count - 1);
+        if (!is_cached) prefetch_positions(bvh, parts.leaves[ahead], positions);
+        refit_leaf(bvh, parts.leaves[i], positions);
+    });
+    const std::vector<std::uint32_t>& nodes = parts.nodes;
+    const auto place_of = [&](std::uint32_t node) {
+        return static_cast<std::uint32_t>(std::lower_bound(nodes.begin(), nodes.end(), node) -
+                                          nodes.begin());
+    };
+    for (std::uint32_t level = bvh.depth(); level-- > 1;) {
+        for_each_index(place_of(bvh.level_begin[level]), place_of(bvh.level_begin[level + 1]),
+                       kNodeGrain, [&](std::uint32_t i) { refit_node(bvh, nodes[i]); });
+    }
+}
+
 }  // namespace morphray::cpu

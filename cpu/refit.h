@@ -4,6 +4,7 @@
 #include <span>
 
 #include "common/bvh.h"
+#include "common/moved_parts.h"
 
 namespace morphray::cpu {
 
@@ -13,5 +14,9 @@ namespace morphray::cpu {
 /// same for any number of threads, and those of the build when the positions are. Runs in the
 /// calling thread's arena.
 void refit(Bvh& bvh, std::span<const vec3> positions);
+
+/// The same for a tree that is that of these positions but for `parts`: the bytes are those of the
+/// refit of all of it.
+void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts);
 
 }  // namespace morphray::cpu

@@ -57,10 +57,9 @@ HWY_INLINE VF rcp_exactly(VF x) {
 }
 
 /// Rays of one axis with a triangle each, its corners relative to the origin, all rotated:
-/// project_fast, fast_edges, surely_inside and weighted_hit of the rule in its operations. Which
-/// rays they suffice for; in_front: which of those have z certainly in front of the origin.
-HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t, VF& u, VF& v,
-                         Mask& in_front) {
+/// project_fast, fast_edges, surely_inside and weighted_hit of the rule in its operations, for
+/// triangles that are in front of the origin. Which rays they suffice for.
+HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t, VF& u, VF& v) {
     VF x[3], y[3], z[3];
     for (int k = 0; k < 3; ++k) {
         z[k] = corner[k][2];
@@ -96,26 +95,7 @@ HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t
     v = hn::Mul(hn::Abs(ew), rsum);
     const VF depth = hn::Add(hn::Add(hn::Mul(wa, z[0]), hn::Mul(u, z[1])), hn::Mul(v, z[2]));
     t = hn::Mul(depth, rcp_exactly(dir[2]));
-    const VF depth_error = hn::Add(hn::Mul(hn::Mul(hn::Mul(splat(2.0f), bound), rsum), depth_range),
-                                   hn::Mul(splat(kDepthRounding), z_size));
-    in_front = hn::And(hn::Gt(hn::Abs(depth), depth_error), hn::Gt(t, hn::Zero(Floats())));
     return hn::And(flat, hn::Or(positive, negative));
-}
-
-/// Rotates vectors of x, y, z as rotate_axes does.
-HWY_INLINE void rotate(std::uint32_t axis, const VF in[3], VF out[3]) {
-    for (std::uint32_t k = 0; k < 3; ++k) out[k] = in[(axis + 1 + k) % 3];
-}
-
-/// The lanes whose directions have their largest component on each axis, as shear_ray chooses it.
-HWY_INLINE void lanes_by_axis(const VF dir[3], std::uint32_t lanes, std::uint32_t by_axis[3]) {
-    const VF ax = hn::Abs(dir[0]);
-    const VF ay = hn::Abs(dir[1]);
-    const VF az = hn::Abs(dir[2]);
-    const Mask is_x = hn::And(hn::Ge(ax, ay), hn::Ge(ax, az));
-    by_axis[0] = mask_bits(is_x) & lanes;
-    by_axis[1] = mask_bits(hn::AndNot(is_x, hn::Ge(ay, az))) & lanes;
-    by_axis[2] = lanes & ~by_axis[0] & ~by_axis[1];
 }
 
 }  // namespace HWY_NAMESPACE

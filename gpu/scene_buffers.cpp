@@ -64,6 +64,13 @@ void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> posit
     transfer.upload(std::as_bytes(positions), positions_.buffer);
 }
 
+void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions,
+                                 IndexRange range) {
+    assert(positions.size() == vertex_count_ && range.end <= vertex_count_);
+    transfer.upload(std::as_bytes(positions.subspan(range.begin, range.end - range.begin)),
+                    positions_.buffer, range.begin * sizeof(vec3));
+}
+
 void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh) {
     assert(bvh.triangle_count == triangle_count_);
     tree_ = Tree(context, transfer, bvh);
@@ -73,6 +80,12 @@ void SceneBuffers::read_tree(Transfer& transfer, Bvh& bvh) const {
     assert(bvh.nodes.size() == node_count() && bvh.leaves.size() == leaf_count());
     transfer.download(tree_.nodes.buffer, std::as_writable_bytes(std::span(bvh.nodes)));
     transfer.download(tree_.leaves.buffer, std::as_writable_bytes(std::span(bvh.leaves)));
+}
+
+AlignedVector<Node> SceneBuffers::read_nodes(Transfer& transfer) const {
+    AlignedVector<Node> nodes(node_count());
+    transfer.download(tree_.nodes.buffer, std::as_writable_bytes(std::span(nodes)));
+    return nodes;
 }
 
 void SceneBuffers::add_to(Bindings& bindings) const {

@@ -7,6 +7,7 @@
 
 #include "common/bvh.h"
 #include "common/mesh.h"
+#include "common/refit_plan.h"
 #include "gpu/pipeline.h"
 #include "gpu/transfer.h"
 
@@ -36,11 +37,14 @@ public:
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);
+    /// Those of one range of the positions.
+    void set_positions(Transfer& transfer, std::span<const vec3> positions, IndexRange range);
     /// Replaces the tree by one over the same triangles. Bindings have to be made anew. After an
     /// exception the old tree is still there.
     void set_tree(Context& context, Transfer& transfer, const Bvh& bvh);
     /// Reads nodes and leaves back.
     void read_tree(Transfer& transfer, Bvh& bvh) const;
+    AlignedVector<Node> read_nodes(Transfer& transfer) const;
 
     void add_to(Bindings& bindings) const;
 

@@ -23,17 +23,17 @@ void copy(Context& context, const Buffer& from, VkDeviceSize from_offset, const 
 Transfer::Transfer(Context& context)
     : context_(context), staging_(context, "staging", kStagingBytes, 0, Memory::kHost) {}
 
-void Transfer::upload(std::span<const std::byte> bytes, const Buffer& to) {
-    assert(bytes.size() <= to.size());
+void Transfer::upload(std::span<const std::byte> bytes, const Buffer& to, VkDeviceSize offset) {
+    assert(offset + bytes.size() <= to.size());
     if (bytes.empty()) return;
     if (!to.mapped().empty()) {
-        std::memcpy(to.mapped().data(), bytes.data(), bytes.size());
+        std::memcpy(to.mapped().data() + offset, bytes.data(), bytes.size());
         return;
     }
     for (std::size_t at = 0; at < bytes.size(); at += kStagingBytes) {
         const std::size_t size = std::min<std::size_t>(bytes.size() - at, kStagingBytes);
         std::memcpy(staging_.mapped().data(), bytes.data() + at, size);
-        copy(context_, staging_, 0, to, at, size);
+        copy(context_, staging_, 0, to, offset + at, size);
     }
 }
 

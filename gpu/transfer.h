@@ -10,8 +10,8 @@ class Transfer {
 public:
     explicit Transfer(Context& context);
 
-    /// Writes the bytes to the start of `to`.
-    void upload(std::span<const std::byte> bytes, const Buffer& to);
+    /// Writes the bytes to `to` from `offset` on.
+    void upload(std::span<const std::byte> bytes, const Buffer& to, VkDeviceSize offset = 0);
     /// Reads from the start of `from`.
     void download(const Buffer& from, std::span<std::byte> bytes);
 

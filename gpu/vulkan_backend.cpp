@@ -7,9 +7,12 @@
 #include <chrono>
 #include <cstring>
 
+#include "common/refit_plan.h"
+#include "common/tree_cost.h"
 #include "gpu/kernels.h"
 #include "gpu/limits.h"
 #include "gpu/ray_passes.h"
+#include "gpu/refit_pass.h"
 #include "gpu/vulkan_backend_internal.h"
 
 namespace morphray::gpu {
@@ -20,9 +23,6 @@ using Clock = std::chrono::steady_clock;
 double ms_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
-
-// Far below what any device allows; refit dispatches of 2^22 leaves or nodes stay short.
-constexpr std::uint32_t kMaxRefitGroups = 1u << 16;
 
 std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
 
@@ -69,7 +69,9 @@ public:
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override;
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
-    void refit(std::span<const vec3> positions) override;
+    void refit(std::span<const vec3> positions, RefitExtent extent) override;
+    double tree_cost() override;
+    std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) override;
     void read_bvh(Bvh& bvh) override;
     void trace_image(const ImageParams& params, Frame& frame) override;
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override;
@@ -78,8 +80,7 @@ public:
 private:
     void bind();
     void warm_up();
-    void refit_range(VkCommandBuffer commands, const Pipeline& pipeline, std::uint32_t first,
-                     std::uint32_t end) const;
+    void keep_links(const Bvh& bvh);
     void trace_region(const RegionArguments& region);
     void copy_region(const RegionArguments& region, Frame& frame);
 
@@ -89,6 +90,9 @@ private:
     Kernels kernels_;
     RayPasses passes_;
     SceneBuffers scene_;
+    RefitPlanner planner_;
+    /// The tree without its nodes and leaves, which are on the device.
+    Bvh links_;
     BackendTimes times_;
 };
 
@@ -133,6 +137,14 @@ void VulkanBackend::warm_up() {
     });
 }
 
+void VulkanBackend::keep_links(const Bvh& bvh) {
+    links_.leaf_vertices = bvh.leaf_vertices;
+    links_.leaf_parents = bvh.leaf_parents;
+    links_.node_parents = bvh.node_parents;
+    links_.level_begin = bvh.level_begin;
+    links_.triangle_count = bvh.triangle_count;
+}
+
 void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions,
                               const Bvh& bvh) {
     const auto start = Clock::now();
@@ -142,6 +154,8 @@ void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> po
     bind();
     scene_ = SceneBuffers(context_, transfer_, topology, positions, bvh);
     bind();
+    planner_ = RefitPlanner(positions);
+    keep_links(bvh);
     context_.throw_on_validation_errors();
     times_ = {};
     times_.upload_ms = ms_since(start);
@@ -153,40 +167,44 @@ void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
     scene_.set_positions(transfer_, positions);
     scene_.set_tree(context_, transfer_, bvh);
     bind();
+    planner_.set_frame(positions);
+    keep_links(bvh);
     context_.throw_on_validation_errors();
     times_.upload_ms = ms_since(start);
 }
 
-void VulkanBackend::refit_range(VkCommandBuffer commands, const Pipeline& pipeline,
-                                std::uint32_t first, std::uint32_t end) const {
-    const std::uint32_t max_groups =
-        std::min(context_.limits().maxComputeWorkGroupCount[0], kMaxRefitGroups);
-    while (first < end) {
-        const std::uint32_t groups = std::min(groups_of(end - first), max_groups);
-        const std::uint32_t count =
-            groups < max_groups ? end - first : std::min(end - first, groups * kGroupSize);
-        pipeline.dispatch(commands, RefitArguments{.first = first, .count = count}, groups);
-        first += count;
-    }
-}
-
-void VulkanBackend::refit(std::span<const vec3> positions) {
+void VulkanBackend::refit(std::span<const vec3> positions, RefitExtent extent) {
     const auto start = Clock::now();
-    scene_.set_positions(transfer_, positions);
+    planner_.advance(positions);
+    const RefitPlan plan = planner_.plan(links_, extent);
+    upload_positions(scene_, transfer_, planner_.pose(), plan);
     times_.upload_ms = ms_since(start);
-    const std::vector<std::uint32_t>& levels = scene_.level_begin();
-    times_.refit_ms = context_.submit("refit", [&](VkCommandBuffer commands) {
-        refit_range(commands, kernels_.refit_leaves, 0, scene_.leaf_count());
-        for (std::size_t level = levels.size() - 2; level > 0; --level) {
-            // Writer: the level below (and the leaves); reader: this level.
-            barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-                    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
-            refit_range(commands, kernels_.refit_nodes, levels[level], levels[level + 1]);
-        }
-    });
+    times_.refit_ms = refit_scene(context_, kernels_, scene_, plan);
+    times_.refitted_leaves = plan.leaf_count;
 }
 
-void VulkanBackend::read_bvh(Bvh& bvh) { scene_.read_tree(transfer_, bvh); }
+double VulkanBackend::tree_cost() { return morphray::tree_cost(scene_.read_nodes(transfer_)); }
+
+std::size_t VulkanBackend::restructure(const Topology& topology, double growth, BuiltAreas& areas) {
+    Bvh tree;
+    read_bvh(tree);
+    const std::size_t parts =
+        morphray::restructure(topology, planner_.pose().positions(), growth, tree, areas);
+    if (parts == 0) return 0;
+    check_scene(context_.physical(), size_of(scene_.vertex_count(), scene_.triangle_count(), tree));
+    scene_.set_tree(context_, transfer_, tree);
+    bind();
+    planner_.set_tree();
+    keep_links(tree);
+    return parts;
+}
+
+void VulkanBackend::read_bvh(Bvh& bvh) {
+    bvh = links_;
+    bvh.nodes.resize(links_.node_parents.size());
+    bvh.leaves.resize(links_.leaf_parents.size());
+    scene_.read_tree(transfer_, bvh);
+}
 
 void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     const std::size_t pixel_count = std::size_t{params.width} * params.height;

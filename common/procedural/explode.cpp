@@ -15,11 +15,22 @@ namespace {
 constexpr double kLastFrame = 24;
 constexpr std::uint64_t kSeed = 0xE84;
 constexpr double kInnerRadius = 0.8;
-constexpr double kMostSpin = 1.5;  // turns in the clip
+constexpr double kMostSpin = 1.5;  // turns on the way
 constexpr double kFarthest = 2.2;
-// A chunk slows down evenly, by 2 * kFarthest / 24^2 = 0.008; its corners are within 0.9 of its
-// middle and turn by at most 2 pi * 1.5 / 24 = 0.4 a frame, which makes 0.14.
+// Bursting, a chunk slows down evenly, by 2 * kFarthest / 24^2 = 0.008; its corners are within 0.9
+// of its middle and turn by at most 2 pi * 1.5 / 24 = 0.4 a frame, which makes 0.14.
 constexpr double kAcceleration = 0.16;
+// Bursting and gathering with half the spin, where the way is p = (1 - cos w) / 2 and w turns once
+// in the clip: p (2 - p) = 1 - cos^4(w / 2) has no second derivative by w above 1, so flight makes
+// 2.2 (2 pi / 24)^2 = 0.151; corners turn by 1.5 pi p, at most 0.62 a frame and 0.17 a frame more
+// each frame: 0.9 (0.62^2 + 0.17) = 0.5.
+constexpr double kGatherAcceleration = 0.66;
+
+/// How far the chunks are on their way, 0 to 1, at a frame, and how much they turn on it.
+struct Way {
+    double (*progress)(double frame);
+    double most_spin;
+};
 
 // A piece of the shell that stands over one of the cells x cells squares of a cube's face: outer
 // and inner side of cuts x cuts quads each, and walls. Vertices: the outer grid, then the inner.
@@ -108,17 +119,16 @@ void append_chunk(Topology& topology, const Chunk& chunk, Albedo outside, Albedo
     topology.vertex_count += 2 * chunk.grid_vertices();
 }
 
-void move_chunk(const Shell& shell, std::uint32_t index, double frame, VertexRange range,
-                std::span<vec3> out) {
+void move_chunk(const Shell& shell, std::uint32_t index, double time, double most_spin,
+                VertexRange range, std::span<vec3> out) {
     const Chunk& chunk = shell.chunks[index];
     const glm::dvec3 outward = chunk_direction(shell, chunk, 0.5, 0.5);
     const glm::dvec3 middle = 0.5 * (1 + kInnerRadius) * outward;
-    const double time = frame / kLastFrame;
     const double distance = kFarthest * (0.35 + 0.65 * uniform(kSeed, index, 0));
     glm::dvec3 flight = outward + 0.35 * uniform_direction(kSeed, index, 1);
     flight = flight * (distance * time * (2 - time) / glm::length(flight));
     const glm::dvec3 axis = uniform_direction(kSeed, index, 3);
-    const CosSin turn = circle_point(kMostSpin * uniform(kSeed, index, 5) * time);
+    const CosSin turn = circle_point(most_spin * uniform(kSeed, index, 5) * time);
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
         const std::uint32_t grid_vertex = (i - chunk.first_vertex) % chunk.grid_vertices();
         const bool inner = i - chunk.first_vertex >= chunk.grid_vertices();
@@ -130,9 +140,7 @@ void move_chunk(const Shell& shell, std::uint32_t index, double frame, VertexRan
     }
 }
 
-}  // namespace
-
-DeformingMesh make_explode(std::uint64_t triangles) {
+DeformingMesh make_burst(std::uint64_t triangles, const Way& way, double acceleration) {
     const Shell shell = make_shell(triangles);
     DeformingMesh mesh;
     for (std::size_t i = 0; i < shell.chunks.size(); ++i) {
@@ -140,8 +148,8 @@ DeformingMesh make_explode(std::uint64_t triangles) {
                      rgb(226, 150, 70));
     }
     mesh.last_frame = kLastFrame;
-    mesh.acceleration = kAcceleration;
-    mesh.move = [shell](double frame, VertexRange range, std::span<vec3> out) {
+    mesh.acceleration = acceleration;
+    mesh.move = [shell, way](double frame, VertexRange range, std::span<vec3> out) {
         const std::vector<Chunk>& chunks = shell.chunks;
         const auto after = std::upper_bound(
             chunks.begin(), chunks.end(), range.begin,
@@ -151,11 +159,25 @@ DeformingMesh make_explode(std::uint64_t triangles) {
             const std::uint32_t chunk_end =
                 chunks[index].first_vertex + 2 * chunks[index].grid_vertices();
             const std::uint32_t end = std::min(range.end, chunk_end);
-            move_chunk(shell, index, frame, {begin, end}, out);
+            move_chunk(shell, index, way.progress(frame), way.most_spin, {begin, end}, out);
             begin = end;
         }
     };
     return mesh;
+}
+
+}  // namespace
+
+DeformingMesh make_explode(std::uint64_t triangles) {
+    return make_burst(triangles, {[](double frame) { return frame / kLastFrame; }, kMostSpin},
+                      kAcceleration);
+}
+
+DeformingMesh make_gather(std::uint64_t triangles) {
+    const auto there_and_back = [](double frame) {
+        return (1 - cos_turns(frame / kLastFrame)) / 2;
+    };
+    return make_burst(triangles, {there_and_back, kMostSpin / 2}, kGatherAcceleration);
 }
 
 }  // namespace morphray

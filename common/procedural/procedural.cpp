@@ -30,6 +30,10 @@ constexpr std::array kEntries = {
     Entry{{"soup", "separate small triangles in motion", 30000}, make_soup},
     Entry{{"spikes", "a closed ball with pulsing spikes", 60000}, make_spikes},
     Entry{{"collapse", "a closed mesh shrinking to a plane and to a point", 20000}, make_collapse},
+    Entry{{"wave", "a sheet that waves run over", 40000}, make_wave},
+    Entry{{"orbits", "balls on crossing orbits", 40000}, make_orbits},
+    Entry{{"gather", "chunks of a sphere flying apart and back", 60000}, make_gather},
+    Entry{{"mirror", "a closed mesh turning inside out", 20000}, make_mirror},
 };
 
 constexpr auto kScenes = [] {

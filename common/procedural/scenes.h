@@ -21,6 +21,9 @@ DeformingMesh make_herd(std::uint64_t triangles);
 /// A hollow sphere whose chunks, each a closed mesh, fly apart and turn.
 DeformingMesh make_explode(std::uint64_t triangles);
 
+/// The same, and back to where they came from; frame 12 is the farthest.
+DeformingMesh make_gather(std::uint64_t triangles);
+
 /// One torus in every frame, made of separate triangles that change places at each whole frame:
 /// the fastest way to spoil a tree that is only refitted.
 DeformingMesh make_shuffle(std::uint64_t triangles);
@@ -35,5 +38,15 @@ DeformingMesh make_spikes(std::uint64_t triangles);
 /// A closed mesh that shrinks to a plane (frames 2, 10, 18) and to a point (6, 14, 22), and expands
 /// again to its full size (every fourth frame).
 DeformingMesh make_collapse(std::uint64_t triangles);
+
+/// A sheet that two waves run over: what a refit follows without loss.
+DeformingMesh make_wave(std::uint64_t triangles);
+
+/// Balls on crossing orbits about a centre, so that what is near each other changes all the time.
+DeformingMesh make_orbits(std::uint64_t triangles);
+
+/// A closed mesh without symmetry that becomes its mirror image, inside out, through a plane at
+/// frame 12.
+DeformingMesh make_mirror(std::uint64_t triangles);
 
 }  // namespace morphray

@@ -110,7 +110,8 @@ TEST(OpenScene, BuiltinWithoutANameIsToldAllNames) {
     for (const char* spec : {"builtin:", "builtin::500"}) {
         const std::string message = message_of([&] { open_scene(spec); });
         EXPECT_NE(message.find("the name is missing; "), std::string::npos) << message;
-        EXPECT_NE(message.find("cloth, twist, herd, explode, shuffle, soup, spikes, collapse"),
+        EXPECT_NE(message.find("cloth, twist, herd, explode, shuffle, soup, spikes, collapse, "
+                               "wave, orbits, gather, mirror"),
                   std::string::npos)
             << message;
     }

@@ -77,7 +77,7 @@ TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
         std::shuffle(scene.positions.begin(), scene.positions.end(), std::mt19937(1));
         for (Backend* backend : {vulkan.get(), brute.get()}) {
             backend->set_scene(scene.topology, scene.positions, bvh);
-            backend->refit(scene.positions);
+            backend->refit(scene.positions, RefitExtent::kAll);
         }
         Frame expected, traced;
         brute->trace_image(view(48, 32, kRaysShadow), expected);

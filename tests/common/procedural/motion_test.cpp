@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <set>
 #include <vector>
 
@@ -199,6 +200,38 @@ TEST(Explode, KeepsItsChunksRigid) {
             ASSERT_NEAR(std::hypot(after.x, after.y, after.z),
                         std::hypot(before.x, before.y, before.z), 2e-6);
         }
+    }
+}
+
+TEST(Gather, EndsAsItBeganAndIsApartBetween) {
+    const auto clip = make_procedural("gather", 5000);
+    EXPECT_EQ(positions_of(*clip, 24), positions_of(*clip, 0));
+    EXPECT_EQ(positions_of(*clip, 0), positions_of(*make_procedural("explode", 5000), 0));
+    double farthest = 0;
+    for (const vec3& p : positions_of(*clip, 12)) farthest = std::max<double>(farthest, p.x);
+    EXPECT_GT(farthest, 2);
+}
+
+TEST(Mirror, EndsAsItsMirrorImageThroughAPlane) {
+    const auto clip = make_procedural("mirror", 3000);
+    const std::vector<vec3> first = positions_of(*clip, 0);
+    const std::vector<vec3> last = positions_of(*clip, 24);
+    const auto volume = static_cast<double>(mesh_volume6(clip->topology().triangles, first));
+    EXPECT_GT(volume, 0);
+    const auto mirrored = static_cast<double>(mesh_volume6(clip->topology().triangles, last));
+    EXPECT_NEAR(mirrored, -volume, 1e-4 * volume);
+    for (const vec3& p : positions_of(*clip, 12)) EXPECT_EQ(p.x, 0);
+    for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(last[i].x, -first[i].x);
+}
+
+TEST(Orbits, KeepsItsBallsRigidAndMovesAllOfThem) {
+    const DeformingMesh mesh = make_orbits(3000);
+    const std::vector<vec3> before = moved(mesh, 0);
+    const std::vector<vec3> after = moved(mesh, 9.25);
+    for (const uvec3& t : mesh.topology.triangles) {
+        const double edge = glm::length(glm::dvec3(before[t.x]) - glm::dvec3(before[t.y]));
+        EXPECT_NEAR(glm::length(glm::dvec3(after[t.x]) - glm::dvec3(after[t.y])), edge, 1e-6);
+        EXPECT_NE(before[t.x], after[t.x]);
     }
 }
 

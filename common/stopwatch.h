@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-namespace morphray::app {
+namespace morphray {
 
 class Stopwatch {
 public:
@@ -16,4 +16,4 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace morphray::app
+}  // namespace morphray

@@ -1,0 +1,130 @@
+#include "common/auto_policy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace morphray {
+namespace {
+
+// Up to here a tree counts as sound: the ratio itself is no more exact than that (a tree built for
+// the frame is within 5 % of the refitted one's cost either way on waves and cloth).
+constexpr double kSound = 1.05;
+
+// Whatever the budget: a tree that is older when it is shown is no better than the one before.
+constexpr double kMostBuildFrames = 64;
+
+// What a first restructuring is taken to cost, as a part of a build (0.01 to 0.3 measured).
+constexpr double kFirstRestructureCost = 0.15;
+
+// What the next one is taken to cost, as a part of the last: the first takes apart every leaf that
+// straddles two bodies (50 ms for a million triangles in balls on orbits), those after it find most
+// of that done (3 to 11 ms). Where each costs the same, asking early loses a few per cent.
+constexpr double kNextRestructureCost = 0.5;
+
+// A restructuring that takes away less than this of what the ratio has above 1 did not help.
+constexpr double kHelpful = 0.3;
+constexpr int kLongestWait = 64;
+
+}  // namespace
+
+double AutoPolicy::loss(double cost_ratio) const {
+    return cost_ratio <= kSound ? 0 : model_.slowdown(cost_ratio) - 1;
+}
+
+double AutoPolicy::residual(double cost_ratio) const {
+    return loss(wait_ > 0 ? cost_ratio : std::min(cost_ratio, floor_ratio_));
+}
+
+double AutoPolicy::restructure_cost() const {
+    return restructure_cost_ > 0 ? kNextRestructureCost * restructure_cost_
+                                 : kFirstRestructureCost * build_cost_;
+}
+
+std::string AutoPolicy::facts(double cost_ratio) const {
+    return fmt::format("cost ratio {:.2f}, a frame loses {:.1f} %", cost_ratio,
+                       100 * loss(cost_ratio));
+}
+
+UpdateDecision AutoPolicy::plan() { return {UpdateStep::kRefit, "a refit comes first"}; }
+
+bool AutoPolicy::restructuring_is_due(double cost_ratio) const {
+    if (wait_ > 0) return false;
+    const double avoidable = loss(cost_ratio) - residual(cost_ratio);
+    return avoidable > restructure_price() ||
+           restructurings_.is_due(avoidable, restructure_price());
+}
+
+void AutoPolicy::judge_restructuring(double cost_ratio) {
+    const bool helped = asked_ratio_ - cost_ratio >= kHelpful * (asked_ratio_ - 1);
+    distrust_ = helped ? distrust_ / 2 : std::clamp(2 * distrust_, 1, kLongestWait);
+    wait_ = helped ? 0 : distrust_;
+    floor_ratio_ = cost_ratio;
+}
+
+UpdateDecision AutoPolicy::review(const RefittedTree& tree) {
+    const std::string known = facts(tree.cost_ratio);
+    if (std::isinf(tree.cost_ratio)) {
+        return {UpdateStep::kRebuild, "the tree was built for a scene without extent"};
+    }
+    if (tree.restructured) judge_restructuring(tree.cost_ratio);
+    if (loss(tree.cost_ratio) == 0) return {UpdateStep::kRefit, "sound: " + known};
+    if (!tree.restructured && !tree.new_tree && restructuring_is_due(tree.cost_ratio)) {
+        asked_ratio_ = tree.cost_ratio;
+        return {UpdateStep::kRestructure, "restructuring is due: " + known};
+    }
+    return rebuild_when_due(tree);
+}
+
+UpdateDecision AutoPolicy::rebuild_when_due(const RefittedTree& tree) const {
+    const double now = residual(tree.cost_ratio);
+    const double price = build_price();
+    const std::string known =
+        facts(tree.cost_ratio) + fmt::format(", {:.2f} of a build lost, patience {}",
+                                             builds_.lost() / price, builds_.patience());
+    if (now > price) return {UpdateStep::kRebuild, "a jump: " + known};
+    if (tree.new_tree) return {UpdateStep::kRefit, "a new tree: " + known};
+    if (tree.build_pending) return {UpdateStep::kRefit, "a build goes on behind: " + known};
+    if (!builds_.is_due(now, price)) return {UpdateStep::kRefit, "not yet due: " + known};
+    const double share = config_.budget_ms > 0 ? config_.budget_ms : config_.budget * frame_cost_;
+    if (build_cost_ <= share) return {UpdateStep::kRebuild, "due: " + known};
+    const double build_frames = std::min(std::ceil(build_cost_ / share), kMostBuildFrames);
+    return {UpdateStep::kRebuildBehind, "due, and over the budget: " + known,
+            static_cast<std::uint32_t>(build_frames)};
+}
+
+void AutoPolicy::remember_trace(double sound_trace) {
+    last_traces_[traces_++ % last_traces_.size()] = sound_trace;
+    std::array<double, 5> sorted = last_traces_;
+    const auto end =
+        sorted.begin() + static_cast<std::ptrdiff_t>(std::min(traces_, last_traces_.size()));
+    std::sort(sorted.begin(), end);
+    sound_trace_ = sorted[static_cast<std::size_t>(end - sorted.begin() - 1) / 2];
+}
+
+void AutoPolicy::frame_done(const FrameCost& cost) {
+    if (cost.rebuild > 0) build_cost_ = cost.rebuild;
+    if (cost.restructure > 0) restructure_cost_ = cost.restructure;
+    frame_cost_ = cost.refit + cost.trace;
+    if (cost.new_tree || cost.restructure > 0) {
+        model_.learn(cost_ratio_, trace_, cost.cost_ratio, cost.trace);
+        model_.forget_watched();
+        restructurings_.start_over(restructure_price());
+    }
+    if (cost.new_tree) {
+        builds_.start_over(build_price());
+        floor_ratio_ = 1;
+    }
+    const double unavoidable = residual(cost.cost_ratio);
+    builds_.add(unavoidable);
+    restructurings_.add(loss(cost.cost_ratio) - unavoidable);
+    wait_ = std::max(0, wait_ - 1);
+    if (cost.build_pending) return;
+    remember_trace(cost.trace / model_.slowdown(cost.cost_ratio));
+    model_.watch(cost.cost_ratio, cost.trace);
+    trace_ = cost.trace;
+    cost_ratio_ = cost.cost_ratio;
+}
+
+}  // namespace morphray

@@ -1,0 +1,71 @@
+// The policy that weighs what a rotten tree costs against a new one.
+#pragma once
+
+#include <array>
+
+#include "common/loss_account.h"
+#include "common/slowdown_model.h"
+#include "common/update_policy.h"
+
+namespace morphray {
+
+/// Refits, restructures what is rotten when that pays, and rebuilds when what restructuring cannot
+/// cure has cost a build (LossAccount, one for each remedy). A frame that would lose more than a
+/// remedy's price by itself is a *jump* and gets it at once. Other builds that would take more than
+/// the budget go on behind while refitted frames are shown.
+///
+/// Losses are not seen in times, which change with the picture. They are what the cost ratio
+/// explains (SlowdownModel), in units of the time that a sound tree would take.
+class AutoPolicy final : public UpdatePolicy {
+public:
+    explicit AutoPolicy(const UpdateConfig& config) : config_(config) {}
+
+    UpdateDecision plan() override;
+    UpdateDecision review(const RefittedTree& tree) override;
+    bool needs_cost_ratio() const override { return true; }
+    bool may_restructure() const override { return true; }
+    void built(double cost) override { build_cost_ = cost; }
+    void frame_done(const FrameCost& cost) override;
+
+private:
+    /// What a frame loses to a tree of this ratio, in traces of a sound one.
+    double loss(double cost_ratio) const;
+    /// The part of it that only a build can cure.
+    double residual(double cost_ratio) const;
+    /// Costs in the same unit.
+    double build_price() const { return build_cost_ / sound_trace_; }
+    double restructure_price() const { return restructure_cost() / sound_trace_; }
+    double restructure_cost() const;
+    bool restructuring_is_due(double cost_ratio) const;
+    void judge_restructuring(double cost_ratio);
+    UpdateDecision rebuild_when_due(const RefittedTree& tree) const;
+    std::string facts(double cost_ratio) const;
+    void remember_trace(double sound_trace);
+
+    UpdateConfig config_;
+    SlowdownModel model_;
+    LossAccount builds_;
+    LossAccount restructurings_;
+    double build_cost_ = 0;
+    /// 0 before the first.
+    double restructure_cost_ = 0;
+    /// The median of the last traces, each as if of a sound tree; 0 before the first, which makes
+    /// everything infinitely dear.
+    double sound_trace_ = 0;
+    std::array<double, 5> last_traces_ = {};
+    std::size_t traces_ = 0;
+    /// Of the last frame: refit and trace.
+    double frame_cost_ = 0;
+    /// Of the last frame that no build behind disturbed.
+    double trace_ = 0;
+    double cost_ratio_ = 1;
+    /// Right after the last build or restructuring: what that could not cure.
+    double floor_ratio_ = 1;
+    /// When the restructuring was decided that is to be judged next.
+    double asked_ratio_ = 1;
+    /// After restructurings that did not help: frames to wait, each time twice as long.
+    int distrust_ = 0;
+    int wait_ = 0;
+};
+
+}  // namespace morphray

@@ -1,0 +1,166 @@
+// render --update and profile --policies: same pictures, reports that can be parsed.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/app/program.h"
+
+namespace morphray::test {
+namespace {
+
+using Json = nlohmann::json;
+
+std::vector<std::string> render(const TemporaryFolder& folder,
+                                const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {
+        "render", "builtin:explode:800", "--size", "48x48", "--frames", "0..12:2",
+        "--out",  folder.file("out"),    "--json", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
+
+std::vector<std::string> hashes_of(const Json& frames) {
+    std::vector<std::string> hashes;
+    for (const Json& frame : frames) hashes.push_back(frame["hits_hash"]);
+    return hashes;
+}
+
+TEST(Policies, EveryUpdateGivesTheSamePictures) {
+    const TemporaryFolder folder;
+    std::set<std::vector<std::string>> hashes;
+    for (const char* update : {"refit", "rebuild", "every:2", "auto"}) {
+        const Outcome outcome = run(render(folder, {"--backend", "cpu", "--update", update}));
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+        hashes.insert(hashes_of(Json::parse(outcome.out)["frames"]));
+    }
+    EXPECT_EQ(hashes.size(), 1u);
+}
+
+TEST(Policies, RenderTellsWhatItDidAndWhy) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run(render(folder, {"--backend", "cpu", "--update", "every:3", "-v"}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json report = Json::parse(outcome.out);
+    std::vector<std::string> updates;
+    for (const Json& frame : report["frames"]) {
+        updates.push_back(frame["update"]);
+        EXPECT_FALSE(frame["reason"].get<std::string>().empty());
+    }
+    EXPECT_EQ(updates, (std::vector<std::string>{"build", "refit", "refit", "rebuild", "refit",
+                                                 "refit", "rebuild"}));
+    EXPECT_NE(outcome.err.find("frame 6: rebuild, each 3 frames"), std::string::npos)
+        << outcome.err;
+}
+
+TEST(Policies, DecisionsFromCountsAreTheSameInEachRun) {
+    const TemporaryFolder folder;
+    std::set<std::string> reasons;
+    for (const char* threads : {"1", "2", "3"}) {
+        const Outcome outcome =
+            run(render(folder, {"--backend", "cpu", "--deterministic-updates", "--update-budget",
+                                "1%", "--threads", threads}));
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+        std::string all;
+        for (const Json& frame : Json::parse(outcome.out)["frames"])
+            all += frame["update"].get<std::string>() + ": " + frame["reason"].get<std::string>();
+        reasons.insert(all);
+    }
+    EXPECT_EQ(reasons.size(), 1u);
+}
+
+TEST(Policies, UnknownOnesAndBadBudgetsAreRefused) {
+    const TemporaryFolder folder;
+    for (const auto& [option, value] :
+         std::vector<std::pair<std::string, std::string>>{{"--update", "every:0"},
+                                                          {"--update", "atuo"},
+                                                          {"--update-budget", "50"},
+                                                          {"--update-budget", "0%"},
+                                                          {"--update-budget", "-1ms"},
+                                                          {"--update-budget", "ms"}}) {
+        const Outcome outcome = run(render(folder, {option, value}));
+        EXPECT_EQ(outcome.code, 2) << value;
+        EXPECT_NE(outcome.err.find(option), std::string::npos) << outcome.err;
+    }
+    for (const char* list : {"refit,refit", "refit,", ",", "refit auto"}) {
+        EXPECT_EQ(run({"profile", "builtin:wave:500", "--policies", list}).code, 2) << list;
+    }
+}
+
+std::vector<std::string> compare(const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"profile",    "builtin:orbits:600",
+                                          "--policies", "refit,rebuild,auto",
+                                          "--backend",  "cpu",
+                                          "--size",     "48x48",
+                                          "--frames",   "0..20:4",
+                                          "--repeat",   "2"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
+
+TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
+    const Outcome outcome = run(compare({"--json", "-"}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json report = Json::parse(outcome.out);
+    EXPECT_EQ(report["command"], "profile");
+    ASSERT_EQ(report["policies"].size(), 3u);
+    for (const Json& policy : report["policies"]) {
+        std::set<std::string> keys;
+        for (const auto& [key, value] : policy.items()) keys.insert(key);
+        EXPECT_EQ(keys, (std::set<std::string>{"policy", "backend", "total_ms", "median_frame_ms",
+                                               "worst_frame_ms", "worst_trace_vs_rebuilt", "regret",
+                                               "rebuilds", "hits_hashes"}));
+        EXPECT_GT(policy["total_ms"], 0);
+        EXPECT_GE(policy["worst_frame_ms"], policy["median_frame_ms"]);
+        EXPECT_EQ(policy["hits_hashes"].size(), 6u);
+        EXPECT_EQ(policy["hits_hashes"], report["policies"][0]["hits_hashes"]);
+    }
+    EXPECT_EQ(report["policies"][0]["rebuilds"], 0);
+    EXPECT_EQ(report["policies"][1]["rebuilds"], 5);
+    EXPECT_EQ(report["frames"].size(), 18u);
+    EXPECT_EQ(report["best_schedules"].size(), 1u);
+}
+
+TEST(ProfilePolicies, CsvAndTraceEventsHoldEveryFrame) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run(compare(
+        {"--csv", folder.file("frames.csv"), "--trace-events", folder.file("events.json")}));
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("(best schedule)"), std::string::npos);
+    EXPECT_EQ(lines(read_file(folder.file("frames.csv"))).size(), 1u + 18u);
+    const Json events = Json::parse(read_file(folder.file("events.json")));
+    std::set<std::string> stages;
+    for (const Json& event : events["traceEvents"]) {
+        if (event["ph"] == "X") stages.insert(event["name"]);
+    }
+    EXPECT_TRUE(stages.contains("trace") && stages.contains("refit") && stages.contains("rebuild"));
+}
+
+TEST(ProfilePolicies, PlotNeedsAnEndingAndPolicies) {
+    EXPECT_EQ(run(compare({"--plot", "chart.jpg"})).code, 2);
+    EXPECT_EQ(run({"profile", "builtin:wave:500", "--plot", "chart.svg"}).code, 2);
+    EXPECT_EQ(run({"profile", "builtin:wave:500", "--trace-events", "e.json"}).code, 2);
+}
+
+TEST(ProfilePolicies, WithoutGnuplotPlotIsUnavailableBeforeAnythingIsMeasured) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run(compare({"--plot", folder.file("chart.svg")}), {.environment = {"PATH=/nowhere"}});
+    EXPECT_EQ(outcome.code, 4);
+    EXPECT_NE(outcome.err.find("gnuplot"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(ProfilePolicies, PlotIsAPicture) {
+    const TemporaryFolder folder;
+    for (const char* name : {"chart.svg", "chart.png"}) {
+        const Outcome outcome = run(compare({"--plot", folder.file(name)}));
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+        const std::string picture = read_file(folder.file(name));
+        EXPECT_GT(picture.size(), 2000u);
+        EXPECT_NE(picture.substr(0, 300).find(name[6] == 's' ? "<svg" : "PNG"), std::string::npos);
+    }
+}
+
+}  // namespace
+}  // namespace morphray::test

@@ -1,0 +1,41 @@
+// The picture of a clip does not depend on how its tree followed it: the CPU.
+#include <gtest/gtest.h>
+
+#include "common/error.h"
+#include "common/tree_updater.h"
+#include "cpu/cpu_backend.h"
+#include "tests/support/motion_checks.h"
+
+namespace morphray::test {
+namespace {
+
+class HardMotion : public testing::TestWithParam<Motion> {};
+INSTANTIATE_TEST_SUITE_P(Cpu, HardMotion, testing::ValuesIn(hard_motions()),
+                         [](const auto& parameter) { return test_name(parameter.param); });
+
+TEST_P(HardMotion, GivesTheHitsOfBruteForceUnderEveryPolicy) {
+    expect_hits_of_brute_force(GetParam(), *cpu::make_cpu_backend(), *cpu::make_brute_backend());
+}
+
+TEST_P(HardMotion, TakesTheSameDecisionsOnAnyNumberOfThreads) {
+    EXPECT_EQ(counted_decisions(GetParam(), *cpu::make_cpu_backend({.threads = 1})),
+              counted_decisions(GetParam(), *cpu::make_cpu_backend({.threads = 3})));
+}
+
+TEST_P(HardMotion, LeavesTheBytesOfAFreshRefit) {
+    expect_no_drift(GetParam(), *cpu::make_cpu_backend());
+}
+
+TEST(TreeUpdater, RefusesAPoseOfAnotherTopology) {
+    const Motion motion = hard_motions().front();
+    const auto tracer = cpu::make_cpu_backend();
+    TreeUpdater updater(motion.topology, motion.poses[0], *tracer, nullptr,
+                        make_update_policy("auto"), {}, {});
+    for (const std::size_t count : {motion.poses[0].size() - 1, motion.poses[0].size() + 1}) {
+        EXPECT_THROW(updater.update(std::vector<vec3>(count)), Error);
+    }
+    EXPECT_EQ(updater.update(motion.poses[1]).step, TreeStep::kRefitted);
+}
+
+}  // namespace
+}  // namespace morphray::test

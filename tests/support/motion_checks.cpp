@@ -1,0 +1,121 @@
+#include "tests/support/motion_checks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+
+#include "common/bvh_builder.h"
+#include "common/bvh_stats.h"
+#include "common/interop/arithmetic.h"
+#include "common/tree_updater.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray::test {
+namespace {
+
+// Enough to meet every leaf of some hundred triangles from several sides.
+constexpr int kRays = 300;
+
+/// From all around and within, at vertices: edges and corners are what goes wrong first.
+std::vector<Ray> rays_at(const Motion& motion, std::size_t pose) {
+    Random random(pose);
+    std::vector<Ray> rays;
+    const std::vector<vec3>& positions = motion.poses[pose];
+    while (rays.size() < kRays) {
+        const vec3 org = snap_point(random.point(0.9 * kSceneExtent));
+        const vec3 target = positions[random.below(static_cast<std::uint32_t>(positions.size()))] +
+                            random.point(rays.size() % 3 == 0 ? 0 : 0.01 * kSceneExtent);
+        Ray ray;
+        ray.org = org;
+        ray.dir = canonical_direction(target - org);
+        ray.tnear = 0;
+        ray.tfar = 4 * kSceneExtent;
+        rays.push_back(ray);
+    }
+    return rays;
+}
+
+std::vector<Hit> hits_of(Backend& backend, const std::vector<Ray>& rays) {
+    std::vector<Hit> hits(rays.size());
+    backend.trace_rays(rays, hits);
+    return hits;
+}
+
+std::size_t different(const std::vector<Hit>& a, const std::vector<Hit>& b) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        count += std::memcmp(&a[i], &b[i], sizeof(Hit)) != 0 ? 1 : 0;
+    return count;
+}
+
+}  // namespace
+
+void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& brute) {
+    const std::vector<vec3>& start = motion.poses[motion.build_at];
+    brute.set_scene(motion.topology, start, build_bvh(motion.topology, start));
+    for (const char* policy : {"refit", "rebuild", "every:3", "auto"}) {
+        // A budget that sends some builds behind.
+        const UpdateConfig config{.deterministic = true, .budget = 0.02};
+        TreeUpdater updater(motion.topology, start, tracer, nullptr,
+                            make_update_policy(policy, config), {}, config);
+        for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {
+            const std::vector<vec3>& positions = motion.poses[pose];
+            updater.update(positions);
+            brute.refit(positions);
+            const std::vector<Ray> rays = rays_at(motion, pose);
+            ASSERT_EQ(different(hits_of(tracer, rays), hits_of(brute, rays)), 0u)
+                << motion.name << ", " << policy << ", pose " << pose;
+            updater.frame_done();
+            ASSERT_EQ(check_bvh(updater.tree(), motion.topology, positions),
+                      std::vector<std::string>{})
+                << motion.name << ", " << policy << ", pose " << pose;
+        }
+    }
+}
+
+std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer) {
+    const UpdateConfig config{.deterministic = true, .budget = 0.02};
+    TreeUpdater updater(motion.topology, motion.poses[motion.build_at], tracer, nullptr,
+                        make_update_policy("auto", config), {}, config);
+    std::vector<std::string> decisions;
+    for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {
+        updater.update(motion.poses[pose]);
+        hits_of(tracer, rays_at(motion, pose));
+        updater.frame_done();
+        decisions.push_back(name_of(updater.last().step) + (", " + updater.last().reason) + ", " +
+                            std::to_string(bvh_hash(updater.tree())));
+    }
+    return decisions;
+}
+
+void expect_no_drift(const Motion& motion, Backend& tracer) {
+    const std::vector<vec3>& start = motion.poses[motion.build_at];
+    const Bvh built = build_bvh(motion.topology, start);
+    const auto hash_now = [&] {
+        Bvh tree = built;
+        tracer.read_bvh(tree);
+        return bvh_hash(tree);
+    };
+    tracer.set_scene(motion.topology, start, built);
+    tracer.refit(motion.poses.back(), RefitExtent::kAll);
+    const std::uint64_t fresh = hash_now();
+    tracer.set_scene(motion.topology, start, built);
+    for (int round = 0; round < 3; ++round) {
+        for (const std::vector<vec3>& positions : motion.poses) tracer.refit(positions);
+    }
+    EXPECT_EQ(hash_now(), fresh) << motion.name;
+    tracer.refit(start);
+    EXPECT_EQ(hash_now(), bvh_hash(built)) << motion.name;
+}
+
+std::string test_name(const Motion& motion) {
+    std::string name;
+    for (const char c : motion.name) {
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
+    }
+    return name;
+}
+
+}  // namespace morphray::test

@@ -1,0 +1,22 @@
+// What has to hold of a clip on any backend, however its tree follows it.
+#pragma once
+
+#include "common/backend.h"
+#include "tests/support/motions.h"
+
+namespace morphray::test {
+
+/// Plays the motion under each policy and holds rays against brute force, bit by bit, and the tree
+/// against its invariants.
+void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& brute);
+
+/// The steps, reasons and trees of auto from counts.
+std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer);
+
+/// Refits to all poses, several times over, leave the bytes of one refit to the last pose.
+void expect_no_drift(const Motion& motion, Backend& tracer);
+
+/// For the names of parameterised tests: letters and digits alone.
+std::string test_name(const Motion& motion);
+
+}  // namespace morphray::test

@@ -1,0 +1,106 @@
+#include "tests/support/motions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "common/procedural/procedural.h"
+#include "common/scene_space.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray::test {
+namespace {
+
+constexpr std::uint64_t kTriangles = 900;
+
+std::vector<std::vector<vec3>> to_scene(const SceneSpace& space,
+                                        const std::vector<std::vector<vec3>>& user) {
+    std::vector<std::vector<vec3>> poses;
+    for (const std::vector<vec3>& pose : user) {
+        poses.emplace_back(pose.size());
+        space.to_scene(pose, poses.back());
+    }
+    return poses;
+}
+
+Motion of_builtin(const std::string& name, const std::vector<double>& frames) {
+    const std::unique_ptr<Clip> clip = make_procedural(name, kTriangles);
+    std::vector<std::vector<vec3>> user;
+    for (const double frame : frames) {
+        user.emplace_back(clip->topology().vertex_count);
+        clip->positions(frame, user.back());
+    }
+    return {name, clip->topology(), to_scene(SceneSpace(clip->bounds()), user)};
+}
+
+using Move = std::function<vec3(std::size_t pose, std::size_t vertex, vec3 at)>;
+
+/// Poses of a test scene's user positions, each moved within twice the scene's extent.
+Motion of_scene(const std::string& name, const TestScene& scene, std::size_t count,
+                const Move& move) {
+    std::vector<std::vector<vec3>> user;
+    for (std::size_t pose = 0; pose < count; ++pose) {
+        std::vector<vec3>& positions = user.emplace_back(scene.user_positions());
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            positions[i] = move(pose, i, positions[i]);
+    }
+    UserBounds bounds;
+    for (int axis = 0; axis < 3; ++axis) {
+        bounds.lower[axis] = -8;
+        bounds.upper[axis] = 8;
+    }
+    return {name, scene.topology(), to_scene(SceneSpace(bounds), user)};
+}
+
+vec3 turned_about_y(vec3 p, double angle) {
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    return {static_cast<float>(c * p.x + s * p.z), p.y, static_cast<float>(c * p.z - s * p.x)};
+}
+
+}  // namespace
+
+std::vector<Motion> hard_motions() {
+    const std::vector<double> some = {0, 1, 2, 3, 5, 8, 12, 12, 18, 24};
+    std::vector<Motion> motions;
+    for (const char* name : {"wave", "cloth", "twist", "herd", "orbits", "explode", "gather",
+                             "shuffle", "soup", "mirror"}) {
+        motions.push_back(of_builtin(name, some));
+    }
+    // Whole, plane, whole, point, whole.
+    const std::vector<double> folds = {0, 1, 2, 3, 4, 5, 6, 7, 8};
+    motions.push_back(of_builtin("collapse", folds));
+    motions.push_back(of_builtin("collapse", folds));
+    motions.back().name = "collapse, built in the point";
+    motions.back().build_at = 6;
+    motions.push_back(of_builtin("collapse", folds));
+    motions.back().name = "collapse, built in the plane";
+    motions.back().build_at = 2;
+
+    const double pi = std::acos(-1.0);
+    motions.push_back(of_scene("8 turns", torus(24, 16), 9, [&](std::size_t pose, auto, vec3 p) {
+        return turned_about_y(p, 2 * pi * static_cast<double>(pose) * p.y);
+    }));
+    motions.push_back(of_scene("teleport", grid_box(8), 8, [](std::size_t pose, auto i, vec3 p) {
+        const bool away = pose >= 3 && pose < 6 && i % 5 < 2;
+        return away ? p + vec3(5, 4, -3) : p;
+    }));
+    motions.push_back(
+        of_scene("swing", random_soup(400, 0.1, 4), 12, [](std::size_t pose, auto i, vec3 p) {
+            return pose % 2 == 0 ? p : p * (1.0f + 0.4f * static_cast<float>(i / 3 % 3));
+        }));
+    motions.push_back(of_scene("many meshes at once", random_soup(400, 0.1, 5), 8,
+                               [](std::size_t pose, auto i, vec3 p) {
+                                   Random random(i / 3);
+                                   return pose < 4 ? p : p + random.point(3);
+                               }));
+    motions.push_back(
+        of_scene("NaN in the middle", icosphere(3), 8, [](std::size_t pose, std::size_t i, vec3 p) {
+            const float nan = std::numeric_limits<float>::quiet_NaN();
+            return pose >= 3 && pose < 5 && i % 7 == 0 ? vec3(nan, p.y, p.z) : p;
+        }));
+    return motions;
+}
+
+}  // namespace morphray::test
