@@ -15,9 +15,9 @@ const Effort& quick_effort() {
 
 const Effort& full_effort() {
     static const Effort effort{.side = 1024,
-                               .aimed_rays = 1'000'000,
-                               .rounds = 7,
-                               .placed_rays = 100'000,
+                               .aimed_rays = 500'000,
+                               .rounds = 5,
+                               .placed_rays = 50'000,
                                .offsets = {1e3, 1e4, 1e5, 1e6, 1e7},
                                .scales = {1e-6, 1e-4, 1e-2, 1, 1e2, 1e4, 1e6},
                                .triangle_counts = {1'000, 10'000, 100'000, 1'000'000}};

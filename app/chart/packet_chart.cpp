@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "app/chart/charts.h"
@@ -18,6 +19,8 @@ struct Shape {
 constexpr Shape kShapes[] = {{1, 1},  {2, 2},   {4, 4},   {8, 4},  {8, 8},
                              {16, 8}, {16, 16}, {32, 16}, {32, 32}};
 constexpr std::uint32_t kTile = 32;
+// The smallest packets are slow.
+constexpr std::uint32_t kMostSide = 256;
 
 void trace_packets(const ChartScene& scene, const cpu::PacketTracer& tracer, Shape shape,
                    std::span<Hit> hits) {
@@ -44,8 +47,8 @@ std::size_t packet_steps() { return 1; }
 
 Chart packet_chart(const ChartContext& context, const ChartInput& input,
                    const std::string& suffix) {
-    const ChartScene scene =
-        make_chart_scene(input.name, input.topology, input.positions, {}, context.effort.side, 0);
+    const ChartScene scene = make_chart_scene(input.name, input.topology, input.positions, {},
+                                              std::min(context.effort.side, kMostSide), 0);
     const std::vector<cpu::SimdTarget> targets = cpu::supported_simd_targets();
     std::vector<Hit> hits(scene.scene_space.camera_rays.size());
     std::vector<std::function<void()>> runs;

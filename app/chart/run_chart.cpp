@@ -14,6 +14,7 @@
 #include "app/progress.h"
 #include "app/scene_frames.h"
 #include "app/shell_text.h"
+#include "common/error.h"
 
 namespace morphray::app {
 namespace {
@@ -72,9 +73,7 @@ std::size_t steps_of(std::size_t scenes, const Effort& effort) {
            failure_steps() + scaling_steps(effort);
 }
 
-}  // namespace
-
-ExitCode run_chart(const Options& options, const Messages& messages) {
+ExitCode write_charts(const Options& options, const Messages& messages) {
     require_gnuplot();
     ChartFolder folder(options.out);
     std::vector<ChartInput> inputs;
@@ -105,6 +104,17 @@ ExitCode run_chart(const Options& options, const Messages& messages) {
     messages.print(fmt::format("{} charts: {}\n", charts.size(),
                                (std::filesystem::path(options.out) / "index.html").string()));
     return ExitCode::kOk;
+}
+
+}  // namespace
+
+ExitCode run_chart(const Options& options, const Messages& messages) {
+    try {
+        return write_charts(options, messages);
+    } catch (const Error& error) {
+        if (error.code() != ExitCode::kInterrupted && error.code() != ExitCode::kTerminated) throw;
+        throw Error(error.code(), "chart: interrupted; nothing is kept");
+    }
 }
 
 }  // namespace morphray::app
