@@ -13,7 +13,7 @@ namespace {
 constexpr double kDeterminantError = 0x1p-49;
 
 // Relative errors up to which t is taken from doubles: a small part of a float's ulp.
-constexpr double kPreciseT = 0x1p-32;
+constexpr double kPreciseT = 0x1p-28;
 
 constexpr std::size_t kSum = 3;
 constexpr std::size_t kVolume = 4;
@@ -146,7 +146,7 @@ double ExactTriangle::t() const {
         return value_[kVolume] / value_[kSum];
     }
     const Integers& exact = integers();
-    return mpq_class(exact.value[kVolume], exact.value[kSum]).get_d();
+    return exact.value[kVolume].get_d() / exact.value[kSum].get_d();
 }
 
 int ExactTriangle::compare_t(const ExactTriangle& other) const {

@@ -29,7 +29,7 @@ public:
 
     /// Whether the line crosses the plane, so that there is a t.
     bool has_t() const;
-    /// t of the plane, to 2^-30 of itself.
+    /// t of the plane, to 2^-27 of itself.
     double t() const;
     /// How near the line is to the nearest edge: the least |u| / (|b||c|) of the three in lengths
     /// across the ray, about four times the distance by the length of the edge, negative outside.

@@ -8,8 +8,8 @@
 #include <mutex>
 
 #include "app/interrupt.h"
-#include "app/stopwatch.h"
 #include "common/error.h"
+#include "common/stopwatch.h"
 
 namespace morphray::app {
 namespace {

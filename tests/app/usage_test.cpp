@@ -37,7 +37,7 @@ TEST(Usage, HelpGoesToStdout) {
 
 TEST(Usage, EveryCommandHasHelp) {
     for (const char* command :
-         {"render", "crosscheck", "probe", "profile", "trace", "info", "devices"}) {
+         {"render", "crosscheck", "probe", "profile", "trace", "chart", "info", "devices"}) {
         const Outcome outcome = run({command, "--help"});
         EXPECT_EQ(outcome.code, 0) << command;
         EXPECT_NE(outcome.out.find(std::string("Usage: morphray ") + command), std::string::npos)
@@ -84,7 +84,7 @@ TEST(Usage, HelpIsACommandToo) {
     EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
     EXPECT_EQ(run({"help", "help"}).out, run({"--help"}).out);
     for (const char* command :
-         {"render", "crosscheck", "probe", "profile", "trace", "info", "devices"}) {
+         {"render", "crosscheck", "probe", "profile", "trace", "chart", "info", "devices"}) {
         const Outcome outcome = run({"help", command});
         EXPECT_EQ(outcome.code, 0) << command;
         EXPECT_EQ(outcome.err, "");
