@@ -24,7 +24,8 @@ std::vector<std::string> render(std::vector<std::string> more) {
 }
 
 TEST(Usage, NoCommandListsTheCommands) {
-    expect_refused({}, 2, "choose one of render, crosscheck, probe, profile, trace, info, devices");
+    expect_refused({}, 2,
+                   "choose one of render, crosscheck, probe, profile, trace, chart, info, devices");
 }
 
 TEST(Usage, HelpGoesToStdout) {
