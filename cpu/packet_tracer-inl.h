@@ -31,6 +31,8 @@
 #include "common/interop/triangle.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
+#include "cpu/packet_node-inl.h"
+#include "cpu/packet_pairs-inl.h"
 #include "cpu/packet_rule-inl.h"
 #include "cpu/packet_setup-inl.h"
 #include "cpu/rule_vectors-inl.h"
@@ -81,7 +83,7 @@ public:
 
 private:
     static constexpr std::size_t kCacheLine = 64;
-    /// Pairs of a triangle and a block that are traced rather than first looked at together.
+    /// A triangle's pairs with blocks that are traced rather than first looked at together.
     static constexpr std::size_t kFew = 4;
     static constexpr bool kOnGrid = kQuery == Query::kClosest;
 
@@ -90,49 +92,13 @@ private:
         return kOnGrid ? blocks_of_grid(ranges, i) : blocks_in(packet_, rectangles, i);
     }
 
-    /// Least and greatest of row k of the projection over boxes given relative to the origin.
-    /// In units of 2^-24 of row_size times the largest coordinate, products and sums are off by at
-    /// most 5, and the triangles that the rule sees reach out of their boxes by at most 8 (2^-22 of
-    /// a vertex's distance from the ray, at most twice that coordinate): 16 on both sides.
-    HWY_INLINE void project_boxes(int k, const VF lower[3], const VF upper[3], VF size, VF& least,
-                                  VF& most) const {
-        least = hn::Zero(Floats());
-        most = hn::Zero(Floats());
-        for (int axis = 0; axis < 3; ++axis) {
-            const float row = frame_.rows_f[k][axis];
-            least = hn::MulAdd(splat(row), row >= 0 ? lower[axis] : upper[axis], least);
-            most = hn::MulAdd(splat(row), row >= 0 ? upper[axis] : lower[axis], most);
-        }
-        const VF error = hn::Mul(splat(0x1p-20f * frame_.row_size[k]), size);
-        least = hn::Sub(least, error);
-        most = hn::Add(most, error);
-    }
-
     void visit_node(const Entry& entry, Entry* stack, std::uint32_t& size) const {
-        const Floats f;
         const Node& node = bvh_.nodes[entry.child];
-        Rectangles rectangles;
+        NodeChildren children;
+        std::uint32_t hits = project_node(frame_, node, children);
+        const Rectangles& rectangles = children.rectangles;
+        const float* q = children.q;
         GridRanges ranges;
-        alignas(64) float q[16];
-        std::uint32_t hits = 0;
-        for (std::size_t l = 0; l < kWidth; l += hn::Lanes(f)) {
-            const VF org[3] = {splat(frame_.org.x), splat(frame_.org.y), splat(frame_.org.z)};
-            const VF lower[3] = {hn::Sub(hn::LoadU(f, node.lower_x + l), org[0]),
-                                 hn::Sub(hn::LoadU(f, node.lower_y + l), org[1]),
-                                 hn::Sub(hn::LoadU(f, node.lower_z + l), org[2])};
-            const VF upper[3] = {hn::Sub(hn::LoadU(f, node.upper_x + l), org[0]),
-                                 hn::Sub(hn::LoadU(f, node.upper_y + l), org[1]),
-                                 hn::Sub(hn::LoadU(f, node.upper_z + l), org[2])};
-            VF largest = hn::Zero(f);
-            for (int axis = 0; axis < 3; ++axis) {
-                largest = hn::Max(largest, hn::Max(hn::Abs(lower[axis]), hn::Abs(upper[axis])));
-            }
-            VF least[3], most[3];
-            for (int k = 0; k < 3; ++k) project_boxes(k, lower, upper, largest, least[k], most[k]);
-            const Mask keep = rectangle_of_box(least, most, rectangles, l);
-            hn::Store(nearest_q(hn::Sub(least[2], splat(frame_.depth_error))), f, q + l);
-            hits |= mask_bits(keep) << l;
-        }
         if constexpr (kOnGrid) to_grid(rectangles, frame_.grid_margin, ranges);
         const std::uint32_t base = size;
         for (; hits != 0; hits &= hits - 1) {
@@ -157,48 +123,6 @@ private:
         for (std::size_t i = 0; i < size; i += kCacheLine) hwy::Prefetch(bytes + i);
     }
 
-    /// The rectangle that boxes with these bounds of x, y, z are seen in: all of the plane when
-    /// they reach to the eye or behind it. Whether it meets the packet, and the box is not behind.
-    HWY_INLINE Mask rectangle_of_box(const VF least[3], const VF most[3], Rectangles& r,
-                                     std::size_t l) const {
-        const Floats f;
-        const VF zero = hn::Zero(f);
-        const VF all = splat(1e6f);
-        const Mask in_front = hn::Gt(least[2], hn::Mul(most[2], splat(0x1p-20f)));
-        const VF by_near = hn::Div(splat(1.00001f), hn::Max(least[2], splat(1e-20f)));
-        const VF by_far = hn::Div(splat(0.99999f), hn::Max(most[2], splat(1e-20f)));
-        const auto low = [&](VF x) {
-            return hn::IfThenElse(in_front,
-                                  hn::Mul(x, hn::IfThenElse(hn::Lt(x, zero), by_near, by_far)),
-                                  hn::Neg(all));
-        };
-        const auto high = [&](VF x) {
-            return hn::IfThenElse(
-                in_front, hn::Mul(x, hn::IfThenElse(hn::Gt(x, zero), by_near, by_far)), all);
-        };
-        const VF lower_x = low(least[0]);
-        const VF upper_x = high(most[0]);
-        const VF lower_y = low(least[1]);
-        const VF upper_y = high(most[1]);
-        hn::Store(lower_x, f, r.lower_x + l);
-        hn::Store(upper_x, f, r.upper_x + l);
-        hn::Store(lower_y, f, r.lower_y + l);
-        hn::Store(upper_y, f, r.upper_y + l);
-        // A box that reaches behind is held against the packet's four sides: x - side * z over its
-        // corners.
-        const auto beyond = [&](VF upper, VF lower_z, VF upper_z, float side) {
-            return hn::Lt(upper, hn::Mul(splat(side), side > 0 ? lower_z : upper_z));
-        };
-        const auto before = [&](VF lower, VF lower_z, VF upper_z, float side) {
-            return hn::Gt(lower, hn::Mul(splat(side), side > 0 ? upper_z : lower_z));
-        };
-        const Mask outside = hn::Or(hn::Or(beyond(most[0], least[2], most[2], frame_.lower_x),
-                                           before(least[0], least[2], most[2], frame_.upper_x)),
-                                    hn::Or(beyond(most[1], least[2], most[2], frame_.lower_y),
-                                           before(least[1], least[2], most[2], frame_.upper_y)));
-        return hn::AndNot(outside, hn::Gt(most[2], zero));
-    }
-
     void visit_leaf(std::uint32_t leaf_index, std::uint64_t blocks) {
         const Leaf& leaf = bvh_.leaves[leaf_index];
         Setup setup;
@@ -217,60 +141,6 @@ private:
             least = hn::Min(least, hn::Load(f, packet_.q_lower + block * kBlockRays + l));
         }
         packet_.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
-    }
-
-    /// What a triangle's set-up is to each of its pairs with a block.
-    struct Planes {
-        HWY_INLINE Planes(const Setup& setup, std::uint32_t i)
-            : a0(splat(setup.a[0][i])),
-              a1(splat(setup.a[1][i])),
-              a2(splat(setup.a[2][i])),
-              b0(splat(setup.b[0][i])),
-              b1(splat(setup.b[1][i])),
-              b2(splat(setup.b[2][i])),
-              c0(splat(setup.c[0][i])),
-              c1(splat(setup.c[1][i])),
-              c2(splat(setup.c[2][i])),
-              depth_a(splat(setup.depth_a[i])),
-              depth_b(splat(setup.depth_b[i])),
-              depth_c(splat(setup.depth_c[i])),
-              bound(splat(setup.bound[i])),
-              error0(splat(setup.c0[i])),
-              error1(splat(setup.c1[i])),
-              error2(splat(setup.c2[i])) {}
-
-        VF a0, a1, a2, b0, b1, b2, c0, c1, c2;
-        VF depth_a, depth_b, depth_c;
-        VF bound, error0, error1, error2;
-    };
-
-    /// What the bounds say of a triangle and as many rays as there are lanes.
-    struct Verdict {
-        VF q_lower, q_upper;
-        Mask inside;  // certainly
-        Mask wins;    // certainly: inside, and nearer than the ray's best
-        Mask loses;   // certainly; a NaN, from an overflow, does neither
-    };
-
-    static HWY_INLINE VF q_error(const Planes& p, VF q) {
-        return hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
-    }
-
-    static HWY_INLINE Verdict judge(const Planes& p, VF x, VF y, VF best_lower, VF best_upper) {
-        const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
-        const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
-        const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
-        const VF least = hn::Min(u, hn::Min(v, w));
-        const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
-        const VF error = q_error(p, q);
-        Verdict verdict;
-        verdict.q_lower = hn::Sub(q, error);
-        verdict.q_upper = hn::Add(q, error);
-        verdict.inside = hn::Gt(least, p.bound);
-        verdict.wins = hn::And(verdict.inside, hn::Gt(verdict.q_lower, best_upper));
-        verdict.loses =
-            hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(verdict.q_upper, best_lower));
-        return verdict;
     }
 
     /// One triangle against all rays of one block, closest hits. Whether it wins any.
@@ -309,7 +179,7 @@ private:
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
             std::uint64_t own = blocks & blocks_of_grid(setup.ranges, i);
             const Planes planes(setup, i);
-            if (hwy::PopCount(own) > kFew) own &= grid_blocks_met(planes);
+            if (hwy::PopCount(own) > kFew) own &= grid_blocks_met(packet_, planes);
             touched |= own;
             for (; own != 0; own &= own - 1) {
                 const auto block = static_cast<std::uint32_t>(__builtin_ctzll(own));
@@ -322,89 +192,6 @@ private:
             refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(touched)));
     }
 
-    /// The triangles of a leaf whose rectangle meets a block and that are near enough for it.
-    HWY_INLINE std::uint32_t triangles_at(const Setup& setup, std::uint32_t block) const {
-        const Floats f;
-        const Rectangles& rect = setup.rectangles;
-        const VF lower_x = splat(packet_.block_lower_x[block]);
-        const VF upper_x = splat(packet_.block_upper_x[block]);
-        const VF lower_y = splat(packet_.block_lower_y[block]);
-        const VF upper_y = splat(packet_.block_upper_y[block]);
-        const VF q = splat(packet_.block_q[block]);
-        std::uint32_t triangles = 0;
-        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-            const Mask x = hn::And(hn::Le(hn::Load(f, rect.lower_x + l), upper_x),
-                                   hn::Ge(hn::Load(f, rect.upper_x + l), lower_x));
-            const Mask y = hn::And(hn::Le(hn::Load(f, rect.lower_y + l), upper_y),
-                                   hn::Ge(hn::Load(f, rect.upper_y + l), lower_y));
-            const Mask near = hn::Ge(hn::Load(f, setup.q + l), q);
-            triangles |= mask_bits(hn::And(near, hn::And(x, y))) << l;
-        }
-        return triangles;
-    }
-
-    /// The blocks of a camera's grid of which a ray may win with a triangle: of those that its
-    /// rectangle meets many may lie beside it, or have found nearer hits.
-    HWY_INLINE std::uint64_t grid_blocks_met(const Planes& p) const {
-        const Floats f;
-        // From a block's middle to its outermost rays.
-        const VF half = splat(0.5f * (kBlockSide - 1) + frame_.grid_margin);
-        const auto most = [&](VF a, VF b, VF c) HWY_ATTR {
-            return hn::MulAdd(hn::Add(hn::Abs(a), hn::Abs(b)), half, c);
-        };
-        const VF c0 = most(p.a0, p.b0, p.c0);
-        const VF c1 = most(p.a1, p.b1, p.c1);
-        const VF c2 = most(p.a2, p.b2, p.c2);
-        const VF depth_c = most(p.depth_a, p.depth_b, p.depth_c);
-        std::uint64_t blocks = 0;
-        for (std::size_t l = 0; l < kPacketBlocks; l += hn::Lanes(f)) {
-            const VF x = hn::Load(f, kGridMiddles.x + l);
-            const VF y = hn::Load(f, kGridMiddles.y + l);
-            const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, c0));
-            const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, c1));
-            const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, c2));
-            const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, depth_c));
-            const VF q_upper = hn::Add(q, q_error(p, q));
-            const Mask out = hn::Or(hn::Lt(hn::Min(u, hn::Min(v, w)), hn::Neg(p.bound)),
-                                    hn::Lt(q_upper, hn::Load(f, packet_.block_q + l)));
-            blocks |= std::uint64_t{mask_bits(hn::Not(out))} << l;
-        }
-        return blocks;
-    }
-
-    /// Of some triangles of a leaf those that a ray of a block may hit.
-    HWY_INLINE std::uint32_t triangles_met(const Setup& setup, std::uint32_t block) const {
-        const Floats f;
-        const auto middle = [](float lower, float upper) { return 0.5f * (lower + upper); };
-        const VF x = splat(middle(packet_.block_lower_x[block], packet_.block_upper_x[block]));
-        const VF y = splat(middle(packet_.block_lower_y[block], packet_.block_upper_y[block]));
-        // Rounding of the middles, up to 17, included.
-        const VF half_x = hn::Sub(splat(packet_.block_upper_x[block] + 0x1p-19f), x);
-        const VF half_y = hn::Sub(splat(packet_.block_upper_y[block] + 0x1p-19f), y);
-        std::uint32_t triangles = 0;
-        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-            const auto most = [&](const float* a_of, const float* b_of,
-                                  const float* c_of) HWY_ATTR {
-                const VF a = hn::Load(f, a_of + l);
-                const VF b = hn::Load(f, b_of + l);
-                const VF in_middle = hn::MulAdd(a, x, hn::MulAdd(b, y, hn::Load(f, c_of + l)));
-                return hn::MulAdd(hn::Abs(a), half_x, hn::MulAdd(hn::Abs(b), half_y, in_middle));
-            };
-            const VF u = most(setup.a[0], setup.b[0], setup.c[0]);
-            const VF v = most(setup.a[1], setup.b[1], setup.c[1]);
-            const VF w = most(setup.a[2], setup.b[2], setup.c[2]);
-            const VF q = most(setup.depth_a, setup.depth_b, setup.depth_c);
-            const VF q_error =
-                hn::MulAdd(q, hn::MulAdd(q, hn::Load(f, setup.c2 + l), hn::Load(f, setup.c1 + l)),
-                           hn::Load(f, setup.c0 + l));
-            const Mask out =
-                hn::Or(hn::Lt(hn::Min(u, hn::Min(v, w)), hn::Neg(hn::Load(f, setup.bound + l))),
-                       hn::Lt(hn::Add(q, q_error), splat(packet_.block_q[block])));
-            triangles |= mask_bits(hn::Not(out)) << l;
-        }
-        return triangles;
-    }
-
     /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
     /// early. What is known of their rays stays in registers meanwhile.
     HWY_INLINE void trace_by_block(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
@@ -412,8 +199,7 @@ private:
         const Floats f;
         for (; blocks != 0; blocks &= blocks - 1) {
             const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            std::uint32_t triangles = alive & triangles_at(setup, block);
-            if (hwy::PopCount(triangles) > kFew) triangles &= triangles_met(setup, block);
+            const std::uint32_t triangles = alive & triangles_at(packet_, setup, block);
             if (triangles == 0) continue;
             bool any = false;
             for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
