@@ -1,9 +1,12 @@
 #include "gpu/kernels.h"
 
+#include "gpu/camera_packets.h"
+
 #include <cstdint>
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
 #include "shaders/occlusion_spirv.h"
+#include "shaders/primary_packet_spirv.h"
 #include "shaders/primary_spirv.h"
 #include "shaders/rays_spirv.h"
 #include "shaders/refit_leaves_spirv.h"
@@ -14,41 +17,58 @@
 namespace morphray::gpu {
 namespace {
 
-Pipeline traversal(Context& context, const Pipeline::Source& source, std::uint32_t step_budget) {
-    const std::uint32_t constants[] = {step_budget};
+Pipeline traversal(Context& context, const Pipeline::Source& source, const Tuning& tuning) {
+    const std::uint32_t constants[] = {tuning.step_budget};
     static_assert(kConstantStepBudget == 0);
+    return Pipeline(context, source, constants);
+}
+
+Pipeline packets(Context& context, const Pipeline::Source& source, const Tuning& tuning,
+                 std::uint32_t lanes) {
+    if (lanes == 0) return {};
+    const std::uint32_t steps =
+        tuning.step_budget < kStepBudget ? tuning.step_budget : kPacketStepBudget;
+    const std::uint32_t constants[] = {steps, lanes};
+    static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1);
     return Pipeline(context, source, constants);
 }
 
 }  // namespace
 
-Kernels::Kernels(Context& context, std::uint32_t step_budget)
-    : primary(traversal(context,
+Kernels::Kernels(Context& context, const Tuning& tuning)
+    : packet_lanes(gpu::packet_lanes(context.physical(), tuning)),
+      primary(traversal(context,
                         {"primary",
                          k_primary_spirv,
                          {kBindNodes, kBindLeaves, kBindHits, kBindWork},
                          sizeof(RegionArguments)},
-                        step_budget)),
+                        tuning)),
+      primary_packet(packets(context,
+                             {"primary packets",
+                              k_primary_packet_spirv,
+                              {kBindNodes, kBindLeaves, kBindHits, kBindWork},
+                              sizeof(PacketArguments)},
+                             tuning, packet_lanes)),
       rays(traversal(context,
                      {"rays",
                       k_rays_spirv,
                       {kBindNodes, kBindLeaves, kBindRays, kBindHits, kBindWork},
                       sizeof(RaysArguments)},
-                     step_budget)),
+                     tuning)),
       occlusion(traversal(context,
                           {"occlusion",
                            k_occlusion_spirv,
                            {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindHits,
                             kBindOcclusion, kBindWork},
                            sizeof(RegionArguments)},
-                          step_budget)),
+                          tuning)),
       resume(
           traversal(context,
                     {"resume",
                      k_resume_spirv,
                      {kBindNodes, kBindLeaves, kBindHits, kBindOcclusion, kBindWork, kBindStates},
                      sizeof(ResumeArguments)},
-                    step_budget)),
+                    tuning)),
       shade(context,
             {"shade",
              k_shade_spirv,
@@ -66,7 +86,7 @@ Kernels::Kernels(Context& context, std::uint32_t step_budget)
 
 void Kernels::bind(const Bindings& bindings) {
     for (Pipeline* p :
-         {&primary, &rays, &occlusion, &resume, &shade, &refit_leaves, &refit_nodes}) {
+         {&primary, &primary_packet, &rays, &occlusion, &resume, &shade, &refit_leaves, &refit_nodes}) {
         p->bind(bindings);
     }
 }

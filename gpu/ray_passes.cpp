@@ -36,8 +36,12 @@ void RayPasses::add_to(Bindings& bindings) const {
 }
 
 double RayPasses::run(const char* what, const Kernels& kernels, const SceneBuffers& scene,
-                      bool any_hit, const std::function<void(VkCommandBuffer)>& dispatch) {
+                      bool any_hit, const std::function<void(VkCommandBuffer)>& dispatch,
+                      const std::function<void(VkCommandBuffer)>& rest) {
     const Outcome outcome = submit(what, 0, dispatch);
+    if ((outcome.header.status & kStatusUnfinished) != 0) {
+        return outcome.device_ms + run(what, kernels, scene, any_hit, rest);
+    }
     if (outcome.header.suspended_count == 0) return outcome.device_ms;
     return outcome.device_ms + resume(kernels, scene, any_hit, outcome.header.suspended_count);
 }

@@ -25,8 +25,10 @@ public:
     /// Runs one dispatch of rays and, for those that ran out of steps, as many rounds of `resume`
     /// as it takes. any_hit: what the rays ask for. Returns the time on the device in
     /// milliseconds. Throws Error(kInternal) rather than leave a wrong answer.
+    /// rest: dispatches rays that `dispatch` left unfinished, if it can.
     double run(const char* what, const Kernels& kernels, const SceneBuffers& scene, bool any_hit,
-               const std::function<void(VkCommandBuffer)>& dispatch);
+               const std::function<void(VkCommandBuffer)>& dispatch,
+               const std::function<void(VkCommandBuffer)>& rest = {});
 
 private:
     struct Outcome {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "gpu/camera_packets.h"
 #include "gpu/kernels.h"
 #include "gpu/limits.h"
 #include "gpu/ray_passes.h"
@@ -56,7 +57,7 @@ public:
     VulkanBackend(const VulkanConfig& config, const Tuning& tuning)
         : context_(config, tuning),
           transfer_(context_),
-          kernels_(context_, tuning.step_budget),
+          kernels_(context_, tuning),
           passes_(context_, pass_size(context_.limits(), tuning), tuning.step_budget),
           scene_(context_, transfer_, Topology{}, {}, empty_tree()) {
         assert(tuning.step_budget >= 1 && tuning.step_budget <= kStepBudget);
@@ -80,6 +81,7 @@ private:
     void warm_up();
     void refit_range(VkCommandBuffer commands, const Pipeline& pipeline, std::uint32_t first,
                      std::uint32_t end) const;
+    std::function<void(VkCommandBuffer)> camera_packets(const RegionArguments& region) const;
     void trace_region(const RegionArguments& region);
     void copy_region(const RegionArguments& region, Frame& frame);
 
@@ -126,6 +128,7 @@ void VulkanBackend::warm_up() {
         for (const Pipeline* p : {&kernels_.primary, &kernels_.occlusion, &kernels_.shade}) {
             dispatch(*p, nothing);
         }
+        if (kernels_.packet_lanes != 0) dispatch(kernels_.primary_packet, PacketArguments{});
         dispatch(kernels_.rays, RaysArguments{});
         dispatch(kernels_.resume, ResumeArguments{});
         dispatch(kernels_.refit_leaves, RefitArguments{});
@@ -220,14 +223,28 @@ void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     times_.rays = count_rays(params, frame);
 }
 
+std::function<void(VkCommandBuffer)> VulkanBackend::camera_packets(
+    const RegionArguments& region) const {
+    return [this, arguments = packet_arguments(region)](VkCommandBuffer commands) {
+        kernels_.primary_packet.dispatch(commands, arguments,
+                                         groups_of(arguments.tile_count * kernels_.packet_lanes));
+    };
+}
+
 void VulkanBackend::trace_region(const RegionArguments& region) {
     const auto dispatch = [&](const Pipeline& pipeline, const RegionArguments& arguments) {
         return [&pipeline, arguments](VkCommandBuffer commands) {
             pipeline.dispatch(commands, arguments, arguments.tile_count);
         };
     };
-    times_.trace_ms += passes_.run("trace camera rays", kernels_, scene_, false,
-                                   dispatch(kernels_.primary, region));
+    RegionArguments rest = region;
+    rest.unfinished_only = 1;
+    times_.trace_ms +=
+        kernels_.packet_lanes == 0
+            ? passes_.run("trace camera rays", kernels_, scene_, false,
+                          dispatch(kernels_.primary, region))
+            : passes_.run("trace camera rays", kernels_, scene_, false, camera_packets(region),
+                          dispatch(kernels_.primary, rest));
     const std::uint32_t samples = rays_per_hit(region.params);
     for (std::uint32_t sample = 0; sample < samples; ++sample) {
         RegionArguments arguments = region;

@@ -44,8 +44,19 @@ SHARED_CONST uint kTileSize = 8u;
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
 
+// Packets of camera rays are 16x8 pixels, one a cluster of lanes (specialisation constant 1: 4, 8 or
+// 16). Only the loops of a cluster count there, but lanes of one invocation may belong to four.
+SHARED_CONST uint kConstantPacketLanes = 1u;
+SHARED_CONST uint kPacketStepBudget = 12000u;
+SHARED_CONST uint kPacketWidth = 16u;
+SHARED_CONST uint kPacketHeight = 8u;
+SHARED_CONST uint kPacketRays = 128u;
+
 // Bits of WorkHeader.status.
 SHARED_CONST uint kStatusStackOverflow = 1u;
+// Some packets were given up; the hits of their rays are kUnfinishedPrim.
+SHARED_CONST uint kStatusUnfinished = 2u;
+SHARED_CONST uint kUnfinishedPrim = 0xFFFFFFFEu;
 
 /// Begins the work buffer. A pass over rays starts with all of it 0.
 struct WorkHeader {
@@ -88,7 +99,25 @@ struct RegionArguments {
     uint tile_count;
     /// Which ambient-occlusion ray; 0 for a shadow ray.
     uint sample_index;
-    uint pad;
+    /// 1: only what packets left unfinished.
+    uint unfinished_only;
+};
+
+/// Push constants of `primary_packet`. The rows are those of the inverse of the matrix with columns
+/// du, dv and corner, roughly: a direction's row_x / row_z and row_y / row_z are its pixel.
+struct PacketArguments {
+    Camera camera;
+    uint x;
+    uint y;
+    uint width;
+    uint height;
+    uint tile_columns;
+    uint tile_count;
+    float row_x[3];
+    float row_y[3];
+    float row_z[3];
+    /// Bounds the components of |corner| + |du| (x + 0.5) + |dv| (y + 0.5).
+    float direction_size;
 };
 
 /// Push constants of `rays`.
@@ -117,6 +146,7 @@ namespace morphray {
 static_assert(sizeof(WorkHeader) == 16 && sizeof(Suspended) == 48);
 static_assert(kStateUints == kStateStack + 2 * kMaxStack);
 static_assert(sizeof(RegionArguments) == 128, "the push constants that every device has");
+static_assert(sizeof(PacketArguments) == 128);
 }  // namespace morphray
 #endif
 

@@ -1,0 +1,284 @@
+// The closest hit of each camera ray of a region, a packet of 16x8 pixels a cluster of lanes.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/exact.glsl"
+
+#include "common/interop/camera.h"
+#include "shaders/packet.glsl"
+
+layout(local_size_x = kGroupSize) in;
+
+layout(push_constant) uniform Arguments { PacketArguments args; };
+layout(std430, binding = kBindHits) buffer Hits { Hit hits[]; };
+layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
+
+/// Vectors of rays, 4 in a row, each 4 pixels wide and kVectorHeight high.
+const uint kVectors = kPacketRays / kLanes;
+const uint kVectorHeight = kLanes / 4u;
+const uint kVectorRows = kVectors / 4u;
+
+/// 1/z of the best hit so far lies in [q_lower, q_upper].
+float q_lower[kVectors];
+float q_upper[kVectors];
+uint winners[kVectors];
+
+/// Where a bound left a doubt: a triangle, and the vectors of this lane's rays.
+const uint kMaxDoubts = 16u;
+uint doubt_names[kMaxDoubts + kVectors];
+uint doubt_vectors[kMaxDoubts + kVectors];
+uint doubt_count;
+
+uvec2 packet_origin;  // its first pixel, in the region
+
+uvec2 ray_pixel(uint v) {
+    return packet_origin + uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
+}
+
+bool is_active(uvec2 pixel) { return pixel.x < args.width && pixel.y < args.height; }
+
+Ray ray_of(uvec2 pixel) { return camera_ray(args.camera, args.x + pixel.x, args.y + pixel.y); }
+
+float magnitude_sum(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
+
+/// A row of the whole picture's frame moved to the packet's: row - middle * row_z, and what its
+/// floats leave out.
+vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
+    precise vec3 product = middle * row_z;
+    precise vec3 moved = row - product;
+    precise vec3 error = vec3(difference_error(row.x, product.x, moved.x),
+                              difference_error(row.y, product.y, moved.y),
+                              difference_error(row.z, product.z, moved.z));
+    error = error - vec3(product_error(middle, row_z.x, product.x),
+                         product_error(middle, row_z.y, product.y),
+                         product_error(middle, row_z.z, product.z));
+    row_error = error;
+    return moved;
+}
+
+/// The plane's unit is a pixel, its origin the middle of the packet. Rays are taken for the middles
+/// of their pixels. They are off by 4 roundings of a direction, by the roundings of the rows that
+/// came from the host and by those of the middle: 2^-22 and 2^-23 of each.
+void set_frame() {
+    vec2 middle = vec2(float(args.x + packet_origin.x + kPacketWidth / 2u),
+                       float(args.y + packet_origin.y + kPacketHeight / 2u));
+    vec3 row_x = vec3(args.row_x[0], args.row_x[1], args.row_x[2]);
+    vec3 row_y = vec3(args.row_y[0], args.row_y[1], args.row_y[2]);
+    vec3 row_z = vec3(args.row_z[0], args.row_z[1], args.row_z[2]);
+    vec3 x_error, y_error;
+    frame.org = args.camera.org;
+    frame.row_x = move_row(row_x, row_z, middle.x, x_error);
+    frame.row_y = move_row(row_y, row_z, middle.y, y_error);
+    frame.row_z = row_z;
+    frame.own_row = lane == 0u ? frame.row_x : lane == 1u ? frame.row_y : row_z;
+    frame.own_row_error = lane == 0u ? x_error : lane == 1u ? y_error : vec3(0.0f);
+    frame.row_size =
+        vec3(magnitude_sum(frame.row_x), magnitude_sum(frame.row_y), magnitude_sum(row_z));
+    vec2 rounded = frame.row_size.xy + 9.0f * frame.row_size.z;
+    vec2 given = vec2(magnitude_sum(row_x), magnitude_sum(row_y)) + middle * frame.row_size.z;
+    frame.ray_error = args.direction_size *
+                      (2.384185791015625e-07f * rounded + 1.1920928955078125e-07f * given);
+    vec2 extent = vec2(7.5f, 3.5f) + frame.ray_error;
+    frame.lower = -extent;
+    frame.upper = extent;
+    frame.depth_error = box_dilation(frame.org) * max(frame.row_size.z, 1.0f);
+    // 2^-14: coefficients up to 2 s Z with 3 roundings each, times distances up to 24; sums and
+    // products of them; 10 steps from vector to vector: 816 * 2^-24 in all.
+    frame.rounding = 6.103515625e-05f;
+}
+
+void begin_rays() {
+    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+        float q = is_active(ray_pixel(v)) ? 0.0f : kDone;
+        q_lower[v] = q;
+        q_upper[v] = q;
+        winners[v] = kNoTriangle;
+    }
+    doubt_count = 0u;
+    packet_q = 0.0f;
+    level = 0u;
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        keys[k] = 0u;
+        children[k] = kEmptyChild;
+    }
+}
+
+/// One triangle against all rays. The vectors of this lane that are in doubt.
+uint trace_triangle(Setup s, uint name) {
+    float x = float(lane & 3u) - 7.5f;
+    float y = float(lane >> 2u) - 3.5f;
+    vec3 row = s.a * x + s.b * y + s.c;
+    float row_q = s.q.x * x + s.q.y * y + s.q.z;
+    vec3 step_x = 4.0f * s.a;
+    vec3 step_y = float(kVectorHeight) * s.b;
+    float step_qx = 4.0f * s.q.x;
+    float step_qy = float(kVectorHeight) * s.q.y;
+    uint doubtful = 0u;
+    [[unroll]] for (uint j = 0u; j < kVectorRows; ++j) {
+        vec3 e = row;
+        float q = row_q;
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint v = 4u * j + i;
+            float least = min(e.x, min(e.y, e.z));
+            float lower = q - s.q_error;
+            float upper = q + s.q_error;
+            bool sure = least > s.bound && lower > q_upper[v];
+            bool possible = least >= -s.bound && upper >= q_lower[v];
+            doubtful |= possible && !sure ? 1u << v : 0u;
+            q_lower[v] = sure ? lower : q_lower[v];
+            q_upper[v] = sure ? upper : q_upper[v];
+            winners[v] = sure ? name : winners[v];
+            e += step_x;
+            q += step_qx;
+        }
+        row += step_y;
+        row_q += step_qy;
+    }
+    return doubtful;
+}
+
+float least_q() {
+    float least = q_lower[0];
+    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = min(least, q_lower[v]);
+    return cluster_min(least);
+}
+
+/// Notes a doubt (if there is one). Whether there was room.
+bool note_doubt(uint name, uint vectors) {
+    if (vectors != 0u) {
+        doubt_names[doubt_count] = name;
+        doubt_vectors[doubt_count] = vectors;
+        ++doubt_count;
+    }
+    return doubt_count <= kMaxDoubts - 1u;
+}
+
+/// Whether all of the packet could be traced.
+bool traverse() {
+    uint steps = 0u;
+    uint current = 0u;
+    bool room = true;
+    do {
+        // kEmptyChild has kLeafBit set.
+        do {
+            visit_node(current);
+            current = take_child(steps);
+        } while ((current & kLeafBit) == 0u && level <= kMaxDepth);
+        do {
+            uint leaf = 0u;
+            uint alive = 0u;
+            do {
+                leaf = current & ~kLeafBit;
+                alive = set_up_leaf(current == kEmptyChild ? 0u : leaf, true);
+                alive = current == kEmptyChild ? 0u : alive;
+                if (alive == 0u && current != kEmptyChild) current = take_child(steps);
+                ++steps;
+            } while (alive == 0u && (current & kLeafBit) != 0u && current != kEmptyChild);
+            bool visited = alive != 0u;
+            do {
+                uint doubtful = 0u;
+                uint name = 0u;
+                do {
+                    uint i = uint(findLSB(alive)) & 15u;
+                    name = triangle_name(leaf, i);
+                    if (alive != 0u) doubtful = trace_triangle(read_setup(i), name);
+                    alive &= alive - 1u;
+                    ++steps;
+                } while (alive != 0u && cluster_or(doubtful) == 0u);
+                room = note_doubt(name, doubtful) && room;
+            } while (alive != 0u);
+            if (visited) {
+                packet_q = least_q();
+                current = take_child(steps);
+            }
+        } while ((current & kLeafBit) != 0u && current != kEmptyChild && steps < kSteps);
+    } while (current != kEmptyChild && steps < kSteps && level <= kMaxDepth);
+    return current == kEmptyChild && cluster_or(room ? 0u : 1u) == 0u;
+}
+
+void write_misses(uint prim_id) {
+    Hit hit = no_hit();
+    hit.prim_id = prim_id;
+    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+        uvec2 pixel = ray_pixel(v);
+        if (is_active(pixel)) hits[pixel.y * args.width + pixel.x] = hit;
+    }
+}
+
+/// t, u and v of the winners by the rule's plain path; where that does not do, they are in doubt.
+void finish_winners() {
+    uint own = 0u;
+    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+        own |= winners[v] != kNoTriangle ? 1u << v : 0u;
+    }
+    uint left = cluster_or(own);
+    do {
+        uint v = uint(findLSB(left)) & (kVectors - 1u);
+        left &= left - 1u;
+        uvec2 pixel = ray_pixel(v);
+        Ray ray = ray_of(pixel);
+        uint name = winners[v];
+        bool is_hit = (own >> v & 1u) != 0u;
+        vec3 a, b, c;
+        uint prim_id = named_triangle(is_hit ? name : 0u, a, b, c);
+        ShearedRay sheared = shear_ray(ray.org, ray.dir);
+        vec3 pa = project_fast(sheared, a);
+        vec3 pb = project_fast(sheared, b);
+        vec3 pc = project_fast(sheared, c);
+        Edges e = fast_edges(pa, pb, pc);
+        TriangleHit hit;
+        weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
+        bool is_sure = surely_inside(sheared, e);
+        if (is_hit && is_sure) hits[pixel.y * args.width + pixel.x] = make_hit(hit, prim_id);
+        note_doubt(name, is_hit && !is_sure ? 1u << v : 0u);
+    } while (left != 0u);
+}
+
+/// The rule for all doubts, one of each lane at a time.
+void settle_doubts() {
+    bool more = true;
+    do {
+        if (doubt_count > 0u) {
+            uint last = doubt_count - 1u;
+            uint name = doubt_names[last];
+            uint vectors = doubt_vectors[last];
+            uint v = uint(findLSB(vectors));
+            vectors &= vectors - 1u;
+            doubt_vectors[last] = vectors;
+            doubt_count = vectors == 0u ? last : doubt_count;
+            uvec2 pixel = ray_pixel(v);
+            Ray ray = ray_of(pixel);
+            vec3 a, b, c;
+            uint prim_id = named_triangle(name, a, b, c);
+            TriangleHit hit;
+            if (intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit)) {
+                uint index = pixel.y * args.width + pixel.x;
+                Hit best = hits[index];
+                bool is_first = best.prim_id == kNoPrim;
+                if (is_first || wins(hit.t, prim_id, best.t, best.prim_id)) {
+                    hits[index] = make_hit(hit, prim_id);
+                }
+            }
+        }
+        more = cluster_or(doubt_count) != 0u;
+    } while (more);
+}
+
+void main() {
+    find_lane();
+    uint cluster = gl_WorkGroupID.x * (kGroupSize / kLanes) +
+                   gl_SubgroupID * (gl_SubgroupSize / kLanes) + gl_SubgroupInvocationID / kLanes;
+    if (cluster >= args.tile_count) return;
+    packet_origin = uvec2(cluster % args.tile_columns, cluster / args.tile_columns) *
+                    uvec2(kPacketWidth, kPacketHeight);
+    set_frame();
+    set_planes();
+    begin_rays();
+    bool is_complete = traverse();
+    write_misses(is_complete ? kNoPrim : kUnfinishedPrim);
+    if (is_complete) {
+        finish_winners();
+        settle_doubts();
+    } else {
+        atomicOr(work.header.status, kStatusUnfinished);
+    }
+}
