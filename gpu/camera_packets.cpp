@@ -25,6 +25,11 @@ std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning) {
     return std::min(size, kMost);
 }
 
+std::uint32_t packet_run(const PhysicalDevice& device) {
+    // Where lanes are a CPU's, branches are masks, and a few threads are enough.
+    return device.info.type == "cpu" ? 8 : 1;
+}
+
 PacketArguments packet_arguments(const RegionArguments& region) {
     const Camera& camera = region.params.camera;
     PacketArguments arguments = {};

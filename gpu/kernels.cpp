@@ -28,8 +28,8 @@ Pipeline packets(Context& context, const Pipeline::Source& source, const Tuning&
     if (lanes == 0) return {};
     const std::uint32_t steps =
         tuning.step_budget < kStepBudget ? tuning.step_budget : kPacketStepBudget;
-    const std::uint32_t constants[] = {steps, lanes};
-    static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1);
+    const std::uint32_t constants[] = {steps, lanes, packet_run(context.physical())};
+    static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 && kConstantPacketRun == 2);
     return Pipeline(context, source, constants);
 }
 

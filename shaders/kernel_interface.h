@@ -48,6 +48,8 @@ SHARED_CONST uint kStepBudget = 3500u;
 // 16). Only the loops of a cluster count there, but lanes of one invocation may belong to four.
 SHARED_CONST uint kConstantPacketLanes = 1u;
 SHARED_CONST uint kPacketStepBudget = 12000u;
+// How many packets a cluster traces, one after the other.
+SHARED_CONST uint kConstantPacketRun = 2u;
 SHARED_CONST uint kPacketWidth = 16u;
 SHARED_CONST uint kPacketHeight = 8u;
 SHARED_CONST uint kPacketRays = 128u;

@@ -28,6 +28,8 @@ uint doubt_names[kMaxDoubts + kVectors];
 uint doubt_vectors[kMaxDoubts + kVectors];
 uint doubt_count;
 
+layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
+
 uvec2 packet_origin;  // its first pixel, in the region
 
 uvec2 ray_pixel(uint v) {
@@ -86,6 +88,19 @@ void set_frame() {
     frame.rounding = 6.103515625e-05f;
 }
 
+void begin_packet(uint packet) {
+    packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
+                    uvec2(kPacketWidth, kPacketHeight);
+    set_frame();
+    set_planes();
+    packet_q = 0.0f;
+    level = 0u;
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        keys[k] = 0u;
+        children[k] = kEmptyChild;
+    }
+}
+
 void begin_rays() {
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         float q = is_active(ray_pixel(v)) ? 0.0f : kDone;
@@ -94,12 +109,6 @@ void begin_rays() {
         winners[v] = kNoTriangle;
     }
     doubt_count = 0u;
-    packet_q = 0.0f;
-    level = 0u;
-    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
-        keys[k] = 0u;
-        children[k] = kEmptyChild;
-    }
 }
 
 /// One triangle against all rays. The vectors of this lane that are in doubt.
@@ -152,16 +161,17 @@ bool note_doubt(uint name, uint vectors) {
     return doubt_count <= kMaxDoubts - 1u;
 }
 
-/// Whether all of the packet could be traced.
-bool traverse() {
-    uint steps = 0u;
-    uint current = 0u;
+/// Visits what the root left in keys and children. Whether all of it could be.
+bool traverse(inout uint steps) {
+    uint current = take_child(steps);
     bool room = true;
     do {
         // kEmptyChild has kLeafBit set.
         do {
-            visit_node(current);
-            current = take_child(steps);
+            if ((current & kLeafBit) == 0u) {
+                visit_node(current);
+                current = take_child(steps);
+            }
         } while ((current & kLeafBit) == 0u && level <= kMaxDepth);
         do {
             uint leaf = 0u;
@@ -263,22 +273,40 @@ void settle_doubts() {
     } while (more);
 }
 
+/// Each cluster has a run of packets, so that those that see nothing end before the bodies of the
+/// loops that follow.
 void main() {
     find_lane();
     uint cluster = gl_WorkGroupID.x * (kGroupSize / kLanes) +
                    gl_SubgroupID * (gl_SubgroupSize / kLanes) + gl_SubgroupInvocationID / kLanes;
-    if (cluster >= args.tile_count) return;
-    packet_origin = uvec2(cluster % args.tile_columns, cluster / args.tile_columns) *
-                    uvec2(kPacketWidth, kPacketHeight);
-    set_frame();
-    set_planes();
-    begin_rays();
-    bool is_complete = traverse();
-    write_misses(is_complete ? kNoPrim : kUnfinishedPrim);
-    if (is_complete) {
+    uint packet = cluster * kPacketRun;
+    uint end = min(packet + kPacketRun, args.tile_count);
+    if (packet >= end) return;
+    uint steps = 0u;
+    bool is_complete = true;
+    do {
+        bool sees_something = false;
+        do {
+            begin_packet(packet);
+            visit_node(0u);
+            uint any = 0u;
+            [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
+            sees_something = cluster_or(any) != 0u;
+            write_misses(kNoPrim);
+            ++packet;
+            ++steps;
+        } while (!sees_something && packet < end);
+        begin_rays();
+        is_complete = traverse(steps);
         finish_winners();
         settle_doubts();
-    } else {
-        atomicOr(work.header.status, kStatusUnfinished);
-    }
+    } while (packet < end && is_complete);
+    if (is_complete) return;
+    atomicOr(work.header.status, kStatusUnfinished);
+    --packet;
+    do {
+        begin_packet(packet);
+        write_misses(kUnfinishedPrim);
+        ++packet;
+    } while (packet < end);
 }
