@@ -47,22 +47,24 @@ vec3 read_lane(vec3 v, uint from) {
     return vec3(read_lane(v.x, from), read_lane(v.y, from), read_lane(v.z, from));
 }
 
-uint cluster_max(uint x) {
-    [[unroll]] for (uint k = 1u; k < kLanes; k *= 2u) x = max(x, subgroupShuffleXor(x, k));
-    return x;
-}
-float cluster_max(float x) {
-    [[unroll]] for (uint k = 1u; k < kLanes; k *= 2u) x = max(x, subgroupShuffleXor(x, k));
-    return x;
-}
-float cluster_min(float x) {
-    [[unroll]] for (uint k = 1u; k < kLanes; k *= 2u) x = min(x, subgroupShuffleXor(x, k));
-    return x;
-}
-uint cluster_or(uint x) {
-    [[unroll]] for (uint k = 1u; k < kLanes; k *= 2u) x |= subgroupShuffleXor(x, k);
-    return x;
-}
+/// The built-in ones look for NaNs.
+float lesser(float a, float b) { return a < b ? a : b; }
+float greater(float a, float b) { return a > b ? a : b; }
+
+/// Reductions over a cluster, on all of its lanes.
+#define DEFINE_CLUSTER_REDUCTION(NAME, TYPE, COMBINE)                               \
+    TYPE NAME(TYPE x) {                                                             \
+        x = COMBINE(x, subgroupShuffleXor(x, 1u));                                  \
+        x = COMBINE(x, subgroupShuffleXor(x, 2u));                                  \
+        if (kLanes >= 8u) x = COMBINE(x, subgroupShuffleXor(x, 4u));                \
+        if (kLanes >= 16u) x = COMBINE(x, subgroupShuffleXor(x, 8u));               \
+        return x;                                                                   \
+    }
+uint bitwise_or(uint a, uint b) { return a | b; }
+DEFINE_CLUSTER_REDUCTION(cluster_max, uint, max)
+DEFINE_CLUSTER_REDUCTION(cluster_max, float, greater)
+DEFINE_CLUSTER_REDUCTION(cluster_min, float, lesser)
+DEFINE_CLUSTER_REDUCTION(cluster_or, uint, bitwise_or)
 
 /// In place of 1/z: of rays that want no more, and of what reaches to the eye.
 const float kDone = 1.0e38f;
@@ -334,13 +336,13 @@ vec3 projected_corner(uint slot) {
 /// edge function moves by at most 4 error (reach + error), twice the first-order term. Its own
 /// roundings are at most frame.rounding s Z + 2^-20 s^2.
 bool set_up_triangle(vec3 p0, vec3 p1, vec3 p2, bool on_grid, out Setup setup) {
-    bool is_finite = max(p0.x, max(p1.x, p2.x)) < kFarAway;
+    bool is_finite = greater(p0.x, greater(p1.x, p2.x)) < kFarAway;
     vec3 z = vec3(p0.z, p1.z, p2.z);
     vec3 x = vec3(p0.x, p1.x, p2.x);
     vec3 y = vec3(p0.y, p1.y, p2.y);
-    float z_least = min(z.x, min(z.y, z.z));
-    float z_most = max(z.x, max(z.y, z.z));
-    float z_size = max(abs(z_least), abs(z_most));
+    float z_least = lesser(z.x, lesser(z.y, z.z));
+    float z_most = greater(z.x, greater(z.y, z.z));
+    float z_size = greater(abs(z_least), abs(z_most));
     float z_error = 2.384185791015625e-07f * z_size + leaf_error;
 
     // The rectangle, where the triangle is well in front of the eye.
@@ -348,10 +350,10 @@ bool set_up_triangle(vec3 p0, vec3 p1, vec3 p2, bool on_grid, out Setup setup) {
     vec3 rz = vec3(1.0f) / (in_front ? z : vec3(1.0f));
     vec3 rx = x * rz;
     vec3 ry = y * rz;
-    vec2 low = vec2(min(rx.x, min(rx.y, rx.z)), min(ry.x, min(ry.y, ry.z)));
-    vec2 high = vec2(max(rx.x, max(rx.y, rx.z)), max(ry.x, max(ry.y, ry.z)));
+    vec2 low = vec2(lesser(rx.x, lesser(rx.y, rx.z)), lesser(ry.x, lesser(ry.y, ry.z)));
+    vec2 high = vec2(greater(rx.x, greater(rx.y, rx.z)), greater(ry.x, greater(ry.y, ry.z)));
     // 2^-19 of the value for roundings.
-    float margin = 2.0f * leaf_error * max(rz.x, max(rz.y, rz.z)) + 1.52587890625e-05f;
+    float margin = 2.0f * leaf_error * greater(rz.x, greater(rz.y, rz.z)) + 1.52587890625e-05f;
     low = in_front ? low - 1.9073486328125e-06f * abs(low) - margin : vec2(-1.0e6f);
     high = in_front ? high + 1.9073486328125e-06f * abs(high) + margin : vec2(1.0e6f);
     vec2 cut_low = max(low, frame.lower);
@@ -368,7 +370,8 @@ bool set_up_triangle(vec3 p0, vec3 p1, vec3 p2, bool on_grid, out Setup setup) {
     vec2 middle = 0.5f * (cut_low + cut_high);
     vec3 px = x - middle.x * z;
     vec3 py = y - middle.y * z;
-    float size = max(abs(px.x) + abs(py.x), max(abs(px.y) + abs(py.y), abs(px.z) + abs(py.z)));
+    vec3 sizes = abs(px) + abs(py);
+    float size = greater(sizes.x, greater(sizes.y, sizes.z));
     vec2 span = frame.upper - frame.lower;
     float reach = (span.x + span.y) * z_size + size;
     // 2^-21 and 2^-18.
@@ -380,10 +383,10 @@ bool set_up_triangle(vec3 p0, vec3 p1, vec3 p2, bool on_grid, out Setup setup) {
     vec3 c = px.yzx * py.zxy - py.yzx * px.zxy;
     float det = px.x * a.x + py.x * b.x + z.x * c.x;
     vec3 moved = abs(a) * frame.ray_error.x + abs(b) * frame.ray_error.y;
-    float bound = 4.0f * error * (reach + error) + rounding + max(moved.x, max(moved.y, moved.z));
+    float bound = 4.0f * error * (reach + error) + rounding + greater(moved.x, greater(moved.y, moved.z));
     // What overflows (eyes and vertices very far away) leaves everything in doubt.
     bool sane = bound < 1.0e28f && abs(det) < 1.0e34f;
-    float scale = sane ? 1.0f / max(abs(det), 1.0e-30f) : 0.0f;
+    float scale = sane ? 1.0f / greater(abs(det), 1.0e-30f) : 0.0f;
     float orientation = !sane ? 0.0f : det < 0.0f ? -1.0f : 1.0f;
     a = sane ? orientation * a : vec3(0.0f);
     b = sane ? orientation * b : vec3(0.0f);
@@ -401,7 +404,7 @@ bool set_up_triangle(vec3 p0, vec3 p1, vec3 p2, bool on_grid, out Setup setup) {
     setup.q = q;
     vec2 extent = max(abs(frame.lower), abs(frame.upper));
     vec2 slope = abs(q.xy);
-    float q_most = max(q.z + dot(slope, extent), 0.0f);
+    float q_most = greater(q.z + dot(slope, extent), 0.0f);
     // 2^-17; of det 2^-20 for products of size * size * z, nine of them.
     float c1 = 7.62939453125e-06f + 8.0f * error * (slope.x + slope.y) +
                9.5367431640625e-07f * size * size * z_size * scale;

@@ -9,7 +9,8 @@
 layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { PacketArguments args; };
-layout(std430, binding = kBindHits) buffer Hits { Hit hits[]; };
+/// Hits as vectors, which some devices store and load faster than structures.
+layout(std430, binding = kBindHits) buffer Hits { uvec4 hits[]; };
 layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
 
 /// Vectors of rays, 4 in a row, each 4 pixels wide and kVectorHeight high.
@@ -127,7 +128,7 @@ uint trace_triangle(Setup s, uint name) {
         float q = row_q;
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
             uint v = 4u * j + i;
-            float least = min(e.x, min(e.y, e.z));
+            float least = lesser(e.x, lesser(e.y, e.z));
             float lower = q - s.q_error;
             float upper = q + s.q_error;
             bool sure = least > s.bound && lower > q_upper[v];
@@ -147,7 +148,7 @@ uint trace_triangle(Setup s, uint name) {
 
 float least_q() {
     float least = q_lower[0];
-    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = min(least, q_lower[v]);
+    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, q_lower[v]);
     return cluster_min(least);
 }
 
@@ -205,12 +206,14 @@ bool traverse(inout uint steps) {
     return current == kEmptyChild && cluster_or(room ? 0u : 1u) == 0u;
 }
 
+uvec4 hit_words(TriangleHit hit, uint prim_id) {
+    return uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v), prim_id);
+}
+
 void write_misses(uint prim_id) {
-    Hit hit = no_hit();
-    hit.prim_id = prim_id;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         uvec2 pixel = ray_pixel(v);
-        if (is_active(pixel)) hits[pixel.y * args.width + pixel.x] = hit;
+        if (is_active(pixel)) hits[pixel.y * args.width + pixel.x] = uvec4(0u, 0u, 0u, prim_id);
     }
 }
 
@@ -226,7 +229,9 @@ void finish_winners() {
         left &= left - 1u;
         uvec2 pixel = ray_pixel(v);
         Ray ray = ray_of(pixel);
-        uint name = winners[v];
+        // Not winners[v]: an array that is indexed so is slow wherever it is used.
+        uint name = winners[0];
+        [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? winners[k] : name;
         bool is_hit = (own >> v & 1u) != 0u;
         vec3 a, b, c;
         uint prim_id = named_triangle(is_hit ? name : 0u, a, b, c);
@@ -238,7 +243,7 @@ void finish_winners() {
         TriangleHit hit;
         weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
         bool is_sure = surely_inside(sheared, e);
-        if (is_hit && is_sure) hits[pixel.y * args.width + pixel.x] = make_hit(hit, prim_id);
+        if (is_hit && is_sure) hits[pixel.y * args.width + pixel.x] = hit_words(hit, prim_id);
         note_doubt(name, is_hit && !is_sure ? 1u << v : 0u);
     } while (left != 0u);
 }
@@ -262,10 +267,10 @@ void settle_doubts() {
             TriangleHit hit;
             if (intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit)) {
                 uint index = pixel.y * args.width + pixel.x;
-                Hit best = hits[index];
-                bool is_first = best.prim_id == kNoPrim;
-                if (is_first || wins(hit.t, prim_id, best.t, best.prim_id)) {
-                    hits[index] = make_hit(hit, prim_id);
+                uvec4 best = hits[index];
+                bool is_first = best.w == kNoPrim;
+                if (is_first || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w)) {
+                    hits[index] = hit_words(hit, prim_id);
                 }
             }
         }
