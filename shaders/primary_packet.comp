@@ -17,17 +17,20 @@ layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
 const uint kVectors = kPacketRays / kLanes;
 const uint kVectorHeight = kLanes / 4u;
 const uint kVectorRows = kVectors / 4u;
+const uint kAllTriangles = 0xFFFFu;
 
 /// 1/z of the best hit so far lies in [q_lower, q_upper].
 float q_lower[kVectors];
 float q_upper[kVectors];
 uint winners[kVectors];
 
-/// Where a bound left a doubt: a triangle, and the vectors of this lane's rays.
-const uint kMaxDoubts = 16u;
-uint doubt_names[kMaxDoubts + kVectors];
-uint doubt_vectors[kMaxDoubts + kVectors];
-uint doubt_count;
+/// Where a bound left a doubt: triangles, and for each the vectors of this lane's rays. A queue in
+/// registers, its end 0 as long as there is room.
+const uint kMaxDoubts = 4u;
+uint doubt_names[kMaxDoubts];
+uint doubt_vectors[kMaxDoubts];
+/// Vectors of which the rule's plain path could not finish this lane's winner.
+uint unfinished;
 
 layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
 
@@ -109,7 +112,8 @@ void begin_rays() {
         q_upper[v] = q;
         winners[v] = kNoTriangle;
     }
-    doubt_count = 0u;
+    unfinished = 0u;
+    [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_vectors[i] = 0u;
 }
 
 /// One triangle against all rays. The vectors of this lane that are in doubt.
@@ -152,58 +156,77 @@ float least_q() {
     return cluster_min(least);
 }
 
-/// Notes a doubt (if there is one). Whether there was room.
+/// Notes a doubt, if there is one. Whether all lanes have room for one more.
 bool note_doubt(uint name, uint vectors) {
-    if (vectors != 0u) {
-        doubt_names[doubt_count] = name;
-        doubt_vectors[doubt_count] = vectors;
-        ++doubt_count;
+    [[unroll]] for (uint i = kMaxDoubts - 1u; i > 0u; --i) {
+        doubt_names[i] = vectors != 0u ? doubt_names[i - 1u] : doubt_names[i];
+        doubt_vectors[i] = vectors != 0u ? doubt_vectors[i - 1u] : doubt_vectors[i];
     }
-    return doubt_count <= kMaxDoubts - 1u;
+    doubt_names[0] = vectors != 0u ? name : doubt_names[0];
+    doubt_vectors[0] = vectors != 0u ? vectors : doubt_vectors[0];
+    return cluster_or(doubt_vectors[kMaxDoubts - 1u]) == 0u;
 }
 
-/// Visits what the root left in keys and children. Whether all of it could be.
-bool traverse(inout uint steps) {
-    uint current = take_child(steps);
-    bool room = true;
+/// What a traversal has still to do: a node or leaf, kEmptyChild at the end; of a leaf only some
+/// triangles.
+struct Traversal {
+    uint current;
+    uint triangles;
+    uint steps;
+};
+
+/// Continues until there is nothing left, no room for doubts, or no steps.
+void traverse(inout Traversal t) {
+    bool has_room = true;
     do {
         // kEmptyChild has kLeafBit set.
         do {
-            if ((current & kLeafBit) == 0u) {
-                visit_node(current);
-                current = take_child(steps);
+            if ((t.current & kLeafBit) == 0u) {
+                visit_node(t.current);
+                t.current = take_child(t.steps);
             }
-        } while ((current & kLeafBit) == 0u && level <= kMaxDepth);
+        } while ((t.current & kLeafBit) == 0u && level <= kMaxDepth);
         do {
             uint leaf = 0u;
             uint alive = 0u;
             do {
-                leaf = current & ~kLeafBit;
-                alive = set_up_leaf(current == kEmptyChild ? 0u : leaf, true);
-                alive = current == kEmptyChild ? 0u : alive;
-                if (alive == 0u && current != kEmptyChild) current = take_child(steps);
-                ++steps;
-            } while (alive == 0u && (current & kLeafBit) != 0u && current != kEmptyChild);
-            bool visited = alive != 0u;
+                bool is_leaf = t.current != kEmptyChild;
+                leaf = is_leaf ? t.current & ~kLeafBit : 0u;
+                alive = cull_leaf(leaf, true) & t.triangles;
+                alive = is_leaf ? alive : 0u;
+                t.triangles = kAllTriangles;
+                if (alive == 0u && is_leaf) t.current = take_child(t.steps);
+                ++t.steps;
+            } while (alive == 0u && (t.current & kLeafBit) != 0u && t.current != kEmptyChild);
+            bool is_visited = alive != 0u;
             do {
-                uint doubtful = 0u;
-                uint name = 0u;
+                Chunk chunk = set_up_chunk(alive);
+                uint left = cluster_or(chunk.is_used ? 1u << lane : 0u);
                 do {
-                    uint i = uint(findLSB(alive)) & 15u;
-                    name = triangle_name(leaf, i);
-                    if (alive != 0u) doubtful = trace_triangle(read_setup(i), name);
-                    alive &= alive - 1u;
-                    ++steps;
-                } while (alive != 0u && cluster_or(doubtful) == 0u);
-                room = note_doubt(name, doubtful) && room;
-            } while (alive != 0u);
-            if (visited) {
+                    uint doubtful = 0u;
+                    uint name = 0u;
+                    do {
+                        uint i = uint(findLSB(left)) & (kLanes - 1u);
+                        name = triangle_name(leaf, read_lane(chunk.triangle, i));
+                        if (left != 0u) {
+                            doubtful = trace_triangle(read_setup(chunk.setup, i), name);
+                        }
+                        left &= left - 1u;
+                        ++t.steps;
+                    } while (left != 0u && cluster_or(doubtful) == 0u);
+                    has_room = note_doubt(name, doubtful);
+                } while (left != 0u && has_room);
+                bool is_done = chunk.is_used && (left >> lane & 1u) == 0u;
+                alive &= ~cluster_or(is_done ? 1u << chunk.triangle : 0u);
+            } while (alive != 0u && has_room);
+            if (is_visited && alive == 0u) {
                 packet_q = least_q();
-                current = take_child(steps);
+                t.current = take_child(t.steps);
             }
-        } while ((current & kLeafBit) != 0u && current != kEmptyChild && steps < kSteps);
-    } while (current != kEmptyChild && steps < kSteps && level <= kMaxDepth);
-    return current == kEmptyChild && cluster_or(room ? 0u : 1u) == 0u;
+            t.triangles = alive != 0u ? alive : kAllTriangles;
+        } while ((t.current & kLeafBit) != 0u && t.current != kEmptyChild && has_room &&
+                 t.steps < kSteps);
+    } while (t.current != kEmptyChild && has_room && t.steps < kSteps && level <= kMaxDepth);
 }
 
 uvec4 hit_words(TriangleHit hit, uint prim_id) {
@@ -217,7 +240,14 @@ void write_misses(uint prim_id) {
     }
 }
 
-/// t, u and v of the winners by the rule's plain path; where that does not do, they are in doubt.
+/// winners[v], but an array that is indexed so is slow wherever it is used.
+uint winner_of(uint v) {
+    uint name = winners[0];
+    [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? winners[k] : name;
+    return name;
+}
+
+/// t, u and v of the winners by the rule's plain path; where that does not do, they are unfinished.
 void finish_winners() {
     uint own = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
@@ -229,9 +259,7 @@ void finish_winners() {
         left &= left - 1u;
         uvec2 pixel = ray_pixel(v);
         Ray ray = ray_of(pixel);
-        // Not winners[v]: an array that is indexed so is slow wherever it is used.
-        uint name = winners[0];
-        [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? winners[k] : name;
+        uint name = winner_of(v);
         bool is_hit = (own >> v & 1u) != 0u;
         vec3 a, b, c;
         uint prim_id = named_triangle(is_hit ? name : 0u, a, b, c);
@@ -243,38 +271,50 @@ void finish_winners() {
         TriangleHit hit;
         weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
         bool is_sure = surely_inside(sheared, e);
-        if (is_hit && is_sure) hits[pixel.y * args.width + pixel.x] = hit_words(hit, prim_id);
-        note_doubt(name, is_hit && !is_sure ? 1u << v : 0u);
+        uint index = pixel.y * args.width + pixel.x;
+        // A doubt that was settled before may have won.
+        uvec4 best = hits[is_hit ? index : 0u];
+        bool is_better =
+            best.w == kNoPrim || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w);
+        if (is_hit && is_sure && is_better) hits[index] = hit_words(hit, prim_id);
+        unfinished |= is_hit && !is_sure ? 1u << v : 0u;
     } while (left != 0u);
 }
 
-/// The rule for all doubts, one of each lane at a time.
+/// The rule for all doubts and unfinished winners, one of each lane at a time.
 void settle_doubts() {
     bool more = true;
     do {
-        if (doubt_count > 0u) {
-            uint last = doubt_count - 1u;
-            uint name = doubt_names[last];
-            uint vectors = doubt_vectors[last];
-            uint v = uint(findLSB(vectors));
-            vectors &= vectors - 1u;
-            doubt_vectors[last] = vectors;
-            doubt_count = vectors == 0u ? last : doubt_count;
-            uvec2 pixel = ray_pixel(v);
-            Ray ray = ray_of(pixel);
-            vec3 a, b, c;
-            uint prim_id = named_triangle(name, a, b, c);
-            TriangleHit hit;
-            if (intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit)) {
-                uint index = pixel.y * args.width + pixel.x;
-                uvec4 best = hits[index];
-                bool is_first = best.w == kNoPrim;
-                if (is_first || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w)) {
-                    hits[index] = hit_words(hit, prim_id);
-                }
+        bool is_winner = unfinished != 0u;
+        uint vectors = is_winner ? unfinished : doubt_vectors[0];
+        bool is_any = vectors != 0u;
+        uint v = uint(findLSB(vectors)) & (kVectors - 1u);
+        uint name = is_winner ? winner_of(v) : doubt_names[0];
+        vectors &= vectors - 1u;
+        unfinished = is_winner ? vectors : 0u;
+        doubt_vectors[0] = is_winner ? doubt_vectors[0] : vectors;
+        bool is_next = doubt_vectors[0] == 0u;
+        [[unroll]] for (uint i = 0u; i < kMaxDoubts - 1u; ++i) {
+            doubt_names[i] = is_next ? doubt_names[i + 1u] : doubt_names[i];
+            doubt_vectors[i] = is_next ? doubt_vectors[i + 1u] : doubt_vectors[i];
+        }
+        doubt_vectors[kMaxDoubts - 1u] = is_next ? 0u : doubt_vectors[kMaxDoubts - 1u];
+        uvec2 pixel = ray_pixel(v);
+        Ray ray = ray_of(pixel);
+        vec3 a, b, c;
+        uint prim_id = named_triangle(is_any ? name : 0u, a, b, c);
+        TriangleHit hit;
+        bool is_hit =
+            intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit);
+        if (is_any && is_hit) {
+            uint index = pixel.y * args.width + pixel.x;
+            uvec4 best = hits[index];
+            bool is_first = best.w == kNoPrim;
+            if (is_first || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w)) {
+                hits[index] = hit_words(hit, prim_id);
             }
         }
-        more = cluster_or(doubt_count) != 0u;
+        more = cluster_or(unfinished | doubt_vectors[0]) != 0u;
     } while (more);
 }
 
@@ -287,7 +327,8 @@ void main() {
     uint packet = cluster * kPacketRun;
     uint end = min(packet + kPacketRun, args.tile_count);
     if (packet >= end) return;
-    uint steps = 0u;
+    Traversal t;
+    t.steps = 0u;
     bool is_complete = true;
     do {
         bool sees_something = false;
@@ -299,12 +340,18 @@ void main() {
             sees_something = cluster_or(any) != 0u;
             write_misses(kNoPrim);
             ++packet;
-            ++steps;
+            ++t.steps;
         } while (!sees_something && packet < end);
         begin_rays();
-        is_complete = traverse(steps);
-        finish_winners();
-        settle_doubts();
+        t.current = take_child(t.steps);
+        t.triangles = kAllTriangles;
+        do {
+            traverse(t);
+            if (t.current == kEmptyChild) finish_winners();
+            settle_doubts();
+            is_complete = t.steps < kSteps && level <= kMaxDepth;
+        } while (t.current != kEmptyChild && is_complete);
+        is_complete = t.current == kEmptyChild;
     } while (packet < end && is_complete);
     if (is_complete) return;
     atomicOr(work.header.status, kStatusUnfinished);
