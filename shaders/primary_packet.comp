@@ -36,13 +36,28 @@ layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
 
 uvec2 packet_origin;  // its first pixel, in the region
 
+// Arguments, read once: some devices read them lane by lane where control flow may diverge.
+Camera camera;
+uvec2 region_origin;
+uvec2 region_size;
+
+void read_arguments() {
+    camera = args.camera;
+    region_origin = uvec2(args.x, args.y);
+    region_size = uvec2(args.width, args.height);
+}
+
 uvec2 ray_pixel(uint v) {
     return packet_origin + uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
 }
 
-bool is_active(uvec2 pixel) { return pixel.x < args.width && pixel.y < args.height; }
+bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region_size.y; }
 
-Ray ray_of(uvec2 pixel) { return camera_ray(args.camera, args.x + pixel.x, args.y + pixel.y); }
+uint answer_index(uvec2 pixel) { return pixel.y * region_size.x + pixel.x; }
+
+Ray ray_of(uvec2 pixel) {
+    return camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
+}
 
 float magnitude_sum(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
 
@@ -65,13 +80,12 @@ vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
 /// of their pixels. They are off by 4 roundings of a direction, by the roundings of the rows that
 /// came from the host and by those of the middle: 2^-22 and 2^-23 of each.
 void set_frame() {
-    vec2 middle = vec2(float(args.x + packet_origin.x + kPacketWidth / 2u),
-                       float(args.y + packet_origin.y + kPacketHeight / 2u));
+    vec2 middle = vec2(region_origin + packet_origin + uvec2(kPacketWidth, kPacketHeight) / 2u);
     vec3 row_x = vec3(args.row_x[0], args.row_x[1], args.row_x[2]);
     vec3 row_y = vec3(args.row_y[0], args.row_y[1], args.row_y[2]);
     vec3 row_z = vec3(args.row_z[0], args.row_z[1], args.row_z[2]);
     vec3 x_error, y_error;
-    frame.org = args.camera.org;
+    frame.org = camera.org;
     frame.row_x = move_row(row_x, row_z, middle.x, x_error);
     frame.row_y = move_row(row_y, row_z, middle.y, y_error);
     frame.row_z = row_z;
@@ -236,7 +250,7 @@ uvec4 hit_words(TriangleHit hit, uint prim_id) {
 void write_misses(uint prim_id) {
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         uvec2 pixel = ray_pixel(v);
-        if (is_active(pixel)) hits[pixel.y * args.width + pixel.x] = uvec4(0u, 0u, 0u, prim_id);
+        if (is_active(pixel)) hits[answer_index(pixel)] = uvec4(0u, 0u, 0u, prim_id);
     }
 }
 
@@ -271,7 +285,7 @@ void finish_winners() {
         TriangleHit hit;
         weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
         bool is_sure = surely_inside(sheared, e);
-        uint index = pixel.y * args.width + pixel.x;
+        uint index = answer_index(pixel);
         // A doubt that was settled before may have won.
         uvec4 best = hits[is_hit ? index : 0u];
         bool is_better =
@@ -307,7 +321,7 @@ void settle_doubts() {
         bool is_hit =
             intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit);
         if (is_any && is_hit) {
-            uint index = pixel.y * args.width + pixel.x;
+            uint index = answer_index(pixel);
             uvec4 best = hits[index];
             bool is_first = best.w == kNoPrim;
             if (is_first || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w)) {
@@ -327,6 +341,7 @@ void main() {
     uint packet = cluster * kPacketRun;
     uint end = min(packet + kPacketRun, args.tile_count);
     if (packet >= end) return;
+    read_arguments();
     Traversal t;
     t.steps = 0u;
     bool is_complete = true;
