@@ -45,9 +45,10 @@ SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
 
 // Packets of camera rays are 16x8 pixels, one a cluster of lanes (specialisation constant 1: 4, 8 or
-// 16). Only the loops of a cluster count there, but lanes of one invocation may belong to four.
+// 16). Lavapipe's vectors are one cluster each; what a cluster does not count are the loops over its
+// vectors of rays, less than 200 a packet.
 SHARED_CONST uint kConstantPacketLanes = 1u;
-SHARED_CONST uint kPacketStepBudget = 12000u;
+SHARED_CONST uint kPacketStepBudget = 40000u;
 // How many packets a cluster traces, one after the other.
 SHARED_CONST uint kConstantPacketRun = 2u;
 SHARED_CONST uint kPacketWidth = 16u;

@@ -5,6 +5,7 @@
 
 #include "common/interop/camera.h"
 #include "shaders/packet.glsl"
+#include "shaders/spread.glsl"
 
 layout(local_size_x = kGroupSize) in;
 
@@ -17,7 +18,10 @@ layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
 const uint kVectors = kPacketRays / kLanes;
 const uint kVectorHeight = kLanes / 4u;
 const uint kVectorRows = kVectors / 4u;
+/// Loops in a loop over what a packet still has to do.
+const uint kRoundSteps = 8u;
 const uint kAllTriangles = 0xFFFFu;
+const uint kAllVectors = 0xFFFFFFFFu >> (32u - kVectors);
 
 /// 1/z of the best hit so far lies in [q_lower, q_upper].
 float q_lower[kVectors];
@@ -172,9 +176,10 @@ float least_q() {
 
 /// Notes a doubt, if there is one. Whether all lanes have room for one more.
 bool note_doubt(uint name, uint vectors) {
-    [[unroll]] for (uint i = kMaxDoubts - 1u; i > 0u; --i) {
-        doubt_names[i] = vectors != 0u ? doubt_names[i - 1u] : doubt_names[i];
-        doubt_vectors[i] = vectors != 0u ? doubt_vectors[i - 1u] : doubt_vectors[i];
+    [[unroll]] for (uint i = 1u; i < kMaxDoubts; ++i) {
+        uint to = kMaxDoubts - i;
+        doubt_names[to] = vectors != 0u ? doubt_names[to - 1u] : doubt_names[to];
+        doubt_vectors[to] = vectors != 0u ? doubt_vectors[to - 1u] : doubt_vectors[to];
     }
     doubt_names[0] = vectors != 0u ? name : doubt_names[0];
     doubt_vectors[0] = vectors != 0u ? vectors : doubt_vectors[0];
@@ -215,6 +220,7 @@ void traverse(inout Traversal t) {
             bool is_visited = alive != 0u;
             do {
                 Chunk chunk = set_up_chunk(alive);
+                t.steps += 2u;
                 uint left = cluster_or(chunk.is_used ? 1u << lane : 0u);
                 do {
                     uint doubtful = 0u;
@@ -229,6 +235,7 @@ void traverse(inout Traversal t) {
                         ++t.steps;
                     } while (left != 0u && cluster_or(doubtful) == 0u);
                     has_room = note_doubt(name, doubtful);
+                    ++t.steps;
                 } while (left != 0u && has_room);
                 bool is_done = chunk.is_used && (left >> lane & 1u) == 0u;
                 alive &= ~cluster_or(is_done ? 1u << chunk.triangle : 0u);
@@ -247,11 +254,15 @@ uvec4 hit_words(TriangleHit hit, uint prim_id) {
     return uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v), prim_id);
 }
 
-void write_misses(uint prim_id) {
-    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
-        uvec2 pixel = ray_pixel(v);
-        if (is_active(pixel)) hits[answer_index(pixel)] = uvec4(0u, 0u, 0u, prim_id);
-    }
+/// To the rays of the vectors that are given as bits.
+void write_misses(uint vectors, uint prim_id) {
+    do {
+        uvec2 pixel = ray_pixel(uint(findLSB(vectors)) & (kVectors - 1u));
+        if (vectors != 0u && is_active(pixel)) {
+            hits[answer_index(pixel)] = uvec4(0u, 0u, 0u, prim_id);
+        }
+        vectors &= vectors - 1u;
+    } while (vectors != 0u);
 }
 
 /// winners[v], but an array that is indexed so is slow wherever it is used.
@@ -262,15 +273,16 @@ uint winner_of(uint v) {
 }
 
 /// t, u and v of the winners by the rule's plain path; where that does not do, they are unfinished.
-void finish_winners() {
+/// are_begun: hits have been written before, by doubts that were settled.
+void finish_winners(bool are_begun) {
     uint own = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         own |= winners[v] != kNoTriangle ? 1u << v : 0u;
     }
-    uint left = cluster_or(own);
+    uint any = cluster_or(own);
+    uint left = any;
     do {
         uint v = uint(findLSB(left)) & (kVectors - 1u);
-        left &= left - 1u;
         uvec2 pixel = ray_pixel(v);
         Ray ray = ray_of(pixel);
         uint name = winner_of(v);
@@ -284,19 +296,24 @@ void finish_winners() {
         Edges e = fast_edges(pa, pb, pc);
         TriangleHit hit;
         weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
-        bool is_sure = surely_inside(sheared, e);
-        uint index = answer_index(pixel);
-        // A doubt that was settled before may have won.
-        uvec4 best = hits[is_hit ? index : 0u];
-        bool is_better =
-            best.w == kNoPrim || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w);
-        if (is_hit && is_sure && is_better) hits[index] = hit_words(hit, prim_id);
+        bool is_sure = is_hit && surely_inside(sheared, e);
         unfinished |= is_hit && !is_sure ? 1u << v : 0u;
+        uvec4 words = is_sure ? hit_words(hit, prim_id) : uvec4(0u, 0u, 0u, kNoPrim);
+        bool is_written = left != 0u && is_active(pixel);
+        if (are_begun && is_written) {
+            uvec4 best = hits[answer_index(pixel)];
+            is_written = is_sure && (best.w == kNoPrim ||
+                                     wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w));
+        }
+        if (is_written) hits[answer_index(pixel)] = words;
+        left &= left - 1u;
     } while (left != 0u);
+    write_misses(are_begun ? 0u : kAllVectors & ~any, kNoPrim);
 }
 
-/// The rule for all doubts and unfinished winners, one of each lane at a time.
-void settle_doubts() {
+/// The rule for all doubts and unfinished winners, one of each lane at a time, as long as there are
+/// steps.
+void settle_doubts(inout uint steps) {
     bool more = true;
     do {
         bool is_winner = unfinished != 0u;
@@ -329,15 +346,16 @@ void settle_doubts() {
             }
         }
         more = cluster_or(unfinished | doubt_vectors[0]) != 0u;
-    } while (more);
+        ++steps;
+    } while (more && steps < kSteps);
 }
 
 /// Each cluster has a run of packets, so that those that see nothing end before the bodies of the
 /// loops that follow.
 void main() {
     find_lane();
-    uint cluster = gl_WorkGroupID.x * (kGroupSize / kLanes) +
-                   gl_SubgroupID * (gl_SubgroupSize / kLanes) + gl_SubgroupInvocationID / kLanes;
+    uint group = spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x);
+    uint cluster = group * (kGroupSize / kLanes) + gl_SubgroupID * (gl_SubgroupSize / kLanes) + gl_SubgroupInvocationID / kLanes;
     uint packet = cluster * kPacketRun;
     uint end = min(packet + kPacketRun, args.tile_count);
     if (packet >= end) return;
@@ -353,27 +371,33 @@ void main() {
             uint any = 0u;
             [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
             sees_something = cluster_or(any) != 0u;
-            write_misses(kNoPrim);
+            write_misses(sees_something ? 0u : kAllVectors, kNoPrim);
             ++packet;
             ++t.steps;
         } while (!sees_something && packet < end);
         begin_rays();
         t.current = take_child(t.steps);
         t.triangles = kAllTriangles;
+        bool are_begun = false;
         do {
+            // What is counted nowhere else: each loop that the round runs once.
+            t.steps += kRoundSteps;
             traverse(t);
-            if (t.current == kEmptyChild) finish_winners();
-            settle_doubts();
+            bool is_finished = t.current == kEmptyChild;
+            if (is_finished) finish_winners(are_begun);
+            write_misses(is_finished || are_begun ? 0u : kAllVectors, kNoPrim);
+            are_begun = true;
+            settle_doubts(t.steps);
             is_complete = t.steps < kSteps && level <= kMaxDepth;
         } while (t.current != kEmptyChild && is_complete);
-        is_complete = t.current == kEmptyChild;
+        is_complete = is_complete && t.current == kEmptyChild;
     } while (packet < end && is_complete);
     if (is_complete) return;
     atomicOr(work.header.status, kStatusUnfinished);
     --packet;
     do {
         begin_packet(packet);
-        write_misses(kUnfinishedPrim);
+        write_misses(kAllVectors, kUnfinishedPrim);
         ++packet;
     } while (packet < end);
 }
