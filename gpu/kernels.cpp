@@ -72,7 +72,7 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
       shade(context,
             {"shade",
              k_shade_spirv,
-             {kBindPositions, kBindTriangles, kBindAlbedo, kBindHits, kBindOcclusion, kBindPixels},
+             {kBindPositions, kBindTriangles, kBindHits, kBindOcclusion, kBindPixels},
              sizeof(RegionArguments)}),
       refit_leaves(context, {"refit leaves",
                              k_refit_leaves_spirv,

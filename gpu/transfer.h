@@ -1,6 +1,7 @@
 // Between the host's memory and the device's.
 #pragma once
 
+#include "common/interop/platform.h"
 #include "gpu/buffer.h"
 
 namespace morphray::gpu {
@@ -12,10 +13,17 @@ public:
 
     /// Writes the bytes to the start of `to`.
     void upload(std::span<const std::byte> bytes, const Buffer& to);
+    /// Writes points to the start of `to`, each followed by a word of 0.
+    void upload_padded(std::span<const vec3> points, const Buffer& to);
     /// Reads from the start of `from`.
     void download(const Buffer& from, std::span<std::byte> bytes);
 
 private:
+    /// Has `fill(bytes, offset)` write the `size` bytes that go to the start of `to`, in pieces
+    /// of whole kilobytes and a last one.
+    template <class Fill>
+    void write(std::size_t size, const Buffer& to, Fill fill);
+
     Context& context_;
     Buffer staging_;
 };

@@ -13,23 +13,22 @@ SHARED_BEGIN
 // Uniform texel buffers. Floats travel as integers, so that no device may touch their bits.
 SHARED_CONST uint kBindNodes = 0u;         // RGBA32UI
 SHARED_CONST uint kBindLeaves = 1u;        // RGBA32UI
-SHARED_CONST uint kBindPositions = 2u;     // R32UI, three a vertex
-SHARED_CONST uint kBindTriangles = 3u;     // R32UI, three a triangle
-SHARED_CONST uint kBindAlbedo = 4u;        // R32UI
-SHARED_CONST uint kBindLeafVertices = 5u;  // R32UI
-SHARED_CONST uint kBindLeafParents = 6u;   // R32UI
-SHARED_CONST uint kBindNodeParents = 7u;   // R32UI
-SHARED_CONST uint kBindRays = 8u;          // RGBA32UI, two a ray
+SHARED_CONST uint kBindPositions = 2u;     // RGBA32UI, the last word 0
+SHARED_CONST uint kBindTriangles = 3u;     // RGBA32UI, three vertices and the albedo
+SHARED_CONST uint kBindLeafVertices = 4u;  // RGBA32UI, four a leaf
+SHARED_CONST uint kBindLeafParents = 5u;   // R32UI
+SHARED_CONST uint kBindNodeParents = 6u;   // R32UI
+SHARED_CONST uint kBindRays = 7u;          // RGBA32UI, two a ray
 // Storage texel buffers, over the same memory as 0 and 1.
-SHARED_CONST uint kBindNodesOut = 9u;    // R32UI
-SHARED_CONST uint kBindLeavesOut = 10u;  // RGBA32UI
+SHARED_CONST uint kBindNodesOut = 8u;    // R32UI
+SHARED_CONST uint kBindLeavesOut = 9u;  // RGBA32UI
 // Storage buffers; no kernel uses more than the four that every device has.
-SHARED_CONST uint kBindHits = 11u;
-SHARED_CONST uint kBindOcclusion = 12u;
-SHARED_CONST uint kBindPixels = 13u;
-SHARED_CONST uint kBindWork = 14u;
-SHARED_CONST uint kBindStates = 15u;
-SHARED_CONST uint kBindingCount = 16u;
+SHARED_CONST uint kBindHits = 10u;
+SHARED_CONST uint kBindOcclusion = 11u;
+SHARED_CONST uint kBindPixels = 12u;
+SHARED_CONST uint kBindWork = 13u;
+SHARED_CONST uint kBindStates = 14u;
+SHARED_CONST uint kBindingCount = 15u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;

@@ -23,7 +23,8 @@ void main() {
     if (hit.prim_id != kNoPrim) {
         uint x = args.x + pixel.x;
         uint y = args.y + pixel.y;
-        Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit);
+        Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit,
+                                  scene_triangle(hit.prim_id));
         bool is_shadow = args.params.rays == kRaysShadow;
         Ray ray = shadow_ray(s, args.params.light);
         if (!is_shadow) ray = ao_ray(s, x, y, args.sample_index, args.params.ao_tfar);
