@@ -76,7 +76,7 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
              sizeof(RegionArguments)}),
       refit_leaves(context, {"refit leaves",
                              k_refit_leaves_spirv,
-                             {kBindLeaves, kBindPositions, kBindLeafVertices, kBindLeafParents,
+                             {kBindPositions, kBindLeafVertices, kBindLeafParents,
                               kBindNodesOut, kBindLeavesOut},
                              sizeof(RefitArguments)}),
       refit_nodes(context, {"refit nodes",

@@ -47,9 +47,9 @@ void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
     }
     check_elements(device, "vertices", scene.vertices);
     check_elements(device, "triangles", scene.triangles);
-    // Refit writes planes one by one.
+    // Refit writes planes and coordinates one by one.
     check_elements(device, "nodes", 4 * kNodeVec4s * scene.nodes);
-    check_elements(device, "leaves", kLeafVec4s * scene.leaves);
+    check_elements(device, "leaves", 4 * kLeafVec4s * scene.leaves);
     const std::uint64_t nodes = sizeof(Node) * scene.nodes;
     const std::uint64_t leaves = sizeof(Leaf) * scene.leaves;
     const std::uint64_t vertices = 16 * scene.vertices;

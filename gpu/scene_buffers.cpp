@@ -62,7 +62,7 @@ SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh)
       leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents)),
       node_parents(filled(context, transfer, "node parents", bvh.node_parents)),
       nodes_out(texel_view(context, "nodes, written", nodes.buffer, kWord)),
-      leaves_out(texel_view(context, "leaves, written", leaves.buffer, kFourWords)) {
+      leaves_out(texel_view(context, "leaves, written", leaves.buffer, kWord)) {
     assert(level_begin.back() == bvh.nodes.size());
 }
 

@@ -21,7 +21,7 @@ SHARED_CONST uint kBindNodeParents = 6u;   // R32UI
 SHARED_CONST uint kBindRays = 7u;          // RGBA32UI, two a ray
 // Storage texel buffers, over the same memory as 0 and 1.
 SHARED_CONST uint kBindNodesOut = 8u;    // R32UI
-SHARED_CONST uint kBindLeavesOut = 9u;  // RGBA32UI
+SHARED_CONST uint kBindLeavesOut = 9u;   // R32UI
 // Storage buffers; no kernel uses more than the four that every device has.
 SHARED_CONST uint kBindHits = 10u;
 SHARED_CONST uint kBindOcclusion = 11u;

@@ -6,11 +6,10 @@
 
 #include "shaders/refit.glsl"
 
-layout(binding = kBindLeaves) uniform usamplerBuffer leaves;
 layout(binding = kBindPositions) uniform usamplerBuffer positions;
 layout(binding = kBindLeafVertices) uniform usamplerBuffer leaf_vertices;
 layout(binding = kBindLeafParents) uniform usamplerBuffer leaf_parents;
-layout(binding = kBindLeavesOut, rgba32ui) writeonly uniform uimageBuffer leaves_out;
+layout(binding = kBindLeavesOut, r32ui) writeonly uniform uimageBuffer leaves_out;
 
 void main() {
     if (gl_GlobalInvocationID.x >= args.count) return;
@@ -21,9 +20,10 @@ void main() {
         uvec4 vertices = texelFetch(leaf_vertices, int(leaf * kLeafVertices / 4u + quarter));
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
             uvec3 bits = texelFetch(positions, int(vertices[i])).xyz;
-            int at = int(leaf * kLeafVec4s + 4u * quarter + i);
-            // Read and written by this lane alone, the write after the read that it depends on.
-            imageStore(leaves_out, at, uvec4(bits, texelFetch(leaves, at).w));
+            int at = int(4u * (leaf * kLeafVec4s + 4u * quarter + i));
+            imageStore(leaves_out, at, uvec4(bits.x));
+            imageStore(leaves_out, at + 1, uvec4(bits.y));
+            imageStore(leaves_out, at + 2, uvec4(bits.z));
             vec3 p = uintBitsToFloat(bits);
             bool is_finite = p.x <= kSceneExtent;
             lower = is_finite ? min(lower, p) : lower;
