@@ -37,9 +37,9 @@ SHARED_CONST uint kTileSize = 8u;
 // Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray.
 // Lavapipe stops all loops of one invocation together, silently, at 65,535 iterations; an
 // invocation there is a vector of at most 16 lanes, and each iteration is counted by at least one
-// of them. A lane passes its budget by less than 300 (a leaf, and a stack's worth of pops), saving
-// and loading a suspended ray and drawing a direction take fewer than 1000 for all lanes together:
-// 16 * (3500 + 300) + 1000 < 65,535.
+// of them. A lane passes its budget by less than 400 (a leaf, a stack's worth of pops, and all
+// triangles in doubt), saving and loading a suspended ray and drawing a direction take fewer than
+// 1000 for all lanes together: 16 * (3500 + 400) + 1000 < 65,535.
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
 
