@@ -12,6 +12,7 @@
 #include "shaders/refit_leaves_spirv.h"
 #include "shaders/refit_nodes_spirv.h"
 #include "shaders/resume_spirv.h"
+#include "shaders/select_spirv.h"
 #include "shaders/shade_spirv.h"
 
 namespace morphray::gpu {
@@ -55,12 +56,16 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                       {kBindNodes, kBindLeaves, kBindRays, kBindHits, kBindWork},
                       sizeof(RaysArguments)},
                      tuning)),
+      select(context, {"select",
+                       k_select_spirv,
+                       {kBindHits, kBindOcclusion, kBindSeenOut, kBindWork},
+                       sizeof(RegionArguments)}),
       occlusion(traversal(context,
                           {"occlusion",
                            k_occlusion_spirv,
-                           {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindHits,
-                            kBindOcclusion, kBindWork},
-                           sizeof(RegionArguments)},
+                           {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindSeen,
+                            kBindHits, kBindOcclusion, kBindWork},
+                           sizeof(OcclusionArguments)},
                           tuning)),
       resume(
           traversal(context,
@@ -86,7 +91,7 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
 
 void Kernels::bind(const Bindings& bindings) {
     for (Pipeline* p :
-         {&primary, &primary_packet, &rays, &occlusion, &resume, &shade, &refit_leaves, &refit_nodes}) {
+         {&primary, &primary_packet, &rays, &select, &occlusion, &resume, &shade, &refit_leaves, &refit_nodes}) {
         p->bind(bindings);
     }
 }

@@ -16,6 +16,7 @@ struct Kernels {
     Pipeline primary;
     Pipeline primary_packet;
     Pipeline rays;
+    Pipeline select;
     Pipeline occlusion;
     Pipeline resume;
     Pipeline shade;

@@ -30,6 +30,9 @@ public:
                const std::function<void(VkCommandBuffer)>& dispatch,
                const std::function<void(VkCommandBuffer)>& rest = {});
 
+    /// Runs a dispatch of `select`. seen_count: the pixels that it listed.
+    double select(const std::function<void(VkCommandBuffer)>& dispatch, std::uint32_t& seen_count);
+
 private:
     struct Outcome {
         WorkHeader header;
@@ -45,6 +48,7 @@ private:
     std::uint32_t step_budget_;
     TexelBuffer rays_;
     Buffer hits_;
+    TexelBuffer seen_;
     Buffer occlusion_;
     Buffer pixels_;
     Buffer work_;

@@ -83,6 +83,7 @@ private:
                      std::uint32_t end) const;
     std::function<void(VkCommandBuffer)> camera_packets(const RegionArguments& region) const;
     void trace_region(const RegionArguments& region);
+    void trace_secondary(const RegionArguments& region);
     void copy_region(const RegionArguments& region, Frame& frame);
 
     const std::string name_ = "vulkan";
@@ -125,10 +126,11 @@ void VulkanBackend::warm_up() {
         RegionArguments nothing = {};
         nothing.tile_columns = 1;
         nothing.tile_count = 1;
-        for (const Pipeline* p : {&kernels_.primary, &kernels_.occlusion, &kernels_.shade}) {
+        for (const Pipeline* p : {&kernels_.primary, &kernels_.select, &kernels_.shade}) {
             dispatch(*p, nothing);
         }
         if (kernels_.packet_lanes != 0) dispatch(kernels_.primary_packet, PacketArguments{});
+        dispatch(kernels_.occlusion, OcclusionArguments{});
         dispatch(kernels_.rays, RaysArguments{});
         dispatch(kernels_.resume, ResumeArguments{});
         dispatch(kernels_.refit_leaves, RefitArguments{});
@@ -247,14 +249,29 @@ void VulkanBackend::trace_region(const RegionArguments& region) {
                           dispatch(kernels_.primary, region))
             : passes_.run("trace camera rays", kernels_, scene_, false, camera_packets(region),
                           dispatch(kernels_.primary, rest));
+    if (rays_per_hit(region.params) != 0) trace_secondary(region);
+    times_.trace_ms += context_.submit("shade", dispatch(kernels_.shade, region));
+}
+
+void VulkanBackend::trace_secondary(const RegionArguments& region) {
+    OcclusionArguments arguments = {};
+    arguments.params = region.params;
+    arguments.x = region.x;
+    arguments.y = region.y;
+    arguments.width = region.width;
+    times_.trace_ms += passes_.select(
+        [&](VkCommandBuffer commands) {
+            kernels_.select.dispatch(commands, region, region.tile_count);
+        },
+        arguments.seen_count);
+    if (arguments.seen_count == 0) return;
     const std::uint32_t samples = rays_per_hit(region.params);
-    for (std::uint32_t sample = 0; sample < samples; ++sample) {
-        RegionArguments arguments = region;
-        arguments.sample_index = sample;
-        times_.trace_ms += passes_.run("trace secondary rays", kernels_, scene_, true,
-                                       dispatch(kernels_.occlusion, arguments));
+    for (; arguments.sample_index < samples; ++arguments.sample_index) {
+        times_.trace_ms += passes_.run(
+            "trace secondary rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
+                kernels_.occlusion.dispatch(commands, arguments, groups_of(arguments.seen_count));
+            });
     }
-    if (!getenv("NOSHADE")) times_.trace_ms += context_.submit("shade", dispatch(kernels_.shade, region));
 }
 
 /// The rows of a region, from a buffer of one T a pixel to the image.

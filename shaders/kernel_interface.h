@@ -19,16 +19,18 @@ SHARED_CONST uint kBindLeafVertices = 4u;  // RGBA32UI, four a leaf
 SHARED_CONST uint kBindLeafParents = 5u;   // R32UI
 SHARED_CONST uint kBindNodeParents = 6u;   // R32UI
 SHARED_CONST uint kBindRays = 7u;          // RGBA32UI, two a ray
+SHARED_CONST uint kBindSeen = 8u;          // R32UI: pixels that show something
 // Storage texel buffers, over the same memory as 0 and 1.
-SHARED_CONST uint kBindNodesOut = 8u;    // R32UI
-SHARED_CONST uint kBindLeavesOut = 9u;   // R32UI
+SHARED_CONST uint kBindNodesOut = 9u;    // R32UI
+SHARED_CONST uint kBindLeavesOut = 10u;   // R32UI
 // Storage buffers; no kernel uses more than the four that every device has.
-SHARED_CONST uint kBindHits = 10u;
-SHARED_CONST uint kBindOcclusion = 11u;
-SHARED_CONST uint kBindPixels = 12u;
-SHARED_CONST uint kBindWork = 13u;
-SHARED_CONST uint kBindStates = 14u;
-SHARED_CONST uint kBindingCount = 15u;
+SHARED_CONST uint kBindHits = 11u;
+SHARED_CONST uint kBindOcclusion = 12u;
+SHARED_CONST uint kBindPixels = 13u;
+SHARED_CONST uint kBindWork = 14u;
+SHARED_CONST uint kBindStates = 15u;
+SHARED_CONST uint kBindSeenOut = 16u;
+SHARED_CONST uint kBindingCount = 17u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
@@ -67,7 +69,8 @@ struct WorkHeader {
     uint suspended_count;
     /// Rays that a round of `resume` left unfinished.
     uint unfinished_count;
-    uint pad;
+    /// Pixels that `select` found to show something.
+    uint seen_count;
 };
 
 /// A ray to be traced again in rounds, and where its answer goes.
@@ -89,7 +92,7 @@ SHARED_CONST uint kStateBestV = 5u;
 SHARED_CONST uint kStateStack = 6u;
 SHARED_CONST uint kStateUints = 488u;  // kStateStack + 2 * kMaxStack
 
-/// Push constants of the kernels that work on a part of an image: `primary`, `occlusion`, `shade`.
+/// Push constants of the kernels that work on a part of an image: `primary`, `select`, `shade`.
 /// Answers are stored row by row within the region.
 struct RegionArguments {
     ImageParams params;
@@ -99,10 +102,20 @@ struct RegionArguments {
     uint height;
     uint tile_columns;
     uint tile_count;
-    /// Which ambient-occlusion ray; 0 for a shadow ray.
-    uint sample_index;
     /// 1: only what packets left unfinished.
     uint unfinished_only;
+    uint pad;
+};
+
+/// Push constants of `occlusion`, which works on the list of pixels that `select` made of a region.
+struct OcclusionArguments {
+    ImageParams params;
+    uint x;
+    uint y;
+    uint width;
+    uint seen_count;
+    /// Which ambient-occlusion ray; 0 for a shadow ray.
+    uint sample_index;
 };
 
 /// Push constants of `primary_packet`. The rows are those of the inverse of the matrix with columns
