@@ -14,6 +14,7 @@
 #include "shaders/resume_spirv.h"
 #include "shaders/select_spirv.h"
 #include "shaders/shade_spirv.h"
+#include "shaders/shadow_packet_spirv.h"
 
 namespace morphray::gpu {
 namespace {
@@ -25,10 +26,10 @@ Pipeline traversal(Context& context, const Pipeline::Source& source, const Tunin
 }
 
 Pipeline packets(Context& context, const Pipeline::Source& source, const Tuning& tuning,
-                 std::uint32_t lanes) {
+                 std::uint32_t lanes, std::uint32_t step_budget) {
     if (lanes == 0) return {};
     const std::uint32_t steps =
-        tuning.step_budget < kStepBudget ? tuning.step_budget : kPacketStepBudget;
+        tuning.step_budget < kStepBudget ? tuning.step_budget : step_budget;
     const std::uint32_t constants[] = {steps, lanes, packet_run(context.physical())};
     static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 && kConstantPacketRun == 2);
     return Pipeline(context, source, constants);
@@ -49,7 +50,14 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                               k_primary_packet_spirv,
                               {kBindNodes, kBindLeaves, kBindHits, kBindWork},
                               sizeof(PacketArguments)},
-                             tuning, packet_lanes)),
+                             tuning, packet_lanes, kPacketStepBudget)),
+      shadow_packet(packets(context,
+                            {"shadow packets",
+                             k_shadow_packet_spirv,
+                             {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindHits,
+                              kBindOcclusion, kBindWork},
+                             sizeof(RegionArguments)},
+                            tuning, packet_lanes, kShadowPacketStepBudget)),
       rays(traversal(context,
                      {"rays",
                       k_rays_spirv,
@@ -91,7 +99,7 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
 
 void Kernels::bind(const Bindings& bindings) {
     for (Pipeline* p :
-         {&primary, &primary_packet, &rays, &select, &occlusion, &resume, &shade, &refit_leaves, &refit_nodes}) {
+         {&primary, &primary_packet, &shadow_packet, &rays, &select, &occlusion, &resume, &shade, &refit_leaves, &refit_nodes}) {
         p->bind(bindings);
     }
 }

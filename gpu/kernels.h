@@ -15,6 +15,7 @@ struct Kernels {
     std::uint32_t packet_lanes;
     Pipeline primary;
     Pipeline primary_packet;
+    Pipeline shadow_packet;
     Pipeline rays;
     Pipeline select;
     Pipeline occlusion;

@@ -83,6 +83,8 @@ private:
                      std::uint32_t end) const;
     std::function<void(VkCommandBuffer)> camera_packets(const RegionArguments& region) const;
     void trace_region(const RegionArguments& region);
+    std::uint32_t packet_groups(std::uint32_t packets) const;
+    void trace_shadow_packets(const RegionArguments& region);
     void trace_secondary(const RegionArguments& region);
     void copy_region(const RegionArguments& region, Frame& frame);
 
@@ -129,7 +131,10 @@ void VulkanBackend::warm_up() {
         for (const Pipeline* p : {&kernels_.primary, &kernels_.select, &kernels_.shade}) {
             dispatch(*p, nothing);
         }
-        if (kernels_.packet_lanes != 0) dispatch(kernels_.primary_packet, PacketArguments{});
+        if (kernels_.packet_lanes != 0) {
+            dispatch(kernels_.primary_packet, PacketArguments{});
+            dispatch(kernels_.shadow_packet, nothing);
+        }
         dispatch(kernels_.occlusion, OcclusionArguments{});
         dispatch(kernels_.rays, RaysArguments{});
         dispatch(kernels_.resume, ResumeArguments{});
@@ -225,13 +230,16 @@ void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     times_.rays = count_rays(params, frame);
 }
 
+std::uint32_t VulkanBackend::packet_groups(std::uint32_t packets) const {
+    const std::uint32_t run = packet_run(context_.physical());
+    return groups_of((packets + run - 1) / run * kernels_.packet_lanes);
+}
+
 std::function<void(VkCommandBuffer)> VulkanBackend::camera_packets(
     const RegionArguments& region) const {
     return [this, arguments = packet_arguments(region)](VkCommandBuffer commands) {
-        const std::uint32_t run = packet_run(context_.physical());
-        const std::uint32_t clusters = (arguments.tile_count + run - 1) / run;
         kernels_.primary_packet.dispatch(commands, arguments,
-                                         groups_of(clusters * kernels_.packet_lanes));
+                                         packet_groups(arguments.tile_count));
     };
 }
 
@@ -249,8 +257,28 @@ void VulkanBackend::trace_region(const RegionArguments& region) {
                           dispatch(kernels_.primary, region))
             : passes_.run("trace camera rays", kernels_, scene_, false, camera_packets(region),
                           dispatch(kernels_.primary, rest));
-    if (rays_per_hit(region.params) != 0) trace_secondary(region);
+    if (region.params.rays == kRaysShadow && kernels_.packet_lanes != 0) {
+        trace_shadow_packets(region);
+    } else if (rays_per_hit(region.params) != 0) {
+        trace_secondary(region);
+    }
     times_.trace_ms += context_.submit("shade", dispatch(kernels_.shade, region));
+}
+
+void VulkanBackend::trace_shadow_packets(const RegionArguments& region) {
+    RegionArguments arguments = region;
+    arguments.tile_columns = (region.width + kPacketWidth - 1) / kPacketWidth;
+    arguments.tile_count =
+        arguments.tile_columns * ((region.height + kPacketHeight - 1) / kPacketHeight);
+    times_.trace_ms += passes_.run(
+        "trace shadow rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
+            vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
+            // Writer: the fill; writer after it: the kernel.
+            barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT);
+            kernels_.shadow_packet.dispatch(commands, arguments,
+                                            packet_groups(arguments.tile_count));
+        });
 }
 
 void VulkanBackend::trace_secondary(const RegionArguments& region) {

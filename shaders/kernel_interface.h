@@ -50,6 +50,8 @@ SHARED_CONST uint kStepBudget = 3500u;
 // vectors of rays, less than 200 a packet.
 SHARED_CONST uint kConstantPacketLanes = 1u;
 SHARED_CONST uint kPacketStepBudget = 40000u;
+// Of a packet of shadow rays, whose rays may have little in common.
+SHARED_CONST uint kShadowPacketStepBudget = 2000u;
 // How many packets a cluster traces, one after the other.
 SHARED_CONST uint kConstantPacketRun = 2u;
 SHARED_CONST uint kPacketWidth = 16u;

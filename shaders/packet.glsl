@@ -162,6 +162,15 @@ uint level;
 /// Least 1/z of what the rays have found: what is farther matters to none.
 float packet_q;
 
+void begin_traversal() {
+    packet_q = 0.0f;
+    level = 0u;
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        keys[k] = 0u;
+        children[k] = kEmptyChild;
+    }
+}
+
 void push_level() {
     [[unroll]] for (uint w = 0u; w < kLevelWords; ++w) {
         uint i = 2u * w;

@@ -5,6 +5,8 @@
 
 #include "common/interop/camera.h"
 #include "shaders/packet.glsl"
+#define PACKET_ON_GRID true
+#include "shaders/packet_traversal.glsl"
 #include "shaders/spread.glsl"
 
 layout(local_size_x = kGroupSize) in;
@@ -20,7 +22,6 @@ const uint kVectorHeight = kLanes / 4u;
 const uint kVectorRows = kVectors / 4u;
 /// Loops in a loop over what a packet still has to do.
 const uint kRoundSteps = 8u;
-const uint kAllTriangles = 0xFFFFu;
 const uint kAllVectors = 0xFFFFFFFFu >> (32u - kVectors);
 
 /// 1/z of the best hit so far lies in [q_lower, q_upper].
@@ -115,12 +116,7 @@ void begin_packet(uint packet) {
                     uvec2(kPacketWidth, kPacketHeight);
     set_frame();
     set_planes();
-    packet_q = 0.0f;
-    level = 0u;
-    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
-        keys[k] = 0u;
-        children[k] = kEmptyChild;
-    }
+    begin_traversal();
 }
 
 void begin_rays() {
@@ -134,7 +130,7 @@ void begin_rays() {
     [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_vectors[i] = 0u;
 }
 
-/// One triangle against all rays. The vectors of this lane that are in doubt.
+// One triangle against all rays.
 uint trace_triangle(Setup s, uint name) {
     float x = float(lane & 3u) - 7.5f;
     float y = float(lane >> 2u) - 3.5f;
@@ -184,70 +180,6 @@ bool note_doubt(uint name, uint vectors) {
     doubt_names[0] = vectors != 0u ? name : doubt_names[0];
     doubt_vectors[0] = vectors != 0u ? vectors : doubt_vectors[0];
     return cluster_or(doubt_vectors[kMaxDoubts - 1u]) == 0u;
-}
-
-/// What a traversal has still to do: a node or leaf, kEmptyChild at the end; of a leaf only some
-/// triangles.
-struct Traversal {
-    uint current;
-    uint triangles;
-    uint steps;
-};
-
-/// Continues until there is nothing left, no room for doubts, or no steps.
-void traverse(inout Traversal t) {
-    bool has_room = true;
-    do {
-        // kEmptyChild has kLeafBit set.
-        do {
-            if ((t.current & kLeafBit) == 0u) {
-                visit_node(t.current);
-                t.current = take_child(t.steps);
-            }
-        } while ((t.current & kLeafBit) == 0u && level <= kMaxDepth);
-        do {
-            uint leaf = 0u;
-            uint alive = 0u;
-            do {
-                bool is_leaf = t.current != kEmptyChild;
-                leaf = is_leaf ? t.current & ~kLeafBit : 0u;
-                alive = cull_leaf(leaf, true) & t.triangles;
-                alive = is_leaf ? alive : 0u;
-                t.triangles = kAllTriangles;
-                if (alive == 0u && is_leaf) t.current = take_child(t.steps);
-                ++t.steps;
-            } while (alive == 0u && (t.current & kLeafBit) != 0u && t.current != kEmptyChild);
-            bool is_visited = alive != 0u;
-            do {
-                Chunk chunk = set_up_chunk(alive);
-                t.steps += 2u;
-                uint left = cluster_or(chunk.is_used ? 1u << lane : 0u);
-                do {
-                    uint doubtful = 0u;
-                    uint name = 0u;
-                    do {
-                        uint i = uint(findLSB(left)) & (kLanes - 1u);
-                        name = triangle_name(leaf, read_lane(chunk.triangle, i));
-                        if (left != 0u) {
-                            doubtful = trace_triangle(read_setup(chunk.setup, i), name);
-                        }
-                        left &= left - 1u;
-                        ++t.steps;
-                    } while (left != 0u && cluster_or(doubtful) == 0u);
-                    has_room = note_doubt(name, doubtful);
-                    ++t.steps;
-                } while (left != 0u && has_room);
-                bool is_done = chunk.is_used && (left >> lane & 1u) == 0u;
-                alive &= ~cluster_or(is_done ? 1u << chunk.triangle : 0u);
-            } while (alive != 0u && has_room);
-            if (is_visited && alive == 0u) {
-                packet_q = least_q();
-                t.current = take_child(t.steps);
-            }
-            t.triangles = alive != 0u ? alive : kAllTriangles;
-        } while ((t.current & kLeafBit) != 0u && t.current != kEmptyChild && has_room &&
-                 t.steps < kSteps);
-    } while (t.current != kEmptyChild && has_room && t.steps < kSteps && level <= kMaxDepth);
 }
 
 uvec4 hit_words(TriangleHit hit, uint prim_id) {
