@@ -21,6 +21,7 @@ layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlu
 /// Vectors of rays, 4 in a row, each 4 pixels wide and kVectorHeight high.
 const uint kVectors = kPacketRays / kLanes;
 const uint kVectorHeight = kLanes / 4u;
+const uint kAllBits = 0xFFFFFFFFu;
 
 /// Directions and tfar; where the rays pass the packet's plane, and bounds of 1/z at their ends, or
 /// kDone of those that want no more.
@@ -32,8 +33,9 @@ float plane_x[kVectors];
 float plane_y[kVectors];
 float q_lower[kVectors];
 float q_upper[kVectors];
-/// A triangle in doubt, or kNoTriangle.
+/// Triangles in doubt, or kNoTriangle: mostly the one that the ray ends on, and near edges another.
 uint doubts[kVectors];
+uint second_doubts[kVectors];
 // One bit for each vector of this lane's rays: whether there is a ray, what is in shadow, and what
 // is left to others.
 uint traced;
@@ -108,6 +110,12 @@ uint doubt_of(uint v) {
     return name;
 }
 
+uint second_doubt_of(uint v) {
+    uint name = second_doubts[0];
+    [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? second_doubts[k] : name;
+    return name;
+}
+
 void make_rays(uint seen) {
     traced = 0u;
     shadowed = 0u;
@@ -167,6 +175,7 @@ void set_frame() {
         q_lower[k] = is_traced ? q * 0.999996185302734375f : kDone;
         q_upper[k] = is_traced ? q * 1.000003814697265625f : kDone;
         doubts[k] = kNoTriangle;
+        second_doubts[k] = kNoTriangle;
     }
     traced &= ~left_out;
     low = vec2(cluster_min(low.x), cluster_min(low.y));
@@ -208,8 +217,8 @@ uint trace_triangle(Setup s, uint name) {
         float inside = lesser(e.x, lesser(e.y, e.z));
         bool is_sure = inside > s.bound && q - s.q_error > q_upper[v];
         bool is_doubtful = inside >= -s.bound && q + s.q_error >= q_lower[v] && !is_sure;
-        // One that did nothing but meet a second doubt.
-        left_out |= is_doubtful && doubts[v] != kNoTriangle ? 1u << v : 0u;
+        left_out |= is_doubtful && second_doubts[v] != kNoTriangle ? 1u << v : 0u;
+        second_doubts[v] = is_doubtful ? doubts[v] : second_doubts[v];
         doubts[v] = is_doubtful ? name : doubts[v];
         q_lower[v] = is_sure ? kDone : q_lower[v];
         q_upper[v] = is_sure ? kDone : q_upper[v];
@@ -225,21 +234,26 @@ float least_q() {
     return cluster_min(least);
 }
 
-/// Settles the doubts by the rule's plain path, where that does.
+/// Settles the doubts: the one of each ray, mostly, by the rule's plain path, a vector at a time;
+/// where that does not do and where there is another, by the whole rule, one of each lane at a time.
 void settle_doubts() {
-    uint own = 0u;
+    uint first = 0u;
+    uint second = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         bool is_done = q_lower[v] == kDone;
         uint bit = 1u << v;
         shadowed |= is_done ? traced & bit : 0u;
-        own |= !is_done && doubts[v] != kNoTriangle ? bit : 0u;
+        first |= !is_done && doubts[v] != kNoTriangle ? bit : 0u;
+        second |= !is_done && second_doubts[v] != kNoTriangle ? bit : 0u;
     }
     left_out &= ~shadowed;
-    own &= traced & ~left_out;
-    uint left = cluster_or(own);
+    first &= traced & ~left_out;
+    second &= traced & ~left_out;
+    uint unsure = 0u;
+    uint left = cluster_or(first);
     do {
         uint v = uint(findLSB(left)) & (kVectors - 1u);
-        bool is_own = (own >> v & 1u) != 0u;
+        bool is_own = (first >> v & 1u) != 0u;
         Ray ray = ray_of(v);
         vec3 a, b, c;
         named_triangle(is_own ? doubt_of(v) : 0u, a, b, c);
@@ -253,9 +267,27 @@ void settle_doubts() {
         bool is_sure = surely_inside(sheared, e);
         uint bit = is_own ? 1u << v : 0u;
         shadowed |= is_sure && in_range ? bit : 0u;
-        left_out |= !is_sure && may_be_inside(e) ? bit : 0u;
+        unsure |= !is_sure && may_be_inside(e) ? bit : 0u;
         left &= left - 1u;
     } while (left != 0u);
+    second &= ~shadowed;
+    bool more = true;
+    do {
+        uint open = unsure | second;
+        uint v = uint(findLSB(open)) & (kVectors - 1u);
+        uint bit = open & (0u - open);
+        bool is_first = (unsure & bit) != 0u;
+        Ray ray = ray_of(v);
+        vec3 a, b, c;
+        named_triangle(open == 0u ? 0u : is_first ? doubt_of(v) : second_doubt_of(v), a, b, c);
+        TriangleHit hit;
+        bool is_hit =
+            intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit);
+        shadowed |= is_hit ? bit : 0u;
+        unsure &= ~bit;
+        second &= is_hit || !is_first ? ~bit : kAllBits;
+        more = cluster_or(unsure | second) != 0u;
+    } while (more);
 }
 
 void write_answers() {
