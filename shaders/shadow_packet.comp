@@ -22,6 +22,8 @@ layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlu
 const uint kVectors = kPacketRays / kLanes;
 const uint kVectorHeight = kLanes / 4u;
 const uint kAllBits = 0xFFFFFFFFu;
+/// Packets that the rays of 16x8 pixels may be divided into.
+const uint kMaxRounds = 4u;
 
 /// Directions and tfar; where the rays pass the packet's plane, and bounds of 1/z at their ends, or
 /// kDone of those that want no more.
@@ -36,8 +38,9 @@ float q_upper[kVectors];
 /// Triangles in doubt, or kNoTriangle: mostly the one that the ray ends on, and near edges another.
 uint doubts[kVectors];
 uint second_doubts[kVectors];
-// One bit for each vector of this lane's rays: whether there is a ray, what is in shadow, and what
-// is left to others.
+// One bit for each vector of this lane's rays: those that wait for a packet, those of the packet,
+// what is in shadow, and what is left to `resume`.
+uint waiting;
 uint traced;
 uint shadowed;
 uint left_out;
@@ -117,7 +120,7 @@ uint second_doubt_of(uint v) {
 }
 
 void make_rays(uint seen) {
-    traced = 0u;
+    waiting = 0u;
     shadowed = 0u;
     left_out = 0u;
     uint left = cluster_or(seen);
@@ -135,37 +138,53 @@ void make_rays(uint seen) {
         Ray eye = camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
         Surface s = pixel_surface(eye, hit, scene_triangle(hit.prim_id));
         bool faces = faces_light(s, light);
-        traced |= is_seen && faces ? 1u << v : 0u;
+        waiting |= is_seen && faces ? 1u << v : 0u;
         shadowed |= is_seen && !faces ? 1u << v : 0u;
         set_ray(v, shadow_ray(s, light));
         left &= left - 1u;
     } while (left != 0u);
 }
 
-/// The plane is that of the largest component of one of the rays, sheared so that this ray passes it
-/// at 0. Rays that hardly reach the plane are left out.
-void set_frame() {
-    uint v = uint(findLSB(cluster_or(traced))) & (kVectors - 1u);
-    uint lanes = cluster_or((traced >> v & 1u) != 0u ? 1u << lane : 0u);
-    vec3 axis_dir = read_lane(ray_of(v).dir, uint(findLSB(lanes)) & (kLanes - 1u));
+/// Where a direction passes the plane of a shear.
+vec2 sheared_point(vec3 d, vec2 shear, float rz) {
+    precise vec2 moved = d.xy - shear * d.z;
+    return moved * rz;
+}
+
+/// The plane is that of the largest component of one of the waiting rays, sheared so that this ray
+/// passes it at 0. The packet are those that pass near it, measured by its neighbours in the
+/// picture: across the edge of a surface they lie far apart (is_last: all). Rays that hardly reach
+/// the plane are left out.
+void set_frame(bool is_last) {
+    uint v = uint(findLSB(cluster_or(waiting))) & (kVectors - 1u);
+    uint lanes = cluster_or((waiting >> v & 1u) != 0u ? 1u << lane : 0u);
+    uint axis_lane = uint(findLSB(lanes)) & (kLanes - 1u);
+    vec3 own_dir = ray_of(v).dir;
+    vec3 axis_dir = read_lane(own_dir, axis_lane);
     vec3 sizes = abs(axis_dir);
     uint axis = sizes.x >= sizes.y && sizes.x >= sizes.z ? 0u : sizes.y >= sizes.z ? 1u : 2u;
     vec3 d = rotate_axes(axis_dir, axis);
     float side = d.z < 0.0f ? -1.0f : 1.0f;
     vec2 shear = d.z == 0.0f ? vec2(0.0f) : d.xy / d.z;
+    vec3 own = rotate_axes(own_dir, axis);
+    vec2 own_point = abs(sheared_point(own, shear, own.z == 0.0f ? 0.0f : 1.0f / own.z));
+    bool is_neighbour = (lanes >> lane & 1u) != 0u && lane != axis_lane;
+    float spacing = cluster_min(is_neighbour ? greater(own_point.x, own_point.y) : 1.0f);
+    float radius = is_last ? 1.0e30f : 32.0f * spacing;
 
+    traced = 0u;
     vec2 low = vec2(1.0e30f);
     vec2 high = vec2(-1.0e30f);
     [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
         vec3 r = rotate_axes(vec3(dir_x[k], dir_y[k], dir_z[k]), axis);
         float z = side * r.z;
-        bool is_traced = (traced >> k & 1u) != 0u;
+        bool is_traced = (waiting >> k & 1u) != 0u;
         bool is_out = is_traced && z < 0.5f;
         left_out |= is_out ? 1u << k : 0u;
-        is_traced = is_traced && !is_out;
-        float rz = is_traced ? 1.0f / z : 0.0f;
-        precise vec2 moved = r.xy - shear * r.z;
-        vec2 at = moved * rz;
+        float rz = is_traced && !is_out ? 1.0f / z : 0.0f;
+        vec2 at = sheared_point(r, shear, rz);
+        is_traced = is_traced && !is_out && greater(abs(at.x), abs(at.y)) <= radius;
+        traced |= is_traced ? 1u << k : 0u;
         plane_x[k] = at.x;
         plane_y[k] = at.y;
         low = is_traced ? min(low, at) : low;
@@ -177,7 +196,7 @@ void set_frame() {
         doubts[k] = kNoTriangle;
         second_doubts[k] = kNoTriangle;
     }
-    traced &= ~left_out;
+    waiting &= ~(traced | left_out);
     low = vec2(cluster_min(low.x), cluster_min(low.y));
     high = vec2(cluster_max(high.x), cluster_max(high.y));
     // A power of two, so that the packet measures 8 to 16 and scaling rounds nothing.
@@ -325,17 +344,21 @@ void main() {
             ++packet;
         } while (any == 0u && packet < end);
         make_rays(seen);
-        set_frame();
-        set_planes();
-        begin_traversal();
-        packet_q = least_q();
-        Traversal t;
-        t.current = cluster_or(traced) != 0u ? 0u : kEmptyChild;
-        t.triangles = kAllTriangles;
-        t.steps = 0u;
-        traverse(t);
-        if (t.current != kEmptyChild) left_out |= traced;
-        settle_doubts();
+        uint round = 0u;
+        do {
+            ++round;
+            set_frame(round == kMaxRounds);
+            set_planes();
+            begin_traversal();
+            packet_q = least_q();
+            Traversal t;
+            t.current = cluster_or(traced) != 0u ? 0u : kEmptyChild;
+            t.triangles = kAllTriangles;
+            t.steps = 0u;
+            traverse(t);
+            if (t.current != kEmptyChild) left_out |= traced;
+            settle_doubts();
+        } while (cluster_or(waiting) != 0u && round < kMaxRounds);
         write_answers();
     } while (packet < end);
 }
