@@ -18,11 +18,20 @@ std::vector<vec3> positions_at(const Clip& clip, const SceneSpace& space, double
     return scene;
 }
 
+ViewSpec resolved(ViewSpec view, const UserBounds& bounds) {
+    const ResolvedView all = resolve_view(view, bounds);
+    view.eye = all.eye;
+    view.target = all.target;
+    view.light = all.light;
+    return view;
+}
+
 }  // namespace
 
-BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
+BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view) {
     BenchScene scene;
     scene.name = spec;
+    scene.view_kind = kind;
     SceneOptions lenient;
     lenient.lenient = true;
     scene.clip = open_scene(spec, lenient);
@@ -31,8 +40,10 @@ BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view) {
     const double middle = std::floor((clip.first_frame() + clip.last_frame()) / 2);
     scene.positions = positions_at(clip, space, middle);
     scene.moved = positions_at(clip, space, std::min(middle + 1, clip.last_frame()));
-    scene.params = make_image_params(view, clip.bounds(), space);
     scene.bvh = build_bvh(clip.topology(), scene.positions);
+    scene.view = kind == ViewKind::kFill ? fill_view(view, clip.bounds(), space, scene.bvh)
+                                         : resolved(view, clip.bounds());
+    scene.params = make_image_params(scene.view, clip.bounds(), space);
     return scene;
 }
 

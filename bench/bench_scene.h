@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/fill_view.h"
 #include "common/bvh.h"
 #include "common/camera_setup.h"
 #include "common/clip.h"
@@ -16,6 +17,9 @@ namespace morphray::bench {
 /// it, to refit to (of a clip with a single frame the same positions again).
 struct BenchScene {
     std::string name;
+    ViewKind view_kind;
+    /// What the picture shows, in the user's units, with an eye, a target and a light.
+    ViewSpec view;
     std::unique_ptr<Clip> clip;
     ImageParams params;
     std::vector<vec3> positions;
@@ -27,6 +31,6 @@ struct BenchScene {
 };
 
 /// Throws what open_scene and make_image_params throw.
-BenchScene open_bench_scene(const std::string& spec, const ViewSpec& view);
+BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view);
 
 }  // namespace morphray::bench

@@ -31,50 +31,38 @@ private:
 #endif
 };
 
-// Embree's records and calls by packet size.
+// Embree's records and calls by packet size. A single ray has no mask.
 template <int N>
 struct Api;
 template <>
 struct Api<1> {
     using RayRecord = RTCRay;
     using HitRecord = RTCRayHit;
-    static void intersect(const int*, RTCScene scene, RTCIntersectContext& context, HitRecord& r) {
-        rtcIntersect1(scene, &context, &r);
+    static void intersect(const int*, RTCScene scene, RTCIntersectContext* context, HitRecord* r) {
+        rtcIntersect1(scene, context, r);
     }
-    static void occluded(const int*, RTCScene scene, RTCIntersectContext& context, RayRecord& r) {
-        rtcOccluded1(scene, &context, &r);
+    static void occluded(const int*, RTCScene scene, RTCIntersectContext* context, RayRecord* r) {
+        rtcOccluded1(scene, context, r);
     }
 };
 template <>
 struct Api<4> {
     using RayRecord = RTCRay4;
     using HitRecord = RTCRayHit4;
-    static void occluded(const int* mask, RTCScene scene, RTCIntersectContext& context,
-                         RayRecord& r) {
-        rtcOccluded4(mask, scene, &context, &r);
-    }
+    static constexpr auto* occluded = rtcOccluded4;
 };
 template <>
 struct Api<8> {
     using RayRecord = RTCRay8;
     using HitRecord = RTCRayHit8;
-    static void occluded(const int* mask, RTCScene scene, RTCIntersectContext& context,
-                         RayRecord& r) {
-        rtcOccluded8(mask, scene, &context, &r);
-    }
+    static constexpr auto* occluded = rtcOccluded8;
 };
 template <>
 struct Api<16> {
     using RayRecord = RTCRay16;
     using HitRecord = RTCRayHit16;
-    static void intersect(const int* mask, RTCScene scene, RTCIntersectContext& context,
-                          HitRecord& r) {
-        rtcIntersect16(mask, scene, &context, &r);
-    }
-    static void occluded(const int* mask, RTCScene scene, RTCIntersectContext& context,
-                         RayRecord& r) {
-        rtcOccluded16(mask, scene, &context, &r);
-    }
+    static constexpr auto* intersect = rtcIntersect16;
+    static constexpr auto* occluded = rtcOccluded16;
 };
 
 // Lane i of a packet's field, which is a scalar in records of one ray.
@@ -133,9 +121,9 @@ public:
             RTCIntersectContext context = make_context();
             for (std::size_t i = begin; i < end; ++i) {
                 if constexpr (kAnyHit) {
-                    Api<N>::occluded(masks_[i].data(), scene.handle(), context, records_[i]);
+                    Api<N>::occluded(masks_[i].data(), scene.handle(), &context, &records_[i]);
                 } else {
-                    Api<N>::intersect(masks_[i].data(), scene.handle(), context, records_[i]);
+                    Api<N>::intersect(masks_[i].data(), scene.handle(), &context, &records_[i]);
                 }
             }
         });

@@ -24,23 +24,38 @@ struct SceneWorks {
 
 SceneWorks make_works(const BenchScene& scene, const BenchOptions& options) {
     SceneWorks works{make_primary_work(scene.params), {}, {}};
-    if (!options.wants("shadow") && !options.wants("ao")) return works;
+    const bool shadow = options.wants("shadow") || options.wants("packet");
+    const bool ao = options.wants("ao") || options.wants("packet");
+    if (!shadow && !ao) return works;
     const std::vector<Hit> hits = reference_hits(scene.bvh, works.primary);
     const auto secondary = [&](std::uint32_t rays) {
         return make_secondary_work(works.primary, hits, scene.mesh(), rays);
     };
-    if (options.wants("shadow")) works.shadow = secondary(kRaysShadow);
-    if (options.wants("ao")) works.ao = secondary(kRaysAo);
+    if (shadow) works.shadow = secondary(kRaysShadow);
+    if (ao) works.ao = secondary(kRaysAo);
     return works;
 }
 
 void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
                const BenchOptions& options) {
     if (options.wants("primary")) bench_trace(rig, scene, works.primary);
-    if (works.shadow) bench_trace(rig, scene, *works.shadow);
-    if (works.ao) bench_trace(rig, scene, *works.ao);
+    if (options.wants("shadow")) bench_trace(rig, scene, *works.shadow);
+    if (options.wants("ao")) bench_trace(rig, scene, *works.ao);
+    if (options.wants("packet")) {
+        for (const TraceWork* work : {&works.primary, &*works.shadow, &*works.ao}) {
+            bench_packet(rig, scene, *work);
+        }
+    }
     if (options.wants("refit")) bench_refit(rig, scene, works.primary);
     if (options.wants("build")) bench_build(rig, scene, works.primary);
+}
+
+/// The options that show a scene as it is seen here, also to `morphray render`.
+std::string view_line(const BenchScene& scene) {
+    const ViewSpec& view = scene.view;
+    return fmt::format("{}: --eye {:.6g} --target {:.6g} --fov {:.6g} --light {:.6g}\n", scene.name,
+                       fmt::join(*view.eye, ","), fmt::join(*view.target, ","), view.fov,
+                       fmt::join(*view.light, ","));
 }
 
 /// The line that runs this again.
@@ -71,9 +86,9 @@ void run(std::span<const std::string> arguments) {
     };
     const ReportHead head{machine_name(), machine_isa(), EmbreeDevice::version(),
                           std::string(kVersionDetail), command_line(arguments)};
-    fmt::print("{}", table_header());
     for (const std::string& spec : options.scenes) {
-        const BenchScene scene = open_bench_scene(spec, options.view);
+        const BenchScene scene = open_bench_scene(spec, options.view_kind, options.view);
+        fmt::print("{}{}", view_line(scene), table_header());
         const SceneWorks works = make_works(scene, options);
         for (const int threads : options.threads) {
             const EmbreeDevice device(threads, options.embree);

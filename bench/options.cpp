@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "bench/trace_work.h"
 #include "common/error.h"
@@ -13,7 +14,8 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& option, const std::string& value,
                          const std::string& expected) {
-    throw Error(ExitCode::kUsage, fmt::format("{} {}: expected {}", option, value, expected));
+    throw Error(ExitCode::kUsage, fmt::format("{}{}{}: expected {}", option,
+                                              value.empty() ? "" : " ", value, expected));
 }
 
 std::vector<std::string> split_list(const std::string& text) {
@@ -48,11 +50,10 @@ Point parse_point(const std::string& option, const std::string& text) {
 }
 
 std::vector<std::string> parse_works(const std::string& option, const std::string& text) {
-    const BenchOptions defaults;
     std::vector<std::string> works = split_list(text);
     for (const std::string& work : works) {
-        if (!defaults.wants(work)) {
-            refuse(option, text, fmt::format("some of {}", fmt::join(defaults.works, ",")));
+        if (std::find(std::begin(kWorks), std::end(kWorks), work) == std::end(kWorks)) {
+            refuse(option, text, fmt::format("some of {}", fmt::join(kWorks, ",")));
         }
     }
     return works;
@@ -84,6 +85,61 @@ std::uint32_t parse_size(const std::string& option, const std::string& text) {
     return static_cast<std::uint32_t>(size);
 }
 
+ViewKind parse_view(const std::string& option, const std::string& text) {
+    for (const ViewKind kind : {ViewKind::kFill, ViewKind::kWhole}) {
+        if (text == name_of(kind)) return kind;
+    }
+    refuse(option, text, "fill or whole");
+}
+
+double parse_fov(const std::string& option, const std::string& text) {
+    const auto value = parse_finite_double(text);
+    if (!value || *value <= 0 || *value >= 180) refuse(option, text, "degrees above 0, below 180");
+    return *value;
+}
+
+/// An option with a value.
+struct Setting {
+    const char* option;
+    void (*set)(BenchOptions& options, const std::string& option, const std::string& value);
+};
+
+using Options = BenchOptions&;
+using Text = const std::string&;
+constexpr Setting kSettings[] = {
+    {"--json", [](Options o, Text, Text value) { o.json = value; }},
+    {"--csv", [](Options o, Text, Text value) { o.csv = value; }},
+    {"--threads",
+     [](Options o, Text option, Text value) { o.threads = parse_threads(option, value); }},
+    {"--repeat",
+     [](Options o, Text option, Text value) { o.repeat = parse_count(option, value, 10000); }},
+    {"--work", [](Options o, Text option, Text value) { o.works = parse_works(option, value); }},
+    {"--simd", [](Options o, Text, Text value) { o.targets = parse_targets(value); }},
+    {"--embree", [](Options o, Text, Text value) { o.embree = value; }},
+    {"--size", [](Options o, Text option,
+                  Text value) { o.view.width = o.view.height = parse_size(option, value); }},
+    {"--ao-samples",
+     [](Options o, Text option, Text value) {
+         o.view.ao_count = static_cast<std::uint32_t>(parse_count(option, value, 256));
+     }},
+    {"--view", [](Options o, Text option, Text value) { o.view_kind = parse_view(option, value); }},
+    {"--eye", [](Options o, Text option, Text value) { o.view.eye = parse_point(option, value); }},
+    {"--target",
+     [](Options o, Text option, Text value) { o.view.target = parse_point(option, value); }},
+    {"--fov", [](Options o, Text option, Text value) { o.view.fov = parse_fov(option, value); }},
+    {"--light",
+     [](Options o, Text option, Text value) { o.view.light = parse_point(option, value); }},
+};
+
+const Setting& find_setting(const std::string& option) {
+    const auto found = std::find_if(std::begin(kSettings), std::end(kSettings),
+                                    [&](const Setting& s) { return option == s.option; });
+    if (found == std::end(kSettings)) {
+        throw Error(ExitCode::kUsage, fmt::format("{}: no such option; see --help", option));
+    }
+    return *found;
+}
+
 }  // namespace
 
 bool BenchOptions::wants(const std::string& work) const {
@@ -93,50 +149,26 @@ bool BenchOptions::wants(const std::string& work) const {
 BenchOptions parse_options(std::span<const std::string> arguments) {
     BenchOptions options;
     bool own_scenes_only = false;
+    std::optional<std::string> view;
     std::vector<std::string> scenes;
     for (std::size_t i = 0; i < arguments.size(); ++i) {
         const std::string& option = arguments[i];
         if (!option.starts_with("-")) {
             scenes.push_back(option);
-            continue;
-        }
-        if (option == "-h" || option == "--help") {
+        } else if (option == "-h" || option == "--help") {
             options.help = true;
-            continue;
-        }
-        if (option == "--only") {
+        } else if (option == "--only") {
             own_scenes_only = true;
-            continue;
-        }
-        if (i + 1 == arguments.size()) refuse(option, "", "a value, or no such option");
-        const std::string& value = arguments[++i];
-        if (option == "--json") {
-            options.json = value;
-        } else if (option == "--csv") {
-            options.csv = value;
-        } else if (option == "--threads") {
-            options.threads = parse_threads(option, value);
-        } else if (option == "--repeat") {
-            options.repeat = parse_count(option, value, 10000);
-        } else if (option == "--work") {
-            options.works = parse_works(option, value);
-        } else if (option == "--simd") {
-            options.targets = parse_targets(value);
-        } else if (option == "--embree") {
-            options.embree = value;
-        } else if (option == "--size") {
-            options.view.width = options.view.height = parse_size(option, value);
-        } else if (option == "--ao-samples") {
-            options.view.ao_count = static_cast<std::uint32_t>(parse_count(option, value, 256));
-        } else if (option == "--eye") {
-            options.view.eye = parse_point(option, value);
-        } else if (option == "--target") {
-            options.view.target = parse_point(option, value);
-        } else if (option == "--light") {
-            options.view.light = parse_point(option, value);
         } else {
-            refuse(option, value, "an option of --help");
+            const Setting& setting = find_setting(option);
+            if (++i == arguments.size()) refuse(option, "", "a value");
+            setting.set(options, option, arguments[i]);
+            if (option == "--view") view = arguments[i];
         }
+    }
+    if (options.view.eye || options.view.target) {
+        if (view) refuse("--view", *view, "no --eye and no --target besides");
+        options.view_kind = ViewKind::kGiven;
     }
     if (own_scenes_only) options.scenes.clear();
     options.scenes.insert(options.scenes.end(), scenes.begin(), scenes.end());
@@ -154,16 +186,22 @@ std::string usage() {
         "  --json FILE, --csv FILE   reports besides the table\n"
         "  --threads N,...           how many threads (1,2)\n"
         "  --repeat N                rounds, of which medians are taken ({})\n"
-        "  --work WORK,...           {} (all)\n"
+        "  --work WORK,...           {}\n"
+        "                            ({})\n"
         "  --simd TARGET,...|all     instruction sets of our tracers (best); scalar adds the "
         "reference\n"
         "  --embree CONFIG           device settings for Embree, such as isa=avx2\n"
         "  --only                    the SCENEs given alone, not the built-in ones\n"
         "  --size N                  pictures of NxN pixels, a multiple of {} ({})\n"
         "  --ao-samples N            ambient-occlusion rays a pixel ({})\n"
-        "  --eye, --target, --light X,Y,Z   the view, of every scene\n",
-        fmt::join(defaults.scenes, ", "), defaults.repeat, fmt::join(defaults.works, ","),
-        kTileSize, defaults.view.width, defaults.view.ao_count);
+        "  --view fill|whole         what fills the picture: the scene, or all of the clip with "
+        "what "
+        "is around it (fill)\n"
+        "  --eye, --target X,Y,Z     a view of your own instead, of every scene\n"
+        "  --fov DEGREES             field of view; with --view fill, before it is narrowed (45)\n"
+        "  --light X,Y,Z\n",
+        fmt::join(defaults.scenes, ", "), defaults.repeat, fmt::join(kWorks, ","),
+        fmt::join(defaults.works, ","), kTileSize, defaults.view.width, defaults.view.ao_count);
 }
 
 }  // namespace morphray::bench

@@ -5,27 +5,32 @@
 #include <string>
 #include <vector>
 
+#include "bench/fill_view.h"
 #include "common/camera_setup.h"
 #include "cpu/simd_target.h"
 
 namespace morphray::bench {
 
-/// The rays of 16 samples would fill the memory with records.
+/// The rays of 16 samples would fill the memory with records, and the time with rays.
 inline ViewSpec few_ao_samples() {
     ViewSpec view;
-    view.ao_count = 4;
+    view.ao_count = 2;
     return view;
 }
+
+inline constexpr const char* kWorks[] = {"primary", "shadow", "ao", "refit", "build", "packet"};
 
 struct BenchOptions {
     /// The built-in ones first; those given are added.
     std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
                                        "builtin:herd:1000000"};
+    /// Of kWorks.
     std::vector<std::string> works = {"primary", "shadow", "ao", "refit", "build"};
     std::vector<int> threads = {1, 2};
     int repeat = 9;
     /// Best first.
     std::vector<cpu::SimdTarget> targets = {cpu::find_simd_target("best")};
+    ViewKind view_kind = ViewKind::kFill;
     ViewSpec view = few_ao_samples();
     /// Settings of Embree's device besides the threads.
     std::string embree;

@@ -70,12 +70,16 @@ OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
 
 }  // namespace
 
+OurTracer single_rays(const Bvh& bvh, const cpu::SimdTarget& target) {
+    return batch_by_batch("wide", target.name, cpu::WideTracer(bvh, target));
+}
+
 std::vector<OurTracer> our_tracers(const TracedScene& scene,
                                    std::span<const cpu::SimdTarget> targets) {
     std::vector<OurTracer> tracers;
     for (const cpu::SimdTarget& target : targets) {
         tracers.push_back(packet_by_packet(scene.bvh, target));
-        tracers.push_back(batch_by_batch("wide", target.name, cpu::WideTracer(scene.bvh, target)));
+        tracers.push_back(single_rays(scene.bvh, target));
     }
     if (targets.back() == cpu::supported_simd_targets().back()) {
         tracers.push_back(batch_by_batch("reference", "scalar", ScalarBatches(scene.bvh)));

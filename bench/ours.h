@@ -37,6 +37,9 @@ struct OurTracer {
 std::vector<OurTracer> our_tracers(const TracedScene& scene,
                                    std::span<const cpu::SimdTarget> targets);
 
+/// "wide": every ray on its own.
+OurTracer single_rays(const Bvh& bvh, const cpu::SimdTarget& target);
+
 /// The closest hits of a primary work by the scalar reference, in the calling thread's arena.
 std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work);
 

@@ -15,11 +15,15 @@ enum class Unit { kMrayPerSecond, kNsPerTriangle, kMs };
 struct Row {
     std::string scene;
     std::uint64_t triangles = 0;
+    /// fill, whole or given
+    std::string view;
     /// primary, shadow, ao, refit or build
     std::string work;
     int threads = 0;
     /// Traced; 0 for refits and builds.
     std::uint64_t rays = 0;
+    /// Of the rays that hit something, from 0 to 1.
+    double hit_share = 0;
     std::string tracer;
     std::string target;
     std::string peer;

@@ -1,30 +1,31 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "bench/embree_tracer.h"
 #include "bench/ours.h"
+#include "bench/paper_2007/work_tracer.h"
 #include "bench/works.h"
 #include "common/thread_arena.h"
 
 namespace morphray::bench {
 namespace {
 
-const char* name_of_work(std::uint32_t rays) {
-    return rays == kRaysPrimary ? "primary" : rays == kRaysShadow ? "shadow" : "ao";
-}
-
 struct Mine {
     const OurTracer* tracer;
     TraceAnswers answers;
 };
 
-/// One of Embree's ways over one of its trees. Its answers are kept from the warm-up on, since
-/// records are shared between the trees.
+/// Tracers of the same group compete: the fastest of them is the one to beat.
 struct Peer {
     std::string name;
     int group;
-    EmbreeTracer* tracer;
-    const EmbreeScene* scene;
+    std::function<void()> prepare;
+    std::function<void()> trace;
+    /// Those of the last trace.
+    std::function<TraceAnswers()> answers;
 };
 
 std::vector<Mine> tracers_for(const std::vector<OurTracer>& tracers, const TraceWork& work) {
@@ -54,6 +55,57 @@ std::vector<std::size_t> best_of_groups(const std::vector<Peer>& peers,
     return best;
 }
 
+/// Embree's ways over its best trees, and the records that its rays are in.
+class EmbreePeers {
+public:
+    EmbreePeers(const Rig& rig, const BenchScene& scene)
+        : mesh_(scene.topology(), scene.positions),
+          medium_(rig.device, mesh_, EmbreeTree::kMedium),
+          high_(rig.device, mesh_, EmbreeTree::kHigh) {}
+
+    /// This outlives them.
+    std::vector<Peer> peers_for(const TraceWork& work) {
+        std::vector<Peer> peers;
+        for (const EmbreeWay& way : embree_ways(work.params.rays)) {
+            records_.push_back(way.make(work));
+            EmbreeTracer& tracer = *records_.back();
+            const auto add = [&](const char* tree, const EmbreeScene& scene) {
+                peers.push_back({fmt::format("Embree {} ({})", way.name, tree), way.group,
+                                 [&tracer] { tracer.reset(); },
+                                 [&tracer, &scene] { tracer.trace(scene); },
+                                 [&tracer] { return tracer.answers(); }});
+            };
+            add("MEDIUM", medium_);
+            add("HIGH", high_);
+        }
+        return peers;
+    }
+
+private:
+    EmbreeMesh mesh_;
+    EmbreeScene medium_;
+    EmbreeScene high_;
+    std::vector<std::unique_ptr<EmbreeTracer>> records_;
+};
+
+/// The paper's tracer, which is a group of its own; for primary and shadow rays.
+class PaperPeer {
+public:
+    PaperPeer(const BenchScene& scene, const TraceWork& work)
+        : tree_(paper_2007::build_sweep_tree(scene.topology(), scene.positions)),
+          tracer_(tree_, work) {}
+
+    /// This outlives it.
+    Peer peer() {
+        return {"paper-2007", -1, [] {}, [this] { tracer_.trace(); },
+                [this] { return tracer_.answers(); }};
+    }
+
+private:
+    paper_2007::Tree tree_;
+    paper_2007::WorkTracer tracer_;
+};
+
 }  // namespace
 
 void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work) {
@@ -62,17 +114,10 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
         our_tracers({scene.topology(), scene.positions, scene.bvh}, rig.targets);
     std::vector<Mine> mine = tracers_for(tracers, work);
 
-    const EmbreeMesh mesh(scene.topology(), scene.positions);
-    const EmbreeScene medium(rig.device, mesh, EmbreeTree::kMedium);
-    const EmbreeScene high(rig.device, mesh, EmbreeTree::kHigh);
-    std::vector<std::unique_ptr<EmbreeTracer>> records;
-    std::vector<Peer> peers;
-    for (const EmbreeWay& way : embree_ways(work.params.rays)) {
-        records.push_back(way.make(work));
-        EmbreeTracer* tracer = records.back().get();
-        peers.push_back({"Embree " + way.name + " (MEDIUM)", way.group, tracer, &medium});
-        peers.push_back({"Embree " + way.name + " (HIGH)", way.group, tracer, &high});
-    }
+    EmbreePeers embree(rig, scene);
+    std::vector<Peer> peers = embree.peers_for(work);
+    std::optional<PaperPeer> paper;
+    if (work.params.rays != kRaysAo) peers.push_back(paper.emplace(scene, work).peer());
 
     std::vector<Contender> contenders;
     contenders.reserve(mine.size() + peers.size());
@@ -82,8 +127,8 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
                               }});
     }
     for (const Peer& peer : peers) {
-        contenders.push_back({peer.name, [&] { arena.execute([&] { peer.tracer->reset(); }); },
-                              [&] { arena.execute([&] { peer.tracer->trace(*peer.scene); }); }});
+        contenders.push_back({peer.name, [&] { arena.execute([&] { peer.prepare(); }); },
+                              [&] { arena.execute([&] { peer.trace(); }); }});
     }
     const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
     const std::span<const Samples> peer_samples = std::span(samples).subspan(mine.size());
@@ -94,14 +139,9 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
     for (const std::size_t best : best_of_groups(peers, peer_samples)) {
         contenders[mine.size() + best].prepare();
         contenders[mine.size() + best].run();
-        const TraceAnswers theirs = peers[best].tracer->answers();
+        const TraceAnswers theirs = peers[best].answers();
         for (std::size_t i = 0; i < mine.size(); ++i) {
-            Row row;
-            row.scene = scene.name;
-            row.triangles = scene.topology().triangles.size();
-            row.work = name_of_work(work.params.rays);
-            row.threads = rig.threads;
-            row.rays = work.active_count;
+            Row row = row_of(rig, scene, work, theirs);
             row.tracer = mine[i].tracer->name;
             row.target = mine[i].tracer->target;
             row.peer = peers[best].name;

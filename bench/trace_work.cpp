@@ -30,6 +30,15 @@ void close_tile(TraceWork& work, const cpu::Tile& tile, std::size_t begin) {
 
 }  // namespace
 
+std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < work.rays.size(); ++i) {
+        if (work.active[i] == 0) continue;
+        count += work.any_hit() ? answers.occluded[i] : answers.hits[i].prim_id != kNoPrim;
+    }
+    return count;
+}
+
 void to_ray_order(const TraceWork& work, std::vector<Hit>& hits) {
     std::vector<Hit> ordered;
     ordered.reserve(hits.size());

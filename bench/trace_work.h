@@ -53,6 +53,9 @@ struct TraceAnswers {
           occluded(work.any_hit() ? work.rays.size() : 0) {}
 };
 
+/// How many active rays hit something.
+std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers);
+
 /// Calls visit(x, y) for the pixels of a tile in the order of their rays.
 template <class Visit>
 void for_each_pixel(const cpu::Tile& tile, Visit visit) {

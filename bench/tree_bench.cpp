@@ -9,15 +9,6 @@
 namespace morphray::bench {
 namespace {
 
-Row row_of(const Rig& rig, const BenchScene& scene, const char* work) {
-    Row row;
-    row.scene = scene.name;
-    row.triangles = scene.topology().triangles.size();
-    row.work = work;
-    row.threads = rig.threads;
-    return row;
-}
-
 std::vector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
     const std::unique_ptr<EmbreeTracer> tracer = embree_ways(work.params.rays)[0].make(work);
     tracer->reset();

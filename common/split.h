@@ -25,6 +25,11 @@ std::size_t split_sweep(std::span<const PrimRef> refs, PrimRef* out);
 inline constexpr std::size_t kFewRefs = 64;
 std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out);
 
+/// The forms for registers of four floats, which are taken where there are none of eight (AVX2).
+/// The same results.
+std::size_t split_binned_in_four_lanes(std::span<const PrimRef> refs, PrimRef* out);
+std::size_t split_few_in_four_lanes(std::span<const PrimRef> refs, PrimRef* out);
+
 /// Halves by the order along the widest axis of the centroids: what is left when nothing else
 /// works, and bounds the depth. Never 0 for two refs or more.
 std::size_t split_median(std::span<const PrimRef> refs, PrimRef* out);

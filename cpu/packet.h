@@ -2,10 +2,12 @@
 // each so far. Plain data between the packet's making, its traversal and its end; no SIMD types.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
+#include "common/interop/layout.h"
 #include "common/interop/ray.h"
 
 namespace morphray::cpu {
@@ -24,19 +26,54 @@ inline std::uint32_t packet_ray(std::uint32_t x, std::uint32_t y) {
     return block * kBlockRays + (y % kBlockSide) * kBlockSide + x % kBlockSide;
 }
 
-/// A triangle that won at least one ray, kept where the packet's end finds it.
-struct Winner {
-    vec3 a;
-    std::uint32_t prim_id;
-    vec3 b;
-    float unused0;
-    vec3 c;
-    float unused1;
+/// A leaf of which a triangle won at least one ray, kept for the packet's end: the corners of its
+/// triangles relative to the origin, rotated as shear_ray does for the packet's axis (if it has
+/// one), side by side.
+struct alignas(64) WonLeaf {
+    float corner[3][3][kLeafTriangles];
+    const Leaf* leaf;
 };
 
-static_assert(sizeof(Winner) == 48);  // read as three vectors of four
-
+/// In place of a winner, which is the index of its leaf among the packet's won leaves times
+/// kLeafTriangles, plus its slot there.
 inline constexpr std::uint32_t kNoWinner = 0xFFFFFFFFu;
+
+/// The blocks in each range of columns or rows (GridRanges).
+struct GridMasks {
+    std::array<std::uint64_t, 81> columns{}, rows{};
+
+    constexpr GridMasks() {
+        for (std::uint32_t first = 0; first < kBlocksPerSide; ++first) {
+            for (std::uint32_t last = first; last < kBlocksPerSide; ++last) {
+                for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+                    const std::uint32_t column = block % kBlocksPerSide;
+                    const std::uint32_t row = block / kBlocksPerSide;
+                    const std::uint64_t bit = std::uint64_t{1} << block;
+                    if (column >= first && column <= last) columns[first * 9 + last + 1] |= bit;
+                    if (row >= first && row <= last) rows[first * 9 + last + 1] |= bit;
+                }
+            }
+        }
+    }
+};
+inline constexpr GridMasks kGridMasks;
+
+/// The middles of a camera's blocks in the packet's plane.
+struct alignas(64) GridMiddles {
+    float x[kPacketBlocks]{}, y[kPacketBlocks]{};
+
+    constexpr GridMiddles() {
+        constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kPacketSide;
+        for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+            x[block] = kFirst + static_cast<float>(block % kBlocksPerSide * kBlockSide);
+            y[block] = kFirst + static_cast<float>(block / kBlocksPerSide * kBlockSide);
+        }
+    }
+};
+inline constexpr GridMiddles kGridMiddles;
+
+/// In place of the axis: rays of one packet have their largest direction components on several.
+inline constexpr std::uint32_t kMixedAxes = 3;
 
 /// The packet's own projection: a point p relative to the origin has (x, y, z) = rows * p, and is
 /// seen at (x / z, y / z). Every ray has z > 0. The unit of the plane is such that the packet
@@ -57,6 +94,16 @@ struct PacketFrame {
     float lower_x, upper_x, lower_y, upper_y;
     /// How much nearer than exact the rule may place a hit, in z: the dilation of boxes.
     float depth_error;
+    /// That of the largest direction component of all rays, or kMixedAxes.
+    std::uint32_t axis;
+    /// Of scene space, where axis is not kMixedAxes: the coordinate on the axis of a point at (x,
+    /// y, z) is depth_row * (x, y, z); for the rays at z = 1 it lies between depth_least and
+    /// depth_most in magnitude. A step of 1 in x or y measures at most `unit` in |x| + |y| + |z|,
+    /// and the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1) has this volume.
+    float depth_row[3];
+    float depth_least, depth_most;
+    float unit;
+    float volume;
 };
 
 /// In place of 1/z: nearer than anything, for rays that want no more; and nearer than any hit, for
@@ -66,14 +113,14 @@ inline constexpr float kAnyDepth = 3e38f;
 
 struct alignas(64) Packet {
     PacketFrame frame;
-    /// Directions as the hit rule takes them, and tfar.
-    alignas(64) float dir_x[kPacketRays], dir_y[kPacketRays], dir_z[kPacketRays], tfar[kPacketRays];
-    /// Where the rays go through the plane, and z = t * z_per_t.
-    float x[kPacketRays], y[kPacketRays], z_per_t[kPacketRays];
+    /// Directions as the hit rule takes them, and tfar (of any hits; closest ones have no end).
+    alignas(64) float dir[3][kPacketRays], tfar[kPacketRays];
+    /// Where the rays go through the plane.
+    float x[kPacketRays], y[kPacketRays];
     /// 1/z of the best hit so far lies in [q_lower, q_upper]; a ray that wants no more has kDone in
     /// both.
     float q_lower[kPacketRays], q_upper[kPacketRays];
-    /// Index into winners, or kNoWinner.
+    /// Of each ray, or kNoWinner.
     std::uint32_t winner[kPacketRays];
     /// The least q_lower of a block: what is beyond that depth matters to none of its rays.
     float block_q[kPacketBlocks];
@@ -81,11 +128,7 @@ struct alignas(64) Packet {
     float block_lower_x[kPacketBlocks], block_upper_x[kPacketBlocks];
     float block_lower_y[kPacketBlocks], block_upper_y[kPacketBlocks];
 
-    std::vector<Winner> winners;
-
-    Ray ray(std::uint32_t i) const {
-        return {frame.org, 0.0f, vec3(dir_x[i], dir_y[i], dir_z[i]), tfar[i]};
-    }
+    std::vector<WonLeaf> won_leaves;
 };
 
 }  // namespace morphray::cpu

@@ -41,39 +41,35 @@ HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, st
     return blocks;
 }
 
-/// Likewise where the blocks are those of a camera's grid: column c holds x from 4 c - 15.5 to 4 c
-/// - 12.5, up to the margin, rows alike. Turns rectangles into such columns and rows, as floats
-/// between -1 and 8.
-HWY_INLINE void to_grid(Rectangles& r, float margin) {
+/// Where the blocks are those of a camera's grid, column c holds x from 4 c - 15.5 to 4 c - 12.5,
+/// up to the margin, rows alike. A range of columns or rows first..last, first from 0 to 8 and last
+/// from -1 to 7, has the index first * 9 + last + 1.
+struct alignas(64) GridRanges {
+    std::uint32_t columns[16], rows[16];
+};
+
+/// The ranges that rectangles meet.
+HWY_INLINE void to_grid(const Rectangles& r, float margin, GridRanges& ranges) {
     const Floats f;
-    const auto first = [&](float* x) {
-        const VF c =
-            hn::Ceil(hn::Mul(hn::Add(hn::Load(f, x), splat(12.5f - margin)), splat(0.25f)));
-        hn::Store(hn::Max(hn::Min(c, splat(8.0f)), splat(0.0f)), f, x);
-    };
-    const auto last = [&](float* x) {
-        const VF c =
-            hn::Floor(hn::Mul(hn::Add(hn::Load(f, x), splat(15.5f + margin)), splat(0.25f)));
-        hn::Store(hn::Max(hn::Min(c, splat(7.0f)), splat(-1.0f)), f, x);
+    const auto range = [&](const float* lower, const float* upper, std::uint32_t* out) HWY_ATTR {
+        const VF first =
+            hn::Ceil(hn::Mul(hn::Add(hn::Load(f, lower), splat(12.5f - margin)), splat(0.25f)));
+        const VF last =
+            hn::Floor(hn::Mul(hn::Add(hn::Load(f, upper), splat(15.5f + margin)), splat(0.25f)));
+        const VF clamped_first = hn::Max(hn::Min(first, splat(8.0f)), splat(0.0f));
+        const VF clamped_last = hn::Max(hn::Min(last, splat(7.0f)), splat(-1.0f));
+        const VF index = hn::Add(hn::MulAdd(clamped_first, splat(9.0f), clamped_last), splat(1.0f));
+        const hn::RebindToSigned<Floats> ints;
+        hn::Store(hn::BitCast(Words(), hn::ConvertTo(ints, index)), Words(), out);
     };
     for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-        first(r.lower_x + l);
-        last(r.upper_x + l);
-        first(r.lower_y + l);
-        last(r.upper_y + l);
+        range(r.lower_x + l, r.upper_x + l, ranges.columns + l);
+        range(r.lower_y + l, r.upper_y + l, ranges.rows + l);
     }
 }
 
-HWY_INLINE std::uint64_t blocks_of_grid(const Rectangles& r, std::uint32_t i) {
-    const auto c0 = static_cast<int>(r.lower_x[i]);
-    const auto c1 = static_cast<int>(r.upper_x[i]);
-    const auto r0 = static_cast<int>(r.lower_y[i]);
-    const auto r1 = static_cast<int>(r.upper_y[i]);
-    if (c0 > c1 || r0 > r1) return 0;
-    const std::uint64_t columns = (0xFFu << c0) & (0xFFu >> (7 - c1));
-    const std::uint64_t rows =
-        (~std::uint64_t{0} << (8 * r0)) & (~std::uint64_t{0} >> (8 * (7 - r1)));
-    return (columns * 0x0101010101010101u) & rows;
+HWY_INLINE std::uint64_t blocks_of_grid(const GridRanges& ranges, std::uint32_t i) {
+    return kGridMasks.columns[ranges.columns[i]] & kGridMasks.rows[ranges.rows[i]];
 }
 
 /// The blocks with a ray that something at 1/z = q or less may still matter to.
@@ -86,9 +82,8 @@ HWY_INLINE std::uint64_t blocks_beyond(const Packet& packet, float q) {
     return blocks;
 }
 
-/// 1/z for the nearest that a hit may be which the rule finds in a box or triangle from `z` on.
-HWY_INLINE VF nearest_q(const PacketFrame& frame, VF z) {
-    const VF near = hn::Sub(z, splat(frame.depth_error));
+/// 1/z for the nearest that a hit may be, `near`, which is all there is where that is not positive.
+HWY_INLINE VF nearest_q(VF near) {
     const VF q = hn::Div(splat(1.00001f), hn::Max(near, splat(1e-20f)));
     return hn::IfThenElse(hn::Gt(near, hn::Zero(Floats())), q, splat(kAnyDepth));
 }

@@ -10,82 +10,128 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "cpu/packet.h"
+#include "cpu/packet_rule-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// The winners of the rays from `first` on as vectors of x, y and z of each corner, and their ids.
-HWY_INLINE void load_winners(const Packet& packet, std::size_t first, VF corners[3][3],
-                             VW& prim_ids) {
-    const Floats f;
-    constexpr std::size_t kLanes = hn::MaxLanes(Floats());
-    constexpr std::size_t kCorner = sizeof(Winner) / 3;
-    alignas(64) float lanes[3][4 * kLanes];
-    for (std::size_t i = 0; i < hn::Lanes(f); ++i) {
-        const std::uint32_t index = packet.winner[first + i];
-        // Any will do where there is none.
-        const Winner& w = packet.winners[index == kNoWinner ? 0 : index];
-        std::memcpy(lanes[0] + 4 * i, &w.a, kCorner);
-        std::memcpy(lanes[1] + 4 * i, &w.b, kCorner);
-        std::memcpy(lanes[2] + 4 * i, &w.c, kCorner);
-    }
-    VF w[3];
+/// Winners as vectors: corners relative to the origin, rotated for the packet's axis; and ids.
+struct WinnerLanes {
+    VF corners[3][3];
+    VW prim_ids;
+};
+
+/// The winners of consecutive rays. lanes: the rays that have one, at least one. Neighbours share
+/// winners, so each is spread over its lanes in turn: faster than gathers.
+HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t* indices,
+                                      std::uint32_t lanes) {
+    const Words words;
+    const VW winners = hn::Load(words, indices);
+    WinnerLanes out;
+    // Lanes without a winner get the first as well.
+    std::uint32_t index = indices[__builtin_ctz(lanes)];
+    const WonLeaf* won = &packet.won_leaves[index / kLeafTriangles];
+    std::uint32_t slot = index % kLeafTriangles;
     for (int k = 0; k < 3; ++k) {
-        hn::LoadInterleaved4(f, lanes[k], corners[k][0], corners[k][1], corners[k][2], w[k]);
+        for (int axis = 0; axis < 3; ++axis)
+            out.corners[k][axis] = splat(won->corner[k][axis][slot]);
     }
-    prim_ids = hn::BitCast(Words(), w[0]);
+    out.prim_ids = hn::Set(words, won->leaf->prim_id[slot]);
+    for (;;) {
+        const auto done = hn::Eq(winners, hn::Set(words, index));
+        lanes &= ~mask_bits(hn::RebindMask(Floats(), done));
+        if (lanes == 0) return out;
+        index = indices[__builtin_ctz(lanes)];
+        won = &packet.won_leaves[index / kLeafTriangles];
+        slot = index % kLeafTriangles;
+        const auto own = hn::Eq(winners, hn::Set(words, index));
+        for (int k = 0; k < 3; ++k) {
+            for (int axis = 0; axis < 3; ++axis) {
+                out.corners[k][axis] =
+                    hn::IfThenElse(hn::RebindMask(Floats(), own), splat(won->corner[k][axis][slot]),
+                                   out.corners[k][axis]);
+            }
+        }
+        out.prim_ids = hn::IfThenElse(own, hn::Set(words, won->leaf->prim_id[slot]), out.prim_ids);
+    }
 }
 
-/// The hits of as many consecutive rays as there are lanes, from `first` on.
-HWY_INLINE void finish_rays(const Packet& packet, std::size_t first, Hit* HWY_RESTRICT hits) {
+/// Hits as vectors.
+struct HitLanes {
+    VF t, u, v;
+    VW prim_ids;
+};
+
+HWY_INLINE HitLanes no_hits() {
+    const VF none = hn::Zero(Floats());
+    return {none, none, none, hn::Set(Words(), kNoPrim)};
+}
+
+/// The hits of those of some rays from `first` on that the rule's plain path suffices for; the
+/// others get none and stay in `lanes`.
+HWY_INLINE HitLanes finish_fast(const Packet& packet, std::size_t first, std::uint32_t& lanes) {
+    const Floats f;
+    const WinnerLanes winners = spread_winners(packet, packet.winner + first, lanes);
+    const std::uint32_t z = packet.frame.axis;
+    const VF dir[3] = {hn::Load(f, packet.dir[(z + 1) % 3] + first),
+                       hn::Load(f, packet.dir[(z + 2) % 3] + first),
+                       hn::Load(f, packet.dir[z] + first)};
+    VF t, u, v;
+    const VF slack = splat(0.25f * packet.frame.depth_error);
+    const Mask sufficed = hit_fast(dir, slack, winners.corners, t, u, v);
+    const Mask done = hn::And(sufficed, mask_of(lanes));
+    lanes &= ~mask_bits(done);
+    return {
+        hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u), hn::IfThenElseZero(done, v),
+        hn::IfThenElse(hn::RebindMask(Words(), done), winners.prim_ids, hn::Set(Words(), kNoPrim))};
+}
+
+/// Where the hit of ray r of a packet goes among rows of the packet's square.
+HWY_INLINE std::size_t place_in_rows(std::size_t r, std::size_t stride) {
+    const std::size_t block = r / kBlockRays;
+    const std::size_t x = block % kBlocksPerSide * kBlockSide + r % kBlockSide;
+    const std::size_t y = block / kBlocksPerSide * kBlockSide + r % kBlockRays / kBlockSide;
+    return y * stride + x;
+}
+
+/// Sets the hits of some rays from `first` on, in rows, by the whole rule.
+HWY_NOINLINE void finish_exactly(const Packet& packet, std::size_t first, std::uint32_t lanes,
+                                 Hit* rows, std::size_t stride) {
+    const TriangleLanes winners = winning_triangles(packet, first, lanes, nullptr);
+    RuleHits hit;
+    PacketRule(packet, first).intersect(winners, splat(kInfiniteT), lanes, hit);
+    Hit all[hn::MaxLanes(Floats())];
+    hn::StoreInterleaved4(hit.t, hit.u, hit.v, hn::BitCast(Floats(), winners.prim_ids), Floats(),
+                          &all->t);
+    for (; lanes != 0; lanes &= lanes - 1) {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+        rows[place_in_rows(first + lane, stride)] = all[lane];
+    }
+}
+
+/// The hits of as many consecutive rays as there are lanes, from `first` on, into rows.
+HWY_INLINE void finish_rays(const Packet& packet, std::size_t first, Hit* rows,
+                            std::size_t stride) {
     const Floats f;
     const Words words;
-    const VW winner = hn::Load(words, packet.winner + first);
-    std::uint32_t left = mask_bits(hn::RebindMask(f, hn::Ne(winner, hn::Set(words, kNoWinner))));
-    VF t = hn::Zero(f), u = hn::Zero(f), v = hn::Zero(f);
-    VW ids = hn::Set(words, kNoPrim);
-    if (left != 0) {
-        const VF dir[3] = {hn::Load(f, packet.dir_x + first), hn::Load(f, packet.dir_y + first),
-                           hn::Load(f, packet.dir_z + first)};
-        const VF org[3] = {splat(packet.frame.org.x), splat(packet.frame.org.y),
-                           splat(packet.frame.org.z)};
-        std::uint32_t by_axis[3];
-        lanes_by_axis(dir, left, by_axis);
-        const VF slack = splat(0.25f * packet.frame.depth_error);
-        VF corners[3][3];
-        VW prim_ids;
-        load_winners(packet, first, corners, prim_ids);
-        for (std::uint32_t axis = 0; axis < 3; ++axis) {
-            if (by_axis[axis] == 0) continue;
-            VF o[3], d[3], vertex[3][3], own_t, own_u, own_v;
-            Mask in_front;
-            rotate(axis, org, o);
-            rotate(axis, dir, d);
-            for (int k = 0; k < 3; ++k) rotate(axis, corners[k], vertex[k]);
-            const Mask sufficed = hit_fast(o, d, slack, vertex, own_t, own_u, own_v, in_front);
-            const Mask done = hn::And(sufficed, mask_of(by_axis[axis]));
-            t = hn::IfThenElse(done, own_t, t);
-            u = hn::IfThenElse(done, own_u, u);
-            v = hn::IfThenElse(done, own_v, v);
-            ids = hn::IfThenElse(hn::RebindMask(words, done), prim_ids, ids);
-            left &= ~mask_bits(done);
-        }
-    }
-    hn::StoreInterleaved4(t, u, v, hn::BitCast(f, ids), f, &hits->t);
-    for (; left != 0; left &= left - 1) {
-        const auto i = static_cast<std::uint32_t>(__builtin_ctz(left));
-        const Ray ray = packet.ray(static_cast<std::uint32_t>(first) + i);
-        const Winner& best = packet.winners[packet.winner[first + i]];
-        TriangleHit exact;
-        intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, best.a, best.b, best.c,
-                           exact);
-        hits[i] = make_hit(exact, best.prim_id);
-    }
+    constexpr std::size_t kLanes = hn::MaxLanes(Floats());
+    constexpr std::size_t kPart = std::min<std::size_t>(kLanes, kBlockSide);
+    const VW winners = hn::Load(words, packet.winner + first);
+    std::uint32_t left = mask_bits(hn::RebindMask(f, hn::Ne(winners, hn::Set(words, kNoWinner))));
+    const HitLanes lanes = left != 0 && HWY_LIKELY(packet.frame.axis != kMixedAxes)
+                               ? finish_fast(packet, first, left)
+                               : no_hits();
+    alignas(64) Hit hits[kLanes];
+    hn::StoreInterleaved4(lanes.t, lanes.u, lanes.v, hn::BitCast(f, lanes.prim_ids), f, &hits->t);
+    for (std::size_t l = 0; l < kLanes; l += kPart)
+        std::memcpy(rows + place_in_rows(first + l, stride), hits + l, kPart * sizeof(Hit));
+    if (HWY_UNLIKELY(left != 0)) finish_exactly(packet, first, left, rows, stride);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -22,13 +22,38 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Sixteen triangles of a leaf, set up: edge functions a x + b y + c of the packet's plane,
-/// positive inside; their bound; 1/z = sum * scale with an error of c0 + q (c1 + q
-/// depth_error).
+/// positive inside; their bound; and 1/z = depth_a x + depth_b y + depth_c, of which q is too small
+/// or too large by at most c0 + q (c1 + q c2).
 struct alignas(64) Setup {
     float a[3][16], b[3][16], c[3][16];
-    float bound[16], scale[16], c0[16], c1[16], q[16];
+    float depth_a[16], depth_b[16], depth_c[16];
+    float bound[16], c0[16], c1[16], c2[16], q[16];
     Rectangles rectangles;
+    GridRanges ranges;
 };
+
+/// Values of a leaf's sixteen vertices at the corners of some of its triangles, given their packed
+/// corners.
+HWY_INLINE void gather_corners(const float* values, VW packed, VF out[3]) {
+    const Floats f;
+    const VW byte = hn::Set(Words(), 0xFFu);
+    const VW slot[3] = {hn::And(packed, byte), hn::And(hn::ShiftRight<8>(packed), byte),
+                        hn::And(hn::ShiftRight<16>(packed), byte)};
+    for (int k = 0; k < 3; ++k) {
+        if constexpr (hn::MaxLanes(Floats()) == 16) {
+            out[k] = hn::TableLookupLanes(hn::Load(f, values), hn::IndicesFromVec(f, slot[k]));
+        } else if constexpr (hn::MaxLanes(Floats()) == 8) {
+            const auto index = hn::IndicesFromVec(f, hn::And(slot[k], hn::Set(Words(), 7u)));
+            const VF low = hn::TableLookupLanes(hn::Load(f, values), index);
+            const VF high = hn::TableLookupLanes(hn::Load(f, values + 8), index);
+            const auto is_high = hn::Gt(slot[k], hn::Set(Words(), 7u));
+            out[k] = hn::IfThenElse(hn::RebindMask(f, is_high), high, low);
+        } else {
+            const hn::RebindToSigned<Floats> ints;
+            out[k] = hn::GatherIndex(f, values, hn::BitCast(ints, slot[k]));
+        }
+    }
+}
 
 /// kOnGrid: the packet is a camera's, whose rays are near the middles of pixels.
 template <bool kOnGrid>
@@ -41,7 +66,7 @@ public:
         std::uint32_t alive = set_up(leaf, setup);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
-        if constexpr (kOnGrid) to_grid(setup.rectangles, frame_.grid_margin);
+        if constexpr (kOnGrid) to_grid(setup.rectangles, frame_.grid_margin, setup.ranges);
         return alive;
     }
 
@@ -86,8 +111,11 @@ private:
         std::uint32_t alive = 0;
         for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
             VF x[3], y[3], z[3];
-            gather_corners(vx, vy, vz, corners + l, x, y, z);
-            alive |= mask_bits(set_up_triangles(x, y, z, leaf_error, setup, l)) << l;
+            const VW packed = hn::Load(Words(), corners + l);
+            gather_corners(vx, packed, x);
+            gather_corners(vy, packed, y);
+            gather_corners(vz, packed, z);
+            alive |= mask_bits(set_up_triangles(x, y, z, extent, leaf_error, setup, l)) << l;
         }
         return alive;
     }
@@ -128,31 +156,8 @@ private:
         return hn::GetLane(hn::MaxOfLanes(f, extent));
     }
 
-    HWY_INLINE void gather_corners(const float* vx, const float* vy, const float* vz,
-                                   const std::uint32_t* corners, VF x[3], VF y[3], VF z[3]) const {
-        const Floats f;
-        const hn::RebindToSigned<Floats> ints;
-        const VW packed = hn::Load(Words(), corners);
-        const VW byte = hn::Set(Words(), 0xFFu);
-        const VW slot[3] = {hn::And(packed, byte), hn::And(hn::ShiftRight<8>(packed), byte),
-                            hn::And(hn::ShiftRight<16>(packed), byte)};
-        for (int k = 0; k < 3; ++k) {
-            if constexpr (hn::MaxLanes(Floats()) == 16) {
-                const auto index = hn::IndicesFromVec(f, slot[k]);
-                x[k] = hn::TableLookupLanes(hn::Load(f, vx), index);
-                y[k] = hn::TableLookupLanes(hn::Load(f, vy), index);
-                z[k] = hn::TableLookupLanes(hn::Load(f, vz), index);
-            } else {
-                const auto index = hn::BitCast(ints, slot[k]);
-                x[k] = hn::GatherIndex(f, vx, index);
-                y[k] = hn::GatherIndex(f, vy, index);
-                z[k] = hn::GatherIndex(f, vz, index);
-            }
-        }
-    }
-
-    HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], float leaf_error,
-                                     Setup& setup, std::size_t l) const {
+    HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], float extent,
+                                     float leaf_error, Setup& setup, std::size_t l) const {
         const Floats f;
         const VF zero = hn::Zero(f);
         const VF half = splat(0.5f);
@@ -246,7 +251,14 @@ private:
         // follows from the two, since reach bounds the vertices and 2^-21 reach^2 is a part of the
         // bound.
         const Mask sane = hn::And(hn::Lt(bound, splat(1e28f)), hn::Lt(hn::Abs(det), splat(1e34f)));
-        hn::Store(hn::IfThenElseZero(sane, scale), f, setup.scale + l);
+        const VF signed_scale = hn::IfThenElseZero(sane, hn::Or(scale, sign));
+        const VF depth_a = hn::Mul(hn::Add(hn::Add(a[0], a[1]), a[2]), signed_scale);
+        const VF depth_b = hn::Mul(hn::Add(hn::Add(b[0], b[1]), b[2]), signed_scale);
+        const VF in_middle = hn::Mul(hn::Add(hn::Add(c[0], c[1]), c[2]), signed_scale);
+        hn::Store(depth_a, f, setup.depth_a + l);
+        hn::Store(depth_b, f, setup.depth_b + l);
+        hn::Store(hn::NegMulAdd(depth_a, middle_x, hn::NegMulAdd(depth_b, middle_y, in_middle)), f,
+                  setup.depth_c + l);
         hn::Store(hn::IfThenElse(sane, bound, splat(1e35f)), f, setup.bound + l);
         for (int k = 0; k < 3; ++k) {
             a[k] = hn::IfThenElseZero(sane, a[k]);
@@ -260,31 +272,105 @@ private:
             hn::Store(hn::NegMulAdd(ak, middle_x, hn::NegMulAdd(bk, middle_y, ck)), f,
                       setup.c[k] + l);
         }
-        store_depth_errors(a, b, hn::IfThenElseZero(sane, det), scale, error, rounding, z_size,
-                           size, setup, l);
-        hn::Store(nearest_q(frame_, hn::Sub(z_least, z_error)), f, setup.q + l);
+        // 1/z is that of the plane through the projected vertices; displacing them by `error` moves
+        // it by its gradient times that, while the displacement is small against the triangle.
+        // Where it is not, nothing is certain. Then there are roundings: relative ones of det; of
+        // the sums of a and b, which count as far as the rectangle reaches, and of c; and those of
+        // moving the plane's origin.
+        const VF gradient = hn::Add(hn::Abs(depth_a), hn::Abs(depth_b));
+        const VF steep = hn::Mul(hn::Mul(splat(8.0f), error), gradient);
+        const VF relative_size = hn::Mul(splat(0x1p-20f), hn::Mul(size, scale));
+        const VF det_error = hn::Mul(relative_size, hn::Mul(size, z_size));
+        const VF sum_error = hn::Mul(relative_size, hn::MulAdd(z_size, half_extent, size));
+        const Mask uncertain = hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))),
+                                      hn::IfThenElseZero(sane, hn::Abs(det)));
+        RuleDepth rule = {hn::Zero(f), splat(frame_.depth_error), splat(frame_.depth_error)};
+        if (frame_.axis != kMixedAxes) {
+            const VF lateral = lateral_sum(px, py, half_extent, hn::Sub(z_most, z_least));
+            const VF range = depth_range(x, y, z, size, z_size, extent);
+            narrow(rule, in_front, lateral, range, scale, z_least, z_most);
+        }
+        const VF c0 = hn::MulAdd(splat(0x1p-15f), gradient, sum_error);
+        const VF c1 = hn::Add(hn::Add(splat(0x1p-19f), rule.by_q), hn::Add(steep, det_error));
+        hn::Store(hn::IfThenElse(uncertain, splat(1e35f), c0), f, setup.c0 + l);
+        hn::Store(hn::IfThenZeroElse(uncertain, c1), f, setup.c1 + l);
+        hn::Store(rule.by_q2, f, setup.c2 + l);
+        hn::Store(nearest_q(hn::Sub(hn::Sub(z_least, z_error), rule.z)), f, setup.q + l);
         return meets;
     }
 
-    /// 1/z is that of the plane through the projected vertices, up to rounding; displacing the
-    /// vertices by `error` moves it by its gradient times that, while the displacement is small
-    /// against the triangle. Where it is not, nothing is certain.
-    HWY_INLINE void store_depth_errors(const VF a[3], const VF b[3], VF det, VF scale, VF error,
-                                       VF rounding, VF z_size, VF size, Setup& setup,
-                                       std::size_t l) const {
-        const Floats f;
-        const VF gradient = hn::Add(hn::Abs(hn::Add(hn::Add(a[0], a[1]), a[2])),
-                                    hn::Abs(hn::Add(hn::Add(b[0], b[1]), b[2])));
-        const VF steep = hn::Mul(hn::Mul(splat(8.0f), error), hn::Mul(gradient, scale));
-        // Of det: products of size * size * z, nine of them.
-        const VF det_error =
-            hn::Mul(splat(0x1p-20f), hn::Mul(hn::Mul(size, size), hn::Mul(z_size, scale)));
-        const VF c1 = hn::Add(splat(0x1p-17f), hn::Add(steep, det_error));
-        const VF c0 = hn::Mul(hn::Mul(splat(4.0f), rounding), scale);
-        const Mask doubtful =
-            hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))), hn::Abs(det));
-        hn::Store(hn::IfThenElse(doubtful, splat(1e35f), c0), f, setup.c0 + l);
-        hn::Store(hn::IfThenZeroElse(doubtful, c1), f, setup.c1 + l);
+    /// How far the rule may place a hit from the plane of the triangle: by_q * q + by_q2 * q^2 in
+    /// q = 1/z, at most `z` in z.
+    struct RuleDepth {
+        VF by_q, by_q2, z;
+    };
+
+    /// A bound of the sum of |x - X z| + |y - Y z| over a triangle's vertices for each ray (X, Y)
+    /// that goes through it. The sum is convex in (X, Y), so it is largest for a ray through a
+    /// vertex, which the other two are at most an edge away from. px, py: the vertices for a ray no
+    /// farther than half_extent from (X, Y).
+    static HWY_INLINE VF lateral_sum(const VF px[3], const VF py[3], VF half_extent, VF z_range) {
+        VF longest = hn::Zero(Floats());
+        for (int k = 0; k < 3; ++k) {
+            const int next = (k + 1) % 3;
+            longest = hn::Max(longest, hn::Add(hn::Abs(hn::Sub(px[k], px[next])),
+                                               hn::Abs(hn::Sub(py[k], py[next]))));
+        }
+        return hn::Mul(splat(2.0f), hn::MulAdd(half_extent, z_range, longest));
+    }
+
+    /// The range of the vertices' coordinates on the packet's axis, in scene space. Each is off by
+    /// some roundings of its parts, and by those of the projected vertices.
+    HWY_INLINE VF depth_range(const VF x[3], const VF y[3], const VF z[3], VF size, VF z_size,
+                              float extent) const {
+        VF depth[3];
+        for (int k = 0; k < 3; ++k) {
+            depth[k] = hn::MulAdd(splat(frame_.depth_row[0]), x[k],
+                                  hn::MulAdd(splat(frame_.depth_row[1]), y[k],
+                                             hn::Mul(splat(frame_.depth_row[2]), z[k])));
+        }
+        const VF range = hn::Sub(hn::Max(depth[0], hn::Max(depth[1], depth[2])),
+                                 hn::Min(depth[0], hn::Min(depth[1], depth[2])));
+        const float projected = 0x1p-18f * extent *
+                                (frame_.unit * std::max(frame_.row_size[0], frame_.row_size[1]) +
+                                 frame_.depth_most * frame_.row_size[2]);
+        const VF rounded = hn::MulAdd(splat(frame_.depth_most + 34 * frame_.unit), z_size,
+                                      hn::Mul(splat(frame_.unit), size));
+        return hn::Add(hn::MulAdd(splat(0x1p-20f), rounded, range), splat(projected));
+    }
+
+    /// The rule's z, of a hit and on its axis, is off by at most 2 B R / S + 2^-20 Z
+    /// (docs/arithmetic.md, "Depth"), and the plain edge functions are taken only where that is
+    /// less than the dilation of boxes; R is the range of the vertices' z, S the sum of the edge
+    /// functions, B = r (m + 2 r) the bound of fast_edges. The rest puts these into the packet's
+    /// terms. Let D be the ray's direction at z = 1, L its largest component, and s the factor of
+    /// the canonical direction, so that 1 <= s L < 2. A vertex lies off the ray by w = (x - X z)
+    /// axis_x + (y - Y z) axis_y, so |w|_1 is at most `unit` times what `lateral` sums up. The
+    /// rule's |x| + |y| are at most s L (|w|_1 + |w.z|) <= 2 s L |w|_1. So with M = unit * lateral
+    ///     m <= 2 s L M,   Z <= L z_size + M,   r <= 17/16 2^-21 (8 M + Z) + 2^-60.
+    /// The edge functions are those of the packet under a linear map of determinant s^2 L volume,
+    /// and those add up to q / scale, so S = s^2 L volume q / scale. In z of the packet, a L-th of
+    /// the rule's, the error is at most
+    ///     2 r (2 s L M + 2 r) R / (s^2 L^2 volume q / scale) + 2^-20 Z / L
+    ///     <= 4 r (M + r) R scale / volume / q + 2^-20 Z / L.
+    /// A quarter is left for rounding, and for that of `scale`. Errors of more than a quarter of z
+    /// are not narrowed: then a sure hit is one beyond the rule's least depth.
+    HWY_INLINE void narrow(RuleDepth& rule, Mask in_front, VF lateral, VF range, VF scale,
+                           VF z_least, VF z_most) const {
+        const VF m = hn::Mul(splat(frame_.unit), lateral);
+        const VF depth = hn::MulAdd(splat(frame_.depth_most), z_most, m);
+        const VF r = hn::MulAdd(splat(kFastProjectionError), hn::MulAdd(splat(8.0f), m, depth),
+                                splat(kFastProjectionFloor));
+        const VF by_q = hn::Mul(hn::Mul(hn::Mul(splat(5.0f / frame_.volume), scale), range),
+                                hn::Mul(r, hn::Add(m, r)));
+        const VF by_q2 = hn::Mul(splat(0x1p-20f * 1.25f / frame_.depth_least), depth);
+        const VF in_z = hn::MulAdd(by_q, z_most, by_q2);
+        const Mask better =
+            hn::And(in_front, hn::And(hn::Lt(in_z, splat(frame_.depth_error)),
+                                      hn::Lt(in_z, hn::Mul(splat(0.25f), z_least))));
+        rule.by_q = hn::IfThenElse(better, by_q, rule.by_q);
+        rule.by_q2 = hn::IfThenElse(better, by_q2, rule.by_q2);
+        rule.z = hn::IfThenElse(better, in_z, rule.z);
     }
 
     const PacketFrame& frame_;

@@ -9,6 +9,7 @@
 // after: they use its types
 #include "cpu/packet_finish-inl.h"
 #include "cpu/packet_maker-inl.h"
+#include "cpu/packet_point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -22,26 +23,16 @@ void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
 void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t stride) {
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
-    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
-        const std::uint32_t x0 = block % kBlocksPerSide * kBlockSide;
-        const std::uint32_t y0 = block / kBlocksPerSide * kBlockSide;
-        if (x0 >= width || y0 >= height) continue;
-        alignas(64) Hit block_hits[kBlockRays];
-        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(Floats())) {
-            finish_rays(packet, block * kBlockRays + l, block_hits + l);
-        }
-        const std::uint32_t rows = std::min(kBlockSide, height - y0);
-        Hit* out = hits + y0 * stride + x0;
-        if (width - x0 >= kBlockSide) {
-            for (std::uint32_t y = 0; y < rows; ++y, out += stride) {
-                std::memcpy(out, block_hits + y * kBlockSide, kBlockSide * sizeof(Hit));
-            }
-        } else {
-            for (std::uint32_t y = 0; y < rows; ++y, out += stride) {
-                std::copy_n(block_hits + y * kBlockSide, width - x0, out);
-            }
-        }
+    if (width == kPacketSide && height == kPacketSide) {
+        for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(Floats()))
+            finish_rays(packet, r, hits, stride);
+        return;
     }
+    std::vector<Hit> square(kPacketRays);
+    for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(Floats()))
+        finish_rays(packet, r, square.data(), kPacketSide);
+    for (std::uint32_t y = 0; y < height; ++y)
+        std::copy_n(&square[y * kPacketSide], width, hits + y * stride);
 }
 
 void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Tile& tile,
@@ -51,7 +42,7 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     if (!traversal.start()) return write_misses(tile, hits, stride);
     make_camera_rays(params, tile, packet);
     traversal.run();
-    if (packet.winners.empty()) return write_misses(tile, hits, stride);
+    if (packet.won_leaves.empty()) return write_misses(tile, hits, stride);
     write_hits(packet, tile, hits, stride);
 }
 

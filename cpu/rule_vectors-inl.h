@@ -56,29 +56,15 @@ HWY_INLINE VF rcp_exactly(VF x) {
     return hn::CopySignToAbs(y, x);
 }
 
-/// normalized_weight() on vectors.
-HWY_INLINE VF normalized_weights(VF weight, VF sum, VF rsum) {
-    const Floats f;
-    const Words w;
-    const VW gap = hn::Sub(hn::ShiftRight<23>(hn::BitCast(w, sum)),
-                           hn::ShiftRight<23>(hn::BitCast(w, weight)));
-    const Mask tiny =
-        hn::Or(hn::Eq(weight, hn::Zero(f)), hn::RebindMask(f, hn::Gt(gap, hn::Set(w, 60u))));
-    return hn::IfThenZeroElse(tiny, hn::Mul(weight, rsum));
-}
-
-/// Rays of one axis with their winners' vertices, rotated: project_fast, fast_edges, surely_inside
-/// and weighted_hit of the rule in its operations. Which rays they
-/// suffice for; in_front: which of those have z certainly in front of the origin.
-HWY_INLINE Mask hit_fast(const VF org[3], const VF dir[3], VF slack, const VF vertex[3][3], VF& t,
-                         VF& u, VF& v, Mask& in_front) {
+/// Rays of one axis with a triangle each, its corners relative to the origin, all rotated:
+/// project_fast, fast_edges, surely_inside and weighted_hit of the rule in its operations, for
+/// triangles that are in front of the origin. Which rays they suffice for.
+HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t, VF& u, VF& v) {
     VF x[3], y[3], z[3];
     for (int k = 0; k < 3; ++k) {
-        const VF ax = hn::Sub(vertex[k][0], org[0]);
-        const VF ay = hn::Sub(vertex[k][1], org[1]);
-        z[k] = hn::Sub(vertex[k][2], org[2]);
-        const VF px = hn::Sub(hn::Mul(ax, dir[2]), hn::Mul(dir[0], z[k]));
-        const VF py = hn::Sub(hn::Mul(ay, dir[2]), hn::Mul(dir[1], z[k]));
+        z[k] = corner[k][2];
+        const VF px = hn::Sub(hn::Mul(corner[k][0], dir[2]), hn::Mul(dir[0], z[k]));
+        const VF py = hn::Sub(hn::Mul(corner[k][1], dir[2]), hn::Mul(dir[1], z[k]));
         x[k] = hn::Sub(hn::Add(px, splat(kProjectedSnap)), splat(kProjectedSnap));
         y[k] = hn::Sub(hn::Add(py, splat(kProjectedSnap)), splat(kProjectedSnap));
     }
@@ -90,8 +76,9 @@ HWY_INLINE Mask hit_fast(const VF org[3], const VF dir[3], VF slack, const VF ve
     const VF farthest = hn::Max(z[0], hn::Max(z[1], z[2]));
     const VF depth_range = hn::Sub(farthest, nearest);
     const VF z_size = hn::Max(hn::Abs(nearest), hn::Abs(farthest));
-    const VF r = hn::Mul(splat(kFastProjectionError), hn::Add(m, z_size));
-    const VF bound = hn::Mul(r, hn::Add(m, r));
+    const VF r = hn::Add(hn::Mul(splat(kFastProjectionError), hn::Add(hn::Add(m, m), z_size)),
+                         splat(kFastProjectionFloor));
+    const VF bound = hn::Mul(r, hn::Add(m, hn::Add(r, r)));
     const VF eu = hn::Sub(hn::Mul(x[1], y[2]), hn::Mul(y[1], x[2]));
     const VF ev = hn::Sub(hn::Mul(x[2], y[0]), hn::Mul(y[2], x[0]));
     const VF ew = hn::Sub(hn::Mul(x[0], y[1]), hn::Mul(y[0], x[1]));
@@ -101,31 +88,14 @@ HWY_INLINE Mask hit_fast(const VF org[3], const VF dir[3], VF slack, const VF ve
     const Mask positive = hn::Gt(hn::Min(eu, hn::Min(ev, ew)), bound);
     const Mask negative = hn::Lt(hn::Max(eu, hn::Max(ev, ew)), hn::Neg(bound));
     const VF rsum = rcp_exactly(sum);
-    const VF wa = normalized_weights(hn::Abs(eu), sum, rsum);
-    u = normalized_weights(hn::Abs(ev), sum, rsum);
-    v = normalized_weights(hn::Abs(ew), sum, rsum);
+    // normalized_weight() drops nothing here: functions that suffice exceed the bound, and so 2^-20
+    // m^2, and their sum is at most 2 m^2.
+    const VF wa = hn::Mul(hn::Abs(eu), rsum);
+    u = hn::Mul(hn::Abs(ev), rsum);
+    v = hn::Mul(hn::Abs(ew), rsum);
     const VF depth = hn::Add(hn::Add(hn::Mul(wa, z[0]), hn::Mul(u, z[1])), hn::Mul(v, z[2]));
     t = hn::Mul(depth, rcp_exactly(dir[2]));
-    const VF depth_error = hn::Add(hn::Mul(hn::Mul(hn::Mul(splat(2.0f), bound), rsum), depth_range),
-                                   hn::Mul(splat(kDepthRounding), z_size));
-    in_front = hn::And(hn::Gt(hn::Abs(depth), depth_error), hn::Gt(t, hn::Zero(Floats())));
     return hn::And(flat, hn::Or(positive, negative));
-}
-
-/// Rotates vectors of x, y, z as rotate_axes does.
-HWY_INLINE void rotate(std::uint32_t axis, const VF in[3], VF out[3]) {
-    for (std::uint32_t k = 0; k < 3; ++k) out[k] = in[(axis + 1 + k) % 3];
-}
-
-/// The lanes whose directions have their largest component on each axis, as shear_ray chooses it.
-HWY_INLINE void lanes_by_axis(const VF dir[3], std::uint32_t lanes, std::uint32_t by_axis[3]) {
-    const VF ax = hn::Abs(dir[0]);
-    const VF ay = hn::Abs(dir[1]);
-    const VF az = hn::Abs(dir[2]);
-    const Mask is_x = hn::And(hn::Ge(ax, ay), hn::Ge(ax, az));
-    by_axis[0] = mask_bits(is_x) & lanes;
-    by_axis[1] = mask_bits(hn::AndNot(is_x, hn::Ge(ay, az))) & lanes;
-    by_axis[2] = lanes & ~by_axis[0] & ~by_axis[1];
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,24 +1,4 @@
-// One ray against the triangles of a leaf: which of them the scalar rule has to look at.
-//
-// A triangle is left out if may_hit_triangle is false, by the very operations of that function, or
-// if its hit would certainly lie behind the ray's origin, which is so for the triangle that a
-// secondary ray starts from, the most frequent one of all.
-//
-// Behind the origin. Let e be the triangle's edge functions as fast_edges gives them, bound as
-// there, z the vertices' z, Z the largest |z|, S the sum of the |e|, and N = sum of |e| * z. The
-// rule weighs z with E, which is |e| or what exact_edges gives, so that |E - |e|| <= bound + 2^-23
-// E in either case. Its weights are within 2^-20 of E / sum E (docs/arithmetic.md, "Depth"), and
-// its sum of three products rounds by less than 2^-22 Z; so with all of these
-//     (its z) * sum E <= sum of E * z + 2^-19 Z * sum E,
-//     sum of E * z    <= N + 3 bound Z,         sum E <= S + 3 bound.
-// N as computed is off by less than 2^-21 S Z. Together
-//     (its z) * sum E <= N + Z * ((2^-19 + 2^-21) S + 3.01 bound),
-// and the rounding of the right side has room in Z * (2^-18 S + 4 bound). If that is negative, so
-// is its z. With a positive direction along z, t is then negative: no hit. With a negative
-// direction the same holds for -z. N is below 2^127 for vertices within kSceneExtent and any
-// origin. Products may underflow here, unlike in the rule: three in N, by 2^-126 each, and in the
-// right side 2^-18 S and the product with Z, of which the first matters less than 2^-7 bound, since
-// bound is at least (2^-19 Z)^2. So kBehindUnderflow is added.
+// A leaf in vectors whose lanes are its 16 vertices, and then its 16 triangles.
 #if defined(MORPHRAY_CPU_WIDE_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_WIDE_LEAF_INL_H
 #undef MORPHRAY_CPU_WIDE_LEAF_INL_H
@@ -29,8 +9,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "common/interop/triangle.h"
-#include "cpu/ray_stream-inl.h"
 #include "cpu/wide_vector-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -42,28 +20,7 @@ HWY_INLINE vec3 leaf_position(const Leaf& leaf, std::uint32_t triangle, uint i) 
     return {v.x, v.y, v.z};
 }
 
-#if HWY_TARGET == HWY_SCALAR
-
-/// The triangles of the leaf that the ray may hit, as bits.
-HWY_INLINE std::uint32_t possible_triangles(const RayStream& stream, std::size_t ray,
-                                            const Leaf& leaf) {
-    ShearedRay s;
-    s.org = {stream.org[0][ray], stream.org[1][ray], stream.org[2][ray]};
-    s.dir = {stream.dir[0][ray], stream.dir[1][ray], stream.dir[2][ray]};
-    s.axis = stream.axis[ray];
-    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
-    std::uint32_t triangles = 0;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        const bool may = may_hit_triangle(s, leaf_position(leaf, i, 0), leaf_position(leaf, i, 1),
-                                          leaf_position(leaf, i, 2));
-        triangles |= static_cast<std::uint32_t>(may) << i;
-    }
-    return triangles;
-}
-
-HWY_INLINE std::uint32_t slot_of_lane(std::uint32_t lane) { return lane; }
-
-#else
+#if HWY_TARGET != HWY_SCALAR
 
 // A vector load of a leaf brings kBlocks whole vertices, one to a block of 4 lanes. Four loads are
 // transposed within the blocks, which is cheap on every target, so slots are not in order: lane i
@@ -71,7 +28,7 @@ HWY_INLINE std::uint32_t slot_of_lane(std::uint32_t lane) { return lane; }
 // their corners stand in the vertices.
 inline constexpr std::uint32_t kBlocks = kLanes / 4;
 
-/// The slot of bit `lane` of possible_triangles.
+/// The slot of lane i of vector v, for lane = v * kLanes + i.
 HWY_INLINE std::uint32_t slot_of_lane(std::uint32_t lane) {
     const std::uint32_t i = lane % kLanes;
     return lane - i + kBlocks * (i % 4) + i / 4;
@@ -150,107 +107,57 @@ private:
     HWY_ALIGN float table_[kLeafVertices];
 };
 
-/// The leaf's vertices as project_fast gives them, and their |x| + |y|.
-struct ProjectedLeaf {
-    VertexValues x;
-    VertexValues y;
-    VertexValues z;
-    VertexValues size;
-};
-
-HWY_INLINE ProjectedLeaf project_leaf(const RayStream& stream, std::size_t ray,
-                                      const LeafLanes& lanes) {
-    const FloatVec dx = broadcast(stream.dir[0][ray]);
-    const FloatVec dy = broadcast(stream.dir[1][ray]);
-    const FloatVec dz = broadcast(stream.dir[2][ray]);
-    const FloatVec snap = broadcast(kProjectedSnap);
-    ProjectedLeaf points;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const FloatVec ax = hn::Sub(lanes.x[v], broadcast(stream.org[0][ray]));
-        const FloatVec ay = hn::Sub(lanes.y[v], broadcast(stream.org[1][ray]));
-        const FloatVec az = hn::Sub(lanes.z[v], broadcast(stream.org[2][ray]));
-        const FloatVec x = hn::Sub(hn::Add(difference(ax, dz, dx, az), snap), snap);
-        const FloatVec y = hn::Sub(hn::Add(difference(ay, dz, dy, az), snap), snap);
-        points.x.set(v, x);
-        points.y.set(v, y);
-        points.z.set(v, az);
-        points.size.set(v, hn::Add(hn::Abs(x), hn::Abs(y)));
-    }
-    return points;
-}
-
 /// Takes the values that a vector of triangles has at one corner.
 class CornerGather {
 public:
-    HWY_INLINE CornerGather(UintVec corners, int i)
-        : slot_(hn::And(hn::ShiftRightSame(corners, 8 * i), hn::Set(kUints, kLeafVertices - 1))) {}
+    HWY_INLINE explicit CornerGather(UintVec places)
+        : places_(hn::And(places, hn::Set(kUints, kLeafVertices - 1))) {}
 
     HWY_INLINE FloatVec operator()(const VertexValues& values) const {
         if constexpr (kVectors == 1) {
-            return hn::TableLookupLanes(values.vector(0), hn::IndicesFromVec(kFloats, lane()));
+            return hn::TableLookupLanes(values.vector(0), hn::IndicesFromVec(kFloats, places_));
         } else if constexpr (kVectors == 2) {
-            const auto lanes = hn::IndicesFromVec(kFloats, lane());
-            const FloatVec in_second = hn::BitCast(kFloats, hn::ShiftLeft<28>(slot_));
+            const auto lanes =
+                hn::IndicesFromVec(kFloats, hn::And(places_, hn::Set(kUints, kLanes - 1)));
+            const FloatVec in_second = hn::BitCast(kFloats, hn::ShiftLeft<28>(places_));
             return hn::IfNegativeThenElse(in_second, hn::TableLookupLanes(values.vector(1), lanes),
                                           hn::TableLookupLanes(values.vector(0), lanes));
         } else {
-            return hn::GatherIndex(kFloats, values.table(), hn::BitCast(kInts, slot_));
+            return hn::GatherIndex(kFloats, values.table(), hn::BitCast(kInts, places_));
         }
     }
 
 private:
-    /// Where in its vector a slot is: the inverse of slot_of_lane.
-    HWY_INLINE UintVec lane() const {
-        constexpr int kBlockBits = kVectors == 1 ? 2 : 1;
-        const UintVec block = hn::And(slot_, hn::Set(kUints, kBlocks - 1));
-        const UintVec in_block = hn::And(hn::ShiftRight<kBlockBits>(slot_), hn::Set(kUints, 3u));
-        return hn::Or(hn::ShiftLeft<2>(block), in_block);
-    }
-
-    UintVec slot_;
+    UintVec places_;
 };
 
-// Of S in the proof above: 2^-18.
-inline constexpr float kBehindError = 3.814697265625e-06f;
-// More than what underflow takes from the products there: 2^-120.
-inline constexpr float kBehindUnderflow = 0x1p-120f;
+/// For the three corners of a vector of triangles.
+struct CornerGathers {
+    CornerGather a;
+    CornerGather b;
+    CornerGather c;
 
-/// The triangles of the leaf that the ray may hit, as bits: bit i is for slot slot_of_lane(i).
-HWY_INLINE std::uint32_t possible_triangles(const RayStream& stream, std::size_t ray,
-                                            const Leaf& leaf) {
-    const LeafLanes lanes = load_leaf(leaf, stream.axis[ray]);
-    const ProjectedLeaf points = project_leaf(stream, ray, lanes);
-    const FloatVec away = hn::And(broadcast(stream.dir[2][ray]), broadcast(-0.0f));
-    std::uint32_t triangles = 0;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const CornerGather a(lanes.corners[v], 0);
-        const CornerGather b(lanes.corners[v], 1);
-        const CornerGather c(lanes.corners[v], 2);
-        const FloatVec ax = a(points.x), ay = a(points.y), az = a(points.z);
-        const FloatVec bx = b(points.x), by = b(points.y), bz = b(points.z);
-        const FloatVec cx = c(points.x), cy = c(points.y), cz = c(points.z);
-        const FloatVec m = sum3(a(points.size), b(points.size), c(points.size));
-        const FloatVec z = max3(hn::Abs(az), hn::Abs(bz), hn::Abs(cz));
-        const FloatVec r = hn::Mul(broadcast(kFastProjectionError), hn::Add(m, z));
-        const FloatVec bound = hn::Mul(r, hn::Add(m, r));
-        const FloatVec eu = difference(bx, cy, by, cx);
-        const FloatVec ev = difference(cx, ay, cy, ax);
-        const FloatVec ew = difference(ax, by, ay, bx);
-        const FloatMask inside =
-            hn::Or(hn::Ge(min3(eu, ev, ew), hn::Neg(bound)), hn::Le(max3(eu, ev, ew), bound));
-        const FloatVec au = hn::Abs(eu), av = hn::Abs(ev), aw = hn::Abs(ew);
-        // Fused or not: this decides no hit.
-        const FloatVec n = hn::MulAdd(aw, cz, hn::MulAdd(av, bz, hn::Mul(au, az)));
-        const FloatVec error =
-            hn::MulAdd(broadcast(kBehindError), sum3(au, av, aw), hn::Mul(broadcast(4.0f), bound));
-        const FloatVec slack = hn::MulAdd(z, error, broadcast(kBehindUnderflow));
-        const FloatMask ahead = hn::Ge(hn::Xor(n, away), hn::Neg(slack));
-        const auto used = hn::Lt(slots_of_vector(v), hn::ShiftRight<24>(lanes.corners[v]));
-        triangles |= bits_of(hn::And(hn::And(inside, ahead), hn::RebindMask(kFloats, used)))
-                     << (v * kLanes);
+    HWY_INLINE explicit CornerGathers(UintVec corners) : CornerGathers(places_of(corners), 0) {}
+
+private:
+    HWY_INLINE CornerGathers(UintVec places, int)
+        : a(places), b(hn::ShiftRight<8>(places)), c(hn::ShiftRight<16>(places)) {}
+
+    /// Where VertexValues has the slots in the bytes of `corners`: the inverse of slot_of_lane, for
+    /// all bytes at once.
+    HWY_INLINE static UintVec places_of(UintVec corners) {
+        if constexpr (kVectors > 2) return corners;
+        constexpr std::uint32_t kBytesOfOne = 0x01010101;
+        constexpr int kBlockBits = kVectors == 1 ? 2 : 1;
+        constexpr std::uint32_t kVectorBits = kVectors == 1 ? 0 : kLanes;
+        const auto bits = [](UintVec v, std::uint32_t mask) {
+            return hn::And(v, hn::Set(kUints, mask * kBytesOfOne));
+        };
+        const UintVec block = hn::ShiftLeft<2>(bits(corners, kBlocks - 1));
+        const UintVec in_block = bits(hn::ShiftRight<kBlockBits>(corners), 3);
+        return hn::Or(hn::Or(block, in_block), bits(corners, kVectorBits));
     }
-    return triangles;
-}
+};
 
 #endif  // HWY_TARGET
 

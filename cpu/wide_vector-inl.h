@@ -11,6 +11,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <type_traits>
 
 #include "common/interop/layout.h"
 
@@ -34,6 +36,7 @@ inline constexpr IntTag kInts;
 inline constexpr ByteTag kBytes;
 inline constexpr std::size_t kLanes = hn::MaxLanes(FloatTag());
 inline constexpr std::size_t kVectors = kWidth / kLanes;
+inline constexpr std::uint32_t kLaneBits = (1u << kLanes) - 1;
 
 HWY_INLINE FloatVec broadcast(float x) { return hn::Set(kFloats, x); }
 HWY_INLINE FloatVec max3(FloatVec a, FloatVec b, FloatVec c) { return hn::Max(a, hn::Max(b, c)); }
@@ -48,10 +51,11 @@ HWY_INLINE FloatVec difference(FloatVec a, FloatVec b, FloatVec c, FloatVec d) {
 /// Lane i as bit i.
 HWY_INLINE std::uint32_t bits_of(FloatMask mask) {
     // No more bytes than the mask has: a wider read would wait for the narrow write.
-    std::uint8_t bytes[kLanes > 8 ? 2 : 1];
+    using Bits = std::conditional_t<(kLanes > 8), std::uint16_t, std::uint8_t>;
+    std::uint8_t bytes[sizeof(Bits)];
     hn::StoreMaskBits(kFloats, mask, bytes);
-    std::uint32_t bits = bytes[0];
-    if constexpr (kLanes > 8) bits |= static_cast<std::uint32_t>(bytes[1]) << 8;
+    Bits bits;
+    std::memcpy(&bits, bytes, sizeof bits);
     return bits;
 }
 

@@ -1,4 +1,4 @@
-// Constants of the hit rule, each a power of two (or 1.5 times one) written as one exact decimal
+// Constants of the hit rule, each a power of two (or a simple multiple of one) written as one exact decimal
 // literal, because GLSL has no hexadecimal floats and folds constant expressions in double.
 // tests/common/interop/constants_test.cpp holds them against their hexadecimal values.
 #ifndef COMMON_INTEROP_CONSTANTS_H
@@ -25,8 +25,9 @@ SHARED_CONST float kDirectionSnap = 3.5762786865234375e-07f;    // 1.5 * 2^-22
 SHARED_CONST float kProjectedOnGrid = 9.094947017729282e-13f;   // 2^-40
 SHARED_CONST float kProjectedSnap = 2.7284841053187847e-12f;    // 1.5 * 2^-39
 
-// A bound of the relative error of fast_edges, derived there: 2^-19.
-SHARED_CONST float kFastProjectionError = 1.9073486328125e-06f;
+// Of the error of project_fast, derived at fast_edges: 17/16 * 2^-21, and 2^-60.
+SHARED_CONST float kFastProjectionError = 5.066394805908203125e-07f;
+SHARED_CONST float kFastProjectionFloor = 8.67361737988403547205962240695953369140625e-19f;
 
 // Rounding of the average of three z, relative to the largest: 2^-20.
 SHARED_CONST float kDepthRounding = 9.5367431640625e-07f;
@@ -41,8 +42,8 @@ SHARED_CONST float kHugeReciprocal = 18446744073709551616.0f;
 // Boxes are dilated by kBoxDilation * max(kSceneExtent, |org|) in the slab test: 2^-13.
 SHARED_CONST float kBoxDilation = 0.0001220703125f;
 // Secondary rays start off the surface by this times the size of the rounding error of the hit
-// point (docs/arithmetic.md, "Secondary rays"): 2^-18.
-SHARED_CONST float kSurfaceOffset = 3.814697265625e-06f;
+// point (docs/arithmetic.md, "Secondary rays"): 2^-16.
+SHARED_CONST float kSurfaceOffset = 1.52587890625e-05f;
 
 // 2^100, the tfar of rays without an end.
 SHARED_CONST float kInfiniteT = 1.2676506002282294e+30f;

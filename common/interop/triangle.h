@@ -128,7 +128,7 @@ SHARED vec3 project(ShearedRay s, vec3 vertex) {
                 project_axis(a.y, ey, a.z, ez, s.dir.y, s.dir.z), a.z);
 }
 
-/// Likewise without the errors: to 2^-19 of the largest coordinate of a.
+/// Likewise without the errors: to 2^-21 of the largest coordinate of a, and some ulp of x or y.
 SHARED vec3 project_fast(ShearedRay s, vec3 vertex) {
     vec3 v = rotate_axes(vertex, s.axis);
     PRECISE vec3 a = v - s.org;
@@ -166,9 +166,9 @@ SHARED void measure_depth(float za, float zb, float zc, INOUT(Edges) e) {
 
 /// The edge functions of vertices from project_fast.
 ///
-/// With m the sum of |x| + |y| over the vertices and R = m + max |z|, which bounds every coordinate
-/// relative to the origin, each function is within 2^-19 R (m + 2^-19 R) of that on the vertices of
-/// `project`: docs/arithmetic.md, "The plain path", adds up the roundings.
+/// With m the sum of |x| + |y| over the vertices and Z the largest |z|, each x and y is within
+/// r = 2^-21 (2 m + Z) + 2^-60 of that of `project`, rounding of the functions included, so each
+/// function is within r (m + 2 r): docs/arithmetic.md, "Plain floats where they suffice".
 SHARED Edges fast_edges(vec3 a, vec3 b, vec3 c) {
     PRECISE float ma = abs(a.x) + abs(a.y);
     PRECISE float mb = abs(b.x) + abs(b.y);
@@ -176,8 +176,8 @@ SHARED Edges fast_edges(vec3 a, vec3 b, vec3 c) {
     PRECISE float m = (ma + mb) + mc;
     Edges e;
     measure_depth(a.z, b.z, c.z, e);
-    PRECISE float r = kFastProjectionError * (m + e.depth_size);
-    PRECISE float bound = r * (m + r);
+    PRECISE float r = kFastProjectionError * ((m + m) + e.depth_size) + kFastProjectionFloor;
+    PRECISE float bound = r * (m + (r + r));
     PRECISE float u0 = b.x * c.y;
     PRECISE float u1 = b.y * c.x;
     PRECISE float v0 = c.x * a.y;

@@ -3,8 +3,8 @@
 #
 #     app  bench  tests -> cpu, gpu -> common -> common/interop        gpu -> shaders -> common/interop
 #
-# or that brings a library outside its one place. tests/app may also see app, tests/gpu and
-# tests/shaders also shaders.
+# or that brings a library outside its one place. tests/app may also see app, tests/bench also
+# bench, tests/gpu and tests/shaders also shaders.
 cmake_minimum_required(VERSION 3.25)
 
 set(layers common/interop common cpu gpu shaders app bench tests)
@@ -64,6 +64,8 @@ foreach(file IN LISTS files)
     set(visible ${may_see_${from}})
     if(file MATCHES "^tests/app/")
         list(APPEND visible app)
+    elseif(file MATCHES "^tests/bench/")
+        list(APPEND visible bench)
     elseif(file MATCHES "^tests/(gpu|shaders)/")
         list(APPEND visible shaders)
     endif()

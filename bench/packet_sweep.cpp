@@ -1,0 +1,116 @@
+#include "bench/packet_sweep.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+
+#include "cpu/packet_tiles.h"
+#include "cpu/wide_tracer.h"
+
+namespace morphray::bench {
+namespace {
+
+static_assert(std::all_of(std::begin(kPacketShapes), std::end(kPacketShapes), [](PacketShape s) {
+    return s.width <= cpu::kPacketSide && s.height <= cpu::kPacketSide &&
+           kTileSize % s.width == 0 && kTileSize % s.height == 0;
+}));
+
+using RayMask = std::array<std::uint8_t, cpu::kPacketRays>;
+
+/// The pixels [x0, x1) x [y0, y1) of the packets of a tile.
+std::vector<cpu::Tile> parts_of(const cpu::Tile& tile, PacketShape shape) {
+    std::vector<cpu::Tile> parts;
+    for (std::uint32_t y = tile.y0; y < tile.y1; y += shape.height) {
+        for (std::uint32_t x = tile.x0; x < tile.x1; x += shape.width) {
+            parts.push_back({x, y, x + shape.width, y + shape.height});
+        }
+    }
+    return parts;
+}
+
+/// For each packet of a tile, 1 for the rays that are its own.
+std::vector<RayMask> masks_of(PacketShape shape) {
+    std::vector<RayMask> masks;
+    for (const cpu::Tile& part : parts_of({0, 0, kTileSize, kTileSize}, shape)) {
+        RayMask& mask = masks.emplace_back();
+        for (std::uint32_t y = part.y0; y < part.y1; ++y) {
+            for (std::uint32_t x = part.x0; x < part.x1; ++x) mask[cpu::packet_ray(x, y)] = 1;
+        }
+    }
+    return masks;
+}
+
+void intersect_tile(const cpu::PacketTiles& tracer, PacketShape shape, const TraceWork& work,
+                    const TileRays& rays, TraceAnswers& answers) {
+    const std::size_t width = work.params.width;
+    for (const cpu::Tile& part : parts_of(rays.tile, shape)) {
+        tracer.intersect_camera(work.params, part, &answers.hits[part.y0 * width + part.x0], width);
+    }
+}
+
+void occlude_tile(const cpu::PacketTiles& tracer, std::span<const RayMask> masks,
+                  const TraceWork& work, const TileRays& rays, TraceAnswers& answers) {
+    const auto part = [&](auto& all) {
+        return std::span(all).subspan(rays.begin, cpu::kPacketRays);
+    };
+    const std::span<const std::uint8_t> active = part(work.active);
+    for (const RayMask& mask : masks) {
+        RayMask own;
+        std::uint32_t any = 0;
+        for (std::size_t i = 0; i < own.size(); ++i) {
+            own[i] = active[i] & mask[i];
+            any |= own[i];
+        }
+        if (any == 0) continue;
+        tracer.occluded_from_point(work.params.light, part(work.rays), own, part(answers.occluded));
+    }
+}
+
+}  // namespace
+
+std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const cpu::SimdTarget& target) {
+    const auto tracer = std::make_shared<const cpu::PacketTiles>(bvh, target);
+    std::vector<OurTracer> tracers;
+    for (const PacketShape shape : kPacketShapes) {
+        const auto trace = [tracer, shape, masks = masks_of(shape)](const TraceWork& work,
+                                                                    TraceAnswers& answers) {
+            for_each_tile(work, [&](const TileRays& rays) {
+                if (work.any_hit()) {
+                    occlude_tile(*tracer, masks, work, rays, answers);
+                } else {
+                    intersect_tile(*tracer, shape, work, rays, answers);
+                }
+            });
+        };
+        tracers.push_back({fmt::format("packet {}x{}", shape.width, shape.height),
+                           target.name,
+                           {kRaysPrimary, kRaysShadow},
+                           trace,
+                           true});
+    }
+    return tracers;
+}
+
+std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const cpu::SimdTarget& target) {
+    const cpu::WideTracer tracer(bvh, target);
+    std::vector<OurTracer> tracers;
+    for (const std::size_t size : kBatchSizes) {
+        const auto trace = [tracer, size](const TraceWork& work, TraceAnswers& answers) {
+            for_each_tile(work, [&](const TileRays& tile) {
+                for_each_active_run(work, tile, [&](std::size_t begin, std::size_t end) {
+                    for (; begin < end; begin += size) {
+                        const std::size_t count = std::min(size, end - begin);
+                        tracer.occluded(std::span(work.rays).subspan(begin, count),
+                                        std::span(answers.occluded).subspan(begin, count));
+                    }
+                });
+            });
+        };
+        tracers.push_back({fmt::format("wide {}", size), target.name, {kRaysAo}, trace});
+    }
+    return tracers;
+}
+
+}  // namespace morphray::bench

@@ -1,0 +1,39 @@
+// The paper's tracer on a whole work.
+#pragma once
+
+#include <vector>
+
+#include "bench/paper_2007/sweep_tree.h"
+#include "bench/trace_work.h"
+
+namespace morphray::bench::paper_2007 {
+
+struct PacketRays;
+struct PacketAnswers;
+
+/// Keeps its packets made, as Embree's are; the tree and the work outlive it.
+class WorkTracer {
+public:
+    /// work: of primary or shadow rays.
+    WorkTracer(const Tree& tree, const TraceWork& work);
+    ~WorkTracer();
+
+    /// In the calling thread's arena.
+    void trace();
+    /// Those of the last trace.
+    TraceAnswers answers() const;
+
+private:
+    /// The packets of a tile.
+    struct Range {
+        std::size_t begin, end;
+    };
+
+    const Tree* tree_;
+    const TraceWork* work_;
+    std::vector<PacketRays> packets_;
+    std::vector<PacketAnswers> answers_;
+    std::vector<Range> ranges_;
+};
+
+}  // namespace morphray::bench::paper_2007

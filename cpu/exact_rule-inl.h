@@ -1,0 +1,334 @@
+// The whole hit rule (common/interop/triangle.h) on vectors: a lane is a ray and a triangle, any of
+// either, and has the bits of intersect_triangle.
+//
+// The functions are those of the same names in the singular, operation by operation, with one
+// exception. product_error is the exact error of a rounded product, by any way of finding it: its
+// splitting is exact because every partial product is a multiple of the product of the factors'
+// grids, at least 2^-126, and far from overflow (docs/arithmetic.md, "No denormals"). Where there
+// is a fused multiply-subtract, a * b - p rounds the same exact value, which is a float: the same
+// bits. Where that value is 0, both are +0: the splitting begins with hh - p, and the sum of a +0
+// and a zero, or of x and -x, is +0.
+#if defined(MORPHRAY_CPU_EXACT_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_EXACT_RULE_INL_H
+#undef MORPHRAY_CPU_EXACT_RULE_INL_H
+#else
+#define MORPHRAY_CPU_EXACT_RULE_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstdint>
+
+#include "common/interop/triangle.h"
+#include "cpu/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// What the rule needs of rays, a lane each, with rotated axes.
+struct RuleRays {
+    VF org[3];
+    VF dir[3];
+    VF rdz;
+    VF depth_slack;
+};
+
+/// Vertices as rays see them, a lane each.
+struct RulePoints {
+    VF x;
+    VF y;
+    VF z;
+};
+
+struct RuleEdges {
+    VF u;
+    VF v;
+    VF w;
+    VF bound;
+    VF depth_range;
+    VF depth_size;
+};
+
+struct RuleHits {
+    VF t;
+    VF u;
+    VF v;
+};
+
+// ---- Exact errors
+
+HWY_INLINE VF product_errors(VF a, VF b, VF p) {
+#if HWY_NATIVE_FMA
+    return hn::MulSub(a, b, p);
+#else
+    const VF ca = hn::Mul(splat(4097.0f), a);
+    const VF cb = hn::Mul(splat(4097.0f), b);
+    const VF ah = hn::Sub(ca, hn::Sub(ca, a));
+    const VF bh = hn::Sub(cb, hn::Sub(cb, b));
+    const VF al = hn::Sub(a, ah);
+    const VF bl = hn::Sub(b, bh);
+    const VF e0 = hn::Sub(hn::Mul(ah, bh), p);
+    const VF e1 = hn::Add(e0, hn::Mul(ah, bl));
+    const VF e2 = hn::Add(e1, hn::Mul(al, bh));
+    return hn::Add(e2, hn::Mul(al, bl));
+#endif
+}
+
+HWY_INLINE VF difference_errors(VF a, VF b, VF d) {
+    const VF bv = hn::Sub(a, d);
+    const VF av = hn::Add(d, bv);
+    return hn::Add(hn::Sub(bv, b), hn::Sub(a, av));
+}
+
+HWY_INLINE VF differences_of_products(VF a, VF b, VF c, VF d) {
+    const VF left = hn::Mul(a, b);
+    const VF right = hn::Mul(c, d);
+    const VF major = hn::Sub(left, right);
+    const VF minor = hn::Sub(product_errors(a, b, left), product_errors(c, d, right));
+    const VF sum = hn::Add(major, minor);
+    return hn::IfThenElse(hn::Eq(sum, hn::Zero(Floats())), major, sum);
+}
+
+// ---- Projection
+
+/// The vertices relative to the origins as rounded differences, and the errors of those.
+struct RelativeVertices {
+    VF a[3];
+    VF error[3];
+};
+
+HWY_INLINE RelativeVertices relative_vertices(const RuleRays& rays, const VF vertex[3]) {
+    RelativeVertices r;
+    for (int k = 0; k < 3; ++k) {
+        r.a[k] = hn::Sub(vertex[k], rays.org[k]);
+        r.error[k] = difference_errors(vertex[k], rays.org[k], r.a[k]);
+    }
+    return r;
+}
+
+/// project_axis for x (k = 0) or y (k = 1).
+HWY_INLINE VF project_axes(const RuleRays& rays, const RelativeVertices& r, int k) {
+    const VF major = differences_of_products(r.a[k], rays.dir[2], rays.dir[k], r.a[2]);
+    const VF left = hn::Mul(r.error[k], rays.dir[2]);
+    const VF right = hn::Mul(rays.dir[k], r.error[2]);
+    const VF sum = hn::Add(major, hn::Sub(left, right));
+    const VF snapped = hn::Sub(hn::Add(sum, splat(kProjectedSnap)), splat(kProjectedSnap));
+    return hn::IfThenElse(hn::Ge(hn::Abs(sum), splat(kProjectedOnGrid)), sum, snapped);
+}
+
+/// `project` of vertices with rotated axes.
+HWY_INLINE RulePoints project_points(const RuleRays& rays, const VF vertex[3]) {
+    const RelativeVertices r = relative_vertices(rays, vertex);
+    return {project_axes(rays, r, 0), project_axes(rays, r, 1), r.a[2]};
+}
+
+/// `project_fast` of vertices with rotated axes.
+HWY_INLINE RulePoints project_points_fast(const RuleRays& rays, const VF vertex[3]) {
+    VF a[3];
+    for (int k = 0; k < 3; ++k) a[k] = hn::Sub(vertex[k], rays.org[k]);
+    const auto axis = [&](int k) {
+        const VF x = hn::Sub(hn::Mul(a[k], rays.dir[2]), hn::Mul(rays.dir[k], a[2]));
+        return hn::Sub(hn::Add(x, splat(kProjectedSnap)), splat(kProjectedSnap));
+    };
+    return {axis(0), axis(1), a[2]};
+}
+
+// ---- Edge functions
+
+HWY_INLINE void measure_depths(VF za, VF zb, VF zc, RuleEdges& e) {
+    const VF nearest = hn::Min(za, hn::Min(zb, zc));
+    const VF farthest = hn::Max(za, hn::Max(zb, zc));
+    e.depth_range = hn::Sub(farthest, nearest);
+    e.depth_size = hn::Max(hn::Abs(nearest), hn::Abs(farthest));
+}
+
+/// The bound of fast_edges, from the sum of |x| + |y| and the largest |z| of a triangle.
+HWY_INLINE VF edge_bounds(VF m, VF depth_size) {
+    const VF size = hn::Add(hn::Add(m, m), depth_size);
+    const VF r = hn::Add(hn::Mul(splat(kFastProjectionError), size), splat(kFastProjectionFloor));
+    return hn::Mul(r, hn::Add(m, hn::Add(r, r)));
+}
+
+HWY_INLINE RuleEdges fast_edge_functions(const RulePoints& a, const RulePoints& b,
+                                         const RulePoints& c) {
+    const auto size = [](const RulePoints& p) { return hn::Add(hn::Abs(p.x), hn::Abs(p.y)); };
+    const auto edge = [](const RulePoints& p, const RulePoints& q) {
+        return hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x));
+    };
+    RuleEdges e;
+    measure_depths(a.z, b.z, c.z, e);
+    const VF m = hn::Add(hn::Add(size(a), size(b)), size(c));
+    e.bound = edge_bounds(m, e.depth_size);
+    e.u = edge(b, c);
+    e.v = edge(c, a);
+    e.w = edge(a, b);
+    return e;
+}
+
+HWY_INLINE RuleEdges exact_edge_functions(const RulePoints& a, const RulePoints& b,
+                                          const RulePoints& c) {
+    RuleEdges e;
+    e.u = differences_of_products(b.x, c.y, b.y, c.x);
+    e.v = differences_of_products(c.x, a.y, c.y, a.x);
+    e.w = differences_of_products(a.x, b.y, a.y, b.x);
+    e.bound = hn::Zero(Floats());
+    measure_depths(a.z, b.z, c.z, e);
+    return e;
+}
+
+HWY_INLINE Mask may_be_inside_lanes(const RuleEdges& e) {
+    return hn::Or(hn::Ge(hn::Min(e.u, hn::Min(e.v, e.w)), hn::Neg(e.bound)),
+                  hn::Le(hn::Max(e.u, hn::Max(e.v, e.w)), e.bound));
+}
+
+HWY_INLINE VF sum_of_sizes(const RuleEdges& e) {
+    return hn::Add(hn::Add(hn::Abs(e.u), hn::Abs(e.v)), hn::Abs(e.w));
+}
+
+HWY_INLINE Mask surely_inside_lanes(const RuleRays& rays, const RuleEdges& e) {
+    const VF error = hn::Mul(e.bound, hn::Max(e.depth_range, splat(1.0f)));
+    const Mask fit = hn::Le(error, hn::Mul(rays.depth_slack, sum_of_sizes(e)));
+    return hn::And(fit, hn::Or(hn::Gt(hn::Min(e.u, hn::Min(e.v, e.w)), e.bound),
+                               hn::Lt(hn::Max(e.u, hn::Max(e.v, e.w)), hn::Neg(e.bound))));
+}
+
+// ---- Hits
+
+HWY_INLINE VF normalized_weights(VF weight, VF sum, VF rsum) {
+    const Floats f;
+    const Words w;
+    const VW gap = hn::Sub(hn::ShiftRight<23>(hn::BitCast(w, sum)),
+                           hn::ShiftRight<23>(hn::BitCast(w, weight)));
+    const Mask tiny =
+        hn::Or(hn::Eq(weight, hn::Zero(f)), hn::RebindMask(f, hn::Gt(gap, hn::Set(w, 60u))));
+    return hn::IfThenZeroElse(tiny, hn::Mul(weight, rsum));
+}
+
+HWY_INLINE Mask weighted_hits(const RuleRays& rays, VF tnear, VF tfar, const RuleEdges& e, VF za,
+                              VF zb, VF zc, RuleHits& hit) {
+    const VF zero = hn::Zero(Floats());
+    const VF sum = sum_of_sizes(e);
+    const Mask any = hn::Gt(sum, zero);
+    const VF rsum = rcp_exactly(hn::IfThenElse(any, sum, splat(1.0f)));
+    const VF wa = normalized_weights(hn::Abs(e.u), sum, rsum);
+    hit.u = normalized_weights(hn::Abs(e.v), sum, rsum);
+    hit.v = normalized_weights(hn::Abs(e.w), sum, rsum);
+    const VF z = hn::Add(hn::Add(hn::Mul(wa, za), hn::Mul(hit.u, zb)), hn::Mul(hit.v, zc));
+    hit.t = hn::Mul(z, rays.rdz);
+    const VF error = hn::Add(hn::Mul(hn::Mul(hn::Mul(splat(2.0f), e.bound), rsum), e.depth_range),
+                             hn::Mul(splat(kDepthRounding), e.depth_size));
+    const Mask ahead = hn::And(hn::Gt(hn::Abs(z), error), hn::Gt(hit.t, zero));
+    const Mask in_range = hn::And(hn::Ge(hit.t, tnear), hn::Le(hit.t, tfar));
+    return hn::And(hn::And(any, ahead), in_range);
+}
+
+/// Of vertices with axes rotated or not: all have kInvalidCoordinate on each axis or on none.
+HWY_INLINE Mask finite_triangles(VF ax, VF bx, VF cx) {
+    return hn::Le(hn::Max(ax, hn::Max(bx, cx)), splat(kSceneExtent));
+}
+
+HWY_INLINE Mask products_cancel_lanes(VF e1, VF r1, VF e2, VF r2, VF f1, VF s1, VF f2, VF s2) {
+    const VF zero = hn::Zero(Floats());
+    const auto none = [zero](VF x, VF y) { return hn::Or(hn::Eq(x, zero), hn::Eq(y, zero)); };
+    const Mask errors =
+        hn::And(hn::And(none(r1, f2), none(s2, e1)), hn::And(none(r2, f1), none(s1, e2)));
+    return hn::And(hn::Eq(differences_of_products(e1, f2, e2, f1), zero), errors);
+}
+
+/// Of vertices with axes rotated or not: the three products change places.
+HWY_INLINE Mask have_area(const VF a[3], const VF b[3], const VF c[3]) {
+    VF e[3], f[3], r[3], s[3];
+    for (int k = 0; k < 3; ++k) {
+        e[k] = hn::Sub(b[k], a[k]);
+        f[k] = hn::Sub(c[k], a[k]);
+        r[k] = difference_errors(b[k], a[k], e[k]);
+        s[k] = difference_errors(c[k], a[k], f[k]);
+    }
+    const auto cancel = [&](int i, int j) {
+        return products_cancel_lanes(e[i], r[i], e[j], r[j], f[i], s[i], f[j], s[j]);
+    };
+    return hn::Not(hn::And(cancel(1, 2), hn::And(cancel(2, 0), cancel(0, 1))));
+}
+
+// ---- The rule
+
+/// Rays of any directions with the axes of each rotated.
+struct ShearedRays {
+    RuleRays rays;
+    /// Whether x, or else y, is the largest component of the direction.
+    Mask is_x;
+    Mask is_y;
+
+    HWY_INLINE void rotate_axes(const VF v[3], VF out[3]) const {
+        for (int k = 0; k < 3; ++k) {
+            out[k] =
+                hn::IfThenElse(is_x, v[(k + 1) % 3], hn::IfThenElse(is_y, v[(k + 2) % 3], v[k]));
+        }
+    }
+};
+
+HWY_INLINE ShearedRays shear_rays(const VF org[3], const VF dir[3]) {
+    const VF size[3] = {hn::Abs(dir[0]), hn::Abs(dir[1]), hn::Abs(dir[2])};
+    ShearedRays s;
+    s.is_x = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
+    s.is_y = hn::AndNot(s.is_x, hn::Ge(size[1], size[2]));
+    s.rotate_axes(org, s.rays.org);
+    s.rotate_axes(dir, s.rays.dir);
+    const VF dz = s.rays.dir[2];
+    const Mask none = hn::Eq(dz, hn::Zero(Floats()));
+    s.rays.rdz = hn::IfThenZeroElse(none, rcp_exactly(hn::IfThenElse(none, splat(1.0f), dz)));
+    const VF extent = hn::Max(hn::Max(hn::Abs(org[0]), hn::Abs(org[1])), hn::Abs(org[2]));
+    const VF dilation = hn::Mul(splat(kBoxDilation), hn::Max(extent, splat(kSceneExtent)));
+    s.rays.depth_slack = hn::Mul(splat(0.25f), dilation);
+    return s;
+}
+
+/// What the plain path leaves open of a triangle a lane, and where it is hit: intersect_triangle
+/// with `exact_edges`. Vertices have rotated axes.
+HWY_INLINE Mask intersect_exactly(const RuleRays& rays, VF tnear, VF tfar, const VF a[3],
+                                  const VF b[3], const VF c[3], RuleHits& hit) {
+    const RulePoints pa = project_points(rays, a);
+    const RulePoints pb = project_points(rays, b);
+    const RulePoints pc = project_points(rays, c);
+    const RuleEdges e = exact_edge_functions(pa, pb, pc);
+    Mask hits = hn::And(may_be_inside_lanes(e), finite_triangles(a[0], b[0], c[0]));
+    hits = hn::And(hits, weighted_hits(rays, tnear, tfar, e, pa.z, pb.z, pc.z, hit));
+    if (hn::AllFalse(Floats(), hits)) return hits;
+    return hn::And(hits, have_area(a, b, c));
+}
+
+/// intersect_triangle of ray and triangle of each of these lanes; vertices as they are (a[k] is
+/// component k). Which of the lanes hit; t, u and v of others are garbage.
+HWY_INLINE Mask intersect_triangles(const ShearedRays& sheared, Mask lanes, VF tnear, VF tfar,
+                                    const VF a[3], const VF b[3], const VF c[3], RuleHits& hit) {
+    const Floats f;
+    const RuleRays& rays = sheared.rays;
+    VF ra[3], rb[3], rc[3];
+    sheared.rotate_axes(a, ra);
+    sheared.rotate_axes(b, rb);
+    sheared.rotate_axes(c, rc);
+    const RulePoints pa = project_points_fast(rays, ra);
+    const RulePoints pb = project_points_fast(rays, rb);
+    const RulePoints pc = project_points_fast(rays, rc);
+    const RuleEdges e = fast_edge_functions(pa, pb, pc);
+    const Mask sure = surely_inside_lanes(rays, e);
+    Mask hits = hn::And(weighted_hits(rays, tnear, tfar, e, pa.z, pb.z, pc.z, hit),
+                        hn::And(sure, finite_triangles(a[0], b[0], c[0])));
+    const Mask open = hn::And(lanes, hn::AndNot(sure, may_be_inside_lanes(e)));
+    if (!hn::AllFalse(f, open)) {
+        RuleHits exact;
+        const Mask exact_hits = intersect_exactly(rays, tnear, tfar, ra, rb, rc, exact);
+        hits = hn::Or(hits, hn::And(open, exact_hits));
+        hit.t = hn::IfThenElse(open, exact.t, hit.t);
+        hit.u = hn::IfThenElse(open, exact.u, hit.u);
+        hit.v = hn::IfThenElse(open, exact.v, hit.v);
+    }
+    return hn::And(hits, lanes);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

@@ -1,0 +1,108 @@
+// The hit rule for those rays of a packet that its bounds leave in doubt: lanes are rays, with one
+// triangle for all of them or with one each.
+
+#if defined(MORPHRAY_PACKET_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_PACKET_RULE_INL_H
+#undef MORPHRAY_PACKET_RULE_INL_H
+#else
+#define MORPHRAY_PACKET_RULE_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/exact_rule-inl.h"
+#include "cpu/packet.h"
+#include "cpu/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Triangles, a lane each.
+struct TriangleLanes {
+    VF corner[3][3];
+    VW prim_ids;
+};
+
+HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
+    TriangleLanes out;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+        const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
+        out.corner[k][0] = splat(v.x);
+        out.corner[k][1] = splat(v.y);
+        out.corner[k][2] = splat(v.z);
+    }
+    out.prim_ids = hn::Set(Words(), leaf.prim_id[slot]);
+    return out;
+}
+
+/// The winners of some of the rays from `first` on, at least one; other lanes hold anything.
+/// `newest`: the leaf that comes after the won ones.
+HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, std::size_t first,
+                                           std::uint32_t lanes, const Leaf* newest) {
+    constexpr std::size_t kLanes = hn::MaxLanes(Floats());
+    const std::uint32_t* winners = packet.winner + first;
+    const auto leaf_of = [&](std::uint32_t winner) -> const Leaf& {
+        const std::uint32_t index = winner / kLeafTriangles;
+        return index < packet.won_leaves.size() ? *packet.won_leaves[index].leaf : *newest;
+    };
+    const std::uint32_t any = winners[__builtin_ctz(lanes)];
+    const auto same = hn::Eq(hn::Load(Words(), winners), hn::Set(Words(), any));
+    if ((lanes & ~mask_bits(hn::RebindMask(Floats(), same))) == 0)
+        return same_triangle(leaf_of(any), any % kLeafTriangles);
+    alignas(64) float corners[3][3][kLanes] = {};
+    alignas(64) std::uint32_t prim_ids[kLanes] = {};
+    for (; lanes != 0; lanes &= lanes - 1) {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+        const Leaf& leaf = leaf_of(winners[lane]);
+        const std::uint32_t slot = winners[lane] % kLeafTriangles;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
+            corners[k][0][lane] = v.x;
+            corners[k][1][lane] = v.y;
+            corners[k][2][lane] = v.z;
+        }
+        prim_ids[lane] = leaf.prim_id[slot];
+    }
+    TriangleLanes out;
+    for (int k = 0; k < 3; ++k) {
+        for (int axis = 0; axis < 3; ++axis)
+            out.corner[k][axis] = hn::Load(Floats(), corners[k][axis]);
+    }
+    out.prim_ids = hn::Load(Words(), prim_ids);
+    return out;
+}
+
+/// The rule for the rays from `first` on.
+class PacketRule {
+public:
+    HWY_INLINE PacketRule(const Packet& packet, std::size_t first) {
+        const Floats f;
+        VF org[3], dir[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            org[axis] = splat(packet.frame.org[axis]);
+            dir[axis] = hn::Load(f, packet.dir[axis] + first);
+        }
+        rays_ = shear_rays(org, dir);
+    }
+
+    /// Which of some lanes are hit up to tfar, and where.
+    HWY_INLINE Mask intersect(const TriangleLanes& triangles, VF tfar, std::uint32_t lanes,
+                              RuleHits& hits) const {
+        return intersect_triangles(rays_, mask_of(lanes), hn::Zero(Floats()), tfar,
+                                   triangles.corner[0], triangles.corner[1], triangles.corner[2],
+                                   hits);
+    }
+
+private:
+    ShearedRays rays_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,64 @@
+#include "bench/options.h"
+
+#include <gtest/gtest.h>
+
+#include "common/error.h"
+
+namespace morphray::bench {
+namespace {
+
+BenchOptions parse(const std::vector<std::string>& arguments) { return parse_options(arguments); }
+
+std::string refusal_of(const std::vector<std::string>& arguments) {
+    try {
+        parse(arguments);
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ExitCode::kUsage);
+        return error.what();
+    }
+    return "none";
+}
+
+TEST(ParseOptions, AddsScenesToTheBuiltInOnes) {
+    const std::size_t built_in = BenchOptions().scenes.size();
+    EXPECT_EQ(parse({"a.obj"}).scenes.size(), built_in + 1);
+    EXPECT_EQ(parse({"a.obj", "--only", "b.obj"}).scenes,
+              (std::vector<std::string>{"a.obj", "b.obj"}));
+    EXPECT_EQ(refusal_of({"--only"}), "--only: expected a SCENE");
+}
+
+TEST(ParseOptions, FillsThePictureUnlessAnEyeOrATargetIsGiven) {
+    EXPECT_EQ(parse({}).view_kind, ViewKind::kFill);
+    EXPECT_EQ(parse({"--view", "whole"}).view_kind, ViewKind::kWhole);
+    EXPECT_EQ(parse({"--eye", "1,2,3"}).view_kind, ViewKind::kGiven);
+    EXPECT_EQ(parse({"--target", "1,2,3"}).view_kind, ViewKind::kGiven);
+    EXPECT_EQ(parse({"--light", "1,2,3", "--fov", "60"}).view_kind, ViewKind::kFill);
+    EXPECT_EQ(refusal_of({"--view", "fill", "--eye", "1,2,3"}),
+              "--view fill: expected no --eye and no --target besides");
+}
+
+TEST(ParseOptions, ReadsLists) {
+    EXPECT_EQ(parse({"--threads", "1,3"}).threads, (std::vector<int>{1, 3}));
+    EXPECT_EQ(parse({"--work", "ao,build"}).works, (std::vector<std::string>{"ao", "build"}));
+    EXPECT_EQ(*parse({"--eye", "1,-2.5,3e2"}).view.eye, (Point{1, -2.5, 300}));
+}
+
+TEST(ParseOptions, RefusesWhatItDoesNotKnow) {
+    EXPECT_EQ(refusal_of({"--fast"}), "--fast: no such option; see --help");
+    EXPECT_EQ(refusal_of({"--size"}), "--size: expected a value");
+    EXPECT_EQ(refusal_of({"--size", "100"}), "--size 100: expected a multiple of 32");
+    EXPECT_EQ(refusal_of({"--eye", "1,2"}), "--eye 1,2: expected X,Y,Z");
+    EXPECT_EQ(refusal_of({"--view", "given"}), "--view given: expected fill or whole");
+    EXPECT_NE(refusal_of({"--work", "primary,all"}), "none");
+    EXPECT_NE(refusal_of({"--fov", "180"}), "none");
+    EXPECT_NE(refusal_of({"--repeat", "0"}), "none");
+}
+
+TEST(Usage, NamesEveryWork) {
+    for (const std::string work : kWorks) {
+        EXPECT_NE(usage().find(work), std::string::npos) << work;
+    }
+}
+
+}  // namespace
+}  // namespace morphray::bench

@@ -1,0 +1,52 @@
+#include "bench/packet_sweep.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/bench/star_works.h"
+
+namespace morphray::bench {
+namespace {
+
+bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
+
+/// Active rays that two answers differ in.
+std::size_t count_differences(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b) {
+    std::size_t differences = 0;
+    for (std::size_t i = 0; i < work.rays.size(); ++i) {
+        if (work.active[i] == 0) continue;
+        differences +=
+            work.any_hit() ? a.occluded[i] != b.occluded[i] : !same_bits(a.hits[i], b.hits[i]);
+    }
+    return differences;
+}
+
+class PacketSweep : public StarWorks {
+protected:
+    void expect_same_bits(const std::vector<OurTracer>& tracers, const TraceWork& work) const {
+        const TraceAnswers single = expected(work);
+        for (const OurTracer& tracer : tracers) {
+            TraceAnswers answers(work);
+            tracer.trace(work, answers);
+            if (tracer.in_picture_order && !work.any_hit()) to_ray_order(work, answers.hits);
+            EXPECT_EQ(count_differences(work, single, answers), 0u) << tracer.name;
+        }
+    }
+};
+
+TEST_F(PacketSweep, AnswersAlikeWithPacketsOfEveryShape) {
+    const auto tracers = packets_of_each_shape(bvh_, cpu::find_simd_target("best"));
+    EXPECT_EQ(tracers.size(), std::size(kPacketShapes));
+    expect_same_bits(tracers, primary_);
+    expect_same_bits(tracers, secondary(kRaysShadow));
+}
+
+TEST_F(PacketSweep, AnswersAlikeWithBatchesOfEverySize) {
+    const auto tracers = batches_of_each_size(bvh_, cpu::find_simd_target("best"));
+    EXPECT_EQ(tracers.size(), std::size(kBatchSizes));
+    expect_same_bits(tracers, secondary(kRaysAo));
+}
+
+}  // namespace
+}  // namespace morphray::bench

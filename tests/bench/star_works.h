@@ -1,0 +1,45 @@
+// The rays of a small picture of a closed mesh with many silhouettes.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "bench/ours.h"
+#include "bench/trace_work.h"
+#include "common/bvh_builder.h"
+#include "common/camera_setup.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray::bench {
+
+class StarWorks : public testing::Test {
+protected:
+    StarWorks() : scene_(test::star(4, 3)), bvh_(build_bvh(scene_.topology(), scene_.positions())) {
+        ViewSpec view;
+        view.width = view.height = 64;
+        view.ao_count = 2;
+        view.light = {1.5, 2.5, 1};
+        primary_ = make_primary_work(
+            make_image_params(view, test::bounds_of(scene_.user_positions()), scene_.space()));
+        hits_ = reference_hits(bvh_, primary_);
+    }
+
+    /// rays: kRaysShadow or kRaysAo.
+    TraceWork secondary(std::uint32_t rays) const {
+        return make_secondary_work(primary_, hits_, {&scene_.topology(), scene_.positions()}, rays);
+    }
+
+    /// By single rays.
+    TraceAnswers expected(const TraceWork& work) const {
+        TraceAnswers answers(work);
+        single_rays(bvh_, cpu::find_simd_target("best")).trace(work, answers);
+        EXPECT_GT(count_hits(work, answers), 100u);
+        return answers;
+    }
+
+    test::TestScene scene_;
+    Bvh bvh_;
+    TraceWork primary_;
+    std::vector<Hit> hits_;
+};
+
+}  // namespace morphray::bench
