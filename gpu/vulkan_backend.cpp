@@ -205,7 +205,7 @@ void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     frame.hits.resize(pixel_count);
     frame.occlusion.assign(pixel_count, 0);
     frame.pixels.resize(pixel_count);
-    times_.trace_ms = 0;
+    times_.trace_ms = times_.secondary_ms = times_.shade_ms = 0;
     times_.rays = 0;
     // Regions are whole tiles: first as wide as the image or a row of them, then as high.
     const std::uint32_t tiles = passes_.size().tiles;
@@ -227,6 +227,7 @@ void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
             copy_region(region, frame);
         }
     }
+    times_.trace_ms += times_.secondary_ms + times_.shade_ms;
     times_.rays = count_rays(params, frame);
 }
 
@@ -262,7 +263,7 @@ void VulkanBackend::trace_region(const RegionArguments& region) {
     } else if (rays_per_hit(region.params) != 0) {
         trace_secondary(region);
     }
-    times_.trace_ms += context_.submit("shade", dispatch(kernels_.shade, region));
+    times_.shade_ms += context_.submit("shade", dispatch(kernels_.shade, region));
 }
 
 void VulkanBackend::trace_shadow_packets(const RegionArguments& region) {
@@ -270,7 +271,7 @@ void VulkanBackend::trace_shadow_packets(const RegionArguments& region) {
     arguments.tile_columns = (region.width + kPacketWidth - 1) / kPacketWidth;
     arguments.tile_count =
         arguments.tile_columns * ((region.height + kPacketHeight - 1) / kPacketHeight);
-    times_.trace_ms += passes_.run(
+    times_.secondary_ms += passes_.run(
         "trace shadow rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
             vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
             // Writer: the fill; writer after it: the kernel.
@@ -287,7 +288,7 @@ void VulkanBackend::trace_secondary(const RegionArguments& region) {
     arguments.x = region.x;
     arguments.y = region.y;
     arguments.width = region.width;
-    times_.trace_ms += passes_.select(
+    times_.secondary_ms += passes_.select(
         [&](VkCommandBuffer commands) {
             kernels_.select.dispatch(commands, region, region.tile_count);
         },
@@ -295,7 +296,7 @@ void VulkanBackend::trace_secondary(const RegionArguments& region) {
     if (arguments.seen_count == 0) return;
     const std::uint32_t samples = rays_per_hit(region.params);
     for (; arguments.sample_index < samples; ++arguments.sample_index) {
-        times_.trace_ms += passes_.run(
+        times_.secondary_ms += passes_.run(
             "trace secondary rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
                 kernels_.occlusion.dispatch(commands, arguments, groups_of(arguments.seen_count));
             });
