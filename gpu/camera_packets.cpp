@@ -49,16 +49,15 @@ PacketArguments packet_arguments(const RegionArguments& region) {
         camera.du.x * rows[0][0] + camera.du.y * rows[0][1] + camera.du.z * rows[0][2];
     float* const out[] = {arguments.row_x, arguments.row_y, arguments.row_z};
     for (int k = 0; k < 3; ++k) {
-        for (int axis = 0; axis < 3; ++axis)
-            out[k][axis] = static_cast<float>(rows[k][axis] / det);
+        for (int axis = 0; axis < 3; ++axis) out[k][axis] = static_cast<float>(rows[k][axis] / det);
     }
     const auto right = static_cast<float>(region.x + region.width + kPacketWidth);
     const auto bottom = static_cast<float>(region.y + region.height + kPacketHeight);
     for (int axis = 0; axis < 3; ++axis) {
-        arguments.direction_size = std::max(
-            arguments.direction_size, std::abs(camera.corner[axis]) +
-                                          std::abs(camera.du[axis]) * right +
-                                          std::abs(camera.dv[axis]) * bottom);
+        arguments.direction_size =
+            std::max(arguments.direction_size, std::abs(camera.corner[axis]) +
+                                                   std::abs(camera.du[axis]) * right +
+                                                   std::abs(camera.dv[axis]) * bottom);
     }
     return arguments;
 }

@@ -28,8 +28,7 @@ Pipeline traversal(Context& context, const Pipeline::Source& source, const Tunin
 Pipeline packets(Context& context, const Pipeline::Source& source, const Tuning& tuning,
                  std::uint32_t lanes, std::uint32_t step_budget) {
     if (lanes == 0) return {};
-    const std::uint32_t steps =
-        tuning.step_budget < kStepBudget ? tuning.step_budget : step_budget;
+    const std::uint32_t steps = tuning.step_budget < kStepBudget ? tuning.step_budget : step_budget;
     const std::uint32_t constants[] = {steps, lanes, packet_run(context.physical())};
     static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 && kConstantPacketRun == 2);
     return Pipeline(context, source, constants);
@@ -82,15 +81,14 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                      {kBindNodes, kBindLeaves, kBindHits, kBindOcclusion, kBindWork, kBindStates},
                      sizeof(ResumeArguments)},
                     tuning)),
-      shade(context,
-            {"shade",
-             k_shade_spirv,
-             {kBindPositions, kBindTriangles, kBindHits, kBindOcclusion, kBindPixels},
-             sizeof(RegionArguments)}),
+      shade(context, {"shade",
+                      k_shade_spirv,
+                      {kBindPositions, kBindTriangles, kBindHits, kBindOcclusion, kBindPixels},
+                      sizeof(RegionArguments)}),
       refit_leaves(context, {"refit leaves",
                              k_refit_leaves_spirv,
-                             {kBindPositions, kBindLeafVertices, kBindLeafParents,
-                              kBindNodesOut, kBindLeavesOut},
+                             {kBindPositions, kBindLeafVertices, kBindLeafParents, kBindNodesOut,
+                              kBindLeavesOut},
                              sizeof(RefitArguments)}),
       refit_nodes(context, {"refit nodes",
                             k_refit_nodes_spirv,
@@ -98,8 +96,8 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                             sizeof(RefitArguments)}) {}
 
 void Kernels::bind(const Bindings& bindings) {
-    for (Pipeline* p :
-         {&primary, &primary_packet, &shadow_packet, &rays, &select, &occlusion, &resume, &shade, &refit_leaves, &refit_nodes}) {
+    for (Pipeline* p : {&primary, &primary_packet, &shadow_packet, &rays, &select, &occlusion,
+                        &resume, &shade, &refit_leaves, &refit_nodes}) {
         p->bind(bindings);
     }
 }

@@ -57,8 +57,7 @@ SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh)
       level_begin(bvh.level_begin),
       nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadAndWritten)),
       leaves(filled(context, transfer, "leaves", bvh.leaves, kFourWords, kReadAndWritten)),
-      leaf_vertices(
-          filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords)),
+      leaf_vertices(filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords)),
       leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents)),
       node_parents(filled(context, transfer, "node parents", bvh.node_parents)),
       nodes_out(texel_view(context, "nodes, written", nodes.buffer, kWord)),

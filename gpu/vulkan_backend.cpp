@@ -239,8 +239,7 @@ std::uint32_t VulkanBackend::packet_groups(std::uint32_t packets) const {
 std::function<void(VkCommandBuffer)> VulkanBackend::camera_packets(
     const RegionArguments& region) const {
     return [this, arguments = packet_arguments(region)](VkCommandBuffer commands) {
-        kernels_.primary_packet.dispatch(commands, arguments,
-                                         packet_groups(arguments.tile_count));
+        kernels_.primary_packet.dispatch(commands, arguments, packet_groups(arguments.tile_count));
     };
 }
 
@@ -252,12 +251,11 @@ void VulkanBackend::trace_region(const RegionArguments& region) {
     };
     RegionArguments rest = region;
     rest.unfinished_only = 1;
-    times_.trace_ms +=
-        kernels_.packet_lanes == 0
-            ? passes_.run("trace camera rays", kernels_, scene_, false,
-                          dispatch(kernels_.primary, region))
-            : passes_.run("trace camera rays", kernels_, scene_, false, camera_packets(region),
-                          dispatch(kernels_.primary, rest));
+    times_.trace_ms += kernels_.packet_lanes == 0
+                           ? passes_.run("trace camera rays", kernels_, scene_, false,
+                                         dispatch(kernels_.primary, region))
+                           : passes_.run("trace camera rays", kernels_, scene_, false,
+                                         camera_packets(region), dispatch(kernels_.primary, rest));
     if (region.params.rays == kRaysShadow && kernels_.packet_lanes != 0) {
         trace_shadow_packets(region);
     } else if (rays_per_hit(region.params) != 0) {
@@ -271,8 +269,8 @@ void VulkanBackend::trace_shadow_packets(const RegionArguments& region) {
     arguments.tile_columns = (region.width + kPacketWidth - 1) / kPacketWidth;
     arguments.tile_count =
         arguments.tile_columns * ((region.height + kPacketHeight - 1) / kPacketHeight);
-    times_.secondary_ms += passes_.run(
-        "trace shadow rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
+    times_.secondary_ms +=
+        passes_.run("trace shadow rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
             vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
             // Writer: the fill; writer after it: the kernel.
             barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
