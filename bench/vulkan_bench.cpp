@@ -80,7 +80,7 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
     const TraceAnswers theirs = embree->answers();
     for (std::size_t peer = 1; peer < std::size(contenders); ++peer) {
         Row row = row_of(rig, scene, work, theirs);
-        row.tracer = "vulkan, " + vulkan.description();
+        row.tracer = "packets";
         row.target = "vulkan";
         row.peer = contenders[peer].name;
         row.mismatches = compare_answers(work, mine, peer == 1 ? reference_answers : theirs);
@@ -97,14 +97,14 @@ void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan
     Bvh bvh = scene.bvh;
     std::size_t round = 0;
     const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
-    const Contender contenders[] = {
-        {"vulkan", {}, [&] { vulkan.refit(frame()); }},
-        {"cpu-refit-1t",
-         {},
-         [&] { one_thread.execute([&] { refit.refit(bvh, frame()); }), ++round; }}};
+    const Contender contenders[] = {{"vulkan", {}, [&] { vulkan.refit(frame()); }},
+                                    {"cpu-refit-1t", {}, [&] {
+                                         one_thread.execute([&] { refit.refit(bvh, frame()); }),
+                                             ++round;
+                                     }}};
     const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
     Row row = row_of(rig, scene, "refit");
-    row.tracer = "vulkan, " + vulkan.description();
+    row.tracer = "levels";
     row.target = "vulkan";
     row.peer = contenders[1].name;
     set_times(row, samples[0], samples[1], Unit::kNsPerTriangle, row.triangles);

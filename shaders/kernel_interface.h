@@ -22,7 +22,7 @@ SHARED_CONST uint kBindRays = 7u;          // RGBA32UI, two a ray
 SHARED_CONST uint kBindSeen = 8u;          // R32UI: pixels that show something
 // Storage texel buffers, over the same memory as 0 and 1.
 SHARED_CONST uint kBindNodesOut = 9u;    // R32UI
-SHARED_CONST uint kBindLeavesOut = 10u;   // R32UI
+SHARED_CONST uint kBindLeavesOut = 10u;  // R32UI
 // Storage buffers; no kernel uses more than the four that every device has.
 SHARED_CONST uint kBindHits = 11u;
 SHARED_CONST uint kBindOcclusion = 12u;
@@ -45,9 +45,9 @@ SHARED_CONST uint kTileSize = 8u;
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
 
-// Packets of camera rays are 16x8 pixels, one a cluster of lanes (specialisation constant 1: 4, 8 or
-// 16). Lavapipe's vectors are one cluster each; what a cluster does not count are the loops over its
-// vectors of rays, less than 200 a packet.
+// Packets of camera rays are 16x8 pixels, one a cluster of lanes (specialisation constant 1: 4, 8
+// or 16). Lavapipe's vectors are one cluster each; what a cluster does not count are the loops over
+// its vectors of rays, less than 200 a packet.
 SHARED_CONST uint kConstantPacketLanes = 1u;
 SHARED_CONST uint kPacketStepBudget = 40000u;
 // Of a packet of shadow rays, whose rays may have little in common.

@@ -1,5 +1,6 @@
 // One secondary ray for each pixel that shows something: the shadow ray, or ambient-occlusion ray
-// number args.sample_index. One ray a dispatch, because all loops of an invocation share one budget.
+// number args.sample_index. One ray a dispatch, because all loops of an invocation share one
+// budget.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"

@@ -3,7 +3,7 @@
 #ifndef SHADERS_PACKET_TRAVERSAL_GLSL
 #define SHADERS_PACKET_TRAVERSAL_GLSL
 
-#include "shaders/packet.glsl"
+#include "shaders/packet_leaf.glsl"
 
 const uint kAllTriangles = 0xFFFFu;
 

@@ -53,7 +53,8 @@ void read_arguments() {
 }
 
 uvec2 ray_pixel(uint v) {
-    return packet_origin + uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
+    return packet_origin +
+           uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
 }
 
 bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region_size.y; }
@@ -130,7 +131,6 @@ void begin_rays() {
     [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_vectors[i] = 0u;
 }
 
-// One triangle against all rays.
 uint trace_triangle(Setup s, uint name) {
     float x = float(lane & 3u) - 7.5f;
     float y = float(lane >> 2u) - 3.5f;
@@ -287,7 +287,8 @@ void settle_doubts(inout uint steps) {
 void main() {
     find_lane();
     uint group = spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x);
-    uint cluster = group * (kGroupSize / kLanes) + gl_SubgroupID * (gl_SubgroupSize / kLanes) + gl_SubgroupInvocationID / kLanes;
+    uint cluster = group * (kGroupSize / kLanes) + gl_SubgroupID * (gl_SubgroupSize / kLanes) +
+                   gl_SubgroupInvocationID / kLanes;
     uint packet = cluster * kPacketRun;
     uint end = min(packet + kPacketRun, args.tile_count);
     if (packet >= end) return;

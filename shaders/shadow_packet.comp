@@ -254,7 +254,8 @@ float least_q() {
 }
 
 /// Settles the doubts: the one of each ray, mostly, by the rule's plain path, a vector at a time;
-/// where that does not do and where there is another, by the whole rule, one of each lane at a time.
+/// where that does not do and where there is another, by the whole rule, one of each lane at a
+/// time.
 void settle_doubts() {
     uint first = 0u;
     uint second = 0u;
