@@ -137,7 +137,7 @@ std::string panels_of(const PolicyComparison& comparison, std::size_t index) {
 
 std::string scaling_panel(const PolicyReport& report) {
     Panel panel("refit with transfer", "triangles", "ns a triangle");
-    panel.set("set logscale x");
+    panel.set("set logscale xy");
     for (std::size_t b = 0; b < report.backends.size(); ++b) {
         const std::string& backend = report.backends[b].runs.front().backend;
         std::vector<std::string> rows;
@@ -157,7 +157,7 @@ std::string script_of(const PolicyReport& report, const std::string& file) {
     const std::size_t rows = report.backends.size() + (report.scaling.empty() ? 0 : 1);
     std::string text = fmt::format("set terminal {} size 1500,{}\nset multiplot layout {},3\n",
                                    ends_in_png(file) ? "png" : "svg", 400 * rows, rows);
-    text += "set key top left\nset grid\n";
+    text += "set key outside top center horizontal\nset grid\n";
     for (std::size_t b = 0; b < report.backends.size(); ++b)
         text += panels_of(report.backends[b], b);
     if (!report.scaling.empty()) text += scaling_panel(report);

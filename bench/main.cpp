@@ -24,7 +24,8 @@ struct SceneWorks {
 
 SceneWorks make_works(const BenchScene& scene, const BenchOptions& options) {
     SceneWorks works{make_primary_work(scene.params), {}, {}};
-    const bool shadow = options.wants("shadow") || options.wants("packet");
+    const bool shadow =
+        options.wants("shadow") || options.wants("packet") || options.wants("vulkan");
     const bool ao = options.wants("ao") || options.wants("packet");
     if (!shadow && !ao) return works;
     const std::vector<Hit> hits = reference_hits(scene.bvh, works.primary);
@@ -45,6 +46,10 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
         for (const TraceWork* work : {&works.primary, &*works.shadow, &*works.ao}) {
             bench_packet(rig, scene, *work);
         }
+    }
+    if (options.wants("vulkan")) {
+        const TraceWork* const traced[] = {&works.primary, &*works.shadow};
+        bench_vulkan(rig, scene, traced);
     }
     if (options.wants("refit")) bench_refit(rig, scene, works.primary);
     if (options.wants("build")) bench_build(rig, scene, works.primary);

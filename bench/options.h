@@ -18,7 +18,8 @@ inline ViewSpec few_ao_samples() {
     return view;
 }
 
-inline constexpr const char* kWorks[] = {"primary", "shadow", "ao", "refit", "build", "packet"};
+inline constexpr const char* kWorks[] = {"primary", "shadow", "ao",    "refit",
+                                         "build",   "packet", "vulkan"};
 
 struct BenchOptions {
     /// The built-in ones first; those given are added.

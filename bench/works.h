@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "bench/bench_scene.h"
@@ -40,6 +41,11 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
 /// Builds from nothing, against Embree's Morton, binned and spatial-split builds; `primary` as
 /// above.
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
+
+/// Traces the works, primary or shadow, on the Vulkan device, timed by its clock, against our
+/// scalar tracer and Embree's single rays; then refits there, upload included, against the CPU on
+/// one thread. Throws Error(kUnavailable) where there is no device.
+void bench_vulkan(const Rig& rig, const BenchScene& scene, std::span<const TraceWork* const> works);
 
 /// Traces a work with packets (ambient occlusion: batches) of every size, against single rays over
 /// the same tree.

@@ -19,6 +19,9 @@ struct BackendTimes {
     double upload_ms = 0;
     double refit_ms = 0;
     double trace_ms = 0;
+    /// Parts of trace_ms that a device tells apart: rays that start on surfaces, and shading.
+    double secondary_ms = 0;
+    double shade_ms = 0;
     std::uint64_t rays = 0;
     /// Leaves that the last refit wrote: 0 when no vertex had moved.
     std::uint64_t refitted_leaves = 0;

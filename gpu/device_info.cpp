@@ -97,6 +97,8 @@ std::string describe_1_1(PhysicalDevice& device) {
     device.max_allocation = maintenance.maxMemoryAllocationSize;
     device.info.uuid = hex(id.deviceUUID);
     device.info.subgroup_size = subgroup.subgroupSize;
+    device.has_shuffle = (subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0 &&
+                         (subgroup.supportedOperations & VK_SUBGROUP_FEATURE_SHUFFLE_BIT) != 0;
     if (has_driver) {
         device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
     }

@@ -18,6 +18,8 @@ struct PhysicalDevice {
     VkPhysicalDeviceMemoryProperties memory = {};
     VkDeviceSize max_allocation = 0;
     std::uint32_t queue_family = 0;
+    /// Whether compute kernels may read each other's registers within a subgroup.
+    bool has_shuffle = false;
     /// 0: no timestamps.
     std::uint32_t timestamp_bits = 0;
     /// Vulkan 1.1 has the rounding modes as an extension.

@@ -1,63 +1,94 @@
 #include "gpu/kernels.h"
 
+#include "gpu/camera_packets.h"
+
 #include <cstdint>
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
 #include "shaders/occlusion_spirv.h"
+#include "shaders/primary_packet_spirv.h"
 #include "shaders/primary_spirv.h"
 #include "shaders/rays_spirv.h"
 #include "shaders/refit_leaves_spirv.h"
 #include "shaders/refit_nodes_spirv.h"
 #include "shaders/resume_spirv.h"
+#include "shaders/select_spirv.h"
 #include "shaders/shade_spirv.h"
+#include "shaders/shadow_packet_spirv.h"
 
 namespace morphray::gpu {
 namespace {
 
-Pipeline traversal(Context& context, const Pipeline::Source& source, std::uint32_t step_budget) {
-    const std::uint32_t constants[] = {step_budget};
+Pipeline traversal(Context& context, const Pipeline::Source& source, const Tuning& tuning) {
+    const std::uint32_t constants[] = {tuning.step_budget};
     static_assert(kConstantStepBudget == 0);
+    return Pipeline(context, source, constants);
+}
+
+Pipeline packets(Context& context, const Pipeline::Source& source, const Tuning& tuning,
+                 std::uint32_t lanes, std::uint32_t step_budget) {
+    if (lanes == 0) return {};
+    const std::uint32_t steps = tuning.step_budget < kStepBudget ? tuning.step_budget : step_budget;
+    const std::uint32_t constants[] = {steps, lanes, packet_run(context.physical())};
+    static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 && kConstantPacketRun == 2);
     return Pipeline(context, source, constants);
 }
 
 }  // namespace
 
-Kernels::Kernels(Context& context, std::uint32_t step_budget)
-    : primary(traversal(context,
+Kernels::Kernels(Context& context, const Tuning& tuning)
+    : packet_lanes(gpu::packet_lanes(context.physical(), tuning)),
+      primary(traversal(context,
                         {"primary",
                          k_primary_spirv,
                          {kBindNodes, kBindLeaves, kBindHits, kBindWork},
                          sizeof(RegionArguments)},
-                        step_budget)),
+                        tuning)),
+      primary_packet(packets(context,
+                             {"primary packets",
+                              k_primary_packet_spirv,
+                              {kBindNodes, kBindLeaves, kBindHits, kBindWork},
+                              sizeof(PacketArguments)},
+                             tuning, packet_lanes, kPacketStepBudget)),
+      shadow_packet(packets(context,
+                            {"shadow packets",
+                             k_shadow_packet_spirv,
+                             {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindHits,
+                              kBindOcclusion, kBindWork},
+                             sizeof(RegionArguments)},
+                            tuning, packet_lanes, kShadowPacketStepBudget)),
       rays(traversal(context,
                      {"rays",
                       k_rays_spirv,
                       {kBindNodes, kBindLeaves, kBindRays, kBindHits, kBindWork},
                       sizeof(RaysArguments)},
-                     step_budget)),
+                     tuning)),
+      select(context, {"select",
+                       k_select_spirv,
+                       {kBindHits, kBindOcclusion, kBindSeenOut, kBindWork},
+                       sizeof(RegionArguments)}),
       occlusion(traversal(context,
                           {"occlusion",
                            k_occlusion_spirv,
-                           {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindHits,
-                            kBindOcclusion, kBindWork},
-                           sizeof(RegionArguments)},
-                          step_budget)),
+                           {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindSeen,
+                            kBindHits, kBindOcclusion, kBindWork},
+                           sizeof(OcclusionArguments)},
+                          tuning)),
       resume(
           traversal(context,
                     {"resume",
                      k_resume_spirv,
                      {kBindNodes, kBindLeaves, kBindHits, kBindOcclusion, kBindWork, kBindStates},
                      sizeof(ResumeArguments)},
-                    step_budget)),
-      shade(context,
-            {"shade",
-             k_shade_spirv,
-             {kBindPositions, kBindTriangles, kBindAlbedo, kBindHits, kBindOcclusion, kBindPixels},
-             sizeof(RegionArguments)}),
+                    tuning)),
+      shade(context, {"shade",
+                      k_shade_spirv,
+                      {kBindPositions, kBindTriangles, kBindHits, kBindOcclusion, kBindPixels},
+                      sizeof(RegionArguments)}),
       refit_leaves(context, {"refit leaves",
                              k_refit_leaves_spirv,
-                             {kBindLeaves, kBindPositions, kBindLeafVertices, kBindLeafParents,
-                              kBindNodesOut, kBindLeavesOut},
+                             {kBindPositions, kBindLeafVertices, kBindLeafParents, kBindNodesOut,
+                              kBindLeavesOut},
                              sizeof(RefitArguments)}),
       refit_nodes(context, {"refit nodes",
                             k_refit_nodes_spirv,
@@ -65,8 +96,8 @@ Kernels::Kernels(Context& context, std::uint32_t step_budget)
                             sizeof(RefitArguments)}) {}
 
 void Kernels::bind(const Bindings& bindings) {
-    for (Pipeline* p :
-         {&primary, &rays, &occlusion, &resume, &shade, &refit_leaves, &refit_nodes}) {
+    for (Pipeline* p : {&primary, &primary_packet, &shadow_packet, &rays, &select, &occlusion,
+                        &resume, &shade, &refit_leaves, &refit_nodes}) {
         p->bind(bindings);
     }
 }

@@ -6,13 +6,18 @@
 namespace morphray::gpu {
 
 struct Kernels {
-    explicit Kernels(Context& context, std::uint32_t step_budget);
+    Kernels(Context& context, const Tuning& tuning);
 
     /// No work may be under way.
     void bind(const Bindings& bindings);
 
+    /// Lanes of a packet; 0: there are no packet kernels.
+    std::uint32_t packet_lanes;
     Pipeline primary;
+    Pipeline primary_packet;
+    Pipeline shadow_packet;
     Pipeline rays;
+    Pipeline select;
     Pipeline occlusion;
     Pipeline resume;
     Pipeline shade;

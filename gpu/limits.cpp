@@ -45,17 +45,16 @@ void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
         over(fmt::format("the tree has {} levels, kernels have stacks for {}", scene.depth,
                          kMaxDepth));
     }
-    check_elements(device, "vertices", 3 * scene.vertices);
-    check_elements(device, "triangles", 3 * scene.triangles);
-    // Refit writes planes one by one.
+    check_elements(device, "vertices", scene.vertices);
+    check_elements(device, "triangles", scene.triangles);
+    // Refit writes planes and coordinates one by one.
     check_elements(device, "nodes", 4 * kNodeVec4s * scene.nodes);
-    check_elements(device, "leaves", kLeafVec4s * scene.leaves);
+    check_elements(device, "leaves", 4 * kLeafVec4s * scene.leaves);
     const std::uint64_t nodes = sizeof(Node) * scene.nodes;
     const std::uint64_t leaves = sizeof(Leaf) * scene.leaves;
-    const std::uint64_t vertices = 12 * scene.vertices;
-    const std::uint64_t triangles = 12 * scene.triangles;
-    const std::uint64_t rest =
-        4 * scene.triangles + 4 * scene.nodes + (4 * kLeafVertices + 4) * scene.leaves;
+    const std::uint64_t vertices = 16 * scene.vertices;
+    const std::uint64_t triangles = 16 * scene.triangles;
+    const std::uint64_t rest = 4 * scene.nodes + (4 * kLeafVertices + 4) * scene.leaves;
     check_bytes(device, std::max({nodes, leaves, vertices, triangles, rest}),
                 nodes + leaves + vertices + triangles + rest);
 }

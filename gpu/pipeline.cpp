@@ -136,6 +136,7 @@ Pipeline::Pipeline(Context& context, const Source& source,
 }
 
 void Pipeline::bind(const Bindings& bindings) {
+    if (used_.empty()) return;
     std::array<VkDescriptorBufferInfo, kBindingCount> buffers = {};
     std::vector<VkWriteDescriptorSet> writes;
     for (const std::uint32_t b : used_) {

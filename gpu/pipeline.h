@@ -29,6 +29,8 @@ public:
         std::uint32_t argument_bytes;
     };
 
+    /// None: neither bound nor dispatched.
+    Pipeline() = default;
     /// specialisation: values of the 32-bit constants 0, 1, ...; those that the kernel does not
     /// have are ignored.
     Pipeline(Context& context, const Source& source,

@@ -19,6 +19,8 @@ RayPasses::RayPasses(Context& context, const PassSize& size, std::uint32_t step_
       step_budget_(step_budget),
       rays_(context, "rays", sizeof(Ray) * size.rays(), VK_FORMAT_R32G32B32A32_UINT),
       hits_(context, "hits", sizeof(Hit) * size.rays(), kStorage, Memory::kDevice),
+      seen_(context, "pixels seen", 4 * size.rays(), VK_FORMAT_R32_UINT,
+            VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
       occlusion_(context, "occlusion", 4 * size.rays(), kStorage, Memory::kDevice),
       pixels_(context, "pixels", 4 * size.rays(), kStorage, Memory::kDevice),
       work_(context, "work", sizeof(WorkHeader) + sizeof(Suspended) * size.rays(), kStorage,
@@ -28,6 +30,8 @@ RayPasses::RayPasses(Context& context, const PassSize& size, std::uint32_t step_
 
 void RayPasses::add_to(Bindings& bindings) const {
     bindings.views[kBindRays] = rays_.view.get();
+    bindings.views[kBindSeen] = seen_.view.get();
+    bindings.buffers[kBindSeenOut] = seen_.buffer.get();
     bindings.buffers[kBindHits] = hits_.get();
     bindings.buffers[kBindOcclusion] = occlusion_.get();
     bindings.buffers[kBindPixels] = pixels_.get();
@@ -36,10 +40,21 @@ void RayPasses::add_to(Bindings& bindings) const {
 }
 
 double RayPasses::run(const char* what, const Kernels& kernels, const SceneBuffers& scene,
-                      bool any_hit, const std::function<void(VkCommandBuffer)>& dispatch) {
+                      bool any_hit, const std::function<void(VkCommandBuffer)>& dispatch,
+                      const std::function<void(VkCommandBuffer)>& rest) {
     const Outcome outcome = submit(what, 0, dispatch);
+    if ((outcome.header.status & kStatusUnfinished) != 0) {
+        return outcome.device_ms + run(what, kernels, scene, any_hit, rest);
+    }
     if (outcome.header.suspended_count == 0) return outcome.device_ms;
     return outcome.device_ms + resume(kernels, scene, any_hit, outcome.header.suspended_count);
+}
+
+double RayPasses::select(const std::function<void(VkCommandBuffer)>& dispatch,
+                         std::uint32_t& seen_count) {
+    const Outcome outcome = submit("select pixels", 0, dispatch);
+    seen_count = outcome.header.seen_count;
+    return outcome.device_ms;
 }
 
 RayPasses::Outcome RayPasses::submit(const char* what, VkDeviceSize reset_offset,

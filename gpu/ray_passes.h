@@ -25,8 +25,13 @@ public:
     /// Runs one dispatch of rays and, for those that ran out of steps, as many rounds of `resume`
     /// as it takes. any_hit: what the rays ask for. Returns the time on the device in
     /// milliseconds. Throws Error(kInternal) rather than leave a wrong answer.
+    /// rest: dispatches rays that `dispatch` left unfinished, if it can.
     double run(const char* what, const Kernels& kernels, const SceneBuffers& scene, bool any_hit,
-               const std::function<void(VkCommandBuffer)>& dispatch);
+               const std::function<void(VkCommandBuffer)>& dispatch,
+               const std::function<void(VkCommandBuffer)>& rest = {});
+
+    /// Runs a dispatch of `select`. seen_count: the pixels that it listed.
+    double select(const std::function<void(VkCommandBuffer)>& dispatch, std::uint32_t& seen_count);
 
 private:
     struct Outcome {
@@ -43,6 +48,7 @@ private:
     std::uint32_t step_budget_;
     TexelBuffer rays_;
     Buffer hits_;
+    TexelBuffer seen_;
     Buffer occlusion_;
     Buffer pixels_;
     Buffer work_;

@@ -26,9 +26,16 @@ TexelBuffer filled(Context& context, Transfer& transfer, const char* name, const
     return texels;
 }
 
-}  // namespace
+/// Three vertices and the albedo of each triangle.
+std::vector<uvec4> with_albedo(const Topology& topology) {
+    std::vector<uvec4> texels(topology.triangles.size());
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+        texels[i] = uvec4(topology.triangles[i], topology.albedo[i]);
+    }
+    return texels;
+}
 
-static_assert(sizeof(vec3) == 12 && sizeof(uvec3) == 12, "both travel as three words");
+}  // namespace
 
 TexelBuffer::TexelBuffer(Context& context, const char* name, VkDeviceSize size, VkFormat format,
                          VkBufferUsageFlags usage)
@@ -39,9 +46,8 @@ SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology&
                            std::span<const vec3> positions, const Bvh& bvh)
     : vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
-      positions_(context, "positions", positions.size_bytes(), kWord),
-      triangles_(filled(context, transfer, "triangles", topology.triangles)),
-      albedo_(filled(context, transfer, "albedo", topology.albedo)),
+      positions_(context, "positions", sizeof(uvec4) * positions.size(), kFourWords),
+      triangles_(filled(context, transfer, "triangles", with_albedo(topology), kFourWords)),
       tree_(context, transfer, bvh) {
     set_positions(transfer, positions);
 }
@@ -51,24 +57,24 @@ SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh)
       level_begin(bvh.level_begin),
       nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadAndWritten)),
       leaves(filled(context, transfer, "leaves", bvh.leaves, kFourWords, kReadAndWritten)),
-      leaf_vertices(filled(context, transfer, "leaf vertices", bvh.leaf_vertices)),
+      leaf_vertices(filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords)),
       leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents)),
       node_parents(filled(context, transfer, "node parents", bvh.node_parents)),
       nodes_out(texel_view(context, "nodes, written", nodes.buffer, kWord)),
-      leaves_out(texel_view(context, "leaves, written", leaves.buffer, kFourWords)) {
+      leaves_out(texel_view(context, "leaves, written", leaves.buffer, kWord)) {
     assert(level_begin.back() == bvh.nodes.size());
 }
 
 void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions) {
     assert(positions.size() == vertex_count_);
-    transfer.upload(std::as_bytes(positions), positions_.buffer);
+    transfer.upload_padded(positions, positions_.buffer);
 }
 
 void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions,
                                  IndexRange range) {
     assert(positions.size() == vertex_count_ && range.end <= vertex_count_);
-    transfer.upload(std::as_bytes(positions.subspan(range.begin, range.end - range.begin)),
-                    positions_.buffer, range.begin * sizeof(vec3));
+    transfer.upload_padded(positions.subspan(range.begin, range.end - range.begin),
+                           positions_.buffer, range.begin);
 }
 
 void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh) {
@@ -91,7 +97,6 @@ AlignedVector<Node> SceneBuffers::read_nodes(Transfer& transfer) const {
 void SceneBuffers::add_to(Bindings& bindings) const {
     bindings.views[kBindPositions] = positions_.view.get();
     bindings.views[kBindTriangles] = triangles_.view.get();
-    bindings.views[kBindAlbedo] = albedo_.view.get();
     bindings.views[kBindNodes] = tree_.nodes.view.get();
     bindings.views[kBindLeaves] = tree_.leaves.view.get();
     bindings.views[kBindLeafVertices] = tree_.leaf_vertices.view.get();

@@ -67,7 +67,6 @@ private:
     std::uint32_t triangle_count_ = 0;
     TexelBuffer positions_;
     TexelBuffer triangles_;
-    TexelBuffer albedo_;
     Tree tree_;
 };
 

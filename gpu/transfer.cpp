@@ -23,18 +23,38 @@ void copy(Context& context, const Buffer& from, VkDeviceSize from_offset, const 
 Transfer::Transfer(Context& context)
     : context_(context), staging_(context, "staging", kStagingBytes, 0, Memory::kHost) {}
 
-void Transfer::upload(std::span<const std::byte> bytes, const Buffer& to, VkDeviceSize offset) {
-    assert(offset + bytes.size() <= to.size());
-    if (bytes.empty()) return;
+template <class Fill>
+void Transfer::write(std::size_t size, const Buffer& to, VkDeviceSize begin, Fill fill) {
+    assert(begin + size <= to.size());
     if (!to.mapped().empty()) {
-        std::memcpy(to.mapped().data() + offset, bytes.data(), bytes.size());
+        fill(to.mapped().subspan(begin, size), 0);
         return;
     }
-    for (std::size_t at = 0; at < bytes.size(); at += kStagingBytes) {
-        const std::size_t size = std::min<std::size_t>(bytes.size() - at, kStagingBytes);
-        std::memcpy(staging_.mapped().data(), bytes.data() + at, size);
-        copy(context_, staging_, 0, to, offset + at, size);
+    for (std::size_t at = 0; at < size; at += kStagingBytes) {
+        const std::size_t piece = std::min<std::size_t>(size - at, kStagingBytes);
+        fill(staging_.mapped().first(piece), at);
+        copy(context_, staging_, 0, to, begin + at, piece);
     }
+}
+
+void Transfer::upload(std::span<const std::byte> bytes, const Buffer& to) {
+    if (bytes.empty()) return;
+    write(bytes.size(), to, 0, [&](std::span<std::byte> out, std::size_t offset) {
+        std::memcpy(out.data(), bytes.data() + offset, out.size());
+    });
+}
+
+void Transfer::upload_padded(std::span<const vec3> points, const Buffer& to, std::size_t first) {
+    constexpr std::size_t kStride = 16;
+    static_assert(sizeof(vec3) == 12 && kStagingBytes % kStride == 0);
+    write(points.size() * kStride, to, first * kStride,
+          [&](std::span<std::byte> out, std::size_t offset) {
+              const vec3* point = points.data() + offset / kStride;
+              for (std::size_t at = 0; at < out.size(); at += kStride, ++point) {
+                  const vec4 padded(*point, 0.0f);
+                  std::memcpy(out.data() + at, &padded, kStride);
+              }
+          });
 }
 
 void Transfer::download(const Buffer& from, std::span<std::byte> bytes) {

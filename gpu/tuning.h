@@ -12,6 +12,8 @@ namespace morphray::gpu {
 struct Tuning {
     /// Loop iterations after which a lane suspends its ray, 1 to kStepBudget.
     std::uint32_t step_budget = kStepBudget;
+    /// Trace rays with a common origin in packets, where the device can.
+    bool use_packets = true;
     /// Tiles of 8x8 pixels, or 64 rays, traced by one dispatch: 2^18 rays bound both the memory of
     /// the answers and the time of a dispatch, far below the 2 s that drivers allow.
     std::uint32_t tiles_per_dispatch = 4096;

@@ -9,6 +9,7 @@
 
 #include "common/refit_plan.h"
 #include "common/tree_cost.h"
+#include "gpu/camera_packets.h"
 #include "gpu/kernels.h"
 #include "gpu/limits.h"
 #include "gpu/ray_passes.h"
@@ -56,7 +57,7 @@ public:
     VulkanBackend(const VulkanConfig& config, const Tuning& tuning)
         : context_(config, tuning),
           transfer_(context_),
-          kernels_(context_, tuning.step_budget),
+          kernels_(context_, tuning),
           passes_(context_, pass_size(context_.limits(), tuning), tuning.step_budget),
           scene_(context_, transfer_, Topology{}, {}, empty_tree()) {
         assert(tuning.step_budget >= 1 && tuning.step_budget <= kStepBudget);
@@ -81,7 +82,11 @@ private:
     void bind();
     void warm_up();
     void keep_links(const Bvh& bvh);
+    std::function<void(VkCommandBuffer)> camera_packets(const RegionArguments& region) const;
     void trace_region(const RegionArguments& region);
+    std::uint32_t packet_groups(std::uint32_t packets) const;
+    void trace_shadow_packets(const RegionArguments& region);
+    void trace_secondary(const RegionArguments& region);
     void copy_region(const RegionArguments& region, Frame& frame);
 
     const std::string name_ = "vulkan";
@@ -127,9 +132,14 @@ void VulkanBackend::warm_up() {
         RegionArguments nothing = {};
         nothing.tile_columns = 1;
         nothing.tile_count = 1;
-        for (const Pipeline* p : {&kernels_.primary, &kernels_.occlusion, &kernels_.shade}) {
+        for (const Pipeline* p : {&kernels_.primary, &kernels_.select, &kernels_.shade}) {
             dispatch(*p, nothing);
         }
+        if (kernels_.packet_lanes != 0) {
+            dispatch(kernels_.primary_packet, PacketArguments{});
+            dispatch(kernels_.shadow_packet, nothing);
+        }
+        dispatch(kernels_.occlusion, OcclusionArguments{});
         dispatch(kernels_.rays, RaysArguments{});
         dispatch(kernels_.resume, ResumeArguments{});
         dispatch(kernels_.refit_leaves, RefitArguments{});
@@ -213,7 +223,7 @@ void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     frame.hits.resize(pixel_count);
     frame.occlusion.assign(pixel_count, 0);
     frame.pixels.resize(pixel_count);
-    times_.trace_ms = 0;
+    times_.trace_ms = times_.secondary_ms = times_.shade_ms = 0;
     times_.rays = 0;
     // Regions are whole tiles: first as wide as the image or a row of them, then as high.
     const std::uint32_t tiles = passes_.size().tiles;
@@ -235,7 +245,20 @@ void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
             copy_region(region, frame);
         }
     }
+    times_.trace_ms += times_.secondary_ms + times_.shade_ms;
     times_.rays = count_rays(params, frame);
+}
+
+std::uint32_t VulkanBackend::packet_groups(std::uint32_t packets) const {
+    const std::uint32_t run = packet_run(context_.physical());
+    return groups_of((packets + run - 1) / run * kernels_.packet_lanes);
+}
+
+std::function<void(VkCommandBuffer)> VulkanBackend::camera_packets(
+    const RegionArguments& region) const {
+    return [this, arguments = packet_arguments(region)](VkCommandBuffer commands) {
+        kernels_.primary_packet.dispatch(commands, arguments, packet_groups(arguments.tile_count));
+    };
 }
 
 void VulkanBackend::trace_region(const RegionArguments& region) {
@@ -244,16 +267,56 @@ void VulkanBackend::trace_region(const RegionArguments& region) {
             pipeline.dispatch(commands, arguments, arguments.tile_count);
         };
     };
-    times_.trace_ms += passes_.run("trace camera rays", kernels_, scene_, false,
-                                   dispatch(kernels_.primary, region));
-    const std::uint32_t samples = rays_per_hit(region.params);
-    for (std::uint32_t sample = 0; sample < samples; ++sample) {
-        RegionArguments arguments = region;
-        arguments.sample_index = sample;
-        times_.trace_ms += passes_.run("trace secondary rays", kernels_, scene_, true,
-                                       dispatch(kernels_.occlusion, arguments));
+    RegionArguments rest = region;
+    rest.unfinished_only = 1;
+    times_.trace_ms += kernels_.packet_lanes == 0
+                           ? passes_.run("trace camera rays", kernels_, scene_, false,
+                                         dispatch(kernels_.primary, region))
+                           : passes_.run("trace camera rays", kernels_, scene_, false,
+                                         camera_packets(region), dispatch(kernels_.primary, rest));
+    if (region.params.rays == kRaysShadow && kernels_.packet_lanes != 0) {
+        trace_shadow_packets(region);
+    } else if (rays_per_hit(region.params) != 0) {
+        trace_secondary(region);
     }
-    times_.trace_ms += context_.submit("shade", dispatch(kernels_.shade, region));
+    times_.shade_ms += context_.submit("shade", dispatch(kernels_.shade, region));
+}
+
+void VulkanBackend::trace_shadow_packets(const RegionArguments& region) {
+    RegionArguments arguments = region;
+    arguments.tile_columns = (region.width + kPacketWidth - 1) / kPacketWidth;
+    arguments.tile_count =
+        arguments.tile_columns * ((region.height + kPacketHeight - 1) / kPacketHeight);
+    times_.secondary_ms +=
+        passes_.run("trace shadow rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
+            vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
+            // Writer: the fill; writer after it: the kernel.
+            barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT);
+            kernels_.shadow_packet.dispatch(commands, arguments,
+                                            packet_groups(arguments.tile_count));
+        });
+}
+
+void VulkanBackend::trace_secondary(const RegionArguments& region) {
+    OcclusionArguments arguments = {};
+    arguments.params = region.params;
+    arguments.x = region.x;
+    arguments.y = region.y;
+    arguments.width = region.width;
+    times_.secondary_ms += passes_.select(
+        [&](VkCommandBuffer commands) {
+            kernels_.select.dispatch(commands, region, region.tile_count);
+        },
+        arguments.seen_count);
+    if (arguments.seen_count == 0) return;
+    const std::uint32_t samples = rays_per_hit(region.params);
+    for (; arguments.sample_index < samples; ++arguments.sample_index) {
+        times_.secondary_ms += passes_.run(
+            "trace secondary rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
+                kernels_.occlusion.dispatch(commands, arguments, groups_of(arguments.seen_count));
+            });
+    }
 }
 
 /// The rows of a region, from a buffer of one T a pixel to the image.

@@ -13,23 +13,24 @@ SHARED_BEGIN
 // Uniform texel buffers. Floats travel as integers, so that no device may touch their bits.
 SHARED_CONST uint kBindNodes = 0u;         // RGBA32UI
 SHARED_CONST uint kBindLeaves = 1u;        // RGBA32UI
-SHARED_CONST uint kBindPositions = 2u;     // R32UI, three a vertex
-SHARED_CONST uint kBindTriangles = 3u;     // R32UI, three a triangle
-SHARED_CONST uint kBindAlbedo = 4u;        // R32UI
-SHARED_CONST uint kBindLeafVertices = 5u;  // R32UI
-SHARED_CONST uint kBindLeafParents = 6u;   // R32UI
-SHARED_CONST uint kBindNodeParents = 7u;   // R32UI
-SHARED_CONST uint kBindRays = 8u;          // RGBA32UI, two a ray
+SHARED_CONST uint kBindPositions = 2u;     // RGBA32UI, the last word 0
+SHARED_CONST uint kBindTriangles = 3u;     // RGBA32UI, three vertices and the albedo
+SHARED_CONST uint kBindLeafVertices = 4u;  // RGBA32UI, four a leaf
+SHARED_CONST uint kBindLeafParents = 5u;   // R32UI
+SHARED_CONST uint kBindNodeParents = 6u;   // R32UI
+SHARED_CONST uint kBindRays = 7u;          // RGBA32UI, two a ray
+SHARED_CONST uint kBindSeen = 8u;          // R32UI: pixels that show something
 // Storage texel buffers, over the same memory as 0 and 1.
 SHARED_CONST uint kBindNodesOut = 9u;    // R32UI
-SHARED_CONST uint kBindLeavesOut = 10u;  // RGBA32UI
+SHARED_CONST uint kBindLeavesOut = 10u;  // R32UI
 // Storage buffers; no kernel uses more than the four that every device has.
 SHARED_CONST uint kBindHits = 11u;
 SHARED_CONST uint kBindOcclusion = 12u;
 SHARED_CONST uint kBindPixels = 13u;
 SHARED_CONST uint kBindWork = 14u;
 SHARED_CONST uint kBindStates = 15u;
-SHARED_CONST uint kBindingCount = 16u;
+SHARED_CONST uint kBindSeenOut = 16u;
+SHARED_CONST uint kBindingCount = 17u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
@@ -38,14 +39,30 @@ SHARED_CONST uint kTileSize = 8u;
 // Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray.
 // Lavapipe stops all loops of one invocation together, silently, at 65,535 iterations; an
 // invocation there is a vector of at most 16 lanes, and each iteration is counted by at least one
-// of them. A lane passes its budget by less than 300 (a leaf, and a stack's worth of pops), saving
-// and loading a suspended ray and drawing a direction take fewer than 1000 for all lanes together:
-// 16 * (3500 + 300) + 1000 < 65,535.
+// of them. A lane passes its budget by less than 400 (a leaf, a stack's worth of pops, and all
+// triangles in doubt), saving and loading a suspended ray and drawing a direction take fewer than
+// 1000 for all lanes together: 16 * (3500 + 400) + 1000 < 65,535.
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
 
+// Packets of camera rays are 16x8 pixels, one a cluster of lanes (specialisation constant 1: 4, 8
+// or 16). Lavapipe's vectors are one cluster each; what a cluster does not count are the loops over
+// its vectors of rays, less than 200 a packet.
+SHARED_CONST uint kConstantPacketLanes = 1u;
+SHARED_CONST uint kPacketStepBudget = 40000u;
+// Of a packet of shadow rays, whose rays may have little in common.
+SHARED_CONST uint kShadowPacketStepBudget = 2000u;
+// How many packets a cluster traces, one after the other.
+SHARED_CONST uint kConstantPacketRun = 2u;
+SHARED_CONST uint kPacketWidth = 16u;
+SHARED_CONST uint kPacketHeight = 8u;
+SHARED_CONST uint kPacketRays = 128u;
+
 // Bits of WorkHeader.status.
 SHARED_CONST uint kStatusStackOverflow = 1u;
+// Some packets were given up; the hits of their rays are kUnfinishedPrim.
+SHARED_CONST uint kStatusUnfinished = 2u;
+SHARED_CONST uint kUnfinishedPrim = 0xFFFFFFFEu;
 
 /// Begins the work buffer. A pass over rays starts with all of it 0.
 struct WorkHeader {
@@ -54,7 +71,8 @@ struct WorkHeader {
     uint suspended_count;
     /// Rays that a round of `resume` left unfinished.
     uint unfinished_count;
-    uint pad;
+    /// Pixels that `select` found to show something.
+    uint seen_count;
 };
 
 /// A ray to be traced again in rounds, and where its answer goes.
@@ -76,7 +94,7 @@ SHARED_CONST uint kStateBestV = 5u;
 SHARED_CONST uint kStateStack = 6u;
 SHARED_CONST uint kStateUints = 488u;  // kStateStack + 2 * kMaxStack
 
-/// Push constants of the kernels that work on a part of an image: `primary`, `occlusion`, `shade`.
+/// Push constants of the kernels that work on a part of an image: `primary`, `select`, `shade`.
 /// Answers are stored row by row within the region.
 struct RegionArguments {
     ImageParams params;
@@ -86,9 +104,37 @@ struct RegionArguments {
     uint height;
     uint tile_columns;
     uint tile_count;
+    /// 1: only what packets left unfinished.
+    uint unfinished_only;
+    uint pad;
+};
+
+/// Push constants of `occlusion`, which works on the list of pixels that `select` made of a region.
+struct OcclusionArguments {
+    ImageParams params;
+    uint x;
+    uint y;
+    uint width;
+    uint seen_count;
     /// Which ambient-occlusion ray; 0 for a shadow ray.
     uint sample_index;
-    uint pad;
+};
+
+/// Push constants of `primary_packet`. The rows are those of the inverse of the matrix with columns
+/// du, dv and corner, roughly: a direction's row_x / row_z and row_y / row_z are its pixel.
+struct PacketArguments {
+    Camera camera;
+    uint x;
+    uint y;
+    uint width;
+    uint height;
+    uint tile_columns;
+    uint tile_count;
+    float row_x[3];
+    float row_y[3];
+    float row_z[3];
+    /// Bounds the components of |corner| + |du| (x + 0.5) + |dv| (y + 0.5).
+    float direction_size;
 };
 
 /// Push constants of `rays`.
@@ -117,6 +163,7 @@ namespace morphray {
 static_assert(sizeof(WorkHeader) == 16 && sizeof(Suspended) == 48);
 static_assert(kStateUints == kStateStack + 2 * kMaxStack);
 static_assert(sizeof(RegionArguments) == 128, "the push constants that every device has");
+static_assert(sizeof(PacketArguments) == 128);
 }  // namespace morphray
 #endif
 

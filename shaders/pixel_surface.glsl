@@ -6,9 +6,9 @@
 #include "common/interop/surface.h"
 #include "shaders/scene.glsl"
 
-Surface pixel_surface(Ray ray, Hit hit) {
-    return surface_at(ray, hit, triangle_vertex(hit.prim_id, 0u),
-                      triangle_vertex(hit.prim_id, 1u), triangle_vertex(hit.prim_id, 2u));
+Surface pixel_surface(Ray ray, Hit hit, uvec4 triangle) {
+    return surface_at(ray, hit, scene_vertex(triangle.x), scene_vertex(triangle.y),
+                      scene_vertex(triangle.z));
 }
 
 #endif  // SHADERS_PIXEL_SURFACE_GLSL

@@ -4,17 +4,11 @@
 #define SHADERS_REGION_GLSL
 
 #include "shaders/kernel_interface.h"
+#include "shaders/spread.glsl"
 
 layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
-
-/// Neighbouring workgroups go to the two halves of the grid in turn: lavapipe gives each thread one
-/// contiguous half (quarter, ...) of it, and pictures are busier in some places than in others.
-uint spread_group(uint group, uint count) {
-    uint half_count = (count + 1u) / 2u;
-    return group < half_count ? 2u * group : 2u * (group - half_count) + 1u;
-}
 
 /// The lane's pixel within the region.
 uvec2 region_pixel() {

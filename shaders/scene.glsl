@@ -7,11 +7,9 @@
 layout(binding = kBindPositions) uniform usamplerBuffer positions;
 layout(binding = kBindTriangles) uniform usamplerBuffer triangles;
 
-vec3 triangle_vertex(uint prim_id, uint i) {
-    uint v = 3u * texelFetch(triangles, int(3u * prim_id + i)).x;
-    return uintBitsToFloat(uvec3(texelFetch(positions, int(v)).x,
-                                 texelFetch(positions, int(v + 1u)).x,
-                                 texelFetch(positions, int(v + 2u)).x));
-}
+/// Three vertices and the albedo.
+uvec4 scene_triangle(uint prim_id) { return texelFetch(triangles, int(prim_id)); }
+
+vec3 scene_vertex(uint v) { return uintBitsToFloat(texelFetch(positions, int(v)).xyz); }
 
 #endif  // SHADERS_SCENE_GLSL

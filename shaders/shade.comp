@@ -7,7 +7,6 @@
 #include "shaders/pixel_surface.glsl"
 #include "shaders/region.glsl"
 
-layout(binding = kBindAlbedo) uniform usamplerBuffer albedo;
 layout(std430, binding = kBindHits) readonly buffer Hits { Hit hits[]; };
 layout(std430, binding = kBindOcclusion) readonly buffer Occlusion { uint occlusion[]; };
 layout(std430, binding = kBindPixels) writeonly buffer Pixels { uint pixels[]; };
@@ -21,9 +20,10 @@ void main() {
     Hit hit = hits[index];
     if (hit.prim_id != kNoPrim) {
         Ray ray = camera_ray(args.params.camera, args.x + pixel.x, y);
-        Surface s = pixel_surface(ray, hit);
+        uvec4 triangle = scene_triangle(hit.prim_id);
+        Surface s = pixel_surface(ray, hit, triangle);
         uint occluded = args.params.rays == kRaysPrimary ? 0u : occlusion[index];
-        colour = shade(args.params, ray, s, texelFetch(albedo, int(hit.prim_id)).x, occluded);
+        colour = shade(args.params, ray, s, triangle.w, occluded);
     }
     pixels[index] = colour;
 }

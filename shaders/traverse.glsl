@@ -1,7 +1,12 @@
 // One ray a lane over the shared layout, depth first, nearest child next. The answer is that of the
 // hit rule (common/interop/triangle.h); the order in which boxes are visited cannot change it.
+//
+// Some devices mask branches instead of jumping over them and run the body of a loop at least once,
+// a `while` once more than that: hence `do`, and nests in which most bodies have something to do.
 #ifndef SHADERS_TRAVERSE_GLSL
 #define SHADERS_TRAVERSE_GLSL
+
+#extension GL_EXT_control_flow_attributes : require
 
 #include "common/interop/slab.h"
 #include "common/interop/triangle.h"
@@ -107,12 +112,14 @@ void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint nod
 uint pop(inout Traversal t) {
     uint steps = 0u;
     t.current = kEmptyChild;
-    while (t.current == kEmptyChild && t.stack_size > 0u) {
-        --t.stack_size;
+    do {
+        bool is_any = t.stack_size > 0u;
+        t.stack_size -= is_any ? 1u : 0u;
         uvec2 entry = stack[t.stack_size];
-        t.current = uintBitsToFloat(entry.y) > t.best.t ? kEmptyChild : entry.x;
+        bool is_near = is_any && uintBitsToFloat(entry.y) <= t.best.t;
+        t.current = is_near ? entry.x : kEmptyChild;
         ++steps;
-    }
+    } while (t.current == kEmptyChild && t.stack_size > 0u);
     return steps;
 }
 
@@ -144,34 +151,108 @@ void leaf_triangle(uint leaf_at, uint i, out vec3 a, out vec3 b, out vec3 c) {
     c = leaf_vertex(leaf_at, corner(corners, 2u));
 }
 
-/// The cheap test for all triangles, then the rule for those that are left: where branches are
-/// masks, the rule would otherwise cost its full price for every triangle. any_hit: a hit ends the
-/// traversal.
+/// Leaves with triangles (as bits) of which plain floats cannot tell whether the ray hits them: a
+/// queue in registers, its end 0 as long as there is room. To ask the rule at once would cost all
+/// lanes its full price for the few that need it, where branches are masks.
+const uint kMaxDoubts = 4u;
+uint doubt_leaves[kMaxDoubts];
+uint doubt_triangles[kMaxDoubts];
+
+bool has_room() { return doubt_triangles[kMaxDoubts - 1u] == 0u; }
+
+void clear_doubts() {
+    [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_triangles[i] = 0u;
+}
+
+void note_doubts(uint leaf, uint triangles) {
+    bool is_any = triangles != 0u;
+    [[unroll]] for (uint i = 1u; i < kMaxDoubts; ++i) {
+        uint to = kMaxDoubts - i;
+        doubt_leaves[to] = is_any ? doubt_leaves[to - 1u] : doubt_leaves[to];
+        doubt_triangles[to] = is_any ? doubt_triangles[to - 1u] : doubt_triangles[to];
+    }
+    doubt_leaves[0] = is_any ? leaf : doubt_leaves[0];
+    doubt_triangles[0] = is_any ? triangles : doubt_triangles[0];
+}
+
+uint leaf_prim(uint leaf_at, uint i) {
+    return texelFetch(leaves, int(leaf_at + kLeafPrimIds + i / 4u))[i % 4u];
+}
+
+void take_hit(inout Traversal t, TriangleHit hit, uint prim_id, bool is_hit) {
+    bool is_better = is_hit && wins(hit.t, prim_id, t.best.t, t.best_prim);
+    t.best.t = is_better ? hit.t : t.best.t;
+    t.best.u = is_better ? hit.u : t.best.u;
+    t.best.v = is_better ? hit.v : t.best.v;
+    t.best_prim = is_better ? prim_id : t.best_prim;
+}
+
+/// The rule's plain path for a triangle that surely_inside holds for.
+bool plain_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
+    vec3 pa = project_fast(sheared, a);
+    vec3 pb = project_fast(sheared, b);
+    vec3 pc = project_fast(sheared, c);
+    bool in_range = weighted_hit(sheared, ray.tnear, ray.tfar, fast_edges(pa, pb, pc), pa.z, pb.z,
+                                 pc.z, hit);
+    return in_range && finite_vertices(a, b, c);
+}
+
+/// Takes the triangles that the ray surely goes through, and notes those that it may go through.
 uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
-    uint at = (t.current & ~kLeafBit) * kLeafVec4s;
+    uint leaf = t.current & ~kLeafBit;
+    uint at = leaf * kLeafVec4s;
     uint count = corner_triangle_count(texelFetch(leaves, int(at)).w);
-    uint steps = 1u + count;
-    uint candidates = 0u;
+    uint inside = 0u;
+    uint doubtful = 0u;
     vec3 a, b, c;
-    for (uint i = 0u; i < count; ++i) {
+    uint i = 0u;
+    do {
         leaf_triangle(at, i, a, b, c);
-        candidates |= may_hit_triangle(sheared, a, b, c) ? 1u << i : 0u;
-    }
-    while (candidates != 0u) {
-        uint i = uint(findLSB(candidates));
-        candidates &= candidates - 1u;
-        ++steps;
+        Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
+                             project_fast(sheared, c));
+        bool is_sure = surely_inside(sheared, e);
+        inside |= is_sure ? 1u << i : 0u;
+        doubtful |= may_be_inside(e) && !is_sure ? 1u << i : 0u;
+        ++i;
+    } while (i < count);
+    uint steps = 2u + count;
+    do {
+        i = uint(findLSB(inside)) & 15u;
         leaf_triangle(at, i, a, b, c);
-        uint prim_id = texelFetch(leaves, int(at + kLeafPrimIds + i / 4u))[i % 4u];
         TriangleHit hit;
-        if (intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit) &&
-            wins(hit.t, prim_id, t.best.t, t.best_prim)) {
-            t.best = hit;
-            t.best_prim = prim_id;
-        }
-    }
+        bool is_hit = plain_hit(ray, sheared, a, b, c, hit);
+        take_hit(t, hit, leaf_prim(at, i), is_hit && inside != 0u);
+        inside &= inside - 1u;
+        ++steps;
+    } while (inside != 0u);
+    note_doubts(leaf, doubtful);
     if (any_hit && t.best_prim != kNoPrim) t.stack_size = 0u;
     return steps + pop(t);
+}
+
+/// The rule for the triangles in doubt.
+uint settle_doubts(inout Traversal t, Ray ray, ShearedRay sheared) {
+    uint steps = 0u;
+    do {
+        uint triangles = doubt_triangles[0];
+        bool is_any = triangles != 0u;
+        uint i = uint(findLSB(triangles)) & 15u;
+        uint at = is_any ? doubt_leaves[0] * kLeafVec4s : 0u;
+        doubt_triangles[0] = triangles & (triangles - 1u);
+        bool is_next = doubt_triangles[0] == 0u;
+        [[unroll]] for (uint k = 1u; k < kMaxDoubts; ++k) {
+            doubt_leaves[k - 1u] = is_next ? doubt_leaves[k] : doubt_leaves[k - 1u];
+            doubt_triangles[k - 1u] = is_next ? doubt_triangles[k] : doubt_triangles[k - 1u];
+        }
+        doubt_triangles[kMaxDoubts - 1u] = is_next ? 0u : doubt_triangles[kMaxDoubts - 1u];
+        vec3 a, b, c;
+        leaf_triangle(at, i, a, b, c);
+        TriangleHit hit;
+        bool is_hit = intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+        take_hit(t, hit, leaf_prim(at, i), is_hit && is_any);
+        ++steps;
+    } while (doubt_triangles[0] != 0u);
+    return steps;
 }
 
 /// Continues until the answer is known or the lane's steps are used up; see finished(). Any-hit
@@ -179,17 +260,28 @@ uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
 void traverse(inout Traversal t, Ray ray, bool any_hit) {
     NodeRay boxes = node_ray(slab_ray(ray.org, ray.dir));
     ShearedRay sheared = shear_ray(ray.org, ray.dir);
+    clear_doubts();
     uint steps = 0u;
-    while (t.current != kEmptyChild && steps < kSteps) {
-        // kEmptyChild has kLeafBit set, so it ends both inner loops.
-        while ((t.current & kLeafBit) == 0u && steps < kSteps) {
-            steps += visit_node(t, boxes);
+    do {
+        do {
+            // kEmptyChild has kLeafBit set.
+            do {
+                if ((t.current & kLeafBit) == 0u) steps += visit_node(t, boxes);
+            } while ((t.current & kLeafBit) == 0u && steps < kSteps);
+            do {
+                if ((t.current & kLeafBit) != 0u && t.current != kEmptyChild) {
+                    steps += visit_leaf(t, ray, sheared, any_hit);
+                }
+            } while ((t.current & kLeafBit) != 0u && t.current != kEmptyChild && has_room() &&
+                     steps < kSteps);
+            steps += 3u;
+        } while (t.current != kEmptyChild && has_room() && steps < kSteps);
+        steps += 1u + settle_doubts(t, ray, sheared);
+        if (any_hit && t.best_prim != kNoPrim) {
+            t.current = kEmptyChild;
+            t.stack_size = 0u;
         }
-        while ((t.current & kLeafBit) != 0u && t.current != kEmptyChild && steps < kSteps) {
-            steps += visit_leaf(t, ray, sheared, any_hit);
-        }
-        ++steps;
-    }
+    } while (t.current != kEmptyChild && steps < kSteps);
 }
 
 #endif  // SHADERS_TRAVERSE_GLSL

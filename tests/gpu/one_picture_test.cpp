@@ -48,6 +48,31 @@ void expect_same_images(Backend& actual, std::uint32_t width, std::uint32_t heig
 
 TEST(OnePicture, ImagesEqualBruteForce) { expect_same_images(*device(), 77, 53); }
 
+TEST(OnePicture, ImagesWithoutPacketsEqualBruteForce) {
+    gpu::Tuning tuning;
+    tuning.use_packets = false;
+    expect_same_images(*device(tuning), 61, 43);
+}
+
+// Several packets side by side and above each other, runs of them that end within the picture, and
+// rays that few of their packet share a surface with.
+TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
+    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
+    for (const TestScene& scene : {torus(128, 64), debris(4000, 5)}) {
+        const Bvh bvh = build_bvh(scene.topology, scene.positions);
+        for (Backend* backend : {vulkan.get(), cpu.get()}) {
+            backend->set_scene(scene.topology, scene.positions, bvh);
+        }
+        for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow}) {
+            Frame expected, traced;
+            cpu->trace_image(view(333, 217, rays), expected);
+            vulkan->trace_image(view(333, 217, rays), traced);
+            EXPECT_EQ(differing(expected, traced), 0u) << scene.name << ", rays " << rays;
+        }
+    }
+}
+
 TEST(OnePicture, ImagesInManyRegionsEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.tiles_per_dispatch = 3;

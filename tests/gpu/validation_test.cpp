@@ -104,13 +104,13 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
     EXPECT_TRUE(log.messages().empty()) << log.messages().front();
 }
 
-TEST(Lifetime, FiftyBackendsCanComeAndGo) {
+TEST(Lifetime, TwentyBackendsCanComeAndGo) {
     gpu::ValidationLog log;
     gpu::Tuning tuning;
     tuning.log = &log;
     const TestScene scene = torus(12, 8);
     const Bvh bvh = plain_tree(scene);
-    for (int i = 0; i < 50; ++i) {
+    for (int i = 0; i < 20; ++i) {
         const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
         backend->set_scene(scene.topology, scene.positions, bvh);
         Frame frame;

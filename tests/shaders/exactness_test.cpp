@@ -4,12 +4,15 @@
 #include <cstdint>
 
 #include "shaders/occlusion_spirv.h"
+#include "shaders/primary_packet_spirv.h"
 #include "shaders/primary_spirv.h"
 #include "shaders/rays_spirv.h"
 #include "shaders/refit_leaves_spirv.h"
 #include "shaders/refit_nodes_spirv.h"
 #include "shaders/resume_spirv.h"
+#include "shaders/select_spirv.h"
 #include "shaders/shade_spirv.h"
+#include "shaders/shadow_packet_spirv.h"
 #include "tests/shaders/evaluate_contracted_spirv.h"
 #include "tests/shaders/evaluate_spirv.h"
 #include "tests/support/spirv.h"
@@ -29,18 +32,31 @@ const Kernel kKernels[] = {
     {"refit_leaves", k_refit_leaves_spirv},
     {"refit_nodes", k_refit_nodes_spirv},
     {"resume", k_resume_spirv},
+    {"select", k_select_spirv},
     {"shade", k_shade_spirv},
     {"evaluate", k_evaluate_spirv},
 };
 
+/// What these compute outside the rule has bounds that hold in any order and fused or not.
+const Kernel kPacketKernels[] = {
+    {"primary_packet", k_primary_packet_spirv},
+    {"shadow_packet", k_shadow_packet_spirv},
+};
+
 class EveryKernel : public testing::TestWithParam<Kernel> {};
 
-TEST_P(EveryKernel, RoundsToNearestAndKeepsZerosInfinitiesAndNans) {
+void expect_modes(const Kernel& kernel) {
     constexpr std::uint32_t kRoundingModeRte = 4462;
     constexpr std::uint32_t kSignedZeroInfNanPreserve = 4461;
-    const SpirvModule module(GetParam().words);
-    EXPECT_TRUE(module.has_execution_mode(kRoundingModeRte, 32));
-    EXPECT_TRUE(module.has_execution_mode(kSignedZeroInfNanPreserve, 32));
+    const SpirvModule module(kernel.words);
+    EXPECT_TRUE(module.has_execution_mode(kRoundingModeRte, 32)) << kernel.name;
+    EXPECT_TRUE(module.has_execution_mode(kSignedZeroInfNanPreserve, 32)) << kernel.name;
+}
+
+TEST_P(EveryKernel, RoundsToNearestAndKeepsZerosInfinitiesAndNans) { expect_modes(GetParam()); }
+
+TEST(PacketKernels, RoundToNearestAndKeepZerosInfinitiesAndNans) {
+    for (const Kernel& kernel : kPacketKernels) expect_modes(kernel);
 }
 
 TEST_P(EveryKernel, ComputesWithExactOperationsOnly) {

@@ -9,6 +9,8 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
     Node node;
     Leaf leaf;
     RegionArguments region;
+    PacketArguments packet;
+    OcclusionArguments occlusion;
     RaysArguments rays;
     ResumeArguments resume;
     RefitArguments refit;
@@ -19,6 +21,6 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
 layout(std430, binding = kBindPixels) writeonly buffer Result { uint result; };
 
 void main() {
-    result = node.child[0] + leaf.prim_id[0] + region.x + rays.ray_count + resume.first +
+    result = node.child[0] + leaf.prim_id[0] + region.x + packet.x + occlusion.x + rays.ray_count + resume.first +
              refit.first + header.status + suspended.answer_index + hit.prim_id;
 }

@@ -39,7 +39,7 @@ TEST(SharedLayout, RaysAndHitsAgree) {
                        OFFSET(Suspended, pad0), OFFSET(Suspended, pad1), OFFSET(Suspended, pad2)}));
     EXPECT_EQ(in_kernel("WorkHeader"),
               (Offsets{OFFSET(WorkHeader, status), OFFSET(WorkHeader, suspended_count),
-                       OFFSET(WorkHeader, unfinished_count), OFFSET(WorkHeader, pad)}));
+                       OFFSET(WorkHeader, unfinished_count), OFFSET(WorkHeader, seen_count)}));
 }
 
 TEST(SharedLayout, ArgumentsAgree) {
@@ -56,8 +56,20 @@ TEST(SharedLayout, ArgumentsAgree) {
               (Offsets{OFFSET(RegionArguments, params), OFFSET(RegionArguments, x),
                        OFFSET(RegionArguments, y), OFFSET(RegionArguments, width),
                        OFFSET(RegionArguments, height), OFFSET(RegionArguments, tile_columns),
-                       OFFSET(RegionArguments, tile_count), OFFSET(RegionArguments, sample_index),
-                       OFFSET(RegionArguments, pad)}));
+                       OFFSET(RegionArguments, tile_count),
+                       OFFSET(RegionArguments, unfinished_only), OFFSET(RegionArguments, pad)}));
+    EXPECT_EQ(in_kernel("PacketArguments"),
+              (Offsets{OFFSET(PacketArguments, camera), OFFSET(PacketArguments, x),
+                       OFFSET(PacketArguments, y), OFFSET(PacketArguments, width),
+                       OFFSET(PacketArguments, height), OFFSET(PacketArguments, tile_columns),
+                       OFFSET(PacketArguments, tile_count), OFFSET(PacketArguments, row_x),
+                       OFFSET(PacketArguments, row_y), OFFSET(PacketArguments, row_z),
+                       OFFSET(PacketArguments, direction_size)}));
+    EXPECT_EQ(in_kernel("OcclusionArguments"),
+              (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),
+                       OFFSET(OcclusionArguments, y), OFFSET(OcclusionArguments, width),
+                       OFFSET(OcclusionArguments, seen_count),
+                       OFFSET(OcclusionArguments, sample_index)}));
     EXPECT_EQ(in_kernel("RaysArguments"), (Offsets{OFFSET(RaysArguments, ray_count)}));
     EXPECT_EQ(in_kernel("ResumeArguments"),
               (Offsets{OFFSET(ResumeArguments, first), OFFSET(ResumeArguments, count),

@@ -1,0 +1,65 @@
+#include "gpu/camera_packets.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace morphray::gpu {
+namespace {
+
+using Row = double[3];
+
+void cross(const vec3& p, const vec3& q, Row& out) {
+    out[0] = double{p.y} * q.z - double{p.z} * q.y;
+    out[1] = double{p.z} * q.x - double{p.x} * q.z;
+    out[2] = double{p.x} * q.y - double{p.y} * q.x;
+}
+
+}  // namespace
+
+std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning) {
+    constexpr std::uint32_t kFewest = 4;
+    constexpr std::uint32_t kMost = 16;
+    if (!tuning.use_packets || !device.has_shuffle) return 0;
+    const std::uint32_t size = device.info.subgroup_size;
+    if (size < kFewest) return 0;
+    return std::min(size, kMost);
+}
+
+std::uint32_t packet_run(const PhysicalDevice& device) {
+    // Where lanes are a CPU's, branches are masks, and a few threads are enough.
+    return device.info.type == "cpu" ? 8 : 1;
+}
+
+PacketArguments packet_arguments(const RegionArguments& region) {
+    const Camera& camera = region.params.camera;
+    PacketArguments arguments = {};
+    arguments.camera = camera;
+    arguments.x = region.x;
+    arguments.y = region.y;
+    arguments.width = region.width;
+    arguments.height = region.height;
+    arguments.tile_columns = (region.width + kPacketWidth - 1) / kPacketWidth;
+    arguments.tile_count =
+        arguments.tile_columns * ((region.height + kPacketHeight - 1) / kPacketHeight);
+    Row rows[3];
+    cross(camera.dv, camera.corner, rows[0]);
+    cross(camera.corner, camera.du, rows[1]);
+    cross(camera.du, camera.dv, rows[2]);
+    const double det =
+        camera.du.x * rows[0][0] + camera.du.y * rows[0][1] + camera.du.z * rows[0][2];
+    float* const out[] = {arguments.row_x, arguments.row_y, arguments.row_z};
+    for (int k = 0; k < 3; ++k) {
+        for (int axis = 0; axis < 3; ++axis) out[k][axis] = static_cast<float>(rows[k][axis] / det);
+    }
+    const auto right = static_cast<float>(region.x + region.width + kPacketWidth);
+    const auto bottom = static_cast<float>(region.y + region.height + kPacketHeight);
+    for (int axis = 0; axis < 3; ++axis) {
+        arguments.direction_size =
+            std::max(arguments.direction_size, std::abs(camera.corner[axis]) +
+                                                   std::abs(camera.du[axis]) * right +
+                                                   std::abs(camera.dv[axis]) * bottom);
+    }
+    return arguments;
+}
+
+}  // namespace morphray::gpu

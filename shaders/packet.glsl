@@ -1,0 +1,271 @@
+// Packets of rays with a common origin over the shared layout, one packet a cluster of lanes. Lanes
+// are in turn a node's children, a leaf's vertices, its triangles, and rays.
+//
+// Based on: I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes Using Dynamic Bounding
+// Volume Hierarchies. ACM TOG 26(1), 2007: packets far larger than a vector, one conservative test
+// of the whole packet a node, ordered descent. Triangles are set up as homogeneous edge functions
+// of the packet's own plane (M. Olano, T. Greer. Triangle scan conversion using 2D homogeneous
+// coordinates. 1997), so that no vertex beside or behind the eye needs clipping.
+//
+// Nothing here decides a hit. Edge functions and 1/z carry bounds of their distance from what the
+// hit rule (common/interop/triangle.h) computes; where a bound leaves a doubt, the rule is asked.
+// So all arithmetic but that of accurate_dot may be fused and reordered.
+//
+// Some devices mask branches instead of jumping over them, and run the body of a loop at least
+// once. So loops here are nested such that each body has something to do most times it is run.
+#ifndef SHADERS_PACKET_GLSL
+#define SHADERS_PACKET_GLSL
+
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_shuffle : require
+#extension GL_EXT_control_flow_attributes : require
+
+#include "common/interop/slab.h"
+#include "common/interop/triangle.h"
+#include "shaders/kernel_interface.h"
+
+/// Lanes of a cluster: 4, 8 or 16, a part of a subgroup.
+layout(constant_id = kConstantPacketLanes) const uint kLanes = 8u;
+layout(constant_id = kConstantStepBudget) const uint kSteps = kPacketStepBudget;
+/// Children, vertices or triangles that each lane has of 16.
+const uint kSlots = 16u / kLanes;
+
+layout(binding = kBindNodes) uniform usamplerBuffer nodes;
+layout(binding = kBindLeaves) uniform usamplerBuffer leaves;
+
+uint lane;        // within the cluster
+uint first_lane;  // of the cluster, within the subgroup
+
+void find_lane() {
+    lane = gl_SubgroupInvocationID & (kLanes - 1u);
+    first_lane = gl_SubgroupInvocationID - lane;
+}
+
+uint read_lane(uint x, uint from) { return subgroupShuffle(x, first_lane + from); }
+float read_lane(float x, uint from) { return subgroupShuffle(x, first_lane + from); }
+vec3 read_lane(vec3 v, uint from) {
+    return vec3(read_lane(v.x, from), read_lane(v.y, from), read_lane(v.z, from));
+}
+
+/// The built-in ones look for NaNs.
+float lesser(float a, float b) { return a < b ? a : b; }
+float greater(float a, float b) { return a > b ? a : b; }
+vec2 greater(vec2 a, vec2 b) { return vec2(greater(a.x, b.x), greater(a.y, b.y)); }
+
+/// Reductions over a cluster, on all of its lanes.
+#define DEFINE_CLUSTER_REDUCTION(NAME, TYPE, COMBINE)                               \
+    TYPE NAME(TYPE x) {                                                             \
+        x = COMBINE(x, subgroupShuffleXor(x, 1u));                                  \
+        x = COMBINE(x, subgroupShuffleXor(x, 2u));                                  \
+        if (kLanes >= 8u) x = COMBINE(x, subgroupShuffleXor(x, 4u));                \
+        if (kLanes >= 16u) x = COMBINE(x, subgroupShuffleXor(x, 8u));               \
+        return x;                                                                   \
+    }
+uint bitwise_or(uint a, uint b) { return a | b; }
+DEFINE_CLUSTER_REDUCTION(cluster_max, uint, max)
+DEFINE_CLUSTER_REDUCTION(cluster_max, float, greater)
+DEFINE_CLUSTER_REDUCTION(cluster_min, float, lesser)
+DEFINE_CLUSTER_REDUCTION(cluster_or, uint, bitwise_or)
+
+/// In place of 1/z: of rays that want no more, and of what reaches to the eye.
+const float kDone = 1.0e38f;
+const float kAnyDepth = 3.0e37f;
+/// In place of x, of vertices that are not finite.
+const float kFarAway = 1.0e36f;
+
+/// The packet's projection: a point p relative to the origin has (x, y, z) = rows * p and is seen
+/// at (x / z, y / z). Every ray has z > 0 and passes the plane within [lower, upper].
+struct PacketFrame {
+    vec3 org;
+    vec3 row_x;
+    vec3 row_y;
+    vec3 row_z;
+    /// The row that this lane computes accurately (lane 0: x, 1: y, else z), and what its floats
+    /// leave out.
+    vec3 own_row;
+    vec3 own_row_error;
+    /// Sums of the magnitudes of each row.
+    vec3 row_size;
+    vec2 lower;
+    vec2 upper;
+    /// How far x and y of a ray may be from those it is taken for.
+    vec2 ray_error;
+    /// How much nearer than exact the rule may place a hit, in z.
+    float depth_error;
+    /// Roundings of an edge function over the packet, relative to the size of its coefficients.
+    float rounding;
+};
+
+PacketFrame frame;
+
+/// row_error * p and row * p_error added to row * p, so that about 2^-44 of the sum of magnitudes
+/// remains (T. Ogita, S. Rump, S. Oishi. Accurate sum and dot product. 2005, algorithm Dot2).
+float accurate_dot(vec3 row, vec3 row_error, vec3 p, vec3 p_error) {
+    precise float x = row.x * p.x;
+    precise float y = row.y * p.y;
+    precise float z = row.z * p.z;
+    precise float xy = x + y;
+    precise float xyz = xy + z;
+    precise float e = product_error(row.x, p.x, x) + product_error(row.y, p.y, y);
+    e = e + product_error(row.z, p.z, z);
+    e = e + difference_error(x, -y, xy);
+    e = e + difference_error(xy, -z, xyz);
+    e = e + dot3(row_error, p);
+    e = e + dot3(row, p_error);
+    precise float sum = xyz + e;
+    return sum;
+}
+
+/// Largest coordinate of a point of the scene relative to the origin.
+float scene_reach() { return kSceneExtent + largest_component(frame.org); }
+
+/// Of six sums over a box's planes, what this lane's planes are multiplied by: four sides, the far
+/// end, the near end. With 4 lanes each has lower and upper planes, else lanes 4 to 7 (12 to 15)
+/// the upper ones.
+vec3 plane_factors[6];
+vec3 other_factors[6];
+/// What the sums may be off by, the triangles' reach out of their boxes included.
+float plane_errors[6];
+
+void set_planes() {
+    vec3 sides[6] =
+        vec3[6](frame.row_x - frame.lower.x * frame.row_z,
+                frame.upper.x * frame.row_z - frame.row_x,
+                frame.row_y - frame.lower.y * frame.row_z,
+                frame.upper.y * frame.row_z - frame.row_y, frame.row_z, frame.row_z);
+    float reach = scene_reach();
+    bool upper = kLanes >= 8u && (lane & 4u) != 0u;
+    [[unroll]] for (uint i = 0u; i < 6u; ++i) {
+        // The last is the least z; it wants the other corner.
+        bool largest = (i < 5u) == upper;
+        plane_factors[i] = largest ? max(sides[i], vec3(0.0f)) : min(sides[i], vec3(0.0f));
+        other_factors[i] = largest ? min(sides[i], vec3(0.0f)) : max(sides[i], vec3(0.0f));
+        float size = i < 2u   ? frame.row_size.x + 32.0f * frame.row_size.z
+                     : i < 4u ? frame.row_size.y + 32.0f * frame.row_size.z
+                              : frame.row_size.z;
+        // 2^-19 of the largest terms: 8 * 2^-24 of rounding (rows, differences, products, sums),
+        // and 8 * 2^-24 by which the rule displaces vertices, twice over.
+        plane_errors[i] = 1.9073486328125e-06f * size * reach;
+    }
+}
+
+/// What is to be visited in the node that was visited last: for each child of this lane that is
+/// left its key (bits of 1/z at its nearest, the slot in the last four; 0: none) and its index.
+uint keys[kSlots];
+uint children[kSlots];
+/// Keys and children of the nodes above.
+const uint kLevelWords = (kSlots + 1u) / 2u;
+uvec4 levels[kLevelWords * (kMaxDepth + 1u)];
+uint level;
+
+/// Least 1/z of what the rays have found: what is farther matters to none.
+float packet_q;
+
+void begin_traversal() {
+    packet_q = 0.0f;
+    level = 0u;
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        keys[k] = 0u;
+        children[k] = kEmptyChild;
+    }
+}
+
+void push_level() {
+    [[unroll]] for (uint w = 0u; w < kLevelWords; ++w) {
+        uint i = 2u * w;
+        uint j = min(2u * w + 1u, kSlots - 1u);
+        levels[level * kLevelWords + w] = uvec4(keys[i], keys[j], children[i], children[j]);
+    }
+    ++level;
+}
+
+void pop_level() {
+    --level;
+    [[unroll]] for (uint w = 0u; w < kLevelWords; ++w) {
+        uvec4 words = levels[level * kLevelWords + w];
+        uint i = 2u * w;
+        uint j = min(2u * w + 1u, kSlots - 1u);
+        keys[i] = words.x;
+        keys[j] = words.y;
+        children[i] = words.z;
+        children[j] = words.w;
+    }
+}
+
+/// The nearest child that is left and may still matter, or kEmptyChild.
+uint take_child(inout uint steps) {
+    uint child = kEmptyChild;
+    bool more = true;
+    do {
+        uint best = keys[0];
+        [[unroll]] for (uint k = 1u; k < kSlots; ++k) best = max(best, keys[k]);
+        best = cluster_max(best);
+        if (best != 0u && (best | 15u) >= floatBitsToUint(packet_q)) {
+            uint slot = best & 15u;
+            uint part = slot & 3u;
+            uint owner = (slot >> 2u) + 4u * (part / kSlots);
+            uint own = children[0];
+            [[unroll]] for (uint k = 1u; k < kSlots; ++k) {
+                own = part % kSlots == k ? children[k] : own;
+            }
+            child = read_lane(own, owner);
+            [[unroll]] for (uint k = 0u; k < kSlots; ++k) keys[k] = keys[k] == best ? 0u : keys[k];
+            more = false;
+        } else if (level > 0u) {
+            pop_level();
+        } else {
+            more = false;
+        }
+        ++steps;
+    } while (more);
+    return child;
+}
+
+vec4 fetch_planes(uint at, float org) {
+    return uintBitsToFloat(texelFetch(nodes, int(at))) - vec4(org);
+}
+
+/// 1/z for the nearest that a hit may be which the rule finds from `z` on.
+float nearest_q(float z) {
+    float near = z - frame.depth_error;
+    return near > 1.0e-20f ? 1.00001f / near : kAnyDepth;
+}
+
+/// Leaves the children that the packet may meet in keys and children. Lane l has boxes 4 (l % 4) to
+/// 4 (l % 4) + 3 to compute, and keeps kSlots of them.
+void visit_node(uint node) {
+    push_level();
+    uint at = node * kNodeVec4s + (lane & 3u);
+    uint half_at = kLanes >= 8u ? at + (lane & 4u) : at;
+    vec4 x = fetch_planes(half_at + kNodeLowerX, frame.org.x);
+    vec4 y = fetch_planes(half_at + kNodeLowerY, frame.org.y);
+    vec4 z = fetch_planes(half_at + kNodeLowerZ, frame.org.z);
+    vec4 sums[6];
+    [[unroll]] for (uint i = 0u; i < 6u; ++i) {
+        sums[i] = x * plane_factors[i].x + y * plane_factors[i].y + z * plane_factors[i].z;
+    }
+    if (kLanes >= 8u) {
+        [[unroll]] for (uint i = 0u; i < 6u; ++i) sums[i] += subgroupShuffleXor(sums[i], 4u);
+    } else {
+        x = fetch_planes(at + kNodeUpperX, frame.org.x);
+        y = fetch_planes(at + kNodeUpperY, frame.org.y);
+        z = fetch_planes(at + kNodeUpperZ, frame.org.z);
+        [[unroll]] for (uint i = 0u; i < 6u; ++i) {
+            sums[i] += x * other_factors[i].x + y * other_factors[i].y + z * other_factors[i].z;
+        }
+    }
+    uvec4 child = texelFetch(nodes, int(at + kNodeChild));
+    uint part = (lane >> 2u) * kSlots;
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        uint own = kLanes == 4u ? k : part + k;
+        bool meets = child[own] != kEmptyChild;
+        [[unroll]] for (uint i = 0u; i < 5u; ++i) meets = meets && sums[i][own] >= -plane_errors[i];
+        float q = nearest_q(sums[5][own] - plane_errors[5]);
+        meets = meets && q >= packet_q;
+        uint slot = 4u * (lane & 3u) + own;
+        keys[k] = meets ? (floatBitsToUint(q) & ~15u) | slot : 0u;
+        children[k] = child[own];
+    }
+}
+
+#endif  // SHADERS_PACKET_GLSL

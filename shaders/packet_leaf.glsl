@@ -1,0 +1,236 @@
+// The leaves of a packet: their triangles culled, then set up with the bounds of every error.
+#ifndef SHADERS_PACKET_LEAF_GLSL
+#define SHADERS_PACKET_LEAF_GLSL
+
+#include "shaders/packet.glsl"
+
+/// The leaf's vertices, projected; x is kFarAway where they are not finite.
+vec3 projected[kSlots];
+/// Corners of its triangles.
+uint corner_words[kSlots];
+/// How far x, y and z of a projected vertex, displaced as the rule does, may be off in all.
+float leaf_error;
+
+/// The reference, the leaf's first vertex, is projected accurately; the others by rows * (v -
+/// reference), off by at most 6 * 2^-24 row_size extent and 2 * 2^-24 of the result. The rule
+/// displaces a vertex by 2^-22 of its distance from the ray, for a ray through the triangle at most
+/// 8 * 2^-24 row_size extent.
+void project_vertices(uint leaf) {
+    vec3 v[kSlots];
+    [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
+        uvec4 words = texelFetch(leaves, int(leaf * kLeafVec4s + h * kLanes + lane));
+        v[h] = uintBitsToFloat(words.xyz);
+        corner_words[h] = words.w;
+    }
+    vec3 reference = read_lane(v[0], 0u);
+    // Any point will do in place of a vertex that is not finite.
+    reference = reference.x > kSceneExtent ? vec3(0.0f) : reference;
+    precise vec3 p = reference - frame.org;
+    vec3 p_error = vec3(difference_error(reference.x, frame.org.x, p.x),
+                        difference_error(reference.y, frame.org.y, p.y),
+                        difference_error(reference.z, frame.org.z, p.z));
+    float own = accurate_dot(frame.own_row, frame.own_row_error, p, p_error);
+    vec3 at = vec3(read_lane(own, 0u), read_lane(own, 1u), read_lane(own, 2u));
+    float extent = 0.0f;
+    [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
+        bool is_finite = v[h].x <= kSceneExtent;
+        precise vec3 d = v[h] - reference;
+        d = is_finite ? d : vec3(0.0f);
+        extent = greater(extent, greater(abs(d.x), greater(abs(d.y), abs(d.z))));
+        precise vec3 moved =
+            at + vec3(dot3(frame.row_x, d), dot3(frame.row_y, d), dot3(frame.row_z, d));
+        projected[h] = is_finite ? moved : vec3(kFarAway);
+    }
+    extent = cluster_max(extent);
+    float row_sum = frame.row_size.x + frame.row_size.y + 34.0f * frame.row_size.z;
+    // 2^-20 and 2^-41.
+    leaf_error = row_sum * (9.5367431640625e-07f * extent +
+                            4.547473508864641e-13f * largest_component(p));
+}
+
+vec3 projected_corner(uint slot) {
+    uint from = slot & (kLanes - 1u);
+    vec3 v = read_lane(projected[0], from);
+    [[unroll]] for (uint h = 1u; h < kSlots; ++h) {
+        vec3 other = read_lane(projected[h], from);
+        v = slot / kLanes == h ? other : v;
+    }
+    return v;
+}
+
+/// A triangle's projected vertices, one a component.
+struct Corners {
+    vec3 x;
+    vec3 y;
+    vec3 z;
+};
+
+Corners projected_triangle(uint words) {
+    vec3 a = projected_corner(corner(words, 0u));
+    vec3 b = projected_corner(corner(words, 1u));
+    vec3 c = projected_corner(corner(words, 2u));
+    return Corners(vec3(a.x, b.x, c.x), vec3(a.y, b.y, c.y), vec3(a.z, b.z, c.z));
+}
+
+float least(vec3 v) { return lesser(v.x, lesser(v.y, v.z)); }
+float most(vec3 v) { return greater(v.x, greater(v.y, v.z)); }
+
+/// Whether a triangle may concern a ray of the packet: its rectangle meets the packet's, and covers
+/// the middle of a pixel if the rays are those (on_grid); and it is in front of the origin, nearer
+/// than what all rays have found.
+bool may_concern_packet(Corners t, bool on_grid) {
+    bool is_finite = most(t.x) < kFarAway;
+    float z_least = least(t.z);
+    float z_most = most(t.z);
+    float z_size = greater(abs(z_least), abs(z_most));
+    // 2^-22.
+    float z_error = 2.384185791015625e-07f * z_size + leaf_error;
+    // The rectangle, where the triangle is well in front of the origin.
+    bool in_front = z_least > 0.0009765625f * z_size + 16.0f * leaf_error;
+    vec3 rz = vec3(1.0f) / t.z;
+    vec3 x = t.x * rz;
+    vec3 y = t.y * rz;
+    vec2 low = vec2(least(x), least(y));
+    vec2 high = vec2(most(x), most(y));
+    // 2^-19 of the value for roundings, and 2^-16.
+    float margin = 2.0f * leaf_error * most(rz) + 1.52587890625e-05f;
+    low = low - 1.9073486328125e-06f * abs(low) - margin;
+    high = high + 1.9073486328125e-06f * abs(high) + margin;
+    bool meets = low.x <= frame.upper.x && low.y <= frame.upper.y && high.x >= frame.lower.x &&
+                 high.y >= frame.lower.y;
+    if (on_grid) {
+        // Most small triangles cover no pixel's middle, x = k + 0.5 for whole k, at all.
+        vec2 first = ceil(low - frame.ray_error - vec2(0.5f));
+        vec2 last = floor(high + frame.ray_error - vec2(0.5f));
+        meets = meets && first.x <= last.x && first.y <= last.y;
+    }
+    return is_finite && (meets || !in_front) && z_most + z_error > 0.0f &&
+           nearest_q(z_least - z_error) >= packet_q;
+}
+
+/// The triangles of a leaf that may concern the packet, as bits. Leaves projected, corner_words and
+/// leaf_error.
+uint cull_leaf(uint leaf, bool on_grid) {
+    project_vertices(leaf);
+    uint alive = 0u;
+    [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
+        uint words = corner_words[h];
+        uint i = lane + kLanes * h;
+        bool meets = may_concern_packet(projected_triangle(words), on_grid);
+        alive |= meets && i < corner_triangle_count(words) ? 1u << i : 0u;
+    }
+    return cluster_or(alive);
+}
+
+/// Edge functions a x + b y + c of the packet's plane, positive inside; their bound; 1/z likewise
+/// as a function of x and y, and its bound.
+struct Setup {
+    vec3 a;
+    vec3 b;
+    vec3 c;
+    vec3 q;
+    float bound;
+    float q_error;
+};
+
+/// Edge functions are taken in the point of the packet nearest to the first vertex. Let s bound |x|
+/// + |y| of the vertices there, Z |z|, and `reach` |x| + |y| as seen from any ray of the packet. A
+/// vertex is off by `error` (x - X z for |X| + |Y| <= 32 rounds by 2^-18 Z), so that an edge
+/// function moves by at most 4 error (reach + error), twice the first-order term. Its own roundings
+/// are at most frame.rounding s Z + 2^-20 s^2.
+Setup set_up_triangle(Corners t) {
+    float z_size = most(abs(t.z));
+    float rz = t.z.x > 0.0f ? 1.0f / t.z.x : 0.0f;
+    vec2 middle = clamp(vec2(t.x.x, t.y.x) * rz, frame.lower, frame.upper);
+    vec3 px = t.x - middle.x * t.z;
+    vec3 py = t.y - middle.y * t.z;
+    float size = most(abs(px) + abs(py));
+    vec2 span = frame.upper - frame.lower;
+    float reach = (span.x + span.y) * z_size + size;
+    // 2^-21 and 2^-18.
+    float error = 4.76837158203125e-07f * size + 3.814697265625e-06f * z_size + leaf_error;
+    // 2^-20.
+    float rounding = size * (frame.rounding * z_size + 9.5367431640625e-07f * size);
+    vec3 a = py.yzx * t.z.zxy - t.z.yzx * py.zxy;
+    vec3 b = t.z.yzx * px.zxy - px.yzx * t.z.zxy;
+    vec3 c = px.yzx * py.zxy - py.yzx * px.zxy;
+    float det = px.x * a.x + py.x * b.x + t.z.x * c.x;
+    float moved = most(abs(a) * frame.ray_error.x + abs(b) * frame.ray_error.y);
+    float bound = 4.0f * error * (reach + error) + rounding + moved;
+    // What overflows (eyes and vertices very far away) leaves everything in doubt.
+    bool sane = bound < 1.0e28f && abs(det) < 1.0e34f;
+    float scale = sane ? 1.0f / greater(abs(det), 1.0e-30f) : 0.0f;
+    float orientation = det < 0.0f ? -1.0f : 1.0f;
+    Setup setup;
+    setup.a = sane ? orientation * a : vec3(0.0f);
+    setup.b = sane ? orientation * b : vec3(0.0f);
+    setup.c = sane ? orientation * c : vec3(0.0f);
+    setup.c -= setup.a * middle.x + setup.b * middle.y;
+    setup.bound = sane ? bound : 1.0e35f;
+
+    // 1/z is that of the plane through the projected vertices, up to rounding; displacing the
+    // vertices by `error` moves it by its gradient times that, while the displacement is small
+    // against the triangle. Where it is not, nothing is certain.
+    setup.q = vec3(setup.a.x + setup.a.y + setup.a.z, setup.b.x + setup.b.y + setup.b.z,
+                   setup.c.x + setup.c.y + setup.c.z) * scale;
+    vec2 slope = abs(setup.q.xy);
+    float q_most = greater(setup.q.z + dot(slope, greater(frame.upper, -frame.lower)), 0.0f);
+    // 2^-17; of det 2^-20 for products of size * size * z, nine of them.
+    float c1 = 7.62939453125e-06f + 8.0f * error * (slope.x + slope.y) +
+               9.5367431640625e-07f * size * size * z_size * scale;
+    float c0 = 4.0f * rounding * scale + dot(slope, frame.ray_error);
+    bool doubtful = !sane || 16.0f * error * size * z_size * scale >= 1.0f;
+    setup.q_error = doubtful ? 1.0e35f : c0 + q_most * (c1 + q_most * frame.depth_error);
+    return setup;
+}
+
+/// Of a leaf's triangles, given as bits, the first kLanes, one a lane.
+struct Chunk {
+    uint triangle;  // its slot in the leaf
+    bool is_used;
+    Setup setup;
+};
+
+Chunk set_up_chunk(uint alive) {
+    uint rest = alive;
+    [[unroll]] for (uint k = 0u; k < kLanes - 1u; ++k) {
+        rest = lane > k ? rest & (rest - 1u) : rest;
+    }
+    Chunk chunk;
+    chunk.is_used = rest != 0u;
+    chunk.triangle = uint(findLSB(rest)) & 15u;
+    uint from = chunk.triangle & (kLanes - 1u);
+    uint words = read_lane(corner_words[0], from);
+    [[unroll]] for (uint h = 1u; h < kSlots; ++h) {
+        uint other = read_lane(corner_words[h], from);
+        words = chunk.triangle / kLanes == h ? other : words;
+    }
+    chunk.setup = set_up_triangle(projected_triangle(words));
+    return chunk;
+}
+
+/// The set-up of lane `from`, on all lanes.
+Setup read_setup(Setup own, uint from) {
+    return Setup(read_lane(own.a, from), read_lane(own.b, from), read_lane(own.c, from),
+                 read_lane(own.q, from), read_lane(own.bound, from), read_lane(own.q_error, from));
+}
+
+/// A triangle by its leaf and its slot there, as packets keep it.
+uint triangle_name(uint leaf, uint i) { return leaf * 16u + i; }
+const uint kNoTriangle = 0xFFFFFFFFu;
+
+vec3 leaf_vertex(uint leaf_at, uint slot) {
+    return uintBitsToFloat(texelFetch(leaves, int(leaf_at + slot)).xyz);
+}
+
+uint named_triangle(uint name, out vec3 a, out vec3 b, out vec3 c) {
+    uint i = name & 15u;
+    uint at = (name >> 4u) * kLeafVec4s;
+    uint corners = texelFetch(leaves, int(at + i)).w;
+    a = leaf_vertex(at, corner(corners, 0u));
+    b = leaf_vertex(at, corner(corners, 1u));
+    c = leaf_vertex(at, corner(corners, 2u));
+    return texelFetch(leaves, int(at + kLeafPrimIds + i / 4u))[i % 4u];
+}
+
+#endif  // SHADERS_PACKET_LEAF_GLSL

@@ -1,0 +1,336 @@
+// The closest hit of each camera ray of a region, a packet of 16x8 pixels a cluster of lanes.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/exact.glsl"
+
+#include "common/interop/camera.h"
+#include "shaders/packet.glsl"
+#define PACKET_ON_GRID true
+#include "shaders/packet_traversal.glsl"
+#include "shaders/spread.glsl"
+
+layout(local_size_x = kGroupSize) in;
+
+layout(push_constant) uniform Arguments { PacketArguments args; };
+/// Hits as vectors, which some devices store and load faster than structures.
+layout(std430, binding = kBindHits) buffer Hits { uvec4 hits[]; };
+layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
+
+/// Vectors of rays, 4 in a row, each 4 pixels wide and kVectorHeight high.
+const uint kVectors = kPacketRays / kLanes;
+const uint kVectorHeight = kLanes / 4u;
+const uint kVectorRows = kVectors / 4u;
+/// Loops in a loop over what a packet still has to do.
+const uint kRoundSteps = 8u;
+const uint kAllVectors = 0xFFFFFFFFu >> (32u - kVectors);
+
+/// 1/z of the best hit so far lies in [q_lower, q_upper].
+float q_lower[kVectors];
+float q_upper[kVectors];
+uint winners[kVectors];
+
+/// Where a bound left a doubt: triangles, and for each the vectors of this lane's rays. A queue in
+/// registers, its end 0 as long as there is room.
+const uint kMaxDoubts = 4u;
+uint doubt_names[kMaxDoubts];
+uint doubt_vectors[kMaxDoubts];
+/// Vectors of which the rule's plain path could not finish this lane's winner.
+uint unfinished;
+
+layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
+
+uvec2 packet_origin;  // its first pixel, in the region
+
+// Arguments, read once: some devices read them lane by lane where control flow may diverge.
+Camera camera;
+uvec2 region_origin;
+uvec2 region_size;
+
+void read_arguments() {
+    camera = args.camera;
+    region_origin = uvec2(args.x, args.y);
+    region_size = uvec2(args.width, args.height);
+}
+
+uvec2 ray_pixel(uint v) {
+    return packet_origin +
+           uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
+}
+
+bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region_size.y; }
+
+uint answer_index(uvec2 pixel) { return pixel.y * region_size.x + pixel.x; }
+
+Ray ray_of(uvec2 pixel) {
+    return camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
+}
+
+float magnitude_sum(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
+
+/// A row of the whole picture's frame moved to the packet's: row - middle * row_z, and what its
+/// floats leave out.
+vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
+    precise vec3 product = middle * row_z;
+    precise vec3 moved = row - product;
+    precise vec3 error = vec3(difference_error(row.x, product.x, moved.x),
+                              difference_error(row.y, product.y, moved.y),
+                              difference_error(row.z, product.z, moved.z));
+    error = error - vec3(product_error(middle, row_z.x, product.x),
+                         product_error(middle, row_z.y, product.y),
+                         product_error(middle, row_z.z, product.z));
+    row_error = error;
+    return moved;
+}
+
+/// The plane's unit is a pixel, its origin the middle of the packet. Rays are taken for the middles
+/// of their pixels. They are off by 4 roundings of a direction, by the roundings of the rows that
+/// came from the host and by those of the middle: 2^-22 and 2^-23 of each.
+void set_frame() {
+    vec2 middle = vec2(region_origin + packet_origin + uvec2(kPacketWidth, kPacketHeight) / 2u);
+    vec3 row_x = vec3(args.row_x[0], args.row_x[1], args.row_x[2]);
+    vec3 row_y = vec3(args.row_y[0], args.row_y[1], args.row_y[2]);
+    vec3 row_z = vec3(args.row_z[0], args.row_z[1], args.row_z[2]);
+    vec3 x_error, y_error;
+    frame.org = camera.org;
+    frame.row_x = move_row(row_x, row_z, middle.x, x_error);
+    frame.row_y = move_row(row_y, row_z, middle.y, y_error);
+    frame.row_z = row_z;
+    frame.own_row = lane == 0u ? frame.row_x : lane == 1u ? frame.row_y : row_z;
+    frame.own_row_error = lane == 0u ? x_error : lane == 1u ? y_error : vec3(0.0f);
+    frame.row_size =
+        vec3(magnitude_sum(frame.row_x), magnitude_sum(frame.row_y), magnitude_sum(row_z));
+    vec2 rounded = frame.row_size.xy + 9.0f * frame.row_size.z;
+    vec2 given = vec2(magnitude_sum(row_x), magnitude_sum(row_y)) + middle * frame.row_size.z;
+    frame.ray_error = args.direction_size *
+                      (2.384185791015625e-07f * rounded + 1.1920928955078125e-07f * given);
+    vec2 extent = vec2(7.5f, 3.5f) + frame.ray_error;
+    frame.lower = -extent;
+    frame.upper = extent;
+    frame.depth_error = box_dilation(frame.org) * max(frame.row_size.z, 1.0f);
+    // 2^-14: coefficients up to 2 s Z with 3 roundings each, times distances up to 24; sums and
+    // products of them; 10 steps from vector to vector: 816 * 2^-24 in all.
+    frame.rounding = 6.103515625e-05f;
+}
+
+void begin_packet(uint packet) {
+    packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
+                    uvec2(kPacketWidth, kPacketHeight);
+    set_frame();
+    set_planes();
+    begin_traversal();
+}
+
+void begin_rays() {
+    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+        float q = is_active(ray_pixel(v)) ? 0.0f : kDone;
+        q_lower[v] = q;
+        q_upper[v] = q;
+        winners[v] = kNoTriangle;
+    }
+    unfinished = 0u;
+    [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_vectors[i] = 0u;
+}
+
+uint trace_triangle(Setup s, uint name) {
+    float x = float(lane & 3u) - 7.5f;
+    float y = float(lane >> 2u) - 3.5f;
+    vec3 row = s.a * x + s.b * y + s.c;
+    float row_q = s.q.x * x + s.q.y * y + s.q.z;
+    vec3 step_x = 4.0f * s.a;
+    vec3 step_y = float(kVectorHeight) * s.b;
+    float step_qx = 4.0f * s.q.x;
+    float step_qy = float(kVectorHeight) * s.q.y;
+    uint doubtful = 0u;
+    [[unroll]] for (uint j = 0u; j < kVectorRows; ++j) {
+        vec3 e = row;
+        float q = row_q;
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint v = 4u * j + i;
+            float least = lesser(e.x, lesser(e.y, e.z));
+            float lower = q - s.q_error;
+            float upper = q + s.q_error;
+            bool sure = least > s.bound && lower > q_upper[v];
+            bool possible = least >= -s.bound && upper >= q_lower[v];
+            doubtful |= possible && !sure ? 1u << v : 0u;
+            q_lower[v] = sure ? lower : q_lower[v];
+            q_upper[v] = sure ? upper : q_upper[v];
+            winners[v] = sure ? name : winners[v];
+            e += step_x;
+            q += step_qx;
+        }
+        row += step_y;
+        row_q += step_qy;
+    }
+    return doubtful;
+}
+
+float least_q() {
+    float least = q_lower[0];
+    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, q_lower[v]);
+    return cluster_min(least);
+}
+
+/// Notes a doubt, if there is one. Whether all lanes have room for one more.
+bool note_doubt(uint name, uint vectors) {
+    [[unroll]] for (uint i = 1u; i < kMaxDoubts; ++i) {
+        uint to = kMaxDoubts - i;
+        doubt_names[to] = vectors != 0u ? doubt_names[to - 1u] : doubt_names[to];
+        doubt_vectors[to] = vectors != 0u ? doubt_vectors[to - 1u] : doubt_vectors[to];
+    }
+    doubt_names[0] = vectors != 0u ? name : doubt_names[0];
+    doubt_vectors[0] = vectors != 0u ? vectors : doubt_vectors[0];
+    return cluster_or(doubt_vectors[kMaxDoubts - 1u]) == 0u;
+}
+
+uvec4 hit_words(TriangleHit hit, uint prim_id) {
+    return uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v), prim_id);
+}
+
+/// To the rays of the vectors that are given as bits.
+void write_misses(uint vectors, uint prim_id) {
+    do {
+        uvec2 pixel = ray_pixel(uint(findLSB(vectors)) & (kVectors - 1u));
+        if (vectors != 0u && is_active(pixel)) {
+            hits[answer_index(pixel)] = uvec4(0u, 0u, 0u, prim_id);
+        }
+        vectors &= vectors - 1u;
+    } while (vectors != 0u);
+}
+
+/// winners[v], but an array that is indexed so is slow wherever it is used.
+uint winner_of(uint v) {
+    uint name = winners[0];
+    [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? winners[k] : name;
+    return name;
+}
+
+/// t, u and v of the winners by the rule's plain path; where that does not do, they are unfinished.
+/// are_begun: hits have been written before, by doubts that were settled.
+void finish_winners(bool are_begun) {
+    uint own = 0u;
+    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+        own |= winners[v] != kNoTriangle ? 1u << v : 0u;
+    }
+    uint any = cluster_or(own);
+    uint left = any;
+    do {
+        uint v = uint(findLSB(left)) & (kVectors - 1u);
+        uvec2 pixel = ray_pixel(v);
+        Ray ray = ray_of(pixel);
+        uint name = winner_of(v);
+        bool is_hit = (own >> v & 1u) != 0u;
+        vec3 a, b, c;
+        uint prim_id = named_triangle(is_hit ? name : 0u, a, b, c);
+        ShearedRay sheared = shear_ray(ray.org, ray.dir);
+        vec3 pa = project_fast(sheared, a);
+        vec3 pb = project_fast(sheared, b);
+        vec3 pc = project_fast(sheared, c);
+        Edges e = fast_edges(pa, pb, pc);
+        TriangleHit hit;
+        weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
+        bool is_sure = is_hit && surely_inside(sheared, e);
+        unfinished |= is_hit && !is_sure ? 1u << v : 0u;
+        uvec4 words = is_sure ? hit_words(hit, prim_id) : uvec4(0u, 0u, 0u, kNoPrim);
+        bool is_written = left != 0u && is_active(pixel);
+        if (are_begun && is_written) {
+            uvec4 best = hits[answer_index(pixel)];
+            is_written = is_sure && (best.w == kNoPrim ||
+                                     wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w));
+        }
+        if (is_written) hits[answer_index(pixel)] = words;
+        left &= left - 1u;
+    } while (left != 0u);
+    write_misses(are_begun ? 0u : kAllVectors & ~any, kNoPrim);
+}
+
+/// The rule for all doubts and unfinished winners, one of each lane at a time, as long as there are
+/// steps.
+void settle_doubts(inout uint steps) {
+    bool more = true;
+    do {
+        bool is_winner = unfinished != 0u;
+        uint vectors = is_winner ? unfinished : doubt_vectors[0];
+        bool is_any = vectors != 0u;
+        uint v = uint(findLSB(vectors)) & (kVectors - 1u);
+        uint name = is_winner ? winner_of(v) : doubt_names[0];
+        vectors &= vectors - 1u;
+        unfinished = is_winner ? vectors : 0u;
+        doubt_vectors[0] = is_winner ? doubt_vectors[0] : vectors;
+        bool is_next = doubt_vectors[0] == 0u;
+        [[unroll]] for (uint i = 0u; i < kMaxDoubts - 1u; ++i) {
+            doubt_names[i] = is_next ? doubt_names[i + 1u] : doubt_names[i];
+            doubt_vectors[i] = is_next ? doubt_vectors[i + 1u] : doubt_vectors[i];
+        }
+        doubt_vectors[kMaxDoubts - 1u] = is_next ? 0u : doubt_vectors[kMaxDoubts - 1u];
+        uvec2 pixel = ray_pixel(v);
+        Ray ray = ray_of(pixel);
+        vec3 a, b, c;
+        uint prim_id = named_triangle(is_any ? name : 0u, a, b, c);
+        TriangleHit hit;
+        bool is_hit =
+            intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit);
+        if (is_any && is_hit) {
+            uint index = answer_index(pixel);
+            uvec4 best = hits[index];
+            bool is_first = best.w == kNoPrim;
+            if (is_first || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w)) {
+                hits[index] = hit_words(hit, prim_id);
+            }
+        }
+        more = cluster_or(unfinished | doubt_vectors[0]) != 0u;
+        ++steps;
+    } while (more && steps < kSteps);
+}
+
+/// Each cluster has a run of packets, so that those that see nothing end before the bodies of the
+/// loops that follow.
+void main() {
+    find_lane();
+    uint group = spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x);
+    uint cluster = group * (kGroupSize / kLanes) + gl_SubgroupID * (gl_SubgroupSize / kLanes) +
+                   gl_SubgroupInvocationID / kLanes;
+    uint packet = cluster * kPacketRun;
+    uint end = min(packet + kPacketRun, args.tile_count);
+    if (packet >= end) return;
+    read_arguments();
+    Traversal t;
+    t.steps = 0u;
+    bool is_complete = true;
+    do {
+        bool sees_something = false;
+        do {
+            begin_packet(packet);
+            visit_node(0u);
+            uint any = 0u;
+            [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
+            sees_something = cluster_or(any) != 0u;
+            write_misses(sees_something ? 0u : kAllVectors, kNoPrim);
+            ++packet;
+            ++t.steps;
+        } while (!sees_something && packet < end);
+        begin_rays();
+        t.current = take_child(t.steps);
+        t.triangles = kAllTriangles;
+        bool are_begun = false;
+        do {
+            // What is counted nowhere else: each loop that the round runs once.
+            t.steps += kRoundSteps;
+            traverse(t);
+            bool is_finished = t.current == kEmptyChild;
+            if (is_finished) finish_winners(are_begun);
+            write_misses(is_finished || are_begun ? 0u : kAllVectors, kNoPrim);
+            are_begun = true;
+            settle_doubts(t.steps);
+            is_complete = t.steps < kSteps && level <= kMaxDepth;
+        } while (t.current != kEmptyChild && is_complete);
+        is_complete = is_complete && t.current == kEmptyChild;
+    } while (packet < end && is_complete);
+    if (is_complete) return;
+    atomicOr(work.header.status, kStatusUnfinished);
+    --packet;
+    do {
+        begin_packet(packet);
+        write_misses(kAllVectors, kUnfinishedPrim);
+        ++packet;
+    } while (packet < end);
+}
