@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 #include <stdlib.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <vector>
 
+#include "app/shell_command.h"
 #include "app/shell_text.h"
 #include "common/error.h"
 #include "common/output_file.h"
@@ -39,23 +38,6 @@ public:
 private:
     std::string path_;
 };
-
-struct Output {
-    int status = -1;
-    std::string text;
-};
-
-Output output_of(const std::string& command) {
-    Output output;
-    std::FILE* const pipe = popen(command.c_str(), "r");
-    if (pipe == nullptr) return output;
-    char buffer[65536];
-    for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;)
-        output.text.append(buffer, n);
-    const int status = pclose(pipe);
-    output.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return output;
-}
 
 // gnuplot's text in single quotes: a quote is doubled.
 std::string quoted(const std::string& text) {
@@ -171,7 +153,7 @@ void require_plotter(const std::string& file) {
         throw Error(ExitCode::kUsage,
                     fmt::format("--plot: {} ends neither in .svg nor in .png", file));
     }
-    if (output_of("command -v gnuplot").status == 0) return;
+    if (run_shell("command -v gnuplot").status == 0) return;
     throw Error(
         ExitCode::kUnavailable,
         "--plot: gnuplot is not there; install gnuplot-nox, or take the figures from --csv");
@@ -180,7 +162,7 @@ void require_plotter(const std::string& file) {
 void plot_policies(const PolicyReport& report, const std::string& file) {
     require_plotter(file);
     const ScratchFile script(script_of(report, file));
-    const Output output = output_of("gnuplot " + shell_quoted(script.path()));
+    const ShellResult output = run_shell("gnuplot " + shell_quoted(script.path()));
     if (output.status != 0 || output.text.empty()) {
         throw Error(
             ExitCode::kInternal,

@@ -3,15 +3,14 @@
 #include <fmt/format.h>
 #include <stdlib.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <sstream>
 
+#include "app/shell_command.h"
 #include "app/shell_text.h"
 #include "common/error.h"
 #include "common/output_file.h"
@@ -23,23 +22,6 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& path, const std::string& why) {
     throw Error(ExitCode::kOutput, fmt::format("{}: {}", path.string(), why));
-}
-
-struct Finished {
-    int status = -1;
-    std::string text;
-};
-
-Finished run_shell(const std::string& command) {
-    Finished finished;
-    std::FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
-    if (pipe == nullptr) return finished;
-    char buffer[4096];
-    for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;)
-        finished.text.append(buffer, n);
-    const int status = pclose(pipe);
-    finished.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    return finished;
 }
 
 }  // namespace
@@ -83,8 +65,8 @@ std::string ChartFolder::read(const std::string& name) const {
 }
 
 void ChartFolder::plot(const std::string& script) const {
-    const Finished finished = run_shell(fmt::format(
-        "cd {} && gnuplot {}", shell_quoted(temporary_.string()), shell_quoted(script)));
+    const ShellResult finished = run_shell(fmt::format(
+        "cd {} && gnuplot {} 2>&1", shell_quoted(temporary_.string()), shell_quoted(script)));
     if (finished.status == 0) return;
     std::string why = finished.text;
     std::replace(why.begin(), why.end(), '\n', ' ');
