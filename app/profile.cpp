@@ -7,7 +7,7 @@
 #include "app/backends.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
-#include "app/memory_budget.h"
+#include "app/profile_head.h"
 #include "app/profile_policies.h"
 #include "app/progress.h"
 #include "app/report_json.h"
@@ -143,15 +143,8 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
     SceneFrames scene = open_frames(options, messages);
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);
     warn_of_damage(options, scene.clip(), frames, messages);
-    const Topology& topology = scene.clip().topology();
-    require_memory({.triangles = topology.triangles.size(),
-                    .vertices = topology.vertex_count,
-                    .pixels = std::uint64_t{options.view.width} * options.view.height,
-                    .backends = 3});
     ProfileReport report;
-    report.head = {
-        "profile",          scene.clip().name(), topology.triangles.size(), topology.vertex_count,
-        options.view.width, options.view.height};
+    report.head = profile_head(options, scene.clip());
     report.rays = name_of_rays(options.view.rays);
     report.repeat = options.repeat;
     const std::vector<BackendChoice> choices = profiled_backends(options, messages);

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
+#include <cstdint>
 
 #include "cpu/packet.h"
 #include "cpu/packet_maker-inl.h"
@@ -80,8 +80,9 @@ HWY_INLINE bool choose_axes(const Ray* rays, const std::uint8_t* active, double 
         for (std::uint32_t i = 0; i < kBlockRays; i += 64 / sizeof(Ray))
             hwy::Prefetch(rays + block * kBlockRays + i);
         const std::uint8_t* own = active + block * kBlockRays;
-        const auto* first = static_cast<const std::uint8_t*>(std::memchr(own, 1, kBlockRays));
-        if (first == nullptr) continue;
+        const std::uint8_t* end = own + kBlockRays;
+        const std::uint8_t* first = std::find_if(own, end, [](std::uint8_t a) { return a != 0; });
+        if (first == end) continue;
         const vec3 dir = rays[first - active].dir;
         for (int axis = 0; axis < 3; ++axis) sum[axis] += dir[axis];
     }
@@ -296,7 +297,7 @@ HWY_INLINE void scale_plane(Packet& packet, float scale) {
 }
 
 /// Makes a packet of up to 32 x 32 rays that start at one point; rays[i] of the square is active if
-/// active[i] is 1, and not if it is 0. False if they spread too widely to be seen from one plane,
+/// active[i] != 0. False if they spread too widely to be seen from one plane,
 /// or none is active. left_out: the blocks of which nothing is asked because their rays have too
 /// little in common.
 bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet,

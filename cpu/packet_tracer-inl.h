@@ -25,7 +25,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "common/bvh.h"
 #include "common/interop/triangle.h"

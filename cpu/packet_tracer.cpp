@@ -5,11 +5,13 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/packet_tracer-inl.h"
-// after: they use its types
+#include <algorithm>
+#include <vector>
+
 #include "cpu/packet_finish-inl.h"
 #include "cpu/packet_maker-inl.h"
 #include "cpu/packet_point-inl.h"
+#include "cpu/packet_tracer-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
