@@ -31,6 +31,7 @@ inline std::uint32_t packet_ray(std::uint32_t x, std::uint32_t y) {
 /// one), side by side.
 struct alignas(64) WonLeaf {
     float corner[3][3][kLeafTriangles];
+    float prim_id[kLeafTriangles];  // bits
     const Leaf* leaf;
 };
 

@@ -27,38 +27,62 @@ struct WinnerLanes {
     VW prim_ids;
 };
 
-/// The winners of consecutive rays. lanes: the rays that have one, at least one. Neighbours share
-/// winners, so each is spread over its lanes in turn: faster than gathers.
+/// Looks up values of a leaf's sixteen triangles, a slot a lane.
+class SlotLookup {
+public:
+    HWY_INLINE explicit SlotLookup(VW slots) : slots_(slots) {}
+
+    HWY_INLINE VF operator()(const float* values) const {
+        const Floats f;
+        constexpr std::uint32_t kLanes = hn::MaxLanes(Floats());
+        if constexpr (kLanes == kLeafTriangles) {
+            return hn::TableLookupLanes(hn::Load(f, values), hn::IndicesFromVec(f, slots_));
+        } else if constexpr (2 * kLanes == kLeafTriangles) {
+            const VW last = hn::Set(Words(), kLanes - 1);
+            const auto index = hn::IndicesFromVec(f, hn::And(slots_, last));
+            const VF low = hn::TableLookupLanes(hn::Load(f, values), index);
+            const VF high = hn::TableLookupLanes(hn::Load(f, values + kLanes), index);
+            return hn::IfThenElse(hn::RebindMask(f, hn::Gt(slots_, last)), high, low);
+        } else {
+            return hn::GatherIndex(f, values, hn::BitCast(hn::RebindToSigned<Floats>(), slots_));
+        }
+    }
+
+private:
+    VW slots_;
+};
+
+/// The winners of consecutive rays. lanes: the rays that have one, at least one. Neighbours have
+/// winners of the same leaves, so these are taken in turn: faster than gathers.
 HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t* indices,
                                       std::uint32_t lanes) {
+    const Floats f;
     const Words words;
     const VW winners = hn::Load(words, indices);
+    const VW leaves = hn::ShiftRight<4>(winners);
+    const SlotLookup slots(hn::And(winners, hn::Set(words, 15u)));
     WinnerLanes out;
-    // Lanes without a winner get the first as well.
-    std::uint32_t index = indices[__builtin_ctz(lanes)];
-    const WonLeaf* won = &packet.won_leaves[index / kLeafTriangles];
-    std::uint32_t slot = index % kLeafTriangles;
+    std::uint32_t leaf = indices[__builtin_ctz(lanes)] / kLeafTriangles;
+    const WonLeaf* won = &packet.won_leaves[leaf];
+    // Lanes without a winner get some triangle as well.
     for (int k = 0; k < 3; ++k) {
-        for (int axis = 0; axis < 3; ++axis)
-            out.corners[k][axis] = splat(won->corner[k][axis][slot]);
+        for (int axis = 0; axis < 3; ++axis) out.corners[k][axis] = slots(won->corner[k][axis]);
     }
-    out.prim_ids = hn::Set(words, won->leaf->prim_id[slot]);
+    out.prim_ids = hn::BitCast(words, slots(won->prim_id));
     for (;;) {
-        const auto done = hn::Eq(winners, hn::Set(words, index));
-        lanes &= ~mask_bits(hn::RebindMask(Floats(), done));
+        lanes &= ~mask_bits(hn::RebindMask(f, hn::Eq(leaves, hn::Set(words, leaf))));
         if (lanes == 0) return out;
-        index = indices[__builtin_ctz(lanes)];
-        won = &packet.won_leaves[index / kLeafTriangles];
-        slot = index % kLeafTriangles;
-        const auto own = hn::Eq(winners, hn::Set(words, index));
+        leaf = indices[__builtin_ctz(lanes)] / kLeafTriangles;
+        won = &packet.won_leaves[leaf];
+        const Mask own = hn::RebindMask(f, hn::Eq(leaves, hn::Set(words, leaf)));
         for (int k = 0; k < 3; ++k) {
             for (int axis = 0; axis < 3; ++axis) {
                 out.corners[k][axis] =
-                    hn::IfThenElse(hn::RebindMask(Floats(), own), splat(won->corner[k][axis][slot]),
-                                   out.corners[k][axis]);
+                    hn::IfThenElse(own, slots(won->corner[k][axis]), out.corners[k][axis]);
             }
         }
-        out.prim_ids = hn::IfThenElse(own, hn::Set(words, won->leaf->prim_id[slot]), out.prim_ids);
+        out.prim_ids = hn::IfThenElse(hn::RebindMask(words, own),
+                                      hn::BitCast(words, slots(won->prim_id)), out.prim_ids);
     }
 }
 

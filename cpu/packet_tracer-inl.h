@@ -238,6 +238,7 @@ private:
         packet_.won_leaves.emplace_back();
         WonLeaf& won = packet_.won_leaves.back();
         won.leaf = &leaf;
+        std::memcpy(won.prim_id, leaf.prim_id, sizeof won.prim_id);
         alignas(64) float values[3][kLeafVertices];
         alignas(64) std::uint32_t corners[kLeafTriangles];
         for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
