@@ -61,7 +61,7 @@ public:
     /// Visits the root, which needs the packet's bounds alone. Whether there is anything to go on
     /// with.
     bool start() {
-        visit_node({kAnyDepth, 0, ~std::uint64_t{0}}, stack_, size_);
+        visit_node({kAnyDepth, 0, kAllBlocks}, stack_, size_);
         return size_ > 0;
     }
 
