@@ -26,13 +26,11 @@ void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t s
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
     if (width == kPacketSide && height == kPacketSide) {
-        for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(Floats()))
-            finish_rays(packet, r, hits, stride);
+        PacketFinish(packet, hits, stride).run();
         return;
     }
     std::vector<Hit> square(kPacketRays);
-    for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(Floats()))
-        finish_rays(packet, r, square.data(), kPacketSide);
+    PacketFinish(packet, square.data(), kPacketSide).run();
     for (std::uint32_t y = 0; y < height; ++y)
         std::copy_n(&square[y * kPacketSide], width, hits + y * stride);
 }
