@@ -199,6 +199,10 @@ HWY_INLINE void largest_lanes(const VF v[4], float out[4]) {
 #endif
 }
 
+// The largest |x / z| or |y / z| of a packet. With NearDirections' s up to here, z is off by 2^-19.1
+// of itself, and q by 2^-18 at most.
+constexpr float kWidestPlane = 1.5f;
+
 /// Makes the rays of one block of a packet whose plane has yet no unit, and their bounds.
 HWY_INLINE void make_point_block(const Ray* rays, const std::uint8_t* active,
                                  const NearDirections& directions, std::uint32_t block,
@@ -360,6 +364,7 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Pa
     if (!(hn::GetLane(hn::MinOfLanes(f, least_z)) > 0.25f)) return false;
     float extent = 0;
     left_out = leave_out_wide_blocks(packet, extent);
+    if (extent > kWidestPlane) return false;
     const double unit = std::exp2(std::ceil(std::log2(extent / 16.0)));
     for (int axis = 0; axis < 3; ++axis) {
         axes[0][axis] *= unit;
