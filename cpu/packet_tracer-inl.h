@@ -170,8 +170,7 @@ private:
     /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found.
     HWY_INLINE void trace_by_triangle(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
                                       std::uint64_t blocks) {
-        std::uint64_t touched = 0;
-        bool won = false;
+        std::uint64_t changed = 0;
         const auto first_winner =
             static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
         for (; alive != 0; alive &= alive - 1) {
@@ -179,16 +178,16 @@ private:
             std::uint64_t own = blocks & blocks_of_grid(setup.ranges, i);
             const Planes planes(setup, i);
             if (hwy::PopCount(own) > kFew) own &= grid_blocks_met(packet_, planes);
-            touched |= own;
             for (; own != 0; own &= own - 1) {
                 const auto block = static_cast<std::uint32_t>(__builtin_ctzll(own));
                 if (packet_.block_q[block] > setup.q[i]) continue;
-                won |= trace_pair(planes, leaf, i, block, first_winner + i);
+                const bool wins = trace_pair(planes, leaf, i, block, first_winner + i);
+                changed |= std::uint64_t{wins} << block;
             }
         }
-        if (won) add_won_leaf(leaf);
-        for (; touched != 0; touched &= touched - 1)
-            refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(touched)));
+        if (changed != 0) add_won_leaf(leaf);
+        for (; changed != 0; changed &= changed - 1)
+            refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(changed)));
     }
 
     /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
