@@ -41,7 +41,7 @@ Table table_of(const std::vector<Point>& points) {
     Table table({"contender", "family", "Mray/s", "camera rays", "camera wrong", "camera wrong/M",
                  "camera front", "aimed rays", "aimed wrong", "aimed wrong/M", "aimed front",
                  "leaks", "false misses", "false hits", "wrong triangles", "close", "displaced",
-                 "worst ulps"});
+                 "beside", "worst ulps"});
     const auto both = [](const Point& p, Verdict verdict) {
         return fmt::format("{}", p.camera[verdict] + p.aimed[verdict]);
     };
@@ -56,7 +56,7 @@ Table table_of(const std::vector<Point>& points) {
                    yes(on_front(p, points, &Point::aimed)), both(p, Verdict::kLeak),
                    both(p, Verdict::kFalseMiss), both(p, Verdict::kFalseHit),
                    both(p, Verdict::kWrongTriangle), both(p, Verdict::kClose),
-                   both(p, Verdict::kDisplaced),
+                   both(p, Verdict::kDisplaced), both(p, Verdict::kBeside),
                    fmt::format("{:.3g}", std::max(p.camera.worst_ulps, p.aimed.worst_ulps))});
     }
     return table;

@@ -44,7 +44,7 @@ void add_cells(const ChartContext& context, const ChartInput& input, std::size_t
 
 Table table_of(const std::vector<Cell>& cells) {
     Table table({"scene", "contender", "row", "column", "rays", "wrong", "wrong/M", "leaks",
-                 "false misses", "false hits", "wrong triangles", "close", "displaced",
+                 "false misses", "false hits", "wrong triangles", "close", "displaced", "beside",
                  "worst ulps"});
     for (const Cell& cell : cells) {
         std::vector<std::string> text{
@@ -59,7 +59,7 @@ Table table_of(const std::vector<Cell>& cells) {
                             static_cast<double>(std::max<std::uint64_t>(1, cell.rays())))};
         for (const Verdict verdict :
              {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
-              Verdict::kClose, Verdict::kDisplaced}) {
+              Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside}) {
             text.push_back(fmt::format("{}", cell[verdict]));
         }
         text.push_back(
