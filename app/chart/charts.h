@@ -32,6 +32,8 @@ struct Effort {
     std::size_t placed_rays;
     std::vector<double> offsets;
     std::vector<double> scales;
+    /// Points that cones of 1,024 rays start from.
+    std::size_t cone_points;
     std::vector<std::uint64_t> triangle_counts;
 };
 /// Within a minute for a scene on two cores, or within ten.
@@ -58,6 +60,7 @@ struct ChartInput {
 std::size_t accuracy_steps();
 std::size_t placement_steps(const Effort& effort);
 std::size_t packet_steps();
+std::size_t cone_steps();
 std::size_t scaling_steps(const Effort& effort);
 std::size_t failure_steps();
 
@@ -70,6 +73,8 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
                       const std::string& suffix);
 /// The size of a packet of camera rays against Mray/s.
 Chart packet_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
+/// The angle of cones of any-hit rays against Mray/s: packets, streams, single rays.
+Chart cone_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
 /// The number of triangles against build, refit and trace.
 Chart scaling_chart(const ChartContext& context);
 /// Failure scenes against contenders; `more` are scenes besides the program's own.

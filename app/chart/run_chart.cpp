@@ -62,6 +62,7 @@ std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const Char
         charts.push_back(accuracy_chart(context, inputs[i], suffix));
         charts.push_back(placement_chart(context, inputs[i], suffix));
         charts.push_back(packet_chart(context, inputs[i], suffix));
+        charts.push_back(cone_chart(context, inputs[i], suffix));
     }
     charts.push_back(failure_chart(context, inputs));
     charts.push_back(scaling_chart(context));
@@ -69,7 +70,8 @@ std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const Char
 }
 
 std::size_t steps_of(std::size_t scenes, const Effort& effort) {
-    return scenes * (accuracy_steps() + placement_steps(effort) + packet_steps() + 1) +
+    return scenes *
+               (accuracy_steps() + placement_steps(effort) + packet_steps() + cone_steps() + 1) +
            failure_steps() + scaling_steps(effort);
 }
 

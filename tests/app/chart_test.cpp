@@ -17,6 +17,7 @@ const app::Effort kLittle{.side = 32,
                           .placed_rays = 300,
                           .offsets = {1e3},
                           .scales = {1e-6, 1},
+                          .cone_points = 2,
                           .triangle_counts = {500}};
 
 app::ChartInput cloth() {
@@ -50,6 +51,9 @@ TEST(Chart, TakesAsManyStepsAsItSays) {
     Counted packets;
     EXPECT_GT(rows_of(app::packet_chart(packets.context, cloth(), "").table), 9u);
     EXPECT_EQ(packets.steps, app::packet_steps());
+    Counted cones;
+    EXPECT_EQ(rows_of(app::cone_chart(cones.context, cloth(), "").table), 5 * app::cone_steps());
+    EXPECT_EQ(cones.steps, app::cone_steps());
     Counted scaling;
     EXPECT_GE(rows_of(app::scaling_chart(scaling.context).table), 1u);
     EXPECT_EQ(scaling.steps, app::scaling_steps(kLittle));
