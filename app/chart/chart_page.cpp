@@ -62,6 +62,7 @@ std::string chart_page(const std::vector<PagedChart>& charts, const std::string&
         page +=
             fmt::format("<h2 id=\"{}\">{}</h2>\n<p>{}</p>\n{}\n", chart.name,
                         escaped(chart.script.title), escaped(chart.caption), inline_svg(paged.svg));
+        if (chart.table.empty()) continue;
         page += fmt::format("<details><summary>{}.csv</summary><pre>{}</pre></details>\n",
                             chart.name, escaped(chart.table.text()));
     }

@@ -17,6 +17,7 @@ const app::Effort kLittle{.side = 32,
                           .placed_rays = 300,
                           .offsets = {1e3},
                           .scales = {1e-6, 1},
+                          .policy_frames = 3,
                           .cone_points = 2,
                           .triangle_counts = {500}};
 
@@ -54,6 +55,10 @@ TEST(Chart, TakesAsManyStepsAsItSays) {
     Counted cones;
     EXPECT_EQ(rows_of(app::cone_chart(cones.context, cloth(), "").table), 5 * app::cone_steps());
     EXPECT_EQ(cones.steps, app::cone_steps());
+    Counted policies;
+    app::SceneFrames clip(make_procedural("cloth", 500));
+    EXPECT_EQ(rows_of(app::policy_chart(policies.context, clip, "").table), 4 * 3u);
+    EXPECT_EQ(policies.steps, app::policy_steps());
     Counted scaling;
     EXPECT_GE(rows_of(app::scaling_chart(scaling.context).table), 1u);
     EXPECT_EQ(scaling.steps, app::scaling_steps(kLittle));
