@@ -66,6 +66,8 @@ std::size_t placement_steps(const Effort& effort);
 std::size_t packet_steps();
 std::size_t cone_steps();
 std::size_t policy_steps();
+std::size_t tree_steps();
+std::size_t box_steps();
 std::size_t scaling_steps(const Effort& effort);
 std::size_t failure_steps();
 
@@ -83,6 +85,10 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
 /// Frames of a clip against trace, quality of the tree and update, for each update policy. Of a
 /// scene with one frame, no table and no picture: the caption says so.
 Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
+/// Kinds of trees against Mray/s of our tracers.
+Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
+/// Box tests and precisions of nodes: Mray/s, bytes and wrong answers.
+Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
 /// The number of triangles against build, refit and trace.
 Chart scaling_chart(const ChartContext& context);
 /// Failure scenes against contenders; `more` are scenes besides the program's own.

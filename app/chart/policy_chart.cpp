@@ -29,11 +29,11 @@ std::vector<double> spread_frames(const Clip& clip, std::size_t most) {
     return frames;
 }
 
-std::string panel(const std::string& file, const char* title, const char* y, const char* value) {
-    std::string text = fmt::format(
-        "set title '{}' font ',12'\nset xlabel 'frame'\nset ylabel '{}'\nset key top left "
-        "noenhanced\nplot ",
-        title, y);
+std::string panel(const std::string& file, const char* title, const char* scale, const char* y,
+                  const char* value) {
+    std::string text =
+        fmt::format("set title '{}' font ',12'\nset xlabel 'frame'\nset ylabel '{}'\n{}\nplot ",
+                    title, y, scale);
     for (std::size_t i = 0; i < kPolicies.size(); ++i) {
         text += fmt::format(
             "{0}'{1}.csv' using (strcol('policy') eq '{2}' ? column('frame') : NaN):({3}) with "
@@ -74,13 +74,16 @@ Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::s
     script.width = 1700;
     script.height = 650;
     script.layout = "1,3";
-    script.body = "set datafile columnheaders\n" +
-                  panel(name, "trace", "ms", "column('trace ms')") + "unset label 1\n" +
-                  panel(name, "quality of the tree", "SAH cost / SAH cost at its build",
-                        "column('cost ratio')") +
-                  panel(name, "update and trace", "ms",
-                        "column('upload ms') + column('refit ms') + column('decide ms') + "
-                        "column('restructure ms') + column('rebuild ms') + column('trace ms')");
+    script.body =
+        "set datafile columnheaders\n"
+        "set key at screen 0.5,0.06 center horizontal noenhanced\n" +
+        panel(name, "trace", "set yrange [0:*]", "ms", "column('trace ms')") +
+        "unset label 1\nunset key\n" +
+        panel(name, "quality of the tree", "set logscale y\nset yrange [*:*]",
+              "SAH cost / SAH cost at its build", "column('cost ratio')") +
+        panel(name, "update and trace", "unset logscale y\nset yrange [0:*]", "ms",
+              "column('upload ms') + column('refit ms') + column('decide ms') + "
+              "column('restructure ms') + column('rebuild ms') + column('trace ms')");
     return {name,
             fmt::format("On the CPU, {}x{} camera rays, {} frames of the clip. What a policy saves "
                         "in updates, it may lose in tracing; their sum is on the right.",

@@ -71,6 +71,8 @@ std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>&
         charts.push_back(packet_chart(context, inputs[i], suffix));
         charts.push_back(cone_chart(context, inputs[i], suffix));
         charts.push_back(policy_chart(context, scenes[i], suffix));
+        charts.push_back(tree_chart(context, scenes[i], suffix));
+        charts.push_back(box_chart(context, inputs[i], suffix));
     }
     charts.push_back(failure_chart(context, inputs));
     charts.push_back(scaling_chart(context));
@@ -79,7 +81,7 @@ std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>&
 
 std::size_t steps_of(std::size_t scenes, const Effort& effort) {
     return scenes * (accuracy_steps() + placement_steps(effort) + packet_steps() + cone_steps() +
-                     policy_steps() + 1) +
+                     policy_steps() + tree_steps() + box_steps() + 1) +
            failure_steps() + scaling_steps(effort);
 }
 

@@ -59,6 +59,12 @@ TEST(Chart, TakesAsManyStepsAsItSays) {
     app::SceneFrames clip(make_procedural("cloth", 500));
     EXPECT_EQ(rows_of(app::policy_chart(policies.context, clip, "").table), 4 * 3u);
     EXPECT_EQ(policies.steps, app::policy_steps());
+    Counted trees;
+    EXPECT_EQ(rows_of(app::tree_chart(trees.context, clip, "").table), 6u);
+    EXPECT_EQ(trees.steps, app::tree_steps());
+    Counted boxes;
+    EXPECT_EQ(rows_of(app::box_chart(boxes.context, cloth(), "").table), 5u);
+    EXPECT_EQ(boxes.steps, app::box_steps());
     Counted scaling;
     EXPECT_GE(rows_of(app::scaling_chart(scaling.context).table), 1u);
     EXPECT_EQ(scaling.steps, app::scaling_steps(kLittle));
