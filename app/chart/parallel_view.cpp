@@ -59,12 +59,19 @@ Polygon clipped(Polygon polygon, const std::vector<Affine>& region) {
     return polygon;
 }
 
+/// Whether all of it is outside one of the half-planes.
+bool is_beyond(const Polygon& polygon, const std::vector<Affine>& region) {
+    return std::any_of(region.begin(), region.end(), [&](const Affine& half) {
+        return std::none_of(polygon.begin(), polygon.end(),
+                            [&](const Place& p) { return half.at(p) > 0; });
+    });
+}
+
 /// What is left of convex pieces outside a convex region. Pieces that do not meet it stay whole.
-std::vector<Polygon> without(const std::vector<Polygon>& pieces,
-                             const std::vector<Affine>& region) {
+std::vector<Polygon> without(std::vector<Polygon> pieces, const std::vector<Affine>& region) {
     std::vector<Polygon> left;
-    for (Polygon rest : pieces) {
-        if (!is_wide(clipped(rest, region))) {
+    for (Polygon& rest : pieces) {
+        if (is_beyond(rest, region) || !is_wide(clipped(rest, region))) {
             left.push_back(std::move(rest));
             continue;
         }
@@ -77,6 +84,9 @@ std::vector<Polygon> without(const std::vector<Polygon>& pieces,
     return left;
 }
 
+/// The square of the distance from the ray.
+double length2(const Double3& p) { return p[0] * p[0] + p[1] * p[1]; }
+
 /// Positive to the left of the way from p to q; the negative of that from q to p, bit for bit.
 Affine line_through(const Double3& p, const Double3& q) {
     if (q < p) return -line_through(q, p);
@@ -84,7 +94,7 @@ Affine line_through(const Double3& p, const Double3& q) {
     const double dy = q[1] - p[1];
     const double length = std::hypot(dx, dy);
     // From the end that is nearer: it rounds less.
-    const Double3& near = std::hypot(p[0], p[1]) < std::hypot(q[0], q[1]) ? p : q;
+    const Double3& near = length2(p) < length2(q) ? p : q;
     return {-dy / length, dx / length, (dy * near[0] - dx * near[1]) / length};
 }
 
@@ -101,14 +111,25 @@ std::vector<Affine> inside(const std::array<Double3, 3>& corner) {
     return halves;
 }
 
+/// Whether all corners are on the far side of a line beside the circle of radius 1.
+bool is_aside(const std::array<Double3, 3>& p) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        if ((p[0][axis] > 1 && p[1][axis] > 1 && p[2][axis] > 1) ||
+            (p[0][axis] < -1 && p[1][axis] < -1 && p[2][axis] < -1)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /// t of the triangle's plane.
 Affine depth(const std::array<Double3, 3>& p) {
-    const auto nearest = static_cast<std::size_t>(
-        std::min_element(p.begin(), p.end(),
-                         [](const Double3& a, const Double3& b) {
-                             return std::hypot(a[0], a[1]) < std::hypot(b[0], b[1]);
-                         }) -
-        p.begin());
+    const auto nearest =
+        static_cast<std::size_t>(std::min_element(p.begin(), p.end(),
+                                                  [](const Double3& a, const Double3& b) {
+                                                      return length2(a) < length2(b);
+                                                  }) -
+                                 p.begin());
     const Double3& o = p[nearest];
     Double3 e, f;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -196,11 +217,12 @@ bool ParallelView::shows(std::uint32_t prim_id, double radius, double ulps) cons
     for (const Seen& one : triangles_) {
         if (one.prim_id == prim_id) continue;
         const std::array<Double3, 3> corner = in_radii(one.corner);
+        if (is_aside(corner)) continue;
         std::vector<Affine> halves = inside(corner);
         const Affine t = depth(corner);
         add_range(ray_, t, halves);
         if (prim_id != kNoPrim) halves.push_back({limit.a - t.a, limit.b - t.b, limit.c - t.c});
-        free = without(free, halves);
+        free = without(std::move(free), halves);
         if (free.empty()) return false;
     }
     return true;

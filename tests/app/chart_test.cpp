@@ -70,7 +70,7 @@ TEST(Chart, TakesAsManyStepsAsItSays) {
     EXPECT_EQ(scaling.steps, app::scaling_steps(kLittle));
     Counted failures;
     const std::size_t scenes = app::failure_steps();
-    EXPECT_GE(rows_of(app::failure_chart(failures.context, {cloth()}).table), 4 * (scenes + 1));
+    EXPECT_GE(rows_of(app::failure_chart(failures.context, {cloth()}).table), 13 * (scenes + 1));
     EXPECT_EQ(failures.steps, scenes + 1);
 }
 

@@ -48,6 +48,9 @@ std::vector<Contender> box_contenders(const ChartScene& scene);
 /// and Vulkan if it can be had.
 std::vector<Contender> our_contenders(const ChartScene& scene, const BackendOptions& options);
 
+/// Our tracer of single rays on the best target.
+Contender single_contender(const ChartScene& scene);
+
 /// Embree, fast and robust, if the program was built with it.
 std::vector<Contender> embree_contenders(const ChartScene& scene);
 
