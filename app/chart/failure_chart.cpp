@@ -147,9 +147,9 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
         static_cast<double>(inputs.size()) - 0.5,
         static_cast<double>(cells.empty() ? 0 : cells.back().column) + 0.5, name);
     return {name,
-            "A row a scene, a column a contender, each cell traced by one thread. Most "
-            "rays aim at vertices and edges, some of them along an axis. Red cells are scenes that "
-            "a contender cannot be used for; violet ones ended in a crash, or not in time.",
+            "A row a scene, a column a contender, each cell traced by one thread. Most rays aim at "
+            "vertices, edges and faces, some of them along an axis. Red cells are scenes that a "
+            "contender cannot be used for; violet ones ended in a crash, or not in time.",
             table_of(cells), script};
 }
 
