@@ -15,8 +15,8 @@ constexpr double kCloseUlps = 4;
 // displaces vertices by (docs/arithmetic.md, "A vertex is one point").
 constexpr double kDisplacement = 0x1p-21;
 constexpr double kFarDisplacement = 0x1p-43;
-// Nearer to an edge than this a surface that is missed is one that was slipped through, and one
-// that is taken instead, at the same depth, is its neighbour.
+// Of a triangle's size. Nearer to an edge than this a surface that is missed is one that was
+// slipped through, and one that is taken instead, at the same depth, is its neighbour.
 constexpr double kNearEdge = 0x1p-12;
 
 bool is_usable(vec3 p) {
@@ -138,9 +138,9 @@ Judgement ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t 
     } else if (!truth.hit()) {
         judgement.verdict = Verdict::kFalseHit;
     } else if (answered && answered->has_t() && std::abs(judgement.t_ulps) <= kCloseUlps &&
-               std::abs(answered->edge_distance()) < kNearEdge) {
+               answered->edge_distance() < kNearEdge) {
         judgement.verdict = Verdict::kBeside;
-    } else if (passes && std::abs(judgement.edge_distance) < kNearEdge) {
+    } else if (passes && judgement.edge_distance < kNearEdge) {
         judgement.verdict = Verdict::kLeak;
     } else {
         judgement.verdict = prim_id == kNoPrim ? Verdict::kFalseMiss : Verdict::kWrongTriangle;
