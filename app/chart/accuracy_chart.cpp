@@ -140,7 +140,7 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
         runs.emplace_back([&] { trace_camera(contender, scene, hits); });
     }
     context.step();
-    const std::vector<double> times = median_times(runs, effort.rounds);
+    const std::vector<double> times = least_times(runs, effort.rounds);
     for (std::size_t i = 0; i < points.size(); ++i)
         points[i].mrays = static_cast<double>(pixels) / (times[i] * 1e3);
     context.step();

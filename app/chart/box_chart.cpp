@@ -32,7 +32,7 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
     std::vector<std::function<void()>> runs;
     for (const Contender& contender : contenders)
         runs.emplace_back([&] { trace_camera(contender, scene, hits); });
-    const std::vector<double> times = median_times(runs, context.effort.rounds);
+    const std::vector<double> times = least_times(runs, context.effort.rounds);
     Table table({"contender", "row", "Mray/s", "bytes a node", "camera wrong", "aimed wrong",
                  "leaks", "false misses", "wrong triangles", "not as over ours"});
     std::vector<Hit> ours;

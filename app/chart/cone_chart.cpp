@@ -181,7 +181,7 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
             [&] { trace_one_by_one(many, wide, answers[2]); },
             [&] { trace_streams(few, wide, answers[3]); },
             [&] { trace_one_by_one(few, wide, answers[4]); }};
-        const std::vector<double> times = median_times(runs, context.effort.rounds);
+        const std::vector<double> times = least_times(runs, context.effort.rounds);
         const auto count = static_cast<double>(std::max<std::size_t>(1, many.rays.size()));
         for (std::size_t i = 0; i < runs.size(); ++i) {
             rows[i].push_back(

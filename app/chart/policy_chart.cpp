@@ -76,7 +76,7 @@ Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::s
     script.layout = "1,3";
     script.body =
         "set datafile columnheaders\n"
-        "set key at screen 0.5,0.06 center horizontal noenhanced\n" +
+        "set key at screen 0.98,0.97 right top horizontal maxrows 1 noenhanced\n" +
         panel(name, "trace", "set yrange [0:*]", "ms", "column('trace ms')") +
         "unset label 1\nunset key\n" +
         panel(name, "quality of the tree", "set logscale y\nset yrange [*:*]",

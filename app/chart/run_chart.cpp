@@ -56,7 +56,9 @@ ChartInput middle_frame(const Options& options, SceneFrames& frames) {
                     .backends = 6});
     frames.positions(std::floor((clip.first_frame() + clip.last_frame()) / 2));
     const std::span<const vec3> positions = frames.user_positions();
-    return {clip.name(), topology, {positions.begin(), positions.end()}};
+    return {std::filesystem::path(clip.name()).filename().string(),
+            topology,
+            {positions.begin(), positions.end()}};
 }
 
 std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>& scenes,

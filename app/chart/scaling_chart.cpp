@@ -57,7 +57,7 @@ Row measure(const ChartContext& context, SceneFrames& frames, Backend& backend) 
                                                       even = !even;
                                                   },
                                                   [&] { backend.trace_image(params, frame); }};
-    const std::vector<double> times = median_times(runs, context.effort.rounds);
+    const std::vector<double> times = least_times(runs, context.effort.rounds);
     return {backend.name(), topology.triangles.size(), times[0], times[1],
             times[2],       double{kSide} * kSide};
 }
