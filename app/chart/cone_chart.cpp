@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -136,20 +137,22 @@ void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
     static const std::vector<std::uint8_t> all(kMany, 1);
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
         thread_local const auto packet = std::make_unique<cpu::Packet>();
-        std::fill(occluded.begin(), occluded.end(), cpu::kUndecided);
-        tracer.occluded_from_point(rays[0].org, rays.data(), all.data(), *packet, occluded.data());
-        std::vector<Ray> left;
-        for (std::size_t i = 0; i < kMany; ++i) {
-            if (occluded[i] == cpu::kUndecided) left.push_back(rays[i]);
+        std::uint64_t undecided = tracer.occluded_from_point(rays[0].org, rays.data(), all.data(),
+                                                             *packet, occluded.data());
+        if (undecided == 0) return;
+        std::vector<std::size_t> left;
+        std::vector<Ray> left_rays;
+        for (; undecided != 0; undecided &= undecided - 1) {
+            const auto block = static_cast<std::size_t>(std::countr_zero(undecided));
+            for (std::size_t i = 0; i < cpu::kBlockRays; ++i) {
+                left.push_back(block * cpu::kBlockRays + i);
+                left_rays.push_back(rays[left.back()]);
+            }
         }
-        if (left.empty()) return;
         counts.undecided += left.size();
         std::vector<std::uint8_t> theirs(left.size());
-        others.occluded(left, theirs);
-        auto next = theirs.begin();
-        for (std::uint8_t& each : occluded) {
-            if (each == cpu::kUndecided) each = *next++;
-        }
+        others.occluded(left_rays, theirs);
+        for (std::size_t i = 0; i < left.size(); ++i) occluded[left[i]] = theirs[i];
     });
 }
 
