@@ -4,9 +4,14 @@
 #include <sstream>
 
 #include "app/chart/charts.h"
+#include "app/chart/contenders/median_tree.h"
+#include "app/chart/contenders/quantised_nodes.h"
 #include "app/chart/measure.h"
+#include "common/bvh_builder.h"
+#include "common/bvh_stats.h"
 #include "common/procedural/procedural.h"
 #include "tests/app/program.h"
+#include "tests/support/test_scene.h"
 
 namespace morphray::test {
 namespace {
@@ -101,6 +106,36 @@ TEST(Chart, TracesTheSameRaysInBothSpaces) {
     for (std::size_t i = 0; i < scene.scene_space.aimed_rays.size(); ++i) {
         EXPECT_EQ(ours.closest(scene.scene_space.aimed_rays[i]).prim_id,
                   theirs.closest(scene.user_space.aimed_rays[i]).prim_id);
+    }
+}
+
+TEST(MedianTree, IsSound) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Topology& topology = named.scene.topology();
+        const Bvh bvh = app::build_median_tree(topology, named.scene.positions());
+        EXPECT_EQ(check_bvh(bvh, topology, named.scene.positions()), std::vector<std::string>{})
+            << named.name;
+    }
+}
+
+TEST(QuantisedNode, ContainsTheBoxesThatItIsMadeOf) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
+        for (const Node& node : bvh.nodes) {
+            const auto coarse = app::quantised<std::uint8_t>(node);
+            const auto fine = app::quantised<std::uint16_t>(node);
+            for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+                const Box box = slot_box(node, slot);
+                if (box.empty()) continue;
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const int a = static_cast<int>(axis);
+                    EXPECT_LE(coarse.plane(axis, coarse.lower[axis][slot]), box.lower[a]);
+                    EXPECT_GE(coarse.plane(axis, coarse.upper[axis][slot]), box.upper[a]);
+                    EXPECT_LE(fine.plane(axis, fine.lower[axis][slot]), box.lower[a]);
+                    EXPECT_GE(fine.plane(axis, fine.upper[axis][slot]), box.upper[a]);
+                }
+            }
+        }
     }
 }
 

@@ -37,16 +37,15 @@ public:
     }
 
 private:
-    bool fits_leaf(Part part) const {
+    /// Orders a part that is small enough, and sets its shape if it fits a leaf.
+    bool fits_leaf(Part part, LeafShape& shape) const {
         if (part.size() > kLeafTriangles) return false;
-        std::vector<std::uint32_t> vertices;
-        for (const std::uint32_t id : part) {
-            const uvec3 t = topology_.triangles[id];
-            vertices.insert(vertices.end(), {t.x, t.y, t.z});
-        }
-        std::sort(vertices.begin(), vertices.end());
-        return std::unique(vertices.begin(), vertices.end()) - vertices.begin() <=
-               static_cast<std::ptrdiff_t>(kLeafVertices);
+        std::sort(part.begin(), part.end());
+        return find_leaf_shape(topology_, part, shape);
+    }
+    bool fits_leaf(Part part) const {
+        LeafShape shape;
+        return fits_leaf(part, shape);
     }
 
     /// Orders a part so that its first half is below the median.
@@ -91,10 +90,11 @@ private:
             set_slot_box(node, slot, Box());
             node.child[slot] = kEmptyChild;
             if (slot >= parts.size()) continue;
-            if (fits_leaf(parts[slot])) {
+            LeafShape shape;
+            if (fits_leaf(parts[slot], shape)) {
                 node.child[slot] = kLeafBit | static_cast<std::uint32_t>(bvh_.leaves.size());
                 bvh_.leaf_parents.push_back(index * kWidth + slot);
-                add_leaf(parts[slot]);
+                add_leaf(parts[slot], shape);
             } else {
                 node.child[slot] = static_cast<std::uint32_t>(nodes.size());
                 bvh_.node_parents.push_back(index * kWidth + slot);
@@ -104,12 +104,11 @@ private:
         bvh_.nodes.push_back(node);
     }
 
-    void add_leaf(Part part) {
-        std::sort(part.begin(), part.end());
+    void add_leaf(Part part, const LeafShape& shape) {
         const std::size_t index = bvh_.leaves.size();
         bvh_.leaves.emplace_back();
         bvh_.leaf_vertices.resize((index + 1) * kLeafVertices);
-        fill_leaf(topology_, positions_, part, bvh_.leaves.back(),
+        fill_leaf(shape, part, positions_, bvh_.leaves.back(),
                   &bvh_.leaf_vertices[index * kLeafVertices]);
     }
 
