@@ -109,6 +109,18 @@ TEST(Chart, TracesTheSameRaysInBothSpaces) {
     }
 }
 
+TEST(Chart, SaysInsteadOfDrawingPoliciesThatASceneDoesNotMove) {
+    const TemporaryFolder folder;
+    folder.write("still.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    Counted policies;
+    app::SceneFrames still(open_scene(folder.file("still.obj")));
+    const app::Chart chart = app::policy_chart(policies.context, still, "");
+    EXPECT_TRUE(chart.script.body.empty());
+    EXPECT_TRUE(chart.table.empty());
+    EXPECT_NE(chart.caption.find("one frame"), std::string::npos);
+    EXPECT_EQ(policies.steps, app::policy_steps());
+}
+
 TEST(MedianTree, IsSound) {
     for (const NamedScene& named : adversarial_scenes()) {
         const Topology& topology = named.scene.topology();
