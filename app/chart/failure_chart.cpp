@@ -1,9 +1,10 @@
 #include <fmt/format.h>
 
+#include <ctime>
+
 #include "app/chart/charts.h"
 #include "app/chart/guarded_run.h"
 #include "app/chart/measure.h"
-#include "common/stopwatch.h"
 
 namespace morphray::app {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 // Of the effort's pixels a side.
 constexpr std::uint32_t kLessSide = 8;
 // Some thousand times what it takes.
-constexpr double kLimitS = 30;
+constexpr unsigned kLimitS = 60;
 
 struct Cell {
     std::size_t row = 0;
@@ -44,7 +45,8 @@ std::vector<Contender> columns_of(const ChartScene& scene) {
     return columns;
 }
 
-/// Traces all rays on one thread, where neither a crash nor a loop without an end does harm.
+/// Traces all rays on one thread, timed by its processor, where neither a crash nor a loop without
+/// an end does harm.
 void measure(const Contender& contender, const ChartSpace& space, const Judge& judge, Cell& cell) {
     const std::size_t pixels = space.camera_rays.size();
     const std::size_t rays = pixels + space.aimed_rays.size();
@@ -52,10 +54,11 @@ void measure(const Contender& contender, const ChartSpace& space, const Judge& j
     const SharedMemory time(sizeof(double));
     cell.end = run_guarded(
         [&] {
-            const Stopwatch watch;
+            const std::clock_t begin = std::clock();
             contender.trace(space.camera_rays, hits.as<Hit>(pixels));
             contender.trace(space.aimed_rays, hits.as<Hit>(rays).subspan(pixels));
-            time.as<double>(1)[0] = watch.ms();
+            time.as<double>(1)[0] =
+                1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
         },
         kLimitS);
     if (cell.end != RunEnd::kDone) return;

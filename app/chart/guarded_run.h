@@ -31,8 +31,9 @@ enum class RunEnd { kDone, kCrashed, kNoEnd };
 
 /// Calls `work` in a process of its own, which has no thread but the caller's: it must not need
 /// others, and what it writes is seen only in shared memory. kCrashed: a signal ended it, or it
-/// threw. kNoEnd: it was ended after `limit_s` seconds. Throws Error when interrupted, and
+/// threw. kNoEnd: it was ended after `limit_s` seconds of a processor (1 or more), or 50
+/// times as long waiting. Throws Error when interrupted, and
 /// Error(kLimit) when there can be no more processes.
-RunEnd run_guarded(const std::function<void()>& work, double limit_s);
+RunEnd run_guarded(const std::function<void()>& work, unsigned limit_s);
 
 }  // namespace morphray::app

@@ -32,7 +32,7 @@ TEST(GuardedRun, EndsWhatDoesNotEnd) {
                       for (volatile bool forever = true; forever;) {
                       }
                   },
-                  0.05),
+                  1),
               RunEnd::kNoEnd);
 }
 
