@@ -41,7 +41,7 @@ Table table_of(const std::vector<Point>& points) {
     Table table({"contender", "family", "Mray/s", "camera rays", "camera wrong", "camera wrong/M",
                  "camera front", "aimed rays", "aimed wrong", "aimed wrong/M", "aimed front",
                  "leaks", "false misses", "false hits", "wrong triangles", "close", "displaced",
-                 "worst ulps"});
+                 "beside", "worst ulps"});
     const auto both = [](const Point& p, Verdict verdict) {
         return fmt::format("{}", p.camera[verdict] + p.aimed[verdict]);
     };
@@ -56,7 +56,7 @@ Table table_of(const std::vector<Point>& points) {
                    yes(on_front(p, points, &Point::aimed)), both(p, Verdict::kLeak),
                    both(p, Verdict::kFalseMiss), both(p, Verdict::kFalseHit),
                    both(p, Verdict::kWrongTriangle), both(p, Verdict::kClose),
-                   both(p, Verdict::kDisplaced),
+                   both(p, Verdict::kDisplaced), both(p, Verdict::kBeside),
                    fmt::format("{:.3g}", std::max(p.camera.worst_ulps, p.aimed.worst_ulps))});
     }
     return table;
@@ -140,7 +140,7 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
         runs.emplace_back([&] { trace_camera(contender, scene, hits); });
     }
     context.step();
-    const std::vector<double> times = median_times(runs, effort.rounds);
+    const std::vector<double> times = least_times(runs, effort.rounds);
     for (std::size_t i = 0; i < points.size(); ++i)
         points[i].mrays = static_cast<double>(pixels) / (times[i] * 1e3);
     context.step();

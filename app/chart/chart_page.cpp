@@ -44,6 +44,7 @@ constexpr const char* kWords = R"(<details><summary>What the words mean</summary
 <dt>right</dt><dd>the triangle that is nearest in exact arithmetic over the given floats, one with exactly its t, or rightly none</dd>
 <dt>close</dt><dd>another triangle that is hit too, at most 4 ulp of t farther; not counted as wrong</dd>
 <dt>displaced</dt><dd>what a line sees that runs beside the ray, 2^-21 of the triangle's size away; not counted as wrong</dd>
+<dt>beside</dt><dd>a neighbour at the same depth that is not hit; not counted as wrong</dd>
 <dt>leak</dt><dd>nothing, or something behind, although a surface is hit, within 2^-12 of an edge</dd>
 <dt>false miss, false hit, wrong triangle</dt><dd>what they say, wherever else</dd>
 </dl></details>
@@ -61,6 +62,7 @@ std::string chart_page(const std::vector<PagedChart>& charts, const std::string&
         page +=
             fmt::format("<h2 id=\"{}\">{}</h2>\n<p>{}</p>\n{}\n", chart.name,
                         escaped(chart.script.title), escaped(chart.caption), inline_svg(paged.svg));
+        if (chart.table.empty()) continue;
         page += fmt::format("<details><summary>{}.csv</summary><pre>{}</pre></details>\n",
                             chart.name, escaped(chart.table.text()));
     }

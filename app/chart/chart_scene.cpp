@@ -120,6 +120,8 @@ void add_aimed_rays(ChartScene& scene, const SceneSpace& space, std::size_t coun
     const auto real = [&random](double lower, double upper) {
         return lower + (upper - lower) * static_cast<double>(random() >> 11) * 0x1p-53;
     };
+    // One in so many runs along an axis.
+    constexpr std::size_t kAlongAxis = 8;
     for (std::size_t i = 0; i < count; ++i) {
         const uvec3 t = scene.topology.triangles[random() % scene.topology.triangles.size()];
         const std::array<vec3, 3> corner{positions[t.x], positions[t.y], positions[t.z]};
@@ -135,8 +137,20 @@ void add_aimed_rays(ChartScene& scene, const SceneSpace& space, std::size_t coun
                                               u * (double{corner[1][axis]} - corner[0][axis]) +
                                               v * (double{corner[2][axis]} - corner[0][axis]));
         }
+        const bool along = i % kAlongAxis == kAlongAxis - 1;
+        const auto axis = static_cast<int>(i / kAlongAxis % 3);
+        if (along) {
+            const float start = org[axis];
+            org = target;
+            org[axis] = start;
+        }
         const Origin origin = origin_of(space, org);
-        const vec3 dir = canonical_direction(target - origin.scene);
+        vec3 way = target - origin.scene;
+        if (along) {
+            way = vec3(0, 0, 0);
+            way[axis] = target[axis] < origin.scene[axis] ? -1.0f : 1.0f;
+        }
+        const vec3 dir = canonical_direction(way);
         if (dir == vec3(0, 0, 0) || !is_finite_vertex(target)) continue;
         add(scene, origin, dir, &ChartSpace::aimed_rays);
     }

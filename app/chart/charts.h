@@ -9,6 +9,7 @@
 #include "app/chart/failure_scenes.h"
 #include "app/chart/plot_script.h"
 #include "app/options.h"
+#include "app/scene_frames.h"
 #include "app/table.h"
 
 namespace morphray::app {
@@ -19,6 +20,7 @@ struct Chart {
     /// What a reader should see in it, in a sentence or two.
     std::string caption;
     Table table;
+    /// Without a body where there is nothing to draw.
     PlotScript script;
 };
 
@@ -32,6 +34,10 @@ struct Effort {
     std::size_t placed_rays;
     std::vector<double> offsets;
     std::vector<double> scales;
+    /// Of a clip, at most.
+    std::size_t policy_frames;
+    /// Points that cones of 1,024 rays start from.
+    std::size_t cone_points;
     std::vector<std::uint64_t> triangle_counts;
 };
 /// Within a minute for a scene on two cores, or within ten.
@@ -58,6 +64,10 @@ struct ChartInput {
 std::size_t accuracy_steps();
 std::size_t placement_steps(const Effort& effort);
 std::size_t packet_steps();
+std::size_t cone_steps();
+std::size_t policy_steps();
+std::size_t tree_steps();
+std::size_t box_steps();
 std::size_t scaling_steps(const Effort& effort);
 std::size_t failure_steps();
 
@@ -70,6 +80,15 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
                       const std::string& suffix);
 /// The size of a packet of camera rays against Mray/s.
 Chart packet_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
+/// The angle of cones of any-hit rays against Mray/s: packets, streams, single rays.
+Chart cone_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
+/// Frames of a clip against trace, quality of the tree and update, for each update policy. Of a
+/// scene with one frame, no table and no picture: the caption says so.
+Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
+/// Kinds of trees against Mray/s of our tracers.
+Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
+/// Box tests and precisions of nodes: Mray/s, bytes and wrong answers.
+Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
 /// The number of triangles against build, refit and trace.
 Chart scaling_chart(const ChartContext& context);
 /// Failure scenes against contenders; `more` are scenes besides the program's own.

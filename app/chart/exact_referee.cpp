@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 #include <numeric>
+
+#include "app/chart/parallel_view.h"
 
 namespace morphray::app {
 namespace {
@@ -14,10 +15,9 @@ constexpr double kCloseUlps = 4;
 // displaces vertices by (docs/arithmetic.md, "A vertex is one point").
 constexpr double kDisplacement = 0x1p-21;
 constexpr double kFarDisplacement = 0x1p-43;
-// Nearer to an edge than this a surface that is missed is one that was slipped through.
+// Of a triangle's size. Nearer to an edge than this a surface that is missed is one that was
+// slipped through, and one that is taken instead, at the same depth, is its neighbour.
 constexpr double kNearEdge = 0x1p-12;
-// Lines around the ray that are looked along.
-constexpr int kAround = 24;
 
 bool is_usable(vec3 p) {
     const bool invalid =
@@ -30,69 +30,16 @@ double ulp_of(double t) {
     return static_cast<double>(std::nextafter(x, INFINITY)) - x;
 }
 
-/// Where the triangles of a few candidates lie as seen along a ray, in double.
-struct SeenTriangle {
-    std::uint32_t prim_id;
-    std::array<Double3, 3> corner;  // x, y across the ray, z along it in units of t
-
-    /// t at which the line through (x, y) meets it, or nothing.
-    std::optional<double> t_at(double x, double y) const {
-        std::array<double, 3> weight;
-        for (std::size_t i = 0; i < 3; ++i) {
-            const Double3& p = corner[(i + 1) % 3];
-            const Double3& q = corner[(i + 2) % 3];
-            weight[i] = (p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x);
-        }
-        const auto [least, most] = std::minmax_element(weight.begin(), weight.end());
-        if ((*least < 0 && *most > 0) || (*least == 0 && *most == 0)) return std::nullopt;
-        const double sum = weight[0] + weight[1] + weight[2];
-        return (weight[0] * corner[0][2] + weight[1] * corner[1][2] + weight[2] * corner[2][2]) /
-               sum;
-    }
-};
-
-/// Axes across a ray.
-struct Across {
-    Double3 org, x, y, along;
-
-    explicit Across(const Ray& ray) : org{ray.org.x, ray.org.y, ray.org.z} {
-        const Double3 d{ray.dir.x, ray.dir.y, ray.dir.z};
-        const double length2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        for (std::size_t i = 0; i < 3; ++i) along[i] = d[i] / length2;
-        const auto least = static_cast<std::size_t>(
-            std::min_element(d.begin(), d.end(),
-                             [](double a, double b) { return std::abs(a) < std::abs(b); }) -
-            d.begin());
-        Double3 axis{0, 0, 0};
-        axis[least] = 1;
-        x = unit_cross(d, axis);
-        y = unit_cross(d, x);
-    }
-
-    Double3 seen(vec3 p) const {
-        const Double3 a{p.x - org[0], p.y - org[1], p.z - org[2]};
-        const auto dot = [&a](const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-        return {dot(x), dot(y), dot(along)};
-    }
-
-private:
-    static Double3 unit_cross(const Double3& a, const Double3& b) {
-        Double3 c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-        const double length = std::sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
-        for (double& component : c) component /= length;
-        return c;
-    }
-};
-
 }  // namespace
 
 const char* name_of(Verdict verdict) {
     constexpr const char* kNames[kVerdictCount] = {
-        "right", "close", "displaced", "wrong triangle", "false miss", "false hit", "leak"};
+        "right",          "close",      "displaced", "beside",
+        "wrong triangle", "false miss", "false hit", "leak"};
     return kNames[static_cast<std::size_t>(verdict)];
 }
 
-bool is_wrong(Verdict verdict) { return verdict > Verdict::kDisplaced; }
+bool is_wrong(Verdict verdict) { return verdict > Verdict::kBeside; }
 
 ExactReferee::ExactReferee(const Topology& topology, std::span<const vec3> positions,
                            const Bvh& bvh)
@@ -143,15 +90,12 @@ Truth ExactReferee::closest_of_all(const Ray& ray) const {
 // Shifting the line moves all vertices alike, so a closed mesh stays closed: no leak is excused.
 bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {
     double size = 0;
-    double t_wanted = 0;
     double reach = 0;
-    const Across across(ray);
     for (const std::uint32_t id : {truth.prim_id, prim_id}) {
         if (id == kNoPrim) continue;
         if (usable_[id] == 0) return false;
         const ExactTriangle one = triangle(ray, id);
         size = std::max(size, one.size());
-        if (id == prim_id && one.has_t()) t_wanted = one.t();
         for (const vec3 p :
              {positions_[topology_->triangles[id].x], positions_[topology_->triangles[id].y],
               positions_[topology_->triangles[id].z]}) {
@@ -161,34 +105,12 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
     const double shift = kDisplacement * size + kFarDisplacement * reach;
     std::vector<std::uint32_t> candidates;
     search_.find(ray, 2 * shift, candidates);
-    std::vector<SeenTriangle> seen;
+    ParallelView view(ray);
     for (const std::uint32_t id : candidates) {
         const uvec3 t = topology_->triangles[id];
-        if (usable_[id] == 0) continue;
-        seen.push_back({id,
-                        {across.seen(positions_[t.x]), across.seen(positions_[t.y]),
-                         across.seen(positions_[t.z])}});
+        if (usable_[id] != 0) view.add(id, positions_[t.x], positions_[t.y], positions_[t.z]);
     }
-    for (int i = 0; i < kAround; ++i) {
-        const double angle = 2 * std::numbers::pi * i / kAround;
-        // Two rings: what is seen only very near the ray counts too.
-        const double radius = i % 2 == 0 ? shift : 0.25 * shift;
-        std::uint32_t winner = kNoPrim;
-        double winner_t = INFINITY;
-        for (const SeenTriangle& one : seen) {
-            const std::optional<double> t =
-                one.t_at(radius * std::cos(angle), radius * std::sin(angle));
-            if (!t || *t <= 0 || *t < ray.tnear || *t > ray.tfar || *t >= winner_t) continue;
-            winner = one.prim_id;
-            winner_t = *t;
-        }
-        if (winner == prim_id) return true;
-        if (winner != kNoPrim && prim_id != kNoPrim &&
-            std::abs(winner_t - t_wanted) <= kCloseUlps * ulp_of(winner_t)) {
-            return true;
-        }
-    }
-    return false;
+    return view.shows(prim_id, shift, kCloseUlps);
 }
 
 Judgement ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {
@@ -202,7 +124,8 @@ Judgement ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t 
     if (expected && answered && answered->has_t()) {
         const bool is_hit = answered->is_met() && answered->in_range();
         if (is_hit && answered->compare_t(*expected) == 0) return {};
-        judgement.t_ulps = (answered->t() - truth.t) / ulp_of(truth.t);
+        judgement.t_ulps =
+            (answered->t() - truth.t) / ulp_of(std::max(std::abs(answered->t()), truth.t));
         if (is_hit && judgement.t_ulps <= kCloseUlps) judgement.verdict = Verdict::kClose;
     }
     judgement.edge_distance = expected   ? expected->edge_distance()
@@ -214,7 +137,10 @@ Judgement ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t 
         judgement.verdict = Verdict::kDisplaced;
     } else if (!truth.hit()) {
         judgement.verdict = Verdict::kFalseHit;
-    } else if (passes && std::abs(judgement.edge_distance) < kNearEdge) {
+    } else if (answered && answered->has_t() && std::abs(judgement.t_ulps) <= kCloseUlps &&
+               answered->edge_distance() < kNearEdge) {
+        judgement.verdict = Verdict::kBeside;
+    } else if (passes && judgement.edge_distance < kNearEdge) {
         judgement.verdict = Verdict::kLeak;
     } else {
         judgement.verdict = prim_id == kNoPrim ? Verdict::kFalseMiss : Verdict::kWrongTriangle;

@@ -24,21 +24,22 @@ enum class Verdict {
     kRight,          // the exact winner, one with exactly its t, or a miss
     kClose,          // another one that is hit too, t at most 4 ulp apart
     kDisplaced,      // what a line within the displacement of the ray sees
+    kBeside,         // one that is not hit, but near an edge of it, t at most 4 ulp apart
     kWrongTriangle,  // any other hit where there is one
     kFalseMiss,      // nothing, where something is hit
     kFalseHit,       // something, where nothing is hit
     kLeak,           // nothing or something farther away, and the ray passes near an edge
 };
-inline constexpr std::size_t kVerdictCount = 7;
+inline constexpr std::size_t kVerdictCount = 8;
 
-/// "right", "close", "displaced", "wrong triangle", "false miss", "false hit", "leak".
+/// "right", "close", "displaced", "beside", "wrong triangle", "false miss", "false hit", "leak".
 const char* name_of(Verdict verdict);
-/// Whether it counts: all but the first three.
+/// Whether it counts: all but the first four.
 bool is_wrong(Verdict verdict);
 
 struct Judgement {
     Verdict verdict = Verdict::kRight;
-    /// How many ulps (of a float at the exact t) the t of the answered triangle's plane is larger;
+    /// How many ulps (of a float at the larger t) the t of the answered triangle's plane is larger;
     /// 0 unless both hit.
     double t_ulps = 0;
     /// As ExactTriangle::edge_distance, of the exact winner if there is one, otherwise of the

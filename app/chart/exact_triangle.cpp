@@ -42,6 +42,10 @@ Double3 cross(const Double3& a, const Double3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 double dot(const Double3& a, const Double3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+/// a + factor * b.
+Double3 plus(const Double3& a, double factor, const Double3& b) {
+    return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
+}
 double length(const Double3& a) { return std::sqrt(dot(a, a)); }
 
 int sign_of(double x) { return (x > 0) - (x < 0); }
@@ -186,17 +190,18 @@ bool ExactTriangle::in_range() const {
 
 double ExactTriangle::edge_distance() const {
     const Double3 dir{ray_.dir.x, ray_.dir.y, ray_.dir.z};
-    const double dir_length = length(dir);
-    std::array<double, 3> across;
-    for (std::size_t i = 0; i < 3; ++i) across[i] = length(cross(relative_[i], dir)) / dir_length;
+    std::array<Double3, 3> across;  // the corners, seen along the line
+    for (std::size_t i = 0; i < 3; ++i)
+        across[i] = plus(relative_[i], -dot(relative_[i], dir) / dot(dir, dir), dir);
     double least = INFINITY;
-    const double sign = value_[kSum] < 0 ? -1 : 1;
-    for (std::size_t edge = 0; edge < 3; ++edge) {
-        const double lengths = across[(edge + 1) % 3] * across[(edge + 2) % 3];
-        const double distance = lengths > 0 ? sign * value_[edge] / (dir_length * lengths) : 0;
-        least = std::min(least, distance);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Double3& from = across[i];
+        const Double3 way = plus(across[(i + 1) % 3], -1, from);
+        const double length2 = dot(way, way);
+        const double part = length2 > 0 ? std::clamp(-dot(from, way) / length2, 0.0, 1.0) : 0.0;
+        least = std::min(least, length(plus(from, part, way)));
     }
-    return least;
+    return least / size();
 }
 
 double ExactTriangle::size() const {

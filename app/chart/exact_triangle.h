@@ -31,8 +31,7 @@ public:
     bool has_t() const;
     /// t of the plane, to 2^-27 of itself.
     double t() const;
-    /// How near the line is to the nearest edge: the least |u| / (|b||c|) of the three in lengths
-    /// across the ray, about four times the distance by the length of the edge, negative outside.
+    /// How near the line is to the nearest edge, as a part of size(); in double.
     double edge_distance() const;
     /// The largest distance of a corner from the line.
     double size() const;

@@ -18,12 +18,6 @@ namespace {
 constexpr std::size_t kFullSearchStep = 1009;
 constexpr std::size_t kFullSearchTriangles = 100'000'000;
 
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    const std::size_t middle = values.size() / 2;
-    return values.size() % 2 != 0 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
-
 /// visit(begin, end) for tiles of rays.
 template <class Visit>
 void for_each_batch(std::size_t count, Visit visit) {
@@ -127,23 +121,21 @@ void trace_aimed(const Contender& contender, const ChartScene& scene, std::span<
     trace_rays(contender, contender.space(scene).aimed_rays, hits);
 }
 
-std::vector<double> median_times(std::span<const std::function<void()>> runs, int rounds) {
+std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds) {
     for (const std::function<void()>& run : runs) {
         throw_if_interrupted();
         run();
     }
-    std::vector<std::vector<double>> times(runs.size());
+    std::vector<double> least(runs.size(), INFINITY);
     for (int round = 0; round < rounds; ++round) {
         for (std::size_t i = 0; i < runs.size(); ++i) {
             throw_if_interrupted();
             const Stopwatch watch;
             runs[i]();
-            times[i].push_back(watch.ms());
+            least[i] = std::min(least[i], watch.ms());
         }
     }
-    std::vector<double> medians;
-    for (std::vector<double>& each : times) medians.push_back(median(std::move(each)));
-    return medians;
+    return least;
 }
 
 }  // namespace morphray::app

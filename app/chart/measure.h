@@ -49,8 +49,8 @@ private:
 void trace_camera(const Contender& contender, const ChartScene& scene, std::span<Hit> hits);
 void trace_aimed(const Contender& contender, const ChartScene& scene, std::span<Hit> hits);
 
-/// Medians in milliseconds of `rounds` runs of each in turn, after one to warm up; so what disturbs
-/// the machine disturbs all alike. Throws Error when interrupted.
-std::vector<double> median_times(std::span<const std::function<void()>> runs, int rounds);
+/// The least milliseconds of `rounds` runs of each in turn, after one to warm up: what disturbs the
+/// machine only adds. Throws Error when interrupted.
+std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds);
 
 }  // namespace morphray::app

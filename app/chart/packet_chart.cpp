@@ -71,7 +71,7 @@ Chart packet_chart(const ChartContext& context, const ChartInput& input,
                              fmt::format("{}", shape.width * shape.height)});
         }
     }
-    const std::vector<double> times = median_times(runs, context.effort.rounds);
+    const std::vector<double> times = least_times(runs, context.effort.rounds);
     Table table({"target", "packet", "rays", "Mray/s"});
     for (std::size_t i = 0; i < runs.size(); ++i) {
         table.add({names[i][0], names[i][1], names[i][2],

@@ -48,7 +48,7 @@ void add_rows(const ChartContext& context, const ChartInput& input, const std::s
 
 Table table_of(const std::vector<Row>& rows) {
     Table table({"contender", "series", "x", "rays", "wrong", "wrong/M", "leaks", "false misses",
-                 "false hits", "wrong triangles", "close", "displaced"});
+                 "false hits", "wrong triangles", "close", "displaced", "beside"});
     for (const Row& row : rows) {
         std::vector<std::string> cells{row.contender,
                                        row.series,
@@ -58,7 +58,7 @@ Table table_of(const std::vector<Row>& rows) {
                                        fmt::format("{:.4g}", row.counts.wrong_per_million())};
         for (const Verdict verdict :
              {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
-              Verdict::kClose, Verdict::kDisplaced}) {
+              Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside}) {
             cells.push_back(fmt::format("{}", row.counts[verdict]));
         }
         table.add(cells);

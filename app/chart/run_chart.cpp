@@ -38,11 +38,15 @@ std::string command_text(const Options& options) {
     return shell_line(arguments);
 }
 
-/// The middle frame of a scene.
-ChartInput open_input(const Options& options, const std::string& scene, const Messages& messages) {
+SceneFrames open_scene_of(const Options& options, const std::string& scene,
+                          const Messages& messages) {
     Options one = options;
     one.scene = scene;
-    SceneFrames frames = open_frames(one, messages);
+    return open_frames(one, messages);
+}
+
+/// The middle frame of a scene.
+ChartInput middle_frame(const Options& options, SceneFrames& frames) {
     const Clip& clip = frames.clip();
     const Topology& topology = clip.topology();
     const Effort& effort = options.quick ? quick_effort() : full_effort();
@@ -52,16 +56,25 @@ ChartInput open_input(const Options& options, const std::string& scene, const Me
                     .backends = 6});
     frames.positions(std::floor((clip.first_frame() + clip.last_frame()) / 2));
     const std::span<const vec3> positions = frames.user_positions();
-    return {clip.name(), topology, {positions.begin(), positions.end()}};
+    return {std::filesystem::path(clip.name()).filename().string(),
+            topology,
+            {positions.begin(), positions.end()}};
 }
 
-std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const ChartContext& context) {
+std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>& scenes,
+                               const ChartContext& context) {
+    std::vector<ChartInput> inputs;
+    for (SceneFrames& scene : scenes) inputs.push_back(middle_frame(options, scene));
     std::vector<Chart> charts;
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
         charts.push_back(accuracy_chart(context, inputs[i], suffix));
         charts.push_back(placement_chart(context, inputs[i], suffix));
         charts.push_back(packet_chart(context, inputs[i], suffix));
+        charts.push_back(cone_chart(context, inputs[i], suffix));
+        charts.push_back(policy_chart(context, scenes[i], suffix));
+        charts.push_back(tree_chart(context, scenes[i], suffix));
+        charts.push_back(box_chart(context, inputs[i], suffix));
     }
     charts.push_back(failure_chart(context, inputs));
     charts.push_back(scaling_chart(context));
@@ -69,31 +82,36 @@ std::vector<Chart> make_charts(const std::vector<ChartInput>& inputs, const Char
 }
 
 std::size_t steps_of(std::size_t scenes, const Effort& effort) {
-    return scenes * (accuracy_steps() + placement_steps(effort) + packet_steps() + 1) +
+    return scenes * (accuracy_steps() + placement_steps(effort) + packet_steps() + cone_steps() +
+                     policy_steps() + tree_steps() + box_steps() + 1) +
            failure_steps() + scaling_steps(effort);
 }
 
 ExitCode write_charts(const Options& options, const Messages& messages) {
     require_gnuplot();
     ChartFolder folder(options.out);
-    std::vector<ChartInput> inputs;
+    std::vector<SceneFrames> scenes;
     for (const std::string& scene : options.scenes)
-        inputs.push_back(open_input(options, scene, messages));
+        scenes.push_back(open_scene_of(options, scene, messages));
 
     const Effort& effort = options.quick ? quick_effort() : full_effort();
     const std::string machine = machine_text();
     const std::string command = command_text(options);
-    Progress progress("charting", steps_of(inputs.size(), effort), progress_mode(options.quiet));
+    Progress progress("charting", steps_of(scenes.size(), effort), progress_mode(options.quiet));
     std::uint64_t done = 0;
     const ChartContext context{effort, options.backend, fmt::format("{}; {}", machine, command),
                                [&] {
                                    throw_if_interrupted();
                                    progress.update(++done);
                                }};
-    const std::vector<Chart> charts = make_charts(inputs, context);
+    const std::vector<Chart> charts = make_charts(options, scenes, context);
     progress.hide();
     std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {
+        if (chart.script.body.empty()) {
+            paged.push_back({&chart, ""});
+            continue;
+        }
         folder.write(chart.name + ".csv", chart.table.csv());
         folder.write(chart.name + ".gp", script_text(chart.script, chart.name));
         folder.plot(chart.name + ".gp");

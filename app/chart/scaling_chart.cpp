@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/backends.h"
 #include "app/chart/charts.h"
@@ -30,6 +31,8 @@ struct Line {
     int column;
     std::string what;
     std::string backend;
+    /// How the time grows with the triangles.
+    double exponent;
 };
 
 double nanoseconds(double ms, double count) { return ms * 1e6 / count; }
@@ -54,9 +57,26 @@ Row measure(const ChartContext& context, SceneFrames& frames, Backend& backend) 
                                                       even = !even;
                                                   },
                                                   [&] { backend.trace_image(params, frame); }};
-    const std::vector<double> times = median_times(runs, context.effort.rounds);
+    const std::vector<double> times = least_times(runs, context.effort.rounds);
     return {backend.name(), topology.triangles.size(), times[0], times[1],
             times[2],       double{kSide} * kSide};
+}
+
+/// The exponent p of time ~ triangles^p that fits best (least squares of logarithms).
+double exponent_of(const std::vector<Row>& rows, const std::string& backend, double Row::*time_ms) {
+    double count = 0, sum_x = 0, sum_y = 0, sum_xx = 0, sum_xy = 0;
+    for (const Row& row : rows) {
+        if (row.backend != backend) continue;
+        const double x = std::log(static_cast<double>(row.triangles));
+        const double y = std::log(row.*time_ms);
+        count += 1;
+        sum_x += x;
+        sum_y += y;
+        sum_xx += x * x;
+        sum_xy += x * y;
+    }
+    const double spread = count * sum_xx - sum_x * sum_x;
+    return spread > 0 ? (count * sum_xy - sum_x * sum_y) / spread : 0;
 }
 
 std::string panel(const std::string& file, const char* title, const char* y,
@@ -69,8 +89,9 @@ std::string panel(const std::string& file, const char* title, const char* y,
     for (const Line& line : lines) {
         text += fmt::format(
             "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' ? $2 : NaN):{3} with linespoints pt 7 "
-            "lw 2 lc {4} title '{5}, {2}'",
-            colour == 1 ? "" : ", ", file, line.backend, line.column, colour, line.what);
+            "lw 2 lc {4} title '{5}, {2}: time ~ n^{6:.2f}'",
+            colour == 1 ? "" : ", ", file, line.backend, line.column, colour, line.what,
+            line.exponent);
         ++colour;
     }
     return text + "\n";
@@ -114,11 +135,16 @@ Chart scaling_chart(const ChartContext& context) {
     script.footer = context.footer;
     script.width = 1400;
     script.layout = "1,2";
-    std::vector<Line> updates{{3, "build", "cpu"}, {4, "refit", "cpu"}};
-    std::vector<Line> traces{{6, "trace", "cpu"}};
+    const auto line = [&rows](int column, const char* what, const std::string& backend,
+                              double Row::*time_ms) {
+        return Line{column, what, backend, exponent_of(rows, backend, time_ms)};
+    };
+    std::vector<Line> updates{line(3, "build", "cpu", &Row::build_ms),
+                              line(4, "refit", "cpu", &Row::refit_ms)};
+    std::vector<Line> traces{line(6, "trace", "cpu", &Row::trace_ms)};
     if (rows.back().backend != "cpu") {
-        updates.push_back({4, "refit", rows.back().backend});
-        traces.push_back({6, "trace", rows.back().backend});
+        updates.push_back(line(4, "refit", rows.back().backend, &Row::refit_ms));
+        traces.push_back(line(6, "trace", rows.back().backend, &Row::trace_ms));
     }
     script.body = panel(name, "build, and refit with its transfer", "ns a triangle", updates) +
                   "unset label 1\n" + panel(name, "trace and shade a picture", "ns a ray", traces);

@@ -4,9 +4,14 @@
 #include <sstream>
 
 #include "app/chart/charts.h"
+#include "app/chart/contenders/median_tree.h"
+#include "app/chart/contenders/quantised_nodes.h"
 #include "app/chart/measure.h"
+#include "common/bvh_builder.h"
+#include "common/bvh_stats.h"
 #include "common/procedural/procedural.h"
 #include "tests/app/program.h"
+#include "tests/support/test_scene.h"
 
 namespace morphray::test {
 namespace {
@@ -17,6 +22,8 @@ const app::Effort kLittle{.side = 32,
                           .placed_rays = 300,
                           .offsets = {1e3},
                           .scales = {1e-6, 1},
+                          .policy_frames = 3,
+                          .cone_points = 2,
                           .triangle_counts = {500}};
 
 app::ChartInput cloth() {
@@ -50,12 +57,25 @@ TEST(Chart, TakesAsManyStepsAsItSays) {
     Counted packets;
     EXPECT_GT(rows_of(app::packet_chart(packets.context, cloth(), "").table), 9u);
     EXPECT_EQ(packets.steps, app::packet_steps());
+    Counted cones;
+    EXPECT_EQ(rows_of(app::cone_chart(cones.context, cloth(), "").table), 5 * app::cone_steps());
+    EXPECT_EQ(cones.steps, app::cone_steps());
+    Counted policies;
+    app::SceneFrames clip(make_procedural("cloth", 500));
+    EXPECT_EQ(rows_of(app::policy_chart(policies.context, clip, "").table), 4 * 3u);
+    EXPECT_EQ(policies.steps, app::policy_steps());
+    Counted trees;
+    EXPECT_EQ(rows_of(app::tree_chart(trees.context, clip, "").table), 6u);
+    EXPECT_EQ(trees.steps, app::tree_steps());
+    Counted boxes;
+    EXPECT_EQ(rows_of(app::box_chart(boxes.context, cloth(), "").table), 5u);
+    EXPECT_EQ(boxes.steps, app::box_steps());
     Counted scaling;
     EXPECT_GE(rows_of(app::scaling_chart(scaling.context).table), 1u);
     EXPECT_EQ(scaling.steps, app::scaling_steps(kLittle));
     Counted failures;
     const std::size_t scenes = app::failure_steps();
-    EXPECT_GE(rows_of(app::failure_chart(failures.context, {cloth()}).table), 4 * (scenes + 1));
+    EXPECT_GE(rows_of(app::failure_chart(failures.context, {cloth()}).table), 13 * (scenes + 1));
     EXPECT_EQ(failures.steps, scenes + 1);
 }
 
@@ -86,6 +106,48 @@ TEST(Chart, TracesTheSameRaysInBothSpaces) {
     for (std::size_t i = 0; i < scene.scene_space.aimed_rays.size(); ++i) {
         EXPECT_EQ(ours.closest(scene.scene_space.aimed_rays[i]).prim_id,
                   theirs.closest(scene.user_space.aimed_rays[i]).prim_id);
+    }
+}
+
+TEST(Chart, SaysInsteadOfDrawingPoliciesThatASceneDoesNotMove) {
+    const TemporaryFolder folder;
+    folder.write("still.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    Counted policies;
+    app::SceneFrames still(open_scene(folder.file("still.obj")));
+    const app::Chart chart = app::policy_chart(policies.context, still, "");
+    EXPECT_TRUE(chart.script.body.empty());
+    EXPECT_TRUE(chart.table.empty());
+    EXPECT_NE(chart.caption.find("one frame"), std::string::npos);
+    EXPECT_EQ(policies.steps, app::policy_steps());
+}
+
+TEST(MedianTree, IsSound) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Topology& topology = named.scene.topology();
+        const Bvh bvh = app::build_median_tree(topology, named.scene.positions());
+        EXPECT_EQ(check_bvh(bvh, topology, named.scene.positions()), std::vector<std::string>{})
+            << named.name;
+    }
+}
+
+TEST(QuantisedNode, ContainsTheBoxesThatItIsMadeOf) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
+        for (const Node& node : bvh.nodes) {
+            const auto coarse = app::quantised<std::uint8_t>(node);
+            const auto fine = app::quantised<std::uint16_t>(node);
+            for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+                const Box box = slot_box(node, slot);
+                if (box.empty()) continue;
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const int a = static_cast<int>(axis);
+                    EXPECT_LE(coarse.plane(axis, coarse.lower[axis][slot]), box.lower[a]);
+                    EXPECT_GE(coarse.plane(axis, coarse.upper[axis][slot]), box.upper[a]);
+                    EXPECT_LE(fine.plane(axis, fine.lower[axis][slot]), box.lower[a]);
+                    EXPECT_GE(fine.plane(axis, fine.upper[axis][slot]), box.upper[a]);
+                }
+            }
+        }
     }
 }
 

@@ -40,9 +40,16 @@ struct Contender {
 /// the machine has it.
 std::vector<Contender> rule_contenders(const ChartScene& scene);
 
+/// Box tests and precisions of nodes, with our rule over the plain traversal: plain slabs; padded
+/// by 2 ulp; ours; boxes of 16 and of 8 bits.
+std::vector<Contender> box_contenders(const ChartScene& scene);
+
 /// The tracers of the program: the scalar reference, single rays and packets of each SIMD target,
 /// and Vulkan if it can be had.
 std::vector<Contender> our_contenders(const ChartScene& scene, const BackendOptions& options);
+
+/// Our tracer of single rays on the best target.
+Contender single_contender(const ChartScene& scene);
 
 /// Embree, fast and robust, if the program was built with it.
 std::vector<Contender> embree_contenders(const ChartScene& scene);

@@ -24,10 +24,16 @@ Contender ours(std::string name, TraceBatch trace) {
     return contender;
 }
 
+Contender single(const ChartScene& scene, const cpu::SimdTarget& target) {
+    return ours(
+        fmt::format("single {}", target.name),
+        [tracer = cpu::WideTracer(scene.scene_space.bvh, target)](
+            std::span<const Ray> rays, std::span<Hit> hits) { tracer.intersect(rays, hits); });
+}
+
 /// The camera's pixels in packets; any other rays as single ones.
-Contender packets(const ChartScene& scene, const cpu::SimdTarget& target,
-                  const TraceBatch& single) {
-    Contender contender = ours(fmt::format("packets {}", target.name), single);
+Contender packets(const ChartScene& scene, const cpu::SimdTarget& target) {
+    Contender contender = ours(fmt::format("packets {}", target.name), single(scene, target).trace);
     contender.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
                                std::size_t tile, std::span<Hit> hits) {
         // Too large to be made for each tile.
@@ -59,6 +65,10 @@ void add_vulkan(const ChartScene& scene, const BackendOptions& options,
 
 }  // namespace
 
+Contender single_contender(const ChartScene& scene) {
+    return single(scene, cpu::supported_simd_targets().front());
+}
+
 std::vector<Contender> our_contenders(const ChartScene& scene, const BackendOptions& options) {
     const Bvh& bvh = scene.scene_space.bvh;
     std::vector<Contender> contenders;
@@ -67,12 +77,8 @@ std::vector<Contender> our_contenders(const ChartScene& scene, const BackendOpti
         for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer.intersect(rays[i]);
     }));
     for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
-        const TraceBatch single = [tracer = cpu::WideTracer(bvh, target)](std::span<const Ray> rays,
-                                                                          std::span<Hit> hits) {
-            tracer.intersect(rays, hits);
-        };
-        contenders.push_back(ours(fmt::format("single {}", target.name), single));
-        contenders.push_back(packets(scene, target, single));
+        contenders.push_back(single(scene, target));
+        contenders.push_back(packets(scene, target));
     }
     add_vulkan(scene, options, contenders);
     return contenders;

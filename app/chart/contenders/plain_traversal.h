@@ -12,16 +12,16 @@
 
 namespace morphray::app {
 
-/// Plain slabs whose far end is moved out by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT 2(2),
-/// 2013): no box is missed that the ray meets.
-class PaddedSlabs {
+/// Slabs as in every textbook, their far end times `kPad`.
+template <bool kPadded>
+class SlabsInFloat {
 public:
-    explicit PaddedSlabs(const Ray& ray)
+    explicit SlabsInFloat(const Ray& ray)
         : org_{ray.org.x, ray.org.y, ray.org.z},
           rdir_{1 / ray.dir.x, 1 / ray.dir.y, 1 / ray.dir.z} {}
 
     bool meets(const Node& node, std::uint32_t slot, float& t_enter) const {
-        constexpr float kPad = 1.00000024f;
+        constexpr float kPad = kPadded ? 1.00000024f : 1.0f;
         const std::array<const float*, 3> lower{node.lower_x, node.lower_y, node.lower_z};
         const std::array<const float*, 3> upper{node.upper_x, node.upper_y, node.upper_z};
         float enter = 0;
@@ -43,6 +43,11 @@ private:
     std::array<float, 3> rdir_;
 };
 
+using PlainSlabs = SlabsInFloat<false>;
+/// Moved out by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT 2(2), 2013): no box is missed that
+/// the ray meets.
+using PaddedSlabs = SlabsInFloat<true>;
+
 /// The dilated boxes of scene space.
 class DilatedSlabs {
 public:
@@ -58,9 +63,10 @@ private:
 };
 
 /// Rule(ray) and rule.intersect(a, b, c, t, u, v), true with t in (0, infinity). The nearest hit
-/// wins, of equal ones the smaller prim_id.
-template <class Rule, class Slabs>
-Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
+/// wins, of equal ones the smaller prim_id. slabs.meets(node, slot, t_enter); nodes are Node or
+/// what has its child[].
+template <class Rule, class Slabs, class Nodes>
+Hit trace_plainly(const Nodes& nodes, std::span<const Leaf> leaves, const Ray& ray) {
     struct Entry {
         float t_enter;
         std::uint32_t child;
@@ -76,7 +82,7 @@ Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
         const Entry entry = stack[--size];
         if (entry.t_enter > best_t) continue;
         if ((entry.child & kLeafBit) == 0) {
-            const Node& node = bvh.nodes[entry.child];
+            const auto& node = nodes[entry.child];
             const std::size_t base = size;
             for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
                 float t_enter;
@@ -88,7 +94,7 @@ Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
             }
             continue;
         }
-        const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
+        const Leaf& leaf = leaves[entry.child & ~kLeafBit];
         const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
         for (std::uint32_t i = 0; i < count; ++i) {
             const auto position = [&](std::uint32_t which) {
@@ -109,7 +115,7 @@ Hit trace_plainly(const Bvh& bvh, const Ray& ray) {
 template <class Rule, class Slabs>
 void trace_all_plainly(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
     for (std::size_t i = 0; i < rays.size(); ++i)
-        hits[i] = trace_plainly<Rule, Slabs>(bvh, rays[i]);
+        hits[i] = trace_plainly<Rule, Slabs>(bvh.nodes, bvh.leaves, rays[i]);
 }
 
 }  // namespace morphray::app

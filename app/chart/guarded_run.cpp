@@ -1,0 +1,94 @@
+#include "app/chart/guarded_run.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include "app/interrupt.h"
+#include "common/error.h"
+#include "common/stopwatch.h"
+
+namespace morphray::app {
+namespace {
+
+constexpr auto kLookEvery = std::chrono::milliseconds(2);
+// Of the limit, in which a busy machine lets a process have its time.
+constexpr double kWaitFactor = 50;
+
+[[noreturn]] void fail(const char* what) {
+    throw Error(ExitCode::kLimit, fmt::format("chart: no {}: {}", what, std::strerror(errno)));
+}
+
+[[noreturn]] void work_alone(const std::function<void()>& work, unsigned limit_s) {
+    const rlimit limit{limit_s, limit_s};
+    setrlimit(RLIMIT_CPU, &limit);
+    try {
+        work();
+    } catch (...) {
+        _exit(1);
+    }
+    // Without what the program does at its end: that is the caller's.
+    _exit(0);
+}
+
+double process_seconds(const rusage& usage) {
+    const auto seconds = [](const timeval& t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// Ended by the limit and not by a fault of its own: the system counts in ticks.
+bool ran_out(double seconds, unsigned limit_s) { return seconds > 0.95 * limit_s; }
+
+/// Ends the process and forgets it.
+void end(pid_t process) {
+    kill(process, SIGKILL);
+    waitpid(process, nullptr, 0);
+}
+
+}  // namespace
+
+SharedMemory::SharedMemory(std::size_t bytes) : bytes_(std::max<std::size_t>(1, bytes)) {
+    start_ = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (start_ == MAP_FAILED) fail("memory");
+}
+
+SharedMemory::~SharedMemory() { munmap(start_, bytes_); }
+
+RunEnd run_guarded(const std::function<void()>& work, unsigned limit_s) {
+    const Stopwatch watch;
+    const pid_t process = fork();
+    if (process < 0) fail("process");
+    if (process == 0) work_alone(work, limit_s);
+    for (;;) {
+        int status = 0;
+        rusage usage{};
+        if (wait4(process, &status, WNOHANG, &usage) == process) {
+            if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return RunEnd::kDone;
+            return ran_out(process_seconds(usage), limit_s) ? RunEnd::kNoEnd : RunEnd::kCrashed;
+        }
+        if (watch.ms() > 1e3 * kWaitFactor * limit_s) {
+            end(process);
+            return RunEnd::kNoEnd;
+        }
+        try {
+            throw_if_interrupted();
+        } catch (...) {
+            end(process);
+            throw;
+        }
+        std::this_thread::sleep_for(kLookEvery);
+    }
+}
+
+}  // namespace morphray::app

@@ -1,0 +1,30 @@
+// Surfaces stay closed on the device.
+#include <gtest/gtest.h>
+
+#include "common/bvh_builder.h"
+#include "gpu/vulkan_backend.h"
+#include "tests/support/closed_poses.h"
+
+namespace morphray::test {
+namespace {
+
+TEST(WatertightOnVulkan, LetsNoRayOutAfterAThousandRefits) {
+    const TestScene scene = icosphere(3);
+    const auto vulkan = gpu::make_vulkan_backend({.device = "", .validate = true});
+    vulkan->set_scene(scene.topology(), scene.positions(),
+                      build_bvh(scene.topology(), scene.positions()));
+    Random random(23);
+    std::vector<Hit> hits(1000);
+    std::size_t leaks = 0;
+    for (int pose = 0; pose < 1000; ++pose) {
+        const std::vector<vec3> positions = breathing(scene.positions(), random);
+        vulkan->refit(positions);
+        const std::vector<Ray> rays = rays_from_inside(scene, positions, hits.size(), random);
+        vulkan->trace_rays(rays, hits);
+        for (const Hit& hit : hits) leaks += hit.prim_id == kNoPrim;
+    }
+    EXPECT_EQ(leaks, 0u);
+}
+
+}  // namespace
+}  // namespace morphray::test
