@@ -64,4 +64,13 @@ void parse_update_budget(const std::string& option, const std::string& text, Upd
     if (in_percent) config.budget = *value / 100;
 }
 
+UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer) {
+    // bench/updates: packets 0.08 (explode) to 0.26 (shuffle), one ray a lane 0.33 to 0.4.
+    constexpr double kPackets = 0.15;
+    constexpr double kSingleRays = 0.4;
+    if (!config.deterministic)
+        config.first_exponent = tracer.name() == "cpu" ? kPackets : kSingleRays;
+    return config;
+}
+
 }  // namespace morphray::app

@@ -12,6 +12,10 @@ namespace {
 // the frame is within 5 % of the refitted one's cost either way on waves and cloth).
 constexpr double kSound = 1.05;
 
+// No frame is to be traced for longer than 1.25 times what a tree built for it would take; the
+// model is no more exact than the rest of that.
+constexpr double kMostLoss = 0.2;
+
 // Whatever the budget: a tree that is older when it is shown is no better than the one before.
 constexpr double kMostBuildFrames = 64;
 
@@ -51,8 +55,10 @@ UpdateDecision AutoPolicy::plan() { return {UpdateStep::kRefit, "a refit comes f
 
 bool AutoPolicy::restructuring_is_due(double cost_ratio) const {
     if (wait_ > 0) return false;
-    const double avoidable = loss(cost_ratio) - residual(cost_ratio);
-    return avoidable > restructure_price() ||
+    const double unavoidable = residual(cost_ratio);
+    const double avoidable = loss(cost_ratio) - unavoidable;
+    const bool loses_most = unavoidable <= kMostLoss && loss(cost_ratio) > kMostLoss;
+    return loses_most || avoidable > restructure_price() ||
            restructurings_.is_due(avoidable, restructure_price());
 }
 
@@ -86,12 +92,31 @@ UpdateDecision AutoPolicy::rebuild_when_due(const RefittedTree& tree) const {
     if (now > price) return {UpdateStep::kRebuild, "a jump: " + known};
     if (tree.new_tree) return {UpdateStep::kRefit, "a new tree: " + known};
     if (tree.build_pending) return {UpdateStep::kRefit, "a build goes on behind: " + known};
-    if (!builds_.is_due(now, price)) return {UpdateStep::kRefit, "not yet due: " + known};
-    const double share = config_.budget_ms > 0 ? config_.budget_ms : config_.budget * frame_cost_;
-    if (build_cost_ <= share) return {UpdateStep::kRebuild, "due: " + known};
-    const double build_frames = std::min(std::ceil(build_cost_ / share), kMostBuildFrames);
-    return {UpdateStep::kRebuildBehind, "due, and over the budget: " + known,
-            static_cast<std::uint32_t>(build_frames)};
+    const bool is_due = builds_.is_due(now, price);
+    if (build_cost_ <= budget()) {
+        if (now > kMostLoss) return {UpdateStep::kRebuild, "too slow: " + known};
+        if (is_due) return {UpdateStep::kRebuild, "due: " + known};
+    } else if (is_due || will_lose_most(tree.cost_ratio)) {
+        return {UpdateStep::kRebuildBehind,
+                (is_due ? "due, and over the budget: " : "soon too slow: ") + known,
+                static_cast<std::uint32_t>(build_frames())};
+    }
+    return {UpdateStep::kRefit, "not yet due: " + known};
+}
+
+double AutoPolicy::budget() const {
+    return config_.budget_ms > 0 ? config_.budget_ms : config_.budget * frame_cost_;
+}
+
+double AutoPolicy::build_frames() const {
+    return std::min(std::ceil(build_cost_ / budget()), kMostBuildFrames);
+}
+
+bool AutoPolicy::will_lose_most(double cost_ratio) const {
+    // Where a tree is as slow when it is taken, another one will be, too.
+    if (loss(first_ratio_) > kMostLoss) return false;
+    const double growth = std::max(1.0, cost_ratio / last_ratio_);
+    return residual(cost_ratio * std::pow(growth, build_frames())) > kMostLoss;
 }
 
 void AutoPolicy::remember_trace(double sound_trace) {
@@ -115,7 +140,9 @@ void AutoPolicy::frame_done(const FrameCost& cost) {
     if (cost.new_tree) {
         builds_.start_over(build_price());
         floor_ratio_ = 1;
+        first_ratio_ = cost.cost_ratio;
     }
+    last_ratio_ = cost.cost_ratio;
     const double unavoidable = residual(cost.cost_ratio);
     builds_.add(unavoidable);
     restructurings_.add(loss(cost.cost_ratio) - unavoidable);

@@ -235,14 +235,14 @@ TEST(AutoPolicy, WhileABuildIsPendingNoOtherIsBegun) {
 }
 
 TEST(SlowdownModel, FindsTheExponentOfItsObservations) {
-    SlowdownModel model;
+    SlowdownModel model(0.3);
     for (int i = 0; i < 30; ++i) model.learn(4, 2, 1, 1);
     EXPECT_NEAR(model.exponent(), 0.5, 0.03);
     EXPECT_NEAR(model.slowdown(16), 4, 0.5);
 }
 
 TEST(SlowdownModel, SoundTreeHasNoneAndAHopelessOneNoEnd) {
-    const SlowdownModel model;
+    const SlowdownModel model(0.3);
     EXPECT_EQ(model.slowdown(1), 1);
     EXPECT_EQ(model.slowdown(0.3), 1);
     EXPECT_EQ(model.slowdown(0), 1);
@@ -250,7 +250,7 @@ TEST(SlowdownModel, SoundTreeHasNoneAndAHopelessOneNoEnd) {
 }
 
 TEST(SlowdownModel, WhatSaysNothingTeachesNothing) {
-    SlowdownModel model;
+    SlowdownModel model(0.3);
     const double before = model.exponent();
     const double infinity = std::numeric_limits<double>::infinity();
     model.learn(1, 5, 1, 1);
@@ -263,8 +263,8 @@ TEST(SlowdownModel, WhatSaysNothingTeachesNothing) {
 }
 
 TEST(SlowdownModel, WatchedFramesDrawTheGuessButNeverToNothing) {
-    SlowdownModel idle;
-    SlowdownModel slow;
+    SlowdownModel idle(0.3);
+    SlowdownModel slow(0.3);
     const double guess = idle.exponent();
     for (const double ratio : {1.0, 2.0, 4.0, 8.0}) {
         idle.watch(ratio, 10);
@@ -276,7 +276,7 @@ TEST(SlowdownModel, WatchedFramesDrawTheGuessButNeverToNothing) {
 }
 
 TEST(SlowdownModel, StaysWithinReasonWhateverClocksSay) {
-    SlowdownModel model;
+    SlowdownModel model(0.3);
     for (int i = 0; i < 50; ++i) model.learn(1.2, 1e6, 1, 1e-6);
     EXPECT_LE(model.exponent(), 1.25);
     for (int i = 0; i < 50; ++i) model.learn(1.2, 1e-6, 1, 1e6);
