@@ -31,6 +31,12 @@ constexpr double kNextRestructureCost = 0.5;
 constexpr double kHelpful = 0.3;
 constexpr int kLongestWait = 64;
 
+// A build was measured once, perhaps when all was cold or busy. Each one that goes on behind makes
+// its price this much less certain, down to a part of what was measured, so that a build which is
+// hardly over the budget is tried in a frame again.
+constexpr double kFading = 0.9;
+constexpr double kFaded = 0.7;
+
 }  // namespace
 
 double AutoPolicy::loss(double cost_ratio) const {
@@ -115,8 +121,8 @@ double AutoPolicy::build_frames() const {
 bool AutoPolicy::will_lose_most(double cost_ratio) const {
     // Where a tree is as slow when it is taken, another one will be, too.
     if (loss(first_ratio_) > kMostLoss) return false;
-    const double growth = std::max(1.0, cost_ratio / last_ratio_);
-    return residual(cost_ratio * std::pow(growth, build_frames())) > kMostLoss;
+    const double growth = std::max(0.0, cost_ratio - last_ratio_);
+    return residual(cost_ratio + build_frames() * growth) > kMostLoss;
 }
 
 void AutoPolicy::remember_trace(double sound_trace) {
@@ -129,7 +135,11 @@ void AutoPolicy::remember_trace(double sound_trace) {
 }
 
 void AutoPolicy::frame_done(const FrameCost& cost) {
-    if (cost.rebuild > 0) build_cost_ = cost.rebuild;
+    if (cost.rebuild > 0) {
+        build_cost_ = measured_build_cost_ = cost.rebuild;
+    } else if (cost.new_tree) {
+        build_cost_ = std::max(kFading * build_cost_, kFaded * measured_build_cost_);
+    }
     if (cost.restructure > 0) restructure_cost_ = cost.restructure;
     frame_cost_ = cost.refit + cost.trace;
     if (cost.new_tree || cost.restructure > 0) {

@@ -29,7 +29,7 @@ public:
     UpdateDecision review(const RefittedTree& tree) override;
     bool needs_cost_ratio() const override { return true; }
     bool may_restructure() const override { return true; }
-    void built(double cost) override { build_cost_ = cost; }
+    void built(double cost) override { build_cost_ = measured_build_cost_ = cost; }
     void frame_done(const FrameCost& cost) override;
 
 private:
@@ -59,6 +59,7 @@ private:
     LossAccount builds_;
     LossAccount restructurings_;
     double build_cost_ = 0;
+    double measured_build_cost_ = 0;
     /// 0 before the first.
     double restructure_cost_ = 0;
     /// The median of the last traces, each as if of a sound tree; 0 before the first, which makes

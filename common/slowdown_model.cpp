@@ -26,13 +26,10 @@ double SlowdownModel::slowdown(double cost_ratio) const {
     return std::pow(cost_ratio, exponent());
 }
 
-double SlowdownModel::guess() const {
-    return (kFirstWeight * first_exponent_ + watched_weight_ * watched_exponent_) /
-           (kFirstWeight + watched_weight_);
-}
-
 double SlowdownModel::exponent() const {
-    return (kFirstWeight * guess() + weighted_exponent_) / (kFirstWeight + weight_);
+    return (kFirstWeight * first_exponent_ + watched_weight_ * watched_exponent_ +
+            weighted_exponent_) /
+           (kFirstWeight + watched_weight_ + weight_);
 }
 
 void SlowdownModel::watch(double cost_ratio, double trace) {

@@ -28,8 +28,6 @@ public:
     void forget_watched() { first_trace_ = 0; }
 
 private:
-    double guess() const;
-
     double first_exponent_;
     double weight_ = 0;
     double weighted_exponent_ = 0;

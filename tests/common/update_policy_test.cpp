@@ -28,6 +28,7 @@ struct Clip {
 struct Played {
     std::vector<UpdateStep> steps;
     double total = 0;
+    double worst_slowdown = 1;
     int rebuilds = 0;
     int restructurings = 0;
 };
@@ -72,6 +73,7 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
         }
         cost.cost_ratio = clip.ratio(age) - cured;
         cost.trace = clip.sound * clip.slowdown(cost.cost_ratio);
+        played.worst_slowdown = std::max(played.worst_slowdown, cost.trace / clip.sound);
         cost.build_pending = pending;
         policy.frame_done(cost);
         played.steps.push_back(decision.step);
@@ -197,6 +199,31 @@ TEST(AutoPolicy, JumpThatRestructuringLeavesIsRebuiltAtOnceWhateverTheBudget) {
     policy->frame_done({.refit = 0.1, .trace = 100});
     EXPECT_EQ(policy->review({.cost_ratio = 100}).step, UpdateStep::kRestructure);
     EXPECT_EQ(policy->review({.cost_ratio = 100, .restructured = true}).step, UpdateStep::kRebuild);
+}
+
+TEST(AutoPolicy, NoFrameIsAQuarterSlowerThanSoundWhateverThatCosts) {
+    Clip clip;
+    clip.build = 7;
+    EXPECT_LE(play("auto", clip, 200).worst_slowdown, 1.25);
+    // Over the budget: begun early enough.
+    clip.build = 30;
+    clip.ratio = [](int age) { return 1 + 0.15 * age; };
+    EXPECT_LE(play("auto", clip, 200).worst_slowdown, 1.25);
+    clip.cure = 1;
+    clip.restructure = 9;
+    EXPECT_LE(play("auto", clip, 200).worst_slowdown, 1.25);
+}
+
+TEST(AutoPolicy, TreesThatAreTooLateWhenTheyAreTakenDoNotBegetOthers) {
+    const auto policy = make_update_policy("auto");
+    policy->built(1e6);
+    policy->frame_done({.refit = 0.1, .trace = 10, .cost_ratio = 4, .new_tree = true});
+    for (int frame = 0; frame < 100; ++frame) {
+        const UpdateDecision decision =
+            policy->review({.cost_ratio = 4, .restructured = frame % 2 == 0});
+        ASSERT_NE(decision.step, UpdateStep::kRebuildBehind) << frame;
+        policy->frame_done({.refit = 0.1, .trace = 10, .cost_ratio = 4});
+    }
 }
 
 TEST(AutoPolicy, TreeOfACollapsedSceneIsRebuiltWhenItUnfolds) {
