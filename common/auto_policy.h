@@ -14,9 +14,9 @@ namespace morphray {
 /// remedy's price by itself is a *jump* and gets it at once. Other builds that would take more than
 /// the budget go on behind while refitted frames are shown.
 ///
-/// Whatever the accounts say, a frame that would lose more than kMostLoss gets a remedy, and a
-/// build behind begins so early that its tree is there before such a frame, as far as the last
-/// frame's rot tells.
+/// Whatever the accounts say, a frame that would lose more than a fifth (kMostLoss) gets a remedy,
+/// and a build behind begins so early that its tree is there before such a frame, as far as the
+/// last frame's rot tells.
 ///
 /// Losses are not seen in times, which change with the picture. They are what the cost ratio
 /// explains (SlowdownModel), in units of the time that a sound tree would take.
