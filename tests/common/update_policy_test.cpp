@@ -201,6 +201,16 @@ TEST(AutoPolicy, JumpThatRestructuringLeavesIsRebuiltAtOnceWhateverTheBudget) {
     EXPECT_EQ(policy->review({.cost_ratio = 100, .restructured = true}).step, UpdateStep::kRebuild);
 }
 
+TEST(AutoPolicy, LeapBeyondWhatTheModelKnowsIsRebuiltAtOnce) {
+    const auto policy = make_update_policy("auto", {.budget = 1e-6});
+    policy->built(60);
+    policy->frame_done({.refit = 0.1, .trace = 10});
+    policy->review({.cost_ratio = 200});
+    EXPECT_EQ(policy->review({.cost_ratio = 200, .restructured = true}).step, UpdateStep::kRebuild);
+    policy->frame_done({.refit = 0.1, .restructure = 1, .trace = 10, .cost_ratio = 190});
+    EXPECT_NE(policy->review({.cost_ratio = 200}).step, UpdateStep::kRebuild);
+}
+
 TEST(AutoPolicy, NoFrameIsAQuarterSlowerThanSoundWhateverThatCosts) {
     Clip clip;
     clip.build = 7;
