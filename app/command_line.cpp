@@ -256,7 +256,7 @@ void CommandLine::add_tree_options(CLI::App& command, const char* update) {
 void CommandLine::add_update_limits(CLI::App& command) {
     UpdateConfig& config = options_.tree.update_config;
     add(command, "--update-budget", "N%|Nms",
-        "what an update may add to a frame; a build that takes longer goes on behind (50%)",
+        "what an update may add to a frame; a build that takes longer goes on behind (75%)",
         [&config](const std::string& option, const std::string& value) {
             parse_update_budget(option, value, config);
         });

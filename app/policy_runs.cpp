@@ -4,6 +4,7 @@
 
 #include "app/backends.h"
 #include "app/interrupt.h"
+#include "app/update_options.h"
 #include "common/stopwatch.h"
 #include "common/tree_updater.h"
 
@@ -107,7 +108,7 @@ double PolicyRunner::measure(const std::function<void()>& on_frame) {
 
 std::vector<PolicyFrame> PolicyRunner::play(const std::string& policy,
                                             const std::function<void()>& on_frame) {
-    UpdateConfig config = options_.tree.update_config;
+    UpdateConfig config = for_tracer(options_.tree.update_config, *backend_);
     config.record_cost_ratio = true;
     const double build_at = options_.tree.build_at.value_or(frames_.front());
     TreeUpdater updater(scene_.clip().topology(), scene_.positions(build_at), *backend_, nullptr,

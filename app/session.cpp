@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "app/backends.h"
+#include "app/update_options.h"
 #include "common/stopwatch.h"
 
 namespace morphray::app {
@@ -20,7 +21,7 @@ Session::Session(SceneFrames& frames, const TreeOptions& options, int threads, d
     times_.deform_ms = deform.ms();
     updater_ = std::make_unique<TreeUpdater>(
         frames_.clip().topology(), positions, *tracer_, refitter_.get(),
-        make_update_policy(options.update, options.update_config),
+        make_update_policy(options.update, for_tracer(options.update_config, *tracer_)),
         BuildConfig{.split = options.split, .threads = threads}, options.update_config);
     take_times();
 }

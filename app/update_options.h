@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/backend.h"
 #include "common/update_policy.h"
 
 namespace morphray::app {
@@ -19,5 +20,8 @@ std::vector<std::string> parse_updates(const std::string& option, const std::str
 
 /// "30%" of a frame, above 0, or "2.5ms". Throws Error(kUsage).
 void parse_update_budget(const std::string& option, const std::string& text, UpdateConfig& config);
+
+/// With the first_exponent of tracers like this one, unless decisions must be those of all others.
+UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer);
 
 }  // namespace morphray::app

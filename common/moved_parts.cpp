@@ -11,8 +11,12 @@
 namespace morphray {
 namespace {
 
-// Blocks a task: 48 KiB of positions.
-constexpr std::uint32_t kGrain = 256;
+// Blocks a task: 192 KiB of positions.
+constexpr std::uint32_t kGrain = 1024;
+
+// Blocks that are compared at once, 6 KiB: where none of them has moved, that takes 0.6 of the time
+// of comparing each.
+constexpr std::uint32_t kStretch = 32;
 
 /// Calls `use(block)` once for each block of a leaf's vertices.
 template <class Use>
@@ -52,25 +56,41 @@ PoseMemory::PoseMemory(std::span<const vec3> positions)
 
 std::uint32_t PoseMemory::advance(std::span<const vec3> positions) {
     assert(positions.size() == positions_.size());
+    // Whether those vertices are what they were; `count` is cut at the last one.
+    const auto same = [&](std::size_t begin, std::size_t& count) {
+        count = std::min(count, positions.size() - begin);
+        return std::memcmp(&positions_[begin], &positions[begin], count * sizeof(vec3)) == 0;
+    };
     const auto take_over = [&](std::uint32_t block) -> std::uint32_t {
         const std::size_t begin = std::size_t{block} * kMotionBlock;
-        const std::size_t count = std::min<std::size_t>(kMotionBlock, positions.size() - begin);
-        const std::size_t bytes = count * sizeof(vec3);
-        const bool same = std::memcmp(&positions_[begin], &positions[begin], bytes) == 0;
-        moved_[block] = same ? 0 : 1;
-        if (!same) std::memcpy(&positions_[begin], &positions[begin], bytes);
-        return same ? 0 : 1;
+        std::size_t count = kMotionBlock;
+        moved_[block] = same(begin, count) ? 0 : 1;
+        if (moved_[block] != 0)
+            std::memcpy(&positions_[begin], &positions[begin], count * sizeof(vec3));
+        return moved_[block];
+    };
+    const auto take_over_stretch = [&](std::uint32_t first, std::uint32_t end) {
+        std::size_t vertices = std::size_t{end - first} * kMotionBlock;
+        std::uint32_t count = 0;
+        if (same(std::size_t{first} * kMotionBlock, vertices)) {
+            std::fill(moved_.begin() + first, moved_.begin() + end, std::uint8_t{0});
+        } else {
+            for (std::uint32_t block = first; block < end; ++block) count += take_over(block);
+        }
+        return count;
     };
     using Range = tbb::blocked_range<std::uint32_t>;
     return tbb::parallel_reduce(
         Range(0, block_count(), kGrain), std::uint32_t{0},
         [&](const Range& range, std::uint32_t count) {
-            for (std::uint32_t block = range.begin(); block != range.end(); ++block)
-                count += take_over(block);
+            for (std::uint32_t block = range.begin(); block < range.end(); block += kStretch)
+                count += take_over_stretch(block, std::min(block + kStretch, range.end()));
             return count;
         },
         std::plus<>());
 }
+
+std::vector<std::uint32_t> PoseMemory::moved_blocks() const { return indices_of(moved_); }
 
 BlockLeaves::BlockLeaves(const Bvh& bvh, std::uint32_t block_count) : begin_(block_count + 1) {
     const auto leaf_count = static_cast<std::uint32_t>(bvh.leaf_parents.size());
@@ -90,8 +110,7 @@ BlockLeaves::BlockLeaves(const Bvh& bvh, std::uint32_t block_count) : begin_(blo
 MovedParts BlockLeaves::reached(const Bvh& bvh, const PoseMemory& pose) const {
     assert(pose.block_count() + 1 == begin_.size());
     std::vector<std::uint8_t> leaf_moved(bvh.leaf_parents.size());
-    for (std::uint32_t block = 0; block < pose.block_count(); ++block) {
-        if (!pose.moved(block)) continue;
+    for (const std::uint32_t block : pose.moved_blocks()) {
         for (std::uint32_t i = begin_[block]; i < begin_[block + 1]; ++i)
             leaf_moved[leaves_[i]] = 1;
     }

@@ -27,6 +27,8 @@ public:
     std::uint32_t advance(std::span<const vec3> positions);
     /// Whether the block differed in the last advance().
     bool moved(std::uint32_t block) const { return moved_[block] != 0; }
+    /// Those that did, ascending.
+    std::vector<std::uint32_t> moved_blocks() const;
 
 private:
     std::vector<vec3> positions_;

@@ -8,7 +8,6 @@ namespace morphray {
 namespace {
 
 // The guess weighs as much as one tree that was replaced at a ratio of 2.
-constexpr double kFirstExponent = 0.3;
 constexpr double kFirstWeight = 0.48;
 // What an observation still weighs when the next one comes.
 constexpr double kMemory = 0.8;
@@ -27,13 +26,10 @@ double SlowdownModel::slowdown(double cost_ratio) const {
     return std::pow(cost_ratio, exponent());
 }
 
-double SlowdownModel::guess() const {
-    return (kFirstWeight * kFirstExponent + watched_weight_ * watched_exponent_) /
-           (kFirstWeight + watched_weight_);
-}
-
 double SlowdownModel::exponent() const {
-    return (kFirstWeight * guess() + weighted_exponent_) / (kFirstWeight + weight_);
+    return (kFirstWeight * first_exponent_ + watched_weight_ * watched_exponent_ +
+            weighted_exponent_) /
+           (kFirstWeight + watched_weight_ + weight_);
 }
 
 void SlowdownModel::watch(double cost_ratio, double trace) {

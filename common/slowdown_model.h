@@ -10,6 +10,9 @@ namespace morphray {
 /// guess, drawn to how traces have gone while the present tree rotted.
 class SlowdownModel {
 public:
+    /// A guess from 0 to 1.25.
+    explicit SlowdownModel(double first_exponent) : first_exponent_(first_exponent) {}
+
     /// Of a ratio of infinity: infinite; of one up to 1: 1.
     double slowdown(double cost_ratio) const;
     double exponent() const;
@@ -25,8 +28,7 @@ public:
     void forget_watched() { first_trace_ = 0; }
 
 private:
-    double guess() const;
-
+    double first_exponent_;
     double weight_ = 0;
     double weighted_exponent_ = 0;
     /// Of the first frame of the present tree; 0 while there is none.

@@ -79,8 +79,11 @@ struct UpdateConfig {
     bool deterministic = false;
     /// What an update may add to a frame; a build that takes more goes on behind. As a part of the
     /// frame's refit and trace, or, if above 0, in ms.
-    double budget = 0.5;
+    double budget = 0.75;
     double budget_ms = 0;
+    /// What tracing is taken to slow down like, a power of the cost ratio, until trees that were
+    /// replaced have shown it (SlowdownModel).
+    double first_exponent = 0.3;
     /// Find the cost ratio of every frame for the record, whether the policy looks at it or not.
     bool record_cost_ratio = false;
 };

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "common/procedural/colours.h"
@@ -41,7 +42,7 @@ std::vector<Ball> make_balls(std::uint64_t triangles) {
     return balls;
 }
 
-glm::dvec3 centre_of(std::uint32_t ball, double frame) {
+glm::dvec3 on_orbit(std::uint32_t ball, double frame) {
     const glm::dvec3 axis = uniform_direction(kSeed, ball, 0);
     const glm::dvec3 any = uniform_direction(kSeed, ball, 2);
     const glm::dvec3 across = glm::cross(axis, any);
@@ -51,18 +52,36 @@ glm::dvec3 centre_of(std::uint32_t ball, double frame) {
     return rotate(radius / glm::length(across) * across, axis, turn);
 }
 
-}  // namespace
+/// Where a ball stands until the next time that all leap at once: uniform in the unit ball.
+glm::dvec3 after_leaps(std::uint32_t ball, double frame) {
+    constexpr double kFramesAtRest = 3;
+    const auto draw = 8 + 5 * static_cast<std::uint64_t>(std::floor(frame / kFramesAtRest));
+    // The largest of three is spread like a cube root.
+    const double radius = std::max({uniform(kSeed, ball, draw), uniform(kSeed, ball, draw + 1),
+                                    uniform(kSeed, ball, draw + 2)});
+    return radius * uniform_direction(kSeed, ball, draw + 3);
+}
 
-DeformingMesh make_orbits(std::uint64_t triangles) {
+/// At rest in even frames, a little aside in odd ones.
+glm::dvec3 swinging(std::uint32_t ball, double frame) {
+    constexpr double kAside = 0.05;
+    const bool aside = std::fmod(std::floor(frame), 2) != 0;
+    const glm::dvec3 place = on_orbit(ball, 0);
+    return aside ? place + kAside * uniform_direction(kSeed, ball, 7) : place;
+}
+
+using Centre = glm::dvec3 (*)(std::uint32_t ball, double frame);
+
+DeformingMesh make_moving_balls(std::uint64_t triangles, Centre centre_of, double acceleration) {
     const std::vector<Ball> balls = make_balls(triangles);
     DeformingMesh mesh;
     for (std::size_t i = 0; i < balls.size(); ++i) {
         balls[i].sphere.append_to(mesh.topology,
                                   [i](std::uint32_t, std::uint32_t) { return palette(i); });
     }
-    mesh.acceleration = kAcceleration;
+    mesh.acceleration = acceleration;
     const double size = 0.5 / (1 + cube_root(balls.size()));
-    mesh.move = [balls, size](double frame, VertexRange range, std::span<vec3> out) {
+    mesh.move = [balls, size, centre_of](double frame, VertexRange range, std::span<vec3> out) {
         const auto after = std::upper_bound(
             balls.begin(), balls.end(), range.begin,
             [](std::uint32_t vertex, const Ball& ball) { return vertex < ball.first_vertex; });
@@ -79,6 +98,20 @@ DeformingMesh make_orbits(std::uint64_t triangles) {
         }
     };
     return mesh;
+}
+
+}  // namespace
+
+DeformingMesh make_orbits(std::uint64_t triangles) {
+    return make_moving_balls(triangles, on_orbit, kAcceleration);
+}
+
+DeformingMesh make_teleport(std::uint64_t triangles) {
+    return make_moving_balls(triangles, after_leaps, 0);
+}
+
+DeformingMesh make_swing(std::uint64_t triangles) {
+    return make_moving_balls(triangles, swinging, 0);
 }
 
 }  // namespace morphray

@@ -34,6 +34,8 @@ constexpr std::array kEntries = {
     Entry{{"orbits", "balls on crossing orbits", 40000}, make_orbits},
     Entry{{"gather", "chunks of a sphere flying apart and back", 60000}, make_gather},
     Entry{{"mirror", "a closed mesh turning inside out", 20000}, make_mirror},
+    Entry{{"teleport", "balls that leap elsewhere all at once", 40000}, make_teleport},
+    Entry{{"swing", "balls that step aside and back", 40000}, make_swing},
 };
 
 constexpr auto kScenes = [] {

@@ -45,6 +45,13 @@ DeformingMesh make_wave(std::uint64_t triangles);
 /// Balls on crossing orbits about a centre, so that what is near each other changes all the time.
 DeformingMesh make_orbits(std::uint64_t triangles);
 
+/// The same balls, all of which leap elsewhere at once at every third frame.
+DeformingMesh make_teleport(std::uint64_t triangles);
+
+/// The same balls, each a little aside in every odd frame: a tree that is hardly worth a new one,
+/// and is sound again a frame later.
+DeformingMesh make_swing(std::uint64_t triangles);
+
 /// A closed mesh without symmetry that becomes its mirror image, inside out, through a plane at
 /// frame 12.
 DeformingMesh make_mirror(std::uint64_t triangles);

@@ -18,4 +18,12 @@ inline std::string square_at(double x) {
                        x + 1);
 }
 
+/// Poses of a square of which one, with as many vertices and faces, is split along the other
+/// diagonal.
+inline std::string square_of_frame(int frame, int other_frame) {
+    const std::string square = square_at(0.1 * frame);
+    if (frame != other_frame) return square;
+    return square.substr(0, square.find('f')) + "f 1 2 4\nf 2 3 4\n";
+}
+
 }  // namespace morphray::test

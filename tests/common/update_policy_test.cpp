@@ -28,6 +28,7 @@ struct Clip {
 struct Played {
     std::vector<UpdateStep> steps;
     double total = 0;
+    double worst_slowdown = 1;
     int rebuilds = 0;
     int restructurings = 0;
 };
@@ -72,6 +73,7 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
         }
         cost.cost_ratio = clip.ratio(age) - cured;
         cost.trace = clip.sound * clip.slowdown(cost.cost_ratio);
+        played.worst_slowdown = std::max(played.worst_slowdown, cost.trace / clip.sound);
         cost.build_pending = pending;
         policy.frame_done(cost);
         played.steps.push_back(decision.step);
@@ -199,6 +201,41 @@ TEST(AutoPolicy, JumpThatRestructuringLeavesIsRebuiltAtOnceWhateverTheBudget) {
     EXPECT_EQ(policy->review({.cost_ratio = 100, .restructured = true}).step, UpdateStep::kRebuild);
 }
 
+TEST(AutoPolicy, LeapBeyondWhatTheModelKnowsIsRebuiltAtOnce) {
+    const auto policy = make_update_policy("auto", {.budget = 1e-6});
+    policy->built(60);
+    policy->frame_done({.refit = 0.1, .trace = 10});
+    policy->review({.cost_ratio = 200});
+    EXPECT_EQ(policy->review({.cost_ratio = 200, .restructured = true}).step, UpdateStep::kRebuild);
+    policy->frame_done({.refit = 0.1, .restructure = 1, .trace = 10, .cost_ratio = 190});
+    EXPECT_NE(policy->review({.cost_ratio = 200}).step, UpdateStep::kRebuild);
+}
+
+TEST(AutoPolicy, NoFrameIsAQuarterSlowerThanSoundWhateverThatCosts) {
+    Clip clip;
+    clip.build = 7;
+    EXPECT_LE(play("auto", clip, 200).worst_slowdown, 1.25);
+    // Over the budget: begun early enough.
+    clip.build = 30;
+    clip.ratio = [](int age) { return 1 + 0.15 * age; };
+    EXPECT_LE(play("auto", clip, 200).worst_slowdown, 1.25);
+    clip.cure = 1;
+    clip.restructure = 9;
+    EXPECT_LE(play("auto", clip, 200).worst_slowdown, 1.25);
+}
+
+TEST(AutoPolicy, TreesThatAreTooLateWhenTheyAreTakenDoNotBegetOthers) {
+    const auto policy = make_update_policy("auto");
+    policy->built(1e6);
+    policy->frame_done({.refit = 0.1, .trace = 10, .cost_ratio = 4, .new_tree = true});
+    for (int frame = 0; frame < 100; ++frame) {
+        const UpdateDecision decision =
+            policy->review({.cost_ratio = 4, .restructured = frame % 2 == 0});
+        ASSERT_NE(decision.step, UpdateStep::kRebuildBehind) << frame;
+        policy->frame_done({.refit = 0.1, .trace = 10, .cost_ratio = 4});
+    }
+}
+
 TEST(AutoPolicy, TreeOfACollapsedSceneIsRebuiltWhenItUnfolds) {
     const auto policy = make_update_policy("auto");
     policy->built(50);
@@ -235,14 +272,14 @@ TEST(AutoPolicy, WhileABuildIsPendingNoOtherIsBegun) {
 }
 
 TEST(SlowdownModel, FindsTheExponentOfItsObservations) {
-    SlowdownModel model;
+    SlowdownModel model(0.3);
     for (int i = 0; i < 30; ++i) model.learn(4, 2, 1, 1);
     EXPECT_NEAR(model.exponent(), 0.5, 0.03);
     EXPECT_NEAR(model.slowdown(16), 4, 0.5);
 }
 
 TEST(SlowdownModel, SoundTreeHasNoneAndAHopelessOneNoEnd) {
-    const SlowdownModel model;
+    const SlowdownModel model(0.3);
     EXPECT_EQ(model.slowdown(1), 1);
     EXPECT_EQ(model.slowdown(0.3), 1);
     EXPECT_EQ(model.slowdown(0), 1);
@@ -250,7 +287,7 @@ TEST(SlowdownModel, SoundTreeHasNoneAndAHopelessOneNoEnd) {
 }
 
 TEST(SlowdownModel, WhatSaysNothingTeachesNothing) {
-    SlowdownModel model;
+    SlowdownModel model(0.3);
     const double before = model.exponent();
     const double infinity = std::numeric_limits<double>::infinity();
     model.learn(1, 5, 1, 1);
@@ -263,8 +300,8 @@ TEST(SlowdownModel, WhatSaysNothingTeachesNothing) {
 }
 
 TEST(SlowdownModel, WatchedFramesDrawTheGuessButNeverToNothing) {
-    SlowdownModel idle;
-    SlowdownModel slow;
+    SlowdownModel idle(0.3);
+    SlowdownModel slow(0.3);
     const double guess = idle.exponent();
     for (const double ratio : {1.0, 2.0, 4.0, 8.0}) {
         idle.watch(ratio, 10);
@@ -276,7 +313,7 @@ TEST(SlowdownModel, WatchedFramesDrawTheGuessButNeverToNothing) {
 }
 
 TEST(SlowdownModel, StaysWithinReasonWhateverClocksSay) {
-    SlowdownModel model;
+    SlowdownModel model(0.3);
     for (int i = 0; i < 50; ++i) model.learn(1.2, 1e6, 1, 1e-6);
     EXPECT_LE(model.exponent(), 1.25);
     for (int i = 0; i < 50; ++i) model.learn(1.2, 1e-6, 1, 1e6);

@@ -111,6 +111,47 @@ TEST(PoseMemory, SeesTheSmallestChangeAndNoneWhereThereIsNone) {
     EXPECT_EQ(pose.positions().back(), positions.back());
 }
 
+TEST(PoseMemory, TellsEachBlockWithAMovedVertexAndNoOther) {
+    // Several stretches and tasks, and a last block that is not whole.
+    std::vector<vec3> positions(70005, vec3(0.5f));
+    PoseMemory pose(positions);
+    Random random(7);
+    for (int round = 0; round < 50; ++round) {
+        std::vector<std::uint32_t> expected;
+        for (std::uint32_t block = 0; block < pose.block_count(); ++block) {
+            if (random.real(0, 1) > 0.02) continue;
+            const std::uint32_t vertex = block * kMotionBlock + random.below(kMotionBlock);
+            if (vertex >= positions.size()) continue;
+            positions[vertex].y += 0.25f;
+            expected.push_back(block);
+        }
+        ASSERT_EQ(pose.advance(positions), expected.size());
+        ASSERT_EQ(pose.moved_blocks(), expected);
+        ASSERT_TRUE(std::equal(positions.begin(), positions.end(), pose.positions().begin()));
+    }
+}
+
+TEST(CpuBackend, TenThousandRefitsLeaveTheBytesOfOne) {
+    const TestScene scene = icosphere(3);
+    const Bvh built = build_bvh(scene.topology(), scene.positions());
+    const auto backend = cpu::make_cpu_backend({.threads = 1});
+    backend->set_scene(scene.topology(), scene.positions(), built);
+    std::vector<vec3> positions;
+    for (std::uint32_t i = 0; i < 10000; ++i) {
+        // From a vertex now and then to all of them: refits of parts and of everything.
+        positions = partly_moved(scene.positions(), i % 100 < 50 ? 0.02 : 0.02 * (i % 50), i);
+        backend->refit(positions);
+    }
+    Bvh after = built;
+    backend->read_bvh(after);
+    Bvh once = built;
+    cpu::refit(once, positions);
+    EXPECT_EQ(bvh_hash(after), bvh_hash(once));
+    backend->refit(scene.positions());
+    backend->read_bvh(after);
+    EXPECT_EQ(bvh_hash(after), bvh_hash(built));
+}
+
 TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {
     const std::unique_ptr<Clip> clip = make_procedural("herd", 20000);
     const SceneSpace space(clip->bounds());

@@ -48,6 +48,23 @@ TEST(VulkanRefit, EqualsTheCpuForTwoHundredFrames) {
     expect_same_refits(*vulkan, scene, build_bvh(scene.topology, scene.positions), 200);
 }
 
+TEST(VulkanRefit, OfTenThousandPosesDoesNotDrift) {
+    const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend({.device = ""});
+    const TestScene scene = torus(16, 8);
+    const Bvh built = build_bvh(scene.topology, scene.positions);
+    vulkan->set_scene(scene.topology, scene.positions, built);
+    std::vector<vec3> positions;
+    for (int frame = 1; frame <= 10000; ++frame) {
+        positions = swayed(scene, 0.01f * static_cast<float>(frame));
+        vulkan->refit(positions);
+    }
+    Bvh after = built;
+    vulkan->read_bvh(after);
+    Bvh once = built;
+    cpu::refit(once, positions);
+    EXPECT_TRUE(same_tree(after, once));
+}
+
 TEST(VulkanRefit, EqualsTheCpuForEveryKindOfScene) {
     const std::unique_ptr<Backend> vulkan = device();
     for (const TestScene& scene : test_scenes()) {
