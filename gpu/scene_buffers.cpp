@@ -46,7 +46,8 @@ SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology&
                            std::span<const vec3> positions, const Bvh& bvh)
     : vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
-      positions_(context, "positions", sizeof(uvec4) * positions.size(), kFourWords),
+      positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords),
+      ring_(vertex_count_),
       triangles_(filled(context, transfer, "triangles", with_albedo(topology), kFourWords)),
       tree_(context, transfer, bvh) {
     set_positions(transfer, positions);
@@ -70,11 +71,20 @@ void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> posit
     transfer.upload_padded(positions, positions_.buffer);
 }
 
-void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions,
-                                 IndexRange range) {
-    assert(positions.size() == vertex_count_ && range.end <= vertex_count_);
-    transfer.upload_padded(positions.subspan(range.begin, range.end - range.begin),
-                           positions_.buffer, range.begin);
+Record SceneBuffers::set_positions(Context& context, std::span<const vec3> positions,
+                                   std::span<const IndexRange> ranges) {
+    assert(positions.size() == vertex_count_);
+    if (ranges.empty()) return {};
+    const std::span<std::byte> mapped = positions_.buffer.mapped();
+    if (mapped.empty() || context.is_under_way()) {
+        return ring_.write(context, positions, ranges, positions_.buffer);
+    }
+    for (const IndexRange range : ranges) {
+        const std::size_t count = range.end - range.begin;
+        write_padded(positions.subspan(range.begin, count),
+                     mapped.subspan(kPaddedBytes * range.begin, kPaddedBytes * count));
+    }
+    return {};
 }
 
 void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh) {

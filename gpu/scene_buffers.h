@@ -9,6 +9,7 @@
 #include "common/mesh.h"
 #include "common/refit_plan.h"
 #include "gpu/pipeline.h"
+#include "gpu/position_ring.h"
 #include "gpu/transfer.h"
 
 namespace morphray::gpu {
@@ -37,8 +38,10 @@ public:
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);
-    /// Those of one range of the positions.
-    void set_positions(Transfer& transfer, std::span<const vec3> positions, IndexRange range);
+    /// Those of some ranges of the positions. Returns what has to be recorded before kernels see
+    /// them, if anything. What is under way still sees those before.
+    Record set_positions(Context& context, std::span<const vec3> positions,
+                         std::span<const IndexRange> ranges);
     /// Replaces the tree by one over the same triangles. Bindings have to be made anew. After an
     /// exception the old tree is still there.
     void set_tree(Context& context, Transfer& transfer, const Bvh& bvh);
@@ -66,6 +69,7 @@ private:
     std::uint32_t vertex_count_ = 0;
     std::uint32_t triangle_count_ = 0;
     TexelBuffer positions_;
+    PositionRing ring_;
     TexelBuffer triangles_;
     Tree tree_;
 };

@@ -75,7 +75,7 @@ uint find_seen() {
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         uvec2 pixel = ray_pixel(v);
         bool is_seen = is_active(pixel);
-        if (is_seen) is_seen = hits[answer_index(pixel)].w != kNoPrim;
+        if (is_seen) is_seen = hits[answer_index(pixel)].w < kUnfinishedPrim;
         seen |= is_seen ? 1u << v : 0u;
     }
     return seen;
