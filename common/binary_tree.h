@@ -8,12 +8,17 @@
 #include "common/box.h"
 #include "common/bvh_builder.h"
 #include "common/mesh.h"
+#include "common/meshlet.h"
 #include "common/prim_ref.h"
 
 namespace morphray {
 
 struct BinaryNode {
-    Box box;
+    /// In a union, so that making a node writes nothing: a tree has room for far more of them than
+    /// it needs.
+    union {
+        Box box;
+    };
     /// The triangles below: prim_ids[begin .. end).
     std::uint32_t begin;
     std::uint32_t end;
@@ -22,6 +27,8 @@ struct BinaryNode {
     /// Levels below; 0 for a leaf. At most kMaxBinaryHeight.
     std::uint32_t height;
 
+    BinaryNode() {}
+
     bool is_leaf() const { return children == 0; }
     std::uint32_t size() const { return end - begin; }
 };
@@ -29,11 +36,25 @@ struct BinaryNode {
 /// Four binary levels fit into one wide level in any case.
 inline constexpr std::uint32_t kMaxBinaryHeight = 4 * kMaxDepth;
 
-struct BinaryTree {
+class BinaryTree {
+public:
+    /// The triangles of a leaf, ascending.
+    std::span<const std::uint32_t> triangles(const BinaryNode& leaf) const {
+        return std::span(prim_ids).subspan(leaf.begin, leaf.size());
+    }
+
+    /// Of a leaf that is no part.
+    LeafShape shape(const BinaryNode& leaf) const;
+    void set_shape(const BinaryNode& leaf, const LeafShape& shape);
+
     /// Ascending in every leaf.
     AlignedVector<std::uint32_t> prim_ids;
-    /// The root first. Where else a node stands is chance: only what it refers to counts.
+    /// The root first. Where else a node stands is chance, and some are not used at all: only what
+    /// is referred to counts.
     AlignedVector<BinaryNode> nodes;
+    /// What the build began with. Leaves keep their shapes in the room of their triangles, which
+    /// are not looked at any more.
+    AlignedVector<PrimRef> refs;
 };
 
 /// Every leaf fits a meshlet: at most kLeafTriangles triangles over at most kLeafVertices vertices.
@@ -47,8 +68,8 @@ PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std:
 
 /// Likewise over triangles and, above them, parts of any kind that are left as they are: a ref's
 /// prim_id is that of a triangle, or of a part if it is at least topology.triangles.size(). A part
-/// is a leaf of its own. The refs ascend by prim_id, and are used up.
-BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef>& refs,
+/// is a leaf of its own. The refs ascend by prim_id.
+BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
                              SplitMethod method);
 
 }  // namespace morphray

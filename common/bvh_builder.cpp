@@ -87,9 +87,8 @@ private:
         tbb::parallel_for(Range(0, leaf_sources_.size(), kGrain), [&](const Range& range) {
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
                 const BinaryNode& source = tree_.nodes[leaf_sources_[i]];
-                fill_leaf(topology_, positions_,
-                          std::span(tree_.prim_ids).subspan(source.begin, source.size()),
-                          bvh_.leaves[i], &bvh_.leaf_vertices[i * kLeafVertices]);
+                fill_leaf(tree_.shape(source), tree_.triangles(source), positions_, bvh_.leaves[i],
+                          &bvh_.leaf_vertices[i * kLeafVertices]);
             }
         });
     }

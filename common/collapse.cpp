@@ -43,7 +43,8 @@ void Collapse::find_costs(std::uint32_t node) {
         return;
     }
     // own[i] = min over k of left[k - 1] + right[i - k], the k slots of the left child ascending,
-    // for all i at once: right[i - k] is infinite for k > i.
+    // for all i at once: right[i - k] is infinite for k > i. More slots than a subtree has leaves
+    // make it no cheaper.
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const std::array<float, kWidth>& left = costs_[left_child].cost;
     std::array<float, 2 * kWidth> right;
@@ -53,7 +54,8 @@ void Collapse::find_costs(std::uint32_t node) {
     std::array<std::int32_t, kWidth> best_left;
     best.fill(kInfinity);
     best_left.fill(0);
-    for (std::uint32_t k = 1; k < kWidth; ++k) {
+    const std::uint32_t most_leaves = 1u << std::min(nodes_[left_child].height, 4u);
+    for (std::uint32_t k = 1; k <= std::min(most_leaves, kWidth - 1); ++k) {
         const float* const shifted = right.data() + kWidth - k;
         for (std::uint32_t i = 0; i < kWidth; ++i) {
             const float cost = left[k - 1] + shifted[i];

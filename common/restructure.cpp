@@ -143,8 +143,7 @@ public:
     void commit(Bvh& bvh, BuiltAreas& areas) {
         resize_leaves(bvh, std::max(leaf_count_, static_cast<std::uint32_t>(bvh.leaves.size())));
         for (const auto& [leaf, source] : new_leaves_) {
-            fill_leaf(topology_, positions_,
-                      std::span(binary_.prim_ids).subspan(source.begin, source.size()),
+            fill_leaf(binary_.shape(source), binary_.triangles(source), positions_,
                       bvh.leaves[leaf], &bvh.leaf_vertices[std::size_t{leaf} * kLeafVertices]);
         }
         bvh.nodes = std::move(nodes_);
@@ -296,7 +295,8 @@ std::size_t restructure(const Topology& topology, std::span<const vec3> position
     Parts parts = find_parts(topology, positions, bvh, soundness);
     const std::size_t count = parts.refs.size();
     if (count < 2) return 0;
-    const BinaryTree binary = build_binary_tree(topology, parts.refs, SplitMethod::kBinned);
+    const BinaryTree binary =
+        build_binary_tree(topology, std::move(parts.refs), SplitMethod::kBinned);
     if (binary.nodes.front().is_leaf()) return 0;
     Relayout relayout(topology, positions, bvh, areas, parts, binary, growth);
     if (!relayout.arrange()) return 0;
