@@ -25,6 +25,8 @@ struct BackendTimes {
     std::uint64_t rays = 0;
     /// Leaves that the last refit wrote: 0 when no vertex had moved.
     std::uint64_t refitted_leaves = 0;
+    /// Bytes of the tree that the last set_scene(), set_frame() or restructure() wrote to a device.
+    std::uint64_t tree_bytes = 0;
 };
 
 /// What a refit looks at. The bytes of the tree are the same either way.

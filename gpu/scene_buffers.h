@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,9 +43,16 @@ public:
     /// them, if anything. What is under way still sees those before.
     Record set_positions(Context& context, std::span<const vec3> positions,
                          std::span<const IndexRange> ranges);
-    /// Replaces the tree by one over the same triangles. Bindings have to be made anew. After an
-    /// exception the old tree is still there.
-    void set_tree(Context& context, Transfer& transfer, const Bvh& bvh);
+    /// Replaces the tree by one over the same triangles, with room to grow by a part of itself.
+    /// Bindings have to be made anew. After an exception the old tree is still there.
+    void set_tree(Context& context, Transfer& transfer, const Bvh& bvh, double room = 0);
+    /// Likewise, where the tree that is there is `before`: writes what differs, if there is room
+    /// for it, and no bindings have to be made. Returns the bytes that it wrote; nothing if there
+    /// is no room, and then nothing has been done. After an exception the tree is of no use.
+    std::optional<std::uint64_t> change_tree(Transfer& transfer, const Bvh& before,
+                                             const Bvh& after);
+    /// Of nodes, leaves and what belongs to them.
+    std::uint64_t tree_bytes() const;
     /// Reads nodes and leaves back.
     void read_tree(Transfer& transfer, Bvh& bvh) const;
     AlignedVector<Node> read_nodes(Transfer& transfer) const;
@@ -53,7 +61,7 @@ public:
 
 private:
     struct Tree {
-        Tree(Context& context, Transfer& transfer, const Bvh& bvh);
+        Tree(Context& context, Transfer& transfer, const Bvh& bvh, double room);
 
         std::uint32_t leaf_count;
         std::vector<std::uint32_t> level_begin;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <vector>
 
 namespace morphray::gpu {
 namespace {
@@ -59,6 +60,40 @@ void Transfer::upload_padded(std::span<const vec3> points, const Buffer& to) {
     static_assert(kStagingBytes % kPaddedBytes == 0);
     write(points.size() * kPaddedBytes, to, [&](std::span<std::byte> out, std::size_t offset) {
         write_padded(points.subspan(offset / kPaddedBytes, out.size() / kPaddedBytes), out);
+    });
+}
+
+std::uint64_t Transfer::upload_changes(std::span<const std::byte> before,
+                                       std::span<const std::byte> after, const Buffer& to) {
+    assert(after.size() <= to.size());
+    std::uint64_t written = 0;
+    std::size_t staged = 0;
+    std::vector<VkBufferCopy> copies;
+    for (std::size_t at = 0; at < after.size(); at += kBlockBytes) {
+        const std::size_t size = std::min(kBlockBytes, after.size() - at);
+        if (at + size <= before.size() && std::memcmp(&before[at], &after[at], size) == 0) continue;
+        written += size;
+        if (!to.mapped().empty()) {
+            std::memcpy(&to.mapped()[at], &after[at], size);
+            continue;
+        }
+        if (staged + size > kStagingBytes) {
+            copy_to(to, copies);
+            copies.clear();
+            staged = 0;
+        }
+        std::memcpy(&staging_.mapped()[staged], &after[at], size);
+        copies.push_back({.srcOffset = staged, .dstOffset = at, .size = size});
+        staged += size;
+    }
+    if (!copies.empty()) copy_to(to, copies);
+    return written;
+}
+
+void Transfer::copy_to(const Buffer& to, std::span<const VkBufferCopy> copies) {
+    context_.submit("copy", [&](VkCommandBuffer commands) {
+        vkCmdCopyBuffer(commands, staging_.get(), to.get(),
+                        static_cast<std::uint32_t>(copies.size()), copies.data());
     });
 }
 

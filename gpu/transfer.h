@@ -20,6 +20,11 @@ public:
     void upload(std::span<const std::byte> bytes, const Buffer& to);
     /// write_padded() to the start of `to`.
     void upload_padded(std::span<const vec3> points, const Buffer& to);
+    /// Brings the start of `to`, which holds `before`, to `after`: writes blocks of kBlockBytes
+    /// that differ. Returns the bytes that it wrote.
+    std::uint64_t upload_changes(std::span<const std::byte> before,
+                                 std::span<const std::byte> after, const Buffer& to);
+    static constexpr std::size_t kBlockBytes = 2048;
     /// Reads from the start of `from`.
     void download(const Buffer& from, std::span<std::byte> bytes);
 
@@ -28,6 +33,8 @@ private:
     /// whole kilobytes and a last one.
     template <class Fill>
     void write(std::size_t size, const Buffer& to, Fill fill);
+
+    void copy_to(const Buffer& to, std::span<const VkBufferCopy> copies);
 
     Context& context_;
     Buffer staging_;

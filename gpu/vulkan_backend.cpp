@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <optional>
 #include <utility>
 
+#include "common/error.h"
 #include "common/refit_plan.h"
 #include "common/tree_cost.h"
 #include "gpu/image_tracer.h"
@@ -26,6 +28,10 @@ double ms_since(Clock::time_point start) {
 }
 
 std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
+
+/// What restructured trees have to spare on the device: they grow, mostly once by a third and then
+/// by less and less.
+constexpr double kRoom = 0.5;
 
 Bvh empty_tree() {
     Bvh bvh;
@@ -75,6 +81,8 @@ private:
     void bind();
     void warm_up();
     void keep_links(const Bvh& bvh);
+    std::optional<std::uint64_t> change_tree(const Bvh& before, const Bvh& after);
+    void clear();
     void finish_image();
     void defer_refit(const RefitPlan& plan);
     void catch_up();
@@ -156,16 +164,14 @@ void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> po
     // The old scene goes first, with what was to become of it: there may not be room for both.
     context_.drop_deferred();
     is_behind_ = false;
-    const Bvh nothing = empty_tree();
-    scene_ = SceneBuffers(context_, transfer_, Topology{}, {}, nothing);
-    keep_links(nothing);
-    bind();
+    clear();
     scene_ = SceneBuffers(context_, transfer_, topology, positions, bvh);
     bind();
     planner_ = RefitPlanner(positions);
     keep_links(bvh);
     context_.throw_on_validation_errors();
     times_ = {};
+    times_.tree_bytes = scene_.tree_bytes();
     times_.upload_ms = ms_since(start);
 }
 
@@ -181,6 +187,7 @@ void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
     is_behind_ = false;
     keep_links(bvh);
     context_.throw_on_validation_errors();
+    times_.tree_bytes = scene_.tree_bytes();
     times_.upload_ms = ms_since(start);
 }
 
@@ -216,17 +223,44 @@ double VulkanBackend::tree_cost() {
 }
 
 std::size_t VulkanBackend::restructure(const Topology& topology, double growth, BuiltAreas& areas) {
-    Bvh tree;
-    read_bvh(tree);
+    Bvh before;
+    read_bvh(before);
+    Bvh tree = before;
     const std::size_t parts =
         morphray::restructure(topology, planner_.pose().positions(), growth, tree, areas);
+    times_.tree_bytes = 0;
     if (parts == 0) return 0;
     check_scene(context_.physical(), size_of(scene_.vertex_count(), scene_.triangle_count(), tree));
-    scene_.set_tree(context_, transfer_, tree);
-    bind();
+    if (const auto written = change_tree(before, tree)) {
+        times_.tree_bytes = *written;
+    } else {
+        SceneSize roomy = size_of(scene_.vertex_count(), scene_.triangle_count(), tree);
+        roomy.nodes += roomy.nodes / 2;
+        roomy.leaves += roomy.leaves / 2;
+        scene_.set_tree(context_, transfer_, tree, fits(context_.physical(), roomy) ? kRoom : 0);
+        bind();
+        times_.tree_bytes = scene_.tree_bytes();
+    }
     planner_.set_tree();
     keep_links(tree);
     return parts;
+}
+
+std::optional<std::uint64_t> VulkanBackend::change_tree(const Bvh& before, const Bvh& after) {
+    try {
+        return scene_.change_tree(transfer_, before, after);
+    } catch (const Error&) {
+        // Half of a tree is worse than none.
+        clear();
+        throw;
+    }
+}
+
+void VulkanBackend::clear() {
+    const Bvh nothing = empty_tree();
+    scene_ = SceneBuffers(context_, transfer_, Topology{}, {}, nothing);
+    keep_links(nothing);
+    bind();
 }
 
 void VulkanBackend::read_bvh(Bvh& bvh) {
