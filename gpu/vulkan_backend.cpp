@@ -139,6 +139,7 @@ void VulkanBackend::warm_up() {
         if (kernels_.packet_lanes != 0) {
             dispatch(kernels_.primary_packet, PacketArguments{});
             dispatch(kernels_.shadow_packet, nothing);
+            dispatch(kernels_.occlusion_packet, OcclusionArguments{});
         }
         dispatch(kernels_.occlusion, OcclusionArguments{});
         dispatch(kernels_.rays, RaysArguments{});

@@ -338,10 +338,13 @@ void main() {
         uint seen = 0u;
         uint any = 0u;
         do {
-            packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
-                            uvec2(kPacketWidth, kPacketHeight);
-            seen = find_seen();
-            any = cluster_or(seen);
+            // Always so, but see cluster.glsl.
+            if (any == 0u) {
+                packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
+                                uvec2(kPacketWidth, kPacketHeight);
+                seen = find_seen();
+                any = cluster_or(seen);
+            }
             ++packet;
         } while (any == 0u && packet < end);
         make_rays(seen);
