@@ -18,6 +18,8 @@ inline constexpr std::uint32_t kBlocksPerSide = kPacketSide / kBlockSide;
 inline constexpr std::uint32_t kBlockRays = kBlockSide * kBlockSide;
 inline constexpr std::uint32_t kPacketBlocks = kBlocksPerSide * kBlocksPerSide;
 inline constexpr std::uint32_t kPacketRays = kPacketBlocks * kBlockRays;
+inline constexpr std::uint64_t kAllBlocks = ~std::uint64_t{0};
+static_assert(kPacketBlocks == 64);
 
 /// Index of the ray at (x, y) of the packet's square: blocks row by row, rays of a block row by
 /// row.

@@ -97,66 +97,113 @@ HWY_INLINE HitLanes no_hits() {
     return {none, none, none, hn::Set(Words(), kNoPrim)};
 }
 
-/// The hits of those of some rays from `first` on that the rule's plain path suffices for; the
-/// others get none and stay in `lanes`.
-HWY_INLINE HitLanes finish_fast(const Packet& packet, std::size_t first, std::uint32_t& lanes) {
-    const Floats f;
-    const WinnerLanes winners = spread_winners(packet, packet.winner + first, lanes);
-    const std::uint32_t z = packet.frame.axis;
-    const VF dir[3] = {hn::Load(f, packet.dir[(z + 1) % 3] + first),
-                       hn::Load(f, packet.dir[(z + 2) % 3] + first),
-                       hn::Load(f, packet.dir[z] + first)};
-    VF t, u, v;
-    const VF slack = splat(0.25f * packet.frame.depth_error);
-    const Mask sufficed = hit_fast(dir, slack, winners.corners, t, u, v);
-    const Mask done = hn::And(sufficed, mask_of(lanes));
-    lanes &= ~mask_bits(done);
-    return {
-        hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u), hn::IfThenElseZero(done, v),
-        hn::IfThenElse(hn::RebindMask(Words(), done), winners.prim_ids, hn::Set(Words(), kNoPrim))};
-}
-
-/// Where the hit of ray r of a packet goes among rows of the packet's square.
-HWY_INLINE std::size_t place_in_rows(std::size_t r, std::size_t stride) {
-    const std::size_t block = r / kBlockRays;
-    const std::size_t x = block % kBlocksPerSide * kBlockSide + r % kBlockSide;
-    const std::size_t y = block / kBlocksPerSide * kBlockSide + r % kBlockRays / kBlockSide;
-    return y * stride + x;
-}
-
-/// Sets the hits of some rays from `first` on, in rows, by the whole rule.
-HWY_NOINLINE void finish_exactly(const Packet& packet, std::size_t first, std::uint32_t lanes,
-                                 Hit* rows, std::size_t stride) {
-    const TriangleLanes winners = winning_triangles(packet, first, lanes, nullptr);
-    RuleHits hit;
-    PacketRule(packet, first).intersect(winners, splat(kInfiniteT), lanes, hit);
-    Hit all[hn::MaxLanes(Floats())];
-    hn::StoreInterleaved4(hit.t, hit.u, hit.v, hn::BitCast(Floats(), winners.prim_ids), Floats(),
-                          &all->t);
-    for (; lanes != 0; lanes &= lanes - 1) {
-        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-        rows[place_in_rows(first + lane, stride)] = all[lane];
+/// Writes the hits of a packet whose rays have found their winners.
+class PacketFinish {
+public:
+    /// rows: the packet's square, row by row.
+    PacketFinish(const Packet& packet, Hit* rows, std::size_t stride)
+        : packet_(packet), rows_(rows), stride_(stride) {
+        const std::uint32_t z = packet.frame.axis;
+        if (z == kMixedAxes) return;
+        for (std::uint32_t k = 0; k < 3; ++k) dir_[k] = packet.dir[(z + 1 + k) % 3];
     }
-}
 
-/// The hits of as many consecutive rays as there are lanes, from `first` on, into rows.
-HWY_INLINE void finish_rays(const Packet& packet, std::size_t first, Hit* rows,
-                            std::size_t stride) {
-    const Floats f;
-    const Words words;
-    constexpr std::size_t kLanes = hn::MaxLanes(Floats());
-    constexpr std::size_t kPart = std::min<std::size_t>(kLanes, kBlockSide);
-    const VW winners = hn::Load(words, packet.winner + first);
-    std::uint32_t left = mask_bits(hn::RebindMask(f, hn::Ne(winners, hn::Set(words, kNoWinner))));
-    const HitLanes lanes = left != 0 && HWY_LIKELY(packet.frame.axis != kMixedAxes)
-                               ? finish_fast(packet, first, left)
-                               : no_hits();
-    alignas(64) Hit hits[kLanes];
-    hn::StoreInterleaved4(lanes.t, lanes.u, lanes.v, hn::BitCast(f, lanes.prim_ids), f, &hits->t);
-    for (std::size_t l = 0; l < kLanes; l += kPart)
-        std::memcpy(rows + place_in_rows(first + l, stride), hits + l, kPart * sizeof(Hit));
-    if (HWY_UNLIKELY(left != 0)) finish_exactly(packet, first, left, rows, stride);
-}
+    void run() {
+        for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+            Hit* const corner = place(block);
+            for (std::size_t l = 0; l < kBlockRays; l += kLanes)
+                finish(block * kBlockRays + l, corner + l / kBlockSide * stride_ + l % kBlockSide);
+        }
+        if (HWY_UNLIKELY(left_count_ != 0)) finish_left();
+    }
+
+private:
+    static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
+    static constexpr std::size_t kPart = std::min<std::size_t>(kLanes, kBlockSide);
+
+    Hit* place(std::uint32_t block) const {
+        return rows_ + block / kBlocksPerSide * kBlockSide * stride_ +
+               block % kBlocksPerSide * kBlockSide;
+    }
+
+    /// The hits of as many consecutive rays as there are lanes, from `first` on.
+    HWY_INLINE void finish(std::size_t first, Hit* out) {
+        const Floats f;
+        const Words words;
+        const VW winners = hn::Load(words, packet_.winner + first);
+        std::uint32_t left =
+            mask_bits(hn::RebindMask(f, hn::Ne(winners, hn::Set(words, kNoWinner))));
+        const HitLanes lanes =
+            left != 0 && HWY_LIKELY(dir_[0] != nullptr) ? finish_fast(first, left) : no_hits();
+        alignas(64) Hit hits[kLanes];
+        hn::StoreInterleaved4(lanes.t, lanes.u, lanes.v, hn::BitCast(f, lanes.prim_ids), f,
+                              &hits->t);
+        for (std::size_t l = 0; l < kLanes; l += kPart)
+            std::memcpy(out + l / kBlockSide * stride_, hits + l, kPart * sizeof(Hit));
+        for (; left != 0; left &= left - 1) {
+            left_[left_count_++] =
+                static_cast<std::uint16_t>(first + static_cast<std::size_t>(__builtin_ctz(left)));
+        }
+    }
+
+    /// The hits of those of some rays from `first` on that the rule's plain path suffices for; the
+    /// others get none and stay in `lanes`.
+    HWY_INLINE HitLanes finish_fast(std::size_t first, std::uint32_t& lanes) const {
+        const Floats f;
+        const Words words;
+        const WinnerLanes winners = spread_winners(packet_, packet_.winner + first, lanes);
+        const VF dir[3] = {hn::Load(f, dir_[0] + first), hn::Load(f, dir_[1] + first),
+                           hn::Load(f, dir_[2] + first)};
+        const VF slack = splat(0.25f * packet_.frame.depth_error);
+        VF t, u, v;
+        const Mask sufficed = hit_fast(dir, slack, winners.corners, t, u, v);
+        const Mask done = hn::And(sufficed, mask_of(lanes));
+        lanes &= ~mask_bits(done);
+        return {
+            hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u), hn::IfThenElseZero(done, v),
+            hn::IfThenElse(hn::RebindMask(words, done), winners.prim_ids, hn::Set(words, kNoPrim))};
+    }
+
+    /// The hits that are left, by the whole rule.
+    HWY_NOINLINE void finish_left() const {
+        const Floats f;
+        for (std::size_t i = 0; i < left_count_; i += kLanes) {
+            const std::size_t count = std::min(kLanes, left_count_ - i);
+            alignas(64) float dir[3][kLanes] = {};
+            alignas(64) std::uint32_t winners[kLanes] = {};
+            for (std::size_t l = 0; l < count; ++l) {
+                const std::size_t r = left_[i + l];
+                for (int axis = 0; axis < 3; ++axis) dir[axis][l] = packet_.dir[axis][r];
+                winners[l] = packet_.winner[r];
+            }
+            const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
+            const TriangleLanes triangles = winning_triangles(packet_, winners, lanes, nullptr);
+            RuleHits hit;
+            PacketRule(packet_.frame.org,
+                       {hn::Load(f, dir[0]), hn::Load(f, dir[1]), hn::Load(f, dir[2])})
+                .intersect(triangles, splat(kInfiniteT), lanes, hit);
+            Hit hits[kLanes];
+            hn::StoreInterleaved4(hit.t, hit.u, hit.v, hn::BitCast(f, triangles.prim_ids), f,
+                                  &hits->t);
+            for (std::size_t l = 0; l < count; ++l) {
+                const std::size_t r = left_[i + l];
+                const std::size_t in_block = r % kBlockRays;
+                place(static_cast<std::uint32_t>(
+                    r / kBlockRays))[in_block / kBlockSide * stride_ + in_block % kBlockSide] =
+                    hits[l];
+            }
+        }
+    }
+
+    const Packet& packet_;
+    Hit* rows_;
+    std::size_t stride_;
+    /// Of the rays, rotated for the packet's axis; null where it has none.
+    const float* dir_[3] = {};
+    /// The rays that the plain path does not suffice for.
+    std::uint16_t left_[kPacketRays];
+    std::size_t left_count_ = 0;
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace morphray::cpu

@@ -39,12 +39,11 @@ HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
     return out;
 }
 
-/// The winners of some of the rays from `first` on, at least one; other lanes hold anything.
-/// `newest`: the leaf that comes after the won ones.
-HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, std::size_t first,
+/// The triangles of some of as many winners as there are lanes, at least of one; other lanes hold
+/// anything. `newest`: the leaf that comes after the won ones.
+HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint32_t* winners,
                                            std::uint32_t lanes, const Leaf* newest) {
     constexpr std::size_t kLanes = hn::MaxLanes(Floats());
-    const std::uint32_t* winners = packet.winner + first;
     const auto leaf_of = [&](std::uint32_t winner) -> const Leaf& {
         const std::uint32_t index = winner / kLeafTriangles;
         return index < packet.won_leaves.size() ? *packet.won_leaves[index].leaf : *newest;
@@ -76,16 +75,17 @@ HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, std::size_t fir
     return out;
 }
 
-/// The rule for the rays from `first` on.
+/// The rule for rays of a packet.
 class PacketRule {
 public:
-    HWY_INLINE PacketRule(const Packet& packet, std::size_t first) {
-        const Floats f;
-        VF org[3], dir[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            org[axis] = splat(packet.frame.org[axis]);
-            dir[axis] = hn::Load(f, packet.dir[axis] + first);
-        }
+    /// For those from `first` on.
+    HWY_INLINE PacketRule(const Packet& packet, std::size_t first)
+        : PacketRule(packet.frame.org, {hn::Load(Floats(), packet.dir[0] + first),
+                                        hn::Load(Floats(), packet.dir[1] + first),
+                                        hn::Load(Floats(), packet.dir[2] + first)}) {}
+
+    HWY_INLINE PacketRule(vec3 origin, const VF (&dir)[3]) {
+        const VF org[3] = {splat(origin.x), splat(origin.y), splat(origin.z)};
         rays_ = shear_rays(org, dir);
     }
 

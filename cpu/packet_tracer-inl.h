@@ -61,7 +61,7 @@ public:
     /// Visits the root, which needs the packet's bounds alone. Whether there is anything to go on
     /// with.
     bool start() {
-        visit_node({kAnyDepth, 0, ~std::uint64_t{0}}, stack_, size_);
+        visit_node({kAnyDepth, 0, kAllBlocks}, stack_, size_);
         return size_ > 0;
     }
 
@@ -282,7 +282,8 @@ private:
         const Mask has_old = hn::RebindMask(f, hn::Ne(old, hn::Set(words, kNoWinner)));
         const std::uint32_t rivals = mask_bits(hn::And(wins, has_old));
         if (rivals != 0) {
-            const TriangleLanes best = winning_triangles(packet_, r, rivals, &leaf);
+            const TriangleLanes best =
+                winning_triangles(packet_, packet_.winner + r, rivals, &leaf);
             RuleHits best_hit;
             rule.intersect(best, no_end, rivals, best_hit);
             const Mask smaller_id = hn::RebindMask(f, hn::Lt(triangle.prim_ids, best.prim_ids));

@@ -26,13 +26,11 @@ void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t s
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
     if (width == kPacketSide && height == kPacketSide) {
-        for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(Floats()))
-            finish_rays(packet, r, hits, stride);
+        PacketFinish(packet, hits, stride).run();
         return;
     }
     std::vector<Hit> square(kPacketRays);
-    for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(Floats()))
-        finish_rays(packet, r, square.data(), kPacketSide);
+    PacketFinish(packet, square.data(), kPacketSide).run();
     for (std::uint32_t y = 0; y < height; ++y)
         std::copy_n(&square[y * kPacketSide], width, hits + y * stride);
 }
@@ -48,19 +46,34 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     write_hits(packet, tile, hits, stride);
 }
 
-bool occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays, const std::uint8_t* active,
-                           Packet& packet, std::uint8_t* occluded) {
+/// Writes which active rays of a block are occluded.
+HWY_INLINE void write_block(const Packet& packet, std::uint32_t block, const std::uint8_t* active,
+                            std::uint8_t* occluded) {
+    const Floats f;
+    const hn::RebindToSigned<Floats> ints;
+    const hn::Rebind<std::uint8_t, Floats> bytes;
+    for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+        const std::size_t r = block * kBlockRays + l;
+        const Mask done = hn::Eq(hn::Load(f, packet.q_lower + r), splat(kDone));
+        const auto answers =
+            hn::DemoteTo(bytes, hn::IfThenElseZero(hn::RebindMask(ints, done), hn::Set(ints, 1)));
+        const auto is_active = hn::Ne(hn::LoadU(bytes, active + r), hn::Zero(bytes));
+        hn::StoreU(hn::IfThenElse(is_active, answers, hn::LoadU(bytes, occluded + r)), bytes,
+                   occluded + r);
+    }
+}
+
+std::uint64_t occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays,
+                                    const std::uint8_t* active, Packet& packet,
+                                    std::uint8_t* occluded) {
     std::uint64_t left_out = 0;
-    if (!make_point_packet(org, rays, active, packet, left_out)) return false;
+    if (!make_point_packet(org, rays, active, packet, left_out)) return kAllBlocks;
     PacketTraversal<Query::kAny> traversal(bvh, packet);
     traversal.start();
     traversal.run();
-    for (std::uint32_t i = 0; i < kPacketRays; ++i) {
-        if (active[i] == 0) continue;
-        const bool asked = ((left_out >> (i / kBlockRays)) & 1) == 0;
-        occluded[i] = !asked ? kUndecided : packet.q_lower[i] == kDone ? 1 : 0;
-    }
-    return true;
+    for (std::uint64_t blocks = kAllBlocks & ~left_out; blocks != 0; blocks &= blocks - 1)
+        write_block(packet, static_cast<std::uint32_t>(__builtin_ctzll(blocks)), active, occluded);
+    return left_out;
 }
 
 }  // namespace HWY_NAMESPACE
@@ -89,8 +102,9 @@ void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
     camera_(*bvh_, params, tile, packet, hits, stride);
 }
 
-bool PacketTracer::occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active,
-                                       Packet& packet, std::uint8_t* occluded) const {
+std::uint64_t PacketTracer::occluded_from_point(vec3 org, const Ray* rays,
+                                                const std::uint8_t* active, Packet& packet,
+                                                std::uint8_t* occluded) const {
     return point_(*bvh_, org, rays, active, packet, occluded);
 }
 

@@ -13,8 +13,6 @@
 
 namespace morphray::cpu {
 
-inline constexpr std::uint8_t kUndecided = 2;
-
 /// Closest and any hit over a tree that outlives it, with the bits of ScalarTracer. Threads may
 /// share one, each with packets of its own.
 class PacketTracer {
@@ -27,17 +25,17 @@ public:
                           std::size_t stride) const;
 
     /// occluded[i] becomes 1 where rays[i], which start at org, hit anything, and 0 where they do
-    /// not, for the i with active[i] != 0; indices as by packet_ray(). It becomes kUndecided for
-    /// rays that have too little in common with the others to be traced along. False, and nothing
-    /// written, if that is so of all.
-    bool occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet,
-                             std::uint8_t* occluded) const;
+    /// not, for the i with active[i] != 0; indices as by packet_ray(). Returns the blocks, as bits,
+    /// that it leaves as they are, because their rays have too little in common with the others to
+    /// be traced along, or all rays with each other.
+    std::uint64_t occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active,
+                                      Packet& packet, std::uint8_t* occluded) const;
 
 private:
     using Camera = void (*)(const Bvh&, const ImageParams&, const Tile&, Packet&, Hit*,
                             std::size_t);
-    using Point = bool (*)(const Bvh&, vec3, const Ray*, const std::uint8_t*, Packet&,
-                           std::uint8_t*);
+    using Point = std::uint64_t (*)(const Bvh&, vec3, const Ray*, const std::uint8_t*, Packet&,
+                                    std::uint8_t*);
 
     const Bvh* bvh_;
     Camera camera_;

@@ -182,8 +182,9 @@ Bvh plain_tree(const TestScene& scene) {
             }
         }
     }
-    for (std::uint32_t i = 0; i < bvh.leaves.size(); ++i) refit_leaf(bvh, i, scene.positions);
-    for (auto i = static_cast<std::uint32_t>(bvh.nodes.size()); i-- > 0;) refit_node(bvh, i);
+    const RefitArrays tree(bvh);
+    for (std::uint32_t i = 0; i < bvh.leaves.size(); ++i) refit_leaf(tree, i, scene.positions);
+    for (auto i = static_cast<std::uint32_t>(bvh.nodes.size()); i-- > 0;) refit_node(tree, i);
     return bvh;
 }
 
