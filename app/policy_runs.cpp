@@ -125,18 +125,18 @@ std::vector<PolicyFrame> PolicyRunner::play(const std::string& policy,
         const std::span<const vec3> positions = scene_.positions(number);
         frame.times.deform_ms = deform.ms();
         const bool first = played.size() == 1 && number == build_at;
-        if (!first) {
-            updater.update(positions);
-            frame.times.upload_ms = updater.last().upload_ms;
-            frame.times.refit_ms = updater.last().refit_ms;
-            frame.times.decide_ms = updater.last().decide_ms;
-            frame.times.restructure_ms = updater.last().restructure_ms;
-            frame.times.rebuild_ms = updater.last().rebuild_ms;
-        }
+        if (!first) updater.update(positions);
         frame.times.trace_ms = measure(on_frame);
         frame.times.rays = backend_->times().rays;
         updater.frame_done();
         const TreeUpdate& update = updater.last();
+        if (!first) {
+            frame.times.upload_ms = update.upload_ms;
+            frame.times.refit_ms = update.refit_ms;
+            frame.times.decide_ms = update.decide_ms;
+            frame.times.restructure_ms = update.restructure_ms;
+            frame.times.rebuild_ms = update.rebuild_ms;
+        }
         frame.update = name_of(update.step);
         frame.reason = update.reason;
         frame.cost_ratio = update.cost_ratio;

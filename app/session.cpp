@@ -51,6 +51,7 @@ void Session::trace(const ImageParams& params, Frame& frame) {
     times_.trace_ms = tracer_->times().trace_ms;
     times_.rays = tracer_->times().rays;
     updater_->frame_done();
+    take_times();
 }
 
 std::string Session::refitted_on() const {

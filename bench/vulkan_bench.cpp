@@ -97,7 +97,12 @@ void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan
     Bvh bvh = scene.bvh;
     std::size_t round = 0;
     const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
-    const Contender contenders[] = {{"vulkan", {}, [&] { vulkan.refit(frame()); }},
+    const Contender contenders[] = {{"vulkan",
+                                     {},
+                                     [&] {
+                                         vulkan.refit(frame());
+                                         vulkan.finish();
+                                     }},
                                     {"cpu-refit-1t", {}, [&] {
                                          one_thread.execute([&] { refit.refit(bvh, frame()); }),
                                              ++round;

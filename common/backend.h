@@ -25,6 +25,8 @@ struct BackendTimes {
     std::uint64_t rays = 0;
     /// Leaves that the last refit wrote: 0 when no vertex had moved.
     std::uint64_t refitted_leaves = 0;
+    /// Bytes of the tree that the last set_scene(), set_frame() or restructure() wrote to a device.
+    std::uint64_t tree_bytes = 0;
 };
 
 /// What a refit looks at. The bytes of the tree are the same either way.
@@ -51,9 +53,11 @@ public:
                            const Bvh& bvh) = 0;
     /// New positions, with a tree that belongs to them (refitted or built elsewhere).
     virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;
-    /// New positions; the backend refits its own tree to them.
-    virtual void refit(std::span<const vec3> positions,
-                       RefitExtent extent = RefitExtent::kMoved) = 0;
+    /// New positions; the backend refits its own tree to them, and may leave that to the next call
+    /// that needs the tree, for a device to do with it in one go. Returns how many leaves it
+    /// writes.
+    virtual std::uint64_t refit(std::span<const vec3> positions,
+                                RefitExtent extent = RefitExtent::kMoved) = 0;
     /// tree_cost() of its tree as it is.
     virtual double tree_cost() = 0;
     /// restructure() on its own tree at the pose that it has. Returns what that does.
@@ -62,10 +66,18 @@ public:
     virtual void read_bvh(Bvh& bvh) = 0;
 
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
+    /// Likewise, but the frame, which must outlive this, may be whole only after the next call of
+    /// anything but refit(): meanwhile the next pose can be made and handed over.
+    virtual void begin_image(const ImageParams& params, Frame& frame) {
+        trace_image(params, frame);
+    }
+    /// Waits for what refit() and begin_image() have left to be done.
+    virtual void finish() {}
     /// hits[i] answers rays[i] (closest hit); any rays, any order.
     virtual void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) = 0;
 
-    virtual const BackendTimes& times() const = 0;
+    /// After finish().
+    virtual const BackendTimes& times() = 0;
 };
 
 }  // namespace morphray

@@ -73,6 +73,7 @@ void TreeUpdater::took_tree(double triangle_area) {
 }
 
 void TreeUpdater::hand_over(std::span<const vec3> positions) {
+    take_refit_times();
     tracer_.set_frame(positions, bvh_);
     last_.upload_ms += tracer_.times().upload_ms;
     if (refitter_ != nullptr) refitter_->set_frame(positions, bvh_);
@@ -80,18 +81,27 @@ void TreeUpdater::hand_over(std::span<const vec3> positions) {
 
 void TreeUpdater::refit(std::span<const vec3> positions, RefitExtent extent) {
     Backend& refitter = refitter_ != nullptr ? *refitter_ : tracer_;
-    refitter.refit(positions, extent);
-    last_.refit_ms += refitter.times().refit_ms;
-    last_.upload_ms += refitter.times().upload_ms;
-    const bool moved = extent == RefitExtent::kAll || refitter.times().refitted_leaves > 0;
+    const std::uint64_t leaves = refitter.refit(positions, extent);
+    refitted_ = true;
+    const bool moved = extent == RefitExtent::kAll || leaves > 0;
     if (last_.step != TreeStep::kSwapped) {
         last_.step = moved ? TreeStep::kRefitted : TreeStep::kKept;
     }
-    if (refitter_ == nullptr || !moved) return;
+    // A tracer that refits may do so while it traces: frame_done() looks at what it took.
+    if (refitter_ == nullptr) return;
+    take_refit_times();
+    if (!moved) return;
     const Stopwatch upload;
     refitter_->read_bvh(bvh_);
     tracer_.set_frame(positions, bvh_);
     last_.upload_ms += upload.ms();
+}
+
+void TreeUpdater::take_refit_times() {
+    if (!std::exchange(refitted_, false)) return;
+    const BackendTimes& times = (refitter_ != nullptr ? *refitter_ : tracer_).times();
+    last_.refit_ms += times.refit_ms;
+    last_.upload_ms += times.upload_ms;
 }
 
 /// What is being built behind is of an older pose than the tree that was built just now. Only where
@@ -128,7 +138,7 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
                                 positions.size(), topology_.vertex_count));
     }
     last_ = {};
-    restructured_ = false;
+    restructured_ = refitted_ = false;
     if (behind_frames_left_ > 0) --behind_frames_left_;
     const UpdateDecision plan = policy_->plan();
     if (plan.step == UpdateStep::kRebuild) {
@@ -225,7 +235,10 @@ FrameCost TreeUpdater::cost_of_frame() const {
     return cost;
 }
 
-void TreeUpdater::frame_done() { policy_->frame_done(cost_of_frame()); }
+void TreeUpdater::frame_done() {
+    if (refitter_ == nullptr) take_refit_times();
+    policy_->frame_done(cost_of_frame());
+}
 
 const Bvh& TreeUpdater::tree() {
     tracer_.read_bvh(bvh_);

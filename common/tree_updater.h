@@ -53,7 +53,8 @@ public:
     /// Brings the tracer's tree to these positions. Throws Error(kBadInput), and leaves all as it
     /// was, for another number of vertices: the topology has changed then.
     const TreeUpdate& update(std::span<const vec3> positions);
-    /// The frame has been traced: tells the policy from the tracer's times what that cost.
+    /// The frame has been traced: tells the policy from the tracer's times what that cost, and
+    /// last() what its refit took.
     void frame_done();
 
     const TreeUpdate& last() const { return last_; }
@@ -63,6 +64,7 @@ public:
 private:
     void build(std::span<const vec3> positions);
     void refit(std::span<const vec3> positions, RefitExtent extent);
+    void take_refit_times();
     /// Gives the tree to tracer and refitter.
     void hand_over(std::span<const vec3> positions);
     void forget_behind();
@@ -88,6 +90,8 @@ private:
     /// Kept where the policy may restructure.
     BuiltAreas areas_;
     TreeUpdate last_;
+    /// Whether the tracer or refitter has refitted, and its times have not been taken yet.
+    bool refitted_ = false;
     /// Whether a restructuring was tried in this frame.
     bool restructured_ = false;
     BackgroundBuild behind_;

@@ -65,7 +65,7 @@ public:
         times_ = {.upload_ms = watch.ms()};
     }
 
-    void refit(std::span<const vec3> positions, RefitExtent extent) override {
+    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent) override {
         const Stopwatch upload;
         arena_.execute([&] { planner_.advance(positions); });
         times_ = {.upload_ms = upload.ms()};
@@ -80,6 +80,7 @@ public:
         });
         times_.refitted_leaves = plan.leaf_count;
         times_.refit_ms = watch.ms();
+        return plan.leaf_count;
     }
 
     double tree_cost() override { return morphray::tree_cost(bvh_.nodes); }
@@ -135,7 +136,7 @@ public:
         times_.rays = rays.size();
     }
 
-    const BackendTimes& times() const override { return times_; }
+    const BackendTimes& times() override { return times_; }
 
 private:
     std::string name_;

@@ -18,11 +18,10 @@ void cross(const vec3& p, const vec3& q, Row& out) {
 
 std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning) {
     constexpr std::uint32_t kFewest = 4;
-    constexpr std::uint32_t kMost = 16;
     if (!tuning.use_packets || !device.has_shuffle) return 0;
     const std::uint32_t size = device.info.subgroup_size;
     if (size < kFewest) return 0;
-    return std::min(size, kMost);
+    return std::min(size, tuning.most_packet_lanes);
 }
 
 std::uint32_t packet_run(const PhysicalDevice& device) {

@@ -1,12 +1,17 @@
 #include "gpu/context.h"
 
 #include <algorithm>
-#include <chrono>
+#include <cassert>
+#include <numeric>
+#include <utility>
 
 #include "gpu/result.h"
 
 namespace morphray::gpu {
 namespace {
+
+// The start, what was deferred, and the stages.
+constexpr std::uint32_t kStampCount = Context::kMostStages + 2;
 
 using Clock = std::chrono::steady_clock;
 
@@ -73,7 +78,7 @@ UniqueQueryPool create_queries(VkDevice device, std::uint32_t timestamp_bits) {
     const VkQueryPoolCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
         .queryType = VK_QUERY_TYPE_TIMESTAMP,
-        .queryCount = 2,
+        .queryCount = kStampCount,
     };
     VkQueryPool pool = VK_NULL_HANDLE;
     check(vkCreateQueryPool(device, &info, nullptr, &pool), "create a query pool");
@@ -102,14 +107,7 @@ Context::Context(const VulkanConfig& config, const Tuning& tuning)
     throw_on_validation_errors();
 }
 
-double Context::submit(const char* what, const std::function<void(VkCommandBuffer)>& record) {
-    check(vkResetCommandPool(device(), pool_.get(), 0), "reset the command pool");
-    const VkCommandBufferBeginInfo begin = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-        .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
-    };
-    check(vkBeginCommandBuffer(commands_, &begin), "begin a command buffer");
-    const bool has_timestamps = queries_.get() != VK_NULL_HANDLE;
+void Context::record_all(const Record& record) {
     constexpr VkPipelineStageFlags kWork =
         VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
     constexpr VkAccessFlags kWrites = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
@@ -117,31 +115,85 @@ double Context::submit(const char* what, const std::function<void(VkCommandBuffe
     // Writer: kernels and copies of earlier submissions; reader: those of this one. The host has
     // waited for them, which makes their writes available but not visible to the device.
     barrier(commands_, kWork, kWrites, kWork, kReads | kWrites);
-    if (has_timestamps) {
-        vkCmdResetQueryPool(commands_, queries_.get(), 0, 2);
+    if (queries_.get() != VK_NULL_HANDLE) {
+        vkCmdResetQueryPool(commands_, queries_.get(), 0, kStampCount);
         vkCmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, queries_.get(), 0);
     }
-    record(commands_);
-    if (has_timestamps) {
-        vkCmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_.get(), 1);
+    stamp_count_ = 1;
+    if (under_way_) {
+        under_way_->record(commands_);
+        // Writer: what was deferred; reader: the rest.
+        barrier(commands_, kWork, kWrites, kWork, kReads | kWrites);
+        stamp(commands_);
     }
+    record(commands_);
+    stamp(commands_);
     // Writer: kernels and copies of this submission; reader: the host, after the fence.
     barrier(commands_, kWork, kWrites, VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
-    check(vkEndCommandBuffer(commands_), "end a command buffer");
+}
 
+void Context::stamp(VkCommandBuffer commands) {
+    assert(stamp_count_ < kStampCount);
+    if (queries_.get() != VK_NULL_HANDLE) {
+        vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_.get(),
+                            stamp_count_);
+    }
+    ++stamp_count_;
+}
+
+void Context::begin(const char* what, const Record& record, Deferred deferred) {
+    assert(!is_under_way());
+    under_way_.reset();
+    if (deferred == Deferred::kTaken) under_way_.swap(deferred_);
+    check(vkResetCommandPool(device(), pool_.get(), 0), "reset the command pool");
+    const VkCommandBufferBeginInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+        .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
+    };
+    check(vkBeginCommandBuffer(commands_, &info), "begin a command buffer");
+    record_all(record);
+    check(vkEndCommandBuffer(commands_), "end a command buffer");
     const VkFence fence = fence_.get();
     check(vkResetFences(device(), 1, &fence), "reset a fence");
-    const VkSubmitInfo info = {
+    const VkSubmitInfo submission = {
         .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
         .commandBufferCount = 1,
         .pCommandBuffers = &commands_,
     };
-    const Clock::time_point start = Clock::now();
-    check(vkQueueSubmit(queue_, 1, &info, fence), "submit work");
-    wait(what);
-    const double wall_ms = ms_since(start);
+    begin_time_ = Clock::now();
+    check(vkQueueSubmit(queue_, 1, &submission, fence), "submit work");
+    what_ = what;
+}
+
+std::vector<double> Context::end() {
+    assert(is_under_way());
+    // Gone if anything fails, and so is what counts on it.
+    const std::optional<DeferredWork> first = std::exchange(under_way_, std::nullopt);
+    std::optional<DeferredWork> next = std::exchange(deferred_, std::nullopt);
+    wait(std::exchange(what_, nullptr));
+    std::vector<double> stages = stage_ms(ms_since(begin_time_));
     throw_on_validation_errors();
-    return has_timestamps ? device_ms() : wall_ms;
+    deferred_ = std::move(next);
+    if (first) {
+        first->done(stages.front());
+        stages.erase(stages.begin());
+    }
+    return stages;
+}
+
+double Context::submit(const char* what, const Record& record, Deferred deferred) {
+    begin(what, record, deferred);
+    const std::vector<double> stages = end();
+    return std::accumulate(stages.begin(), stages.end(), 0.0);
+}
+
+void Context::defer(Record record, std::function<void(double)> done) {
+    assert(!has_deferred());
+    deferred_ = {std::move(record), std::move(done)};
+}
+
+void Context::abandon() {
+    if (std::exchange(what_, nullptr) != nullptr) vkDeviceWaitIdle(device());
 }
 
 void Context::wait(const char* what) {
@@ -166,15 +218,24 @@ void Context::wait(const char* what) {
     throw_result(result, what);
 }
 
-double Context::device_ms() const {
-    std::uint64_t ticks[2] = {};
-    check(vkGetQueryPoolResults(device(), queries_.get(), 0, 2, sizeof(ticks), ticks,
+std::vector<double> Context::stage_ms(double wall_ms) const {
+    std::vector<double> stages(stamp_count_ - 1);
+    if (queries_.get() == VK_NULL_HANDLE) {
+        stages.back() = wall_ms;
+        return stages;
+    }
+    std::uint64_t ticks[kStampCount] = {};
+    check(vkGetQueryPoolResults(device(), queries_.get(), 0, stamp_count_, sizeof(ticks), ticks,
                                 sizeof(ticks[0]), VK_QUERY_RESULT_64_BIT),
           "read timestamps");
     const std::uint32_t bits = physical_.timestamp_bits;
     const std::uint64_t mask = bits >= 64 ? ~0ull : (1ull << bits) - 1;
-    const std::uint64_t elapsed = (ticks[1] - ticks[0]) & mask;
-    return static_cast<double>(elapsed) * static_cast<double>(limits().timestampPeriod) * 1e-6;
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+        const std::uint64_t elapsed = (ticks[i + 1] - ticks[i]) & mask;
+        stages[i] =
+            static_cast<double>(elapsed) * static_cast<double>(limits().timestampPeriod) * 1e-6;
+    }
+    return stages;
 }
 
 void Context::name_object(VkObjectType type, std::uint64_t handle, const std::string& text) {

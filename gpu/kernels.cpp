@@ -5,6 +5,7 @@
 #include <cstdint>
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
+#include "shaders/occlusion_packet_spirv.h"
 #include "shaders/occlusion_spirv.h"
 #include "shaders/primary_packet_spirv.h"
 #include "shaders/primary_spirv.h"
@@ -74,6 +75,13 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                             kBindHits, kBindOcclusion, kBindWork},
                            sizeof(OcclusionArguments)},
                           tuning)),
+      occlusion_packet(packets(context,
+                               {"occlusion packets",
+                                k_occlusion_packet_spirv,
+                                {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindSeen,
+                                 kBindHits, kBindOcclusion, kBindWork},
+                                sizeof(OcclusionArguments)},
+                               tuning, packet_lanes, kPacketStepBudget)),
       resume(
           traversal(context,
                     {"resume",
@@ -97,7 +105,7 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
 
 void Kernels::bind(const Bindings& bindings) {
     for (Pipeline* p : {&primary, &primary_packet, &shadow_packet, &rays, &select, &occlusion,
-                        &resume, &shade, &refit_leaves, &refit_nodes}) {
+                        &occlusion_packet, &resume, &shade, &refit_leaves, &refit_nodes}) {
         p->bind(bindings);
     }
 }

@@ -19,6 +19,7 @@ struct Kernels {
     Pipeline rays;
     Pipeline select;
     Pipeline occlusion;
+    Pipeline occlusion_packet;
     Pipeline resume;
     Pipeline shade;
     Pipeline refit_leaves;

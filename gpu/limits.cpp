@@ -59,6 +59,15 @@ void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
                 nodes + leaves + vertices + triangles + rest);
 }
 
+bool fits(const PhysicalDevice& device, const SceneSize& scene) {
+    try {
+        check_scene(device, scene);
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 PassSize pass_size(const VkPhysicalDeviceLimits& limits, const Tuning& tuning) {
     if (limits.maxComputeWorkGroupInvocations < kGroupSize ||
         limits.maxComputeWorkGroupSize[0] < kGroupSize) {

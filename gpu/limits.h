@@ -20,6 +20,9 @@ struct SceneSize {
 /// Throws Error(kLimit), with the numbers, if the device cannot hold such a scene.
 void check_scene(const PhysicalDevice& device, const SceneSize& scene);
 
+/// Whether it can.
+bool fits(const PhysicalDevice& device, const SceneSize& scene);
+
 /// How much of an image or batch goes into one dispatch.
 struct PassSize {
     /// Tiles of 64 rays.

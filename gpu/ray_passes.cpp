@@ -26,7 +26,7 @@ RayPasses::RayPasses(Context& context, const PassSize& size, std::uint32_t step_
       work_(context, "work", sizeof(WorkHeader) + sizeof(Suspended) * size.rays(), kStorage,
             Memory::kDevice),
       states_(context, "states", 4 * kStateUints * size.resume_slots, kStorage, Memory::kDevice),
-      header_copy_(context, "work header", sizeof(WorkHeader), 0, Memory::kHost) {}
+      headers_(context, "work headers", kMostPasses * sizeof(WorkHeader), 0, Memory::kHost) {}
 
 void RayPasses::add_to(Bindings& bindings) const {
     bindings.views[kBindRays] = rays_.view.get();
@@ -39,46 +39,63 @@ void RayPasses::add_to(Bindings& bindings) const {
     bindings.buffers[kBindStates] = states_.get();
 }
 
-double RayPasses::run(const char* what, const Kernels& kernels, const SceneBuffers& scene,
-                      bool any_hit, const std::function<void(VkCommandBuffer)>& dispatch,
-                      const std::function<void(VkCommandBuffer)>& rest) {
-    const Outcome outcome = submit(what, 0, dispatch);
-    if ((outcome.header.status & kStatusUnfinished) != 0) {
-        return outcome.device_ms + run(what, kernels, scene, any_hit, rest);
+void RayPasses::record(VkCommandBuffer commands, const RayPass& pass, std::uint32_t number) const {
+    record_part(commands, 0, pass.dispatch, number);
+}
+
+bool RayPasses::is_incomplete(const RayPass& pass, std::uint32_t number) const {
+    const WorkHeader h = header(pass.what, number);
+    return (h.status & kStatusUnfinished) != 0 || h.suspended_count != 0;
+}
+
+double RayPasses::complete(const RayPass& pass, std::uint32_t number, const Kernels& kernels,
+                           const SceneBuffers& scene) {
+    const WorkHeader h = header(pass.what, number);
+    if ((h.status & kStatusUnfinished) != 0) {
+        return run({pass.what, pass.any_hit, pass.rest, {}}, kernels, scene);
     }
-    if (outcome.header.suspended_count == 0) return outcome.device_ms;
-    return outcome.device_ms + resume(kernels, scene, any_hit, outcome.header.suspended_count);
+    return h.suspended_count != 0 ? resume(kernels, scene, pass.any_hit, h.suspended_count) : 0;
 }
 
-double RayPasses::select(const std::function<void(VkCommandBuffer)>& dispatch,
-                         std::uint32_t& seen_count) {
-    const Outcome outcome = submit("select pixels", 0, dispatch);
-    seen_count = outcome.header.seen_count;
-    return outcome.device_ms;
+double RayPasses::run(const RayPass& pass, const Kernels& kernels, const SceneBuffers& scene) {
+    const double device_ms =
+        context_.submit(pass.what, [&](VkCommandBuffer commands) { record(commands, pass, 0); });
+    return device_ms + complete(pass, 0, kernels, scene);
 }
 
-RayPasses::Outcome RayPasses::submit(const char* what, VkDeviceSize reset_offset,
-                                     const std::function<void(VkCommandBuffer)>& dispatch) {
-    const double device_ms = context_.submit(what, [&](VkCommandBuffer commands) {
-        vkCmdFillBuffer(commands, work_.get(), reset_offset, sizeof(WorkHeader) - reset_offset, 0);
-        // Writer: the fill; reader and writer: the kernel's counters.
-        barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-                VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
-        dispatch(commands);
-        // Writer: the kernel's counters; reader: the copy.
-        barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-                VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
-        const VkBufferCopy region = {.srcOffset = 0, .dstOffset = 0, .size = sizeof(WorkHeader)};
-        vkCmdCopyBuffer(commands, work_.get(), header_copy_.get(), 1, &region);
-    });
-    Outcome outcome = {{}, device_ms};
-    std::memcpy(&outcome.header, header_copy_.mapped().data(), sizeof(WorkHeader));
-    if ((outcome.header.status & kStatusStackOverflow) != 0) {
+double RayPasses::select(const Record& dispatch, std::uint32_t& seen_count) {
+    const char* const what = "select pixels";
+    const double device_ms = context_.submit(
+        what, [&](VkCommandBuffer commands) { record_part(commands, 0, dispatch, 0); });
+    seen_count = header(what, 0).seen_count;
+    return device_ms;
+}
+
+void RayPasses::record_part(VkCommandBuffer commands, VkDeviceSize reset_offset,
+                            const Record& dispatch, std::uint32_t number) const {
+    vkCmdFillBuffer(commands, work_.get(), reset_offset, sizeof(WorkHeader) - reset_offset, 0);
+    // Writer: the fill; reader and writer: the kernel's counters.
+    barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+            VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+    dispatch(commands);
+    // Writer: the kernel's counters; reader: the copy.
+    barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+            VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
+    const VkBufferCopy region = {
+        .srcOffset = 0, .dstOffset = number * sizeof(WorkHeader), .size = sizeof(WorkHeader)};
+    vkCmdCopyBuffer(commands, work_.get(), headers_.get(), 1, &region);
+}
+
+WorkHeader RayPasses::header(const char* what, std::uint32_t number) const {
+    WorkHeader header;
+    std::memcpy(&header, headers_.mapped().data() + number * sizeof(WorkHeader),
+                sizeof(WorkHeader));
+    if ((header.status & kStatusStackOverflow) != 0) {
         throw Error(ExitCode::kInternal, "Vulkan: a traversal stack overflowed while trying to " +
                                              std::string(what) + "; the tree is not sound");
     }
-    return outcome;
+    return header;
 }
 
 double RayPasses::resume(const Kernels& kernels, const SceneBuffers& scene, bool any_hit,
@@ -102,12 +119,14 @@ double RayPasses::resume(const Kernels& kernels, const SceneBuffers& scene, bool
                 throw Error(ExitCode::kInternal,
                             "Vulkan: a traversal does not end; the tree is not sound");
             }
-            const Outcome outcome = submit("resume rays", offsetof(WorkHeader, unfinished_count),
-                                           [&](VkCommandBuffer commands) {
-                                               kernels.resume.dispatch(commands, arguments, groups);
-                                           });
-            device_ms += outcome.device_ms;
-            unfinished = outcome.header.unfinished_count != 0;
+            const char* const what = "resume rays";
+            const Record round = [&](VkCommandBuffer commands) {
+                kernels.resume.dispatch(commands, arguments, groups);
+            };
+            device_ms += context_.submit(what, [&](VkCommandBuffer commands) {
+                record_part(commands, offsetof(WorkHeader, unfinished_count), round, 0);
+            });
+            unfinished = header(what, 0).unfinished_count != 0;
         }
     }
     return device_ms;

@@ -10,6 +10,17 @@
 
 namespace morphray::gpu {
 
+/// One dispatch of rays.
+struct RayPass {
+    /// For errors: what it is there to do.
+    const char* what;
+    /// What the rays ask for.
+    bool any_hit;
+    Record dispatch;
+    /// Dispatches rays that `dispatch` marked as unfinished, if it can.
+    Record rest;
+};
+
 /// Buffers for one dispatch's worth of rays, and the loop that brings each of them to an answer.
 class RayPasses {
 public:
@@ -22,24 +33,28 @@ public:
     const Buffer& rays() const { return rays_.buffer; }
     void add_to(Bindings& bindings) const;
 
-    /// Runs one dispatch of rays and, for those that ran out of steps, as many rounds of `resume`
-    /// as it takes. any_hit: what the rays ask for. Returns the time on the device in
+    /// Records a pass. Of those that one submission holds, the first is number 0.
+    void record(VkCommandBuffer commands, const RayPass& pass, std::uint32_t number) const;
+    /// Whether pass `number` of the submission that ended last has left rays without an answer.
+    bool is_incomplete(const RayPass& pass, std::uint32_t number) const;
+    /// Brings those of the last pass of that submission to an answer (or those that it marked as
+    /// unfinished), in as many rounds of `resume` as it takes. Returns the time on the device in
     /// milliseconds. Throws Error(kInternal) rather than leave a wrong answer.
-    /// rest: dispatches rays that `dispatch` left unfinished, if it can.
-    double run(const char* what, const Kernels& kernels, const SceneBuffers& scene, bool any_hit,
-               const std::function<void(VkCommandBuffer)>& dispatch,
-               const std::function<void(VkCommandBuffer)>& rest = {});
+    double complete(const RayPass& pass, std::uint32_t number, const Kernels& kernels,
+                    const SceneBuffers& scene);
+    /// Submits a pass by itself and completes it; likewise.
+    double run(const RayPass& pass, const Kernels& kernels, const SceneBuffers& scene);
 
     /// Runs a dispatch of `select`. seen_count: the pixels that it listed.
-    double select(const std::function<void(VkCommandBuffer)>& dispatch, std::uint32_t& seen_count);
+    double select(const Record& dispatch, std::uint32_t& seen_count);
+
+    /// Of one submission.
+    static constexpr std::uint32_t kMostPasses = 2;
 
 private:
-    struct Outcome {
-        WorkHeader header;
-        double device_ms;
-    };
-    Outcome submit(const char* what, VkDeviceSize reset_offset,
-                   const std::function<void(VkCommandBuffer)>& dispatch);
+    void record_part(VkCommandBuffer commands, VkDeviceSize reset_offset, const Record& dispatch,
+                     std::uint32_t number) const;
+    WorkHeader header(const char* what, std::uint32_t number) const;
     double resume(const Kernels& kernels, const SceneBuffers& scene, bool any_hit,
                   std::uint32_t count);
 
@@ -53,7 +68,8 @@ private:
     Buffer pixels_;
     Buffer work_;
     Buffer states_;
-    Buffer header_copy_;
+    /// Of each pass.
+    Buffer headers_;
 };
 
 }  // namespace morphray::gpu

@@ -45,47 +45,61 @@ private:
     bool first_ = true;
 };
 
-}  // namespace
-
-void upload_positions(SceneBuffers& scene, Transfer& transfer, const PoseMemory& pose,
-                      const RefitPlan& plan) {
-    if (plan.all) {
-        scene.set_positions(transfer, pose.positions());
-        return;
-    }
+/// Vertices whose positions have to go to the device.
+std::vector<IndexRange> moved_vertices(const PoseMemory& pose, const RefitPlan& plan) {
+    const auto count = static_cast<std::uint32_t>(pose.positions().size());
+    if (plan.all && count > 0) return {{0, count}};
     std::vector<std::uint32_t> blocks;
     for (std::uint32_t block = 0; block < pose.block_count(); ++block) {
         if (pose.moved(block)) blocks.push_back(block);
     }
-    for (const IndexRange range : covering_ranges(blocks, kMostRanges)) {
-        scene.set_positions(
-            transfer, pose.positions(),
-            {range.begin * kMotionBlock, std::min(range.end * kMotionBlock, scene.vertex_count())});
+    std::vector<IndexRange> ranges = covering_ranges(blocks, kMostRanges);
+    for (IndexRange& range : ranges) {
+        range = {range.begin * kMotionBlock, std::min(range.end * kMotionBlock, count)};
     }
+    return ranges;
 }
 
-double refit_scene(Context& context, const Kernels& kernels, const SceneBuffers& scene,
-                   const RefitPlan& plan) {
-    if (plan.leaf_count == 0) return 0;
+/// Elements of each dispatch: of leaves, then of nodes level by level, the lowest first.
+struct Dispatches {
+    std::vector<IndexRange> leaves;
+    std::vector<IndexRange> nodes;
+};
+
+Dispatches dispatches_of(const SceneBuffers& scene, const RefitPlan& plan) {
     const std::vector<std::uint32_t>& levels = scene.level_begin();
-    const std::vector<IndexRange> leaves = plan.all
-                                               ? std::vector{IndexRange{0, scene.leaf_count()}}
-                                               : covering_ranges(plan.parts.leaves, kMostRanges);
-    return context.submit("refit", [&](VkCommandBuffer commands) {
-        Sequence sequence(context, commands);
-        for (const IndexRange range : leaves) sequence.add(kernels.refit_leaves, range);
-        for (std::size_t level = levels.size() - 2; level > 0; --level) {
-            IndexRange range = {levels[level], levels[level + 1]};
-            if (!plan.all) {
-                const auto [first, last] =
-                    std::pair(std::ranges::lower_bound(plan.parts.nodes, range.begin),
-                              std::ranges::lower_bound(plan.parts.nodes, range.end));
-                if (first == last) continue;
-                range = {*first, *(last - 1) + 1};
-            }
-            sequence.add(kernels.refit_nodes, range);
+    Dispatches d;
+    if (plan.leaf_count == 0) return d;
+    d.leaves = plan.all ? std::vector{IndexRange{0, scene.leaf_count()}}
+                        : covering_ranges(plan.parts.leaves, kMostRanges);
+    for (std::size_t level = levels.size() - 2; level > 0; --level) {
+        IndexRange range = {levels[level], levels[level + 1]};
+        if (!plan.all) {
+            const auto [first, last] =
+                std::pair(std::ranges::lower_bound(plan.parts.nodes, range.begin),
+                          std::ranges::lower_bound(plan.parts.nodes, range.end));
+            if (first == last) continue;
+            range = {*first, *(last - 1) + 1};
         }
-    });
+        d.nodes.push_back(range);
+    }
+    return d;
+}
+
+}  // namespace
+
+Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
+                   const PoseMemory& pose, const RefitPlan& plan) {
+    Record upload = scene.set_positions(context, pose.positions(), moved_vertices(pose, plan));
+    Dispatches dispatches = dispatches_of(scene, plan);
+    if (!upload && dispatches.leaves.empty()) return {};
+    return [&context, &kernels, upload = std::move(upload),
+            dispatches = std::move(dispatches)](VkCommandBuffer commands) {
+        if (upload) upload(commands);
+        Sequence sequence(context, commands);
+        for (const IndexRange range : dispatches.leaves) sequence.add(kernels.refit_leaves, range);
+        for (const IndexRange range : dispatches.nodes) sequence.add(kernels.refit_nodes, range);
+    };
 }
 
 }  // namespace morphray::gpu

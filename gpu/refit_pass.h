@@ -7,13 +7,10 @@
 
 namespace morphray::gpu {
 
-/// Brings the positions on the device to the pose: those that moved, or all where the plan says so.
-void upload_positions(SceneBuffers& scene, Transfer& transfer, const PoseMemory& pose,
-                      const RefitPlan& plan);
-
-/// Refits what the plan says, and some of what lies between: that is written again as it was.
-/// Returns milliseconds.
-double refit_scene(Context& context, const Kernels& kernels, const SceneBuffers& scene,
-                   const RefitPlan& plan);
+/// Hands over the positions of the pose, those that moved or all where the plan says so. Returns
+/// what refits by the plan, and some of what lies between: that is written again as it was. Nothing
+/// if there is nothing to do. What is returned is meant for the scene as it is.
+Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
+                   const PoseMemory& pose, const RefitPlan& plan);
 
 }  // namespace morphray::gpu

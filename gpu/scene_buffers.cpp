@@ -7,8 +7,8 @@ namespace {
 
 constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
 constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
-constexpr VkBufferUsageFlags kReadAndWritten =
-    VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
+constexpr VkBufferUsageFlags kRead = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+constexpr VkBufferUsageFlags kReadAndWritten = kRead | VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
 
 /// The bytes of a contiguous container.
 template <class Values>
@@ -16,12 +16,13 @@ std::span<const std::byte> bytes_of(const Values& values) {
     return std::as_bytes(std::span(values));
 }
 
-/// A texel buffer that holds these values.
+/// A texel buffer that holds these values, and has room for a part more.
 template <class Values>
 TexelBuffer filled(Context& context, Transfer& transfer, const char* name, const Values& values,
-                   VkFormat format = kWord,
-                   VkBufferUsageFlags usage = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) {
-    TexelBuffer texels(context, name, bytes_of(values).size(), format, usage);
+                   VkFormat format = kWord, VkBufferUsageFlags usage = kRead, double room = 0) {
+    const std::size_t size = bytes_of(values).size();
+    const auto more = static_cast<std::size_t>(static_cast<double>(size) * room) / 16 * 16;
+    TexelBuffer texels(context, name, size + more, format, usage);
     transfer.upload(bytes_of(values), texels.buffer);
     return texels;
 }
@@ -46,20 +47,22 @@ SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology&
                            std::span<const vec3> positions, const Bvh& bvh)
     : vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
-      positions_(context, "positions", sizeof(uvec4) * positions.size(), kFourWords),
+      positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords),
+      ring_(vertex_count_),
       triangles_(filled(context, transfer, "triangles", with_albedo(topology), kFourWords)),
-      tree_(context, transfer, bvh) {
+      tree_(context, transfer, bvh, 0) {
     set_positions(transfer, positions);
 }
 
-SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh)
+SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh, double room)
     : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())),
       level_begin(bvh.level_begin),
-      nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadAndWritten)),
-      leaves(filled(context, transfer, "leaves", bvh.leaves, kFourWords, kReadAndWritten)),
-      leaf_vertices(filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords)),
-      leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents)),
-      node_parents(filled(context, transfer, "node parents", bvh.node_parents)),
+      nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadAndWritten, room)),
+      leaves(filled(context, transfer, "leaves", bvh.leaves, kFourWords, kReadAndWritten, room)),
+      leaf_vertices(
+          filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords, kRead, room)),
+      leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents, kWord, kRead, room)),
+      node_parents(filled(context, transfer, "node parents", bvh.node_parents, kWord, kRead, room)),
       nodes_out(texel_view(context, "nodes, written", nodes.buffer, kWord)),
       leaves_out(texel_view(context, "leaves, written", leaves.buffer, kWord)) {
     assert(level_begin.back() == bvh.nodes.size());
@@ -70,16 +73,54 @@ void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> posit
     transfer.upload_padded(positions, positions_.buffer);
 }
 
-void SceneBuffers::set_positions(Transfer& transfer, std::span<const vec3> positions,
-                                 IndexRange range) {
-    assert(positions.size() == vertex_count_ && range.end <= vertex_count_);
-    transfer.upload_padded(positions.subspan(range.begin, range.end - range.begin),
-                           positions_.buffer, range.begin);
+Record SceneBuffers::set_positions(Context& context, std::span<const vec3> positions,
+                                   std::span<const IndexRange> ranges) {
+    assert(positions.size() == vertex_count_);
+    if (ranges.empty()) return {};
+    const std::span<std::byte> mapped = positions_.buffer.mapped();
+    if (mapped.empty() || context.is_under_way()) {
+        return ring_.write(context, positions, ranges, positions_.buffer);
+    }
+    for (const IndexRange range : ranges) {
+        const std::size_t count = range.end - range.begin;
+        write_padded(positions.subspan(range.begin, count),
+                     mapped.subspan(kPaddedBytes * range.begin, kPaddedBytes * count));
+    }
+    return {};
 }
 
-void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh) {
+void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh, double room) {
     assert(bvh.triangle_count == triangle_count_);
-    tree_ = Tree(context, transfer, bvh);
+    tree_ = Tree(context, transfer, bvh, room);
+}
+
+std::optional<std::uint64_t> SceneBuffers::change_tree(Transfer& transfer, const Bvh& before,
+                                                       const Bvh& after) {
+    assert(before.nodes.size() == node_count() && before.leaves.size() == leaf_count());
+    std::uint64_t written = 0;
+    bool has_room = true;
+    const auto for_each_part = [&](auto use) {
+        use(before.nodes, after.nodes, tree_.nodes);
+        use(before.leaves, after.leaves, tree_.leaves);
+        use(before.leaf_vertices, after.leaf_vertices, tree_.leaf_vertices);
+        use(before.leaf_parents, after.leaf_parents, tree_.leaf_parents);
+        use(before.node_parents, after.node_parents, tree_.node_parents);
+    };
+    for_each_part([&](const auto&, const auto& values, const TexelBuffer& texels) {
+        has_room = has_room && bytes_of(values).size() <= texels.buffer.size();
+    });
+    if (!has_room) return std::nullopt;
+    for_each_part([&](const auto& old_values, const auto& values, const TexelBuffer& texels) {
+        written += transfer.upload_changes(bytes_of(old_values), bytes_of(values), texels.buffer);
+    });
+    tree_.level_begin = after.level_begin;
+    tree_.leaf_count = static_cast<std::uint32_t>(after.leaves.size());
+    return written;
+}
+
+std::uint64_t SceneBuffers::tree_bytes() const {
+    return sizeof(Node) * node_count() + sizeof(Leaf) * leaf_count() +
+           4 * (node_count() + (kLeafVertices + 1) * std::uint64_t{leaf_count()});
 }
 
 void SceneBuffers::read_tree(Transfer& transfer, Bvh& bvh) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "common/mesh.h"
 #include "common/refit_plan.h"
 #include "gpu/pipeline.h"
+#include "gpu/position_ring.h"
 #include "gpu/transfer.h"
 
 namespace morphray::gpu {
@@ -37,11 +39,20 @@ public:
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);
-    /// Those of one range of the positions.
-    void set_positions(Transfer& transfer, std::span<const vec3> positions, IndexRange range);
-    /// Replaces the tree by one over the same triangles. Bindings have to be made anew. After an
-    /// exception the old tree is still there.
-    void set_tree(Context& context, Transfer& transfer, const Bvh& bvh);
+    /// Those of some ranges of the positions. Returns what has to be recorded before kernels see
+    /// them, if anything. What is under way still sees those before.
+    Record set_positions(Context& context, std::span<const vec3> positions,
+                         std::span<const IndexRange> ranges);
+    /// Replaces the tree by one over the same triangles, with room to grow by a part of itself.
+    /// Bindings have to be made anew. After an exception the old tree is still there.
+    void set_tree(Context& context, Transfer& transfer, const Bvh& bvh, double room = 0);
+    /// Likewise, where the tree that is there is `before`: writes what differs, if there is room
+    /// for it, and no bindings have to be made. Returns the bytes that it wrote; nothing if there
+    /// is no room, and then nothing has been done. After an exception the tree is of no use.
+    std::optional<std::uint64_t> change_tree(Transfer& transfer, const Bvh& before,
+                                             const Bvh& after);
+    /// Of nodes, leaves and what belongs to them.
+    std::uint64_t tree_bytes() const;
     /// Reads nodes and leaves back.
     void read_tree(Transfer& transfer, Bvh& bvh) const;
     AlignedVector<Node> read_nodes(Transfer& transfer) const;
@@ -50,7 +61,7 @@ public:
 
 private:
     struct Tree {
-        Tree(Context& context, Transfer& transfer, const Bvh& bvh);
+        Tree(Context& context, Transfer& transfer, const Bvh& bvh, double room);
 
         std::uint32_t leaf_count;
         std::vector<std::uint32_t> level_begin;
@@ -66,6 +77,7 @@ private:
     std::uint32_t vertex_count_ = 0;
     std::uint32_t triangle_count_ = 0;
     TexelBuffer positions_;
+    PositionRing ring_;
     TexelBuffer triangles_;
     Tree tree_;
 };

@@ -6,6 +6,11 @@
 
 namespace morphray::gpu {
 
+/// Of a position on the device.
+inline constexpr std::size_t kPaddedBytes = 16;
+/// Writes points, each followed by a word of 0, to as many times kPaddedBytes.
+void write_padded(std::span<const vec3> points, std::span<std::byte> out);
+
 /// Copies directly where the buffer is mapped, otherwise in pieces through a staging buffer.
 class Transfer {
 public:
@@ -13,16 +18,23 @@ public:
 
     /// Writes the bytes to the start of `to`.
     void upload(std::span<const std::byte> bytes, const Buffer& to);
-    /// Writes points, each followed by a word of 0, to `to` from the place of point `first` on.
-    void upload_padded(std::span<const vec3> points, const Buffer& to, std::size_t first = 0);
+    /// write_padded() to the start of `to`.
+    void upload_padded(std::span<const vec3> points, const Buffer& to);
+    /// Brings the start of `to`, which holds `before`, to `after`: writes blocks of kBlockBytes
+    /// that differ. Returns the bytes that it wrote.
+    std::uint64_t upload_changes(std::span<const std::byte> before,
+                                 std::span<const std::byte> after, const Buffer& to);
+    static constexpr std::size_t kBlockBytes = 2048;
     /// Reads from the start of `from`.
     void download(const Buffer& from, std::span<std::byte> bytes);
 
 private:
-    /// Has `fill(bytes, offset)` write the `size` bytes that go to `to` from `begin` on, in pieces
-    /// of whole kilobytes and a last one.
+    /// Has `fill(bytes, offset)` write the `size` bytes that go to the start of `to`, in pieces of
+    /// whole kilobytes and a last one.
     template <class Fill>
-    void write(std::size_t size, const Buffer& to, VkDeviceSize begin, Fill fill);
+    void write(std::size_t size, const Buffer& to, Fill fill);
+
+    void copy_to(const Buffer& to, std::span<const VkBufferCopy> copies);
 
     Context& context_;
     Buffer staging_;

@@ -14,6 +14,8 @@ struct Tuning {
     std::uint32_t step_budget = kStepBudget;
     /// Trace rays with a common origin in packets, where the device can.
     bool use_packets = true;
+    /// Of a packet: 4, 8 or 16. Where a subgroup has more, it traces several packets.
+    std::uint32_t most_packet_lanes = 16;
     /// Tiles of 8x8 pixels, or 64 rays, traced by one dispatch: 2^18 rays bound both the memory of
     /// the answers and the time of a dispatch, far below the 2 s that drivers allow.
     std::uint32_t tiles_per_dispatch = 4096;

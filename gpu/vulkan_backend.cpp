@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
-#include <cstring>
+#include <optional>
+#include <utility>
 
+#include "common/error.h"
 #include "common/refit_plan.h"
 #include "common/tree_cost.h"
-#include "gpu/camera_packets.h"
+#include "gpu/image_tracer.h"
 #include "gpu/kernels.h"
 #include "gpu/limits.h"
 #include "gpu/ray_passes.h"
@@ -27,6 +29,10 @@ double ms_since(Clock::time_point start) {
 
 std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
 
+/// What restructured trees have to spare on the device: they grow, mostly once by a third and then
+/// by less and less.
+constexpr double kRoom = 0.5;
+
 Bvh empty_tree() {
     Bvh bvh;
     Node& root = bvh.nodes.emplace_back();
@@ -40,18 +46,6 @@ Bvh empty_tree() {
     return bvh;
 }
 
-std::uint32_t rays_per_hit(const ImageParams& params) {
-    if (params.rays == kRaysShadow) return 1;
-    return params.rays == kRaysAo ? params.ao_count : 0;
-}
-
-std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
-    const auto hits = static_cast<std::uint64_t>(
-        std::count_if(frame.hits.begin(), frame.hits.end(),
-                      [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
-    return frame.hits.size() + hits * rays_per_hit(params);
-}
-
 class VulkanBackend final : public Backend {
 public:
     VulkanBackend(const VulkanConfig& config, const Tuning& tuning)
@@ -59,35 +53,39 @@ public:
           transfer_(context_),
           kernels_(context_, tuning),
           passes_(context_, pass_size(context_.limits(), tuning), tuning.step_budget),
-          scene_(context_, transfer_, Topology{}, {}, empty_tree()) {
+          scene_(context_, transfer_, Topology{}, {}, empty_tree()),
+          images_(context_, transfer_, kernels_, passes_, scene_) {
         assert(tuning.step_budget >= 1 && tuning.step_budget <= kStepBudget);
         bind();
         warm_up();
     }
+
+    ~VulkanBackend() override { context_.abandon(); }
 
     const std::string& name() const override { return name_; }
     std::string description() const override;
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override;
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
-    void refit(std::span<const vec3> positions, RefitExtent extent) override;
+    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent) override;
     double tree_cost() override;
     std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) override;
     void read_bvh(Bvh& bvh) override;
     void trace_image(const ImageParams& params, Frame& frame) override;
+    void begin_image(const ImageParams& params, Frame& frame) override;
+    void finish() override;
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override;
-    const BackendTimes& times() const override { return times_; }
+    const BackendTimes& times() override;
 
 private:
     void bind();
     void warm_up();
     void keep_links(const Bvh& bvh);
-    std::function<void(VkCommandBuffer)> camera_packets(const RegionArguments& region) const;
-    void trace_region(const RegionArguments& region);
-    std::uint32_t packet_groups(std::uint32_t packets) const;
-    void trace_shadow_packets(const RegionArguments& region);
-    void trace_secondary(const RegionArguments& region);
-    void copy_region(const RegionArguments& region, Frame& frame);
+    std::optional<std::uint64_t> change_tree(const Bvh& before, const Bvh& after);
+    void clear();
+    void finish_image();
+    void defer_refit(const RefitPlan& plan);
+    void catch_up();
 
     const std::string name_ = "vulkan";
     Context context_;
@@ -95,7 +93,10 @@ private:
     Kernels kernels_;
     RayPasses passes_;
     SceneBuffers scene_;
+    ImageTracer images_;
     RefitPlanner planner_;
+    /// Whether the device's tree is not, or not yet, that of planner_.pose().
+    bool is_behind_ = false;
     /// The tree without its nodes and leaves, which are on the device.
     Bvh links_;
     BackendTimes times_;
@@ -138,6 +139,7 @@ void VulkanBackend::warm_up() {
         if (kernels_.packet_lanes != 0) {
             dispatch(kernels_.primary_packet, PacketArguments{});
             dispatch(kernels_.shadow_packet, nothing);
+            dispatch(kernels_.occlusion_packet, OcclusionArguments{});
         }
         dispatch(kernels_.occlusion, OcclusionArguments{});
         dispatch(kernels_.rays, RaysArguments{});
@@ -157,59 +159,113 @@ void VulkanBackend::keep_links(const Bvh& bvh) {
 
 void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions,
                               const Bvh& bvh) {
+    finish_image();
     const auto start = Clock::now();
     check_scene(context_.physical(), size_of(positions.size(), topology.triangles.size(), bvh));
-    // The old scene goes first: there may not be room for both.
-    scene_ = SceneBuffers(context_, transfer_, Topology{}, {}, empty_tree());
-    bind();
+    // The old scene goes first, with what was to become of it: there may not be room for both.
+    context_.drop_deferred();
+    is_behind_ = false;
+    clear();
     scene_ = SceneBuffers(context_, transfer_, topology, positions, bvh);
     bind();
     planner_ = RefitPlanner(positions);
     keep_links(bvh);
     context_.throw_on_validation_errors();
     times_ = {};
+    times_.tree_bytes = scene_.tree_bytes();
     times_.upload_ms = ms_since(start);
 }
 
 void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
+    finish();
     const auto start = Clock::now();
     check_scene(context_.physical(), size_of(positions.size(), scene_.triangle_count(), bvh));
+    is_behind_ = true;
     scene_.set_positions(transfer_, positions);
     scene_.set_tree(context_, transfer_, bvh);
     bind();
     planner_.set_frame(positions);
+    is_behind_ = false;
     keep_links(bvh);
     context_.throw_on_validation_errors();
+    times_.tree_bytes = scene_.tree_bytes();
     times_.upload_ms = ms_since(start);
 }
 
-void VulkanBackend::refit(std::span<const vec3> positions, RefitExtent extent) {
+std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent extent) {
+    // One can wait for a submission, and one be under way.
+    if (context_.has_deferred() || !context_.is_under_way()) finish();
     const auto start = Clock::now();
     planner_.advance(positions);
     const RefitPlan plan = planner_.plan(links_, extent);
-    upload_positions(scene_, transfer_, planner_.pose(), plan);
-    times_.upload_ms = ms_since(start);
-    times_.refit_ms = refit_scene(context_, kernels_, scene_, plan);
+    times_.refit_ms = 0;
     times_.refitted_leaves = plan.leaf_count;
+    defer_refit(plan);
+    times_.upload_ms = ms_since(start);
+    return plan.leaf_count;
 }
 
-double VulkanBackend::tree_cost() { return morphray::tree_cost(scene_.read_nodes(transfer_)); }
+void VulkanBackend::defer_refit(const RefitPlan& plan) {
+    const bool was_behind = std::exchange(is_behind_, true);
+    Record record = refit_scene(context_, kernels_, scene_, planner_.pose(), plan);
+    if (!record) {
+        is_behind_ = was_behind;
+        return;
+    }
+    context_.defer(std::move(record), [this](double device_ms) {
+        times_.refit_ms = device_ms;
+        is_behind_ = context_.has_deferred();
+    });
+}
+
+double VulkanBackend::tree_cost() {
+    finish();
+    return morphray::tree_cost(scene_.read_nodes(transfer_));
+}
 
 std::size_t VulkanBackend::restructure(const Topology& topology, double growth, BuiltAreas& areas) {
-    Bvh tree;
-    read_bvh(tree);
+    Bvh before;
+    read_bvh(before);
+    Bvh tree = before;
     const std::size_t parts =
         morphray::restructure(topology, planner_.pose().positions(), growth, tree, areas);
+    times_.tree_bytes = 0;
     if (parts == 0) return 0;
     check_scene(context_.physical(), size_of(scene_.vertex_count(), scene_.triangle_count(), tree));
-    scene_.set_tree(context_, transfer_, tree);
-    bind();
+    if (const auto written = change_tree(before, tree)) {
+        times_.tree_bytes = *written;
+    } else {
+        SceneSize roomy = size_of(scene_.vertex_count(), scene_.triangle_count(), tree);
+        roomy.nodes += roomy.nodes / 2;
+        roomy.leaves += roomy.leaves / 2;
+        scene_.set_tree(context_, transfer_, tree, fits(context_.physical(), roomy) ? kRoom : 0);
+        bind();
+        times_.tree_bytes = scene_.tree_bytes();
+    }
     planner_.set_tree();
     keep_links(tree);
     return parts;
 }
 
+std::optional<std::uint64_t> VulkanBackend::change_tree(const Bvh& before, const Bvh& after) {
+    try {
+        return scene_.change_tree(transfer_, before, after);
+    } catch (const Error&) {
+        // Half of a tree is worse than none.
+        clear();
+        throw;
+    }
+}
+
+void VulkanBackend::clear() {
+    const Bvh nothing = empty_tree();
+    scene_ = SceneBuffers(context_, transfer_, Topology{}, {}, nothing);
+    keep_links(nothing);
+    bind();
+}
+
 void VulkanBackend::read_bvh(Bvh& bvh) {
+    finish();
     bvh = links_;
     bvh.nodes.resize(links_.node_parents.size());
     bvh.leaves.resize(links_.leaf_parents.size());
@@ -217,146 +273,53 @@ void VulkanBackend::read_bvh(Bvh& bvh) {
 }
 
 void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
-    const std::size_t pixel_count = std::size_t{params.width} * params.height;
-    frame.width = params.width;
-    frame.height = params.height;
-    frame.hits.resize(pixel_count);
-    frame.occlusion.assign(pixel_count, 0);
-    frame.pixels.resize(pixel_count);
-    times_.trace_ms = times_.secondary_ms = times_.shade_ms = 0;
-    times_.rays = 0;
-    // Regions are whole tiles: first as wide as the image or a row of them, then as high.
-    const std::uint32_t tiles = passes_.size().tiles;
-    const std::uint32_t columns = std::min(tiles, (params.width + kTileSize - 1) / kTileSize);
-    if (columns == 0) return;
-    const std::uint32_t width = columns * kTileSize;
-    const std::uint32_t height = tiles / columns * kTileSize;
-    for (std::uint32_t y = 0; y < params.height; y += height) {
-        for (std::uint32_t x = 0; x < params.width; x += width) {
-            RegionArguments region = {};
-            region.params = params;
-            region.x = x;
-            region.y = y;
-            region.width = std::min(width, params.width - x);
-            region.height = std::min(height, params.height - y);
-            region.tile_columns = (region.width + kTileSize - 1) / kTileSize;
-            region.tile_count = region.tile_columns * ((region.height + kTileSize - 1) / kTileSize);
-            trace_region(region);
-            copy_region(region, frame);
-        }
-    }
-    times_.trace_ms += times_.secondary_ms + times_.shade_ms;
-    times_.rays = count_rays(params, frame);
+    begin_image(params, frame);
+    finish_image();
 }
 
-std::uint32_t VulkanBackend::packet_groups(std::uint32_t packets) const {
-    const std::uint32_t run = packet_run(context_.physical());
-    return groups_of((packets + run - 1) / run * kernels_.packet_lanes);
+void VulkanBackend::begin_image(const ImageParams& params, Frame& frame) {
+    finish_image();
+    catch_up();
+    images_.begin(params, frame);
 }
 
-std::function<void(VkCommandBuffer)> VulkanBackend::camera_packets(
-    const RegionArguments& region) const {
-    return [this, arguments = packet_arguments(region)](VkCommandBuffer commands) {
-        kernels_.primary_packet.dispatch(commands, arguments, packet_groups(arguments.tile_count));
-    };
+void VulkanBackend::finish() {
+    finish_image();
+    catch_up();
+    if (context_.has_deferred())
+        context_.submit(
+            "refit", [](VkCommandBuffer) {}, Deferred::kTaken);
 }
 
-void VulkanBackend::trace_region(const RegionArguments& region) {
-    const auto dispatch = [&](const Pipeline& pipeline, const RegionArguments& arguments) {
-        return [&pipeline, arguments](VkCommandBuffer commands) {
-            pipeline.dispatch(commands, arguments, arguments.tile_count);
-        };
-    };
-    RegionArguments rest = region;
-    rest.unfinished_only = 1;
-    times_.trace_ms += kernels_.packet_lanes == 0
-                           ? passes_.run("trace camera rays", kernels_, scene_, false,
-                                         dispatch(kernels_.primary, region))
-                           : passes_.run("trace camera rays", kernels_, scene_, false,
-                                         camera_packets(region), dispatch(kernels_.primary, rest));
-    if (region.params.rays == kRaysShadow && kernels_.packet_lanes != 0) {
-        trace_shadow_packets(region);
-    } else if (rays_per_hit(region.params) != 0) {
-        trace_secondary(region);
-    }
-    times_.shade_ms += context_.submit("shade", dispatch(kernels_.shade, region));
-}
-
-void VulkanBackend::trace_shadow_packets(const RegionArguments& region) {
-    RegionArguments arguments = region;
-    arguments.tile_columns = (region.width + kPacketWidth - 1) / kPacketWidth;
-    arguments.tile_count =
-        arguments.tile_columns * ((region.height + kPacketHeight - 1) / kPacketHeight);
-    times_.secondary_ms +=
-        passes_.run("trace shadow rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
-            vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
-            // Writer: the fill; writer after it: the kernel.
-            barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
-                    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT);
-            kernels_.shadow_packet.dispatch(commands, arguments,
-                                            packet_groups(arguments.tile_count));
-        });
-}
-
-void VulkanBackend::trace_secondary(const RegionArguments& region) {
-    OcclusionArguments arguments = {};
-    arguments.params = region.params;
-    arguments.x = region.x;
-    arguments.y = region.y;
-    arguments.width = region.width;
-    times_.secondary_ms += passes_.select(
-        [&](VkCommandBuffer commands) {
-            kernels_.select.dispatch(commands, region, region.tile_count);
-        },
-        arguments.seen_count);
-    if (arguments.seen_count == 0) return;
-    const std::uint32_t samples = rays_per_hit(region.params);
-    for (; arguments.sample_index < samples; ++arguments.sample_index) {
-        times_.secondary_ms += passes_.run(
-            "trace secondary rays", kernels_, scene_, true, [&](VkCommandBuffer commands) {
-                kernels_.occlusion.dispatch(commands, arguments, groups_of(arguments.seen_count));
-            });
+/// Nothing is under way: after an error the tree may be that of an older pose.
+void VulkanBackend::catch_up() {
+    if (is_behind_ && !context_.has_deferred()) {
+        defer_refit(planner_.plan(links_, RefitExtent::kAll));
     }
 }
 
-/// The rows of a region, from a buffer of one T a pixel to the image.
-template <class T>
-void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& region,
-               std::uint32_t image_width, std::vector<T>& to) {
-    const std::size_t count = std::size_t{region.width} * region.height;
-    std::vector<T> copy;
-    const T* rows = reinterpret_cast<const T*>(from.mapped().data());
-    if (from.mapped().empty()) {
-        copy.resize(count);
-        transfer.download(from, std::as_writable_bytes(std::span(copy)));
-        rows = copy.data();
-    }
-    for (std::uint32_t y = 0; y < region.height; ++y) {
-        std::copy_n(rows + std::size_t{y} * region.width, region.width,
-                    to.data() + std::size_t{region.y + y} * image_width + region.x);
-    }
+void VulkanBackend::finish_image() {
+    if (images_.is_under_way()) images_.end(times_);
 }
 
-void VulkanBackend::copy_region(const RegionArguments& region, Frame& frame) {
-    copy_rows(transfer_, passes_.hits(), region, frame.width, frame.hits);
-    copy_rows(transfer_, passes_.pixels(), region, frame.width, frame.pixels);
-    if (rays_per_hit(region.params) != 0) {
-        copy_rows(transfer_, passes_.occlusion(), region, frame.width, frame.occlusion);
-    }
+const BackendTimes& VulkanBackend::times() {
+    finish();
+    return times_;
 }
 
 void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {
     assert(rays.size() == hits.size());
+    finish();
     times_.trace_ms = 0;
     times_.rays = rays.size();
     for (std::size_t first = 0; first < rays.size(); first += passes_.size().rays()) {
         const std::size_t count = std::min<std::size_t>(passes_.size().rays(), rays.size() - first);
         transfer_.upload(std::as_bytes(rays.subspan(first, count)), passes_.rays());
         const RaysArguments arguments = {.ray_count = static_cast<std::uint32_t>(count)};
-        times_.trace_ms +=
-            passes_.run("trace rays", kernels_, scene_, false, [&](VkCommandBuffer commands) {
-                kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
-            });
+        const Record dispatch = [&](VkCommandBuffer commands) {
+            kernels_.rays.dispatch(commands, arguments, groups_of(arguments.ray_count));
+        };
+        times_.trace_ms += passes_.run({"trace rays", false, dispatch, {}}, kernels_, scene_);
         transfer_.download(passes_.hits(), std::as_writable_bytes(hits.subspan(first, count)));
     }
 }

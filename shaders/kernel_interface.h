@@ -58,6 +58,9 @@ SHARED_CONST uint kPacketWidth = 16u;
 SHARED_CONST uint kPacketHeight = 8u;
 SHARED_CONST uint kPacketRays = 128u;
 
+// Rays of a pixel that `occlusion_packet` traces at once.
+SHARED_CONST uint kOcclusionRays = 16u;
+
 // Bits of WorkHeader.status.
 SHARED_CONST uint kStatusStackOverflow = 1u;
 // Some packets were given up; the hits of their rays are kUnfinishedPrim.
@@ -109,14 +112,16 @@ struct RegionArguments {
     uint pad;
 };
 
-/// Push constants of `occlusion`, which works on the list of pixels that `select` made of a region.
+/// Push constants of `occlusion` and `occlusion_packet`, which work on [seen_first, seen_end) of
+/// the list of pixels that `select` made of a region.
 struct OcclusionArguments {
     ImageParams params;
     uint x;
     uint y;
     uint width;
-    uint seen_count;
-    /// Which ambient-occlusion ray; 0 for a shadow ray.
+    uint seen_first;
+    uint seen_end;
+    /// Which ambient-occlusion ray, or the first of kOcclusionRays; 0 for a shadow ray.
     uint sample_index;
 };
 

@@ -18,9 +18,10 @@ layout(std430, binding = kBindHits) readonly buffer Hits { Hit hits[]; };
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
 void main() {
-    uint i = spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x) * kGroupSize +
+    uint i = args.seen_first +
+             spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x) * kGroupSize +
              gl_LocalInvocationID.x;
-    if (i >= args.seen_count) return;
+    if (i >= args.seen_end) return;
     uint index = texelFetch(seen, int(i)).x;
     uint x = args.x + index % args.width;
     uint y = args.y + index / args.width;

@@ -16,56 +16,16 @@
 #ifndef SHADERS_PACKET_GLSL
 #define SHADERS_PACKET_GLSL
 
-#extension GL_KHR_shader_subgroup_basic : require
-#extension GL_KHR_shader_subgroup_shuffle : require
 #extension GL_EXT_control_flow_attributes : require
 
 #include "common/interop/slab.h"
 #include "common/interop/triangle.h"
-#include "shaders/kernel_interface.h"
+#include "shaders/cluster.glsl"
 
-/// Lanes of a cluster: 4, 8 or 16, a part of a subgroup.
-layout(constant_id = kConstantPacketLanes) const uint kLanes = 8u;
 layout(constant_id = kConstantStepBudget) const uint kSteps = kPacketStepBudget;
-/// Children, vertices or triangles that each lane has of 16.
-const uint kSlots = 16u / kLanes;
 
 layout(binding = kBindNodes) uniform usamplerBuffer nodes;
 layout(binding = kBindLeaves) uniform usamplerBuffer leaves;
-
-uint lane;        // within the cluster
-uint first_lane;  // of the cluster, within the subgroup
-
-void find_lane() {
-    lane = gl_SubgroupInvocationID & (kLanes - 1u);
-    first_lane = gl_SubgroupInvocationID - lane;
-}
-
-uint read_lane(uint x, uint from) { return subgroupShuffle(x, first_lane + from); }
-float read_lane(float x, uint from) { return subgroupShuffle(x, first_lane + from); }
-vec3 read_lane(vec3 v, uint from) {
-    return vec3(read_lane(v.x, from), read_lane(v.y, from), read_lane(v.z, from));
-}
-
-/// The built-in ones look for NaNs.
-float lesser(float a, float b) { return a < b ? a : b; }
-float greater(float a, float b) { return a > b ? a : b; }
-vec2 greater(vec2 a, vec2 b) { return vec2(greater(a.x, b.x), greater(a.y, b.y)); }
-
-/// Reductions over a cluster, on all of its lanes.
-#define DEFINE_CLUSTER_REDUCTION(NAME, TYPE, COMBINE)                               \
-    TYPE NAME(TYPE x) {                                                             \
-        x = COMBINE(x, subgroupShuffleXor(x, 1u));                                  \
-        x = COMBINE(x, subgroupShuffleXor(x, 2u));                                  \
-        if (kLanes >= 8u) x = COMBINE(x, subgroupShuffleXor(x, 4u));                \
-        if (kLanes >= 16u) x = COMBINE(x, subgroupShuffleXor(x, 8u));               \
-        return x;                                                                   \
-    }
-uint bitwise_or(uint a, uint b) { return a | b; }
-DEFINE_CLUSTER_REDUCTION(cluster_max, uint, max)
-DEFINE_CLUSTER_REDUCTION(cluster_max, float, greater)
-DEFINE_CLUSTER_REDUCTION(cluster_min, float, lesser)
-DEFINE_CLUSTER_REDUCTION(cluster_or, uint, bitwise_or)
 
 /// In place of 1/z: of rays that want no more, and of what reaches to the eye.
 const float kDone = 1.0e38f;

@@ -55,8 +55,8 @@ void traverse(inout Traversal t) {
                     uint name = 0u;
                     do {
                         uint i = uint(findLSB(left)) & (kLanes - 1u);
-                        name = triangle_name(leaf, read_lane(chunk.triangle, i));
                         if (left != 0u) {
+                            name = triangle_name(leaf, read_lane(chunk.triangle, i));
                             doubtful = trace_triangle(read_setup(chunk.setup, i), name);
                         }
                         left &= left - 1u;

@@ -299,12 +299,15 @@ void main() {
     do {
         bool sees_something = false;
         do {
-            begin_packet(packet);
-            visit_node(0u);
-            uint any = 0u;
-            [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
-            sees_something = cluster_or(any) != 0u;
-            write_misses(sees_something ? 0u : kAllVectors, kNoPrim);
+            // Always so, but see cluster.glsl.
+            if (!sees_something) {
+                begin_packet(packet);
+                visit_node(0u);
+                uint any = 0u;
+                [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
+                sees_something = cluster_or(any) != 0u;
+                write_misses(sees_something ? 0u : kAllVectors, kNoPrim);
+            }
             ++packet;
             ++t.steps;
         } while (!sees_something && packet < end);

@@ -64,6 +64,7 @@ void main() {
     if (args.any_hit == 0u) {
         hits[index] = closest_hit(t);
     } else if (t.best_prim != kNoPrim) {
-        occlusion[index] += 1u;
+        // Several rays of a pixel may end at once.
+        atomicAdd(occlusion[index], 1u);
     }
 }

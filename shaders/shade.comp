@@ -18,7 +18,7 @@ void main() {
     uint y = args.y + pixel.y;
     uint colour = background(y, args.params.height);
     Hit hit = hits[index];
-    if (hit.prim_id != kNoPrim) {
+    if (hit.prim_id < kUnfinishedPrim) {
         Ray ray = camera_ray(args.params.camera, args.x + pixel.x, y);
         uvec4 triangle = scene_triangle(hit.prim_id);
         Surface s = pixel_surface(ray, hit, triangle);

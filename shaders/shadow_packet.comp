@@ -75,7 +75,7 @@ uint find_seen() {
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         uvec2 pixel = ray_pixel(v);
         bool is_seen = is_active(pixel);
-        if (is_seen) is_seen = hits[answer_index(pixel)].w != kNoPrim;
+        if (is_seen) is_seen = hits[answer_index(pixel)].w < kUnfinishedPrim;
         seen |= is_seen ? 1u << v : 0u;
     }
     return seen;
@@ -338,10 +338,13 @@ void main() {
         uint seen = 0u;
         uint any = 0u;
         do {
-            packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
-                            uvec2(kPacketWidth, kPacketHeight);
-            seen = find_seen();
-            any = cluster_or(seen);
+            // Always so, but see cluster.glsl.
+            if (any == 0u) {
+                packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
+                                uvec2(kPacketWidth, kPacketHeight);
+                seen = find_seen();
+                any = cluster_or(seen);
+            }
             ++packet;
         } while (any == 0u && packet < end);
         make_rays(seen);

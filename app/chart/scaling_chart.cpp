@@ -54,6 +54,7 @@ Row measure(const ChartContext& context, SceneFrames& frames, Backend& backend) 
     const std::vector<std::function<void()>> runs{[&] { bvh = build_bvh(topology, first); },
                                                   [&] {
                                                       backend.refit(even ? first : second);
+                                                      backend.finish();
                                                       even = !even;
                                                   },
                                                   [&] { backend.trace_image(params, frame); }};

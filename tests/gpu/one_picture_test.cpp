@@ -73,6 +73,33 @@ TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
     }
 }
 
+// Their control flow is their own.
+TEST(OnePicture, ImagesOfSeveralPacketsASubgroupEqualBruteForce) {
+    for (const std::uint32_t lanes : {4u, 8u}) {
+        gpu::Tuning tuning;
+        tuning.most_packet_lanes = lanes;
+        expect_same_images(*device(tuning), 61, 43);
+    }
+}
+
+// As few as are traced one by one, as many as fill a packet, and some more.
+TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
+    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
+    for (const TestScene& scene : {torus(32, 16), debris(700, 9)}) {
+        const Bvh bvh = build_bvh(scene.topology, scene.positions);
+        for (Backend* backend : {vulkan.get(), brute.get()}) {
+            backend->set_scene(scene.topology, scene.positions, bvh);
+        }
+        for (const std::uint32_t count : {1u, 3u, 7u, 16u, 37u}) {
+            Frame expected, traced;
+            brute->trace_image(view(40, 30, kRaysAo, count), expected);
+            vulkan->trace_image(view(40, 30, kRaysAo, count), traced);
+            EXPECT_EQ(differing(expected, traced), 0u) << scene.name << ", " << count;
+        }
+    }
+}
+
 TEST(OnePicture, ImagesInManyRegionsEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.tiles_per_dispatch = 3;

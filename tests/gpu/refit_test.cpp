@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "common/bvh_builder.h"
+#include "common/restructure.h"
+#include "cpu/cpu_backend.h"
 #include "cpu/refit.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
@@ -98,6 +101,61 @@ TEST(VulkanRefit, FrameWithATreeOfAnotherShapeReplacesTheTree) {
     for (Leaf& leaf : actual.leaves) leaf = Leaf{};
     vulkan->read_bvh(actual);
     EXPECT_TRUE(same_tree(built, actual));
+}
+
+/// Sixteen rings of a torus each that part in directions of their own.
+std::vector<vec3> parted(const TestScene& scene, std::uint32_t sides, float distance) {
+    std::vector<vec3> positions = scene.positions;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        const auto ring = static_cast<float>(i / sides / 16);
+        positions[i] +=
+            distance * 0x1p16f *
+            vec3(std::fmod(ring * 0.7f, 2.0f) - 1.0f, std::fmod(ring * 1.3f, 2.0f) - 1.0f, 0.0f);
+    }
+    return positions;
+}
+
+void expect_same_restructurings(bool force_staging) {
+    gpu::Tuning tuning;
+    tuning.force_staging = force_staging;
+    const auto vulkan = gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
+    const auto cpu = cpu::make_scalar_backend();
+    constexpr std::uint32_t kSides = 32;
+    const TestScene scene = torus(128, kSides);
+    const Bvh built = build_bvh(scene.topology, scene.positions);
+    BuiltAreas areas = built_areas(built);
+    BuiltAreas cpu_areas = areas;
+    for (Backend* backend : {vulkan.get(), cpu.get()}) {
+        backend->set_scene(scene.topology, scene.positions, built);
+    }
+    const std::uint64_t all = vulkan->times().tree_bytes;
+    std::uint64_t least = all;
+    for (const float distance : {0.2f, 0.4f, 0.6f, 0.8f, 1.0f, 1.2f}) {
+        const std::vector<vec3> positions = parted(scene, kSides, distance);
+        vulkan->refit(positions);
+        cpu->refit(positions);
+        const std::size_t parts = cpu->restructure(scene.topology, 1, cpu_areas);
+        EXPECT_EQ(vulkan->restructure(scene.topology, 1, areas), parts);
+        if (parts > 0) least = std::min(least, vulkan->times().tree_bytes);
+        Bvh expected, actual;
+        cpu->read_bvh(expected);
+        vulkan->read_bvh(actual);
+        ASSERT_TRUE(same_tree(expected, actual)) << distance;
+        EXPECT_EQ(expected.leaf_vertices, actual.leaf_vertices);
+        // What is below the nodes has arrived, too.
+        vulkan->refit(scene.positions);
+        cpu->refit(scene.positions);
+        cpu->read_bvh(expected);
+        vulkan->read_bvh(actual);
+        ASSERT_TRUE(same_tree(expected, actual)) << distance;
+    }
+    EXPECT_LT(4 * least, 3 * all);
+}
+
+TEST(VulkanRestructuring, WritesWhatDiffersAndEqualsTheCpu) { expect_same_restructurings(false); }
+
+TEST(VulkanRestructuring, ThroughStagingWritesWhatDiffersAndEqualsTheCpu) {
+    expect_same_restructurings(true);
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ TEST(SharedLayout, ArgumentsAgree) {
     EXPECT_EQ(in_kernel("OcclusionArguments"),
               (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),
                        OFFSET(OcclusionArguments, y), OFFSET(OcclusionArguments, width),
-                       OFFSET(OcclusionArguments, seen_count),
+                       OFFSET(OcclusionArguments, seen_first), OFFSET(OcclusionArguments, seen_end),
                        OFFSET(OcclusionArguments, sample_index)}));
     EXPECT_EQ(in_kernel("RaysArguments"), (Offsets{OFFSET(RaysArguments, ray_count)}));
     EXPECT_EQ(in_kernel("ResumeArguments"),
