@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -104,6 +105,16 @@ void TreeUpdater::take_refit_times() {
     last_.upload_ms += times.upload_ms;
 }
 
+/// Has a refit done that would have waited for the trace. How long that took beyond the refit
+/// itself.
+double TreeUpdater::wait_for_refit() {
+    const Stopwatch watch;
+    tracer_.finish();
+    const double refit_ms = last_.refit_ms;
+    take_refit_times();
+    return std::max(0.0, watch.ms() - (last_.refit_ms - refit_ms));
+}
+
 /// What is being built behind is of an older pose than the tree that was built just now. Only where
 /// clocks must not count is it waited for; otherwise it is taken when it is ready, and dropped.
 void TreeUpdater::forget_behind() {
@@ -167,6 +178,7 @@ double TreeUpdater::growth(std::span<const vec3> positions) const {
 }
 
 UpdateDecision TreeUpdater::review(std::span<const vec3> positions, bool restructured) {
+    const double waited_ms = follows_ratio_ ? wait_for_refit() : 0;
     const Stopwatch watch;
     if (follows_ratio_) {
         last_.cost_ratio = cost_ratio(built_fit_, {tracer_.tree_cost(), sample_.area(positions)});
@@ -176,7 +188,7 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions, bool restruc
                                                .new_tree = last_.step == TreeStep::kSwapped,
                                                .restructured = restructured});
     // What is found only for the record is nobody's cost.
-    if (policy_->needs_cost_ratio()) last_.decide_ms += watch.ms();
+    if (policy_->needs_cost_ratio()) last_.decide_ms += waited_ms + watch.ms();
     return decision;
 }
 

@@ -65,6 +65,7 @@ private:
     void build(std::span<const vec3> positions);
     void refit(std::span<const vec3> positions, RefitExtent extent);
     void take_refit_times();
+    double wait_for_refit();
     /// Gives the tree to tracer and refitter.
     void hand_over(std::span<const vec3> positions);
     void forget_behind();
