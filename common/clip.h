@@ -6,17 +6,10 @@
 #include <string>
 
 #include "common/mesh.h"
+#include "common/user_bounds.h"
 #include "common/warning.h"
 
 namespace morphray {
-
-/// Lower and upper corner of a set of points in the user's units, in double so that no extent of
-/// floats overflows. Empty (of no finite point): lower > upper.
-struct UserBounds {
-    double lower[3] = {1, 1, 1};
-    double upper[3] = {-1, -1, -1};
-    bool empty() const { return lower[0] > upper[0]; }
-};
 
 /// Frames are numbers in [first_frame(), last_frame()]; between whole numbers positions are
 /// interpolated (files) or evaluated (procedural scenes). Implementations are immutable after

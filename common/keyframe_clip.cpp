@@ -34,26 +34,6 @@ struct Keyframe {
     std::exception_ptr error;
 };
 
-bool finite(vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
-
-void extend(UserBounds& bounds, const double lower[3], const double upper[3]) {
-    const bool empty = bounds.empty();
-    for (int axis = 0; axis < 3; ++axis) {
-        bounds.lower[axis] = empty ? lower[axis] : std::min(bounds.lower[axis], lower[axis]);
-        bounds.upper[axis] = empty ? upper[axis] : std::max(bounds.upper[axis], upper[axis]);
-    }
-}
-
-UserBounds bounds_of(std::span<const vec3> positions) {
-    UserBounds bounds;
-    for (const vec3 p : positions) {
-        if (!finite(p)) continue;
-        const double point[3] = {p.x, p.y, p.z};
-        extend(bounds, point, point);
-    }
-    return bounds;
-}
-
 // What tells a frame's mesh from the first frame's; empty for nothing.
 std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t vertex_count) {
     if (mesh.positions.size() != vertex_count) {
@@ -134,7 +114,7 @@ public:
         read_others(files, first.faces, options);
         for (const Keyframe& keyframe : keyframes_) {
             if (!keyframe.bounds.empty()) {
-                extend(bounds_, keyframe.bounds.lower, keyframe.bounds.upper);
+                bounds_.extend(keyframe.bounds.lower, keyframe.bounds.upper);
             }
         }
     }

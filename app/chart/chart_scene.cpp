@@ -14,20 +14,6 @@ namespace {
 
 constexpr std::uint32_t kBlock = 32;
 
-UserBounds bounds_of(std::span<const vec3> positions) {
-    UserBounds bounds;
-    for (const vec3& p : positions) {
-        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) continue;
-        const bool first = bounds.empty();
-        for (int axis = 0; axis < 3; ++axis) {
-            const double x = p[axis];
-            bounds.lower[axis] = first ? x : std::min(bounds.lower[axis], x);
-            bounds.upper[axis] = first ? x : std::max(bounds.upper[axis], x);
-        }
-    }
-    return bounds;
-}
-
 std::vector<vec3> placed(std::span<const vec3> positions, const Placement& placement) {
     const UserBounds bounds = bounds_of(positions);
     double size = 0;

@@ -23,15 +23,7 @@ void move_in_parallel(const DeformingMesh& mesh, double frame, std::span<vec3> o
                       });
 }
 
-void extend(UserBounds& bounds, const double lower[3], const double upper[3]) {
-    const bool empty = bounds.empty();
-    for (int axis = 0; axis < 3; ++axis) {
-        bounds.lower[axis] = empty ? lower[axis] : std::min(bounds.lower[axis], lower[axis]);
-        bounds.upper[axis] = empty ? upper[axis] : std::max(bounds.upper[axis], upper[axis]);
-    }
-}
-
-UserBounds bounds_of(std::span<const vec3> points) {
+UserBounds bounds_in_parallel(std::span<const vec3> points) {
     return tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, points.size(), kGrain), UserBounds{},
         [&](const tbb::blocked_range<std::size_t>& block, UserBounds bounds) {
@@ -45,11 +37,11 @@ UserBounds bounds_of(std::span<const vec3> points) {
             }
             const double block_lower[3] = {lower.x, lower.y, lower.z};
             const double block_upper[3] = {upper.x, upper.y, upper.z};
-            extend(bounds, block_lower, block_upper);
+            bounds.extend(block_lower, block_upper);
             return bounds;
         },
         [](UserBounds a, const UserBounds& b) {
-            if (!b.empty()) extend(a, b.lower, b.upper);
+            if (!b.empty()) a.extend(b.lower, b.upper);
             return a;
         });
 }
@@ -59,8 +51,8 @@ UserBounds bounds_over_clip(const DeformingMesh& mesh) {
     std::vector<vec3> positions(mesh.topology.vertex_count);
     for (double frame = 0; frame <= mesh.last_frame; ++frame) {
         move_in_parallel(mesh, frame, positions);
-        const UserBounds at_frame = bounds_of(positions);
-        if (!at_frame.empty()) extend(bounds, at_frame.lower, at_frame.upper);
+        const UserBounds at_frame = bounds_in_parallel(positions);
+        if (!at_frame.empty()) bounds.extend(at_frame.lower, at_frame.upper);
     }
     double largest = 0;
     for (int axis = 0; axis < 3; ++axis) {

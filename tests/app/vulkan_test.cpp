@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tests/app/changed_faces.h"
 #include "tests/app/program.h"
-#include "tests/app/scenes.h"
 
 namespace morphray::test {
 namespace {
@@ -54,19 +54,7 @@ TEST(WithVulkan, CrosscheckOfVulkanComparesNothingElse) {
 }
 
 TEST(WithVulkan, SequenceThatChangesItsFacesIsRefusedUnderEveryUpdate) {
-    const TemporaryFolder folder;
-    for (const int frame : {0, 1, 2})
-        folder.write(fmt::format("f_{}.obj", frame), square_of_frame(frame, 2));
-    const std::size_t files = folder.names().size();
-    for (const char* update : {"refit", "rebuild", "auto"}) {
-        const Outcome outcome =
-            run({"render", folder.file("f_%d.obj"), "--size", "16x16", "--backend", "vulkan",
-                 "--update", update, "--frames", "0..2", "--out", folder.file("out")});
-        EXPECT_EQ(outcome.code, 3) << update;
-        EXPECT_NE(outcome.err.find("frame 2 has other vertices in face 1"), std::string::npos)
-            << outcome.err;
-        EXPECT_EQ(folder.names().size(), files);
-    }
+    expect_changed_faces_refused("vulkan");
 }
 
 TEST(WithVulkan, RenderIsTheSameWhereverItTracesAndRefits) {

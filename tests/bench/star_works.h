@@ -19,7 +19,7 @@ protected:
         view.ao_count = 2;
         view.light = {1.5, 2.5, 1};
         primary_ = make_primary_work(
-            make_image_params(view, test::bounds_of(scene_.user_positions()), scene_.space()));
+            make_image_params(view, bounds_of(scene_.user_positions()), scene_.space()));
         hits_ = reference_hits(bvh_, primary_);
     }
 

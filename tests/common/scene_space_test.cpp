@@ -10,6 +10,7 @@
 
 #include "common/error.h"
 #include "common/scene_space.h"
+#include "common/user_bounds.h"
 
 namespace morphray {
 namespace {
@@ -38,19 +39,6 @@ public:
 private:
     std::uint64_t state_ = 88172645463325252u;
 };
-
-UserBounds bounds_of(const std::vector<vec3>& points) {
-    UserBounds bounds;
-    for (const vec3& p : points) {
-        const bool first = bounds.empty();
-        for (int axis = 0; axis < 3; ++axis) {
-            const double x = p[axis];
-            bounds.lower[axis] = first ? x : std::min(bounds.lower[axis], x);
-            bounds.upper[axis] = first ? x : std::max(bounds.upper[axis], x);
-        }
-    }
-    return bounds;
-}
 
 // Points in boxes of many sizes, shapes and places.
 std::vector<std::vector<vec3>> scenes() {

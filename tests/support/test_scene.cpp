@@ -132,20 +132,6 @@ TestScene geometric_progression() {
 
 }  // namespace
 
-UserBounds bounds_of(const std::vector<vec3>& positions) {
-    UserBounds bounds;
-    for (const vec3& p : positions) {
-        if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) continue;
-        const bool first = bounds.empty();
-        for (int axis = 0; axis < 3; ++axis) {
-            const double x = p[axis];
-            bounds.lower[axis] = first ? x : std::min(bounds.lower[axis], x);
-            bounds.upper[axis] = first ? x : std::max(bounds.upper[axis], x);
-        }
-    }
-    return bounds;
-}
-
 TestScene::TestScene(std::vector<vec3> positions, std::vector<uvec3> triangles)
     : user_(std::move(positions)), space_(bounds_of(user_)), scene_(user_.size()) {
     topology_.triangles = std::move(triangles);

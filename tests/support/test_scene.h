@@ -9,6 +9,7 @@
 #include "common/interop/arithmetic.h"
 #include "common/mesh.h"
 #include "common/scene_space.h"
+#include "common/user_bounds.h"
 
 namespace morphray::test {
 
@@ -57,8 +58,6 @@ private:
     SceneSpace space_;
     std::vector<vec3> scene_;
 };
-
-UserBounds bounds_of(const std::vector<vec3>& positions);
 
 // Closed meshes around the origin with shared vertices.
 TestScene icosphere(int levels, double radius = 1, const vec3& centre = {0, 0, 0});
