@@ -75,7 +75,8 @@ TEST(Chart, TakesAsManyStepsAsItSays) {
     EXPECT_EQ(scaling.steps, app::scaling_steps(kLittle));
     Counted failures;
     const std::size_t scenes = app::failure_steps();
-    EXPECT_GE(rows_of(app::failure_chart(failures.context, {cloth()}).table), 13 * (scenes + 1));
+    // Embree's come on top where it is installed.
+    EXPECT_GE(rows_of(app::failure_chart(failures.context, {cloth()}).table), 12 * (scenes + 1));
     EXPECT_EQ(failures.steps, scenes + 1);
 }
 
