@@ -30,7 +30,7 @@ constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
 
 // Nodes that a thread takes at a time. One pair at a time, threads write the same cache lines, and
-// builds by two of them take 9 % longer.
+// the splits of two of them take 3 % longer.
 constexpr std::uint32_t kNodeBlock = 128;
 
 class Builder {
