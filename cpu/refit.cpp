@@ -5,29 +5,26 @@
 
 #include <algorithm>
 
-#include "common/bvh_refit.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "cpu/refit.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "cpu/refit_leaves-inl.h"
+
+#if HWY_ONCE
+
+#include "cpu/simd_dispatch-inl.h"
 
 namespace morphray::cpu {
 namespace {
+
+HWY_EXPORT(refit_leaves);
 
 // Elements a task: large enough to hide the scheduling, small enough to balance. Fewer nodes are
 // one thread's.
 constexpr std::uint32_t kLeafGrain = 1024;
 constexpr std::uint32_t kNodeGrain = 512;
-
-// Positions of more vertices than this do not fit a core's second cache (12 bytes each), and are
-// asked for kLeavesAhead leaves before they are needed. One thread, ns a triangle: 1M triangles in
-// no order 3.5 without, 2.6 with 4 leaves ahead, 2.2 with 8, 1.9 with 16; 60,000 triangles (31,000
-// vertices) 1.07 without, 1.26 with.
-constexpr std::size_t kCachedVertices = 65536;
-constexpr std::uint32_t kLeavesAhead = 16;
-
-void prefetch_positions(const RefitArrays& tree, std::uint32_t leaf,
-                        std::span<const vec3> positions) {
-    const std::uint32_t* source = &tree.leaf_vertices[std::size_t{leaf} * kLeafVertices];
-    for (std::uint32_t slot = 0; slot < kLeafVertices; ++slot)
-        __builtin_prefetch(&positions[source[slot]]);
-}
 
 /// Calls step(first, last) for parts of a range of indices.
 template <class Step>
@@ -38,18 +35,11 @@ void for_each_part(std::uint32_t begin, std::uint32_t end, std::uint32_t grain, 
                       [&](const Range& range) { step(range.begin(), range.end()); });
 }
 
-/// Refits the leaves leaf_at(0 .. count).
-template <class LeafAt>
-void refit_leaves(const RefitArrays& tree, std::uint32_t count, LeafAt leaf_at,
-                  std::span<const vec3> positions) {
-    const bool is_cached = positions.size() <= kCachedVertices;
-    for_each_part(0, count, kLeafGrain, [=](std::uint32_t begin, std::uint32_t end) {
-        const RefitArrays own = tree;
-        for (std::uint32_t i = begin; i < end; ++i) {
-            if (!is_cached)
-                prefetch_positions(own, leaf_at(std::min(i + kLeavesAhead, count - 1)), positions);
-            refit_leaf(own, leaf_at(i), positions);
-        }
+void refit_parts(const RefitArrays& tree, const LeafSequence& leaves,
+                 std::span<const vec3> positions, const SimdTarget& target) {
+    const auto refit_leaves = SIMD_FUNCTION(refit_leaves, target);
+    for_each_part(0, leaves.count, kLeafGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
+        refit_leaves(tree, leaves, begin, end, positions);
     });
 }
 
@@ -64,19 +54,20 @@ void refit_level(const RefitArrays& tree, std::uint32_t begin, std::uint32_t end
 
 }  // namespace
 
-void refit(Bvh& bvh, std::span<const vec3> positions) {
+void refit(Bvh& bvh, std::span<const vec3> positions, const SimdTarget& target) {
     const RefitArrays tree(bvh);
-    const auto itself = [](std::uint32_t index) { return index; };
-    refit_leaves(tree, static_cast<std::uint32_t>(bvh.leaves.size()), itself, positions);
-    for (std::uint32_t level = bvh.depth(); level-- > 1;)
-        refit_level(tree, bvh.level_begin[level], bvh.level_begin[level + 1], itself);
+    refit_parts(tree, {nullptr, static_cast<std::uint32_t>(bvh.leaves.size())}, positions, target);
+    for (std::uint32_t level = bvh.depth(); level-- > 1;) {
+        refit_level(tree, bvh.level_begin[level], bvh.level_begin[level + 1],
+                    [](std::uint32_t index) { return index; });
+    }
 }
 
-void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts) {
+void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
+           const SimdTarget& target) {
     const RefitArrays tree(bvh);
-    refit_leaves(
-        tree, static_cast<std::uint32_t>(parts.leaves.size()),
-        [leaves = parts.leaves.data()](std::uint32_t i) { return leaves[i]; }, positions);
+    refit_parts(tree, {parts.leaves.data(), static_cast<std::uint32_t>(parts.leaves.size())},
+                positions, target);
     const std::vector<std::uint32_t>& nodes = parts.nodes;
     const auto place_of = [&](std::uint32_t node) {
         return static_cast<std::uint32_t>(std::lower_bound(nodes.begin(), nodes.end(), node) -
@@ -89,3 +80,5 @@ void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts) {
 }
 
 }  // namespace morphray::cpu
+
+#endif  // HWY_ONCE

@@ -54,4 +54,9 @@ SimdTarget find_simd_target(std::string_view name) {
                             names_of(supported)));
 }
 
+const SimdTarget& best_simd_target() {
+    static const SimdTarget best = supported_simd_targets().front();
+    return best;
+}
+
 }  // namespace morphray::cpu

@@ -29,4 +29,7 @@ std::string names_of(const std::vector<SimdTarget>& targets);
 /// is none, kUnavailable for one that is not compiled in or that this machine lacks.
 SimdTarget find_simd_target(std::string_view name);
 
+/// The best of supported_simd_targets(), asked for once.
+const SimdTarget& best_simd_target();
+
 }  // namespace morphray::cpu
