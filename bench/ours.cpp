@@ -94,7 +94,7 @@ std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
 }
 
 std::vector<OurRefit> our_refits() {
-    return {{"levels", "scalar",
+    return {{"levels", cpu::best_simd_target().name,
              [](Bvh& bvh, std::span<const vec3> positions) { cpu::refit(bvh, positions); }}};
 }
 
