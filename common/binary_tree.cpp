@@ -39,8 +39,8 @@ public:
     Builder(const Topology& topology, SplitMethod method, BinaryTree& tree)
         : topology_(topology), method_(method), tree_(tree), refs_{tree.refs.data(), nullptr} {
         const std::size_t count = tree.refs.size();
-        other_refs_.resize(count);
-        refs_[1] = other_refs_.data();
+        tree.spare.resize((count * sizeof(PrimRef) + sizeof(Leaf) - 1) / sizeof(Leaf));
+        refs_[1] = new (tree.spare.data()) PrimRef[count];
         tree_.prim_ids.resize(count);
         // Besides the root and two for each split, some are left over in each thread's last block.
         blocks_.resize(static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
@@ -138,7 +138,6 @@ private:
     const Topology& topology_;
     SplitMethod method_;
     BinaryTree& tree_;
-    AlignedVector<PrimRef> other_refs_;
     PrimRef* refs_[2];
     std::vector<NodeBlock> blocks_;
     std::atomic<std::uint32_t> node_count_ = 1;

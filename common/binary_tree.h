@@ -55,6 +55,9 @@ public:
     /// What the build began with. Leaves keep their shapes in the room of their triangles, which
     /// are not looked at any more.
     AlignedVector<PrimRef> refs;
+    /// Memory that the build has used, for the costs of the collapse and then for leaves: the
+    /// system takes as long to clear fresh memory as a split takes to fill it.
+    AlignedVector<Leaf> spare;
 };
 
 /// Every leaf fits a meshlet: at most kLeafTriangles triangles over at most kLeafVertices vertices.

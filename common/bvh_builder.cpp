@@ -23,8 +23,11 @@ constexpr std::size_t kGrain = 128;
 /// after the other, then all threads fill them.
 class Layout {
 public:
-    Layout(const Topology& topology, std::span<const vec3> positions, const BinaryTree& tree)
-        : topology_(topology), positions_(positions), tree_(tree), collapse_(tree.nodes) {}
+    Layout(const Topology& topology, std::span<const vec3> positions, BinaryTree& tree)
+        : topology_(topology),
+          positions_(positions),
+          tree_(tree),
+          collapse_(tree.nodes, std::as_writable_bytes(std::span(tree.spare))) {}
 
     Bvh build() {
         bvh_.triangle_count = static_cast<std::uint32_t>(topology_.triangles.size());
@@ -77,6 +80,8 @@ private:
 
     void fill() {
         bvh_.nodes.resize(wide_nodes_.size());
+        // Nothing asks for the costs of the collapse any more.
+        if (tree_.spare.size() >= leaf_sources_.size()) bvh_.leaves = std::move(tree_.spare);
         bvh_.leaves.resize(leaf_sources_.size());
         bvh_.leaf_vertices.resize(leaf_sources_.size() * kLeafVertices);
         using Range = tbb::blocked_range<std::size_t>;
@@ -110,7 +115,7 @@ private:
 
     const Topology& topology_;
     std::span<const vec3> positions_;
-    const BinaryTree& tree_;
+    BinaryTree& tree_;
     Collapse collapse_;
     std::vector<WideNode> wide_nodes_;
     std::vector<std::uint32_t> leaf_sources_;
@@ -118,7 +123,7 @@ private:
 };
 
 Bvh build_in_arena(const Topology& topology, std::span<const vec3> positions, SplitMethod split) {
-    const BinaryTree tree = build_binary_tree(topology, positions, split);
+    BinaryTree tree = build_binary_tree(topology, positions, split);
     return Layout(topology, positions, tree).build();
 }
 

@@ -13,8 +13,13 @@ constexpr std::uint32_t kTaskSize = 4096;
 
 }  // namespace
 
-Collapse::Collapse(std::span<const BinaryNode> nodes) : nodes_(nodes) {
-    costs_.resize(nodes.size());
+Collapse::Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room) : nodes_(nodes) {
+    if (nodes.size() * sizeof(Costs) <= room.size()) {
+        costs_ = new (room.data()) Costs[nodes.size()];
+    } else {
+        own_costs_.resize(nodes.size());
+        costs_ = own_costs_.data();
+    }
     if (!nodes.empty()) find_costs(0);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <span>
 
 #include "common/binary_tree.h"
@@ -25,8 +26,9 @@ private:
 /// 2017, section 3).
 class Collapse {
 public:
-    /// Runs in the calling thread's arena.
-    explicit Collapse(std::span<const BinaryNode> nodes);
+    /// Works in `room`, which is nobody else's as long as this lives, where that suffices. Runs in
+    /// the calling thread's arena.
+    explicit Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room = {});
 
     /// The children of the wide node made of an inner binary node; 2 to 16. When `levels_left` wide
     /// levels (this one included) must suffice for its height, which they can if
@@ -46,7 +48,9 @@ private:
     void add_levels(std::uint32_t node, std::uint32_t height_limit, WideChildren& out) const;
 
     std::span<const BinaryNode> nodes_;
-    AlignedVector<Costs> costs_;
+    /// Of every node: in the room, or here.
+    AlignedVector<Costs> own_costs_;
+    Costs* costs_;
 };
 
 }  // namespace morphray

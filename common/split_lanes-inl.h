@@ -10,6 +10,8 @@ namespace SPLIT_NAMESPACE {
 #if SPLIT_EIGHT_LANES
 
 using float8 __attribute__((vector_size(32))) = float;
+/// Any 32 bytes as such: copied by memcpy they take a way through halves on the stack.
+using float8_view __attribute__((vector_size(32), may_alias)) = float;
 
 /// lower and -upper in one register: a union is one minimum. No coordinate is -0, so it has the
 /// bits of two.
@@ -21,7 +23,7 @@ struct BinBox {
         return {float8{k, k, k, k, k, k, k, k}};
     }
     SPLIT_FUNCTION static BinBox of(const PrimRef& ref) {
-        return {__builtin_shufflevector(ref.lower, -ref.upper, 0, 1, 2, 3, 4, 5, 6, 7)};
+        return {*reinterpret_cast<const float8_view*>(&ref)};
     }
     SPLIT_FUNCTION void extend(const BinBox& b) { planes = planes < b.planes ? planes : b.planes; }
     SPLIT_FUNCTION float4 extent() const {
@@ -44,6 +46,24 @@ struct BinBox {
 
 #endif
 
+/// partition() in whole registers: what is stored in halves and soon loaded as a whole waits.
+template <class GoesLeft>
+SPLIT_FUNCTION void partition_refs(std::span<const PrimRef> refs, PrimRef* out,
+                                   std::size_t left_index, std::size_t right_index,
+                                   GoesLeft goes_left) {
+    for (const PrimRef& ref : refs) {
+        const std::size_t is_left = goes_left(ref) ? 1 : 0;
+        PrimRef& to = out[right_index ^ ((left_index ^ right_index) & -is_left)];
+#if SPLIT_EIGHT_LANES
+        *reinterpret_cast<float8_view*>(&to) = *reinterpret_cast<const float8_view*>(&ref);
+#else
+        to = ref;
+#endif
+        left_index += is_left;
+        right_index += 1 - is_left;
+    }
+}
+
 /// Maps twice a centroid to its bin along each axis.
 template <std::size_t kBins>
 class Binning {
@@ -61,8 +81,7 @@ public:
     int4 operator()(const PrimRef& ref) const {
         // An empty box (no finite vertex) has centroid 0, which may lie outside the bounds.
         const float4 bin = (ref.centroid2() - lower_) * scale_;
-        return __builtin_convertvector(
-            min(max(bin, float4{}), splat(static_cast<float>(kBins - 1))), int4);
+        return __builtin_convertvector(min(max(bin, least_), most_), int4);
     }
 
     /// Whether a ref's bin is below the split's position, which is in [1, kBins): neither rounding
@@ -78,6 +97,9 @@ public:
 private:
     float4 lower_;
     float4 scale_;
+    // Members, because g++ takes two or three instructions for a minimum with a literal.
+    float4 least_ = float4{};
+    float4 most_ = splat(static_cast<float>(kBins - 1));
 };
 
 /// What is in a bin of each axis. Its size is a power of two, which finds it faster.
@@ -107,10 +129,16 @@ struct Bins {
         for (std::size_t i = 4 * quarter; i < refs.size(); ++i) add(refs[i], binning);
     }
     SPLIT_FUNCTION void add(const PrimRef& ref, const Binning<kBins>& binning) {
-        const int4 index = binning(ref);
+        // The places of the three bins leave the vector registers as one number.
+        using short8 __attribute__((vector_size(16))) = std::int16_t;
+        using long2 __attribute__((vector_size(16))) = std::int64_t;
+        const auto places =
+            std::bit_cast<short8>(binning(ref) * static_cast<std::int32_t>(sizeof(Bin)));
+        const auto low = __builtin_shufflevector(places, places, 0, 2, 4, 6, 0, 2, 4, 6);
+        auto rest = static_cast<std::uint64_t>(std::bit_cast<long2>(low)[0]);
         const BinBox own = BinBox::of(ref);
-        for (int axis = 0; axis < 3; ++axis) {
-            Bin& b = bin[static_cast<std::uint32_t>(index[axis])];
+        for (int axis = 0; axis < 3; ++axis, rest >>= 16) {
+            Bin& b = *reinterpret_cast<Bin*>(reinterpret_cast<std::byte*>(bin) + (rest & 0xFFFF));
             b.box[axis].extend(own);
             ++b.count[axis];
         }
@@ -205,7 +233,7 @@ SPLIT_FUNCTION void bin_chunk(std::span<const PrimRef> refs, const Binning<kMany
 SPLIT_FUNCTION void divide_chunk(std::span<const PrimRef> refs, PrimRef* out,
                                  std::size_t left_index, std::size_t right_index,
                                  const Binning<kManyBins>& binning, const Split& split) {
-    partition(refs, out, left_index, right_index, binning.is_left_of(split));
+    partition_refs(refs, out, left_index, right_index, binning.is_left_of(split));
 }
 
 SPLIT_FUNCTION Split merge_chunks(std::span<Bins<kManyBins>> bins, Bins<kManyBins>& all) {
@@ -249,7 +277,7 @@ SPLIT_FUNCTION std::size_t split_at_once(std::span<const PrimRef> refs, PrimRef*
     bins.add(refs, binning);
     const Split best = best_boundary(bins);
     if (best.position == 0) return 0;
-    partition(refs, out, 0, best.left_size, binning.is_left_of(best));
+    partition_refs(refs, out, 0, best.left_size, binning.is_left_of(best));
     return best.left_size;
 }
 
@@ -312,7 +340,7 @@ SPLIT_FUNCTION std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out
     const Split best = places.best();
     if (best.position == 0) return 0;
     const std::int32_t* rank = ranks[best.axis];
-    partition(refs, out, 0, best.position, [&](const PrimRef& ref) {
+    partition_refs(refs, out, 0, best.position, [&](const PrimRef& ref) {
         return rank[&ref - refs.data()] < static_cast<std::int32_t>(best.position);
     });
     return best.position;
