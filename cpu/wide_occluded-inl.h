@@ -182,8 +182,9 @@ private:
                 leaf_count = append(node, met & leaves, ray[i], outer_, leaf_count);
             }
             for (std::size_t i = 0; i < leaf_count; ++i) {
-                trace_leaf_alone(outer_.ray[kChunk + i],
-                                 bvh_.leaves[outer_.child[kChunk + i] & ~kLeafBit]);
+                const std::uint32_t id = outer_.ray[kChunk + i];
+                if ((left_ >> id & 1) == 0) continue;
+                trace_leaf_alone(id, bvh_.leaves[outer_.child[kChunk + i] & ~kLeafBit]);
             }
         }
     }
