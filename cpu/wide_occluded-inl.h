@@ -181,11 +181,24 @@ private:
                 size = append(node, met & ~leaves, ray[i], inner_, size);
                 leaf_count = append(node, met & leaves, ray[i], outer_, leaf_count);
             }
-            for (std::size_t i = 0; i < leaf_count; ++i) {
-                const std::uint32_t id = outer_.ray[kChunk + i];
-                if ((left_ >> id & 1) == 0) continue;
-                trace_leaf_alone(id, bvh_.leaves[outer_.child[kChunk + i] & ~kLeafBit]);
-            }
+            trace_gathered_leaves(leaf_count);
+        }
+    }
+
+    HWY_INLINE void trace_gathered_leaves(std::size_t count) {
+        constexpr std::size_t kCacheLine = 64;
+        const auto leaf = [this](std::size_t i) -> const Leaf& {
+            return bvh_.leaves[outer_.child[kChunk + i] & ~kLeafBit];
+        };
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto* const vertices = reinterpret_cast<const std::byte*>(leaf(i).vertex);
+            for (std::size_t at = 0; at < sizeof(Leaf::vertex); at += kCacheLine)
+                __builtin_prefetch(vertices + at);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            // A ray often meets several leaves of a chunk, and what it hits is in an earlier one.
+            const std::uint32_t ray = outer_.ray[kChunk + i];
+            if ((left_ >> ray & 1) != 0) trace_leaf_alone(ray, leaf(i));
         }
     }
 
