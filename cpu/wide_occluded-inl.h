@@ -45,7 +45,10 @@ inline constexpr std::size_t kItems = kSeeds + (kMaxDepth - 1) * kWidth * kChunk
 
 // A node or a leaf is tested for many rays at a time if there are more than this many for each
 // vector with any of them (docs/cpu_tracer.md has the figures).
-inline constexpr std::size_t kSharedByNode = kLanes == 1 ? 1 : kLanes == 4 ? 2 : 4;
+inline constexpr std::size_t kSharedByNode = kLanes == 1   ? 1
+                                             : kLanes == 4 ? 2
+                                             : kLanes == 8 ? 4
+                                                           : 6;
 inline constexpr std::size_t kSharedByLeaf = kLanes < 8 ? 1 : kLanes == 8 ? 2 : 5;
 
 /// Entries of two parallel arrays. Reading whole chunks may go below the first entry, and writing
