@@ -120,10 +120,12 @@ HWY_INLINE void refit_wide_leaf(const RefitArrays& tree, std::uint32_t index,
 /// Refits leaves[begin .. end).
 void refit_leaves(const RefitArrays& tree, const LeafSequence& leaves, std::uint32_t begin,
                   std::uint32_t end, std::span<const vec3> positions) {
+    // Copies, which stay in registers.
     const RefitArrays own = tree;
+    const LeafSequence all = leaves;
     for (std::uint32_t i = begin; i < end; ++i) {
-        prefetch_leaf(own, leaves[std::min(i + kLeavesAhead, leaves.count - 1)], positions);
-        refit_wide_leaf(own, leaves[i], positions);
+        prefetch_leaf(own, all[std::min(i + kLeavesAhead, all.count - 1)], positions);
+        refit_wide_leaf(own, all[i], positions);
     }
 }
 
