@@ -11,7 +11,7 @@ namespace morphray {
 /// Its box, lower and -upper side by side for registers of eight, and, in lower's lane 3, its id,
 /// made a float in [2, 2^33) so that no arithmetic on whole registers meets a denormal or a NaN.
 /// minus_upper's lane 3 is 0.
-struct alignas(32) PrimRef {
+struct PrimRef {
     float4 lower;
     float4 minus_upper;
 

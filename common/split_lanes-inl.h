@@ -11,7 +11,7 @@ namespace SPLIT_NAMESPACE {
 
 using float8 __attribute__((vector_size(32))) = float;
 /// Any 32 bytes as such: copied by memcpy they take a way through halves on the stack.
-using float8_view __attribute__((vector_size(32), may_alias)) = float;
+using float8_view __attribute__((vector_size(32), may_alias, aligned(16))) = float;
 
 /// lower and -upper in one register: a union is one minimum. No coordinate is -0, so it has the
 /// bits of two.
