@@ -5,6 +5,7 @@
 #include "shaders/exact.glsl"
 
 #define PACKET_ON_GRID false
+#include "shaders/found_hits.glsl"
 #include "shaders/packet_traversal.glsl"
 #include "shaders/pixel_surface.glsl"
 #include "shaders/spread.glsl"
@@ -14,7 +15,6 @@ layout(local_size_x = kGroupSize) in;
 layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
-layout(std430, binding = kBindHits) readonly buffer Hits { uvec4 hits[]; };
 /// Comes as 0.
 layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };
 
@@ -74,8 +74,8 @@ uint find_seen() {
     uint seen = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         uvec2 pixel = ray_pixel(v);
-        bool is_seen = is_active(pixel);
-        if (is_seen) is_seen = hits[answer_index(pixel)].w < kUnfinishedPrim;
+        uint index = is_active(pixel) ? answer_index(pixel) : 0u;
+        bool is_seen = is_active(pixel) && found_hit(index).prim_id < kUnfinishedPrim;
         seen |= is_seen ? 1u << v : 0u;
     }
     return seen;
@@ -128,13 +128,8 @@ void make_rays(uint seen) {
         uint v = uint(findLSB(left)) & (kVectors - 1u);
         bool is_seen = (seen >> v & 1u) != 0u;
         uvec2 pixel = ray_pixel(v);
-        uvec4 words = uvec4(0u);
-        if (is_seen) words = hits[answer_index(pixel)];
-        Hit hit;
-        hit.t = uintBitsToFloat(words.x);
-        hit.u = uintBitsToFloat(words.y);
-        hit.v = uintBitsToFloat(words.z);
-        hit.prim_id = words.w;
+        Hit hit = found_hit(is_seen ? answer_index(pixel) : 0u);
+        hit.prim_id = is_seen ? hit.prim_id : 0u;
         Ray eye = camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
         Surface s = pixel_surface(eye, hit, scene_triangle(hit.prim_id));
         bool faces = faces_light(s, light);
