@@ -1,5 +1,5 @@
-// The hits of a pass that has ended. Some devices load structures from storage buffers lane by lane,
-// and texels at once.
+// The hits of a pass that has ended. Some devices load structures from storage buffers lane by
+// lane, and texels at once.
 #ifndef SHADERS_FOUND_HITS_GLSL
 #define SHADERS_FOUND_HITS_GLSL
 

@@ -48,18 +48,18 @@ SHARED_CONST uint kTileSize = 8u;
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
 
-// Packets of camera rays are 16x8 pixels, one a cluster of lanes (specialisation constant 1: 4, 8
-// or 16). Lavapipe's vectors are one cluster each; what a cluster does not count are the loops over
-// its vectors of rays, less than 200 a packet.
+// A packet is traced by a cluster of lanes (specialisation constant 1: 4, 8 or 16). Lavapipe's
+// vectors are one cluster each; what a cluster does not count are the loops over its vectors of
+// rays, less than 400 a packet.
 SHARED_CONST uint kConstantPacketLanes = 1u;
 SHARED_CONST uint kPacketStepBudget = 40000u;
-// Of a packet of shadow rays, whose rays may have little in common.
-SHARED_CONST uint kShadowPacketStepBudget = 2000u;
 // How many packets a cluster traces, one after the other.
 SHARED_CONST uint kConstantPacketRun = 2u;
 SHARED_CONST uint kPacketWidth = 16u;
-SHARED_CONST uint kPacketHeight = 8u;
-SHARED_CONST uint kPacketRays = 128u;
+// Of camera rays (with 4 lanes 8: a bit for each vector of rays has to fit a word), and of shadow
+// rays.
+SHARED_CONST uint kCameraPacketHeight = 16u;
+SHARED_CONST uint kShadowPacketHeight = 8u;
 
 // Rays of a pixel that `occlusion_packet` traces at once.
 SHARED_CONST uint kOcclusionRays = 16u;

@@ -3,14 +3,12 @@
 #ifndef SHADERS_PACKET_TRAVERSAL_GLSL
 #define SHADERS_PACKET_TRAVERSAL_GLSL
 
-#include "shaders/packet_leaf.glsl"
+#include "shaders/packet_doubts.glsl"
 
 const uint kAllTriangles = 0xFFFFu;
 
-/// One triangle against all rays. The vectors of this lane's rays that are in doubt, as bits.
-uint trace_triangle(Setup s, uint name);
-/// Notes a doubt, if there is one. Whether all lanes have room for one more.
-bool note_doubt(uint name, uint vectors);
+/// A triangle against the rays of a group. `bit` is the triangle's in chunk_doubts, 0: no triangle.
+void trace_triangle(uint group, Setup s, uint name, uint bit);
 /// The least 1/z that matters to some ray.
 float least_q();
 
@@ -20,7 +18,21 @@ struct Traversal {
     uint current;
     uint triangles;
     uint steps;
+    uint most_steps;
 };
+
+/// The triangles of a chunk that concern a group. A loop for each group, since it is all that some
+/// devices jump over.
+void trace_group(uint group, uint leaf, Chunk chunk, inout uint steps) {
+    uint left = cluster_or((chunk.groups >> group & 1u) << lane);
+    do {
+        uint i = uint(findLSB(left)) & (kLanes - 1u);
+        uint name = triangle_name(leaf, read_lane(chunk.triangle, i));
+        trace_triangle(group, read_setup(chunk.setup, i), name, left & (0u - left));
+        left &= left - 1u;
+        ++steps;
+    } while (left != 0u);
+}
 
 /// Continues until there is nothing left, no room for doubts, or no steps.
 void traverse(inout Traversal t) {
@@ -49,23 +61,19 @@ void traverse(inout Traversal t) {
             do {
                 Chunk chunk = set_up_chunk(alive);
                 t.steps += 2u;
-                uint left = cluster_or(chunk.is_used ? 1u << lane : 0u);
-                do {
-                    uint doubtful = 0u;
-                    uint name = 0u;
-                    do {
-                        uint i = uint(findLSB(left)) & (kLanes - 1u);
-                        if (left != 0u) {
-                            name = triangle_name(leaf, read_lane(chunk.triangle, i));
-                            doubtful = trace_triangle(read_setup(chunk.setup, i), name);
-                        }
-                        left &= left - 1u;
-                        ++t.steps;
-                    } while (left != 0u && cluster_or(doubtful) == 0u);
-                    has_room = note_doubt(name, doubtful);
-                    ++t.steps;
-                } while (left != 0u && has_room);
-                bool is_done = chunk.is_used && (left >> lane & 1u) == 0u;
+                trace_group(0u, leaf, chunk, t.steps);
+                trace_group(1u, leaf, chunk, t.steps);
+                trace_group(2u, leaf, chunk, t.steps);
+                trace_group(3u, leaf, chunk, t.steps);
+                if (kGroups > 4u) {
+                    trace_group(4u, leaf, chunk, t.steps);
+                    trace_group(5u, leaf, chunk, t.steps);
+                    trace_group(6u, leaf, chunk, t.steps);
+                    trace_group(7u, leaf, chunk, t.steps);
+                }
+                uint open = queue_doubts(leaf, chunk.triangle, t.steps);
+                has_room = has_room_for_doubts();
+                bool is_done = chunk.groups != 0u && (open >> lane & 1u) == 0u;
                 alive &= ~cluster_or(is_done ? 1u << chunk.triangle : 0u);
             } while (alive != 0u && has_room);
             if (is_visited && alive == 0u) {
@@ -74,8 +82,8 @@ void traverse(inout Traversal t) {
             }
             t.triangles = alive != 0u ? alive : kAllTriangles;
         } while ((t.current & kLeafBit) != 0u && t.current != kEmptyChild && has_room &&
-                 t.steps < kSteps);
-    } while (t.current != kEmptyChild && has_room && t.steps < kSteps && level <= kMaxDepth);
+                 t.steps < t.most_steps);
+    } while (t.current != kEmptyChild && has_room && t.steps < t.most_steps && level <= kMaxDepth);
 }
 
 #endif  // SHADERS_PACKET_TRAVERSAL_GLSL

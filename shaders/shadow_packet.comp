@@ -1,9 +1,10 @@
 // The shadow rays of a region, which all start at the light: a packet of 16x8 pixels a cluster of
-// lanes. Rays that have too little in common with the others, or two doubts, are left to `resume`.
+// lanes. Rays that have too little in common with the others are left to `resume`.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
 
+#define PACKET_HEIGHT kShadowPacketHeight
 #define PACKET_ON_GRID false
 #include "shaders/found_hits.glsl"
 #include "shaders/packet_traversal.glsl"
@@ -18,26 +19,26 @@ layout(push_constant) uniform Arguments { RegionArguments args; };
 /// Comes as 0.
 layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };
 
-/// Vectors of rays, 4 in a row, each 4 pixels wide and kVectorHeight high.
-const uint kVectors = kPacketRays / kLanes;
-const uint kVectorHeight = kLanes / 4u;
-const uint kAllBits = 0xFFFFFFFFu;
+/// Loops in a loop over what a packet still has to do.
+const uint kRoundSteps = 8u;
+/// Of a packet whose rays have little in common; `resume` is faster then.
+const uint kMostSteps = 6000u;
 /// Packets that the rays of 16x8 pixels may be divided into.
 const uint kMaxRounds = 4u;
 
-/// Directions and tfar; where the rays pass the packet's plane, and bounds of 1/z at their ends, or
-/// kDone of those that want no more.
+/// Directions and tfar; where the rays pass the packet's plane, and 1/z at their ends, or kDone of
+/// those that want no more.
 float dir_x[kVectors];
 float dir_y[kVectors];
 float dir_z[kVectors];
 float tfar[kVectors];
 float plane_x[kVectors];
 float plane_y[kVectors];
-float q_lower[kVectors];
-float q_upper[kVectors];
-/// Triangles in doubt, or kNoTriangle: mostly the one that the ray ends on, and near edges another.
+float q_end[kVectors];
+/// How far q_end may be off, roundings of directions included.
+float end_error;
+/// Triangles in doubt, or kNoTriangle: mostly the one that the ray ends on. Others are queued.
 uint doubts[kVectors];
-uint second_doubts[kVectors];
 // One bit for each vector of this lane's rays: those that wait for a packet, those of the packet,
 // what is in shadow, and what is left to `resume`.
 uint waiting;
@@ -113,12 +114,6 @@ uint doubt_of(uint v) {
     return name;
 }
 
-uint second_doubt_of(uint v) {
-    uint name = second_doubts[0];
-    [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? second_doubts[k] : name;
-    return name;
-}
-
 void make_rays(uint seen) {
     waiting = 0u;
     shadowed = 0u;
@@ -168,8 +163,7 @@ void set_frame(bool is_last) {
     float radius = is_last ? 1.0e30f : 32.0f * spacing;
 
     traced = 0u;
-    vec2 low = vec2(1.0e30f);
-    vec2 high = vec2(-1.0e30f);
+    float most_q = 0.0f;
     [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
         vec3 r = rotate_axes(vec3(dir_x[k], dir_y[k], dir_z[k]), axis);
         float z = side * r.z;
@@ -182,18 +176,31 @@ void set_frame(bool is_last) {
         traced |= is_traced ? 1u << k : 0u;
         plane_x[k] = at.x;
         plane_y[k] = at.y;
-        low = is_traced ? min(low, at) : low;
-        high = is_traced ? max(high, at) : high;
         float q = rz / (is_traced ? tfar[k] : 1.0f);
-        // 2^-18.
-        q_lower[k] = is_traced ? q * 0.999996185302734375f : kDone;
-        q_upper[k] = is_traced ? q * 1.000003814697265625f : kDone;
+        most_q = greater(most_q, is_traced ? q : 0.0f);
+        q_end[k] = is_traced ? q : kDone;
         doubts[k] = kNoTriangle;
-        second_doubts[k] = kNoTriangle;
     }
+    // 2^-18.
+    end_error = 3.814697265625e-06f * cluster_max(most_q);
     waiting &= ~(traced | left_out);
-    low = vec2(cluster_min(low.x), cluster_min(low.y));
-    high = vec2(cluster_max(high.x), cluster_max(high.y));
+    vec2 low = vec2(1.0e30f);
+    vec2 high = vec2(-1.0e30f);
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
+        vec2 group_low = vec2(1.0e30f);
+        vec2 group_high = vec2(-1.0e30f);
+        [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
+            uint v = vector_of(g, k);
+            bool is_traced = (traced >> v & 1u) != 0u;
+            vec2 at = vec2(plane_x[v], plane_y[v]);
+            group_low = is_traced ? min(group_low, at) : group_low;
+            group_high = is_traced ? max(group_high, at) : group_high;
+        }
+        group_lower[g] = vec2(cluster_min(group_low.x), cluster_min(group_low.y));
+        group_upper[g] = vec2(cluster_max(group_high.x), cluster_max(group_high.y));
+        low = min(low, group_lower[g]);
+        high = max(high, group_upper[g]);
+    }
     // A power of two, so that the packet measures 8 to 16 and scaling rounds nothing.
     float extent = greater(greater(high.x - low.x, high.y - low.y), 9.5367431640625e-07f);
     float scale = 8.0f * scale_to_unit(extent);
@@ -217,53 +224,51 @@ void set_frame(bool is_last) {
     frame.ray_error = vec2(1.9073486328125e-06f * scale + 7.62939453125e-06f);
     frame.lower = scale * low - frame.ray_error;
     frame.upper = scale * high + frame.ray_error;
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
+        group_lower[g] = scale * group_lower[g] - frame.ray_error;
+        group_upper[g] = scale * group_upper[g] + frame.ray_error;
+    }
     frame.depth_error = box_dilation(light);
     // 2^-13: as in `primary_packet`, with distances up to 64.
     frame.rounding = 1.220703125e-04f;
 }
 
-uint trace_triangle(Setup s, uint name) {
-    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+void trace_triangle(uint group, Setup s, uint name, uint bit) {
+    float error = s.q_error + end_error;
+    float bound = bit != 0u ? s.bound : -kAnyDepth;
+    [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
+        uint v = vector_of(group, k);
         float x = plane_x[v];
         float y = plane_y[v];
         vec3 e = s.a * x + s.b * y + s.c;
-        float q = s.q.x * x + s.q.y * y + s.q.z;
+        float before_end = s.q.x * x + s.q.y * y + s.q.z - q_end[v];
         float inside = lesser(e.x, lesser(e.y, e.z));
-        bool is_sure = inside > s.bound && q - s.q_error > q_upper[v];
-        bool is_doubtful = inside >= -s.bound && q + s.q_error >= q_lower[v] && !is_sure;
-        left_out |= is_doubtful && second_doubts[v] != kNoTriangle ? 1u << v : 0u;
-        second_doubts[v] = is_doubtful ? doubts[v] : second_doubts[v];
-        doubts[v] = is_doubtful ? name : doubts[v];
-        q_lower[v] = is_sure ? kDone : q_lower[v];
-        q_upper[v] = is_sure ? kDone : q_upper[v];
+        bool is_possible = inside >= -bound && before_end >= -error;
+        bool is_sure = is_possible && inside > bound && before_end > error;
+        bool is_doubtful = is_possible && !is_sure;
+        bool is_first = doubts[v] == kNoTriangle;
+        chunk_doubts[group] |= is_doubtful && !is_first ? bit << (k * kLanes) : 0u;
+        doubts[v] = is_doubtful && is_first ? name : doubts[v];
+        q_end[v] = is_sure ? kDone : q_end[v];
     }
-    return 0u;
 }
-
-bool note_doubt(uint name, uint vectors) { return true; }
 
 float least_q() {
-    float least = q_lower[0];
-    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, q_lower[v]);
-    return cluster_min(least);
+    float least = q_end[0];
+    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, q_end[v]);
+    least = cluster_min(least);
+    return least < kDone ? least - end_error : kDone;
 }
 
-/// Settles the doubts: the one of each ray, mostly, by the rule's plain path, a vector at a time;
-/// where that does not do and where there is another, by the whole rule, one of each lane at a
-/// time.
-void settle_doubts() {
+/// Settles the first doubt of each ray by the rule's plain path, a vector at a time. Vectors of
+/// which that does not do, on this lane.
+uint settle_first_doubts() {
     uint first = 0u;
-    uint second = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
-        bool is_done = q_lower[v] == kDone;
-        uint bit = 1u << v;
-        shadowed |= is_done ? traced & bit : 0u;
-        first |= !is_done && doubts[v] != kNoTriangle ? bit : 0u;
-        second |= !is_done && second_doubts[v] != kNoTriangle ? bit : 0u;
+        shadowed |= q_end[v] == kDone ? traced & (1u << v) : 0u;
+        first |= doubts[v] != kNoTriangle ? 1u << v : 0u;
     }
-    left_out &= ~shadowed;
-    first &= traced & ~left_out;
-    second &= traced & ~left_out;
+    first &= traced & ~shadowed;
     uint unsure = 0u;
     uint left = cluster_or(first);
     do {
@@ -285,24 +290,35 @@ void settle_doubts() {
         unsure |= !is_sure && may_be_inside(e) ? bit : 0u;
         left &= left - 1u;
     } while (left != 0u);
-    second &= ~shadowed;
+    return unsure;
+}
+
+/// The rule for first doubts (of the vectors given as bits) and all that are queued, one of each
+/// lane at a time.
+void settle_doubts(uint unsure, inout Traversal t) {
     bool more = true;
     do {
-        uint open = unsure | second;
-        uint v = uint(findLSB(open)) & (kVectors - 1u);
-        uint bit = open & (0u - open);
-        bool is_first = (unsure & bit) != 0u;
+        bool is_first = unsure != 0u;
+        bool is_any = is_first || doubt_vectors[0] != 0u;
+        uint name;
+        uint v = pop_doubt(!is_first, name);
+        v = is_first ? uint(findLSB(unsure)) & (kVectors - 1u) : v;
+        name = is_first ? doubt_of(v) : name;
+        unsure &= unsure - 1u;
         Ray ray = ray_of(v);
         vec3 a, b, c;
-        named_triangle(open == 0u ? 0u : is_first ? doubt_of(v) : second_doubt_of(v), a, b, c);
+        named_triangle(is_any ? name : 0u, a, b, c);
         TriangleHit hit;
         bool is_hit =
             intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit);
-        shadowed |= is_hit ? bit : 0u;
-        unsure &= ~bit;
-        second &= is_hit || !is_first ? ~bit : kAllBits;
-        more = cluster_or(unsure | second) != 0u;
-    } while (more);
+        is_hit = is_hit && is_any;
+        shadowed |= is_hit ? 1u << v : 0u;
+        [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
+            q_end[k] = is_hit && k == v ? kDone : q_end[k];
+        }
+        more = cluster_or(unsure | doubt_vectors[0]) != 0u;
+        ++t.steps;
+    } while (more && t.steps < t.most_steps);
 }
 
 void write_answers() {
@@ -329,6 +345,8 @@ void main() {
     uint end = min(packet + kPacketRun, args.tile_count);
     if (packet >= end) return;
     read_arguments();
+    Traversal t;
+    t.steps = 0u;
     do {
         uint seen = 0u;
         uint any = 0u;
@@ -336,7 +354,7 @@ void main() {
             // Always so, but see cluster.glsl.
             if (any == 0u) {
                 packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
-                                uvec2(kPacketWidth, kPacketHeight);
+                                uvec2(kPacketWidth, kShadowPacketHeight);
                 seen = find_seen();
                 any = cluster_or(seen);
             }
@@ -350,13 +368,19 @@ void main() {
             set_planes();
             begin_traversal();
             packet_q = least_q();
-            Traversal t;
+            t.most_steps = min(t.steps + kMostSteps, kSteps);
             t.current = cluster_or(traced) != 0u ? 0u : kEmptyChild;
             t.triangles = kAllTriangles;
-            t.steps = 0u;
-            traverse(t);
-            if (t.current != kEmptyChild) left_out |= traced;
-            settle_doubts();
+            clear_doubts();
+            do {
+                t.steps += kRoundSteps;
+                traverse(t);
+                uint unsure = 0u;
+                if (t.current == kEmptyChild) unsure = settle_first_doubts();
+                settle_doubts(unsure, t);
+            } while (t.current != kEmptyChild && t.steps < t.most_steps && level <= kMaxDepth);
+            bool is_complete = t.current == kEmptyChild && t.steps < t.most_steps;
+            if (!is_complete) left_out |= traced & ~shadowed;
         } while (cluster_or(waiting) != 0u && round < kMaxRounds);
         write_answers();
     } while (packet < end);
