@@ -68,6 +68,10 @@ const uint kGroups = PACKET_HEIGHT / 2u;
 const uint kAllGroups = (1u << kGroups) - 1u;
 const uint kGroupVectors = 32u / kLanes;
 
+/// Rows of 4 vectors, and the vectors of the first row, as bits.
+const uint kRows = kVectors / 4u;
+const uint kFirstRow = 15u;
+
 /// The k-th vector of a group, two in a row.
 uint vector_of(uint group, uint k) {
     return 2u * (group & 1u) + (k & 1u) + 4u * (k >> 1u) + 2u * kGroupVectors * (group >> 1u);

@@ -172,8 +172,14 @@ void write_misses(uint vectors, uint prim_id) {
     } while (vectors != 0u);
 }
 
-/// winners[v], but an array that is indexed so is slow wherever it is used.
-uint winner_of(uint v) {
+/// winners[4 * row + i], but an array that is indexed so is slow wherever it is used.
+uint winner_of(uint row, uint i) {
+    uint name = winners[i];
+    [[unroll]] for (uint r = 1u; r < kRows; ++r) name = row == r ? winners[4u * r + i] : name;
+    return name;
+}
+
+uint any_winner_of(uint v) {
     uint name = winners[0];
     [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? winners[k] : name;
     return name;
@@ -187,35 +193,39 @@ void finish_winners(bool are_begun) {
         own |= winners[v] != kNoTriangle ? 1u << v : 0u;
     }
     uint any = cluster_or(own);
+    // Vectors of the rows that have some.
+    uint written = ((any | any >> 1u | any >> 2u | any >> 3u) & 0x11111111u) * kFirstRow;
     uint left = any;
     do {
-        uint v = uint(findLSB(left)) & (kVectors - 1u);
-        uvec2 pixel = ray_pixel(v);
-        Ray ray = ray_of(pixel);
-        uint name = winner_of(v);
-        bool is_hit = (own >> v & 1u) != 0u;
-        vec3 a, b, c;
-        uint prim_id = named_triangle(is_hit ? name : 0u, a, b, c);
-        ShearedRay sheared = shear_ray(ray.org, ray.dir);
-        vec3 pa = project_fast(sheared, a);
-        vec3 pb = project_fast(sheared, b);
-        vec3 pc = project_fast(sheared, c);
-        Edges e = fast_edges(pa, pb, pc);
-        TriangleHit hit;
-        weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
-        bool is_sure = is_hit && surely_inside(sheared, e);
-        unfinished |= is_hit && !is_sure ? 1u << v : 0u;
-        uvec4 words = is_sure ? hit_words(hit, prim_id) : uvec4(0u, 0u, 0u, kNoPrim);
-        bool is_written = left != 0u && is_active(pixel);
-        if (are_begun && is_written) {
-            uvec4 best = hits[answer_index(pixel)];
-            is_written = is_sure && (best.w == kNoPrim ||
-                                     wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w));
+        uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint v = 4u * row + i;
+            uvec2 pixel = ray_pixel(v);
+            Ray ray = ray_of(pixel);
+            bool is_hit = (own >> v & 1u) != 0u;
+            vec3 a, b, c;
+            uint prim_id = named_triangle(is_hit ? winner_of(row, i) : 0u, a, b, c);
+            ShearedRay sheared = shear_ray(ray.org, ray.dir);
+            vec3 pa = project_fast(sheared, a);
+            vec3 pb = project_fast(sheared, b);
+            vec3 pc = project_fast(sheared, c);
+            Edges e = fast_edges(pa, pb, pc);
+            TriangleHit hit;
+            weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
+            bool is_sure = is_hit && surely_inside(sheared, e);
+            unfinished |= is_hit && !is_sure ? 1u << v : 0u;
+            uvec4 words = is_sure ? hit_words(hit, prim_id) : uvec4(0u, 0u, 0u, kNoPrim);
+            bool is_written = left != 0u && is_active(pixel);
+            if (are_begun && is_written) {
+                uvec4 best = hits[answer_index(pixel)];
+                is_written = is_sure && (best.w == kNoPrim ||
+                                         wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w));
+            }
+            if (is_written) hits[answer_index(pixel)] = words;
         }
-        if (is_written) hits[answer_index(pixel)] = words;
-        left &= left - 1u;
+        left &= ~(kFirstRow << (4u * row));
     } while (left != 0u);
-    write_misses(are_begun ? 0u : kAllVectors & ~any, kNoPrim);
+    write_misses(are_begun ? 0u : kAllVectors & ~written, kNoPrim);
 }
 
 /// The rule for all doubts and unfinished winners, one of each lane at a time, as long as there are
@@ -228,7 +238,7 @@ void settle_doubts(inout uint steps) {
         bool is_any = is_winner || doubt_vectors[0] != 0u;
         uint v = pop_doubt(!is_winner, name);
         v = is_winner ? uint(findLSB(unfinished)) & (kVectors - 1u) : v;
-        name = is_winner ? winner_of(v) : name;
+        name = is_winner ? any_winner_of(v) : name;
         unfinished &= unfinished - 1u;
         uvec2 pixel = ray_pixel(v);
         Ray ray = ray_of(pixel);

@@ -82,33 +82,56 @@ uint find_seen() {
     return seen;
 }
 
-// Not dir_x[v] and so on: arrays that are indexed so are slow wherever they are used.
+// Vector i of a row. Not dir_x[4 * row + i] and so on: arrays that are indexed so are slow wherever
+// they are used. Hence loops over rows, with the vectors of a row one after the other.
 
-void set_ray(uint v, Ray ray) {
-    [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
-        dir_x[k] = v == k ? ray.dir.x : dir_x[k];
-        dir_y[k] = v == k ? ray.dir.y : dir_y[k];
-        dir_z[k] = v == k ? ray.dir.z : dir_z[k];
-        tfar[k] = v == k ? ray.tfar : tfar[k];
+void set_ray(uint row, uint i, Ray ray) {
+    [[unroll]] for (uint r = 0u; r < kRows; ++r) {
+        uint v = 4u * r + i;
+        dir_x[v] = row == r ? ray.dir.x : dir_x[v];
+        dir_y[v] = row == r ? ray.dir.y : dir_y[v];
+        dir_z[v] = row == r ? ray.dir.z : dir_z[v];
+        tfar[v] = row == r ? ray.tfar : tfar[v];
     }
 }
 
-Ray ray_of(uint v) {
+Ray ray_of(uint row, uint i) {
     Ray ray;
     ray.org = light;
     ray.tnear = 0.0f;
-    ray.dir = vec3(dir_x[0], dir_y[0], dir_z[0]);
-    ray.tfar = tfar[0];
-    [[unroll]] for (uint k = 1u; k < kVectors; ++k) {
-        ray.dir.x = v == k ? dir_x[k] : ray.dir.x;
-        ray.dir.y = v == k ? dir_y[k] : ray.dir.y;
-        ray.dir.z = v == k ? dir_z[k] : ray.dir.z;
-        ray.tfar = v == k ? tfar[k] : ray.tfar;
+    ray.dir = vec3(dir_x[i], dir_y[i], dir_z[i]);
+    ray.tfar = tfar[i];
+    [[unroll]] for (uint r = 1u; r < kRows; ++r) {
+        uint v = 4u * r + i;
+        ray.dir.x = row == r ? dir_x[v] : ray.dir.x;
+        ray.dir.y = row == r ? dir_y[v] : ray.dir.y;
+        ray.dir.z = row == r ? dir_z[v] : ray.dir.z;
+        ray.tfar = row == r ? tfar[v] : ray.tfar;
     }
     return ray;
 }
 
-uint doubt_of(uint v) {
+uint doubt_of(uint row, uint i) {
+    uint name = doubts[i];
+    [[unroll]] for (uint r = 1u; r < kRows; ++r) name = row == r ? doubts[4u * r + i] : name;
+    return name;
+}
+
+/// Where the vector is the same for all lanes or not, and known to no compiler.
+Ray any_ray_of(uint v) {
+    Ray ray = ray_of(v >> 2u, 0u);
+    [[unroll]] for (uint i = 1u; i < 4u; ++i) {
+        Ray other = ray_of(v >> 2u, i);
+        bool is_other = (v & 3u) == i;
+        ray.dir.x = is_other ? other.dir.x : ray.dir.x;
+        ray.dir.y = is_other ? other.dir.y : ray.dir.y;
+        ray.dir.z = is_other ? other.dir.z : ray.dir.z;
+        ray.tfar = is_other ? other.tfar : ray.tfar;
+    }
+    return ray;
+}
+
+uint any_doubt_of(uint v) {
     uint name = doubts[0];
     [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? doubts[k] : name;
     return name;
@@ -120,18 +143,21 @@ void make_rays(uint seen) {
     left_out = 0u;
     uint left = cluster_or(seen);
     do {
-        uint v = uint(findLSB(left)) & (kVectors - 1u);
-        bool is_seen = (seen >> v & 1u) != 0u;
-        uvec2 pixel = ray_pixel(v);
-        Hit hit = found_hit(is_seen ? answer_index(pixel) : 0u);
-        hit.prim_id = is_seen ? hit.prim_id : 0u;
-        Ray eye = camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
-        Surface s = pixel_surface(eye, hit, scene_triangle(hit.prim_id));
-        bool faces = faces_light(s, light);
-        waiting |= is_seen && faces ? 1u << v : 0u;
-        shadowed |= is_seen && !faces ? 1u << v : 0u;
-        set_ray(v, shadow_ray(s, light));
-        left &= left - 1u;
+        uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint v = 4u * row + i;
+            bool is_seen = (seen >> v & 1u) != 0u;
+            uvec2 pixel = ray_pixel(v);
+            Hit hit = found_hit(is_seen ? answer_index(pixel) : 0u);
+            hit.prim_id = is_seen ? hit.prim_id : 0u;
+            Ray eye = camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
+            Surface s = pixel_surface(eye, hit, scene_triangle(hit.prim_id));
+            bool faces = faces_light(s, light);
+            waiting |= is_seen && faces ? 1u << v : 0u;
+            shadowed |= is_seen && !faces ? 1u << v : 0u;
+            set_ray(row, i, shadow_ray(s, light));
+        }
+        left &= ~(kFirstRow << (4u * row));
     } while (left != 0u);
 }
 
@@ -149,7 +175,7 @@ void set_frame(bool is_last) {
     uint v = uint(findLSB(cluster_or(waiting))) & (kVectors - 1u);
     uint lanes = cluster_or((waiting >> v & 1u) != 0u ? 1u << lane : 0u);
     uint axis_lane = uint(findLSB(lanes)) & (kLanes - 1u);
-    vec3 own_dir = ray_of(v).dir;
+    vec3 own_dir = any_ray_of(v).dir;
     vec3 axis_dir = read_lane(own_dir, axis_lane);
     vec3 sizes = abs(axis_dir);
     uint axis = sizes.x >= sizes.y && sizes.x >= sizes.z ? 0u : sizes.y >= sizes.z ? 1u : 2u;
@@ -272,23 +298,26 @@ uint settle_first_doubts() {
     uint unsure = 0u;
     uint left = cluster_or(first);
     do {
-        uint v = uint(findLSB(left)) & (kVectors - 1u);
-        bool is_own = (first >> v & 1u) != 0u;
-        Ray ray = ray_of(v);
-        vec3 a, b, c;
-        named_triangle(is_own ? doubt_of(v) : 0u, a, b, c);
-        ShearedRay sheared = shear_ray(ray.org, ray.dir);
-        vec3 pa = project_fast(sheared, a);
-        vec3 pb = project_fast(sheared, b);
-        vec3 pc = project_fast(sheared, c);
-        Edges e = fast_edges(pa, pb, pc);
-        TriangleHit hit;
-        bool in_range = weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
-        bool is_sure = surely_inside(sheared, e);
-        uint bit = is_own ? 1u << v : 0u;
-        shadowed |= is_sure && in_range ? bit : 0u;
-        unsure |= !is_sure && may_be_inside(e) ? bit : 0u;
-        left &= left - 1u;
+        uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint v = 4u * row + i;
+            bool is_own = (first >> v & 1u) != 0u;
+            Ray ray = ray_of(row, i);
+            vec3 a, b, c;
+            named_triangle(is_own ? doubt_of(row, i) : 0u, a, b, c);
+            ShearedRay sheared = shear_ray(ray.org, ray.dir);
+            vec3 pa = project_fast(sheared, a);
+            vec3 pb = project_fast(sheared, b);
+            vec3 pc = project_fast(sheared, c);
+            Edges e = fast_edges(pa, pb, pc);
+            TriangleHit hit;
+            bool in_range = weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
+            bool is_sure = surely_inside(sheared, e);
+            uint bit = is_own ? 1u << v : 0u;
+            shadowed |= is_sure && in_range ? bit : 0u;
+            unsure |= !is_sure && may_be_inside(e) ? bit : 0u;
+        }
+        left &= ~(kFirstRow << (4u * row));
     } while (left != 0u);
     return unsure;
 }
@@ -303,9 +332,9 @@ void settle_doubts(uint unsure, inout Traversal t) {
         uint name;
         uint v = pop_doubt(!is_first, name);
         v = is_first ? uint(findLSB(unsure)) & (kVectors - 1u) : v;
-        name = is_first ? doubt_of(v) : name;
+        name = is_first ? any_doubt_of(v) : name;
         unsure &= unsure - 1u;
-        Ray ray = ray_of(v);
+        Ray ray = any_ray_of(v);
         vec3 a, b, c;
         named_triangle(is_any ? name : 0u, a, b, c);
         TriangleHit hit;
@@ -331,7 +360,7 @@ void write_answers() {
     uint rest = cluster_or(left_out);
     do {
         uint v = uint(findLSB(rest)) & (kVectors - 1u);
-        if ((left_out >> v & 1u) != 0u) suspend(ray_of(v), answer_index(ray_pixel(v)));
+        if ((left_out >> v & 1u) != 0u) suspend(any_ray_of(v), answer_index(ray_pixel(v)));
         rest &= rest - 1u;
     } while (rest != 0u);
 }
