@@ -1,12 +1,13 @@
-// Where a bound leaves a doubt about a triangle and a ray of a packet. While a chunk is traced, the
-// doubts about it are bits; after that they go to a queue, which the rule empties.
+// Where a bound leaves a doubt about a triangle and a ray of a packet. While triangles are traced,
+// the doubts about them are bits; after that they go to a queue, which the rule empties.
 #ifndef SHADERS_PACKET_DOUBTS_GLSL
 #define SHADERS_PACKET_DOUBTS_GLSL
 
 #include "shaders/packet_leaf.glsl"
 
-/// Of each group, kLanes bits for each of its vectors: the triangles in doubt for this lane's ray.
-uint chunk_doubts[kGroups];
+/// Of each group, kLanes bits for each of its vectors: the pending triangles that are in doubt for
+/// this lane's ray.
+uint pending_doubts[kGroups];
 
 /// Triangles, and for each the vectors of this lane's rays that are in doubt, the end 0 as long as
 /// there is room.
@@ -14,8 +15,10 @@ const uint kMaxDoubts = 4u;
 uint doubt_names[kMaxDoubts];
 uint doubt_vectors[kMaxDoubts];
 
-void clear_doubts() {
-    [[unroll]] for (uint g = 0u; g < kGroups; ++g) chunk_doubts[g] = 0u;
+void clear_pending() {
+    pending_count = 0u;
+    pending_groups = 0u;
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) pending_doubts[g] = 0u;
     [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_vectors[i] = 0u;
 }
 
@@ -46,14 +49,14 @@ uint pop_doubt(bool is_wanted, out uint name) {
     return v;
 }
 
-/// Puts the doubts about a chunk, of whose triangles each lane has one, into the queue, as far as
-/// there is room. The triangles of which some are left, as bits of lanes.
-uint queue_doubts(uint leaf, uint triangle, inout uint steps) {
+/// Puts the doubts about pending triangles into the queue, as far as there is room. The triangles of
+/// which some are left, as bits of lanes.
+uint queue_doubts(inout uint steps) {
     uint open = 0u;
     bool has_room = has_room_for_doubts();
     do {
         uint any = 0u;
-        [[unroll]] for (uint g = 0u; g < kGroups; ++g) any |= chunk_doubts[g];
+        [[unroll]] for (uint g = 0u; g < kGroups; ++g) any |= pending_doubts[g];
         [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) any |= any >> (k * kLanes);
         uint i = uint(findLSB(any)) & (kLanes - 1u);
         uint vectors = 0u;
@@ -62,18 +65,18 @@ uint queue_doubts(uint leaf, uint triangle, inout uint steps) {
             [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
                 // None without room: see cluster.glsl.
                 uint bit = has_room ? 1u << (k * kLanes) << i : 0u;
-                vectors |= (chunk_doubts[g] & bit) != 0u ? 1u << vector_of(g, k) : 0u;
-                chunk_doubts[g] &= ~bit;
+                vectors |= (pending_doubts[g] & bit) != 0u ? 1u << vector_of(g, k) : 0u;
+                pending_doubts[g] &= ~bit;
             }
-            open |= chunk_doubts[g];
+            open |= pending_doubts[g];
         }
-        push_doubt(triangle_name(leaf, read_lane(triangle, i)), vectors);
+        push_doubt(read_lane(pending_names, i), vectors);
         open = cluster_or(open);
         has_room = has_room_for_doubts();
         ++steps;
     } while (open != 0u && has_room);
     [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) open |= open >> (k * kLanes);
-    [[unroll]] for (uint g = 0u; g < kGroups; ++g) chunk_doubts[g] = 0u;
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) pending_doubts[g] = 0u;
     return open & ((1u << kLanes) - 1u);
 }
 

@@ -162,7 +162,7 @@ struct Setup {
 /// vertex is off by `error` (x - X z for |X| + |Y| <= 32 rounds by 2^-18 Z), so that an edge
 /// function moves by at most 4 error (reach + error), twice the first-order term. Its own roundings
 /// are at most frame.rounding s Z + 2^-20 s^2.
-Setup set_up_triangle(Corners t) {
+Setup set_up_triangle(Corners t, float leaf_error) {
     float z_size = most(abs(t.z));
     float rz = t.z.x > 0.0f ? 1.0f / t.z.x : 0.0f;
     vec2 middle = clamp(vec2(t.x.x, t.y.x) * rz, frame.lower, frame.upper);
@@ -210,33 +210,46 @@ Setup set_up_triangle(Corners t) {
     return setup;
 }
 
-/// Of a leaf's triangles, given as bits, the first kLanes, one a lane.
-struct Chunk {
-    uint triangle;  // its slot in the leaf
-    uint groups;  // none: no triangle
-    Setup setup;
-};
+/// A triangle by its leaf and its slot there, as packets keep it.
+uint triangle_name(uint leaf, uint i) { return leaf * 16u + i; }
+const uint kNoTriangle = 0xFFFFFFFFu;
 
-Chunk set_up_chunk(uint alive) {
+/// Triangles that wait to be traced, one on each of the first lanes: its name, the groups that it may
+/// concern (none: it was traced), its corners and their error.
+uint pending_count;
+uint pending_names;
+uint pending_groups;
+Corners pending_corners;
+float pending_error;
+/// How many are worth tracing while there are more leaves.
+const uint kEnough = kLanes / 2u + 1u;
+
+/// Adds as many of the leaf's triangles, given as bits, as there are lanes for. Returns the rest.
+uint append_triangles(uint leaf, uint alive) {
     uint rest = alive;
     [[unroll]] for (uint k = 0u; k < kLanes - 1u; ++k) {
-        rest = lane > k ? rest & (rest - 1u) : rest;
+        rest = lane > k + pending_count ? rest & (rest - 1u) : rest;
     }
-    Chunk chunk;
-    chunk.triangle = uint(findLSB(rest)) & 15u;
-    uint from = chunk.triangle & (kLanes - 1u);
+    bool is_new = lane >= pending_count && rest != 0u;
+    uint triangle = uint(findLSB(rest)) & 15u;
+    uint from = triangle & (kLanes - 1u);
     uint words = read_lane(corner_words[0], from);
     uint groups = read_lane(triangle_groups[0], from);
     [[unroll]] for (uint h = 1u; h < kSlots; ++h) {
         uint other = read_lane(corner_words[h], from);
         uint other_groups = read_lane(triangle_groups[h], from);
-        words = chunk.triangle / kLanes == h ? other : words;
-        groups = chunk.triangle / kLanes == h ? other_groups : groups;
+        words = triangle / kLanes == h ? other : words;
+        groups = triangle / kLanes == h ? other_groups : groups;
     }
-    chunk.groups = rest != 0u ? groups : 0u;
-    chunk.setup = set_up_triangle(projected_triangle(words));
-    chunk.setup.win_error = rest != 0u ? chunk.setup.win_error : kDone;
-    return chunk;
+    Corners t = projected_triangle(words);
+    pending_corners.x = is_new ? t.x : pending_corners.x;
+    pending_corners.y = is_new ? t.y : pending_corners.y;
+    pending_corners.z = is_new ? t.z : pending_corners.z;
+    pending_error = is_new ? leaf_error : pending_error;
+    pending_groups = is_new ? groups : pending_groups;
+    pending_names = is_new ? triangle_name(leaf, triangle) : pending_names;
+    pending_count = cluster_max(is_new ? lane + 1u : pending_count);
+    return alive & ~cluster_or(is_new ? 1u << triangle : 0u);
 }
 
 /// The set-up of lane `from`, on all lanes.
@@ -245,10 +258,6 @@ Setup read_setup(Setup own, uint from) {
                  read_lane(own.q, from), read_lane(own.bound, from), read_lane(own.q_error, from),
                  read_lane(own.win_error, from));
 }
-
-/// A triangle by its leaf and its slot there, as packets keep it.
-uint triangle_name(uint leaf, uint i) { return leaf * 16u + i; }
-const uint kNoTriangle = 0xFFFFFFFFu;
 
 vec3 leaf_vertex(uint leaf_at, uint slot) {
     return uintBitsToFloat(texelFetch(leaves, int(leaf_at + slot)).xyz);

@@ -7,13 +7,13 @@
 
 const uint kAllTriangles = 0xFFFFu;
 
-/// A triangle against the rays of a group. `bit` is the triangle's in chunk_doubts, 0: no triangle.
+/// A triangle against the rays of a group. `bit` is the triangle's in pending_doubts, 0: no triangle.
 void trace_triangle(uint group, Setup s, uint name, uint bit);
 /// The least 1/z that matters to some ray.
 float least_q();
 
-/// What a traversal has still to do: a node or leaf, kEmptyChild at the end; of a leaf only some
-/// triangles.
+/// What a traversal has still to do besides the pending triangles: a node or leaf, kEmptyChild if
+/// there is none; of a leaf only some triangles.
 struct Traversal {
     uint current;
     uint triangles;
@@ -21,14 +21,19 @@ struct Traversal {
     uint most_steps;
 };
 
-/// The triangles of a chunk that concern a group. A loop for each group, since it is all that some
+/// kEmptyChild has kLeafBit set.
+bool is_leaf(uint child) { return (child & kLeafBit) != 0u && child != kEmptyChild; }
+
+bool is_finished(Traversal t) { return t.current == kEmptyChild && pending_count == 0u; }
+
+/// The pending triangles that concern a group. A loop for each group, since it is all that some
 /// devices jump over.
-void trace_group(uint group, uint leaf, Chunk chunk, inout uint steps) {
-    uint left = cluster_or((chunk.groups >> group & 1u) << lane);
+void trace_group(uint group, Setup setup, inout uint steps) {
+    uint left = cluster_or((pending_groups >> group & 1u) << lane);
     do {
         uint i = uint(findLSB(left)) & (kLanes - 1u);
-        uint name = triangle_name(leaf, read_lane(chunk.triangle, i));
-        trace_triangle(group, read_setup(chunk.setup, i), name, left & (0u - left));
+        trace_triangle(group, read_setup(setup, i), read_lane(pending_names, i),
+                       left & (0u - left));
         left &= left - 1u;
         ++steps;
     } while (left != 0u);
@@ -38,7 +43,6 @@ void trace_group(uint group, uint leaf, Chunk chunk, inout uint steps) {
 void traverse(inout Traversal t) {
     bool has_room = true;
     do {
-        // kEmptyChild has kLeafBit set.
         do {
             if ((t.current & kLeafBit) == 0u) {
                 visit_node(t.current);
@@ -46,42 +50,36 @@ void traverse(inout Traversal t) {
             }
         } while ((t.current & kLeafBit) == 0u && level <= kMaxDepth);
         do {
-            uint leaf = 0u;
-            uint alive = 0u;
+            uint rest = 0u;
             do {
-                bool is_leaf = t.current != kEmptyChild;
-                leaf = is_leaf ? t.current & ~kLeafBit : 0u;
-                alive = cull_leaf(leaf, PACKET_ON_GRID) & t.triangles;
-                alive = is_leaf ? alive : 0u;
-                t.triangles = kAllTriangles;
-                if (alive == 0u && is_leaf) t.current = take_child(t.steps);
-                ++t.steps;
-            } while (alive == 0u && (t.current & kLeafBit) != 0u && t.current != kEmptyChild);
-            bool is_visited = alive != 0u;
-            do {
-                Chunk chunk = set_up_chunk(alive);
-                t.steps += 2u;
-                trace_group(0u, leaf, chunk, t.steps);
-                trace_group(1u, leaf, chunk, t.steps);
-                trace_group(2u, leaf, chunk, t.steps);
-                trace_group(3u, leaf, chunk, t.steps);
-                if (kGroups > 4u) {
-                    trace_group(4u, leaf, chunk, t.steps);
-                    trace_group(5u, leaf, chunk, t.steps);
-                    trace_group(6u, leaf, chunk, t.steps);
-                    trace_group(7u, leaf, chunk, t.steps);
+                // Always so in the first round of most, but see cluster.glsl.
+                if (is_leaf(t.current) && pending_count < kEnough && rest == 0u) {
+                    uint leaf = t.current & ~kLeafBit;
+                    rest = append_triangles(leaf, cull_leaf(leaf, PACKET_ON_GRID) & t.triangles);
+                    t.triangles = rest != 0u ? rest : kAllTriangles;
+                    if (rest == 0u) t.current = take_child(t.steps);
                 }
-                uint open = queue_doubts(leaf, chunk.triangle, t.steps);
-                has_room = has_room_for_doubts();
-                bool is_done = chunk.groups != 0u && (open >> lane & 1u) == 0u;
-                alive &= ~cluster_or(is_done ? 1u << chunk.triangle : 0u);
-            } while (alive != 0u && has_room);
-            if (is_visited && alive == 0u) {
-                packet_q = least_q();
-                t.current = take_child(t.steps);
+                ++t.steps;
+            } while (is_leaf(t.current) && pending_count < kEnough && rest == 0u);
+            Setup setup = set_up_triangle(pending_corners, pending_error);
+            setup.win_error = pending_groups != 0u ? setup.win_error : kDone;
+            t.steps += 2u;
+            trace_group(0u, setup, t.steps);
+            trace_group(1u, setup, t.steps);
+            trace_group(2u, setup, t.steps);
+            trace_group(3u, setup, t.steps);
+            if (kGroups > 4u) {
+                trace_group(4u, setup, t.steps);
+                trace_group(5u, setup, t.steps);
+                trace_group(6u, setup, t.steps);
+                trace_group(7u, setup, t.steps);
             }
-            t.triangles = alive != 0u ? alive : kAllTriangles;
-        } while ((t.current & kLeafBit) != 0u && t.current != kEmptyChild && has_room &&
+            uint open = queue_doubts(t.steps);
+            has_room = has_room_for_doubts();
+            pending_groups = (open >> lane & 1u) != 0u ? pending_groups : 0u;
+            pending_count = open == 0u ? 0u : pending_count;
+            packet_q = least_q();
+        } while ((is_leaf(t.current) || pending_count != 0u) && has_room &&
                  t.steps < t.most_steps);
     } while (t.current != kEmptyChild && has_room && t.steps < t.most_steps && level <= kMaxDepth);
 }

@@ -119,7 +119,7 @@ void begin_rays() {
     }
     best_error = 0.0f;
     unfinished = 0u;
-    clear_doubts();
+    clear_pending();
 }
 
 void trace_triangle(uint group, Setup s, uint name, uint bit) {
@@ -144,7 +144,7 @@ void trace_triangle(uint group, Setup s, uint name, uint bit) {
         float nearer = q - best_q[v];
         bool sure = least > bound && nearer > win_error;
         bool possible = least >= -bound && nearer >= -error;
-        chunk_doubts[group] |= possible && !sure ? bit << (k * kLanes) : 0u;
+        pending_doubts[group] |= possible && !sure ? bit << (k * kLanes) : 0u;
         best_q[v] = sure ? q : best_q[v];
         winners[v] = sure ? name : winners[v];
     }
@@ -298,14 +298,14 @@ void main() {
             // What is counted nowhere else: each loop that the round runs once.
             t.steps += kRoundSteps;
             traverse(t);
-            bool is_finished = t.current == kEmptyChild;
-            if (is_finished) finish_winners(are_begun);
-            write_misses(is_finished || are_begun ? 0u : kAllVectors, kNoPrim);
+            bool ends = is_finished(t);
+            if (ends) finish_winners(are_begun);
+            write_misses(ends || are_begun ? 0u : kAllVectors, kNoPrim);
             are_begun = true;
             settle_doubts(t.steps);
             is_complete = t.steps < kSteps && level <= kMaxDepth;
-        } while (t.current != kEmptyChild && is_complete);
-        is_complete = is_complete && t.current == kEmptyChild;
+        } while (!is_finished(t) && is_complete);
+        is_complete = is_complete && is_finished(t);
     } while (packet < end && is_complete);
     if (is_complete) return;
     atomicOr(work.header.status, kStatusUnfinished);

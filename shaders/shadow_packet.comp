@@ -273,7 +273,7 @@ void trace_triangle(uint group, Setup s, uint name, uint bit) {
         bool is_sure = is_possible && inside > bound && before_end > error;
         bool is_doubtful = is_possible && !is_sure;
         bool is_first = doubts[v] == kNoTriangle;
-        chunk_doubts[group] |= is_doubtful && !is_first ? bit << (k * kLanes) : 0u;
+        pending_doubts[group] |= is_doubtful && !is_first ? bit << (k * kLanes) : 0u;
         doubts[v] = is_doubtful && is_first ? name : doubts[v];
         q_end[v] = is_sure ? kDone : q_end[v];
     }
@@ -400,15 +400,15 @@ void main() {
             t.most_steps = min(t.steps + kMostSteps, kSteps);
             t.current = cluster_or(traced) != 0u ? 0u : kEmptyChild;
             t.triangles = kAllTriangles;
-            clear_doubts();
+            clear_pending();
             do {
                 t.steps += kRoundSteps;
                 traverse(t);
                 uint unsure = 0u;
-                if (t.current == kEmptyChild) unsure = settle_first_doubts();
+                if (is_finished(t)) unsure = settle_first_doubts();
                 settle_doubts(unsure, t);
-            } while (t.current != kEmptyChild && t.steps < t.most_steps && level <= kMaxDepth);
-            bool is_complete = t.current == kEmptyChild && t.steps < t.most_steps;
+            } while (!is_finished(t) && t.steps < t.most_steps && level <= kMaxDepth);
+            bool is_complete = is_finished(t) && t.steps < t.most_steps;
             if (!is_complete) left_out |= traced & ~shadowed;
         } while (cluster_or(waiting) != 0u && round < kMaxRounds);
         write_answers();
