@@ -66,7 +66,7 @@ public:
         std::uint32_t alive = set_up(leaf, setup);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
-        if constexpr (kOnGrid) to_grid(setup.rectangles, frame_.grid_margin, setup.ranges);
+        if constexpr (kOnGrid) to_grid(setup.rectangles, 0, setup.ranges);
         return alive;
     }
 
@@ -208,10 +208,8 @@ private:
                     hn::Gt(hn::Add(z_most, z_error), zero));
         if constexpr (kOnGrid) {
             // Most small triangles cover no pixel's middle, x = k + 0.5 for whole k, at all.
-            const VF above = splat(0.5f + frame_.grid_margin);
-            const VF below = splat(0.5f - frame_.grid_margin);
             const auto covers = [&](VF low, VF high) {
-                return hn::Le(hn::Ceil(hn::Sub(low, above)), hn::Floor(hn::Sub(high, below)));
+                return hn::Le(hn::Ceil(hn::Sub(low, half)), hn::Floor(hn::Sub(high, half)));
             };
             meets = hn::And(meets, hn::And(covers(lower_x, upper_x), covers(lower_y, upper_y)));
         }
@@ -228,12 +226,10 @@ private:
         const VF half_extent = hn::Mul(
             half, hn::Add(hn::Sub(cut_upper_x, cut_lower_x), hn::Sub(cut_upper_y, cut_lower_y)));
         const VF reach = hn::MulAdd(hn::Add(half_extent, splat(frame_.block_extent)), z_size, size);
-        const VF error =
-            hn::MulAdd(splat(0x1p-21f), reach,
-                       hn::MulAdd(splat(0x1p-16f + frame_.ray_error), z_size, splat(leaf_error)));
+        const VF error = hn::MulAdd(splat(0x1p-21f), reach,
+                                    hn::MulAdd(splat(0x1p-16f), z_size, splat(leaf_error)));
         const VF rounding =
             hn::Mul(splat(0x1p-21f), hn::Mul(reach, hn::MulAdd(splat(64.0f), z_size, reach)));
-        const VF bound = hn::MulAdd(hn::Mul(splat(4.0f), error), hn::Add(reach, error), rounding);
 
         VF a[3], b[3], c[3];
         const auto edge = [&](int k, int i, int j) {
@@ -244,14 +240,30 @@ private:
         edge(0, 1, 2);
         edge(1, 2, 0);
         edge(2, 0, 1);
-        const VF det = hn::MulAdd(px[0], a[0], hn::MulAdd(py[0], b[0], hn::Mul(z[0], c[0])));
+        VF slope = zero;
+        for (int k = 0; k < 3; ++k) slope = hn::Max(slope, hn::Add(hn::Abs(a[k]), hn::Abs(b[k])));
+        const VF ray_error = splat(1.01f * frame_.ray_error);
+        VF bound =
+            hn::MulAdd(ray_error, slope,
+                       hn::MulAdd(hn::Mul(splat(4.0f), error), hn::Add(reach, error), rounding));
+        VF det = hn::MulAdd(px[0], a[0], hn::MulAdd(py[0], b[0], hn::Mul(z[0], c[0])));
         const VF sign = hn::And(det, splat(-0.0f));
         const VF scale = hn::Div(splat(1.0f), hn::Max(hn::Abs(det), splat(1e-30f)));
         // What overflows (eyes and vertices very far away) leaves everything in doubt. All else
         // follows from the two, since reach bounds the vertices and 2^-21 reach^2 is a part of the
         // bound.
         const Mask sane = hn::And(hn::Lt(bound, splat(1e28f)), hn::Lt(hn::Abs(det), splat(1e34f)));
-        const VF signed_scale = hn::IfThenElseZero(sane, hn::Or(scale, sign));
+        VF signed_scale = hn::Or(scale, sign);
+        if (HWY_UNLIKELY(!hn::AllTrue(f, sane))) {
+            signed_scale = hn::IfThenElseZero(sane, signed_scale);
+            bound = hn::IfThenElse(sane, bound, splat(1e35f));
+            det = hn::IfThenElseZero(sane, det);
+            for (int k = 0; k < 3; ++k) {
+                a[k] = hn::IfThenElseZero(sane, a[k]);
+                b[k] = hn::IfThenElseZero(sane, b[k]);
+                c[k] = hn::IfThenElseZero(sane, c[k]);
+            }
+        }
         const VF depth_a = hn::Mul(hn::Add(hn::Add(a[0], a[1]), a[2]), signed_scale);
         const VF depth_b = hn::Mul(hn::Add(hn::Add(b[0], b[1]), b[2]), signed_scale);
         const VF in_middle = hn::Mul(hn::Add(hn::Add(c[0], c[1]), c[2]), signed_scale);
@@ -259,11 +271,8 @@ private:
         hn::Store(depth_b, f, setup.depth_b + l);
         hn::Store(hn::NegMulAdd(depth_a, middle_x, hn::NegMulAdd(depth_b, middle_y, in_middle)), f,
                   setup.depth_c + l);
-        hn::Store(hn::IfThenElse(sane, bound, splat(1e35f)), f, setup.bound + l);
+        hn::Store(bound, f, setup.bound + l);
         for (int k = 0; k < 3; ++k) {
-            a[k] = hn::IfThenElseZero(sane, a[k]);
-            b[k] = hn::IfThenElseZero(sane, b[k]);
-            c[k] = hn::IfThenElseZero(sane, c[k]);
             const VF ak = hn::Xor(a[k], sign);
             const VF bk = hn::Xor(b[k], sign);
             const VF ck = hn::Xor(c[k], sign);
@@ -282,15 +291,15 @@ private:
         const VF relative_size = hn::Mul(splat(0x1p-20f), hn::Mul(size, scale));
         const VF det_error = hn::Mul(relative_size, hn::Mul(size, z_size));
         const VF sum_error = hn::Mul(relative_size, hn::MulAdd(z_size, half_extent, size));
-        const Mask uncertain = hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))),
-                                      hn::IfThenElseZero(sane, hn::Abs(det)));
+        const Mask uncertain =
+            hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))), hn::Abs(det));
         RuleDepth rule = {hn::Zero(f), splat(frame_.depth_error), splat(frame_.depth_error)};
         if (frame_.axis != kMixedAxes) {
             const VF lateral = lateral_sum(px, py, half_extent, hn::Sub(z_most, z_least));
             const VF range = depth_range(x, y, z, size, z_size, extent);
             narrow(rule, in_front, lateral, range, scale, z_least, z_most);
         }
-        const VF c0 = hn::MulAdd(splat(0x1p-15f), gradient, sum_error);
+        const VF c0 = hn::MulAdd(splat(0x1p-15f + 1.01f * frame_.ray_error), gradient, sum_error);
         const VF c1 = hn::Add(hn::Add(splat(0x1p-19f), rule.by_q), hn::Add(steep, det_error));
         hn::Store(hn::IfThenElse(uncertain, splat(1e35f), c0), f, setup.c0 + l);
         hn::Store(hn::IfThenZeroElse(uncertain, c1), f, setup.c1 + l);
