@@ -49,8 +49,8 @@ uint pop_doubt(bool is_wanted, out uint name) {
     return v;
 }
 
-/// Puts the doubts about pending triangles into the queue, as far as there is room. The triangles of
-/// which some are left, as bits of lanes.
+/// Puts the doubts about pending triangles into the queue, as far as there is room. The triangles
+/// of which some are left, as bits of lanes.
 uint queue_doubts(inout uint steps) {
     uint open = 0u;
     bool has_room = has_room_for_doubts();

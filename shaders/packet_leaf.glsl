@@ -214,8 +214,8 @@ Setup set_up_triangle(Corners t, float leaf_error) {
 uint triangle_name(uint leaf, uint i) { return leaf * 16u + i; }
 const uint kNoTriangle = 0xFFFFFFFFu;
 
-/// Triangles that wait to be traced, one on each of the first lanes: its name, the groups that it may
-/// concern (none: it was traced), its corners and their error.
+/// Triangles that wait to be traced, one on each of the first lanes: its name, the groups that it
+/// may concern (none: it was traced), its corners and their error.
 uint pending_count;
 uint pending_names;
 uint pending_groups;

@@ -7,7 +7,8 @@
 
 const uint kAllTriangles = 0xFFFFu;
 
-/// A triangle against the rays of a group. `bit` is the triangle's in pending_doubts, 0: no triangle.
+/// A triangle against the rays of a group. `bit` is the triangle's in pending_doubts; 0: there is
+/// none.
 void trace_triangle(uint group, Setup s, uint name, uint bit);
 /// The least 1/z that matters to some ray.
 float least_q();
@@ -48,6 +49,7 @@ void traverse(inout Traversal t) {
                 visit_node(t.current);
                 t.current = take_child(t.steps);
             }
+            ++t.steps;
         } while ((t.current & kLeafBit) == 0u && level <= kMaxDepth);
         do {
             uint rest = 0u;

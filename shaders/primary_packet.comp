@@ -98,9 +98,9 @@ void set_frame() {
     frame.lower = -extent;
     frame.upper = extent;
     frame.depth_error = box_dilation(frame.org) * max(frame.row_size.z, 1.0f);
-    // 2^-14: coefficients up to 2 s Z with 3 roundings each, times distances up to 16, at the ray and
-    // at the point where the edge functions are taken (192 * 2^-24); products of them and sums (96
-    // and 128); two steps from vector to vector (128).
+    // 2^-14: coefficients up to 2 s Z with 3 roundings each, times distances up to 16, at the ray
+    // and at the point where the edge functions are taken (192 * 2^-24); products of them and sums
+    // (96 and 128); two steps from vector to vector (128).
     frame.rounding = 6.103515625e-05f;
 }
 
