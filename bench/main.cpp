@@ -26,7 +26,7 @@ SceneWorks make_works(const BenchScene& scene, const BenchOptions& options) {
     SceneWorks works{make_primary_work(scene.params), {}, {}};
     const bool shadow =
         options.wants("shadow") || options.wants("packet") || options.wants("vulkan");
-    const bool ao = options.wants("ao") || options.wants("packet");
+    const bool ao = options.wants("ao") || options.wants("packet") || options.wants("vulkan");
     if (!shadow && !ao) return works;
     const std::vector<Hit> hits = reference_hits(scene.bvh, works.primary);
     const auto secondary = [&](std::uint32_t rays) {
@@ -48,7 +48,7 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
         }
     }
     if (options.wants("vulkan")) {
-        const TraceWork* const traced[] = {&works.primary, &*works.shadow};
+        const TraceWork* const traced[] = {&works.primary, &*works.shadow, &*works.ao};
         bench_vulkan(rig, scene, traced);
     }
     if (options.wants("refit")) bench_refit(rig, scene, works.primary);

@@ -36,6 +36,32 @@ TraceAnswers answers_of(const TraceWork& work, const Frame& frame) {
     return answers;
 }
 
+/// Differences in how many of a pixel's ambient-occlusion rays are occluded, which is all that a
+/// picture tells.
+Mismatches compare_occlusion(const TraceWork& work, const Frame& frame,
+                             const TraceAnswers& answers) {
+    Mismatches mismatches;
+    for (const TileRays& rays : work.tiles) {
+        std::size_t i = rays.begin;
+        for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
+            const std::size_t pixel = std::size_t{y} * work.params.width + x;
+            if (frame.hits[pixel].prim_id == kNoPrim) return;
+            std::uint32_t occluded = 0;
+            for (std::uint32_t k = 0; k < work.params.ao_count; ++k, ++i) {
+                occluded += answers.occluded[i];
+            }
+            const std::uint32_t mine = frame.occlusion[pixel];
+            mismatches.hit += std::max(mine, occluded) - std::min(mine, occluded);
+        });
+    }
+    return mismatches;
+}
+
+Mismatches compare_frame(const TraceWork& work, const Frame& frame, const TraceAnswers& answers) {
+    if (work.params.rays == kRaysAo) return compare_occlusion(work, frame, answers);
+    return compare_answers(work, answers_of(work, frame), answers);
+}
+
 EmbreeWay single_ray_way(std::uint32_t rays) {
     const std::vector<EmbreeWay> ways = embree_ways(rays);
     return *std::find_if(ways.begin(), ways.end(), [](const EmbreeWay& way) {
@@ -76,14 +102,13 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
     if (reference.in_picture_order && !work.any_hit()) {
         to_ray_order(work, reference_answers.hits);
     }
-    const TraceAnswers mine = answers_of(work, frame);
     const TraceAnswers theirs = embree->answers();
     for (std::size_t peer = 1; peer < std::size(contenders); ++peer) {
         Row row = row_of(rig, scene, work, theirs);
         row.tracer = "packets";
         row.target = "vulkan";
         row.peer = contenders[peer].name;
-        row.mismatches = compare_answers(work, mine, peer == 1 ? reference_answers : theirs);
+        row.mismatches = compare_frame(work, frame, peer == 1 ? reference_answers : theirs);
         set_times(row, clock.without_warm_up(), samples[peer], Unit::kMrayPerSecond,
                   work.active_count);
         rig.report(row);

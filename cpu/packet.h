@@ -35,6 +35,8 @@ struct alignas(64) WonLeaf {
     float corner[3][3][kLeafTriangles];
     float prim_id[kLeafTriangles];  // bits
     const Leaf* leaf;
+
+    WonLeaf() {}  // leaves all as it is: it is about to be filled
 };
 
 /// In place of a winner, which is the index of its leaf among the packet's won leaves times
@@ -75,6 +77,23 @@ struct alignas(64) GridMiddles {
 };
 inline constexpr GridMiddles kGridMiddles;
 
+/// The rays of a camera's blocks in the packet's plane: x of those in a column of blocks, y of
+/// those in a row.
+struct alignas(64) GridRays {
+    float x[kBlocksPerSide][kBlockRays]{}, y[kBlocksPerSide][kBlockRays]{};
+
+    constexpr GridRays() {
+        constexpr float kFirst = 0.5f - 0.5f * kPacketSide;
+        for (std::uint32_t block = 0; block < kBlocksPerSide; ++block) {
+            for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
+                x[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray % kBlockSide);
+                y[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray / kBlockSide);
+            }
+        }
+    }
+};
+inline constexpr GridRays kGridRays;
+
 /// In place of the axis: rays of one packet have their largest direction components on several.
 inline constexpr std::uint32_t kMixedAxes = 3;
 
@@ -87,9 +106,10 @@ struct PacketFrame {
     float rows_f[3][3];
     /// Sums of the magnitudes of a row.
     float row_size[3];
-    /// How far x, y of a ray may be from those of its exact direction.
+    /// How far x, y of a ray, those of its pixel's middle if it is a camera's, may be from those of
+    /// its exact direction.
     float ray_error;
-    /// How far the rays of a camera may be from the exact middles of their pixels.
+    /// That of a camera, twice, with what is left for the rounding of sums.
     float grid_margin;
     /// The largest extent of a block in x and y together.
     float block_extent;
@@ -114,11 +134,20 @@ struct PacketFrame {
 inline constexpr float kDone = std::numeric_limits<float>::infinity();
 inline constexpr float kAnyDepth = 3e38f;
 
+/// What makes camera rays: corner + du x + dv y for the pixel (first_x, first_y) of a packet and
+/// those after it. Axes may be rotated.
+struct CameraRays {
+    float corner[3], du[3], dv[3];
+    float first_x, first_y;
+};
+
 struct alignas(64) Packet {
     PacketFrame frame;
-    /// Directions as the hit rule takes them, and tfar (of any hits; closest ones have no end).
+    /// Camera rays are made where they are needed.
+    CameraRays camera;
+    /// Of other rays: directions as the hit rule takes them, tfar, and where they go through the
+    /// plane.
     alignas(64) float dir[3][kPacketRays], tfar[kPacketRays];
-    /// Where the rays go through the plane.
     float x[kPacketRays], y[kPacketRays];
     /// 1/z of the best hit so far lies in [q_lower, q_upper]; a ray that wants no more has kDone in
     /// both.

@@ -14,6 +14,7 @@
 #include <cstring>
 
 #include "cpu/packet.h"
+#include "cpu/packet_maker-inl.h"
 #include "cpu/packet_rule-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
@@ -52,29 +53,51 @@ private:
     VW slots_;
 };
 
-/// The winners of consecutive rays. lanes: the rays that have one, at least one. Neighbours have
-/// winners of the same leaves, so these are taken in turn: faster than gathers.
-HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t* indices,
-                                      std::uint32_t lanes) {
+/// Of as many consecutive rays as there are lanes: those that have a winner, as bits; the leaf of
+/// the first one's; and those whose winners are of other leaves.
+struct Winners {
+    std::uint32_t rays = 0;
+    std::uint32_t leaf = 0;
+    std::uint32_t others = 0;
+};
+
+HWY_INLINE std::uint32_t winners_of(VW winners, std::uint32_t leaf) {
+    const auto own = hn::Eq(hn::ShiftRight<4>(winners), hn::Set(Words(), leaf));
+    return mask_bits(hn::RebindMask(Floats(), own));
+}
+
+HWY_INLINE Winners find_winners(const std::uint32_t* indices) {
     const Floats f;
+    const hn::RebindToSigned<Floats> ints;
+    const VW winners = hn::Load(Words(), indices);
+    Winners found;
+    // Only kNoWinner has its sign bit set.
+    const auto none = hn::Lt(hn::BitCast(ints, winners), hn::Zero(ints));
+    found.rays = mask_bits(hn::Not(hn::RebindMask(f, none)));
+    if (found.rays == 0) return found;
+    found.leaf = indices[__builtin_ctz(found.rays)] / kLeafTriangles;
+    found.others = found.rays & ~winners_of(winners, found.leaf);
+    return found;
+}
+
+/// The winners of rays that have some. Neighbours have winners of the same leaves, so these are
+/// taken in turn: faster than gathers. Rays without a winner get some triangle as well.
+HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t* indices,
+                                      const Winners& found) {
     const Words words;
     const VW winners = hn::Load(words, indices);
-    const VW leaves = hn::ShiftRight<4>(winners);
     const SlotLookup slots(hn::And(winners, hn::Set(words, 15u)));
     WinnerLanes out;
-    std::uint32_t leaf = indices[__builtin_ctz(lanes)] / kLeafTriangles;
-    const WonLeaf* won = &packet.won_leaves[leaf];
-    // Lanes without a winner get some triangle as well.
+    const WonLeaf* won = &packet.won_leaves[found.leaf];
     for (int k = 0; k < 3; ++k) {
         for (int axis = 0; axis < 3; ++axis) out.corners[k][axis] = slots(won->corner[k][axis]);
     }
     out.prim_ids = hn::BitCast(words, slots(won->prim_id));
-    for (;;) {
-        lanes &= ~mask_bits(hn::RebindMask(f, hn::Eq(leaves, hn::Set(words, leaf))));
-        if (lanes == 0) return out;
-        leaf = indices[__builtin_ctz(lanes)] / kLeafTriangles;
+    for (std::uint32_t others = found.others; others != 0;) {
+        const std::uint32_t leaf = indices[__builtin_ctz(others)] / kLeafTriangles;
         won = &packet.won_leaves[leaf];
-        const Mask own = hn::RebindMask(f, hn::Eq(leaves, hn::Set(words, leaf)));
+        const std::uint32_t lanes = winners_of(winners, leaf);
+        const Mask own = mask_of(lanes);
         for (int k = 0; k < 3; ++k) {
             for (int axis = 0; axis < 3; ++axis) {
                 out.corners[k][axis] =
@@ -83,7 +106,9 @@ HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t*
         }
         out.prim_ids = hn::IfThenElse(hn::RebindMask(words, own),
                                       hn::BitCast(words, slots(won->prim_id)), out.prim_ids);
+        others &= ~lanes;
     }
+    return out;
 }
 
 /// Hits as vectors.
@@ -102,42 +127,92 @@ class PacketFinish {
 public:
     /// rows: the packet's square, row by row.
     PacketFinish(const Packet& packet, Hit* rows, std::size_t stride)
-        : packet_(packet), rows_(rows), stride_(stride) {
-        const std::uint32_t z = packet.frame.axis;
-        if (z == kMixedAxes) return;
-        for (std::uint32_t k = 0; k < 3; ++k) dir_[k] = packet.dir[(z + 1 + k) % 3];
+        : packet_(packet), rows_(rows), stride_(stride), camera_(packet.camera) {
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const std::uint32_t axis = (packet.frame.axis + 1 + k) % 3;
+            camera_.corner[k] = packet.camera.corner[axis];
+            camera_.du[k] = packet.camera.du[axis];
+            camera_.dv[k] = packet.camera.dv[axis];
+        }
     }
 
     void run() {
-        for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
-            Hit* const corner = place(block);
-            for (std::size_t l = 0; l < kBlockRays; l += kLanes)
-                finish(block * kBlockRays + l, corner + l / kBlockSide * stride_ + l % kBlockSide);
+        point_columns();
+        Winners winners = find_winners(packet_.winner);
+        for (std::size_t first = 0; first < kPacketRays; first += kLanes) {
+            if (first % kRowRays == 0) point_row(first / kRowRays);
+            // The winners of the next rays are looked for before these are finished: masks take
+            // long to get to where branches and addresses wait for them.
+            const Winners next = find_winners(packet_.winner + (first + kLanes) % kPacketRays);
+            finish(first, winners);
+            winners = next;
         }
         if (HWY_UNLIKELY(left_count_ != 0)) finish_left();
     }
 
 private:
     static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
+    static constexpr std::size_t kRowRays = kBlocksPerSide * kBlockRays;
     static constexpr std::size_t kPart = std::min<std::size_t>(kLanes, kBlockSide);
 
-    Hit* place(std::uint32_t block) const {
-        return rows_ + block / kBlocksPerSide * kBlockSide * stride_ +
-               block % kBlocksPerSide * kBlockSide;
+    Hit* place(std::size_t ray) const {
+        const std::size_t block = ray / kBlockRays;
+        const std::size_t y = block / kBlocksPerSide * kBlockSide + ray % kBlockRays / kBlockSide;
+        const std::size_t x = block % kBlocksPerSide * kBlockSide + ray % kBlockSide;
+        return rows_ + y * stride_ + x;
+    }
+
+    /// corner + du x of each column's rays.
+    void point_columns() {
+        const Floats f;
+        for (std::uint32_t column = 0; column < kBlocksPerSide; ++column) {
+            for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+                const VF x = pixel(kGridRays.x[column] + l, packet_.camera.first_x);
+                for (int k = 0; k < 3; ++k) {
+                    const VF part = hn::Mul(splat(camera_.du[k]), x);
+                    hn::Store(hn::Add(splat(camera_.corner[k]), part), f,
+                              columns_[k] + column * kBlockRays + l);
+                }
+            }
+        }
+    }
+
+    /// The directions of a row of blocks: camera_direction() and canonical_direction(), in their
+    /// operations; the last component is the largest.
+    HWY_INLINE void point_row(std::size_t row) {
+        const Floats f;
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+            const VF y = pixel(kGridRays.y[row] + l, packet_.camera.first_y);
+            VF part[3];
+            for (int k = 0; k < 3; ++k) part[k] = hn::Mul(splat(camera_.dv[k]), y);
+            for (std::size_t r = l; r < kRowRays; r += kBlockRays) {
+                VF d[3];
+                for (int k = 0; k < 3; ++k) d[k] = hn::Add(hn::Load(f, columns_[k] + r), part[k]);
+                const VF scale = scale_to_unit(hn::Abs(d[2]));
+                hn::Store(snap_direction(hn::Mul(d[0], scale)), f, dir_[0] + r);
+                hn::Store(snap_direction(hn::Mul(d[1], scale)), f, dir_[1] + r);
+                hn::Store(hn::Mul(d[2], scale), f, dir_[2] + r);
+            }
+        }
+    }
+
+    static HWY_INLINE VF pixel(const float* offsets, float first) {
+        // From the middle of the packet to its first pixel's, and to the pixel's own.
+        constexpr float kMiddle = 0.5f * kPacketSide - 0.5f;
+        return hn::Add(hn::Add(hn::Load(Floats(), offsets), splat(first + kMiddle)), splat(0.5f));
     }
 
     /// The hits of as many consecutive rays as there are lanes, from `first` on.
-    HWY_INLINE void finish(std::size_t first, Hit* out) {
+    HWY_INLINE void finish(std::size_t first, const Winners& winners) {
         const Floats f;
-        const Words words;
-        const VW winners = hn::Load(words, packet_.winner + first);
-        std::uint32_t left =
-            mask_bits(hn::RebindMask(f, hn::Ne(winners, hn::Set(words, kNoWinner))));
-        const HitLanes lanes =
-            left != 0 && HWY_LIKELY(dir_[0] != nullptr) ? finish_fast(first, left) : no_hits();
+        std::uint32_t left = winners.rays;
+        const HitLanes lanes = left != 0 && HWY_LIKELY(packet_.frame.axis != kMixedAxes)
+                                   ? finish_fast(first, winners, left)
+                                   : no_hits();
         alignas(64) Hit hits[kLanes];
         hn::StoreInterleaved4(lanes.t, lanes.u, lanes.v, hn::BitCast(f, lanes.prim_ids), f,
                               &hits->t);
+        Hit* const out = place(first);
         for (std::size_t l = 0; l < kLanes; l += kPart)
             std::memcpy(out + l / kBlockSide * stride_, hits + l, kPart * sizeof(Hit));
         for (; left != 0; left &= left - 1) {
@@ -147,21 +222,24 @@ private:
     }
 
     /// The hits of those of some rays from `first` on that the rule's plain path suffices for; the
-    /// others get none and stay in `lanes`.
-    HWY_INLINE HitLanes finish_fast(std::size_t first, std::uint32_t& lanes) const {
+    /// others get none and stay in `left`.
+    HWY_INLINE HitLanes finish_fast(std::size_t first, const Winners& found,
+                                    std::uint32_t& left) const {
         const Floats f;
-        const Words words;
-        const WinnerLanes winners = spread_winners(packet_, packet_.winner + first, lanes);
-        const VF dir[3] = {hn::Load(f, dir_[0] + first), hn::Load(f, dir_[1] + first),
-                           hn::Load(f, dir_[2] + first)};
+        const WinnerLanes winners = spread_winners(packet_, packet_.winner + first, found);
+        const std::size_t in_row = first % kRowRays;
+        const VF dir[3] = {hn::Load(f, dir_[0] + in_row), hn::Load(f, dir_[1] + in_row),
+                           hn::Load(f, dir_[2] + in_row)};
         const VF slack = splat(0.25f * packet_.frame.depth_error);
         VF t, u, v;
         const Mask sufficed = hit_fast(dir, slack, winners.corners, t, u, v);
-        const Mask done = hn::And(sufficed, mask_of(lanes));
-        lanes &= ~mask_bits(done);
-        return {
-            hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u), hn::IfThenElseZero(done, v),
-            hn::IfThenElse(hn::RebindMask(words, done), winners.prim_ids, hn::Set(words, kNoPrim))};
+        const Mask done = hn::And(sufficed, mask_of(left));
+        left &= ~mask_bits(done);
+        // Not a constant of all ones, which compilers make from a register's old contents: then
+        // each ray would wait for the last.
+        const VW not_done = hn::BitCast(Words(), hn::VecFromMask(f, hn::Not(done)));
+        return {hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u),
+                hn::IfThenElseZero(done, v), hn::Or(winners.prim_ids, not_done)};
     }
 
     /// The hits that are left, by the whole rule.
@@ -169,37 +247,32 @@ private:
         const Floats f;
         for (std::size_t i = 0; i < left_count_; i += kLanes) {
             const std::size_t count = std::min(kLanes, left_count_ - i);
-            alignas(64) float dir[3][kLanes] = {};
+            alignas(64) std::uint32_t rays[kLanes] = {};
             alignas(64) std::uint32_t winners[kLanes] = {};
             for (std::size_t l = 0; l < count; ++l) {
-                const std::size_t r = left_[i + l];
-                for (int axis = 0; axis < 3; ++axis) dir[axis][l] = packet_.dir[axis][r];
-                winners[l] = packet_.winner[r];
+                rays[l] = left_[i + l];
+                winners[l] = packet_.winner[rays[l]];
             }
             const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
-            const TriangleLanes triangles = winning_triangles(packet_, winners, lanes, nullptr);
+            const TriangleLanes triangles = winning_triangles(packet_, winners, lanes);
+            VF dir[3];
+            directions_of(packet_.camera, hn::Load(Words(), rays), dir);
             RuleHits hit;
-            PacketRule(packet_.frame.org,
-                       {hn::Load(f, dir[0]), hn::Load(f, dir[1]), hn::Load(f, dir[2])})
-                .intersect(triangles, splat(kInfiniteT), lanes, hit);
+            PacketRule(packet_.frame.org, dir).intersect(triangles, splat(kInfiniteT), lanes, hit);
             Hit hits[kLanes];
             hn::StoreInterleaved4(hit.t, hit.u, hit.v, hn::BitCast(f, triangles.prim_ids), f,
                                   &hits->t);
-            for (std::size_t l = 0; l < count; ++l) {
-                const std::size_t r = left_[i + l];
-                const std::size_t in_block = r % kBlockRays;
-                place(static_cast<std::uint32_t>(
-                    r / kBlockRays))[in_block / kBlockSide * stride_ + in_block % kBlockSide] =
-                    hits[l];
-            }
+            for (std::size_t l = 0; l < count; ++l) *place(left_[i + l]) = hits[l];
         }
     }
 
     const Packet& packet_;
     Hit* rows_;
     std::size_t stride_;
-    /// Of the rays, rotated for the packet's axis; null where it has none.
-    const float* dir_[3] = {};
+    /// Rotated for the packet's axis, if it has one.
+    CameraRays camera_;
+    alignas(64) float columns_[3][kRowRays];
+    alignas(64) float dir_[3][kRowRays];  // of a row of blocks
     /// The rays that the plain path does not suffice for.
     std::uint16_t left_[kPacketRays];
     std::size_t left_count_ = 0;

@@ -78,19 +78,25 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
     bound_directions(frame, axis_x, axis_y, axis_z);
 }
 
+/// scale_to_unit() of vectors that are above 0.
+HWY_INLINE VF scale_to_unit(VF largest) {
+    const Words w;
+    const VW exponent = hn::And(hn::BitCast(w, largest), hn::Set(w, 0x7F800000u));
+    return hn::BitCast(Floats(), hn::Sub(hn::Set(w, 0x7F000000u), exponent));
+}
+
+/// A component of a direction that has been scaled, put on the grid as canonical_direction() does.
+HWY_INLINE VF snap_direction(VF x) {
+    const VF snapped = hn::Sub(hn::Add(x, splat(kDirectionSnap)), splat(kDirectionSnap));
+    return hn::IfThenElse(hn::Ge(hn::Abs(x), splat(kDirectionOnGrid)), x, snapped);
+}
+
 /// canonical_direction() of vectors, in the same operations.
 HWY_INLINE void canonical_directions(VF d[3]) {
-    const Floats f;
-    const Words w;
     const VF largest = hn::Max(hn::Max(hn::Abs(d[0]), hn::Abs(d[1])), hn::Abs(d[2]));
-    const VW exponent = hn::And(hn::BitCast(w, largest), hn::Set(w, 0x7F800000u));
-    VF scale = hn::BitCast(f, hn::Sub(hn::Set(w, 0x7F000000u), exponent));
-    scale = hn::IfThenElse(hn::Gt(largest, hn::Zero(f)), scale, splat(1.0f));
-    for (int axis = 0; axis < 3; ++axis) {
-        const VF x = hn::Mul(d[axis], scale);
-        const VF snapped = hn::Sub(hn::Add(x, splat(kDirectionSnap)), splat(kDirectionSnap));
-        d[axis] = hn::IfThenElse(hn::Ge(hn::Abs(x), splat(kDirectionOnGrid)), x, snapped);
-    }
+    const Mask some = hn::Gt(largest, hn::Zero(Floats()));
+    const VF scale = hn::IfThenElse(some, scale_to_unit(largest), splat(1.0f));
+    for (int axis = 0; axis < 3; ++axis) d[axis] = snap_direction(hn::Mul(d[axis], scale));
 }
 
 /// The frame of a camera's tile of at most 32 x 32 pixels, and the bounds of its blocks: all that a
@@ -98,32 +104,26 @@ HWY_INLINE void canonical_directions(VF d[3]) {
 void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& packet) {
     const Camera& camera = params.camera;
     double axis_x[3], axis_y[3], axis_z[3];
-    float largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
         axis_x[axis] = camera.du[axis];
         axis_y[axis] = camera.dv[axis];
         axis_z[axis] = camera.corner[axis] + axis_x[axis] * (tile.x0 + 0.5 * kPacketSide) +
                        axis_y[axis] * (tile.y0 + 0.5 * kPacketSide);
-        largest = std::max({largest, std::abs(camera.corner[axis]),
-                            std::abs(camera.du[axis]) * static_cast<float>(params.width),
-                            std::abs(camera.dv[axis]) * static_cast<float>(params.height)});
     }
     PacketFrame& frame = packet.frame;
     set_frame(frame, camera.org, axis_x, axis_y, axis_z);
-    float spread = 0;
-    for (int k = 0; k < 3; ++k) {
-        for (int axis = 0; axis < 3; ++axis) {
-            spread += std::abs(frame.rows_f[k][axis]) *
-                      (std::abs(camera.du[axis]) + std::abs(camera.dv[axis])) * 17;
-        }
+    // Two roundings of products and two of sums, 2^-24 each of what they may be as large as; twice
+    // that, for x / z. And 2^-45 of a direction that was put on its grid.
+    frame.ray_error = 0x1p-44f * (frame.row_size[0] + frame.row_size[1]);
+    for (int axis = 0; axis < 3; ++axis) {
+        const float size = 2 * std::abs(camera.corner[axis]) +
+                           3 * std::abs(camera.du[axis]) * static_cast<float>(params.width) +
+                           2 * std::abs(camera.dv[axis]) * static_cast<float>(params.height);
+        const float row =
+            std::max(std::abs(frame.rows_f[0][axis]), std::abs(frame.rows_f[1][axis]));
+        frame.ray_error += 0x1p-23f * (row + 17 * std::abs(frame.rows_f[2][axis])) * size;
     }
-    // 5 roundings of parts of `spread`, of x / z itself, and 2^-45 of a direction that was put on
-    // its grid.
-    frame.ray_error = 0x1p-21f * (spread + 32) + 0x1p-44f * (frame.row_size[0] + frame.row_size[1]);
-    // A direction is off its pixel's middle by 4 roundings of values up to `largest` an axis.
-    frame.grid_margin =
-        2 * frame.ray_error +
-        0x1p-21f * largest * (frame.row_size[0] + frame.row_size[1] + 17 * frame.row_size[2]);
+    frame.grid_margin = 2 * frame.ray_error + 0x1p-16f;
     frame.block_extent = 2 * kBlockSide + 2 * frame.grid_margin;
     frame.lower_x = frame.lower_y = -15.5f - frame.grid_margin;
     frame.upper_x = static_cast<float>(tile.x1 - tile.x0) - 16.5f + frame.grid_margin;
@@ -136,71 +136,60 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
     packet.won_leaves.clear();
 }
 
-/// The camera rays of a tile whose frame is set. x and y are those of the direction that
-/// camera_ray() rounds to, not of the pixel's exact middle: rows * (d - c) for a float vector c
-/// near it, where the difference is exact up to 2^-24 of at most some 16 pixels, plus rows * c from
-/// double.
-void make_camera_rays(const ImageParams& params, const Tile& tile, Packet& packet) {
+/// Makes the rays of a camera's tile whose frame is set ready to be traced.
+void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& packet) {
     const Floats f;
-    const Camera& camera = params.camera;
-    const PacketFrame& frame = packet.frame;
-    float centre[3];
-    float at_centre[3];
+    const Words words;
+    packet.camera.first_x = static_cast<float>(tile.x0);
+    packet.camera.first_y = static_cast<float>(tile.y0);
     for (int axis = 0; axis < 3; ++axis) {
-        centre[axis] = static_cast<float>(camera.corner[axis] +
-                                          double{camera.du[axis]} * (tile.x0 + 0.5 * kPacketSide) +
-                                          double{camera.dv[axis]} * (tile.y0 + 0.5 * kPacketSide));
+        packet.camera.corner[axis] = params.camera.corner[axis];
+        packet.camera.du[axis] = params.camera.du[axis];
+        packet.camera.dv[axis] = params.camera.dv[axis];
     }
-    for (int k = 0; k < 3; ++k) {
-        at_centre[k] =
-            static_cast<float>(frame.rows[k][0] * centre[0] + frame.rows[k][1] * centre[1] +
-                               frame.rows[k][2] * centre[2]);
+    for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(f)) {
+        hn::Store(hn::Zero(f), f, packet.q_lower + r);
+        hn::Store(hn::Zero(f), f, packet.q_upper + r);
+        hn::Store(hn::Set(words, kNoWinner), words, packet.winner + r);
     }
-    alignas(64) float pixel_x[kBlockRays], pixel_y[kBlockRays];
-    for (std::uint32_t i = 0; i < kBlockRays; ++i) {
-        pixel_x[i] = static_cast<float>(i % kBlockSide);
-        pixel_y[i] = static_cast<float>(i / kBlockSide);
-    }
-    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
-        const std::uint32_t x0 = tile.x0 + block % kBlocksPerSide * kBlockSide;
-        const std::uint32_t y0 = tile.y0 + block / kBlocksPerSide * kBlockSide;
-        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
-            const std::size_t r = block * kBlockRays + l;
-            const VF ix = hn::Add(splat(static_cast<float>(x0)), hn::Load(f, pixel_x + l));
-            const VF iy = hn::Add(splat(static_cast<float>(y0)), hn::Load(f, pixel_y + l));
-            const VF px = hn::Add(ix, splat(0.5f));
-            const VF py = hn::Add(iy, splat(0.5f));
-            VF d[3], from_centre[3];
-            for (int axis = 0; axis < 3; ++axis) {
-                // camera_direction(), in its operations.
-                d[axis] = hn::Add(
-                    hn::Add(splat(camera.corner[axis]), hn::Mul(splat(camera.du[axis]), px)),
-                    hn::Mul(splat(camera.dv[axis]), py));
-                from_centre[axis] = hn::Sub(d[axis], splat(centre[axis]));
-            }
-            VF h[3];
-            for (int k = 0; k < 3; ++k) {
-                const float* row = frame.rows_f[k];
-                h[k] = hn::MulAdd(
-                    splat(row[0]), from_centre[0],
-                    hn::MulAdd(splat(row[1]), from_centre[1],
-                               hn::MulAdd(splat(row[2]), from_centre[2], splat(at_centre[k]))));
-            }
-            canonical_directions(d);
-            hn::Store(d[0], f, packet.dir[0] + r);
-            hn::Store(d[1], f, packet.dir[1] + r);
-            hn::Store(d[2], f, packet.dir[2] + r);
-            const VF rz = hn::Div(splat(1.0f), h[2]);
-            hn::Store(hn::Mul(h[0], rz), f, packet.x + r);
-            hn::Store(hn::Mul(h[1], rz), f, packet.y + r);
-            const Mask inside = hn::And(hn::Lt(ix, splat(static_cast<float>(tile.x1))),
-                                        hn::Lt(iy, splat(static_cast<float>(tile.y1))));
-            const VF q = hn::IfThenElse(inside, hn::Zero(f), splat(kDone));
-            hn::Store(q, f, packet.q_lower + r);
-            hn::Store(q, f, packet.q_upper + r);
-            hn::Store(hn::Set(Words(), kNoWinner), Words(), packet.winner + r);
+    const std::uint32_t width = tile.x1 - tile.x0;
+    const std::uint32_t height = tile.y1 - tile.y0;
+    if (width == kPacketSide && height == kPacketSide) return;
+    for (std::uint32_t y = 0; y < kPacketSide; ++y) {
+        for (std::uint32_t x = y < height ? width : 0; x < kPacketSide; ++x) {
+            packet.q_lower[packet_ray(x, y)] = kDone;
+            packet.q_upper[packet_ray(x, y)] = kDone;
         }
     }
+}
+
+/// Camera rays by their pixels' coordinates, as the rule takes them: camera_direction() and
+/// canonical_direction(), in their operations.
+HWY_INLINE void camera_directions(const CameraRays& camera, VF x, VF y, VF d[3]) {
+    const VF px = hn::Add(x, splat(0.5f));
+    const VF py = hn::Add(y, splat(0.5f));
+    for (int axis = 0; axis < 3; ++axis) {
+        d[axis] = hn::Add(hn::Add(splat(camera.corner[axis]), hn::Mul(splat(camera.du[axis]), px)),
+                          hn::Mul(splat(camera.dv[axis]), py));
+    }
+    canonical_directions(d);
+}
+
+/// Those of any rays of a packet, by their indices.
+HWY_INLINE void directions_of(const CameraRays& camera, VW rays, VF d[3]) {
+    const Words w;
+    const auto low = [w](VW bits) HWY_ATTR { return hn::And(bits, hn::Set(w, 3u)); };
+    const auto number = [](VW bits) HWY_ATTR {
+        const hn::RebindToSigned<Floats> ints;
+        return hn::ConvertTo(Floats(), hn::BitCast(ints, bits));
+    };
+    static_assert(kBlockSide == 4 && kBlocksPerSide == 8);
+    const VW blocks = hn::ShiftRight<4>(rays);
+    const VW columns = hn::And(blocks, hn::Set(w, 7u));
+    const VW x = hn::Or(hn::ShiftLeft<2>(columns), low(rays));
+    const VW y = hn::Or(hn::ShiftLeft<2>(hn::ShiftRight<3>(blocks)), low(hn::ShiftRight<2>(rays)));
+    camera_directions(camera, hn::Add(number(x), splat(camera.first_x)),
+                      hn::Add(number(y), splat(camera.first_y)), d);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -46,33 +46,36 @@ struct Planes {
     VF bound, error0, error1, error2;
 };
 
-/// What the bounds say of a triangle and as many rays as there are lanes.
-struct Verdict {
-    VF q_lower, q_upper;
-    Mask inside;  // certainly
-    Mask wins;    // certainly: inside, and nearer than the ray's best
-    Mask loses;   // certainly; a NaN, from an overflow, does neither
-};
-
 HWY_INLINE VF q_error(const Planes& p, VF q) {
     return hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
 }
 
-HWY_INLINE Verdict judge(const Planes& p, VF x, VF y, VF best_lower, VF best_upper) {
-    const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
-    const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
-    const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
-    const VF least = hn::Min(u, hn::Min(v, w));
-    const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
-    const VF error = q_error(p, q);
-    Verdict verdict;
-    verdict.q_lower = hn::Sub(q, error);
-    verdict.q_upper = hn::Add(q, error);
-    verdict.inside = hn::Gt(least, p.bound);
-    verdict.wins = hn::And(verdict.inside, hn::Gt(verdict.q_lower, best_upper));
-    verdict.loses = hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(verdict.q_upper, best_lower));
-    return verdict;
-}
+/// What the bounds say of a triangle and as many rays (x, y) as there are lanes: the least edge
+/// function, and 1/z from q_lower to q_upper. Of a NaN, from an overflow, nothing is certain.
+struct Position {
+    HWY_INLINE Position(const Planes& p, VF x, VF y) {
+        const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
+        const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
+        const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
+        least = hn::Min(u, hn::Min(v, w));
+        const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
+        const VF error = q_error(p, q);
+        q_lower = hn::Sub(q, error);
+        q_upper = hn::Add(q, error);
+    }
+
+    /// Those that certainly do not.
+    HWY_INLINE Mask loses(const Planes& p, VF best_lower) const {
+        return hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(q_upper, best_lower));
+    }
+
+    /// The rays that certainly hit the triangle, nearer than their best.
+    HWY_INLINE Mask wins(const Planes& p, VF best_upper) const {
+        return hn::And(hn::Gt(least, p.bound), hn::Gt(q_lower, best_upper));
+    }
+
+    VF least, q_lower, q_upper;
+};
 
 /// The triangles of a leaf whose rectangle meets a block and that are near enough for it.
 HWY_INLINE std::uint32_t triangles_at(const Packet& packet, const Setup& setup,

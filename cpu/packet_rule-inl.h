@@ -40,13 +40,12 @@ HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
 }
 
 /// The triangles of some of as many winners as there are lanes, at least of one; other lanes hold
-/// anything. `newest`: the leaf that comes after the won ones.
+/// anything.
 HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint32_t* winners,
-                                           std::uint32_t lanes, const Leaf* newest) {
+                                           std::uint32_t lanes) {
     constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     const auto leaf_of = [&](std::uint32_t winner) -> const Leaf& {
-        const std::uint32_t index = winner / kLeafTriangles;
-        return index < packet.won_leaves.size() ? *packet.won_leaves[index].leaf : *newest;
+        return *packet.won_leaves[winner / kLeafTriangles].leaf;
     };
     const std::uint32_t any = winners[__builtin_ctz(lanes)];
     const auto same = hn::Eq(hn::Load(Words(), winners), hn::Set(Words(), any));
@@ -78,12 +77,6 @@ HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint
 /// The rule for rays of a packet.
 class PacketRule {
 public:
-    /// For those from `first` on.
-    HWY_INLINE PacketRule(const Packet& packet, std::size_t first)
-        : PacketRule(packet.frame.org, {hn::Load(Floats(), packet.dir[0] + first),
-                                        hn::Load(Floats(), packet.dir[1] + first),
-                                        hn::Load(Floats(), packet.dir[2] + first)}) {}
-
     HWY_INLINE PacketRule(vec3 origin, const VF (&dir)[3]) {
         const VF org[3] = {splat(origin.x), splat(origin.y), splat(origin.z)};
         rays_ = shear_rays(org, dir);

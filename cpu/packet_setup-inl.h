@@ -66,7 +66,7 @@ public:
         std::uint32_t alive = set_up(leaf, setup);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
-        if constexpr (kOnGrid) to_grid(setup.rectangles, frame_.grid_margin, setup.ranges);
+        if constexpr (kOnGrid) to_grid(setup.rectangles, 0, setup.ranges);
         return alive;
     }
 
@@ -93,35 +93,37 @@ private:
     ///
     /// Vertices: v0, the leaf's first, is projected in double; the others by rows * (v - v0), off
     /// by at most 5 * 2^-24 row_size extent from the product and 4 * 2^-24 of the result from the
-    /// sums. The rule displaces a vertex by 2^-22 of its distance from the ray, for a ray through
-    /// the triangle at most 8 * 2^-24 row_size extent: leaf_error has 16 for both. In x - X z and y
-    /// - Y z for |X|, |Y| <= 17 that makes `error`, with the ray's own share. Edge functions are
-    /// taken in the middle (X0, Y0) of the triangle's rectangle inside the packet; no ray of a
-    /// block that meets the rectangle is farther from there than half its extent and a block, so
-    /// `reach` bounds |x - X z| + |y - Y z| of all vertices for all of them. Two vertices off by
-    /// error each move an edge function by at most 4 error reach (twice the first-order term), and
-    /// its own rounding, with that of a X0 + b Y0, by at most 2^-21 reach (reach + 64 z).
+    /// sums; `extent` is the largest coordinate of a triangle's v - v0. The rule displaces a vertex
+    /// by 2^-22 of its distance from the ray, for a ray through the triangle at most 8 * 2^-24
+    /// row_size extent: leaf_error has 16 for both. In x - X z and y - Y z for |X|, |Y| <= 17 that
+    /// makes `error`. Edge functions are taken in the middle (X0, Y0) of the triangle's rectangle
+    /// inside the packet; no ray of a block that meets the rectangle is farther from there than
+    /// half its extent and a block, so `reach` bounds |x - X z| + |y - Y z| of all vertices for all
+    /// of them. Two vertices off by error each move an edge function by at most 4 error reach
+    /// (twice the first-order term), and its own rounding, with that of a X0 + b Y0, by at most
+    /// 2^-21 reach (reach + 64 z). A ray that is off by ray_error moves it by the sum of |a| and
+    /// |b| times that.
     HWY_INLINE std::uint32_t set_up(const Leaf& leaf, Setup& setup) const {
         const Floats f;
-        alignas(64) float vx[16], vy[16], vz[16];
+        alignas(64) float vx[16], vy[16], vz[16], sizes[16];
         alignas(64) std::uint32_t corners[16];
-        const float extent = project_vertices(leaf, vx, vy, vz, corners);
-        const float leaf_error =
-            0x1p-20f * (frame_.row_size[0] + frame_.row_size[1] + 34 * frame_.row_size[2]) * extent;
+        project_vertices(leaf, vx, vy, vz, sizes, corners);
         std::uint32_t alive = 0;
         for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-            VF x[3], y[3], z[3];
+            VF x[3], y[3], z[3], size[3];
             const VW packed = hn::Load(Words(), corners + l);
             gather_corners(vx, packed, x);
             gather_corners(vy, packed, y);
             gather_corners(vz, packed, z);
-            alive |= mask_bits(set_up_triangles(x, y, z, extent, leaf_error, setup, l)) << l;
+            gather_corners(sizes, packed, size);
+            const VF extent = hn::Max(size[0], hn::Max(size[1], size[2]));
+            alive |= mask_bits(set_up_triangles(x, y, z, extent, setup, l)) << l;
         }
         return alive;
     }
 
-    HWY_INLINE float project_vertices(const Leaf& leaf, float* vx, float* vy, float* vz,
-                                      std::uint32_t* corners) const {
+    HWY_INLINE void project_vertices(const Leaf& leaf, float* vx, float* vy, float* vz,
+                                     float* sizes, std::uint32_t* corners) const {
         const Floats f;
         // A vertex that is not finite is put where v0 is: its triangles are left out afterwards.
         const LeafVertex* first = leaf.vertex;
@@ -134,7 +136,6 @@ private:
             h[k] = static_cast<float>(frame_.rows[k][0] * p[0] + frame_.rows[k][1] * p[1] +
                                       frame_.rows[k][2] * p[2]);
         }
-        VF extent = hn::Zero(f);
         float* const out[3] = {vx, vy, vz};
         for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
             VF x, y, z, w;
@@ -144,40 +145,42 @@ private:
             x = hn::IfThenElseZero(finite, hn::Sub(x, splat(v0.x)));
             y = hn::IfThenElseZero(finite, hn::Sub(y, splat(v0.y)));
             z = hn::IfThenElseZero(finite, hn::Sub(z, splat(v0.z)));
-            extent = hn::Max(extent, hn::Max(hn::Abs(x), hn::Max(hn::Abs(y), hn::Abs(z))));
+            hn::Store(hn::Max(hn::Abs(x), hn::Max(hn::Abs(y), hn::Abs(z))), f, sizes + l);
             for (int k = 0; k < 3; ++k) {
                 const float* row = frame_.rows_f[k];
-                const VF sum = hn::MulAdd(
-                    splat(row[0]), x,
-                    hn::MulAdd(splat(row[1]), y, hn::MulAdd(splat(row[2]), z, splat(h[k]))));
-                hn::Store(sum, f, out[k] + l);
+                const VF sum = hn::MulAdd(splat(row[0]), x,
+                                          hn::MulAdd(splat(row[1]), y, hn::Mul(splat(row[2]), z)));
+                hn::Store(hn::Add(sum, splat(h[k])), f, out[k] + l);
             }
         }
-        return hn::GetLane(hn::MaxOfLanes(f, extent));
     }
 
-    HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], float extent,
-                                     float leaf_error, Setup& setup, std::size_t l) const {
+    HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], VF extent,
+                                     Setup& setup, std::size_t l) const {
         const Floats f;
+        const float row_sizes = frame_.row_size[0] + frame_.row_size[1] + 34 * frame_.row_size[2];
+        const VF leaf_error = hn::Mul(splat(0x1p-20f * row_sizes), extent);
         const VF zero = hn::Zero(f);
         const VF half = splat(0.5f);
         const VF z_least = hn::Min(z[0], hn::Min(z[1], z[2]));
         const VF z_most = hn::Max(z[0], hn::Max(z[1], z[2]));
         const VF z_size = hn::Max(hn::Abs(z_least), hn::Abs(z_most));
-        const VF z_error = hn::MulAdd(splat(0x1p-22f), z_size, splat(leaf_error));
+        const VF z_error = hn::MulAdd(splat(0x1p-22f), z_size, leaf_error);
 
         // The rectangle, where the triangle is well in front of the eye.
-        const Mask in_front =
-            hn::Gt(z_least, hn::MulAdd(splat(0x1p-10f), z_size, splat(16 * leaf_error)));
-        const VF safe_least = hn::IfThenElse(in_front, z_least, splat(1.0f));
-        const VF margin = hn::Add(hn::Div(splat(2 * leaf_error), safe_least),
-                                  splat(2 * frame_.ray_error + 0x1p-16f));
+        const VF least = splat(1e-10f);
+        const VF near = hn::MulAdd(splat(0x1p-10f), z_size, hn::Mul(splat(16.0f), leaf_error));
+        const Mask in_front = hn::Gt(z_least, hn::Max(near, least));
         VF rx[3], ry[3];
+        VF largest = zero;
         for (int k = 0; k < 3; ++k) {
-            const VF rz = hn::Div(splat(1.0f), hn::IfThenElse(in_front, z[k], splat(1.0f)));
+            const VF rz = hn::Div(splat(1.0f), hn::Max(z[k], least));
+            largest = hn::Max(largest, rz);
             rx[k] = hn::Mul(x[k], rz);
             ry[k] = hn::Mul(y[k], rz);
         }
+        const VF margin = hn::MulAdd(hn::Mul(splat(2.01f), leaf_error), largest,
+                                     splat(2 * frame_.ray_error + 0x1p-16f));
         const VF all = splat(1e6f);
         // Besides the margin: 2^-20 of the value for the rounding of division and sums.
         const auto lower = [&](const VF r[3]) {
@@ -208,10 +211,8 @@ private:
                     hn::Gt(hn::Add(z_most, z_error), zero));
         if constexpr (kOnGrid) {
             // Most small triangles cover no pixel's middle, x = k + 0.5 for whole k, at all.
-            const VF above = splat(0.5f + frame_.grid_margin);
-            const VF below = splat(0.5f - frame_.grid_margin);
             const auto covers = [&](VF low, VF high) {
-                return hn::Le(hn::Ceil(hn::Sub(low, above)), hn::Floor(hn::Sub(high, below)));
+                return hn::Le(hn::Ceil(hn::Sub(low, half)), hn::Floor(hn::Sub(high, half)));
             };
             meets = hn::And(meets, hn::And(covers(lower_x, upper_x), covers(lower_y, upper_y)));
         }
@@ -229,11 +230,9 @@ private:
             half, hn::Add(hn::Sub(cut_upper_x, cut_lower_x), hn::Sub(cut_upper_y, cut_lower_y)));
         const VF reach = hn::MulAdd(hn::Add(half_extent, splat(frame_.block_extent)), z_size, size);
         const VF error =
-            hn::MulAdd(splat(0x1p-21f), reach,
-                       hn::MulAdd(splat(0x1p-16f + frame_.ray_error), z_size, splat(leaf_error)));
+            hn::MulAdd(splat(0x1p-21f), reach, hn::MulAdd(splat(0x1p-16f), z_size, leaf_error));
         const VF rounding =
             hn::Mul(splat(0x1p-21f), hn::Mul(reach, hn::MulAdd(splat(64.0f), z_size, reach)));
-        const VF bound = hn::MulAdd(hn::Mul(splat(4.0f), error), hn::Add(reach, error), rounding);
 
         VF a[3], b[3], c[3];
         const auto edge = [&](int k, int i, int j) {
@@ -244,14 +243,30 @@ private:
         edge(0, 1, 2);
         edge(1, 2, 0);
         edge(2, 0, 1);
-        const VF det = hn::MulAdd(px[0], a[0], hn::MulAdd(py[0], b[0], hn::Mul(z[0], c[0])));
+        VF slope = zero;
+        for (int k = 0; k < 3; ++k) slope = hn::Max(slope, hn::Add(hn::Abs(a[k]), hn::Abs(b[k])));
+        const VF ray_error = splat(1.01f * frame_.ray_error);
+        VF bound =
+            hn::MulAdd(ray_error, slope,
+                       hn::MulAdd(hn::Mul(splat(4.0f), error), hn::Add(reach, error), rounding));
+        VF det = hn::MulAdd(px[0], a[0], hn::MulAdd(py[0], b[0], hn::Mul(z[0], c[0])));
         const VF sign = hn::And(det, splat(-0.0f));
         const VF scale = hn::Div(splat(1.0f), hn::Max(hn::Abs(det), splat(1e-30f)));
         // What overflows (eyes and vertices very far away) leaves everything in doubt. All else
         // follows from the two, since reach bounds the vertices and 2^-21 reach^2 is a part of the
         // bound.
         const Mask sane = hn::And(hn::Lt(bound, splat(1e28f)), hn::Lt(hn::Abs(det), splat(1e34f)));
-        const VF signed_scale = hn::IfThenElseZero(sane, hn::Or(scale, sign));
+        VF signed_scale = hn::Or(scale, sign);
+        if (HWY_UNLIKELY(!hn::AllTrue(f, sane))) {
+            signed_scale = hn::IfThenElseZero(sane, signed_scale);
+            bound = hn::IfThenElse(sane, bound, splat(1e35f));
+            det = hn::IfThenElseZero(sane, det);
+            for (int k = 0; k < 3; ++k) {
+                a[k] = hn::IfThenElseZero(sane, a[k]);
+                b[k] = hn::IfThenElseZero(sane, b[k]);
+                c[k] = hn::IfThenElseZero(sane, c[k]);
+            }
+        }
         const VF depth_a = hn::Mul(hn::Add(hn::Add(a[0], a[1]), a[2]), signed_scale);
         const VF depth_b = hn::Mul(hn::Add(hn::Add(b[0], b[1]), b[2]), signed_scale);
         const VF in_middle = hn::Mul(hn::Add(hn::Add(c[0], c[1]), c[2]), signed_scale);
@@ -259,11 +274,8 @@ private:
         hn::Store(depth_b, f, setup.depth_b + l);
         hn::Store(hn::NegMulAdd(depth_a, middle_x, hn::NegMulAdd(depth_b, middle_y, in_middle)), f,
                   setup.depth_c + l);
-        hn::Store(hn::IfThenElse(sane, bound, splat(1e35f)), f, setup.bound + l);
+        hn::Store(bound, f, setup.bound + l);
         for (int k = 0; k < 3; ++k) {
-            a[k] = hn::IfThenElseZero(sane, a[k]);
-            b[k] = hn::IfThenElseZero(sane, b[k]);
-            c[k] = hn::IfThenElseZero(sane, c[k]);
             const VF ak = hn::Xor(a[k], sign);
             const VF bk = hn::Xor(b[k], sign);
             const VF ck = hn::Xor(c[k], sign);
@@ -282,15 +294,15 @@ private:
         const VF relative_size = hn::Mul(splat(0x1p-20f), hn::Mul(size, scale));
         const VF det_error = hn::Mul(relative_size, hn::Mul(size, z_size));
         const VF sum_error = hn::Mul(relative_size, hn::MulAdd(z_size, half_extent, size));
-        const Mask uncertain = hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))),
-                                      hn::IfThenElseZero(sane, hn::Abs(det)));
+        const Mask uncertain =
+            hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))), hn::Abs(det));
         RuleDepth rule = {hn::Zero(f), splat(frame_.depth_error), splat(frame_.depth_error)};
         if (frame_.axis != kMixedAxes) {
             const VF lateral = lateral_sum(px, py, half_extent, hn::Sub(z_most, z_least));
             const VF range = depth_range(x, y, z, size, z_size, extent);
             narrow(rule, in_front, lateral, range, scale, z_least, z_most);
         }
-        const VF c0 = hn::MulAdd(splat(0x1p-15f), gradient, sum_error);
+        const VF c0 = hn::MulAdd(splat(0x1p-15f + 1.01f * frame_.ray_error), gradient, sum_error);
         const VF c1 = hn::Add(hn::Add(splat(0x1p-19f), rule.by_q), hn::Add(steep, det_error));
         hn::Store(hn::IfThenElse(uncertain, splat(1e35f), c0), f, setup.c0 + l);
         hn::Store(hn::IfThenZeroElse(uncertain, c1), f, setup.c1 + l);
@@ -322,7 +334,7 @@ private:
     /// The range of the vertices' coordinates on the packet's axis, in scene space. Each is off by
     /// some roundings of its parts, and by those of the projected vertices.
     HWY_INLINE VF depth_range(const VF x[3], const VF y[3], const VF z[3], VF size, VF z_size,
-                              float extent) const {
+                              VF extent) const {
         VF depth[3];
         for (int k = 0; k < 3; ++k) {
             depth[k] = hn::MulAdd(splat(frame_.depth_row[0]), x[k],
@@ -331,12 +343,12 @@ private:
         }
         const VF range = hn::Sub(hn::Max(depth[0], hn::Max(depth[1], depth[2])),
                                  hn::Min(depth[0], hn::Min(depth[1], depth[2])));
-        const float projected = 0x1p-18f * extent *
-                                (frame_.unit * std::max(frame_.row_size[0], frame_.row_size[1]) +
-                                 frame_.depth_most * frame_.row_size[2]);
+        const float projected =
+            0x1p-18f * (frame_.unit * std::max(frame_.row_size[0], frame_.row_size[1]) +
+                        frame_.depth_most * frame_.row_size[2]);
         const VF rounded = hn::MulAdd(splat(frame_.depth_most + 34 * frame_.unit), z_size,
                                       hn::Mul(splat(frame_.unit), size));
-        return hn::Add(hn::MulAdd(splat(0x1p-20f), rounded, range), splat(projected));
+        return hn::MulAdd(splat(projected), extent, hn::MulAdd(splat(0x1p-20f), rounded, range));
     }
 
     /// The rule's z, of a hit and on its axis, is off by at most 2 B R / S + 2^-20 Z

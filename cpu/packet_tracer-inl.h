@@ -30,6 +30,7 @@
 #include "common/interop/triangle.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
+#include "cpu/packet_doubts-inl.h"
 #include "cpu/packet_node-inl.h"
 #include "cpu/packet_pairs-inl.h"
 #include "cpu/packet_rule-inl.h"
@@ -56,7 +57,7 @@ template <Query kQuery>
 class PacketTraversal {
 public:
     PacketTraversal(const Bvh& bvh, Packet& packet)
-        : bvh_(bvh), packet_(packet), frame_(packet.frame) {}
+        : bvh_(bvh), packet_(packet), frame_(packet.frame), doubts_(packet) {}
 
     /// Visits the root, which needs the packet's bounds alone. Whether there is anything to go on
     /// with.
@@ -70,14 +71,14 @@ public:
         std::uint32_t& size = size_;
         while (size > 0) {
             Entry entry = stack[--size];
-            entry.blocks &= blocks_beyond(packet_, entry.q);
-            if (entry.blocks == 0) continue;
+            if (!still_matters(entry)) continue;
             if ((entry.child & kLeafBit) == 0) {
                 visit_node(entry, stack, size);
             } else {
                 visit_leaf(entry.child & ~kLeafBit, entry.blocks);
             }
         }
+        if constexpr (kOnGrid) doubts_.settle();
     }
 
 private:
@@ -85,6 +86,20 @@ private:
     /// A triangle's pairs with blocks that are traced rather than first looked at together.
     static constexpr std::size_t kFew = 4;
     static constexpr bool kOnGrid = kQuery == Query::kClosest;
+
+    /// Leaves those blocks of an entry that it is near enough for. Whether there are any.
+    HWY_INLINE bool still_matters(Entry& entry) {
+        entry.blocks &= blocks_beyond(packet_, entry.q);
+        if (HWY_UNLIKELY((entry.blocks & ~doubtful_blocks_) == 0 && entry.blocks != 0)) settle();
+        std::uint64_t stale = entry.blocks & stale_blocks_;
+        stale_blocks_ &= ~stale;
+        for (; stale != 0; stale &= stale - 1) {
+            const auto block = static_cast<std::uint32_t>(__builtin_ctzll(stale));
+            refresh_block(block);
+            if (entry.q < packet_.block_q[block]) entry.blocks &= ~(std::uint64_t{1} << block);
+        }
+        return entry.blocks != 0;
+    }
 
     HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, const GridRanges& ranges,
                                        std::uint32_t i) const {
@@ -142,29 +157,53 @@ private:
         packet_.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
     }
 
-    /// One triangle against all rays of one block, closest hits. Whether it wins any.
-    HWY_INLINE bool trace_pair(const Planes& planes, const Leaf& leaf, std::uint32_t i,
-                               std::uint32_t block, std::uint32_t winner) {
+    /// One triangle against all rays of one block, closest hits. Whether it wins any for sure.
+    HWY_INLINE bool trace_pair(const Planes& planes, const Leaf& leaf, std::uint32_t block,
+                               std::uint32_t winner) {
         const Floats f;
         const Words words;
         bool won = false;
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
             const std::size_t r = block * kBlockRays + l;
+            const VF x = hn::Load(f, kGridRays.x[block % kBlocksPerSide] + l);
+            const VF y = hn::Load(f, kGridRays.y[block / kBlocksPerSide] + l);
             const VF lower = hn::Load(f, packet_.q_lower + r);
             const VF upper = hn::Load(f, packet_.q_upper + r);
-            const Verdict v =
-                judge(planes, hn::Load(f, packet_.x + r), hn::Load(f, packet_.y + r), lower, upper);
-            hn::Store(hn::IfThenElse(v.wins, v.q_lower, lower), f, packet_.q_lower + r);
-            hn::Store(hn::IfThenElse(v.wins, v.q_upper, upper), f, packet_.q_upper + r);
+            const Position at(planes, x, y);
+            const Mask wins = at.wins(planes, upper);
+            hn::Store(hn::IfThenElse(wins, at.q_lower, lower), f, packet_.q_lower + r);
+            hn::Store(hn::IfThenElse(wins, at.q_upper, upper), f, packet_.q_upper + r);
             const VW old = hn::Load(words, packet_.winner + r);
-            hn::Store(hn::IfThenElse(hn::RebindMask(words, v.wins), hn::Set(words, winner), old),
+            hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old),
                       words, packet_.winner + r);
-            won |= !hn::AllFalse(f, v.wins);
-            const Mask settled = hn::Or(v.wins, v.loses);
+            won |= !hn::AllFalse(f, wins);
+            const Mask settled = hn::Or(wins, at.loses(planes, lower));
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))
-                won |= ask_closest(r, leaf, i, mask_bits(hn::Not(settled)), winner);
+                doubt(r, mask_bits(hn::Not(settled)), leaf, winner);
         }
         return won;
+    }
+
+    /// Some rays from r on that a triangle of a leaf may win.
+    HWY_NOINLINE void doubt(std::size_t r, std::uint32_t lanes, const Leaf& leaf,
+                            std::uint32_t winner) {
+        if (winner / kLeafTriangles == packet_.won_leaves.size()) add_won_leaf(leaf);
+        doubts_.add(r, lanes, winner);
+        doubtful_blocks_ |= std::uint64_t{1} << r / kBlockRays;
+        if (doubts_.many()) settle();
+    }
+
+    /// Lets the rule decide what is in doubt.
+    HWY_NOINLINE void settle() {
+        stale_blocks_ |= doubts_.settle();
+        doubtful_blocks_ = 0;
+    }
+
+    /// The blocks of some that a triangle of a leaf may win rays of.
+    HWY_INLINE std::uint64_t blocks_met(const Setup& setup, std::uint32_t i,
+                                        std::uint64_t blocks) const {
+        const std::uint64_t own = blocks & blocks_of_grid(setup.ranges, i);
+        return hwy::PopCount(own) > kFew ? own & grid_blocks_met(packet_, Planes(setup, i)) : own;
     }
 
     /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found.
@@ -173,21 +212,27 @@ private:
         std::uint64_t changed = 0;
         const auto first_winner =
             static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
-        for (; alive != 0; alive &= alive - 1) {
-            const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
-            std::uint64_t own = blocks & blocks_of_grid(setup.ranges, i);
+        if (alive == 0) return;
+        auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
+        std::uint64_t own = blocks_met(setup, i, blocks);
+        while (alive != 0) {
+            alive &= alive - 1;
+            const std::uint32_t next =
+                alive != 0 ? static_cast<std::uint32_t>(__builtin_ctz(alive)) : i;
+            const std::uint64_t next_own = blocks_met(setup, next, blocks);
             const Planes planes(setup, i);
-            if (hwy::PopCount(own) > kFew) own &= grid_blocks_met(packet_, planes);
             for (; own != 0; own &= own - 1) {
                 const auto block = static_cast<std::uint32_t>(__builtin_ctzll(own));
                 if (packet_.block_q[block] > setup.q[i]) continue;
-                const bool wins = trace_pair(planes, leaf, i, block, first_winner + i);
+                const bool wins = trace_pair(planes, leaf, block, first_winner + i);
                 changed |= std::uint64_t{wins} << block;
             }
+            i = next;
+            own = next_own;
         }
-        if (changed != 0) add_won_leaf(leaf);
-        for (; changed != 0; changed &= changed - 1)
-            refresh_block(static_cast<std::uint32_t>(__builtin_ctzll(changed)));
+        stale_blocks_ |= changed;
+        if (changed != 0 && first_winner == packet_.won_leaves.size() * kLeafTriangles)
+            add_won_leaf(leaf);
     }
 
     /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
@@ -195,14 +240,22 @@ private:
     HWY_INLINE void trace_by_block(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
                                    std::uint64_t blocks) {
         const Floats f;
-        for (; blocks != 0; blocks &= blocks - 1) {
-            const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            const std::uint32_t triangles = alive & triangles_at(packet_, setup, block);
-            if (triangles == 0) continue;
-            bool any = false;
-            for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
-                any |= occlude(leaf, setup, triangles, block * kBlockRays + l);
-            if (any) refresh_block(block);
+        if (alive == 0) return;
+        auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+        std::uint32_t triangles = alive & triangles_at(packet_, setup, block);
+        while (blocks != 0) {
+            blocks &= blocks - 1;
+            const std::uint32_t next =
+                blocks != 0 ? static_cast<std::uint32_t>(__builtin_ctzll(blocks)) : block;
+            const std::uint32_t next_triangles = alive & triangles_at(packet_, setup, next);
+            if (triangles != 0) {
+                bool any = false;
+                for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
+                    any |= occlude(leaf, setup, triangles, block * kBlockRays + l);
+                stale_blocks_ |= std::uint64_t{any} << block;
+            }
+            block = next;
+            triangles = next_triangles;
         }
     }
 
@@ -212,23 +265,29 @@ private:
         const Floats f;
         const VF x = hn::Load(f, packet_.x + r);
         const VF y = hn::Load(f, packet_.y + r);
-        const VF lower = hn::Load(f, packet_.q_lower + r);
-        const VF upper = hn::Load(f, packet_.q_upper + r);
-        const Mask done_before = hn::Eq(upper, splat(kDone));
-        Mask done = done_before;
+        VF lower = hn::Load(f, packet_.q_lower + r);
+        VF upper = hn::Load(f, packet_.q_upper + r);
+        bool any = false;
         for (; triangles != 0; triangles &= triangles - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
-            const Verdict v = judge(Planes(setup, i), x, y, lower, upper);
-            done = hn::Or(done, v.wins);
-            const Mask open = hn::Not(hn::Or(done, v.loses));
-            if (HWY_UNLIKELY(!hn::AllFalse(f, open))) {
-                done = hn::Or(done, mask_of(ask_any(r, leaf, i, mask_bits(open))));
-            }
-            if (hn::AllTrue(f, done)) break;
+            const Planes planes(setup, i);
+            const Position at(planes, x, y);
+            const Mask loses = at.loses(planes, lower);
+            // Most triangles are those of the surface that the rays end at.
+            if (HWY_LIKELY(hn::AllTrue(f, loses))) continue;
+            Mask wins = at.wins(planes, upper);
+            const Mask open = hn::Not(hn::Or(wins, loses));
+            if (HWY_UNLIKELY(!hn::AllFalse(f, open)))
+                wins = hn::Or(wins, mask_of(ask_any(r, leaf, i, mask_bits(open))));
+            if (hn::AllFalse(f, wins)) continue;
+            any = true;
+            lower = hn::IfThenElse(wins, splat(kDone), lower);
+            upper = hn::IfThenElse(wins, splat(kDone), upper);
+            if (hn::AllTrue(f, hn::Eq(upper, splat(kDone)))) break;
         }
-        if (hn::AllFalse(f, hn::AndNot(done_before, done))) return false;
-        hn::Store(hn::IfThenElse(done, splat(kDone), lower), f, packet_.q_lower + r);
-        hn::Store(hn::IfThenElse(done, splat(kDone), upper), f, packet_.q_upper + r);
+        if (!any) return false;
+        hn::Store(lower, f, packet_.q_lower + r);
+        hn::Store(upper, f, packet_.q_upper + r);
         return true;
     }
 
@@ -262,53 +321,22 @@ private:
     HWY_NOINLINE std::uint32_t ask_any(std::size_t r, const Leaf& leaf, std::uint32_t i,
                                        std::uint32_t lanes) const {
         const VF tfar = hn::Load(Floats(), packet_.tfar + r);
+        const VF dir[3] = {hn::Load(Floats(), packet_.dir[0] + r),
+                           hn::Load(Floats(), packet_.dir[1] + r),
+                           hn::Load(Floats(), packet_.dir[2] + r)};
         RuleHits hits;
-        return mask_bits(
-            PacketRule(packet_, r).intersect(same_triangle(leaf, i), tfar, lanes, hits));
-    }
-
-    /// Likewise closest hits. Whether the triangle wins any of them.
-    HWY_NOINLINE bool ask_closest(std::size_t r, const Leaf& leaf, std::uint32_t i,
-                                  std::uint32_t lanes, std::uint32_t winner) {
-        const Floats f;
-        const Words words;
-        const PacketRule rule(packet_, r);
-        const VF no_end = splat(kInfiniteT);
-        const TriangleLanes triangle = same_triangle(leaf, i);
-        RuleHits hit;
-        Mask wins = rule.intersect(triangle, no_end, lanes, hit);
-        const VW old = hn::Load(words, packet_.winner + r);
-        const Mask has_old = hn::RebindMask(f, hn::Ne(old, hn::Set(words, kNoWinner)));
-        const std::uint32_t rivals = mask_bits(hn::And(wins, has_old));
-        if (rivals != 0) {
-            const TriangleLanes best =
-                winning_triangles(packet_, packet_.winner + r, rivals, &leaf);
-            RuleHits best_hit;
-            rule.intersect(best, no_end, rivals, best_hit);
-            const Mask smaller_id = hn::RebindMask(f, hn::Lt(triangle.prim_ids, best.prim_ids));
-            const Mask nearer =
-                hn::Or(hn::Lt(hit.t, best_hit.t), hn::And(hn::Eq(hit.t, best_hit.t), smaller_id));
-            wins = hn::And(wins, hn::Or(nearer, hn::Not(has_old)));
-        }
-        if (hn::AllFalse(f, wins)) return false;
-        VF z = hn::Zero(f);  // of the directions
-        for (int axis = 0; axis < 3; ++axis) {
-            z = hn::MulAdd(splat(frame_.rows_f[2][axis]), hn::Load(f, packet_.dir[axis] + r), z);
-        }
-        const VF q = hn::Div(splat(1.0f), hn::Mul(hit.t, z));
-        const auto store = [&](VF value, float* out) HWY_ATTR {
-            hn::Store(hn::IfThenElse(wins, value, hn::Load(f, out)), f, out);
-        };
-        store(hn::Mul(q, splat(1 - 0x1p-16f)), packet_.q_lower + r);
-        store(hn::Mul(q, splat(1 + 0x1p-16f)), packet_.q_upper + r);
-        hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old), words,
-                  packet_.winner + r);
-        return true;
+        return mask_bits(PacketRule(packet_.frame.org, dir)
+                             .intersect(same_triangle(leaf, i), tfar, lanes, hits));
     }
 
     const Bvh& bvh_;
     Packet& packet_;
     const PacketFrame& frame_;
+    PacketDoubts doubts_;
+    /// The blocks whose depth is that of before their rays' last hits.
+    std::uint64_t stale_blocks_ = 0;
+    /// The blocks of rays that are in doubt: what can be hit there matters to them for longer.
+    std::uint64_t doubtful_blocks_ = 0;
     std::uint32_t size_ = 0;
     Entry stack_[kMaxStack];
 };

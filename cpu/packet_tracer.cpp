@@ -6,6 +6,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <cstring>
 #include <vector>
 
 #include "cpu/packet_finish-inl.h"
@@ -18,8 +19,21 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
-    for (std::uint32_t y = tile.y0; y < tile.y1; ++y, hits += stride)
-        std::fill_n(hits, tile.x1 - tile.x0, no_hit());
+    const Floats f;
+    const std::size_t width = tile.x1 - tile.x0;
+    const HitLanes misses = no_hits();
+    alignas(64) Hit row[kPacketSide];
+    for (std::size_t l = 0; l < kPacketSide; l += hn::Lanes(f)) {
+        hn::StoreInterleaved4(misses.t, misses.u, misses.v, hn::BitCast(f, misses.prim_ids), f,
+                              &row[l].t);
+    }
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y, hits += stride) {
+        if (HWY_LIKELY(width == kPacketSide)) {
+            std::memcpy(hits, row, sizeof row);
+        } else {
+            std::copy_n(row, width, hits);
+        }
+    }
 }
 
 void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t stride) {
@@ -40,7 +54,7 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     frame_camera_packet(params, tile, packet);
     PacketTraversal<Query::kClosest> traversal(bvh, packet);
     if (!traversal.start()) return write_misses(tile, hits, stride);
-    make_camera_rays(params, tile, packet);
+    start_camera_rays(params, tile, packet);
     traversal.run();
     if (packet.won_leaves.empty()) return write_misses(tile, hits, stride);
     write_hits(packet, tile, hits, stride);

@@ -58,7 +58,8 @@ HWY_INLINE VF rcp_exactly(VF x) {
 
 /// Rays of one axis with a triangle each, its corners relative to the origin, all rotated:
 /// project_fast, fast_edges, surely_inside and weighted_hit of the rule in its operations, for
-/// triangles that are in front of the origin. Which rays they suffice for.
+/// triangles that are in front of the origin and that the rays go through. Which rays they suffice
+/// for.
 HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t, VF& u, VF& v) {
     VF x[3], y[3], z[3];
     for (int k = 0; k < 3; ++k) {
@@ -82,20 +83,23 @@ HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t
     const VF eu = hn::Sub(hn::Mul(x[1], y[2]), hn::Mul(y[1], x[2]));
     const VF ev = hn::Sub(hn::Mul(x[2], y[0]), hn::Mul(y[2], x[0]));
     const VF ew = hn::Sub(hn::Mul(x[0], y[1]), hn::Mul(y[0], x[1]));
-    const VF sum = hn::Add(hn::Add(hn::Abs(eu), hn::Abs(ev)), hn::Abs(ew));
+    const VF size_u = hn::Abs(eu);
+    const VF size_v = hn::Abs(ev);
+    const VF size_w = hn::Abs(ew);
+    const VF sum = hn::Add(hn::Add(size_u, size_v), size_w);
     const VF error = hn::Mul(bound, hn::Max(depth_range, splat(1.0f)));
     const Mask flat = hn::Le(error, hn::Mul(slack, sum));
-    const Mask positive = hn::Gt(hn::Min(eu, hn::Min(ev, ew)), bound);
-    const Mask negative = hn::Lt(hn::Max(eu, hn::Max(ev, ew)), hn::Neg(bound));
+    // The accurate functions have one sign, and so have these where they exceed their bound.
+    const Mask certain = hn::Gt(hn::Min(size_u, hn::Min(size_v, size_w)), bound);
     const VF rsum = rcp_exactly(sum);
     // normalized_weight() drops nothing here: functions that suffice exceed the bound, and so 2^-20
     // m^2, and their sum is at most 2 m^2.
-    const VF wa = hn::Mul(hn::Abs(eu), rsum);
-    u = hn::Mul(hn::Abs(ev), rsum);
-    v = hn::Mul(hn::Abs(ew), rsum);
+    const VF wa = hn::Mul(size_u, rsum);
+    u = hn::Mul(size_v, rsum);
+    v = hn::Mul(size_w, rsum);
     const VF depth = hn::Add(hn::Add(hn::Mul(wa, z[0]), hn::Mul(u, z[1])), hn::Mul(v, z[2]));
     t = hn::Mul(depth, rcp_exactly(dir[2]));
-    return hn::And(flat, hn::Or(positive, negative));
+    return hn::And(flat, certain);
 }
 
 }  // namespace HWY_NAMESPACE

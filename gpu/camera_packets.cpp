@@ -26,10 +26,11 @@ std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning) {
 
 std::uint32_t packet_run(const PhysicalDevice& device) {
     // Where lanes are a CPU's, branches are masks, and a few threads are enough.
-    return device.info.type == "cpu" ? 8 : 1;
+    return device.info.type == "cpu" ? 4 : 1;
 }
 
-PacketArguments packet_arguments(const RegionArguments& region) {
+PacketArguments packet_arguments(const RegionArguments& region, std::uint32_t lanes) {
+    const std::uint32_t packet_height = lanes == 4 ? 8 : kCameraPacketHeight;
     const Camera& camera = region.params.camera;
     PacketArguments arguments = {};
     arguments.camera = camera;
@@ -39,7 +40,7 @@ PacketArguments packet_arguments(const RegionArguments& region) {
     arguments.height = region.height;
     arguments.tile_columns = (region.width + kPacketWidth - 1) / kPacketWidth;
     arguments.tile_count =
-        arguments.tile_columns * ((region.height + kPacketHeight - 1) / kPacketHeight);
+        arguments.tile_columns * ((region.height + packet_height - 1) / packet_height);
     Row rows[3];
     cross(camera.dv, camera.corner, rows[0]);
     cross(camera.corner, camera.du, rows[1]);
@@ -51,7 +52,7 @@ PacketArguments packet_arguments(const RegionArguments& region) {
         for (int axis = 0; axis < 3; ++axis) out[k][axis] = static_cast<float>(rows[k][axis] / det);
     }
     const auto right = static_cast<float>(region.x + region.width + kPacketWidth);
-    const auto bottom = static_cast<float>(region.y + region.height + kPacketHeight);
+    const auto bottom = static_cast<float>(region.y + region.height + packet_height);
     for (int axis = 0; axis < 3; ++axis) {
         arguments.direction_size =
             std::max(arguments.direction_size, std::abs(camera.corner[axis]) +

@@ -14,7 +14,7 @@ std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning);
 /// How many packets a cluster of lanes traces, one after the other.
 std::uint32_t packet_run(const PhysicalDevice& device);
 
-/// For the rays of a region, tile_columns and tile_count included.
-PacketArguments packet_arguments(const RegionArguments& region);
+/// For the rays of a region, tile_columns and tile_count included; packets are traced by `lanes`.
+PacketArguments packet_arguments(const RegionArguments& region, std::uint32_t lanes);
 
 }  // namespace morphray::gpu

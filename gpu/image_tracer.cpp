@@ -152,7 +152,7 @@ RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
     if (kernels_.packet_lanes == 0) return {what, false, rays_of(region), {}};
     RegionArguments rest = region;
     rest.unfinished_only = 1;
-    const PacketArguments packets = packet_arguments(region);
+    const PacketArguments packets = packet_arguments(region, kernels_.packet_lanes);
     return {what, false,
             [this, packets](VkCommandBuffer commands) {
                 kernels_.primary_packet.dispatch(commands, packets,
@@ -165,7 +165,7 @@ RayPass ImageTracer::shadow_pass(const RegionArguments& region) const {
     RegionArguments packets = region;
     packets.tile_columns = (region.width + kPacketWidth - 1) / kPacketWidth;
     packets.tile_count =
-        packets.tile_columns * ((region.height + kPacketHeight - 1) / kPacketHeight);
+        packets.tile_columns * ((region.height + kShadowPacketHeight - 1) / kShadowPacketHeight);
     const Record dispatch = [this, packets](VkCommandBuffer commands) {
         vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
         // Writer: the fill; writer after it: the kernel.

@@ -27,9 +27,10 @@ Pipeline traversal(Context& context, const Pipeline::Source& source, const Tunin
 }
 
 Pipeline packets(Context& context, const Pipeline::Source& source, const Tuning& tuning,
-                 std::uint32_t lanes, std::uint32_t step_budget) {
+                 std::uint32_t lanes) {
     if (lanes == 0) return {};
-    const std::uint32_t steps = tuning.step_budget < kStepBudget ? tuning.step_budget : step_budget;
+    const std::uint32_t steps =
+        tuning.step_budget < kStepBudget ? tuning.step_budget : kPacketStepBudget;
     const std::uint32_t constants[] = {steps, lanes, packet_run(context.physical())};
     static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 && kConstantPacketRun == 2);
     return Pipeline(context, source, constants);
@@ -50,14 +51,14 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                               k_primary_packet_spirv,
                               {kBindNodes, kBindLeaves, kBindHits, kBindWork},
                               sizeof(PacketArguments)},
-                             tuning, packet_lanes, kPacketStepBudget)),
+                             tuning, packet_lanes)),
       shadow_packet(packets(context,
                             {"shadow packets",
                              k_shadow_packet_spirv,
-                             {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindHits,
-                              kBindOcclusion, kBindWork},
+                             {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles,
+                              kBindFoundHits, kBindOcclusion, kBindWork},
                              sizeof(RegionArguments)},
-                            tuning, packet_lanes, kShadowPacketStepBudget)),
+                            tuning, packet_lanes)),
       rays(traversal(context,
                      {"rays",
                       k_rays_spirv,
@@ -66,22 +67,22 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                      tuning)),
       select(context, {"select",
                        k_select_spirv,
-                       {kBindHits, kBindOcclusion, kBindSeenOut, kBindWork},
+                       {kBindFoundHits, kBindOcclusion, kBindSeenOut, kBindWork},
                        sizeof(RegionArguments)}),
       occlusion(traversal(context,
                           {"occlusion",
                            k_occlusion_spirv,
                            {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindSeen,
-                            kBindHits, kBindOcclusion, kBindWork},
+                            kBindFoundHits, kBindOcclusion, kBindWork},
                            sizeof(OcclusionArguments)},
                           tuning)),
       occlusion_packet(packets(context,
                                {"occlusion packets",
                                 k_occlusion_packet_spirv,
                                 {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindSeen,
-                                 kBindHits, kBindOcclusion, kBindWork},
+                                 kBindFoundHits, kBindOcclusion, kBindWork},
                                 sizeof(OcclusionArguments)},
-                               tuning, packet_lanes, kPacketStepBudget)),
+                               tuning, packet_lanes)),
       resume(
           traversal(context,
                     {"resume",
@@ -89,10 +90,11 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                      {kBindNodes, kBindLeaves, kBindHits, kBindOcclusion, kBindWork, kBindStates},
                      sizeof(ResumeArguments)},
                     tuning)),
-      shade(context, {"shade",
-                      k_shade_spirv,
-                      {kBindPositions, kBindTriangles, kBindHits, kBindOcclusion, kBindPixels},
-                      sizeof(RegionArguments)}),
+      shade(context,
+            {"shade",
+             k_shade_spirv,
+             {kBindPositions, kBindTriangles, kBindFoundHits, kBindFoundOcclusion, kBindPixels},
+             sizeof(RegionArguments)}),
       refit_leaves(context, {"refit leaves",
                              k_refit_leaves_spirv,
                              {kBindPositions, kBindLeafVertices, kBindLeafParents, kBindNodesOut,

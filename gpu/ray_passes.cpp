@@ -18,10 +18,12 @@ RayPasses::RayPasses(Context& context, const PassSize& size, std::uint32_t step_
       size_(size),
       step_budget_(step_budget),
       rays_(context, "rays", sizeof(Ray) * size.rays(), VK_FORMAT_R32G32B32A32_UINT),
-      hits_(context, "hits", sizeof(Hit) * size.rays(), kStorage, Memory::kDevice),
+      hits_(context, "hits", sizeof(Hit) * size.rays(), VK_FORMAT_R32G32B32A32_UINT,
+            VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
       seen_(context, "pixels seen", 4 * size.rays(), VK_FORMAT_R32_UINT,
             VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
-      occlusion_(context, "occlusion", 4 * size.rays(), kStorage, Memory::kDevice),
+      occlusion_(context, "occlusion", 4 * size.rays(), VK_FORMAT_R32_UINT,
+                 VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
       pixels_(context, "pixels", 4 * size.rays(), kStorage, Memory::kDevice),
       work_(context, "work", sizeof(WorkHeader) + sizeof(Suspended) * size.rays(), kStorage,
             Memory::kDevice),
@@ -32,8 +34,10 @@ void RayPasses::add_to(Bindings& bindings) const {
     bindings.views[kBindRays] = rays_.view.get();
     bindings.views[kBindSeen] = seen_.view.get();
     bindings.buffers[kBindSeenOut] = seen_.buffer.get();
-    bindings.buffers[kBindHits] = hits_.get();
-    bindings.buffers[kBindOcclusion] = occlusion_.get();
+    bindings.views[kBindFoundHits] = hits_.view.get();
+    bindings.buffers[kBindHits] = hits_.buffer.get();
+    bindings.views[kBindFoundOcclusion] = occlusion_.view.get();
+    bindings.buffers[kBindOcclusion] = occlusion_.buffer.get();
     bindings.buffers[kBindPixels] = pixels_.get();
     bindings.buffers[kBindWork] = work_.get();
     bindings.buffers[kBindStates] = states_.get();

@@ -27,8 +27,8 @@ public:
     RayPasses(Context& context, const PassSize& size, std::uint32_t step_budget);
 
     const PassSize& size() const { return size_; }
-    const Buffer& hits() const { return hits_; }
-    const Buffer& occlusion() const { return occlusion_; }
+    const Buffer& hits() const { return hits_.buffer; }
+    const Buffer& occlusion() const { return occlusion_.buffer; }
     const Buffer& pixels() const { return pixels_; }
     const Buffer& rays() const { return rays_.buffer; }
     void add_to(Bindings& bindings) const;
@@ -62,9 +62,9 @@ private:
     PassSize size_;
     std::uint32_t step_budget_;
     TexelBuffer rays_;
-    Buffer hits_;
+    TexelBuffer hits_;
     TexelBuffer seen_;
-    Buffer occlusion_;
+    TexelBuffer occlusion_;
     Buffer pixels_;
     Buffer work_;
     Buffer states_;

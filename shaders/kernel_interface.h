@@ -20,17 +20,20 @@ SHARED_CONST uint kBindLeafParents = 5u;   // R32UI
 SHARED_CONST uint kBindNodeParents = 6u;   // R32UI
 SHARED_CONST uint kBindRays = 7u;          // RGBA32UI, two a ray
 SHARED_CONST uint kBindSeen = 8u;          // R32UI: pixels that show something
+// Likewise, over the same memory as kBindHits and kBindOcclusion: what earlier passes found.
+SHARED_CONST uint kBindFoundHits = 9u;        // RGBA32UI
+SHARED_CONST uint kBindFoundOcclusion = 10u;  // R32UI
 // Storage texel buffers, over the same memory as 0 and 1.
-SHARED_CONST uint kBindNodesOut = 9u;    // R32UI
-SHARED_CONST uint kBindLeavesOut = 10u;  // R32UI
+SHARED_CONST uint kBindNodesOut = 11u;   // R32UI
+SHARED_CONST uint kBindLeavesOut = 12u;  // R32UI
 // Storage buffers; no kernel uses more than the four that every device has.
-SHARED_CONST uint kBindHits = 11u;
-SHARED_CONST uint kBindOcclusion = 12u;
-SHARED_CONST uint kBindPixels = 13u;
-SHARED_CONST uint kBindWork = 14u;
-SHARED_CONST uint kBindStates = 15u;
-SHARED_CONST uint kBindSeenOut = 16u;
-SHARED_CONST uint kBindingCount = 17u;
+SHARED_CONST uint kBindHits = 13u;
+SHARED_CONST uint kBindOcclusion = 14u;
+SHARED_CONST uint kBindPixels = 15u;
+SHARED_CONST uint kBindWork = 16u;
+SHARED_CONST uint kBindStates = 17u;
+SHARED_CONST uint kBindSeenOut = 18u;
+SHARED_CONST uint kBindingCount = 19u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
@@ -45,18 +48,18 @@ SHARED_CONST uint kTileSize = 8u;
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
 
-// Packets of camera rays are 16x8 pixels, one a cluster of lanes (specialisation constant 1: 4, 8
-// or 16). Lavapipe's vectors are one cluster each; what a cluster does not count are the loops over
-// its vectors of rays, less than 200 a packet.
+// A packet is traced by a cluster of lanes (specialisation constant 1: 4, 8 or 16). Lavapipe's
+// vectors are one cluster each; what a cluster does not count are the loops over its vectors of
+// rays, less than 400 a packet.
 SHARED_CONST uint kConstantPacketLanes = 1u;
 SHARED_CONST uint kPacketStepBudget = 40000u;
-// Of a packet of shadow rays, whose rays may have little in common.
-SHARED_CONST uint kShadowPacketStepBudget = 2000u;
 // How many packets a cluster traces, one after the other.
 SHARED_CONST uint kConstantPacketRun = 2u;
 SHARED_CONST uint kPacketWidth = 16u;
-SHARED_CONST uint kPacketHeight = 8u;
-SHARED_CONST uint kPacketRays = 128u;
+// Of camera rays (with 4 lanes 8: a bit for each vector of rays has to fit a word), and of shadow
+// rays.
+SHARED_CONST uint kCameraPacketHeight = 16u;
+SHARED_CONST uint kShadowPacketHeight = 8u;
 
 // Rays of a pixel that `occlusion_packet` traces at once.
 SHARED_CONST uint kOcclusionRays = 16u;

@@ -5,6 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
 
+#include "shaders/found_hits.glsl"
 #include "shaders/pixel_surface.glsl"
 #include "shaders/spread.glsl"
 #include "shaders/traverse.glsl"
@@ -14,7 +15,6 @@ layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { OcclusionArguments args; };
 layout(binding = kBindSeen) uniform usamplerBuffer seen;
-layout(std430, binding = kBindHits) readonly buffer Hits { Hit hits[]; };
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
 void main() {
@@ -25,7 +25,7 @@ void main() {
     uint index = texelFetch(seen, int(i)).x;
     uint x = args.x + index % args.width;
     uint y = args.y + index / args.width;
-    Hit hit = hits[index];
+    Hit hit = found_hit(index);
     Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit,
                               scene_triangle(hit.prim_id));
     bool is_shadow = args.params.rays == kRaysShadow;

@@ -4,6 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
 
+#include "shaders/found_hits.glsl"
 #include "shaders/pixel_surface.glsl"
 #include "shaders/point_leaf.glsl"
 #include "shaders/spread.glsl"
@@ -15,7 +16,6 @@ layout(constant_id = kConstantPacketRun) const uint kRun = 1u;
 
 layout(push_constant) uniform Arguments { OcclusionArguments args; };
 layout(binding = kBindSeen) uniform usamplerBuffer seen;
-layout(std430, binding = kBindHits) readonly buffer Hits { uvec4 hits[]; };
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
 /// The pixel, among those of the region.
@@ -25,12 +25,7 @@ void make_rays(uint index) {
     pixel_index = texelFetch(seen, int(index)).x;
     uint x = args.x + pixel_index % args.width;
     uint y = args.y + pixel_index / args.width;
-    uvec4 words = hits[pixel_index];
-    Hit hit;
-    hit.t = uintBitsToFloat(words.x);
-    hit.u = uintBitsToFloat(words.y);
-    hit.v = uintBitsToFloat(words.z);
-    hit.prim_id = words.w;
+    Hit hit = found_hit(pixel_index);
     Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit,
                               scene_triangle(hit.prim_id));
     uint own = 0u;

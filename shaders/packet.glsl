@@ -13,6 +13,8 @@
 //
 // Some devices mask branches instead of jumping over them, and run the body of a loop at least
 // once. So loops here are nested such that each body has something to do most times it is run.
+//
+// Whoever includes this defines PACKET_HEIGHT in pixels, 8 or 16.
 #ifndef SHADERS_PACKET_GLSL
 #define SHADERS_PACKET_GLSL
 
@@ -57,6 +59,23 @@ struct PacketFrame {
 };
 
 PacketFrame frame;
+
+/// A packet's rays are vectors of a ray a lane, 4 in a row, each 4 pixels wide and kVectorHeight
+/// high; and groups of 8x4, two in a row.
+const uint kVectors = kPacketWidth * PACKET_HEIGHT / kLanes;
+const uint kVectorHeight = kLanes / 4u;
+const uint kGroups = PACKET_HEIGHT / 2u;
+const uint kAllGroups = (1u << kGroups) - 1u;
+const uint kGroupVectors = 32u / kLanes;
+
+/// Rows of 4 vectors, and the vectors of the first row, as bits.
+const uint kRows = kVectors / 4u;
+const uint kFirstRow = 15u;
+
+/// The k-th vector of a group, two in a row.
+uint vector_of(uint group, uint k) {
+    return 2u * (group & 1u) + (k & 1u) + 4u * (k >> 1u) + 2u * kGroupVectors * (group >> 1u);
+}
 
 /// row_error * p and row * p_error added to row * p, so that about 2^-44 of the sum of magnitudes
 /// remains (T. Ogita, S. Rump, S. Oishi. Accurate sum and dot product. 2005, algorithm Dot2).

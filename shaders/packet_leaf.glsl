@@ -75,10 +75,14 @@ Corners projected_triangle(uint words) {
 float least(vec3 v) { return lesser(v.x, lesser(v.y, v.z)); }
 float most(vec3 v) { return greater(v.x, greater(v.y, v.z)); }
 
-/// Whether a triangle may concern a ray of the packet: its rectangle meets the packet's, and covers
+/// Of rays that are not the middles of pixels, the rectangles of each group.
+vec2 group_lower[kGroups];
+vec2 group_upper[kGroups];
+
+/// The groups of rays that a triangle may concern, as bits: its rectangle meets theirs, and covers
 /// the middle of a pixel if the rays are those (on_grid); and it is in front of the origin, nearer
 /// than what all rays have found.
-bool may_concern_packet(Corners t, bool on_grid) {
+uint concerned_groups(Corners t, bool on_grid) {
     bool is_finite = most(t.x) < kFarAway;
     float z_least = least(t.z);
     float z_most = most(t.z);
@@ -96,28 +100,46 @@ bool may_concern_packet(Corners t, bool on_grid) {
     float margin = 2.0f * leaf_error * most(rz) + 1.52587890625e-05f;
     low = low - 1.9073486328125e-06f * abs(low) - margin;
     high = high + 1.9073486328125e-06f * abs(high) + margin;
-    bool meets = low.x <= frame.upper.x && low.y <= frame.upper.y && high.x >= frame.lower.x &&
-                 high.y >= frame.lower.y;
+    uint groups = 0u;
     if (on_grid) {
         // Most small triangles cover no pixel's middle, x = k + 0.5 for whole k, at all.
         vec2 first = ceil(low - frame.ray_error - vec2(0.5f));
         vec2 last = floor(high + frame.ray_error - vec2(0.5f));
-        meets = meets && first.x <= last.x && first.y <= last.y;
+        bool is_any = first.x <= last.x && first.y <= last.y;
+        uint columns = (first.x <= -1.0f && last.x >= -8.0f ? 1u : 0u) |
+                       (first.x <= 7.0f && last.x >= 0.0f ? 2u : 0u);
+        [[unroll]] for (uint row = 0u; row < kGroups / 2u; ++row) {
+            float begin = 4.0f * float(row) - float(kGroups);
+            groups |= first.y <= begin + 3.0f && last.y >= begin ? columns << (2u * row) : 0u;
+        }
+        groups = is_any ? groups : 0u;
+    } else {
+        [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
+            bool meets = low.x <= group_upper[g].x && low.y <= group_upper[g].y &&
+                         high.x >= group_lower[g].x && high.y >= group_lower[g].y;
+            groups |= meets ? 1u << g : 0u;
+        }
     }
-    return is_finite && (meets || !in_front) && z_most + z_error > 0.0f &&
-           nearest_q(z_least - z_error) >= packet_q;
+    groups = in_front ? groups : kAllGroups;
+    bool is_near =
+        is_finite && z_most + z_error > 0.0f && nearest_q(z_least - z_error) >= packet_q;
+    return is_near ? groups : 0u;
 }
 
-/// The triangles of a leaf that may concern the packet, as bits. Leaves projected, corner_words and
-/// leaf_error.
+/// Of the leaf's triangles, the groups that each may concern.
+uint triangle_groups[kSlots];
+
+/// The triangles of a leaf that may concern the packet, as bits. Leaves projected, corner_words,
+/// leaf_error and triangle_groups.
 uint cull_leaf(uint leaf, bool on_grid) {
     project_vertices(leaf);
     uint alive = 0u;
     [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
         uint words = corner_words[h];
         uint i = lane + kLanes * h;
-        bool meets = may_concern_packet(projected_triangle(words), on_grid);
-        alive |= meets && i < corner_triangle_count(words) ? 1u << i : 0u;
+        uint groups = concerned_groups(projected_triangle(words), on_grid);
+        triangle_groups[h] = i < corner_triangle_count(words) ? groups : 0u;
+        alive |= triangle_groups[h] != 0u ? 1u << i : 0u;
     }
     return cluster_or(alive);
 }
@@ -131,6 +153,8 @@ struct Setup {
     vec3 q;
     float bound;
     float q_error;
+    /// q_error, or kDone where it is too large for a hit to be certain.
+    float win_error;
 };
 
 /// Edge functions are taken in the point of the packet nearest to the first vertex. Let s bound |x|
@@ -138,7 +162,7 @@ struct Setup {
 /// vertex is off by `error` (x - X z for |X| + |Y| <= 32 rounds by 2^-18 Z), so that an edge
 /// function moves by at most 4 error (reach + error), twice the first-order term. Its own roundings
 /// are at most frame.rounding s Z + 2^-20 s^2.
-Setup set_up_triangle(Corners t) {
+Setup set_up_triangle(Corners t, float leaf_error) {
     float z_size = most(abs(t.z));
     float rz = t.z.x > 0.0f ? 1.0f / t.z.x : 0.0f;
     vec2 middle = clamp(vec2(t.x.x, t.y.x) * rz, frame.lower, frame.upper);
@@ -181,43 +205,59 @@ Setup set_up_triangle(Corners t) {
     float c0 = 4.0f * rounding * scale + dot(slope, frame.ray_error);
     bool doubtful = !sane || 16.0f * error * size * z_size * scale >= 1.0f;
     setup.q_error = doubtful ? 1.0e35f : c0 + q_most * (c1 + q_most * frame.depth_error);
+    // Steep triangles, whose error would be that of all that were hit: 2^-10.
+    setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
     return setup;
-}
-
-/// Of a leaf's triangles, given as bits, the first kLanes, one a lane.
-struct Chunk {
-    uint triangle;  // its slot in the leaf
-    bool is_used;
-    Setup setup;
-};
-
-Chunk set_up_chunk(uint alive) {
-    uint rest = alive;
-    [[unroll]] for (uint k = 0u; k < kLanes - 1u; ++k) {
-        rest = lane > k ? rest & (rest - 1u) : rest;
-    }
-    Chunk chunk;
-    chunk.is_used = rest != 0u;
-    chunk.triangle = uint(findLSB(rest)) & 15u;
-    uint from = chunk.triangle & (kLanes - 1u);
-    uint words = read_lane(corner_words[0], from);
-    [[unroll]] for (uint h = 1u; h < kSlots; ++h) {
-        uint other = read_lane(corner_words[h], from);
-        words = chunk.triangle / kLanes == h ? other : words;
-    }
-    chunk.setup = set_up_triangle(projected_triangle(words));
-    return chunk;
-}
-
-/// The set-up of lane `from`, on all lanes.
-Setup read_setup(Setup own, uint from) {
-    return Setup(read_lane(own.a, from), read_lane(own.b, from), read_lane(own.c, from),
-                 read_lane(own.q, from), read_lane(own.bound, from), read_lane(own.q_error, from));
 }
 
 /// A triangle by its leaf and its slot there, as packets keep it.
 uint triangle_name(uint leaf, uint i) { return leaf * 16u + i; }
 const uint kNoTriangle = 0xFFFFFFFFu;
+
+/// Triangles that wait to be traced, one on each of the first lanes: its name, the groups that it
+/// may concern (none: it was traced), its corners and their error.
+uint pending_count;
+uint pending_names;
+uint pending_groups;
+Corners pending_corners;
+float pending_error;
+/// How many are worth tracing while there are more leaves.
+const uint kEnough = kLanes / 2u + 1u;
+
+/// Adds as many of the leaf's triangles, given as bits, as there are lanes for. Returns the rest.
+uint append_triangles(uint leaf, uint alive) {
+    uint rest = alive;
+    [[unroll]] for (uint k = 0u; k < kLanes - 1u; ++k) {
+        rest = lane > k + pending_count ? rest & (rest - 1u) : rest;
+    }
+    bool is_new = lane >= pending_count && rest != 0u;
+    uint triangle = uint(findLSB(rest)) & 15u;
+    uint from = triangle & (kLanes - 1u);
+    uint words = read_lane(corner_words[0], from);
+    uint groups = read_lane(triangle_groups[0], from);
+    [[unroll]] for (uint h = 1u; h < kSlots; ++h) {
+        uint other = read_lane(corner_words[h], from);
+        uint other_groups = read_lane(triangle_groups[h], from);
+        words = triangle / kLanes == h ? other : words;
+        groups = triangle / kLanes == h ? other_groups : groups;
+    }
+    Corners t = projected_triangle(words);
+    pending_corners.x = is_new ? t.x : pending_corners.x;
+    pending_corners.y = is_new ? t.y : pending_corners.y;
+    pending_corners.z = is_new ? t.z : pending_corners.z;
+    pending_error = is_new ? leaf_error : pending_error;
+    pending_groups = is_new ? groups : pending_groups;
+    pending_names = is_new ? triangle_name(leaf, triangle) : pending_names;
+    pending_count = cluster_max(is_new ? lane + 1u : pending_count);
+    return alive & ~cluster_or(is_new ? 1u << triangle : 0u);
+}
+
+/// The set-up of lane `from`, on all lanes.
+Setup read_setup(Setup own, uint from) {
+    return Setup(read_lane(own.a, from), read_lane(own.b, from), read_lane(own.c, from),
+                 read_lane(own.q, from), read_lane(own.bound, from), read_lane(own.q_error, from),
+                 read_lane(own.win_error, from));
+}
 
 vec3 leaf_vertex(uint leaf_at, uint slot) {
     return uintBitsToFloat(texelFetch(leaves, int(leaf_at + slot)).xyz);

@@ -3,79 +3,87 @@
 #ifndef SHADERS_PACKET_TRAVERSAL_GLSL
 #define SHADERS_PACKET_TRAVERSAL_GLSL
 
-#include "shaders/packet_leaf.glsl"
+#include "shaders/packet_doubts.glsl"
 
 const uint kAllTriangles = 0xFFFFu;
 
-/// One triangle against all rays. The vectors of this lane's rays that are in doubt, as bits.
-uint trace_triangle(Setup s, uint name);
-/// Notes a doubt, if there is one. Whether all lanes have room for one more.
-bool note_doubt(uint name, uint vectors);
+/// A triangle against the rays of a group. `bit` is the triangle's in pending_doubts; 0: there is
+/// none.
+void trace_triangle(uint group, Setup s, uint name, uint bit);
 /// The least 1/z that matters to some ray.
 float least_q();
 
-/// What a traversal has still to do: a node or leaf, kEmptyChild at the end; of a leaf only some
-/// triangles.
+/// What a traversal has still to do besides the pending triangles: a node or leaf, kEmptyChild if
+/// there is none; of a leaf only some triangles.
 struct Traversal {
     uint current;
     uint triangles;
     uint steps;
+    uint most_steps;
 };
+
+/// kEmptyChild has kLeafBit set.
+bool is_leaf(uint child) { return (child & kLeafBit) != 0u && child != kEmptyChild; }
+
+bool is_finished(Traversal t) { return t.current == kEmptyChild && pending_count == 0u; }
+
+/// The pending triangles that concern a group. A loop for each group, since it is all that some
+/// devices jump over.
+void trace_group(uint group, Setup setup, inout uint steps) {
+    uint left = cluster_or((pending_groups >> group & 1u) << lane);
+    do {
+        uint i = uint(findLSB(left)) & (kLanes - 1u);
+        trace_triangle(group, read_setup(setup, i), read_lane(pending_names, i),
+                       left & (0u - left));
+        left &= left - 1u;
+        ++steps;
+    } while (left != 0u);
+}
 
 /// Continues until there is nothing left, no room for doubts, or no steps.
 void traverse(inout Traversal t) {
     bool has_room = true;
     do {
-        // kEmptyChild has kLeafBit set.
         do {
             if ((t.current & kLeafBit) == 0u) {
                 visit_node(t.current);
                 t.current = take_child(t.steps);
             }
+            ++t.steps;
         } while ((t.current & kLeafBit) == 0u && level <= kMaxDepth);
         do {
-            uint leaf = 0u;
-            uint alive = 0u;
+            uint rest = 0u;
             do {
-                bool is_leaf = t.current != kEmptyChild;
-                leaf = is_leaf ? t.current & ~kLeafBit : 0u;
-                alive = cull_leaf(leaf, PACKET_ON_GRID) & t.triangles;
-                alive = is_leaf ? alive : 0u;
-                t.triangles = kAllTriangles;
-                if (alive == 0u && is_leaf) t.current = take_child(t.steps);
+                // Always so in the first round of most, but see cluster.glsl.
+                if (is_leaf(t.current) && pending_count < kEnough && rest == 0u) {
+                    uint leaf = t.current & ~kLeafBit;
+                    rest = append_triangles(leaf, cull_leaf(leaf, PACKET_ON_GRID) & t.triangles);
+                    t.triangles = rest != 0u ? rest : kAllTriangles;
+                    if (rest == 0u) t.current = take_child(t.steps);
+                }
                 ++t.steps;
-            } while (alive == 0u && (t.current & kLeafBit) != 0u && t.current != kEmptyChild);
-            bool is_visited = alive != 0u;
-            do {
-                Chunk chunk = set_up_chunk(alive);
-                t.steps += 2u;
-                uint left = cluster_or(chunk.is_used ? 1u << lane : 0u);
-                do {
-                    uint doubtful = 0u;
-                    uint name = 0u;
-                    do {
-                        uint i = uint(findLSB(left)) & (kLanes - 1u);
-                        if (left != 0u) {
-                            name = triangle_name(leaf, read_lane(chunk.triangle, i));
-                            doubtful = trace_triangle(read_setup(chunk.setup, i), name);
-                        }
-                        left &= left - 1u;
-                        ++t.steps;
-                    } while (left != 0u && cluster_or(doubtful) == 0u);
-                    has_room = note_doubt(name, doubtful);
-                    ++t.steps;
-                } while (left != 0u && has_room);
-                bool is_done = chunk.is_used && (left >> lane & 1u) == 0u;
-                alive &= ~cluster_or(is_done ? 1u << chunk.triangle : 0u);
-            } while (alive != 0u && has_room);
-            if (is_visited && alive == 0u) {
-                packet_q = least_q();
-                t.current = take_child(t.steps);
+            } while (is_leaf(t.current) && pending_count < kEnough && rest == 0u);
+            Setup setup = set_up_triangle(pending_corners, pending_error);
+            setup.win_error = pending_groups != 0u ? setup.win_error : kDone;
+            t.steps += 2u;
+            trace_group(0u, setup, t.steps);
+            trace_group(1u, setup, t.steps);
+            trace_group(2u, setup, t.steps);
+            trace_group(3u, setup, t.steps);
+            if (kGroups > 4u) {
+                trace_group(4u, setup, t.steps);
+                trace_group(5u, setup, t.steps);
+                trace_group(6u, setup, t.steps);
+                trace_group(7u, setup, t.steps);
             }
-            t.triangles = alive != 0u ? alive : kAllTriangles;
-        } while ((t.current & kLeafBit) != 0u && t.current != kEmptyChild && has_room &&
-                 t.steps < kSteps);
-    } while (t.current != kEmptyChild && has_room && t.steps < kSteps && level <= kMaxDepth);
+            uint open = queue_doubts(t.steps);
+            has_room = has_room_for_doubts();
+            pending_groups = (open >> lane & 1u) != 0u ? pending_groups : 0u;
+            pending_count = open == 0u ? 0u : pending_count;
+            packet_q = least_q();
+        } while ((is_leaf(t.current) || pending_count != 0u) && has_room &&
+                 t.steps < t.most_steps);
+    } while (t.current != kEmptyChild && has_room && t.steps < t.most_steps && level <= kMaxDepth);
 }
 
 #endif  // SHADERS_PACKET_TRAVERSAL_GLSL

@@ -1,10 +1,10 @@
-// The closest hit of each camera ray of a region, a packet of 16x8 pixels a cluster of lanes.
+// The closest hit of each camera ray of a region, a packet of 16x16 pixels a cluster of lanes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
 
 #include "common/interop/camera.h"
-#include "shaders/packet.glsl"
+#define PACKET_HEIGHT (kLanes == 4u ? 8u : kCameraPacketHeight)
 #define PACKET_ON_GRID true
 #include "shaders/packet_traversal.glsl"
 #include "shaders/spread.glsl"
@@ -16,24 +16,15 @@ layout(push_constant) uniform Arguments { PacketArguments args; };
 layout(std430, binding = kBindHits) buffer Hits { uvec4 hits[]; };
 layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
 
-/// Vectors of rays, 4 in a row, each 4 pixels wide and kVectorHeight high.
-const uint kVectors = kPacketRays / kLanes;
-const uint kVectorHeight = kLanes / 4u;
-const uint kVectorRows = kVectors / 4u;
 /// Loops in a loop over what a packet still has to do.
 const uint kRoundSteps = 8u;
 const uint kAllVectors = 0xFFFFFFFFu >> (32u - kVectors);
 
-/// 1/z of the best hit so far lies in [q_lower, q_upper].
-float q_lower[kVectors];
-float q_upper[kVectors];
+/// 1/z of the best hits so far, and how far each of them may be off.
+float best_q[kVectors];
+float best_error;
 uint winners[kVectors];
 
-/// Where a bound left a doubt: triangles, and for each the vectors of this lane's rays. A queue in
-/// registers, its end 0 as long as there is room.
-const uint kMaxDoubts = 4u;
-uint doubt_names[kMaxDoubts];
-uint doubt_vectors[kMaxDoubts];
 /// Vectors of which the rule's plain path could not finish this lane's winner.
 uint unfinished;
 
@@ -86,7 +77,7 @@ vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
 /// of their pixels. They are off by 4 roundings of a direction, by the roundings of the rows that
 /// came from the host and by those of the middle: 2^-22 and 2^-23 of each.
 void set_frame() {
-    vec2 middle = vec2(region_origin + packet_origin + uvec2(kPacketWidth, kPacketHeight) / 2u);
+    vec2 middle = vec2(region_origin + packet_origin + uvec2(kPacketWidth, PACKET_HEIGHT) / 2u);
     vec3 row_x = vec3(args.row_x[0], args.row_x[1], args.row_x[2]);
     vec3 row_y = vec3(args.row_y[0], args.row_y[1], args.row_y[2]);
     vec3 row_z = vec3(args.row_z[0], args.row_z[1], args.row_z[2]);
@@ -103,18 +94,19 @@ void set_frame() {
     vec2 given = vec2(magnitude_sum(row_x), magnitude_sum(row_y)) + middle * frame.row_size.z;
     frame.ray_error = args.direction_size *
                       (2.384185791015625e-07f * rounded + 1.1920928955078125e-07f * given);
-    vec2 extent = vec2(7.5f, 3.5f) + frame.ray_error;
+    vec2 extent = vec2(7.5f, float(kGroups) - 0.5f) + frame.ray_error;
     frame.lower = -extent;
     frame.upper = extent;
     frame.depth_error = box_dilation(frame.org) * max(frame.row_size.z, 1.0f);
-    // 2^-14: coefficients up to 2 s Z with 3 roundings each, times distances up to 24; sums and
-    // products of them; 10 steps from vector to vector: 816 * 2^-24 in all.
+    // 2^-14: coefficients up to 2 s Z with 3 roundings each, times distances up to 16, at the ray
+    // and at the point where the edge functions are taken (192 * 2^-24); products of them and sums
+    // (96 and 128); two steps from vector to vector (128).
     frame.rounding = 6.103515625e-05f;
 }
 
 void begin_packet(uint packet) {
     packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
-                    uvec2(kPacketWidth, kPacketHeight);
+                    uvec2(kPacketWidth, PACKET_HEIGHT);
     set_frame();
     set_planes();
     begin_traversal();
@@ -122,64 +114,47 @@ void begin_packet(uint packet) {
 
 void begin_rays() {
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
-        float q = is_active(ray_pixel(v)) ? 0.0f : kDone;
-        q_lower[v] = q;
-        q_upper[v] = q;
+        best_q[v] = is_active(ray_pixel(v)) ? 0.0f : kDone;
         winners[v] = kNoTriangle;
     }
+    best_error = 0.0f;
     unfinished = 0u;
-    [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_vectors[i] = 0u;
+    clear_pending();
 }
 
-uint trace_triangle(Setup s, uint name) {
-    float x = float(lane & 3u) - 7.5f;
-    float y = float(lane >> 2u) - 3.5f;
+void trace_triangle(uint group, Setup s, uint name, uint bit) {
+    float x = float(lane & 3u) - 7.5f + 8.0f * float(group & 1u);
+    float y = float(lane >> 2u) + 0.5f - float(kGroups) + 4.0f * float(group >> 1u);
+    float bound = bit != 0u ? s.bound : kAnyDepth;
+    float error = s.q_error + best_error;
+    float win_error = s.win_error + best_error;
     vec3 row = s.a * x + s.b * y + s.c;
     float row_q = s.q.x * x + s.q.y * y + s.q.z;
-    vec3 step_x = 4.0f * s.a;
-    vec3 step_y = float(kVectorHeight) * s.b;
-    float step_qx = 4.0f * s.q.x;
-    float step_qy = float(kVectorHeight) * s.q.y;
-    uint doubtful = 0u;
-    [[unroll]] for (uint j = 0u; j < kVectorRows; ++j) {
+    [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
+        uint v = vector_of(group, k);
         vec3 e = row;
         float q = row_q;
-        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-            uint v = 4u * j + i;
-            float least = lesser(e.x, lesser(e.y, e.z));
-            float lower = q - s.q_error;
-            float upper = q + s.q_error;
-            bool sure = least > s.bound && lower > q_upper[v];
-            bool possible = least >= -s.bound && upper >= q_lower[v];
-            doubtful |= possible && !sure ? 1u << v : 0u;
-            q_lower[v] = sure ? lower : q_lower[v];
-            q_upper[v] = sure ? upper : q_upper[v];
-            winners[v] = sure ? name : winners[v];
-            e += step_x;
-            q += step_qx;
+        if ((k & 1u) != 0u) {
+            e += 4.0f * s.a;
+            q += 4.0f * s.q.x;
+            row += float(kVectorHeight) * s.b;
+            row_q += float(kVectorHeight) * s.q.y;
         }
-        row += step_y;
-        row_q += step_qy;
+        float least = lesser(e.x, lesser(e.y, e.z));
+        float nearer = q - best_q[v];
+        bool sure = least > bound && nearer > win_error;
+        bool possible = least >= -bound && nearer >= -error;
+        pending_doubts[group] |= possible && !sure ? bit << (k * kLanes) : 0u;
+        best_q[v] = sure ? q : best_q[v];
+        winners[v] = sure ? name : winners[v];
     }
-    return doubtful;
+    best_error = s.win_error < kDone ? greater(best_error, s.win_error) : best_error;
 }
 
 float least_q() {
-    float least = q_lower[0];
-    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, q_lower[v]);
-    return cluster_min(least);
-}
-
-/// Notes a doubt, if there is one. Whether all lanes have room for one more.
-bool note_doubt(uint name, uint vectors) {
-    [[unroll]] for (uint i = 1u; i < kMaxDoubts; ++i) {
-        uint to = kMaxDoubts - i;
-        doubt_names[to] = vectors != 0u ? doubt_names[to - 1u] : doubt_names[to];
-        doubt_vectors[to] = vectors != 0u ? doubt_vectors[to - 1u] : doubt_vectors[to];
-    }
-    doubt_names[0] = vectors != 0u ? name : doubt_names[0];
-    doubt_vectors[0] = vectors != 0u ? vectors : doubt_vectors[0];
-    return cluster_or(doubt_vectors[kMaxDoubts - 1u]) == 0u;
+    float least = best_q[0];
+    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, best_q[v]);
+    return greater(cluster_min(least) - best_error, 0.0f);
 }
 
 uvec4 hit_words(TriangleHit hit, uint prim_id) {
@@ -197,8 +172,14 @@ void write_misses(uint vectors, uint prim_id) {
     } while (vectors != 0u);
 }
 
-/// winners[v], but an array that is indexed so is slow wherever it is used.
-uint winner_of(uint v) {
+/// winners[4 * row + i], but an array that is indexed so is slow wherever it is used.
+uint winner_of(uint row, uint i) {
+    uint name = winners[i];
+    [[unroll]] for (uint r = 1u; r < kRows; ++r) name = row == r ? winners[4u * r + i] : name;
+    return name;
+}
+
+uint any_winner_of(uint v) {
     uint name = winners[0];
     [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? winners[k] : name;
     return name;
@@ -212,35 +193,39 @@ void finish_winners(bool are_begun) {
         own |= winners[v] != kNoTriangle ? 1u << v : 0u;
     }
     uint any = cluster_or(own);
+    // Vectors of the rows that have some.
+    uint written = ((any | any >> 1u | any >> 2u | any >> 3u) & 0x11111111u) * kFirstRow;
     uint left = any;
     do {
-        uint v = uint(findLSB(left)) & (kVectors - 1u);
-        uvec2 pixel = ray_pixel(v);
-        Ray ray = ray_of(pixel);
-        uint name = winner_of(v);
-        bool is_hit = (own >> v & 1u) != 0u;
-        vec3 a, b, c;
-        uint prim_id = named_triangle(is_hit ? name : 0u, a, b, c);
-        ShearedRay sheared = shear_ray(ray.org, ray.dir);
-        vec3 pa = project_fast(sheared, a);
-        vec3 pb = project_fast(sheared, b);
-        vec3 pc = project_fast(sheared, c);
-        Edges e = fast_edges(pa, pb, pc);
-        TriangleHit hit;
-        weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
-        bool is_sure = is_hit && surely_inside(sheared, e);
-        unfinished |= is_hit && !is_sure ? 1u << v : 0u;
-        uvec4 words = is_sure ? hit_words(hit, prim_id) : uvec4(0u, 0u, 0u, kNoPrim);
-        bool is_written = left != 0u && is_active(pixel);
-        if (are_begun && is_written) {
-            uvec4 best = hits[answer_index(pixel)];
-            is_written = is_sure && (best.w == kNoPrim ||
-                                     wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w));
+        uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint v = 4u * row + i;
+            uvec2 pixel = ray_pixel(v);
+            Ray ray = ray_of(pixel);
+            bool is_hit = (own >> v & 1u) != 0u;
+            vec3 a, b, c;
+            uint prim_id = named_triangle(is_hit ? winner_of(row, i) : 0u, a, b, c);
+            ShearedRay sheared = shear_ray(ray.org, ray.dir);
+            vec3 pa = project_fast(sheared, a);
+            vec3 pb = project_fast(sheared, b);
+            vec3 pc = project_fast(sheared, c);
+            Edges e = fast_edges(pa, pb, pc);
+            TriangleHit hit;
+            weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
+            bool is_sure = is_hit && surely_inside(sheared, e);
+            unfinished |= is_hit && !is_sure ? 1u << v : 0u;
+            uvec4 words = is_sure ? hit_words(hit, prim_id) : uvec4(0u, 0u, 0u, kNoPrim);
+            bool is_written = left != 0u && is_active(pixel);
+            if (are_begun && is_written) {
+                uvec4 best = hits[answer_index(pixel)];
+                is_written = is_sure && (best.w == kNoPrim ||
+                                         wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w));
+            }
+            if (is_written) hits[answer_index(pixel)] = words;
         }
-        if (is_written) hits[answer_index(pixel)] = words;
-        left &= left - 1u;
+        left &= ~(kFirstRow << (4u * row));
     } while (left != 0u);
-    write_misses(are_begun ? 0u : kAllVectors & ~any, kNoPrim);
+    write_misses(are_begun ? 0u : kAllVectors & ~written, kNoPrim);
 }
 
 /// The rule for all doubts and unfinished winners, one of each lane at a time, as long as there are
@@ -249,19 +234,12 @@ void settle_doubts(inout uint steps) {
     bool more = true;
     do {
         bool is_winner = unfinished != 0u;
-        uint vectors = is_winner ? unfinished : doubt_vectors[0];
-        bool is_any = vectors != 0u;
-        uint v = uint(findLSB(vectors)) & (kVectors - 1u);
-        uint name = is_winner ? winner_of(v) : doubt_names[0];
-        vectors &= vectors - 1u;
-        unfinished = is_winner ? vectors : 0u;
-        doubt_vectors[0] = is_winner ? doubt_vectors[0] : vectors;
-        bool is_next = doubt_vectors[0] == 0u;
-        [[unroll]] for (uint i = 0u; i < kMaxDoubts - 1u; ++i) {
-            doubt_names[i] = is_next ? doubt_names[i + 1u] : doubt_names[i];
-            doubt_vectors[i] = is_next ? doubt_vectors[i + 1u] : doubt_vectors[i];
-        }
-        doubt_vectors[kMaxDoubts - 1u] = is_next ? 0u : doubt_vectors[kMaxDoubts - 1u];
+        uint name;
+        bool is_any = is_winner || doubt_vectors[0] != 0u;
+        uint v = pop_doubt(!is_winner, name);
+        v = is_winner ? uint(findLSB(unfinished)) & (kVectors - 1u) : v;
+        name = is_winner ? any_winner_of(v) : name;
+        unfinished &= unfinished - 1u;
         uvec2 pixel = ray_pixel(v);
         Ray ray = ray_of(pixel);
         vec3 a, b, c;
@@ -295,6 +273,7 @@ void main() {
     read_arguments();
     Traversal t;
     t.steps = 0u;
+    t.most_steps = kSteps;
     bool is_complete = true;
     do {
         bool sees_something = false;
@@ -319,14 +298,14 @@ void main() {
             // What is counted nowhere else: each loop that the round runs once.
             t.steps += kRoundSteps;
             traverse(t);
-            bool is_finished = t.current == kEmptyChild;
-            if (is_finished) finish_winners(are_begun);
-            write_misses(is_finished || are_begun ? 0u : kAllVectors, kNoPrim);
+            bool ends = is_finished(t);
+            if (ends) finish_winners(are_begun);
+            write_misses(ends || are_begun ? 0u : kAllVectors, kNoPrim);
             are_begun = true;
             settle_doubts(t.steps);
             is_complete = t.steps < kSteps && level <= kMaxDepth;
-        } while (t.current != kEmptyChild && is_complete);
-        is_complete = is_complete && t.current == kEmptyChild;
+        } while (!is_finished(t) && is_complete);
+        is_complete = is_complete && is_finished(t);
     } while (packet < end && is_complete);
     if (is_complete) return;
     atomicOr(work.header.status, kStatusUnfinished);

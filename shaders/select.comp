@@ -4,9 +4,9 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
 
+#include "shaders/found_hits.glsl"
 #include "shaders/region.glsl"
 
-layout(std430, binding = kBindHits) readonly buffer Hits { Hit hits[]; };
 layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };
 layout(std430, binding = kBindSeenOut) writeonly buffer Seen { uint seen[]; };
 layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
@@ -17,5 +17,5 @@ void main() {
     uint index = answer_index(pixel);
     occlusion[index] = 0u;
     // The order of the list depends on the schedule, the answers do not.
-    if (hits[index].prim_id != kNoPrim) seen[atomicAdd(work.header.seen_count, 1u)] = index;
+    if (found_hit(index).prim_id != kNoPrim) seen[atomicAdd(work.header.seen_count, 1u)] = index;
 }

@@ -1,148 +1,49 @@
 // The shadow rays of a region, which all start at the light: a packet of 16x8 pixels a cluster of
-// lanes. Rays that have too little in common with the others, or two doubts, are left to `resume`.
+// lanes. Rays that have too little in common with the others are left to `resume`.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
 
+#define PACKET_HEIGHT kShadowPacketHeight
 #define PACKET_ON_GRID false
 #include "shaders/packet_traversal.glsl"
-#include "shaders/pixel_surface.glsl"
+#include "shaders/shadow_rays.glsl"
 #include "shaders/spread.glsl"
 #include "shaders/work.glsl"
 
 layout(local_size_x = kGroupSize) in;
 layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
 
-layout(push_constant) uniform Arguments { RegionArguments args; };
-layout(std430, binding = kBindHits) readonly buffer Hits { uvec4 hits[]; };
 /// Comes as 0.
 layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };
 
-/// Vectors of rays, 4 in a row, each 4 pixels wide and kVectorHeight high.
-const uint kVectors = kPacketRays / kLanes;
-const uint kVectorHeight = kLanes / 4u;
-const uint kAllBits = 0xFFFFFFFFu;
+/// Loops in a loop over what a packet still has to do.
+const uint kRoundSteps = 8u;
+/// Of a packet whose rays have little in common; `resume` is faster then.
+const uint kMostSteps = 6000u;
 /// Packets that the rays of 16x8 pixels may be divided into.
 const uint kMaxRounds = 4u;
 
-/// Directions and tfar; where the rays pass the packet's plane, and bounds of 1/z at their ends, or
-/// kDone of those that want no more.
-float dir_x[kVectors];
-float dir_y[kVectors];
-float dir_z[kVectors];
-float tfar[kVectors];
+/// Where the rays pass the packet's plane, and 1/z at their ends, or kDone of those that want no
+/// more.
 float plane_x[kVectors];
 float plane_y[kVectors];
-float q_lower[kVectors];
-float q_upper[kVectors];
-/// Triangles in doubt, or kNoTriangle: mostly the one that the ray ends on, and near edges another.
+float q_end[kVectors];
+/// How far q_end may be off, roundings of directions included.
+float end_error;
+/// Triangles in doubt, or kNoTriangle: mostly the one that the ray ends on. Others are queued.
 uint doubts[kVectors];
-uint second_doubts[kVectors];
-// One bit for each vector of this lane's rays: those that wait for a packet, those of the packet,
-// what is in shadow, and what is left to `resume`.
-uint waiting;
-uint traced;
-uint shadowed;
-uint left_out;
 
-uvec2 packet_origin;  // its first pixel, in the region
-
-// Arguments, read once: some devices read them lane by lane where control flow may diverge.
-Camera camera;
-vec3 light;
-uvec2 region_origin;
-uvec2 region_size;
-
-void read_arguments() {
-    camera = args.params.camera;
-    light = args.params.light;
-    region_origin = uvec2(args.x, args.y);
-    region_size = uvec2(args.width, args.height);
+uint doubt_of(uint row, uint i) {
+    uint name = doubts[i];
+    [[unroll]] for (uint r = 1u; r < kRows; ++r) name = row == r ? doubts[4u * r + i] : name;
+    return name;
 }
 
-uvec2 ray_pixel(uint v) {
-    return packet_origin +
-           uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
-}
-
-bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region_size.y; }
-
-uint answer_index(uvec2 pixel) { return pixel.y * region_size.x + pixel.x; }
-
-/// Which vectors show something, on this lane.
-uint find_seen() {
-    uint seen = 0u;
-    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
-        uvec2 pixel = ray_pixel(v);
-        bool is_seen = is_active(pixel);
-        if (is_seen) is_seen = hits[answer_index(pixel)].w < kUnfinishedPrim;
-        seen |= is_seen ? 1u << v : 0u;
-    }
-    return seen;
-}
-
-// Not dir_x[v] and so on: arrays that are indexed so are slow wherever they are used.
-
-void set_ray(uint v, Ray ray) {
-    [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
-        dir_x[k] = v == k ? ray.dir.x : dir_x[k];
-        dir_y[k] = v == k ? ray.dir.y : dir_y[k];
-        dir_z[k] = v == k ? ray.dir.z : dir_z[k];
-        tfar[k] = v == k ? ray.tfar : tfar[k];
-    }
-}
-
-Ray ray_of(uint v) {
-    Ray ray;
-    ray.org = light;
-    ray.tnear = 0.0f;
-    ray.dir = vec3(dir_x[0], dir_y[0], dir_z[0]);
-    ray.tfar = tfar[0];
-    [[unroll]] for (uint k = 1u; k < kVectors; ++k) {
-        ray.dir.x = v == k ? dir_x[k] : ray.dir.x;
-        ray.dir.y = v == k ? dir_y[k] : ray.dir.y;
-        ray.dir.z = v == k ? dir_z[k] : ray.dir.z;
-        ray.tfar = v == k ? tfar[k] : ray.tfar;
-    }
-    return ray;
-}
-
-uint doubt_of(uint v) {
+uint any_doubt_of(uint v) {
     uint name = doubts[0];
     [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? doubts[k] : name;
     return name;
-}
-
-uint second_doubt_of(uint v) {
-    uint name = second_doubts[0];
-    [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? second_doubts[k] : name;
-    return name;
-}
-
-void make_rays(uint seen) {
-    waiting = 0u;
-    shadowed = 0u;
-    left_out = 0u;
-    uint left = cluster_or(seen);
-    do {
-        uint v = uint(findLSB(left)) & (kVectors - 1u);
-        bool is_seen = (seen >> v & 1u) != 0u;
-        uvec2 pixel = ray_pixel(v);
-        uvec4 words = uvec4(0u);
-        if (is_seen) words = hits[answer_index(pixel)];
-        Hit hit;
-        hit.t = uintBitsToFloat(words.x);
-        hit.u = uintBitsToFloat(words.y);
-        hit.v = uintBitsToFloat(words.z);
-        hit.prim_id = words.w;
-        Ray eye = camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
-        Surface s = pixel_surface(eye, hit, scene_triangle(hit.prim_id));
-        bool faces = faces_light(s, light);
-        waiting |= is_seen && faces ? 1u << v : 0u;
-        shadowed |= is_seen && !faces ? 1u << v : 0u;
-        set_ray(v, shadow_ray(s, light));
-        left &= left - 1u;
-    } while (left != 0u);
 }
 
 /// Where a direction passes the plane of a shear.
@@ -159,7 +60,7 @@ void set_frame(bool is_last) {
     uint v = uint(findLSB(cluster_or(waiting))) & (kVectors - 1u);
     uint lanes = cluster_or((waiting >> v & 1u) != 0u ? 1u << lane : 0u);
     uint axis_lane = uint(findLSB(lanes)) & (kLanes - 1u);
-    vec3 own_dir = ray_of(v).dir;
+    vec3 own_dir = any_ray_of(v).dir;
     vec3 axis_dir = read_lane(own_dir, axis_lane);
     vec3 sizes = abs(axis_dir);
     uint axis = sizes.x >= sizes.y && sizes.x >= sizes.z ? 0u : sizes.y >= sizes.z ? 1u : 2u;
@@ -173,8 +74,7 @@ void set_frame(bool is_last) {
     float radius = is_last ? 1.0e30f : 32.0f * spacing;
 
     traced = 0u;
-    vec2 low = vec2(1.0e30f);
-    vec2 high = vec2(-1.0e30f);
+    float most_q = 0.0f;
     [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
         vec3 r = rotate_axes(vec3(dir_x[k], dir_y[k], dir_z[k]), axis);
         float z = side * r.z;
@@ -187,18 +87,31 @@ void set_frame(bool is_last) {
         traced |= is_traced ? 1u << k : 0u;
         plane_x[k] = at.x;
         plane_y[k] = at.y;
-        low = is_traced ? min(low, at) : low;
-        high = is_traced ? max(high, at) : high;
         float q = rz / (is_traced ? tfar[k] : 1.0f);
-        // 2^-18.
-        q_lower[k] = is_traced ? q * 0.999996185302734375f : kDone;
-        q_upper[k] = is_traced ? q * 1.000003814697265625f : kDone;
+        most_q = greater(most_q, is_traced ? q : 0.0f);
+        q_end[k] = is_traced ? q : kDone;
         doubts[k] = kNoTriangle;
-        second_doubts[k] = kNoTriangle;
     }
+    // 2^-18.
+    end_error = 3.814697265625e-06f * cluster_max(most_q);
     waiting &= ~(traced | left_out);
-    low = vec2(cluster_min(low.x), cluster_min(low.y));
-    high = vec2(cluster_max(high.x), cluster_max(high.y));
+    vec2 low = vec2(1.0e30f);
+    vec2 high = vec2(-1.0e30f);
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
+        vec2 group_low = vec2(1.0e30f);
+        vec2 group_high = vec2(-1.0e30f);
+        [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
+            uint v = vector_of(g, k);
+            bool is_traced = (traced >> v & 1u) != 0u;
+            vec2 at = vec2(plane_x[v], plane_y[v]);
+            group_low = is_traced ? min(group_low, at) : group_low;
+            group_high = is_traced ? max(group_high, at) : group_high;
+        }
+        group_lower[g] = vec2(cluster_min(group_low.x), cluster_min(group_low.y));
+        group_upper[g] = vec2(cluster_max(group_high.x), cluster_max(group_high.y));
+        low = min(low, group_lower[g]);
+        high = max(high, group_upper[g]);
+    }
     // A power of two, so that the packet measures 8 to 16 and scaling rounds nothing.
     float extent = greater(greater(high.x - low.x, high.y - low.y), 9.5367431640625e-07f);
     float scale = 8.0f * scale_to_unit(extent);
@@ -222,92 +135,104 @@ void set_frame(bool is_last) {
     frame.ray_error = vec2(1.9073486328125e-06f * scale + 7.62939453125e-06f);
     frame.lower = scale * low - frame.ray_error;
     frame.upper = scale * high + frame.ray_error;
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
+        group_lower[g] = scale * group_lower[g] - frame.ray_error;
+        group_upper[g] = scale * group_upper[g] + frame.ray_error;
+    }
     frame.depth_error = box_dilation(light);
     // 2^-13: as in `primary_packet`, with distances up to 64.
     frame.rounding = 1.220703125e-04f;
 }
 
-uint trace_triangle(Setup s, uint name) {
-    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+void trace_triangle(uint group, Setup s, uint name, uint bit) {
+    float error = s.q_error + end_error;
+    float bound = bit != 0u ? s.bound : -kAnyDepth;
+    [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
+        uint v = vector_of(group, k);
         float x = plane_x[v];
         float y = plane_y[v];
         vec3 e = s.a * x + s.b * y + s.c;
-        float q = s.q.x * x + s.q.y * y + s.q.z;
+        float before_end = s.q.x * x + s.q.y * y + s.q.z - q_end[v];
         float inside = lesser(e.x, lesser(e.y, e.z));
-        bool is_sure = inside > s.bound && q - s.q_error > q_upper[v];
-        bool is_doubtful = inside >= -s.bound && q + s.q_error >= q_lower[v] && !is_sure;
-        left_out |= is_doubtful && second_doubts[v] != kNoTriangle ? 1u << v : 0u;
-        second_doubts[v] = is_doubtful ? doubts[v] : second_doubts[v];
-        doubts[v] = is_doubtful ? name : doubts[v];
-        q_lower[v] = is_sure ? kDone : q_lower[v];
-        q_upper[v] = is_sure ? kDone : q_upper[v];
+        bool is_possible = inside >= -bound && before_end >= -error;
+        bool is_sure = is_possible && inside > bound && before_end > error;
+        bool is_doubtful = is_possible && !is_sure;
+        bool is_first = doubts[v] == kNoTriangle;
+        pending_doubts[group] |= is_doubtful && !is_first ? bit << (k * kLanes) : 0u;
+        doubts[v] = is_doubtful && is_first ? name : doubts[v];
+        q_end[v] = is_sure ? kDone : q_end[v];
     }
-    return 0u;
 }
-
-bool note_doubt(uint name, uint vectors) { return true; }
 
 float least_q() {
-    float least = q_lower[0];
-    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, q_lower[v]);
-    return cluster_min(least);
+    float least = q_end[0];
+    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, q_end[v]);
+    least = cluster_min(least);
+    return least < kDone ? least - end_error : kDone;
 }
 
-/// Settles the doubts: the one of each ray, mostly, by the rule's plain path, a vector at a time;
-/// where that does not do and where there is another, by the whole rule, one of each lane at a
-/// time.
-void settle_doubts() {
+/// Settles the first doubt of each ray by the rule's plain path, a vector at a time. Vectors of
+/// which that does not do, on this lane.
+uint settle_first_doubts() {
     uint first = 0u;
-    uint second = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
-        bool is_done = q_lower[v] == kDone;
-        uint bit = 1u << v;
-        shadowed |= is_done ? traced & bit : 0u;
-        first |= !is_done && doubts[v] != kNoTriangle ? bit : 0u;
-        second |= !is_done && second_doubts[v] != kNoTriangle ? bit : 0u;
+        shadowed |= q_end[v] == kDone ? traced & (1u << v) : 0u;
+        first |= doubts[v] != kNoTriangle ? 1u << v : 0u;
     }
-    left_out &= ~shadowed;
-    first &= traced & ~left_out;
-    second &= traced & ~left_out;
+    first &= traced & ~shadowed;
     uint unsure = 0u;
     uint left = cluster_or(first);
     do {
-        uint v = uint(findLSB(left)) & (kVectors - 1u);
-        bool is_own = (first >> v & 1u) != 0u;
-        Ray ray = ray_of(v);
-        vec3 a, b, c;
-        named_triangle(is_own ? doubt_of(v) : 0u, a, b, c);
-        ShearedRay sheared = shear_ray(ray.org, ray.dir);
-        vec3 pa = project_fast(sheared, a);
-        vec3 pb = project_fast(sheared, b);
-        vec3 pc = project_fast(sheared, c);
-        Edges e = fast_edges(pa, pb, pc);
-        TriangleHit hit;
-        bool in_range = weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
-        bool is_sure = surely_inside(sheared, e);
-        uint bit = is_own ? 1u << v : 0u;
-        shadowed |= is_sure && in_range ? bit : 0u;
-        unsure |= !is_sure && may_be_inside(e) ? bit : 0u;
-        left &= left - 1u;
+        uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint v = 4u * row + i;
+            bool is_own = (first >> v & 1u) != 0u;
+            Ray ray = ray_of(row, i);
+            vec3 a, b, c;
+            named_triangle(is_own ? doubt_of(row, i) : 0u, a, b, c);
+            ShearedRay sheared = shear_ray(ray.org, ray.dir);
+            vec3 pa = project_fast(sheared, a);
+            vec3 pb = project_fast(sheared, b);
+            vec3 pc = project_fast(sheared, c);
+            Edges e = fast_edges(pa, pb, pc);
+            TriangleHit hit;
+            bool in_range = weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
+            bool is_sure = surely_inside(sheared, e);
+            uint bit = is_own ? 1u << v : 0u;
+            shadowed |= is_sure && in_range ? bit : 0u;
+            unsure |= !is_sure && may_be_inside(e) ? bit : 0u;
+        }
+        left &= ~(kFirstRow << (4u * row));
     } while (left != 0u);
-    second &= ~shadowed;
+    return unsure;
+}
+
+/// The rule for first doubts (of the vectors given as bits) and all that are queued, one of each
+/// lane at a time.
+void settle_doubts(uint unsure, inout Traversal t) {
     bool more = true;
     do {
-        uint open = unsure | second;
-        uint v = uint(findLSB(open)) & (kVectors - 1u);
-        uint bit = open & (0u - open);
-        bool is_first = (unsure & bit) != 0u;
-        Ray ray = ray_of(v);
+        bool is_first = unsure != 0u;
+        bool is_any = is_first || doubt_vectors[0] != 0u;
+        uint name;
+        uint v = pop_doubt(!is_first, name);
+        v = is_first ? uint(findLSB(unsure)) & (kVectors - 1u) : v;
+        name = is_first ? any_doubt_of(v) : name;
+        unsure &= unsure - 1u;
+        Ray ray = any_ray_of(v);
         vec3 a, b, c;
-        named_triangle(open == 0u ? 0u : is_first ? doubt_of(v) : second_doubt_of(v), a, b, c);
+        named_triangle(is_any ? name : 0u, a, b, c);
         TriangleHit hit;
         bool is_hit =
             intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit);
-        shadowed |= is_hit ? bit : 0u;
-        unsure &= ~bit;
-        second &= is_hit || !is_first ? ~bit : kAllBits;
-        more = cluster_or(unsure | second) != 0u;
-    } while (more);
+        is_hit = is_hit && is_any;
+        shadowed |= is_hit ? 1u << v : 0u;
+        [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
+            q_end[k] = is_hit && k == v ? kDone : q_end[k];
+        }
+        more = cluster_or(unsure | doubt_vectors[0]) != 0u;
+        ++t.steps;
+    } while (more && t.steps < t.most_steps);
 }
 
 void write_answers() {
@@ -320,7 +245,7 @@ void write_answers() {
     uint rest = cluster_or(left_out);
     do {
         uint v = uint(findLSB(rest)) & (kVectors - 1u);
-        if ((left_out >> v & 1u) != 0u) suspend(ray_of(v), answer_index(ray_pixel(v)));
+        if ((left_out >> v & 1u) != 0u) suspend(any_ray_of(v), answer_index(ray_pixel(v)));
         rest &= rest - 1u;
     } while (rest != 0u);
 }
@@ -334,6 +259,8 @@ void main() {
     uint end = min(packet + kPacketRun, args.tile_count);
     if (packet >= end) return;
     read_arguments();
+    Traversal t;
+    t.steps = 0u;
     do {
         uint seen = 0u;
         uint any = 0u;
@@ -341,7 +268,7 @@ void main() {
             // Always so, but see cluster.glsl.
             if (any == 0u) {
                 packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
-                                uvec2(kPacketWidth, kPacketHeight);
+                                uvec2(kPacketWidth, kShadowPacketHeight);
                 seen = find_seen();
                 any = cluster_or(seen);
             }
@@ -355,13 +282,19 @@ void main() {
             set_planes();
             begin_traversal();
             packet_q = least_q();
-            Traversal t;
+            t.most_steps = min(t.steps + kMostSteps, kSteps);
             t.current = cluster_or(traced) != 0u ? 0u : kEmptyChild;
             t.triangles = kAllTriangles;
-            t.steps = 0u;
-            traverse(t);
-            if (t.current != kEmptyChild) left_out |= traced;
-            settle_doubts();
+            clear_pending();
+            do {
+                t.steps += kRoundSteps;
+                traverse(t);
+                uint unsure = 0u;
+                if (is_finished(t)) unsure = settle_first_doubts();
+                settle_doubts(unsure, t);
+            } while (!is_finished(t) && t.steps < t.most_steps && level <= kMaxDepth);
+            bool is_complete = is_finished(t) && t.steps < t.most_steps;
+            if (!is_complete) left_out |= traced & ~shadowed;
         } while (cluster_or(waiting) != 0u && round < kMaxRounds);
         write_answers();
     } while (packet < end);

@@ -97,26 +97,31 @@ SHARED float signed_unit(uint x) {
 /// taken.
 SHARED Ray ao_ray(Surface s, uint x, uint y, uint sample_index, float tfar) {
     uint seed = mix_bits(x + mix_bits(y + mix_bits(sample_index)));
-    PRECISE vec3 dir = s.normal;
-    bool found = false;
-    for (uint attempt = 0u; attempt < 8u; ++attempt) {
-        seed = mix_bits(seed);
-        PRECISE float rx = signed_unit(seed);
-        seed = mix_bits(seed);
-        PRECISE float ry = signed_unit(seed);
-        seed = mix_bits(seed);
-        PRECISE float rz = signed_unit(seed);
-        PRECISE vec3 r = vec3(rx, ry, rz);
-        PRECISE float length2 = dot3(r, r);
-        if (!found && length2 <= 1.0f && length2 > 0.0009765625f) {
-            // A hair less than 1, so that a point opposite to the normal still gives a direction.
-            PRECISE float l = 0.9990234375f * rsqrt(length2);
-            PRECISE vec3 lifted =
-                vec3(s.normal.x + rx * l, s.normal.y + ry * l, s.normal.z + rz * l);
-            dir = unit(lifted);
-            found = true;
+    vec3 drawn = s.normal;
+    float drawn_length2 = 0.0f;
+    uint attempt = 0u;
+    do {
+        // Always so, but see shaders/cluster.glsl.
+        if (drawn_length2 == 0.0f && attempt < 8u) {
+            seed = mix_bits(seed);
+            PRECISE float rx = signed_unit(seed);
+            seed = mix_bits(seed);
+            PRECISE float ry = signed_unit(seed);
+            seed = mix_bits(seed);
+            PRECISE float rz = signed_unit(seed);
+            drawn = vec3(rx, ry, rz);
+            PRECISE float length2 = dot3(drawn, drawn);
+            drawn_length2 = length2 <= 1.0f && length2 > 0.0009765625f ? length2 : 0.0f;
         }
-    }
+        ++attempt;
+    } while (drawn_length2 == 0.0f && attempt < 8u);
+    // A hair less than 1, so that a point opposite to the normal still gives a direction.
+    bool is_drawn = drawn_length2 > 0.0f;
+    PRECISE float l = 0.9990234375f * rsqrt(is_drawn ? drawn_length2 : 1.0f);
+    PRECISE vec3 lifted =
+        vec3(s.normal.x + drawn.x * l, s.normal.y + drawn.y * l, s.normal.z + drawn.z * l);
+    vec3 towards = unit(lifted);
+    vec3 dir = is_drawn ? towards : s.normal;
     PRECISE float end = tfar * power_of_two_below(largest_component(dir));
     Ray ray;
     ray.org = off_surface(s, s.size);

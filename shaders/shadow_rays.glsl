@@ -1,0 +1,127 @@
+// The shadow rays of a packet's pixels, from the light.
+#ifndef SHADERS_SHADOW_RAYS_GLSL
+#define SHADERS_SHADOW_RAYS_GLSL
+
+#include "shaders/found_hits.glsl"
+#include "shaders/packet.glsl"
+#include "shaders/pixel_surface.glsl"
+
+layout(push_constant) uniform Arguments { RegionArguments args; };
+
+/// Directions and tfar.
+float dir_x[kVectors];
+float dir_y[kVectors];
+float dir_z[kVectors];
+float tfar[kVectors];
+
+// One bit for each vector of this lane's rays: those that wait for a packet, those of the packet,
+// what is in shadow, and what is left to `resume`.
+uint waiting;
+uint traced;
+uint shadowed;
+uint left_out;
+
+uvec2 packet_origin;  // its first pixel, in the region
+
+// Arguments, read once: some devices read them lane by lane where control flow may diverge.
+Camera camera;
+vec3 light;
+uvec2 region_origin;
+uvec2 region_size;
+
+void read_arguments() {
+    camera = args.params.camera;
+    light = args.params.light;
+    region_origin = uvec2(args.x, args.y);
+    region_size = uvec2(args.width, args.height);
+}
+
+uvec2 ray_pixel(uint v) {
+    return packet_origin +
+           uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
+}
+
+bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region_size.y; }
+
+uint answer_index(uvec2 pixel) { return pixel.y * region_size.x + pixel.x; }
+
+/// Which vectors show something, on this lane.
+uint find_seen() {
+    uint seen = 0u;
+    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+        uvec2 pixel = ray_pixel(v);
+        uint index = is_active(pixel) ? answer_index(pixel) : 0u;
+        bool is_seen = is_active(pixel) && found_hit(index).prim_id < kUnfinishedPrim;
+        seen |= is_seen ? 1u << v : 0u;
+    }
+    return seen;
+}
+
+// Of vector i of a row. Not dir_x[4 * row + i] and so on: arrays that are indexed so are slow
+// wherever they are used. Hence loops over rows, with the vectors of a row one after the other.
+
+void set_ray(uint row, uint i, Ray ray) {
+    [[unroll]] for (uint r = 0u; r < kRows; ++r) {
+        uint v = 4u * r + i;
+        dir_x[v] = row == r ? ray.dir.x : dir_x[v];
+        dir_y[v] = row == r ? ray.dir.y : dir_y[v];
+        dir_z[v] = row == r ? ray.dir.z : dir_z[v];
+        tfar[v] = row == r ? ray.tfar : tfar[v];
+    }
+}
+
+Ray ray_of(uint row, uint i) {
+    Ray ray;
+    ray.org = light;
+    ray.tnear = 0.0f;
+    ray.dir = vec3(dir_x[i], dir_y[i], dir_z[i]);
+    ray.tfar = tfar[i];
+    [[unroll]] for (uint r = 1u; r < kRows; ++r) {
+        uint v = 4u * r + i;
+        ray.dir.x = row == r ? dir_x[v] : ray.dir.x;
+        ray.dir.y = row == r ? dir_y[v] : ray.dir.y;
+        ray.dir.z = row == r ? dir_z[v] : ray.dir.z;
+        ray.tfar = row == r ? tfar[v] : ray.tfar;
+    }
+    return ray;
+}
+
+/// Of a vector that may differ from lane to lane.
+Ray any_ray_of(uint v) {
+    Ray ray = ray_of(v >> 2u, 0u);
+    [[unroll]] for (uint i = 1u; i < 4u; ++i) {
+        Ray other = ray_of(v >> 2u, i);
+        bool is_other = (v & 3u) == i;
+        ray.dir.x = is_other ? other.dir.x : ray.dir.x;
+        ray.dir.y = is_other ? other.dir.y : ray.dir.y;
+        ray.dir.z = is_other ? other.dir.z : ray.dir.z;
+        ray.tfar = is_other ? other.tfar : ray.tfar;
+    }
+    return ray;
+}
+
+void make_rays(uint seen) {
+    waiting = 0u;
+    shadowed = 0u;
+    left_out = 0u;
+    uint left = cluster_or(seen);
+    do {
+        uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint v = 4u * row + i;
+            bool is_seen = (seen >> v & 1u) != 0u;
+            uvec2 pixel = ray_pixel(v);
+            Hit hit = found_hit(is_seen ? answer_index(pixel) : 0u);
+            hit.prim_id = is_seen ? hit.prim_id : 0u;
+            Ray eye = camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
+            Surface s = pixel_surface(eye, hit, scene_triangle(hit.prim_id));
+            bool faces = faces_light(s, light);
+            waiting |= is_seen && faces ? 1u << v : 0u;
+            shadowed |= is_seen && !faces ? 1u << v : 0u;
+            set_ray(row, i, shadow_ray(s, light));
+        }
+        left &= ~(kFirstRow << (4u * row));
+    } while (left != 0u);
+}
+
+#endif  // SHADERS_SHADOW_RAYS_GLSL
