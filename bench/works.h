@@ -42,9 +42,9 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
 /// above.
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
-/// Traces the works on the Vulkan device, timed by its clock, against our
-/// scalar tracer and Embree's single rays; then refits there, upload included, against the CPU on
-/// one thread. Throws Error(kUnavailable) where there is no device.
+/// Traces the works on the Vulkan device, timed by its clock, against our scalar tracer and
+/// Embree's single rays; then refits there, upload included, against the CPU on one thread. Throws
+/// Error(kUnavailable) where there is no device.
 void bench_vulkan(const Rig& rig, const BenchScene& scene, std::span<const TraceWork* const> works);
 
 /// Traces a work with packets (ambient occlusion: batches) of every size, against single rays over

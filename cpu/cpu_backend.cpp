@@ -33,14 +33,16 @@ std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
     return frame.hits.size() + hits * per_hit;
 }
 
-/// Scene, threads and timing, the same for every CPU tracer; `MakeTracer` gives the tracer for a
-/// scene.
+/// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
+/// for a scene.
 template <class MakeTracer>
 class CpuBackend final : public Backend {
 public:
-    CpuBackend(std::string name, std::string how, int threads, MakeTracer make_tracer)
+    CpuBackend(std::string name, std::string how, const SimdTarget& target, int threads,
+               MakeTracer make_tracer)
         : name_(std::move(name)),
           how_(std::move(how)),
+          target_(target),
           arena_(threads),
           make_tracer_(std::move(make_tracer)) {}
 
@@ -73,9 +75,9 @@ public:
         const RefitPlan plan = planner_.plan(bvh_, extent);
         arena_.execute([&] {
             if (plan.all) {
-                cpu::refit(bvh_, planner_.pose().positions());
+                cpu::refit(bvh_, planner_.pose().positions(), target_);
             } else {
-                cpu::refit(bvh_, planner_.pose().positions(), plan.parts);
+                cpu::refit(bvh_, planner_.pose().positions(), plan.parts, target_);
             }
         });
         times_.refitted_leaves = plan.leaf_count;
@@ -141,6 +143,7 @@ public:
 private:
     std::string name_;
     std::string how_;
+    SimdTarget target_;
     ThreadArena arena_;
     MakeTracer make_tracer_;
     Topology topology_;
@@ -150,10 +153,18 @@ private:
 };
 
 template <class MakeTracer>
-std::unique_ptr<Backend> make_backend(std::string name, std::string how, const CpuConfig& config,
-                                      MakeTracer make_tracer) {
-    return std::make_unique<CpuBackend<MakeTracer>>(std::move(name), std::move(how), config.threads,
-                                                    std::move(make_tracer));
+std::unique_ptr<Backend> make_backend(std::string name, std::string how, const SimdTarget& target,
+                                      const CpuConfig& config, MakeTracer make_tracer) {
+    return std::make_unique<CpuBackend<MakeTracer>>(std::move(name), std::move(how), target,
+                                                    config.threads, std::move(make_tracer));
+}
+
+/// A backend without SIMD.
+template <class MakeTracer>
+std::unique_ptr<Backend> make_portable(std::string name, const CpuConfig& config,
+                                       MakeTracer make_tracer) {
+    return make_backend(std::move(name), "portable C++", find_simd_target("scalar"), config,
+                        std::move(make_tracer));
 }
 
 }  // namespace
@@ -168,14 +179,14 @@ std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
     const auto make = [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
         return std::make_unique<PacketTiles>(bvh, target);
     };
-    return make_backend("cpu", target.name, config, make);
+    return make_backend("cpu", target.name, target, config, make);
 }
 
 std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config) {
     const auto make = [](const Topology&, std::span<const vec3>, const Bvh& bvh) {
         return std::make_unique<BatchTiles<OneByOne<ScalarTracer>>>(OneByOne(ScalarTracer(bvh)));
     };
-    return make_backend("cpu", "portable C++", config, make);
+    return make_portable("cpu", config, make);
 }
 
 std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
@@ -183,7 +194,7 @@ std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
         return std::make_unique<BatchTiles<OneByOne<BruteTracer>>>(
             OneByOne(BruteTracer(topology, positions)));
     };
-    return make_backend("brute", "portable C++", config, make);
+    return make_portable("brute", config, make);
 }
 
 }  // namespace morphray::cpu

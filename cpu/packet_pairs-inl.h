@@ -64,14 +64,14 @@ struct Position {
         q_upper = hn::Add(q, error);
     }
 
-    /// Those that certainly do not.
-    HWY_INLINE Mask loses(const Planes& p, VF best_lower) const {
-        return hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(q_upper, best_lower));
-    }
-
     /// The rays that certainly hit the triangle, nearer than their best.
     HWY_INLINE Mask wins(const Planes& p, VF best_upper) const {
         return hn::And(hn::Gt(least, p.bound), hn::Gt(q_lower, best_upper));
+    }
+
+    /// Those that certainly do not.
+    HWY_INLINE Mask loses(const Planes& p, VF best_lower) const {
+        return hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(q_upper, best_lower));
     }
 
     VF least, q_lower, q_upper;
