@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "cpu/packet.h"
@@ -128,11 +129,24 @@ public:
     /// rows: the packet's square, row by row.
     PacketFinish(const Packet& packet, Hit* rows, std::size_t stride)
         : packet_(packet), rows_(rows), stride_(stride), camera_(packet.camera) {
+        const PacketFrame& frame = packet.frame;
+        if (frame.axis == kMixedAxes) return;
+        // All largest components have the sign of the middle one's, and become positive.
+        const float sign = frame.depth_row[2] < 0 ? -1.0f : 1.0f;
+        const float scale = morphray::scale_to_unit(frame.depth_least);
+        one_scale_ = scale == morphray::scale_to_unit(frame.depth_most);
         for (std::uint32_t k = 0; k < 3; ++k) {
-            const std::uint32_t axis = (packet.frame.axis + 1 + k) % 3;
-            camera_.corner[k] = packet.camera.corner[axis];
-            camera_.du[k] = packet.camera.du[axis];
-            camera_.dv[k] = packet.camera.dv[axis];
+            const std::uint32_t axis = (frame.axis + 1 + k) % 3;
+            camera_.corner[k] = sign * packet.camera.corner[axis];
+            camera_.du[k] = sign * packet.camera.du[axis];
+            camera_.dv[k] = sign * packet.camera.dv[axis];
+            one_scale_ = one_scale_ && least_size(k) * scale >= 2 * kDirectionOnGrid;
+        }
+        if (!one_scale_) return;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            camera_.corner[k] *= scale;
+            camera_.du[k] *= scale;
+            camera_.dv[k] *= scale;
         }
     }
 
@@ -162,6 +176,18 @@ private:
         return rows_ + y * stride_ + x;
     }
 
+    /// A lower bound of the size of a component of the directions, before they are scaled.
+    float least_size(std::uint32_t k) const {
+        constexpr float kHalf = 0.5f * kPacketSide;
+        const float middle = camera_.corner[k] + camera_.du[k] * (camera_.first_x + kHalf) +
+                             camera_.dv[k] * (camera_.first_y + kHalf);
+        const float spread = (kHalf + 1) * (std::abs(camera_.du[k]) + std::abs(camera_.dv[k]));
+        const float rounding =
+            0x1p-20f * (std::abs(camera_.corner[k]) + std::abs(camera_.du[k] * camera_.first_x) +
+                        std::abs(camera_.dv[k] * camera_.first_y) + spread);
+        return std::abs(middle) - spread - rounding;
+    }
+
     /// corner + du x of each column's rays.
     void point_columns() {
         const Floats f;
@@ -177,23 +203,37 @@ private:
         }
     }
 
-    /// The directions of a row of blocks: camera_direction() and canonical_direction(), in their
-    /// operations; the last component is the largest.
+    /// The parts of a row of blocks' directions that dir() adds up: camera_direction() and
+    /// canonical_direction(), in their operations, but for the common sign. Where one scale holds
+    /// for all rays it has been taken into the camera's vectors, which changes no bit; and what no
+    /// direction has to be put on the grid for is left out.
     HWY_INLINE void point_row(std::size_t row) {
         const Floats f;
         for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
             const VF y = pixel(kGridRays.y[row] + l, packet_.camera.first_y);
             VF part[3];
             for (int k = 0; k < 3; ++k) part[k] = hn::Mul(splat(camera_.dv[k]), y);
+            if (HWY_LIKELY(one_scale_)) {
+                for (int k = 0; k < 3; ++k) hn::Store(part[k], f, row_[k] + l);
+                continue;
+            }
+            for (int k = 0; k < 3; ++k) hn::Store(hn::Zero(f), f, row_[k] + l);
             for (std::size_t r = l; r < kRowRays; r += kBlockRays) {
                 VF d[3];
                 for (int k = 0; k < 3; ++k) d[k] = hn::Add(hn::Load(f, columns_[k] + r), part[k]);
                 const VF scale = scale_to_unit(hn::Abs(d[2]));
-                hn::Store(snap_direction(hn::Mul(d[0], scale)), f, dir_[0] + r);
-                hn::Store(snap_direction(hn::Mul(d[1], scale)), f, dir_[1] + r);
-                hn::Store(hn::Mul(d[2], scale), f, dir_[2] + r);
+                hn::Store(snap_direction(hn::Mul(d[0], scale)), f, scaled_[0] + r);
+                hn::Store(snap_direction(hn::Mul(d[1], scale)), f, scaled_[1] + r);
+                hn::Store(hn::Mul(d[2], scale), f, scaled_[2] + r);
             }
         }
+    }
+
+    /// A component of the directions of as many rays of the row as there are lanes.
+    HWY_INLINE VF dir(int k, std::size_t in_row) const {
+        const Floats f;
+        const float* const parts = one_scale_ ? columns_[k] : scaled_[k];
+        return hn::Add(hn::Load(f, parts + in_row), hn::Load(f, row_[k] + in_row % kBlockRays));
     }
 
     static HWY_INLINE VF pixel(const float* offsets, float first) {
@@ -228,11 +268,10 @@ private:
         const Floats f;
         const WinnerLanes winners = spread_winners(packet_, packet_.winner + first, found);
         const std::size_t in_row = first % kRowRays;
-        const VF dir[3] = {hn::Load(f, dir_[0] + in_row), hn::Load(f, dir_[1] + in_row),
-                           hn::Load(f, dir_[2] + in_row)};
+        const VF directions[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
         const VF slack = splat(0.25f * packet_.frame.depth_error);
         VF t, u, v;
-        const Mask sufficed = hit_fast(dir, slack, winners.corners, t, u, v);
+        const Mask sufficed = hit_fast(directions, slack, winners.corners, t, u, v);
         const Mask done = hn::And(sufficed, mask_of(left));
         left &= ~mask_bits(done);
         // Not a constant of all ones, which compilers make from a register's old contents: then
@@ -269,10 +308,14 @@ private:
     const Packet& packet_;
     Hit* rows_;
     std::size_t stride_;
-    /// Rotated for the packet's axis, if it has one.
+    /// Rotated for the packet's axis, if it has one, and turned.
     CameraRays camera_;
+    /// Whether one scale holds for all directions, and none has a component that is nearly 0.
+    bool one_scale_ = false;
     alignas(64) float columns_[3][kRowRays];
-    alignas(64) float dir_[3][kRowRays];  // of a row of blocks
+    /// Of a row of blocks.
+    alignas(64) float row_[3][kBlockRays];
+    alignas(64) float scaled_[3][kRowRays];
     /// The rays that the plain path does not suffice for.
     std::uint16_t left_[kPacketRays];
     std::size_t left_count_ = 0;

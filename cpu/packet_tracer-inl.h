@@ -297,13 +297,17 @@ private:
         WonLeaf& won = packet_.won_leaves.back();
         won.leaf = &leaf;
         std::memcpy(won.prim_id, leaf.prim_id, sizeof won.prim_id);
+        const VF away = frame_.axis == kMixedAxes
+                            ? hn::Zero(f)
+                            : hn::And(splat(frame_.depth_row[2]), splat(-0.0f));
         alignas(64) float values[3][kLeafVertices];
         alignas(64) std::uint32_t corners[kLeafTriangles];
         for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
             VF v[3], w;
             hn::LoadInterleaved4(f, &leaf.vertex[l].x, v[0], v[1], v[2], w);
             for (int axis = 0; axis < 3; ++axis)
-                hn::Store(hn::Sub(v[axis], splat(frame_.org[axis])), f, values[axis] + l);
+                hn::Store(hn::Xor(hn::Sub(v[axis], splat(frame_.org[axis])), away), f,
+                          values[axis] + l);
             hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
         }
         const std::uint32_t z = frame_.axis;

@@ -44,17 +44,17 @@ HWY_INLINE Mask mask_of(std::uint32_t bits) {
     return hn::LoadMaskBits(Floats(), bytes);
 }
 
-/// rcp() on vectors, in its operations.
-HWY_INLINE VF rcp_exactly(VF x) {
-    const Floats f;
+/// rcp() on vectors that are positive, in its operations.
+HWY_INLINE VF rcp_of_positive(VF x) {
     const Words w;
-    const VF ax = hn::Abs(x);
-    VF y = hn::BitCast(f, hn::Sub(hn::Set(w, 0x7EF311C7u), hn::BitCast(w, ax)));
-    y = hn::Mul(y, hn::Sub(splat(2.0f), hn::Mul(ax, y)));
-    y = hn::Mul(y, hn::Sub(splat(2.0f), hn::Mul(ax, y)));
-    y = hn::Add(y, hn::Mul(y, hn::Sub(splat(1.0f), hn::Mul(ax, y))));
-    return hn::CopySignToAbs(y, x);
+    VF y = hn::BitCast(Floats(), hn::Sub(hn::Set(w, 0x7EF311C7u), hn::BitCast(w, x)));
+    y = hn::Mul(y, hn::Sub(splat(2.0f), hn::Mul(x, y)));
+    y = hn::Mul(y, hn::Sub(splat(2.0f), hn::Mul(x, y)));
+    return hn::Add(y, hn::Mul(y, hn::Sub(splat(1.0f), hn::Mul(x, y))));
 }
+
+/// Likewise of any.
+HWY_INLINE VF rcp_exactly(VF x) { return hn::CopySignToAbs(rcp_of_positive(hn::Abs(x)), x); }
 
 /// Rays of one axis with a triangle each, its corners relative to the origin, all rotated:
 /// project_fast, fast_edges, surely_inside and weighted_hit of the rule in its operations, for
@@ -91,14 +91,14 @@ HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t
     const Mask flat = hn::Le(error, hn::Mul(slack, sum));
     // The accurate functions have one sign, and so have these where they exceed their bound.
     const Mask certain = hn::Gt(hn::Min(size_u, hn::Min(size_v, size_w)), bound);
-    const VF rsum = rcp_exactly(sum);
+    const VF rsum = rcp_of_positive(sum);
     // normalized_weight() drops nothing here: functions that suffice exceed the bound, and so 2^-20
     // m^2, and their sum is at most 2 m^2.
     const VF wa = hn::Mul(size_u, rsum);
     u = hn::Mul(size_v, rsum);
     v = hn::Mul(size_w, rsum);
     const VF depth = hn::Add(hn::Add(hn::Mul(wa, z[0]), hn::Mul(u, z[1])), hn::Mul(v, z[2]));
-    t = hn::Mul(depth, rcp_exactly(dir[2]));
+    t = hn::Mul(depth, rcp_of_positive(dir[2]));
     return hn::And(flat, certain);
 }
 
