@@ -115,16 +115,17 @@ struct PacketFrame {
     float block_extent;
     /// Bounds of x, y of all active rays.
     float lower_x, upper_x, lower_y, upper_y;
-    /// How much nearer than exact the rule may place a hit, in z: the dilation of boxes.
-    float depth_error;
+    /// The dilation of boxes; and how far from exact the rule may place a hit, in z.
+    float dilation, depth_error;
     /// That of the largest direction component of all rays, or kMixedAxes.
     std::uint32_t axis;
-    /// Of scene space, where axis is not kMixedAxes: the coordinate on the axis of a point at (x,
-    /// y, z) is depth_row * (x, y, z); for the rays at z = 1 it lies between depth_least and
-    /// depth_most in magnitude. A step of 1 in x or y measures at most `unit` in |x| + |y| + |z|,
-    /// and per_volume is 1 / the volume of the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1), per_depth 1
-    /// / depth_least.
-    float depth_row[3];
+    /// The axes on which rays have their largest direction components, 0 if nothing is known. Of
+    /// scene space: the coordinate on one of these of a point at (x, y, z) is depth_row * (x, y,
+    /// z); the largest component of a ray at z = 1 lies between depth_least and depth_most in
+    /// magnitude. A step of 1 in x or y measures at most `unit` in |x| + |y| + |z|, and per_volume
+    /// is 1 / the volume of the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1), per_depth 1 / depth_least.
+    std::uint32_t axis_count;
+    float depth_rows[3][3];
     float depth_least, depth_most;
     float unit;
     float per_volume, per_depth;
@@ -141,6 +142,9 @@ struct CameraRays {
     float corner[3], du[3], dv[3];
     float first_x, first_y;
 };
+
+/// In place of the index of a ray: there is none.
+inline constexpr std::uint16_t kNoPlace = 0xFFFF;
 
 struct alignas(64) Packet {
     PacketFrame frame;
@@ -160,6 +164,9 @@ struct alignas(64) Packet {
     /// Bounds of x, y of a block's active rays; empty (lower > upper) where there are none.
     float block_lower_x[kPacketBlocks], block_upper_x[kPacketBlocks];
     float block_lower_y[kPacketBlocks], block_upper_y[kPacketBlocks];
+
+    /// Where the caller has the rays of blocks that were put together anew, or kNoPlace.
+    std::uint16_t place[kPacketRays];
 
     std::vector<WonLeaf> won_leaves;
 };

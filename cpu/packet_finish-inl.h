@@ -132,7 +132,7 @@ public:
         const PacketFrame& frame = packet.frame;
         if (frame.axis == kMixedAxes) return;
         // All largest components have the sign of the middle one's, and become positive.
-        const float sign = frame.depth_row[2] < 0 ? -1.0f : 1.0f;
+        const float sign = frame.depth_rows[0][2] < 0 ? -1.0f : 1.0f;
         const float scale = morphray::scale_to_unit(frame.depth_least);
         one_scale_ = scale == morphray::scale_to_unit(frame.depth_most);
         for (std::uint32_t k = 0; k < 3; ++k) {
@@ -281,7 +281,7 @@ private:
         const WinnerLanes winners = spread_winners(packet_, packet_.winner + first, found);
         const std::size_t in_row = first % kRowRays;
         const VF directions[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
-        const VF slack = splat(0.25f * packet_.frame.depth_error);
+        const VF slack = splat(0.25f * packet_.frame.dilation);
         VF t, u, v;
         const Mask sufficed = hit_fast(directions, slack, winners.corners, t, u, v);
         const Mask done = hn::And(sufficed, mask_of(left));

@@ -40,16 +40,24 @@ HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], con
     }
     frame.unit = static_cast<float>(std::max(unit[0], unit[1]) * 1.001);
     frame.axis = kMixedAxes;
+    frame.axis_count = 0;
+    frame.depth_most = 0;
+    // Of each ray's largest component.
+    const double largest = std::max(least[0], std::max(least[1], least[2]));
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
-        if (least[axis] <= 1.0001 * std::max(most[(axis + 1) % 3], most[(axis + 2) % 3])) continue;
+        if (largest > 1.0001 * most[axis]) continue;
         frame.axis = axis;
-        frame.depth_row[0] = static_cast<float>(axis_x[axis]);
-        frame.depth_row[1] = static_cast<float>(axis_y[axis]);
-        frame.depth_row[2] = static_cast<float>(axis_z[axis]);
-        frame.depth_least = static_cast<float>(least[axis] * 0.999);
-        frame.per_depth = 1 / frame.depth_least;
-        frame.depth_most = static_cast<float>(most[axis] * 1.001);
+        float* const row = frame.depth_rows[frame.axis_count++];
+        row[0] = static_cast<float>(axis_x[axis]);
+        row[1] = static_cast<float>(axis_y[axis]);
+        row[2] = static_cast<float>(axis_z[axis]);
+        frame.depth_most = std::max(frame.depth_most, static_cast<float>(most[axis] * 1.001));
     }
+    if (frame.axis_count != 1) frame.axis = kMixedAxes;
+    // Of rays that spread so widely nothing is known.
+    if (!(largest > 0)) frame.axis_count = 0;
+    frame.depth_least = static_cast<float>(largest * 0.999);
+    frame.per_depth = 1 / frame.depth_least;
 }
 
 /// The frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z.
@@ -74,9 +82,14 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
         }
     }
     frame.org = org;
-    frame.depth_error = box_dilation(org);
+    frame.dilation = box_dilation(org);
     frame.per_volume = static_cast<float>(1.001 / std::abs(det));
     bound_directions(frame, axis_x, axis_y, axis_z);
+    // A hit is off by less than 9/16 of the dilation on any axis (docs/arithmetic.md, "Boxes"): in
+    // z, that over a ray's largest component at z = 1. No ray is shorter than 1 there, so it is at
+    // least 0.57, whatever the axes.
+    frame.depth_error = frame.dilation;
+    if (frame.axis_count != 0) frame.depth_error *= std::min(1.0f, 0.5625f * frame.per_depth);
 }
 
 /// scale_to_unit() of vectors that are above 0.

@@ -18,6 +18,7 @@
 
 #include "cpu/packet.h"
 #include "cpu/packet_maker-inl.h"
+#include "cpu/packet_regroup-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -199,11 +200,12 @@ HWY_INLINE void largest_lanes(const VF v[4], float out[4]) {
 #endif
 }
 
-// The largest |x / z| or |y / z| of a packet. With NearDirections' s up to here, z is off by 2^-19.1
-// of itself, and q by 2^-18 at most.
+// The largest |x / z| or |y / z| of a packet. With NearDirections' s up to here, z is off by
+// 2^-19.1 of itself, and q by 2^-18 at most.
 constexpr float kWidestPlane = 1.5f;
 
-/// Makes the rays of one block of a packet whose plane has yet no unit, and their bounds.
+/// Makes the rays of one block of a packet whose plane has yet no unit, and their bounds. rays,
+/// active: those of the block.
 HWY_INLINE void make_point_block(const Ray* rays, const std::uint8_t* active,
                                  const NearDirections& directions, std::uint32_t block,
                                  Packet& packet, VF& least_z) {
@@ -214,8 +216,8 @@ HWY_INLINE void make_point_block(const Ray* rays, const std::uint8_t* active,
     for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
         const std::size_t r = block * kBlockRays + l;
         VF d[3], tfar, h[3];
-        load_rays(rays + r, d, tfar);
-        const Mask on = load_active(active + r);
+        load_rays(rays + l, d, tfar);
+        const Mask on = load_active(active + l);
         directions.project(d, h);
         const VF z = hn::IfThenElse(on, h[2], splat(1.0f));
         const VF rz = hn::Div(splat(1.0f), z);
@@ -248,66 +250,40 @@ HWY_INLINE void make_point_block(const Ray* rays, const std::uint8_t* active,
     packet.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least_q));
 }
 
-/// The least of `used` positive numbers that no more than half of all are below, up to an eighth
-/// too small; what is not used is infinite. Found bit by bit: sorting takes as long as a tenth of a
-/// packet of a bunny's shadow rays.
-HWY_INLINE float median_of_blocks(const float* values, std::size_t used) {
-    const Floats f;
-    constexpr int kHighest = 30, kLowest = 20;  // all of the exponent and 3 bits behind it
-    std::uint32_t median = 0;
-    for (int bit = kHighest; bit >= kLowest; --bit) {
-        const std::uint32_t trial = median | std::uint32_t{1} << bit;
-        const VF bound = splat(std::bit_cast<float>(trial));
-        std::size_t below = 0;
-        for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f))
-            below += hn::CountTrue(f, hn::Lt(hn::Load(f, values + b), bound));
-        if (below <= used / 2) median = trial;
+/// Puts the active rays of some blocks together anew, by where they go through the plane.
+HWY_NOINLINE inline void regroup_blocks(const Ray* rays, const std::uint8_t* active,
+                                        const NearDirections& directions, std::uint64_t blocks,
+                                        Packet& packet, VF& least_z) {
+    CellOrder order;
+    sort_by_cell(packet, active, blocks, order);
+    std::size_t done = 0;
+    for (; blocks != 0; blocks &= blocks - 1) {
+        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+        Ray own[kBlockRays];
+        std::uint8_t own_active[kBlockRays];
+        for (std::uint32_t i = 0; i < kBlockRays; ++i) {
+            const bool is_any = done < order.count;
+            packet.place[block * kBlockRays + i] = is_any ? order.rays[done] : kNoPlace;
+            own[i] = rays[order.rays[is_any ? done : 0]];
+            own_active[i] = is_any;
+            done += is_any;
+        }
+        make_point_block(own, own_active, directions, block, packet, least_z);
     }
-    return std::bit_cast<float>(median);
 }
 
-/// Where x, y of the active rays of each block spread more than eight times as far as those of the
-/// median block, as they do where the surface under the block ends, they would make all bounds
-/// coarse: those blocks are made inactive. Which they are, and the largest |x| or |y| of the
-/// others.
-HWY_INLINE std::uint64_t leave_out_wide_blocks(Packet& packet, float& extent) {
+/// The largest |x| or |y| of the active rays.
+HWY_INLINE float plane_extent(const Packet& packet) {
     const Floats f;
-    alignas(64) float spread[kPacketBlocks];
-    std::size_t used = 0;
+    VF extents = splat(0x1p-16f);
     for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
-        const VF own = hn::Add(
-            hn::Sub(hn::Load(f, packet.block_upper_x + b), hn::Load(f, packet.block_lower_x + b)),
-            hn::Sub(hn::Load(f, packet.block_upper_y + b), hn::Load(f, packet.block_lower_y + b)));
-        const Mask is_used = hn::Ge(own, hn::Zero(f));
-        used += hn::CountTrue(f, is_used);
-        hn::Store(hn::IfThenElse(is_used, own, splat(kDone)), f, spread + b);
+        const VF lower =
+            hn::Min(hn::Load(f, packet.block_lower_x + b), hn::Load(f, packet.block_lower_y + b));
+        const VF upper =
+            hn::Max(hn::Load(f, packet.block_upper_x + b), hn::Load(f, packet.block_upper_y + b));
+        extents = hn::Max(extents, hn::Max(hn::Neg(lower), upper));
     }
-    extent = 0x1p-16f;
-    if (used == 0) return 0;
-    const VF widest = splat(8 * median_of_blocks(spread, used));
-    VF extents = splat(extent);
-    std::uint64_t left_out = 0;
-    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
-        const VF own = hn::Load(f, spread + b);
-        const Mask narrow = hn::Le(own, widest);
-        const VF x = hn::Max(hn::Neg(hn::Load(f, packet.block_lower_x + b)),
-                             hn::Load(f, packet.block_upper_x + b));
-        const VF y = hn::Max(hn::Neg(hn::Load(f, packet.block_lower_y + b)),
-                             hn::Load(f, packet.block_upper_y + b));
-        extents = hn::Max(extents, hn::IfThenElseZero(narrow, hn::Max(x, y)));
-        const Mask wide = hn::AndNot(narrow, hn::Lt(own, splat(kDone)));
-        left_out |= std::uint64_t{mask_bits(wide)} << b;
-    }
-    extent = hn::GetLane(hn::MaxOfLanes(f, extents));
-    for (std::uint64_t blocks = left_out; blocks != 0; blocks &= blocks - 1) {
-        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-        packet.block_lower_x[block] = packet.block_lower_y[block] = 1e30f;
-        packet.block_upper_x[block] = packet.block_upper_y[block] = -1e30f;
-        packet.block_q[block] = kDone;
-        std::fill_n(packet.q_lower + block * kBlockRays, kBlockRays, kDone);
-        std::fill_n(packet.q_upper + block * kBlockRays, kBlockRays, kDone);
-    }
-    return left_out;
+    return hn::GetLane(hn::MaxOfLanes(f, extents));
 }
 
 /// Gives the plane its unit, and the frame the bounds of all blocks. scale: a power of two, so that
@@ -345,12 +321,18 @@ HWY_INLINE void scale_plane(Packet& packet, float scale) {
     frame.block_extent = hn::GetLane(hn::MaxOfLanes(f, extent));
 }
 
+// Blocks with rays that spread more than this many times as far as those of the median block are
+// put together anew, if there are a few; those that then still spread so much farther are left out.
+constexpr float kWide = 1.6f;
+constexpr float kTooWide = 8;
+constexpr std::size_t kFewBlocks = 2;
+
 /// Makes a packet of up to 32 x 32 rays that start at one point; rays[i] of the square is active if
 /// active[i] != 0. False if they spread too widely to be seen from one plane,
 /// or none is active. left_out: the blocks of which nothing is asked because their rays have too
-/// little in common.
+/// little in common; moved: those whose rays are where packet.place says.
 bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet,
-                       std::uint64_t& left_out) {
+                       std::uint64_t& left_out, std::uint64_t& moved) {
     const Floats f;
     double axes[3][3];
     float centre[3];
@@ -359,11 +341,22 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Pa
     VF least_z = splat(1e30f);
     for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
         prefetch_block(rays, block + kBlocksAhead);
-        make_point_block(rays, active, directions, block, packet, least_z);
+        make_point_block(rays + block * kBlockRays, active + block * kBlockRays, directions, block,
+                         packet, least_z);
     }
     if (!(hn::GetLane(hn::MinOfLanes(f, least_z)) > 0.25f)) return false;
-    float extent = 0;
-    left_out = leave_out_wide_blocks(packet, extent);
+    Spreads spreads = measure_spreads(packet);
+    if (spreads.used == 0) return false;
+    const float median = median_of_blocks(spreads.of_block, spreads.used);
+    moved = blocks_wider(spreads, kWide * median);
+    if (hwy::PopCount(moved) < kFewBlocks) moved = 0;
+    if (moved != 0) {
+        regroup_blocks(rays, active, directions, moved, packet, least_z);
+        spreads = measure_spreads(packet);
+    }
+    left_out = blocks_wider(spreads, kTooWide * median);
+    leave_out_blocks(packet, left_out);
+    const float extent = plane_extent(packet);
     if (extent > kWidestPlane) return false;
     const double unit = std::exp2(std::ceil(std::log2(extent / 16.0)));
     for (int axis = 0; axis < 3; ++axis) {

@@ -297,7 +297,7 @@ private:
         const Mask uncertain =
             hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))), hn::Abs(det));
         RuleDepth rule = {hn::Zero(f), splat(frame_.depth_error), splat(frame_.depth_error)};
-        if (frame_.axis != kMixedAxes) {
+        if (frame_.axis_count != 0) {
             const VF lateral = lateral_sum(px, py, half_extent, hn::Sub(z_most, z_least));
             const VF range = depth_range(x, y, z, size, z_size, extent);
             narrow(rule, in_front, lateral, range, scale, z_least, z_most);
@@ -331,18 +331,25 @@ private:
         return hn::Mul(splat(2.0f), hn::MulAdd(half_extent, z_range, longest));
     }
 
-    /// The range of the vertices' coordinates on the packet's axis, in scene space. Each is off by
-    /// some roundings of its parts, and by those of the projected vertices.
-    HWY_INLINE VF depth_range(const VF x[3], const VF y[3], const VF z[3], VF size, VF z_size,
-                              VF extent) const {
+    static HWY_INLINE VF range_along(const float row[3], const VF x[3], const VF y[3],
+                                     const VF z[3]) {
         VF depth[3];
         for (int k = 0; k < 3; ++k) {
-            depth[k] = hn::MulAdd(splat(frame_.depth_row[0]), x[k],
-                                  hn::MulAdd(splat(frame_.depth_row[1]), y[k],
-                                             hn::Mul(splat(frame_.depth_row[2]), z[k])));
+            depth[k] = hn::MulAdd(splat(row[0]), x[k],
+                                  hn::MulAdd(splat(row[1]), y[k], hn::Mul(splat(row[2]), z[k])));
         }
-        const VF range = hn::Sub(hn::Max(depth[0], hn::Max(depth[1], depth[2])),
-                                 hn::Min(depth[0], hn::Min(depth[1], depth[2])));
+        return hn::Sub(hn::Max(depth[0], hn::Max(depth[1], depth[2])),
+                       hn::Min(depth[0], hn::Min(depth[1], depth[2])));
+    }
+
+    /// The range of the vertices' coordinates on that of the packet's axes where it is largest, in
+    /// scene space. Each is off by some roundings of its parts, and by those of the projected
+    /// vertices.
+    HWY_INLINE VF depth_range(const VF x[3], const VF y[3], const VF z[3], VF size, VF z_size,
+                              VF extent) const {
+        VF range = range_along(frame_.depth_rows[0], x, y, z);
+        for (std::uint32_t axis = 1; HWY_UNLIKELY(axis < frame_.axis_count); ++axis)
+            range = hn::Max(range, range_along(frame_.depth_rows[axis], x, y, z));
         const float projected =
             0x1p-18f * (frame_.unit * std::max(frame_.row_size[0], frame_.row_size[1]) +
                         frame_.depth_most * frame_.row_size[2]);
@@ -359,7 +366,7 @@ private:
     /// the canonical direction, so that 1 <= s L < 2. A vertex lies off the ray by w = (x - X z)
     /// axis_x + (y - Y z) axis_y, so |w|_1 is at most `unit` times what `lateral` sums up. The
     /// rule's |x| + |y| are at most s L (|w|_1 + |w.z|) <= 2 s L |w|_1. So with M = unit * lateral
-    ///     m <= 2 s L M,   Z <= L z_size + M,   r <= 17/16 2^-21 (8 M + Z) + 2^-60.
+    ///     m <= 2 s L M,   Z <= L z_size + M,   r <= 17/16 2^-21 (8 M + Z) + 2^-49.
     /// The edge functions are those of the packet under a linear map of determinant s^2 L volume,
     /// and those add up to q / scale, so S = s^2 L volume q / scale. In z of the packet, a L-th of
     /// the rule's, the error is at most

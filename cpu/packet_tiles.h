@@ -3,7 +3,8 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
-#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -28,16 +29,11 @@ public:
     void occluded_from_point(vec3 org, std::span<const Ray> rays,
                              std::span<const std::uint8_t> active,
                              std::span<std::uint8_t> occluded) const {
-        std::uint64_t left = packets_.occluded_from_point(org, rays.data(), active.data(),
-                                                          scratch(), occluded.data());
-        if (left == 0) return;
-        std::vector<std::uint8_t> left_active(rays.size());
-        for (; left != 0; left &= left - 1) {
-            const auto block = static_cast<std::ptrdiff_t>(__builtin_ctzll(left));
-            std::copy_n(active.begin() + block * kBlockRays, kBlockRays,
-                        left_active.begin() + block * kBlockRays);
+        std::array<std::uint8_t, kPacketRays> left;
+        if (packets_.occluded_from_point(org, rays.data(), active.data(), scratch(),
+                                         occluded.data(), left.data())) {
+            BatchTiles(wide_).occluded_from_point(org, rays, left, occluded);
         }
-        BatchTiles(wide_).occluded_from_point(org, rays, left_active, occluded);
     }
 
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {

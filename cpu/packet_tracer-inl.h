@@ -299,7 +299,7 @@ private:
         std::memcpy(won.prim_id, leaf.prim_id, sizeof won.prim_id);
         const VF away = frame_.axis == kMixedAxes
                             ? hn::Zero(f)
-                            : hn::And(splat(frame_.depth_row[2]), splat(-0.0f));
+                            : hn::And(splat(frame_.depth_rows[0][2]), splat(-0.0f));
         alignas(64) float values[3][kLeafVertices];
         alignas(64) std::uint32_t corners[kLeafTriangles];
         for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {

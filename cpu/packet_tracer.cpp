@@ -77,17 +77,50 @@ HWY_INLINE void write_block(const Packet& packet, std::uint32_t block, const std
     }
 }
 
-std::uint64_t occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays,
-                                    const std::uint8_t* active, Packet& packet,
-                                    std::uint8_t* occluded) {
+/// Likewise of a block whose rays were put together anew.
+HWY_INLINE void write_moved_block(const Packet& packet, std::uint32_t block,
+                                  std::uint8_t* occluded) {
+    for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
+        if (packet.place[r] != kNoPlace) occluded[packet.place[r]] = packet.q_lower[r] == kDone;
+    }
+}
+
+/// Writes which rays are active in blocks of which nothing was asked.
+void write_left(const Packet& packet, std::uint64_t blocks, std::uint64_t moved,
+                const std::uint8_t* active, std::uint8_t* left) {
+    std::fill_n(left, kPacketRays, std::uint8_t{0});
+    for (; blocks != 0; blocks &= blocks - 1) {
+        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+        const bool is_moved = (moved >> block & 1) != 0;
+        for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
+            const std::uint32_t place = is_moved ? packet.place[r] : r;
+            if (place != kNoPlace) left[place] = active[place];
+        }
+    }
+}
+
+bool occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays, const std::uint8_t* active,
+                           Packet& packet, std::uint8_t* occluded, std::uint8_t* left) {
     std::uint64_t left_out = 0;
-    if (!make_point_packet(org, rays, active, packet, left_out)) return kAllBlocks;
+    std::uint64_t moved = 0;
+    if (!make_point_packet(org, rays, active, packet, left_out, moved)) {
+        std::copy_n(active, kPacketRays, left);
+        return true;
+    }
     PacketTraversal<Query::kAny> traversal(bvh, packet);
     traversal.start();
     traversal.run();
-    for (std::uint64_t blocks = kAllBlocks & ~left_out; blocks != 0; blocks &= blocks - 1)
-        write_block(packet, static_cast<std::uint32_t>(__builtin_ctzll(blocks)), active, occluded);
-    return left_out;
+    for (std::uint64_t blocks = kAllBlocks & ~left_out; blocks != 0; blocks &= blocks - 1) {
+        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+        if ((moved >> block & 1) != 0) {
+            write_moved_block(packet, block, occluded);
+        } else {
+            write_block(packet, block, active, occluded);
+        }
+    }
+    if (left_out == 0) return false;
+    write_left(packet, left_out, moved, active, left);
+    return true;
 }
 
 }  // namespace HWY_NAMESPACE
@@ -116,10 +149,10 @@ void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
     camera_(*bvh_, params, tile, packet, hits, stride);
 }
 
-std::uint64_t PacketTracer::occluded_from_point(vec3 org, const Ray* rays,
-                                                const std::uint8_t* active, Packet& packet,
-                                                std::uint8_t* occluded) const {
-    return point_(*bvh_, org, rays, active, packet, occluded);
+bool PacketTracer::occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active,
+                                       Packet& packet, std::uint8_t* occluded,
+                                       std::uint8_t* left) const {
+    return point_(*bvh_, org, rays, active, packet, occluded, left);
 }
 
 }  // namespace morphray::cpu

@@ -25,17 +25,17 @@ public:
                           std::size_t stride) const;
 
     /// occluded[i] becomes 1 where rays[i], which start at org, hit anything, and 0 where they do
-    /// not, for the i with active[i] != 0; indices as by packet_ray(). Returns the blocks, as bits,
-    /// that it leaves as they are, because their rays have too little in common with the others to
-    /// be traced along, or all rays with each other.
-    std::uint64_t occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active,
-                                      Packet& packet, std::uint8_t* occluded) const;
+    /// not, for the i with active[i] != 0; kPacketRays of each, indices as by packet_ray(). Returns
+    /// whether it leaves some as they are, because they have too little in common with the others
+    /// to be traced along; then left[i] becomes active[i] for those, and 0 for all others.
+    bool occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet,
+                             std::uint8_t* occluded, std::uint8_t* left) const;
 
 private:
     using Camera = void (*)(const Bvh&, const ImageParams&, const Tile&, Packet&, Hit*,
                             std::size_t);
-    using Point = std::uint64_t (*)(const Bvh&, vec3, const Ray*, const std::uint8_t*, Packet&,
-                                    std::uint8_t*);
+    using Point = bool (*)(const Bvh&, vec3, const Ray*, const std::uint8_t*, Packet&,
+                           std::uint8_t*, std::uint8_t*);
 
     const Bvh* bvh_;
     Camera camera_;

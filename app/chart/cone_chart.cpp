@@ -2,8 +2,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
-#include <bit>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -137,17 +137,17 @@ void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
     static const std::vector<std::uint8_t> all(kMany, 1);
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
         thread_local const auto packet = std::make_unique<cpu::Packet>();
-        std::uint64_t undecided = tracer.occluded_from_point(rays[0].org, rays.data(), all.data(),
-                                                             *packet, occluded.data());
-        if (undecided == 0) return;
+        std::array<std::uint8_t, cpu::kPacketRays> undecided;
+        if (!tracer.occluded_from_point(rays[0].org, rays.data(), all.data(), *packet,
+                                        occluded.data(), undecided.data())) {
+            return;
+        }
         std::vector<std::size_t> left;
         std::vector<Ray> left_rays;
-        for (; undecided != 0; undecided &= undecided - 1) {
-            const auto block = static_cast<std::size_t>(std::countr_zero(undecided));
-            for (std::size_t i = 0; i < cpu::kBlockRays; ++i) {
-                left.push_back(block * cpu::kBlockRays + i);
-                left_rays.push_back(rays[left.back()]);
-            }
+        for (std::size_t i = 0; i < undecided.size(); ++i) {
+            if (undecided[i] == 0) continue;
+            left.push_back(i);
+            left_rays.push_back(rays[i]);
         }
         counts.undecided += left.size();
         std::vector<std::uint8_t> theirs(left.size());

@@ -193,10 +193,12 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
                 active[i] = seed == 3 ? 0 : seed == 4 ? i % 5 == 0 : seed == 5 ? i == 700 : 1;
             }
             std::fill(occluded.begin(), occluded.end(), std::uint8_t{9});
-            const std::uint64_t left = tracer.occluded_from_point(org, rays.data(), active.data(),
-                                                                  *packet_, occluded.data());
+            std::vector<std::uint8_t> left(cpu::kPacketRays, 9);
+            const bool any_left = tracer.occluded_from_point(
+                org, rays.data(), active.data(), *packet_, occluded.data(), left.data());
             for (std::uint32_t i = 0; i < cpu::kPacketRays; ++i) {
-                const bool is_left = ((left >> (i / cpu::kBlockRays)) & 1) != 0;
+                ASSERT_TRUE(left[i] <= active[i] || !any_left);
+                const bool is_left = any_left && left[i] != 0;
                 decided += is_left ? 0 : 1;
                 const bool written = !is_left && active[i] != 0;
                 const int expected = !written ? 9 : scalar.occluded(rays[i]) ? 1 : 0;
@@ -229,10 +231,11 @@ TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
                 active[i] = 1;
             }
         }
-        const std::uint64_t left = tracer.occluded_from_point(
-            params.light, rays.data(), active.data(), *packet_, occluded.data());
+        std::vector<std::uint8_t> left(cpu::kPacketRays, 0);
+        tracer.occluded_from_point(params.light, rays.data(), active.data(), *packet_,
+                                   occluded.data(), left.data());
         for (std::uint32_t i = 0; i < cpu::kPacketRays; ++i) {
-            if (active[i] == 0 || ((left >> (i / cpu::kBlockRays)) & 1) != 0) continue;
+            if (active[i] == 0 || left[i] != 0) continue;
             ASSERT_EQ(occluded[i] != 0, scalar.occluded(rays[i])) << named.name;
         }
     }

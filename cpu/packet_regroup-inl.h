@@ -1,0 +1,170 @@
+// Which rays of a point's packet are neighbours: where a surface ends in the picture, those of one
+// block are not.
+
+#if defined(MORPHRAY_PACKET_REGROUP_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_PACKET_REGROUP_INL_H
+#undef MORPHRAY_PACKET_REGROUP_INL_H
+#else
+#define MORPHRAY_PACKET_REGROUP_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/packet.h"
+#include "cpu/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// The least of `used` positive numbers that no more than half of all are below, up to an eighth
+/// too small; what is not used is infinite. Found bit by bit: sorting takes as long as a tenth of a
+/// packet of a bunny's shadow rays.
+HWY_INLINE float median_of_blocks(const float* values, std::size_t used) {
+    const Floats f;
+    constexpr int kHighest = 30, kLowest = 20;  // all of the exponent and 3 bits behind it
+    std::uint32_t median = 0;
+    for (int bit = kHighest; bit >= kLowest; --bit) {
+        const std::uint32_t trial = median | std::uint32_t{1} << bit;
+        const VF bound = splat(std::bit_cast<float>(trial));
+        std::size_t below = 0;
+        for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f))
+            below += hn::CountTrue(f, hn::Lt(hn::Load(f, values + b), bound));
+        if (below <= used / 2) median = trial;
+    }
+    return std::bit_cast<float>(median);
+}
+
+/// How far the active rays of each block spread in x and y together; infinite where there are none.
+struct Spreads {
+    alignas(64) float of_block[kPacketBlocks];
+    std::size_t used = 0;
+};
+
+HWY_INLINE Spreads measure_spreads(const Packet& packet) {
+    const Floats f;
+    Spreads spreads;
+    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
+        const VF own = hn::Add(
+            hn::Sub(hn::Load(f, packet.block_upper_x + b), hn::Load(f, packet.block_lower_x + b)),
+            hn::Sub(hn::Load(f, packet.block_upper_y + b), hn::Load(f, packet.block_lower_y + b)));
+        const Mask is_used = hn::Ge(own, hn::Zero(f));
+        spreads.used += hn::CountTrue(f, is_used);
+        hn::Store(hn::IfThenElse(is_used, own, splat(kDone)), f, spreads.of_block + b);
+    }
+    return spreads;
+}
+
+/// The blocks with rays that spread farther than this.
+HWY_INLINE std::uint64_t blocks_wider(const Spreads& spreads, float width) {
+    const Floats f;
+    std::uint64_t wide = 0;
+    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
+        const VF own = hn::Load(f, spreads.of_block + b);
+        const Mask wider = hn::And(hn::Gt(own, splat(width)), hn::Lt(own, splat(kDone)));
+        wide |= std::uint64_t{mask_bits(wider)} << b;
+    }
+    return wide;
+}
+
+/// A square of cells of the plane, numbered in Morton order.
+struct Cells {
+    static constexpr std::uint32_t kPerSide = 16;
+    static constexpr std::uint32_t kCount = kPerSide * kPerSide;
+
+    float lower_x, lower_y;
+    float scale_x, scale_y;
+
+    /// The cells of some points, or the nearest.
+    HWY_INLINE VW of(VF x, VF y) const {
+        const Words w;
+        // The bits of a number, each two places from the next.
+        const auto spread = [w](VW v) HWY_ATTR {
+            v = hn::And(hn::Or(v, hn::ShiftLeft<2>(v)), hn::Set(w, 0x33u));
+            return hn::And(hn::Or(v, hn::ShiftLeft<1>(v)), hn::Set(w, 0x55u));
+        };
+        const auto number = [](VF v) HWY_ATTR {
+            const VF inside = hn::Min(hn::Max(v, hn::Zero(Floats())), splat(kPerSide - 1));
+            return hn::BitCast(Words(), hn::ConvertTo(hn::RebindToSigned<Floats>(), inside));
+        };
+        const VW column = number(hn::Mul(hn::Sub(x, splat(lower_x)), splat(scale_x)));
+        const VW row = number(hn::Mul(hn::Sub(y, splat(lower_y)), splat(scale_y)));
+        return hn::Or(spread(column), hn::ShiftLeft<1>(spread(row)));
+    }
+};
+
+/// Those that the active rays of some blocks are in.
+HWY_INLINE Cells cells_around(const Packet& packet, std::uint64_t blocks) {
+    float lower_x = 1e30f, upper_x = -1e30f, lower_y = 1e30f, upper_y = -1e30f;
+    for (; blocks != 0; blocks &= blocks - 1) {
+        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+        lower_x = std::min(lower_x, packet.block_lower_x[block]);
+        upper_x = std::max(upper_x, packet.block_upper_x[block]);
+        lower_y = std::min(lower_y, packet.block_lower_y[block]);
+        upper_y = std::max(upper_y, packet.block_upper_y[block]);
+    }
+    constexpr float kSide = Cells::kPerSide;
+    return {lower_x, lower_y, kSide / std::max(upper_x - lower_x, 1e-20f),
+            kSide / std::max(upper_y - lower_y, 1e-20f)};
+}
+
+/// Rays of a packet in the order of cells.
+struct CellOrder {
+    std::uint16_t rays[kPacketRays];
+    std::size_t count = 0;
+};
+
+/// The active rays of some blocks.
+HWY_INLINE void sort_by_cell(const Packet& packet, const std::uint8_t* active, std::uint64_t blocks,
+                             CellOrder& order) {
+    const Floats f;
+    constexpr std::uint32_t kLanes = hn::MaxLanes(f);
+    const Cells square = cells_around(packet, blocks);
+    std::uint16_t rays[kPacketRays];
+    std::uint32_t cells[kPacketRays];
+    // Where the rays of a cell begin.
+    std::uint16_t next[Cells::kCount + 1] = {};
+    std::size_t count = 0;
+    for (; blocks != 0; blocks &= blocks - 1) {
+        const auto first = static_cast<std::uint32_t>(__builtin_ctzll(blocks)) * kBlockRays;
+        for (std::uint32_t r = first; r < first + kBlockRays; r += kLanes) {
+            alignas(64) std::uint32_t own[kLanes];
+            hn::Store(square.of(hn::Load(f, packet.x + r), hn::Load(f, packet.y + r)), Words(),
+                      own);
+            for (std::uint32_t l = 0; l < kLanes; ++l) {
+                const bool is_active = active[r + l] != 0;
+                rays[count] = static_cast<std::uint16_t>(r + l);
+                cells[count] = own[l];
+                next[own[l] + 1] = static_cast<std::uint16_t>(next[own[l] + 1] + is_active);
+                count += is_active;
+            }
+        }
+    }
+    for (std::uint32_t cell = 1; cell < Cells::kCount; ++cell)
+        next[cell] = static_cast<std::uint16_t>(next[cell] + next[cell - 1]);
+    for (std::size_t i = 0; i < count; ++i) order.rays[next[cells[i]]++] = rays[i];
+    order.count = count;
+}
+
+/// Blocks whose rays spread too far would make all bounds coarse: makes them inactive.
+HWY_INLINE void leave_out_blocks(Packet& packet, std::uint64_t blocks) {
+    for (; blocks != 0; blocks &= blocks - 1) {
+        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+        packet.block_lower_x[block] = packet.block_lower_y[block] = 1e30f;
+        packet.block_upper_x[block] = packet.block_upper_y[block] = -1e30f;
+        packet.block_q[block] = kDone;
+        std::fill_n(packet.q_lower + block * kBlockRays, kBlockRays, kDone);
+        std::fill_n(packet.q_upper + block * kBlockRays, kBlockRays, kDone);
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif
