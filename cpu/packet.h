@@ -29,8 +29,8 @@ inline std::uint32_t packet_ray(std::uint32_t x, std::uint32_t y) {
 }
 
 /// A leaf of which a triangle won at least one ray, kept for the packet's end: the corners of its
-/// triangles relative to the origin, side by side; if the packet has an axis, rotated as shear_ray
-/// does for it, and times -1 where directions are negative on it.
+/// triangles relative to the origin, side by side; rotated as shear_ray does for the packet's axis,
+/// and times -1 where directions are negative on it. If axes are mixed, rotated for the first.
 struct alignas(64) WonLeaf {
     float corner[3][3][kLeafTriangles];
     float prim_id[kLeafTriangles];  // bits

@@ -152,14 +152,10 @@ public:
 
     void run() {
         point_columns();
-        Winners winners = find_winners(packet_.winner);
-        for (std::size_t first = 0; first < kPacketRays; first += kLanes) {
-            if (first % kRowRays == 0) point_row(first / kRowRays);
-            // The winners of the next rays are looked for before these are finished: masks take
-            // long to get to where branches and addresses wait for them.
-            const Winners next = find_winners(packet_.winner + (first + kLanes) % kPacketRays);
-            finish(first, winners);
-            winners = next;
+        if (HWY_LIKELY(packet_.frame.axis != kMixedAxes)) {
+            finish_all<false>();
+        } else {
+            finish_all<true>();
         }
         if (HWY_UNLIKELY(left_count_ != 0)) finish_left();
     }
@@ -220,10 +216,8 @@ private:
             for (std::size_t r = l; r < kRowRays; r += kBlockRays) {
                 VF d[3];
                 for (int k = 0; k < 3; ++k) d[k] = hn::Add(hn::Load(f, columns_[k] + r), part[k]);
-                const VF scale = scale_to_unit(hn::Abs(d[2]));
-                hn::Store(snap_direction(hn::Mul(d[0], scale)), f, scaled_[0] + r);
-                hn::Store(snap_direction(hn::Mul(d[1], scale)), f, scaled_[1] + r);
-                hn::Store(hn::Mul(d[2], scale), f, scaled_[2] + r);
+                canonical_directions(d);
+                for (int k = 0; k < 3; ++k) hn::Store(d[k], f, scaled_[k] + r);
             }
         }
     }
@@ -260,12 +254,27 @@ private:
 #endif
     }
 
+    /// kMixed: the packet has no axis.
+    template <bool kMixed>
+    void finish_all() {
+        Winners winners = find_winners(packet_.winner);
+        for (std::size_t first = 0; first < kPacketRays; first += kLanes) {
+            if (first % kRowRays == 0) point_row(first / kRowRays);
+            // The winners of the next rays are looked for before these are finished: masks take
+            // long to get to where branches and addresses wait for them.
+            const Winners next = find_winners(packet_.winner + (first + kLanes) % kPacketRays);
+            finish<kMixed>(first, winners);
+            winners = next;
+        }
+    }
+
     /// The hits of as many consecutive rays as there are lanes, from `first` on.
+    template <bool kMixed>
     HWY_INLINE void finish(std::size_t first, const Winners& winners) {
         std::uint32_t left = winners.rays;
-        const HitLanes lanes = left != 0 && HWY_LIKELY(packet_.frame.axis != kMixedAxes)
-                                   ? finish_fast(first, winners, left)
-                                   : no_hits();
+        const HitLanes lanes = left == 0 ? no_hits()
+                               : kMixed  ? finish_turned(first, winners, left)
+                                         : finish_fast(first, winners, left);
         write(lanes, place(first));
         for (; left != 0; left &= left - 1) {
             left_[left_count_++] =
@@ -277,10 +286,46 @@ private:
     /// others get none and stay in `left`.
     HWY_INLINE HitLanes finish_fast(std::size_t first, const Winners& found,
                                     std::uint32_t& left) const {
-        const Floats f;
         const WinnerLanes winners = spread_winners(packet_, packet_.winner + first, found);
         const std::size_t in_row = first % kRowRays;
         const VF directions[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
+        return hit_winners(directions, winners, left);
+    }
+
+    /// Likewise in a packet of mixed axes, where nearly all neighbours still have one.
+    HWY_INLINE HitLanes finish_turned(std::size_t first, const Winners& found,
+                                      std::uint32_t& left) const {
+        const Floats f;
+        const std::size_t in_row = first % kRowRays;
+        const VF d[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
+        const VF size[3] = {hn::Abs(d[0]), hn::Abs(d[1]), hn::Abs(d[2])};
+        const Mask is_x = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
+        const Mask is_y = hn::AndNot(is_x, hn::Ge(size[1], size[2]));
+        const std::uint32_t axis = hn::AllTrue(f, is_x)                  ? 0
+                                   : hn::AllTrue(f, is_y)                ? 1
+                                   : hn::AllFalse(f, hn::Or(is_x, is_y)) ? 2
+                                                                         : kMixedAxes;
+        if (axis == kMixedAxes) return no_hits();
+        const Mask away = hn::Lt(d[axis], hn::Zero(f));
+        if (!hn::AllTrue(f, away) && !hn::AllFalse(f, away)) return no_hits();
+        const VF sign = hn::And(d[axis], splat(-0.0f));
+        const WinnerLanes winners = spread_winners(packet_, packet_.winner + first, found);
+        // Corners are rotated for axis 0.
+        WinnerLanes turned;
+        turned.prim_ids = winners.prim_ids;
+        VF directions[3];
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            directions[k] = hn::Xor(d[(axis + 1 + k) % 3], sign);
+            for (int i = 0; i < 3; ++i)
+                turned.corners[i][k] = hn::Xor(winners.corners[i][(axis + k) % 3], sign);
+        }
+        return hit_winners(directions, turned, left);
+    }
+
+    /// Rotated and turned directions and winners' corners.
+    HWY_INLINE HitLanes hit_winners(const VF directions[3], const WinnerLanes& winners,
+                                    std::uint32_t& left) const {
+        const Floats f;
         const VF slack = splat(0.25f * packet_.frame.dilation);
         VF t, u, v;
         const Mask sufficed = hit_fast(directions, slack, winners.corners, t, u, v);

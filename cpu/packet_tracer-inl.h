@@ -310,7 +310,7 @@ private:
                           values[axis] + l);
             hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
         }
-        const std::uint32_t z = frame_.axis;
+        const std::uint32_t z = frame_.axis % kMixedAxes;
         for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
             const VW packed = hn::Load(Words(), corners + l);
             for (std::uint32_t axis = 0; axis < 3; ++axis) {
