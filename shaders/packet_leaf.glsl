@@ -2,7 +2,7 @@
 #ifndef SHADERS_PACKET_LEAF_GLSL
 #define SHADERS_PACKET_LEAF_GLSL
 
-#include "shaders/packet.glsl"
+#include "shaders/packet_depth.glsl"
 
 /// The leaf's vertices, projected; x is kFarAway where they are not finite.
 vec3 projected[kSlots];
@@ -44,8 +44,8 @@ void project_vertices(uint leaf) {
     extent = cluster_max(extent);
     float row_sum = frame.row_size.x + frame.row_size.y + 34.0f * frame.row_size.z;
     // 2^-20 and 2^-41.
-    leaf_error = row_sum * (9.5367431640625e-07f * extent +
-                            4.547473508864641e-13f * largest_component(p));
+    leaf_error =
+        row_sum * (9.5367431640625e-07f * extent + 4.547473508864641e-13f * largest_component(p));
 }
 
 vec3 projected_corner(uint slot) {
@@ -79,6 +79,11 @@ float most(vec3 v) { return greater(v.x, greater(v.y, v.z)); }
 vec2 group_lower[kGroups];
 vec2 group_upper[kGroups];
 
+/// Whether a triangle is certainly in front of the origin, so far that it may be projected.
+bool is_in_front(float z_least, float z_size, float error) {
+    return z_least > 0.0009765625f * z_size + 16.0f * error;
+}
+
 /// The groups of rays that a triangle may concern, as bits: its rectangle meets theirs, and covers
 /// the middle of a pixel if the rays are those (on_grid); and it is in front of the origin, nearer
 /// than what all rays have found.
@@ -89,8 +94,7 @@ uint concerned_groups(Corners t, bool on_grid) {
     float z_size = greater(abs(z_least), abs(z_most));
     // 2^-22.
     float z_error = 2.384185791015625e-07f * z_size + leaf_error;
-    // The rectangle, where the triangle is well in front of the origin.
-    bool in_front = z_least > 0.0009765625f * z_size + 16.0f * leaf_error;
+    bool in_front = is_in_front(z_least, z_size, leaf_error);
     vec3 rz = vec3(1.0f) / t.z;
     vec3 x = t.x * rz;
     vec3 y = t.y * rz;
@@ -121,8 +125,7 @@ uint concerned_groups(Corners t, bool on_grid) {
         }
     }
     groups = in_front ? groups : kAllGroups;
-    bool is_near =
-        is_finite && z_most + z_error > 0.0f && nearest_q(z_least - z_error) >= packet_q;
+    bool is_near = is_finite && z_most + z_error > 0.0f && nearest_q(z_least - z_error) >= packet_q;
     return is_near ? groups : 0u;
 }
 
@@ -183,7 +186,6 @@ Setup set_up_triangle(Corners t, float leaf_error) {
     float bound = 4.0f * error * (reach + error) + rounding + moved;
     // What overflows (eyes and vertices very far away) leaves everything in doubt.
     bool sane = bound < 1.0e28f && abs(det) < 1.0e34f;
-    float scale = sane ? 1.0f / greater(abs(det), 1.0e-30f) : 0.0f;
     float orientation = det < 0.0f ? -1.0f : 1.0f;
     Setup setup;
     setup.a = sane ? orientation * a : vec3(0.0f);
@@ -192,19 +194,40 @@ Setup set_up_triangle(Corners t, float leaf_error) {
     setup.c -= setup.a * middle.x + setup.b * middle.y;
     setup.bound = sane ? bound : 1.0e35f;
 
-    // 1/z is that of the plane through the projected vertices, up to rounding; displacing the
-    // vertices by `error` moves it by its gradient times that, while the displacement is small
-    // against the triangle. Where it is not, nothing is certain.
-    setup.q = vec3(setup.a.x + setup.a.y + setup.a.z, setup.b.x + setup.b.y + setup.b.z,
-                   setup.c.x + setup.c.y + setup.c.z) * scale;
+    // The float vertices' plane is n.(x, y, 1) / n.p in 1/z. The weights of a hit, taken of these
+    // vertices, give a point of the plane that is `error` from the ray at most, and off in z by
+    // what is `z`'s of leaf_error. Then there are roundings: of n by 2^-21 edge (z_range, z_range,
+    // edge), which is 2^-20 edge (2 z_range size + edge z_size) in n.p, and as much over a ray up
+    // to 32 from the middle, relative to 1/z but for what is z_range's; and of the sum over x and
+    // y, with up to 17 at each of some 20 steps.
+    float z_least = least(t.z);
+    float z_range = most(t.z) - z_least;
+    float edge = greater(most(px) - least(px), most(py) - least(py));
+    vec3 e = vec3(px.y - px.x, py.y - py.x, t.z.y - t.z.x);
+    vec3 f = vec3(px.z - px.x, py.z - py.x, t.z.z - t.z.x);
+    vec3 n = cross(e, f);
+    float distance = n.x * px.x + n.y * py.x + n.z * t.z.x;
+    float scale = 1.0f / greater(abs(distance), 1.0e-30f);
+    setup.q = n * (distance < 0.0f ? -scale : scale);
     vec2 slope = abs(setup.q.xy);
+    // 2^-20.
+    float rounded_edge = 9.5367431640625e-07f * edge * scale;
+    float rounded = rounded_edge * (4.0f * z_range * size + 2.0f * edge * z_size);
+    setup.q.z -= setup.q.x * middle.x + setup.q.y * middle.y;
     float q_most = greater(setup.q.z + dot(slope, greater(frame.upper, -frame.lower)), 0.0f);
-    // 2^-17; of det 2^-20 for products of size * size * z, nine of them.
-    float c1 = 7.62939453125e-06f + 8.0f * error * (slope.x + slope.y) +
-               9.5367431640625e-07f * size * size * z_size * scale;
-    float c0 = 4.0f * rounding * scale + dot(slope, frame.ray_error);
-    bool doubtful = !sane || 16.0f * error * size * z_size * scale >= 1.0f;
-    setup.q_error = doubtful ? 1.0e35f : c0 + q_most * (c1 + q_most * frame.depth_error);
+    bool in_front = is_in_front(z_least, z_size, leaf_error);
+    q_most = in_front ? lesser(q_most, 1.001f / z_least) : q_most;
+    Extents extents = Extents(size, edge, z_range, z_size, error, scale);
+    RuleDepth rule = rule_depth(extents, q_most, leaf_error * directions.depth_share);
+    rule.by_q = in_front ? rule.by_q : 0.0f;
+    rule.by_q2 = in_front ? rule.by_q2 : frame.depth_error;
+    slope += vec2(2.0f * rounded_edge * z_range);
+    // 2^-15 and 2^-19.
+    float c0 =
+        dot(slope, frame.ray_error + vec2(3.0517578125e-05f)) + 32.0f * rounded_edge * z_range;
+    float c1 = 1.9073486328125e-06f + 2.0f * error * (slope.x + slope.y) + rounded + rule.by_q;
+    bool is_known = sane && rounded < 0.125f;
+    setup.q_error = is_known ? c0 + q_most * (c1 + q_most * rule.by_q2) : 1.0e35f;
     // Steep triangles, whose error would be that of all that were hit: 2^-10.
     setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
     return setup;
