@@ -160,6 +160,53 @@ struct Setup {
     float win_error;
 };
 
+/// q and its errors, from the vertices as seen from the ray at `middle`.
+///
+/// The plane of the float vertices is n.(x, y, 1) / n.p in 1/z. The weights of a hit, taken of
+/// these vertices, give a point of the plane that is `error` from the ray at most, and off in z by
+/// z's part of leaf_error. Then there are roundings: of n by 2^-21 edge (z_range, z_range, edge),
+/// which is 2^-20 edge (2 z_range size + edge z_size) in n.p, and over a ray of the packet half as
+/// much relative to 1/z, but for what is z_range's; and of the sum over x and y, with |x|, |y| <=
+/// 17 (or else ray_error is as large) in some 20 steps.
+void set_up_depth(inout Setup setup, Corners t, vec2 middle, float size, float error,
+                  float leaf_error) {
+    float z_least = least(t.z);
+    float z_size = most(abs(t.z));
+    float z_range = most(t.z) - z_least;
+    float edge = greater(most(t.x) - least(t.x), most(t.y) - least(t.y));
+    vec3 e = vec3(t.x.y, t.y.y, t.z.y) - vec3(t.x.x, t.y.x, t.z.x);
+    vec3 f = vec3(t.x.z, t.y.z, t.z.z) - vec3(t.x.x, t.y.x, t.z.x);
+    vec3 n = cross(e, f);
+    float distance = n.x * t.x.x + n.y * t.y.x + n.z * t.z.x;
+    float scale = 1.0f / greater(abs(distance), 1.0e-30f);
+    setup.q = n * (distance < 0.0f ? -scale : scale);
+    setup.q.z -= setup.q.x * middle.x + setup.q.y * middle.y;
+    vec2 slope = abs(setup.q.xy);
+    bool in_front = is_in_front(z_least, z_size, leaf_error);
+    float q_most = greater(setup.q.z + dot(slope, greater(frame.upper, -frame.lower)), 0.0f);
+    q_most = in_front ? lesser(q_most, 1.001f / z_least) : q_most;
+
+    vec2 span = frame.upper - frame.lower;
+    float longest = 2.0f * edge + (span.x + span.y) * z_range;
+    Extents extents = Extents(size, edge, longest, z_range, z_size, error, scale);
+    RuleDepth rule = rule_depth(extents, q_most, leaf_error * directions.depth_share);
+    float by_q2 = in_front ? rule.by_q2 : frame.depth_error;
+    // 2^-20.
+    float edge_rounding = 9.5367431640625e-07f * edge * scale;
+    float rounding = edge_rounding * (4.0f * z_range * size + 2.0f * edge * z_size);
+    slope += vec2(2.0f * edge_rounding * z_range);
+    // 2^-15 and 2^-19.
+    float c0 = dot(slope, frame.ray_error + vec2(3.0517578125e-05f)) +
+               edge_rounding * (span.x + span.y) * z_range;
+    float c1 = 1.9073486328125e-06f + 2.0f * error * (slope.x + slope.y) + rounding +
+               (in_front ? rule.by_q : 0.0f);
+    bool is_known = setup.bound < 1.0e28f && rounding < 0.03125f;
+    setup.q = is_known ? setup.q : vec3(0.0f);
+    setup.q_error = is_known ? c0 + q_most * (c1 + q_most * by_q2) : 1.0e35f;
+    // Steep triangles, whose error would be that of all that were hit: 2^-10.
+    setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
+}
+
 /// Edge functions are taken in the point of the packet nearest to the first vertex. Let s bound |x|
 /// + |y| of the vertices there, Z |z|, and `reach` |x| + |y| as seen from any ray of the packet. A
 /// vertex is off by `error` (x - X z for |X| + |Y| <= 32 rounds by 2^-18 Z), so that an edge
@@ -193,43 +240,7 @@ Setup set_up_triangle(Corners t, float leaf_error) {
     setup.c = sane ? orientation * c : vec3(0.0f);
     setup.c -= setup.a * middle.x + setup.b * middle.y;
     setup.bound = sane ? bound : 1.0e35f;
-
-    // The float vertices' plane is n.(x, y, 1) / n.p in 1/z. The weights of a hit, taken of these
-    // vertices, give a point of the plane that is `error` from the ray at most, and off in z by
-    // what is `z`'s of leaf_error. Then there are roundings: of n by 2^-21 edge (z_range, z_range,
-    // edge), which is 2^-20 edge (2 z_range size + edge z_size) in n.p, and as much over a ray up
-    // to 32 from the middle, relative to 1/z but for what is z_range's; and of the sum over x and
-    // y, with up to 17 at each of some 20 steps.
-    float z_least = least(t.z);
-    float z_range = most(t.z) - z_least;
-    float edge = greater(most(px) - least(px), most(py) - least(py));
-    vec3 e = vec3(px.y - px.x, py.y - py.x, t.z.y - t.z.x);
-    vec3 f = vec3(px.z - px.x, py.z - py.x, t.z.z - t.z.x);
-    vec3 n = cross(e, f);
-    float distance = n.x * px.x + n.y * py.x + n.z * t.z.x;
-    float scale = 1.0f / greater(abs(distance), 1.0e-30f);
-    setup.q = n * (distance < 0.0f ? -scale : scale);
-    vec2 slope = abs(setup.q.xy);
-    // 2^-20.
-    float rounded_edge = 9.5367431640625e-07f * edge * scale;
-    float rounded = rounded_edge * (4.0f * z_range * size + 2.0f * edge * z_size);
-    setup.q.z -= setup.q.x * middle.x + setup.q.y * middle.y;
-    float q_most = greater(setup.q.z + dot(slope, greater(frame.upper, -frame.lower)), 0.0f);
-    bool in_front = is_in_front(z_least, z_size, leaf_error);
-    q_most = in_front ? lesser(q_most, 1.001f / z_least) : q_most;
-    Extents extents = Extents(size, edge, z_range, z_size, error, scale);
-    RuleDepth rule = rule_depth(extents, q_most, leaf_error * directions.depth_share);
-    rule.by_q = in_front ? rule.by_q : 0.0f;
-    rule.by_q2 = in_front ? rule.by_q2 : frame.depth_error;
-    slope += vec2(2.0f * rounded_edge * z_range);
-    // 2^-15 and 2^-19.
-    float c0 =
-        dot(slope, frame.ray_error + vec2(3.0517578125e-05f)) + 32.0f * rounded_edge * z_range;
-    float c1 = 1.9073486328125e-06f + 2.0f * error * (slope.x + slope.y) + rounded + rule.by_q;
-    bool is_known = sane && rounded < 0.125f;
-    setup.q_error = is_known ? c0 + q_most * (c1 + q_most * rule.by_q2) : 1.0e35f;
-    // Steep triangles, whose error would be that of all that were hit: 2^-10.
-    setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
+    set_up_depth(setup, Corners(px, py, t.z), middle, size, error, leaf_error);
     return setup;
 }
 
