@@ -30,7 +30,6 @@ namespace HWY_NAMESPACE {
 struct RuleRays {
     VF org[3];
     VF dir[3];
-    VF rdz;
     VF depth_slack;
 };
 
@@ -128,8 +127,7 @@ HWY_INLINE RulePoints project_points_fast(const RuleRays& rays, const VF vertex[
     VF a[3];
     for (int k = 0; k < 3; ++k) a[k] = hn::Sub(vertex[k], rays.org[k]);
     const auto axis = [&](int k) {
-        const VF x = hn::Sub(hn::Mul(a[k], rays.dir[2]), hn::Mul(rays.dir[k], a[2]));
-        return hn::Sub(hn::Add(x, splat(kProjectedSnap)), splat(kProjectedSnap));
+        return hn::Sub(hn::Mul(a[k], rays.dir[2]), hn::Mul(rays.dir[k], a[2]));
     };
     return {axis(0), axis(1), a[2]};
 }
@@ -195,14 +193,14 @@ HWY_INLINE Mask surely_inside_lanes(const RuleRays& rays, const RuleEdges& e) {
 
 // ---- Hits
 
-HWY_INLINE VF normalized_weights(VF weight, VF sum, VF rsum) {
+HWY_INLINE VF scaled_weights(VF weight, VF sum, VF scale) {
     const Floats f;
     const Words w;
     const VW gap = hn::Sub(hn::ShiftRight<23>(hn::BitCast(w, sum)),
                            hn::ShiftRight<23>(hn::BitCast(w, weight)));
     const Mask tiny =
         hn::Or(hn::Eq(weight, hn::Zero(f)), hn::RebindMask(f, hn::Gt(gap, hn::Set(w, 60u))));
-    return hn::IfThenZeroElse(tiny, hn::Mul(weight, rsum));
+    return hn::IfThenZeroElse(tiny, hn::Mul(weight, scale));
 }
 
 HWY_INLINE Mask weighted_hits(const RuleRays& rays, VF tnear, VF tfar, const RuleEdges& e, VF za,
@@ -210,12 +208,16 @@ HWY_INLINE Mask weighted_hits(const RuleRays& rays, VF tnear, VF tfar, const Rul
     const VF zero = hn::Zero(Floats());
     const VF sum = sum_of_sizes(e);
     const Mask any = hn::Gt(sum, zero);
-    const VF rsum = rcp_exactly(hn::IfThenElse(any, sum, splat(1.0f)));
-    const VF wa = normalized_weights(hn::Abs(e.u), sum, rsum);
-    hit.u = normalized_weights(hn::Abs(e.v), sum, rsum);
-    hit.v = normalized_weights(hn::Abs(e.w), sum, rsum);
-    const VF z = hn::Add(hn::Add(hn::Mul(wa, za), hn::Mul(hit.u, zb)), hn::Mul(hit.v, zc));
-    hit.t = hn::Mul(z, rays.rdz);
+    const VF dz = rays.dir[2];
+    const VF scale = rcp_exactly(hn::IfThenElse(any, hn::Mul(sum, dz), splat(1.0f)));
+    const VF wa = scaled_weights(hn::Abs(e.u), sum, scale);
+    const VF wb = scaled_weights(hn::Abs(e.v), sum, scale);
+    const VF wc = scaled_weights(hn::Abs(e.w), sum, scale);
+    hit.t = hn::Add(hn::Add(hn::Mul(wa, za), hn::Mul(wb, zb)), hn::Mul(wc, zc));
+    hit.u = hn::Mul(wb, dz);
+    hit.v = hn::Mul(wc, dz);
+    const VF z = hn::Mul(hit.t, dz);
+    const VF rsum = hn::Mul(scale, dz);
     const VF error = hn::Add(hn::Mul(hn::Mul(hn::Mul(splat(2.0f), e.bound), rsum), e.depth_range),
                              hn::Mul(splat(kDepthRounding), e.depth_size));
     const Mask ahead = hn::And(hn::Gt(hn::Abs(z), error), hn::Gt(hit.t, zero));
@@ -275,9 +277,6 @@ HWY_INLINE ShearedRays shear_rays(const VF org[3], const VF dir[3]) {
     s.is_y = hn::AndNot(s.is_x, hn::Ge(size[1], size[2]));
     s.rotate_axes(org, s.rays.org);
     s.rotate_axes(dir, s.rays.dir);
-    const VF dz = s.rays.dir[2];
-    const Mask none = hn::Eq(dz, hn::Zero(Floats()));
-    s.rays.rdz = hn::IfThenZeroElse(none, rcp_exactly(hn::IfThenElse(none, splat(1.0f), dz)));
     const VF extent = hn::Max(hn::Max(hn::Abs(org[0]), hn::Abs(org[1])), hn::Abs(org[2]));
     const VF dilation = hn::Mul(splat(kBoxDilation), hn::Max(extent, splat(kSceneExtent)));
     s.rays.depth_slack = hn::Mul(splat(0.25f), dilation);

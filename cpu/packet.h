@@ -122,11 +122,12 @@ struct PacketFrame {
     /// Of scene space, where axis is not kMixedAxes: the coordinate on the axis of a point at (x,
     /// y, z) is depth_row * (x, y, z); for the rays at z = 1 it lies between depth_least and
     /// depth_most in magnitude. A step of 1 in x or y measures at most `unit` in |x| + |y| + |z|,
-    /// and the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1) has this volume.
+    /// and per_volume is 1 / the volume of the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1), per_depth 1
+    /// / depth_least.
     float depth_row[3];
     float depth_least, depth_most;
     float unit;
-    float volume;
+    float per_volume, per_depth;
 };
 
 /// In place of 1/z: nearer than anything, for rays that want no more; and nearer than any hit, for

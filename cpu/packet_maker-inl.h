@@ -47,6 +47,7 @@ HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], con
         frame.depth_row[1] = static_cast<float>(axis_y[axis]);
         frame.depth_row[2] = static_cast<float>(axis_z[axis]);
         frame.depth_least = static_cast<float>(least[axis] * 0.999);
+        frame.per_depth = 1 / frame.depth_least;
         frame.depth_most = static_cast<float>(most[axis] * 1.001);
     }
 }
@@ -74,7 +75,7 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
     }
     frame.org = org;
     frame.depth_error = box_dilation(org);
-    frame.volume = static_cast<float>(std::abs(det) * 0.999);
+    frame.per_volume = static_cast<float>(1.001 / std::abs(det));
     bound_directions(frame, axis_x, axis_y, axis_z);
 }
 

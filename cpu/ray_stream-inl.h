@@ -42,7 +42,6 @@ struct alignas(64) RayStream {
     std::uint32_t axis[kStreamRays];
     float sheared_org[3][kStreamRays];
     float sheared_dir[3][kStreamRays];
-    float rdz[kStreamRays];
     float depth_slack[kStreamRays];
     // dir.x / dir.z and dir.y / dir.z of sheared_dir, to some ulp.
     float slope[2][kStreamRays];
@@ -97,10 +96,12 @@ HWY_INLINE void prepare_rule(RayStream& stream, std::size_t first, const FloatVe
         hn::Store(s.rays.org[k], kFloats, stream.sheared_org[k] + first);
         hn::Store(s.rays.dir[k], kFloats, stream.sheared_dir[k] + first);
     }
-    hn::Store(s.rays.rdz, kFloats, stream.rdz + first);
     hn::Store(s.rays.depth_slack, kFloats, stream.depth_slack + first);
+    const FloatVec dz = s.rays.dir[2];
+    const FloatMask none = hn::Eq(dz, hn::Zero(kFloats));
+    const FloatVec rdz = rcp_exactly(hn::IfThenElse(none, broadcast(1.0f), dz));
     for (int k = 0; k < 2; ++k) {
-        hn::Store(hn::Mul(s.rays.dir[k], s.rays.rdz), kFloats, stream.slope[k] + first);
+        hn::Store(hn::Mul(s.rays.dir[k], rdz), kFloats, stream.slope[k] + first);
     }
 }
 
@@ -146,7 +147,6 @@ HWY_INLINE ShearedRays sheared_rays(const RayStream& stream, std::size_t first) 
         s.rays.org[k] = hn::Load(kFloats, stream.sheared_org[k] + first);
         s.rays.dir[k] = hn::Load(kFloats, stream.sheared_dir[k] + first);
     }
-    s.rays.rdz = hn::Load(kFloats, stream.rdz + first);
     s.rays.depth_slack = hn::Load(kFloats, stream.depth_slack + first);
     const UintVec axis = hn::Load(kUints, stream.axis + first);
     s.is_x = hn::RebindMask(kFloats, hn::Eq(axis, hn::Zero(kUints)));
@@ -161,7 +161,6 @@ HWY_INLINE RuleRays rule_ray(const RayStream& stream, std::size_t ray) {
         r.org[k] = broadcast(stream.sheared_org[k][ray]);
         r.dir[k] = broadcast(stream.sheared_dir[k][ray]);
     }
-    r.rdz = broadcast(stream.rdz[ray]);
     r.depth_slack = broadcast(stream.depth_slack[ray]);
     return r;
 }

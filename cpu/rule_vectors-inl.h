@@ -56,18 +56,16 @@ HWY_INLINE VF rcp_of_positive(VF x) {
 /// Likewise of any.
 HWY_INLINE VF rcp_exactly(VF x) { return hn::CopySignToAbs(rcp_of_positive(hn::Abs(x)), x); }
 
-/// Rays of one axis with a triangle each, its corners relative to the origin, all rotated:
-/// project_fast, fast_edges, surely_inside and weighted_hit of the rule in its operations, for
-/// triangles that are in front of the origin and that the rays go through. Which rays they suffice
-/// for.
+/// Rays of one axis and positive dir.z with a triangle each, its corners relative to the origin,
+/// all rotated: project_fast, fast_edges, surely_inside and weighted_hit of the rule in its
+/// operations, for triangles that are in front of the origin and that the rays go through. Which
+/// rays they suffice for.
 HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t, VF& u, VF& v) {
     VF x[3], y[3], z[3];
     for (int k = 0; k < 3; ++k) {
         z[k] = corner[k][2];
-        const VF px = hn::Sub(hn::Mul(corner[k][0], dir[2]), hn::Mul(dir[0], z[k]));
-        const VF py = hn::Sub(hn::Mul(corner[k][1], dir[2]), hn::Mul(dir[1], z[k]));
-        x[k] = hn::Sub(hn::Add(px, splat(kProjectedSnap)), splat(kProjectedSnap));
-        y[k] = hn::Sub(hn::Add(py, splat(kProjectedSnap)), splat(kProjectedSnap));
+        x[k] = hn::Sub(hn::Mul(corner[k][0], dir[2]), hn::Mul(dir[0], z[k]));
+        y[k] = hn::Sub(hn::Mul(corner[k][1], dir[2]), hn::Mul(dir[1], z[k]));
     }
     const VF ma = hn::Add(hn::Abs(x[0]), hn::Abs(y[0]));
     const VF mb = hn::Add(hn::Abs(x[1]), hn::Abs(y[1]));
@@ -91,14 +89,15 @@ HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t
     const Mask flat = hn::Le(error, hn::Mul(slack, sum));
     // The accurate functions have one sign, and so have these where they exceed their bound.
     const Mask certain = hn::Gt(hn::Min(size_u, hn::Min(size_v, size_w)), bound);
-    const VF rsum = rcp_of_positive(sum);
-    // normalized_weight() drops nothing here: functions that suffice exceed the bound, and so 2^-20
+    // scaled_weight() drops nothing here: functions that suffice exceed the bound, and so 2^-20
     // m^2, and their sum is at most 2 m^2.
-    const VF wa = hn::Mul(size_u, rsum);
-    u = hn::Mul(size_v, rsum);
-    v = hn::Mul(size_w, rsum);
-    const VF depth = hn::Add(hn::Add(hn::Mul(wa, z[0]), hn::Mul(u, z[1])), hn::Mul(v, z[2]));
-    t = hn::Mul(depth, rcp_of_positive(dir[2]));
+    const VF scale = rcp_of_positive(hn::Mul(sum, dir[2]));
+    const VF wa = hn::Mul(size_u, scale);
+    const VF wb = hn::Mul(size_v, scale);
+    const VF wc = hn::Mul(size_w, scale);
+    t = hn::Add(hn::Add(hn::Mul(wa, z[0]), hn::Mul(wb, z[1])), hn::Mul(wc, z[2]));
+    u = hn::Mul(wb, dir[2]);
+    v = hn::Mul(wc, dir[2]);
     return hn::And(flat, certain);
 }
 

@@ -13,12 +13,12 @@
 //     e X            the difference
 //     4 e X + 2^-62  error of `project`
 //
-// so delta <= e (6.4 r + 5 X) + 2^-62 and terms 2^-19 as large, less than the e (8 r + 7 X) + 2^-61
+// so delta <= e (6.4 r + 5 X) + 2^-62 and terms 2^-19 as large, less than the e (8 r + 5 X) + 2^-62
 // there. Edge functions are computed with at most as many roundings. So each is within the bound
 // derived there of the accurate one, divided by d.z^2; and that bound grows with m and Z, so those
 // of all of the leaf's vertices will do: 3 M with M the largest |x'| + |y'|, and Z the largest |z|.
 // x' is not on a grid, and a product may underflow by 2^-126 or a part of it; of the bound, which
-// is at least 2^-119, a fifth is left for that.
+// is at least 2^-97, enough is left for that.
 //
 // Behind the origin. What is left is mostly the triangle that a secondary ray starts from. Let n =
 // (b - a) x (c - a), w = a - org and r the largest |component| of w and of b and c likewise. A hit

@@ -18,8 +18,8 @@
 // is its z. With a positive direction along z, t is then negative: no hit. With a negative
 // direction the same holds for -z. N is below 2^127 for vertices within kSceneExtent and any
 // origin. Products may underflow here, unlike in the rule: three in N, by 2^-126 each, and in the
-// right side 2^-18 S and the product with Z, of which the first matters at most 2^-7 bound, since
-// bound is at least 2 * 2^-120. So kBehindUnderflow is added.
+// right side 2^-18 S and the product with Z, of which the first does not matter to a bound of at
+// least 2^-97. So kBehindUnderflow is added.
 #if defined(MORPHRAY_CPU_WIDE_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_WIDE_RULE_INL_H
 #undef MORPHRAY_CPU_WIDE_RULE_INL_H
@@ -53,7 +53,6 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         s.dir[k] = stream.sheared_dir[k][ray];
     }
     s.axis = stream.axis[ray];
-    s.rdz = stream.rdz[ray];
     s.depth_slack = stream.depth_slack[ray];
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     for (std::uint32_t slot = 0; slot < count; ++slot) {

@@ -25,9 +25,9 @@ SHARED_CONST float kDirectionSnap = 3.5762786865234375e-07f;    // 1.5 * 2^-22
 SHARED_CONST float kProjectedOnGrid = 9.094947017729282e-13f;   // 2^-40
 SHARED_CONST float kProjectedSnap = 2.7284841053187847e-12f;    // 1.5 * 2^-39
 
-// Of the error of project_fast, derived at fast_edges: 17/16 * 2^-21, and 2^-60.
+// Of the error of project_fast, derived at fast_edges: 17/16 * 2^-21, and 2^-49.
 SHARED_CONST float kFastProjectionError = 5.066394805908203125e-07f;
-SHARED_CONST float kFastProjectionFloor = 8.67361737988403547205962240695953369140625e-19f;
+SHARED_CONST float kFastProjectionFloor = 1.7763568394002505e-15f;
 
 // Rounding of the average of three z, relative to the largest: 2^-20.
 SHARED_CONST float kDepthRounding = 9.5367431640625e-07f;

@@ -29,12 +29,11 @@
 SHARED_BEGIN
 
 /// What the rule needs of a ray: axis is that of its largest direction component; org and dir are
-/// rotated so that it is z. rdz = 1 / dir.z. depth_slack is a quarter of the dilation of boxes.
+/// rotated so that it is z. depth_slack is a quarter of the dilation of boxes.
 struct ShearedRay {
     vec3 org;
     vec3 dir;
     uint axis;
-    float rdz;
     float depth_slack;
 };
 
@@ -49,7 +48,6 @@ SHARED ShearedRay shear_ray(vec3 org, vec3 dir) {
     s.axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
     s.org = rotate_axes(org, s.axis);
     s.dir = rotate_axes(dir, s.axis);
-    s.rdz = s.dir.z == 0.0f ? 0.0f : rcp(s.dir.z);
     PRECISE float slack = 0.25f * box_dilation(org);
     s.depth_slack = slack;
     return s;
@@ -128,7 +126,8 @@ SHARED vec3 project(ShearedRay s, vec3 vertex) {
                 project_axis(a.y, ey, a.z, ez, s.dir.y, s.dir.z), a.z);
 }
 
-/// Likewise without the errors: to 2^-21 of the largest coordinate of a, and some ulp of x or y.
+/// Likewise without the errors and off the grid: to 2^-21 of the largest coordinate of a, and some
+/// ulp of x or y.
 SHARED vec3 project_fast(ShearedRay s, vec3 vertex) {
     vec3 v = rotate_axes(vertex, s.axis);
     PRECISE vec3 a = v - s.org;
@@ -136,12 +135,7 @@ SHARED vec3 project_fast(ShearedRay s, vec3 vertex) {
     PRECISE float x1 = s.dir.x * a.z;
     PRECISE float y0 = a.y * s.dir.z;
     PRECISE float y1 = s.dir.y * a.z;
-    PRECISE float x = x0 - x1;
-    PRECISE float y = y0 - y1;
-    // On the grid 2^-63 without a select, at the price of another rounding of what is large.
-    PRECISE float sx = x + kProjectedSnap;
-    PRECISE float sy = y + kProjectedSnap;
-    PRECISE vec3 p = vec3(sx - kProjectedSnap, sy - kProjectedSnap, a.z);
+    PRECISE vec3 p = vec3(x0 - x1, y0 - y1, a.z);
     return p;
 }
 
@@ -167,8 +161,9 @@ SHARED void measure_depth(float za, float zb, float zc, INOUT(Edges) e) {
 /// The edge functions of vertices from project_fast.
 ///
 /// With m the sum of |x| + |y| over the vertices and Z the largest |z|, each x and y is within
-/// r = 2^-21 (2 m + Z) + 2^-60 of that of `project`, rounding of the functions included, so each
-/// function is within r (m + 2 r): docs/arithmetic.md, "Plain floats where they suffice".
+/// r = 2^-21 (2 m + Z) + 2^-49 of that of `project`, rounding of the functions included, so each
+/// function is within r (m + 2 r): docs/arithmetic.md, "Plain floats where they suffice". Products
+/// may underflow, which the 2^-49 makes too small to matter to a function beyond its bound.
 SHARED Edges fast_edges(vec3 a, vec3 b, vec3 c) {
     PRECISE float ma = abs(a.x) + abs(a.y);
     PRECISE float mb = abs(b.x) + abs(b.y);
@@ -223,11 +218,11 @@ SHARED bool surely_inside(ShearedRay s, Edges e) {
            (min(e.u, min(e.v, e.w)) > e.bound || max(e.u, max(e.v, e.w)) < -e.bound);
 }
 
-/// weight / sum for 0 <= weight <= sum, and 0 for a quotient below 2^-60 (which might be a
-/// denormal).
-SHARED float normalized_weight(float weight, float sum, float rsum) {
+/// weight * scale for 0 <= weight <= sum, where scale is 1 / sum up to a factor of 2; and 0 if
+/// weight / sum is below 2^-60, when the product might be a denormal.
+SHARED float scaled_weight(float weight, float sum, float scale) {
     uint gap = (floatBitsToUint(sum) >> 23u) - (floatBitsToUint(weight) >> 23u);
-    PRECISE float w = weight * rsum;
+    PRECISE float w = weight * scale;
     return weight == 0.0f || gap > 60u ? 0.0f : w;
 }
 
@@ -246,16 +241,21 @@ struct TriangleHit {
 SHARED bool weighted_hit(ShearedRay s, float tnear, float tfar, Edges e, float za, float zb,
                          float zc, OUT(TriangleHit) hit) {
     PRECISE float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
-    float rsum = rcp(sum > 0.0f ? sum : 1.0f);
-    PRECISE float wa = normalized_weight(abs(e.u), sum, rsum);
-    PRECISE float wb = normalized_weight(abs(e.v), sum, rsum);
-    PRECISE float wc = normalized_weight(abs(e.w), sum, rsum);
-    PRECISE float z = (wa * za + wb * zb) + wc * zc;
-    PRECISE float t = z * s.rdz;
+    // One reciprocal for two divisions: the weights are 1 / dir.z times those of a mean.
+    PRECISE float divisor = sum > 0.0f ? sum * s.dir.z : 1.0f;
+    float scale = rcp(divisor);
+    PRECISE float wa = scaled_weight(abs(e.u), sum, scale);
+    PRECISE float wb = scaled_weight(abs(e.v), sum, scale);
+    PRECISE float wc = scaled_weight(abs(e.w), sum, scale);
+    PRECISE float t = (wa * za + wb * zb) + wc * zc;
+    PRECISE float u = wb * s.dir.z;
+    PRECISE float v = wc * s.dir.z;
+    PRECISE float z = t * s.dir.z;
+    PRECISE float rsum = scale * s.dir.z;
     PRECISE float error = ((2.0f * e.bound) * rsum) * e.depth_range + kDepthRounding * e.depth_size;
     hit.t = t;
-    hit.u = wb;
-    hit.v = wc;
+    hit.u = u;
+    hit.v = v;
     return sum > 0.0f && abs(z) > error && t > 0.0f && t >= tnear && t <= tfar;
 }
 

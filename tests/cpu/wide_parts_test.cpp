@@ -51,7 +51,7 @@ std::size_t count_stream_differences(std::span<const Ray> rays) {
             count += !is(stream.rdir, i, slab.rdir) || !is(stream.k_near, i, k_lower) ||
                      !is(stream.k_far, i, k_upper) || !is(stream.sheared_org, i, sheared.org) ||
                      !is(stream.sheared_dir, i, sheared.dir) || stream.axis[i] != sheared.axis ||
-                     stream.rdz[i] != sheared.rdz || stream.depth_slack[i] != sheared.depth_slack ||
+                     stream.depth_slack[i] != sheared.depth_slack ||
                      stream.tnear[i] != part[i].tnear || stream.tfar[i] != part[i].tfar;
         }
     }
