@@ -27,15 +27,18 @@ float sum_of(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
 const float kFarAway = 1.0e30f;
 
 struct Facing {
-    // Edge functions of a direction d are d.n, positive inside for rays from the side of the point.
+    // Twice the edge functions of a direction d are d.n, positive inside for rays from the side of
+    // the point.
     vec3 n0;
     vec3 n1;
     vec3 n2;
     /// Least and largest coordinates relative to the point.
     vec3 lower;
     vec3 upper;
-    /// What is certain of an edge function beyond.
+    /// Beyond this a direction is certain to be inside of an edge.
     float bound;
+    /// How far below 0 d.n may be for a direction that goes through the triangle.
+    float hit_bound;
     bool is_usable;
     /// Whether the point is certainly not in the triangle's plane.
     bool has_side;
@@ -51,12 +54,19 @@ vec3 corners_of(vec3 vertices[kSlots], uint slot) {
     return v;
 }
 
-/// With s the largest |x| + |y| + |z| of the vertices a, b, c relative to the point: d.(b x c) is
-/// dir.z times the edge function of the rule, in exact arithmetic. Its own roundings, those of a, b
-/// and c, and what the rule displaces vertices by move it by less than 2^-17 s^2 each way, for
-/// directions below 2 in each component; 2^-16 are taken. Likewise a.N, N = (b - a) x (c - a), is
-/// the distance from the plane times |N|, and 2^-15 s |b - a| |c - a| is 8 times what displacements
-/// and roundings can make of a point in the plane.
+/// For vertices a, b, c relative to the point, dir.z d.(b x c) is the edge function of the rule, in
+/// exact arithmetic, and n = (b - c) x (b + c) twice that cross product. With S the largest
+/// component of the vertices, L the largest range of their components and directions d below 2 in
+/// each, what moves d.n is, in units of 2^-24,
+/// - roundings of n and d.n: 192 L S;
+/// - those of a, b and c, each moved by 3^(1/2) S: 4 |d| as much, times how far the vertices are
+/// off
+///   the ray; and what the rule displaces them by, 6 times how far they are off the ray.
+/// If the ray goes through the triangle, it is no farther than 3^(1/2) L from any vertex: 42 L S
+/// and 249 L^2. So d.n is above -2^-16 L (L + S) then. For any ray it is off by less than 2^-14
+/// s^2, s the largest |x| + |y| + |z| of the vertices. Likewise a.N, N = (b - a) x (c - a), is the
+/// distance from the plane times |N|, and 2^-15 s |b - a| |c - a| is 8 times what displacements and
+/// roundings can make of a point in the plane.
 Facing facing_of(vec3 vertices[kSlots], uint words, bool is_triangle) {
     vec3 a = corners_of(vertices, corner(words, 0u));
     vec3 b = corners_of(vertices, corner(words, 1u));
@@ -67,13 +77,16 @@ Facing facing_of(vec3 vertices[kSlots], uint words, bool is_triangle) {
     float volume = dot(a, cross(e, f));
     float side = volume < 0.0f ? -1.0f : 1.0f;
     Facing t;
-    t.n0 = side * cross(b, c);
-    t.n1 = side * cross(c, a);
-    t.n2 = side * cross(a, b);
+    t.n0 = side * cross(b - c, b + c);
+    t.n1 = side * cross(f, c + a);
+    t.n2 = -side * cross(e, a + b);
     t.lower = min(a, min(b, c));
     t.upper = max(a, max(b, c));
-    // 2^-16 and 2^-15.
-    t.bound = 1.52587890625e-05f * size * size;
+    float range = largest_component(t.upper - t.lower);
+    float reach = greater(largest_component(t.lower), largest_component(t.upper));
+    // 2^-14, 2^-16 and 2^-15.
+    t.bound = 6.103515625e-05f * size * size;
+    t.hit_bound = 1.52587890625e-05f * range * (range + reach);
     t.has_side = abs(volume) > 3.0517578125e-05f * size * sum_of(e) * sum_of(f);
     t.is_usable = is_triangle && size < kFarAway;
     return t;
@@ -123,11 +136,11 @@ void visit_leaf(inout uint steps) {
             float nearest = dz < 0.0f ? -upper : lower;
             float farthest = dz < 0.0f ? -lower : upper;
             float bound = triangles[h].bound;
+            float hit_bound = triangles[h].hit_bound;
             // A hit has a depth between those of the vertices.
             bool may_hit = triangles[h].is_usable && farthest > 0.0f &&
                            nearest <= 1.0001f * reach &&
-                           (low >= -8.0f * bound ||
-                            (!triangles[h].has_side && high <= 8.0f * bound));
+                           (low >= -hit_bound || (!triangles[h].has_side && high <= hit_bound));
             bool does_hit = may_hit && triangles[h].has_side && low > bound &&
                             nearest >= farthest - nearest && farthest <= 0.9999f * reach;
             sure |= does_hit ? 1u << r : 0u;
