@@ -27,8 +27,7 @@ float sum_of(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
 const float kFarAway = 1.0e30f;
 
 struct Facing {
-    // Twice the edge functions of a direction d are d.n, positive inside for rays from the side of
-    // the point.
+    // Edge functions of a direction d are d.n, positive inside for rays from the side of the point.
     vec3 n0;
     vec3 n1;
     vec3 n2;
@@ -55,18 +54,17 @@ vec3 corners_of(vec3 vertices[kSlots], uint slot) {
 }
 
 /// For vertices a, b, c relative to the point, dir.z d.(b x c) is the edge function of the rule, in
-/// exact arithmetic, and n = (b - c) x (b + c) twice that cross product. With S the largest
-/// component of the vertices, L the largest range of their components and directions d below 2 in
-/// each, what moves d.n is, in units of 2^-24,
-/// - roundings of n and d.n: 192 L S;
-/// - those of a, b and c, each moved by 3^(1/2) S: 4 |d| as much, times how far the vertices are
-/// off
-///   the ray; and what the rule displaces them by, 6 times how far they are off the ray.
-/// If the ray goes through the triangle, it is no farther than 3^(1/2) L from any vertex: 42 L S
-/// and 249 L^2. So d.n is above -2^-16 L (L + S) then. For any ray it is off by less than 2^-14
-/// s^2, s the largest |x| + |y| + |z| of the vertices. Likewise a.N, N = (b - a) x (c - a), is the
-/// distance from the plane times |N|, and 2^-15 s |b - a| |c - a| is 8 times what displacements and
-/// roundings can make of a point in the plane.
+/// exact arithmetic; n = b x c = b x (c - b), whose products are smaller. With s the largest |x| +
+/// |y| + |z| of the vertices, l that of the edges at a added up, and directions d below 2 in each
+/// component, what moves d.n is, in units of 2^-24,
+/// - roundings: 4 l s of the edges, 12 l s of n and d.n;
+/// - of a, b and c, each less than s, and what the rule displaces them by, 6 times how far they are
+///   off the ray: 2 |d| times that, times how far the vertices are off the ray.
+/// If the ray goes through the triangle, an edge is longer than that: 7 l s and 40 l^2. So d.n is
+/// at least -2^-18 l (l + s) then. For any ray it is off by less than 2^-17 s^2 (64 s^2 of
+/// roundings, as l <= 4 s; 4 s^2; 32 s^2); 2^-16 are taken. Likewise a.N, N = (b - a) x (c - a), is
+/// the distance from the plane times |N|, and 2^-15 s |b - a| |c - a| is 8 times what displacements
+/// and roundings can make of a point in the plane.
 Facing facing_of(vec3 vertices[kSlots], uint words, bool is_triangle) {
     vec3 a = corners_of(vertices, corner(words, 0u));
     vec3 b = corners_of(vertices, corner(words, 1u));
@@ -77,17 +75,18 @@ Facing facing_of(vec3 vertices[kSlots], uint words, bool is_triangle) {
     float volume = dot(a, cross(e, f));
     float side = volume < 0.0f ? -1.0f : 1.0f;
     Facing t;
-    t.n0 = side * cross(b - c, b + c);
-    t.n1 = side * cross(f, c + a);
-    t.n2 = -side * cross(e, a + b);
+    t.n0 = side * cross(b, f - e);
+    t.n1 = side * cross(f, a);
+    t.n2 = side * cross(a, e);
     t.lower = min(a, min(b, c));
     t.upper = max(a, max(b, c));
-    float range = largest_component(t.upper - t.lower);
-    float reach = greater(largest_component(t.lower), largest_component(t.upper));
-    // 2^-14, 2^-16 and 2^-15.
-    t.bound = 6.103515625e-05f * size * size;
-    t.hit_bound = 1.52587890625e-05f * range * (range + reach);
-    t.has_side = abs(volume) > 3.0517578125e-05f * size * sum_of(e) * sum_of(f);
+    float length_e = sum_of(e);
+    float length_f = sum_of(f);
+    float length = length_e + length_f;
+    // 2^-16, 2^-18 and 2^-15.
+    t.bound = 1.52587890625e-05f * size * size;
+    t.hit_bound = 3.814697265625e-06f * length * (length + size);
+    t.has_side = abs(volume) > 3.0517578125e-05f * size * length_e * length_f;
     t.is_usable = is_triangle && size < kFarAway;
     return t;
 }
