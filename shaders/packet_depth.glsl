@@ -96,7 +96,9 @@ RuleDepth rule_depth(Extents t, float q_most, float z_error) {
     // 1.25 * 2^-20; row_size.z is at least the packet's z by the rule's.
     d.by_q2 = 1.1920928955078125e-06f * frame.row_size.z * depth + z_error;
     bool is_apart = 128.0f * t.error * t.size * t.z_size * t.scale < 1.0f;
-    bool is_narrow = is_apart && weights * depth <= 0.03125f && d.by_q + d.by_q2 * q_most <= 0.25f;
+    float relative = d.by_q + d.by_q2 * q_most;
+    bool is_narrow = is_apart && weights * depth <= 0.03125f &&
+                     relative <= lesser(0.25f, frame.depth_error * q_most);
     d.by_q = is_narrow ? d.by_q : 0.0f;
     d.by_q2 = is_narrow ? d.by_q2 : frame.depth_error;
     return d;
