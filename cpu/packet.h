@@ -21,11 +21,11 @@ inline constexpr std::uint32_t kPacketRays = kPacketBlocks * kBlockRays;
 inline constexpr std::uint64_t kAllBlocks = ~std::uint64_t{0};
 static_assert(kPacketBlocks == 64);
 
-/// Index of the ray at (x, y) of the packet's square: blocks row by row, rays of a block row by
-/// row.
+/// Index of the ray at (x, y) of the packet's square: blocks row by row, rays of a block column by
+/// column.
 inline std::uint32_t packet_ray(std::uint32_t x, std::uint32_t y) {
     const std::uint32_t block = (y / kBlockSide) * kBlocksPerSide + x / kBlockSide;
-    return block * kBlockRays + (y % kBlockSide) * kBlockSide + x % kBlockSide;
+    return block * kBlockRays + (x % kBlockSide) * kBlockSide + y % kBlockSide;
 }
 
 /// A leaf of which a triangle won at least one ray, kept for the packet's end: the corners of its
@@ -86,8 +86,8 @@ struct alignas(64) GridRays {
         constexpr float kFirst = 0.5f - 0.5f * kPacketSide;
         for (std::uint32_t block = 0; block < kBlocksPerSide; ++block) {
             for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
-                x[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray % kBlockSide);
-                y[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray / kBlockSide);
+                x[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray / kBlockSide);
+                y[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray % kBlockSide);
             }
         }
     }

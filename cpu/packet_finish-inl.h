@@ -167,12 +167,11 @@ public:
 private:
     static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     static constexpr std::size_t kRowRays = kBlocksPerSide * kBlockRays;
-    static constexpr std::size_t kPart = std::min<std::size_t>(kLanes, kBlockSide);
 
     Hit* place(std::size_t ray) const {
         const std::size_t block = ray / kBlockRays;
-        const std::size_t y = block / kBlocksPerSide * kBlockSide + ray % kBlockRays / kBlockSide;
-        const std::size_t x = block % kBlocksPerSide * kBlockSide + ray % kBlockSide;
+        const std::size_t x = block % kBlocksPerSide * kBlockSide + ray % kBlockRays / kBlockSide;
+        const std::size_t y = block / kBlocksPerSide * kBlockSide + ray % kBlockSide;
         return rows_ + y * stride_ + x;
     }
 
@@ -242,19 +241,32 @@ private:
         return hn::Add(hn::Add(hn::Load(Floats(), offsets), splat(first + kMiddle)), splat(0.5f));
     }
 
+    /// Writes the hits of some columns of a block from its first row on: four rows side by side.
+    HWY_INLINE void write(const HitLanes& hits, Hit* out) const {
+        const Floats f;
+        const VF prim_ids = hn::BitCast(f, hits.prim_ids);
+#if HWY_TARGET == HWY_SCALAR
+        hn::StoreInterleaved4(hits.t, hits.u, hits.v, prim_ids, f, &out->t);
+#else
+        static_assert(kBlockSide == 4 && sizeof(Hit) == 16);
+        const VF tv0 = hn::InterleaveLower(f, hits.t, hits.v);
+        const VF tv2 = hn::InterleaveUpper(f, hits.t, hits.v);
+        const VF ui0 = hn::InterleaveLower(f, hits.u, prim_ids);
+        const VF ui2 = hn::InterleaveUpper(f, hits.u, prim_ids);
+        hn::StoreU(hn::InterleaveLower(f, tv0, ui0), f, &out[0 * stride_].t);
+        hn::StoreU(hn::InterleaveUpper(f, tv0, ui0), f, &out[1 * stride_].t);
+        hn::StoreU(hn::InterleaveLower(f, tv2, ui2), f, &out[2 * stride_].t);
+        hn::StoreU(hn::InterleaveUpper(f, tv2, ui2), f, &out[3 * stride_].t);
+#endif
+    }
+
     /// The hits of as many consecutive rays as there are lanes, from `first` on.
     HWY_INLINE void finish(std::size_t first, const Winners& winners) {
-        const Floats f;
         std::uint32_t left = winners.rays;
         const HitLanes lanes = left != 0 && HWY_LIKELY(packet_.frame.axis != kMixedAxes)
                                    ? finish_fast(first, winners, left)
                                    : no_hits();
-        alignas(64) Hit hits[kLanes];
-        hn::StoreInterleaved4(lanes.t, lanes.u, lanes.v, hn::BitCast(f, lanes.prim_ids), f,
-                              &hits->t);
-        Hit* const out = place(first);
-        for (std::size_t l = 0; l < kLanes; l += kPart)
-            std::memcpy(out + l / kBlockSide * stride_, hits + l, kPart * sizeof(Hit));
+        write(lanes, place(first));
         for (; left != 0; left &= left - 1) {
             left_[left_count_++] =
                 static_cast<std::uint16_t>(first + static_cast<std::size_t>(__builtin_ctz(left)));

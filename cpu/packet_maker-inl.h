@@ -187,8 +187,8 @@ HWY_INLINE void directions_of(const CameraRays& camera, VW rays, VF d[3]) {
     static_assert(kBlockSide == 4 && kBlocksPerSide == 8);
     const VW blocks = hn::ShiftRight<4>(rays);
     const VW columns = hn::And(blocks, hn::Set(w, 7u));
-    const VW x = hn::Or(hn::ShiftLeft<2>(columns), low(rays));
-    const VW y = hn::Or(hn::ShiftLeft<2>(hn::ShiftRight<3>(blocks)), low(hn::ShiftRight<2>(rays)));
+    const VW x = hn::Or(hn::ShiftLeft<2>(columns), low(hn::ShiftRight<2>(rays)));
+    const VW y = hn::Or(hn::ShiftLeft<2>(hn::ShiftRight<3>(blocks)), low(rays));
     camera_directions(camera, hn::Add(number(x), splat(camera.first_x)),
                       hn::Add(number(y), splat(camera.first_y)), d);
 }
