@@ -2,7 +2,7 @@
 #ifndef SHADERS_PACKET_LEAF_GLSL
 #define SHADERS_PACKET_LEAF_GLSL
 
-#include "shaders/packet.glsl"
+#include "shaders/packet_depth.glsl"
 
 /// The leaf's vertices, projected; x is kFarAway where they are not finite.
 vec3 projected[kSlots];
@@ -44,8 +44,8 @@ void project_vertices(uint leaf) {
     extent = cluster_max(extent);
     float row_sum = frame.row_size.x + frame.row_size.y + 34.0f * frame.row_size.z;
     // 2^-20 and 2^-41.
-    leaf_error = row_sum * (9.5367431640625e-07f * extent +
-                            4.547473508864641e-13f * largest_component(p));
+    leaf_error =
+        row_sum * (9.5367431640625e-07f * extent + 4.547473508864641e-13f * largest_component(p));
 }
 
 vec3 projected_corner(uint slot) {
@@ -79,6 +79,11 @@ float most(vec3 v) { return greater(v.x, greater(v.y, v.z)); }
 vec2 group_lower[kGroups];
 vec2 group_upper[kGroups];
 
+/// Whether a triangle is certainly in front of the origin, so far that it may be projected.
+bool is_in_front(float z_least, float z_size, float error) {
+    return z_least > 0.0009765625f * z_size + 16.0f * error;
+}
+
 /// The groups of rays that a triangle may concern, as bits: its rectangle meets theirs, and covers
 /// the middle of a pixel if the rays are those (on_grid); and it is in front of the origin, nearer
 /// than what all rays have found.
@@ -89,8 +94,7 @@ uint concerned_groups(Corners t, bool on_grid) {
     float z_size = greater(abs(z_least), abs(z_most));
     // 2^-22.
     float z_error = 2.384185791015625e-07f * z_size + leaf_error;
-    // The rectangle, where the triangle is well in front of the origin.
-    bool in_front = z_least > 0.0009765625f * z_size + 16.0f * leaf_error;
+    bool in_front = is_in_front(z_least, z_size, leaf_error);
     vec3 rz = vec3(1.0f) / t.z;
     vec3 x = t.x * rz;
     vec3 y = t.y * rz;
@@ -121,8 +125,7 @@ uint concerned_groups(Corners t, bool on_grid) {
         }
     }
     groups = in_front ? groups : kAllGroups;
-    bool is_near =
-        is_finite && z_most + z_error > 0.0f && nearest_q(z_least - z_error) >= packet_q;
+    bool is_near = is_finite && z_most + z_error > 0.0f && nearest_q(z_least - z_error) >= packet_q;
     return is_near ? groups : 0u;
 }
 
@@ -157,6 +160,53 @@ struct Setup {
     float win_error;
 };
 
+/// q and its errors, from the vertices as seen from the ray at `middle`.
+///
+/// The plane of the float vertices is n.(x, y, 1) / n.p in 1/z. The weights of a hit, taken of
+/// these vertices, give a point of the plane that is `error` from the ray at most, and off in z by
+/// z's part of leaf_error. Then there are roundings: of n by 2^-21 edge (z_range, z_range, edge),
+/// which is 2^-20 edge (2 z_range size + edge z_size) in n.p, and over a ray of the packet half as
+/// much relative to 1/z, but for what is z_range's; and of the sum over x and y, with |x|, |y| <=
+/// 17 (or else ray_error is as large) in some 20 steps.
+void set_up_depth(inout Setup setup, Corners t, vec2 middle, float size, float error,
+                  float leaf_error) {
+    float z_least = least(t.z);
+    float z_size = most(abs(t.z));
+    float z_range = most(t.z) - z_least;
+    float edge = greater(most(t.x) - least(t.x), most(t.y) - least(t.y));
+    vec3 e = vec3(t.x.y, t.y.y, t.z.y) - vec3(t.x.x, t.y.x, t.z.x);
+    vec3 f = vec3(t.x.z, t.y.z, t.z.z) - vec3(t.x.x, t.y.x, t.z.x);
+    vec3 n = cross(e, f);
+    float distance = n.x * t.x.x + n.y * t.y.x + n.z * t.z.x;
+    float scale = 1.0f / greater(abs(distance), 1.0e-30f);
+    setup.q = n * (distance < 0.0f ? -scale : scale);
+    setup.q.z -= setup.q.x * middle.x + setup.q.y * middle.y;
+    vec2 slope = abs(setup.q.xy);
+    bool in_front = is_in_front(z_least, z_size, leaf_error);
+    float q_most = greater(setup.q.z + dot(slope, greater(frame.upper, -frame.lower)), 0.0f);
+    q_most = in_front ? lesser(q_most, 1.001f / z_least) : q_most;
+
+    vec2 span = frame.upper - frame.lower;
+    float longest = 2.0f * edge + (span.x + span.y) * z_range;
+    Extents extents = Extents(size, edge, longest, z_range, z_size, error, scale);
+    RuleDepth rule = rule_depth(extents, q_most, leaf_error * directions.depth_share);
+    float by_q2 = in_front ? rule.by_q2 : frame.depth_error;
+    // 2^-20.
+    float edge_rounding = 9.5367431640625e-07f * edge * scale;
+    float rounding = edge_rounding * (4.0f * z_range * size + 2.0f * edge * z_size);
+    slope += vec2(2.0f * edge_rounding * z_range);
+    // 2^-15 and 2^-19.
+    float c0 = dot(slope, frame.ray_error + vec2(3.0517578125e-05f)) +
+               edge_rounding * (span.x + span.y) * z_range;
+    float c1 = 1.9073486328125e-06f + 2.0f * error * (slope.x + slope.y) + rounding +
+               (in_front ? rule.by_q : 0.0f);
+    bool is_known = setup.bound < 1.0e28f && rounding < 0.03125f;
+    setup.q = is_known ? setup.q : vec3(0.0f);
+    setup.q_error = is_known ? c0 + q_most * (c1 + q_most * by_q2) : 1.0e35f;
+    // Steep triangles, whose error would be that of all that were hit: 2^-10.
+    setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
+}
+
 /// Edge functions are taken in the point of the packet nearest to the first vertex. Let s bound |x|
 /// + |y| of the vertices there, Z |z|, and `reach` |x| + |y| as seen from any ray of the packet. A
 /// vertex is off by `error` (x - X z for |X| + |Y| <= 32 rounds by 2^-18 Z), so that an edge
@@ -183,7 +233,6 @@ Setup set_up_triangle(Corners t, float leaf_error) {
     float bound = 4.0f * error * (reach + error) + rounding + moved;
     // What overflows (eyes and vertices very far away) leaves everything in doubt.
     bool sane = bound < 1.0e28f && abs(det) < 1.0e34f;
-    float scale = sane ? 1.0f / greater(abs(det), 1.0e-30f) : 0.0f;
     float orientation = det < 0.0f ? -1.0f : 1.0f;
     Setup setup;
     setup.a = sane ? orientation * a : vec3(0.0f);
@@ -191,22 +240,7 @@ Setup set_up_triangle(Corners t, float leaf_error) {
     setup.c = sane ? orientation * c : vec3(0.0f);
     setup.c -= setup.a * middle.x + setup.b * middle.y;
     setup.bound = sane ? bound : 1.0e35f;
-
-    // 1/z is that of the plane through the projected vertices, up to rounding; displacing the
-    // vertices by `error` moves it by its gradient times that, while the displacement is small
-    // against the triangle. Where it is not, nothing is certain.
-    setup.q = vec3(setup.a.x + setup.a.y + setup.a.z, setup.b.x + setup.b.y + setup.b.z,
-                   setup.c.x + setup.c.y + setup.c.z) * scale;
-    vec2 slope = abs(setup.q.xy);
-    float q_most = greater(setup.q.z + dot(slope, greater(frame.upper, -frame.lower)), 0.0f);
-    // 2^-17; of det 2^-20 for products of size * size * z, nine of them.
-    float c1 = 7.62939453125e-06f + 8.0f * error * (slope.x + slope.y) +
-               9.5367431640625e-07f * size * size * z_size * scale;
-    float c0 = 4.0f * rounding * scale + dot(slope, frame.ray_error);
-    bool doubtful = !sane || 16.0f * error * size * z_size * scale >= 1.0f;
-    setup.q_error = doubtful ? 1.0e35f : c0 + q_most * (c1 + q_most * frame.depth_error);
-    // Steep triangles, whose error would be that of all that were hit: 2^-10.
-    setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
+    set_up_depth(setup, Corners(px, py, t.z), middle, size, error, leaf_error);
     return setup;
 }
 

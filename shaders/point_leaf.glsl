@@ -34,8 +34,10 @@ struct Facing {
     /// Least and largest coordinates relative to the point.
     vec3 lower;
     vec3 upper;
-    /// What is certain of an edge function beyond.
+    /// Beyond this a direction is certain to be inside of an edge.
     float bound;
+    /// How far below 0 d.n may be for a direction that goes through the triangle.
+    float hit_bound;
     bool is_usable;
     /// Whether the point is certainly not in the triangle's plane.
     bool has_side;
@@ -51,10 +53,16 @@ vec3 corners_of(vec3 vertices[kSlots], uint slot) {
     return v;
 }
 
-/// With s the largest |x| + |y| + |z| of the vertices a, b, c relative to the point: d.(b x c) is
-/// dir.z times the edge function of the rule, in exact arithmetic. Its own roundings, those of a, b
-/// and c, and what the rule displaces vertices by move it by less than 2^-17 s^2 each way, for
-/// directions below 2 in each component; 2^-16 are taken. Likewise a.N, N = (b - a) x (c - a), is
+/// For vertices a, b, c relative to the point, dir.z d.(b x c) is the edge function of the rule, in
+/// exact arithmetic; n = b x c = b x (c - b), whose products are smaller. With s the largest |x| +
+/// |y| + |z| of the vertices, l that of the edges at a added up, and directions d below 2 in each
+/// component, what moves d.n is, in units of 2^-24,
+/// - roundings: 4 l s of the edges, 12 l s of n and d.n;
+/// - of a, b and c, each less than s, and what the rule displaces them by, 6 times how far they are
+///   off the ray: 2 |d| times that, times how far the vertices are off the ray.
+/// If the ray goes through the triangle, an edge is longer than that: 7 l s and 40 l^2. So d.n is
+/// at least -2^-18 l (l + s) then. For any ray it is off by less than 2^-17 s^2 (64 s^2 of
+/// roundings, as l <= 4 s; 4 s^2; 32 s^2); 2^-16 are taken. Likewise a.N, N = (b - a) x (c - a), is
 /// the distance from the plane times |N|, and 2^-15 s |b - a| |c - a| is 8 times what displacements
 /// and roundings can make of a point in the plane.
 Facing facing_of(vec3 vertices[kSlots], uint words, bool is_triangle) {
@@ -67,14 +75,18 @@ Facing facing_of(vec3 vertices[kSlots], uint words, bool is_triangle) {
     float volume = dot(a, cross(e, f));
     float side = volume < 0.0f ? -1.0f : 1.0f;
     Facing t;
-    t.n0 = side * cross(b, c);
-    t.n1 = side * cross(c, a);
-    t.n2 = side * cross(a, b);
+    t.n0 = side * cross(b, f - e);
+    t.n1 = side * cross(f, a);
+    t.n2 = side * cross(a, e);
     t.lower = min(a, min(b, c));
     t.upper = max(a, max(b, c));
-    // 2^-16 and 2^-15.
+    float length_e = sum_of(e);
+    float length_f = sum_of(f);
+    float length = length_e + length_f;
+    // 2^-16, 2^-18 and 2^-15.
     t.bound = 1.52587890625e-05f * size * size;
-    t.has_side = abs(volume) > 3.0517578125e-05f * size * sum_of(e) * sum_of(f);
+    t.hit_bound = 3.814697265625e-06f * length * (length + size);
+    t.has_side = abs(volume) > 3.0517578125e-05f * size * length_e * length_f;
     t.is_usable = is_triangle && size < kFarAway;
     return t;
 }
@@ -123,11 +135,11 @@ void visit_leaf(inout uint steps) {
             float nearest = dz < 0.0f ? -upper : lower;
             float farthest = dz < 0.0f ? -lower : upper;
             float bound = triangles[h].bound;
+            float hit_bound = triangles[h].hit_bound;
             // A hit has a depth between those of the vertices.
             bool may_hit = triangles[h].is_usable && farthest > 0.0f &&
                            nearest <= 1.0001f * reach &&
-                           (low >= -8.0f * bound ||
-                            (!triangles[h].has_side && high <= 8.0f * bound));
+                           (low >= -hit_bound || (!triangles[h].has_side && high <= hit_bound));
             bool does_hit = may_hit && triangles[h].has_side && low > bound &&
                             nearest >= farthest - nearest && farthest <= 0.9999f * reach;
             sure |= does_hit ? 1u << r : 0u;

@@ -94,6 +94,8 @@ void set_frame() {
     vec2 given = vec2(magnitude_sum(row_x), magnitude_sum(row_y)) + middle * frame.row_size.z;
     frame.ray_error = args.direction_size *
                       (2.384185791015625e-07f * rounded + 1.1920928955078125e-07f * given);
+    set_directions(camera.corner + middle.x * camera.du + middle.y * camera.dv, camera.du,
+                   camera.dv, vec2(9.0f));
     vec2 extent = vec2(7.5f, float(kGroups) - 0.5f) + frame.ray_error;
     frame.lower = -extent;
     frame.upper = extent;

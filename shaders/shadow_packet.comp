@@ -31,20 +31,6 @@ float plane_y[kVectors];
 float q_end[kVectors];
 /// How far q_end may be off, roundings of directions included.
 float end_error;
-/// Triangles in doubt, or kNoTriangle: mostly the one that the ray ends on. Others are queued.
-uint doubts[kVectors];
-
-uint doubt_of(uint row, uint i) {
-    uint name = doubts[i];
-    [[unroll]] for (uint r = 1u; r < kRows; ++r) name = row == r ? doubts[4u * r + i] : name;
-    return name;
-}
-
-uint any_doubt_of(uint v) {
-    uint name = doubts[0];
-    [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? doubts[k] : name;
-    return name;
-}
 
 /// Where a direction passes the plane of a shear.
 vec2 sheared_point(vec3 d, vec2 shear, float rz) {
@@ -90,7 +76,6 @@ void set_frame(bool is_last) {
         float q = rz / (is_traced ? tfar[k] : 1.0f);
         most_q = greater(most_q, is_traced ? q : 0.0f);
         q_end[k] = is_traced ? q : kDone;
-        doubts[k] = kNoTriangle;
     }
     // 2^-18.
     end_error = 3.814697265625e-06f * cluster_max(most_q);
@@ -140,6 +125,9 @@ void set_frame(bool is_last) {
         group_upper[g] = scale * group_upper[g] + frame.ray_error;
     }
     frame.depth_error = box_dilation(light);
+    float step = 1.0f / scale;
+    set_directions(vec3(shear, 1.0f), vec3(step, 0.0f, 0.0f), vec3(0.0f, step, 0.0f),
+                   greater(frame.upper, -frame.lower));
     // 2^-13: as in `primary_packet`, with distances up to 64.
     frame.rounding = 1.220703125e-04f;
 }
@@ -156,10 +144,7 @@ void trace_triangle(uint group, Setup s, uint name, uint bit) {
         float inside = lesser(e.x, lesser(e.y, e.z));
         bool is_possible = inside >= -bound && before_end >= -error;
         bool is_sure = is_possible && inside > bound && before_end > error;
-        bool is_doubtful = is_possible && !is_sure;
-        bool is_first = doubts[v] == kNoTriangle;
-        pending_doubts[group] |= is_doubtful && !is_first ? bit << (k * kLanes) : 0u;
-        doubts[v] = is_doubtful && is_first ? name : doubts[v];
+        pending_doubts[group] |= is_possible && !is_sure ? bit << (k * kLanes) : 0u;
         q_end[v] = is_sure ? kDone : q_end[v];
     }
 }
@@ -171,54 +156,13 @@ float least_q() {
     return least < kDone ? least - end_error : kDone;
 }
 
-/// Settles the first doubt of each ray by the rule's plain path, a vector at a time. Vectors of
-/// which that does not do, on this lane.
-uint settle_first_doubts() {
-    uint first = 0u;
-    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
-        shadowed |= q_end[v] == kDone ? traced & (1u << v) : 0u;
-        first |= doubts[v] != kNoTriangle ? 1u << v : 0u;
-    }
-    first &= traced & ~shadowed;
-    uint unsure = 0u;
-    uint left = cluster_or(first);
-    do {
-        uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
-        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-            uint v = 4u * row + i;
-            bool is_own = (first >> v & 1u) != 0u;
-            Ray ray = ray_of(row, i);
-            vec3 a, b, c;
-            named_triangle(is_own ? doubt_of(row, i) : 0u, a, b, c);
-            ShearedRay sheared = shear_ray(ray.org, ray.dir);
-            vec3 pa = project_fast(sheared, a);
-            vec3 pb = project_fast(sheared, b);
-            vec3 pc = project_fast(sheared, c);
-            Edges e = fast_edges(pa, pb, pc);
-            TriangleHit hit;
-            bool in_range = weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
-            bool is_sure = surely_inside(sheared, e);
-            uint bit = is_own ? 1u << v : 0u;
-            shadowed |= is_sure && in_range ? bit : 0u;
-            unsure |= !is_sure && may_be_inside(e) ? bit : 0u;
-        }
-        left &= ~(kFirstRow << (4u * row));
-    } while (left != 0u);
-    return unsure;
-}
-
-/// The rule for first doubts (of the vectors given as bits) and all that are queued, one of each
-/// lane at a time.
-void settle_doubts(uint unsure, inout Traversal t) {
+/// The rule for all doubts that are queued, one of each lane at a time.
+void settle_doubts(inout Traversal t) {
     bool more = true;
     do {
-        bool is_first = unsure != 0u;
-        bool is_any = is_first || doubt_vectors[0] != 0u;
+        bool is_any = doubt_vectors[0] != 0u;
         uint name;
-        uint v = pop_doubt(!is_first, name);
-        v = is_first ? uint(findLSB(unsure)) & (kVectors - 1u) : v;
-        name = is_first ? any_doubt_of(v) : name;
-        unsure &= unsure - 1u;
+        uint v = pop_doubt(true, name);
         Ray ray = any_ray_of(v);
         vec3 a, b, c;
         named_triangle(is_any ? name : 0u, a, b, c);
@@ -226,11 +170,10 @@ void settle_doubts(uint unsure, inout Traversal t) {
         bool is_hit =
             intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit);
         is_hit = is_hit && is_any;
-        shadowed |= is_hit ? 1u << v : 0u;
         [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
             q_end[k] = is_hit && k == v ? kDone : q_end[k];
         }
-        more = cluster_or(unsure | doubt_vectors[0]) != 0u;
+        more = cluster_or(doubt_vectors[0]) != 0u;
         ++t.steps;
     } while (more && t.steps < t.most_steps);
 }
@@ -289,10 +232,11 @@ void main() {
             do {
                 t.steps += kRoundSteps;
                 traverse(t);
-                uint unsure = 0u;
-                if (is_finished(t)) unsure = settle_first_doubts();
-                settle_doubts(unsure, t);
+                settle_doubts(t);
             } while (!is_finished(t) && t.steps < t.most_steps && level <= kMaxDepth);
+            [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+                shadowed |= q_end[v] == kDone ? traced & (1u << v) : 0u;
+            }
             bool is_complete = is_finished(t) && t.steps < t.most_steps;
             if (!is_complete) left_out |= traced & ~shadowed;
         } while (cluster_or(waiting) != 0u && round < kMaxRounds);

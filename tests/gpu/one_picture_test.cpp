@@ -59,7 +59,7 @@ TEST(OnePicture, ImagesWithoutPacketsEqualBruteForce) {
 TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    for (const TestScene& scene : {torus(128, 64), debris(4000, 5)}) {
+    for (const TestScene& scene : {torus(128, 64), debris(4000, 5), layers(3000, 2)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
         for (Backend* backend : {vulkan.get(), cpu.get()}) {
             backend->set_scene(scene.topology, scene.positions, bvh);

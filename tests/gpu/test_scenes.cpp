@@ -107,6 +107,23 @@ TestScene coincident(std::uint32_t count) {
     return scene;
 }
 
+TestScene layers(std::uint32_t pairs, std::uint32_t seed) {
+    TestScene scene{.name = "layers", .topology = {}, .positions = {}};
+    Random random(seed);
+    for (std::uint32_t i = 0; i < pairs; ++i) {
+        const vec3 a = random.point(3) * kUnit;
+        const float size = std::exp2(random.in(-6, 1)) * kUnit;
+        const float steepness = std::exp2(random.in(-2, 8));
+        const vec3 b = a + random.point(1) * vec3(size, size, steepness * size);
+        const vec3 c = a + random.point(1) * vec3(size, size, steepness * size);
+        const vec3 apart = random.point(1) * std::exp2(random.in(-24, -6)) * kUnit;
+        add_triangle(scene, a, b, c);
+        add_triangle(scene, b + apart, c + apart, a + apart);
+    }
+    finish(scene);
+    return scene;
+}
+
 std::vector<TestScene> test_scenes() {
     std::vector<TestScene> scenes;
     scenes.push_back(torus(48, 24));

@@ -24,7 +24,10 @@ TestScene torus(std::uint32_t rings, std::uint32_t sides);
 TestScene debris(std::uint32_t count, std::uint32_t seed);
 /// The same triangle `count` times, so that no box can be culled.
 TestScene coincident(std::uint32_t count);
-/// All of the above.
+/// Triangles of all slopes in pairs that lie a little apart, down to less than a hit's depth is
+/// certain of.
+TestScene layers(std::uint32_t pairs, std::uint32_t seed);
+/// All of the above but the last.
 std::vector<TestScene> test_scenes();
 
 /// Vertices swayed by a smooth motion of size `amount`; those that are not finite stay so.
