@@ -120,10 +120,11 @@ struct PacketFrame {
     /// That of the largest direction component of all rays, or kMixedAxes.
     std::uint32_t axis;
     /// The axes on which rays have their largest direction components, 0 if nothing is known. Of
-    /// scene space: the coordinate on one of these of a point at (x, y, z) is depth_row * (x, y,
-    /// z); the largest component of a ray at z = 1 lies between depth_least and depth_most in
-    /// magnitude. A step of 1 in x or y measures at most `unit` in |x| + |y| + |z|, and per_volume
-    /// is 1 / the volume of the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1), per_depth 1 / depth_least.
+    /// scene space: the coordinate on the k-th of these of a point at (x, y, z) is depth_rows[k] *
+    /// (x, y, z); the largest component of a ray at z = 1 lies between depth_least and depth_most
+    /// in magnitude. A step of 1 in x or y measures at most `unit` in |x| + |y| + |z|, per_volume
+    /// is 1 / the volume of the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1), and per_depth 1 /
+    /// depth_least.
     std::uint32_t axis_count;
     float depth_rows[3][3];
     float depth_least, depth_most;

@@ -54,8 +54,10 @@ HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], con
         frame.depth_most = std::max(frame.depth_most, static_cast<float>(most[axis] * 1.001));
     }
     if (frame.axis_count != 1) frame.axis = kMixedAxes;
-    // Of rays that spread so widely nothing is known.
-    if (!(largest > 0)) frame.axis_count = 0;
+    if (!(largest > 0)) {  // of rays that spread so widely nothing is known
+        frame.axis_count = 0;
+        return;
+    }
     frame.depth_least = static_cast<float>(largest * 0.999);
     frame.per_depth = 1 / frame.depth_least;
 }

@@ -72,11 +72,10 @@ struct RuleDepth {
 /// two edges. Where the ray meets the plane z dir.N = dir.z a.N, and a.N is the packet's n.p /
 /// volume. So with m = |dir.z| m' the error, relative to z, is at most
 ///     2 r (m' + 2 r) R volume scale + 2^-20 Z / z,   r = kFastProjectionError (4 m' + Z) + floor.
-/// A vertex is D z + x step_x + y step_y seen from a ray D, which bounds R and Z. Of this, |x| +
-/// |y| of the rule has |dir.z| times what x step_x + y step_y has, where z counts twice at most, as
-/// |D.x|
-/// + |D.y| <= 2 |D.z|. A ray through the triangle is the mean of its vertices under weights w, so
-/// it sees each of them within 1 - w of its longest edge, all three within 2 of it: 2 longest
+/// A vertex is D z + x step_x + y step_y seen from a ray D, which bounds R and Z. Of this, the
+/// rule's |x| + |y| has |dir.z| times what x step_x + y step_y has, where z counts twice at most:
+/// |D.x| + |D.y| <= 2 |D.z|. A ray through the triangle is the mean of its vertices under weights w,
+/// so it sees each of them within 1 - w of its longest edge, all three within 2 of it: 2 longest
 /// lateral is a bound of m'.
 ///
 /// Less than half as much again is needed for the errors of all this, where the vertices are as far

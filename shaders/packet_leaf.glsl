@@ -177,9 +177,9 @@ void set_up_depth(inout Setup setup, Corners t, vec2 middle, float size, float e
     vec3 e = vec3(t.x.y, t.y.y, t.z.y) - vec3(t.x.x, t.y.x, t.z.x);
     vec3 f = vec3(t.x.z, t.y.z, t.z.z) - vec3(t.x.x, t.y.x, t.z.x);
     vec3 n = cross(e, f);
-    float distance = n.x * t.x.x + n.y * t.y.x + n.z * t.z.x;
-    float scale = 1.0f / greater(abs(distance), 1.0e-30f);
-    setup.q = n * (distance < 0.0f ? -scale : scale);
+    float volume = n.x * t.x.x + n.y * t.y.x + n.z * t.z.x;
+    float scale = 1.0f / greater(abs(volume), 1.0e-30f);
+    setup.q = n * (volume < 0.0f ? -scale : scale);
     setup.q.z -= setup.q.x * middle.x + setup.q.y * middle.y;
     vec2 slope = abs(setup.q.xy);
     bool in_front = is_in_front(z_least, z_size, leaf_error);

@@ -82,10 +82,10 @@ Facing facing_of(vec3 vertices[kSlots], uint words, bool is_triangle) {
     t.upper = max(a, max(b, c));
     float length_e = sum_of(e);
     float length_f = sum_of(f);
-    float length = length_e + length_f;
+    float edges = length_e + length_f;
     // 2^-16, 2^-18 and 2^-15.
     t.bound = 1.52587890625e-05f * size * size;
-    t.hit_bound = 3.814697265625e-06f * length * (length + size);
+    t.hit_bound = 3.814697265625e-06f * edges * (edges + size);
     t.has_side = abs(volume) > 3.0517578125e-05f * size * length_e * length_f;
     t.is_usable = is_triangle && size < kFarAway;
     return t;

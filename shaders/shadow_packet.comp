@@ -125,8 +125,8 @@ void set_frame(bool is_last) {
         group_upper[g] = scale * group_upper[g] + frame.ray_error;
     }
     frame.depth_error = box_dilation(light);
-    float step = 1.0f / scale;
-    set_directions(vec3(shear, 1.0f), vec3(step, 0.0f, 0.0f), vec3(0.0f, step, 0.0f),
+    float unit = 1.0f / scale;
+    set_directions(vec3(shear, 1.0f), vec3(unit, 0.0f, 0.0f), vec3(0.0f, unit, 0.0f),
                    greater(frame.upper, -frame.lower));
     // 2^-13: as in `primary_packet`, with distances up to 64.
     frame.rounding = 1.220703125e-04f;

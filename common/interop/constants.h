@@ -1,6 +1,6 @@
-// Constants of the hit rule, each a power of two (or a simple multiple of one) written as one exact decimal
-// literal, because GLSL has no hexadecimal floats and folds constant expressions in double.
-// tests/common/interop/constants_test.cpp holds them against their hexadecimal values.
+// Constants of the hit rule, each a power of two (or a simple multiple of one) written as one exact
+// decimal literal, because GLSL has no hexadecimal floats and folds constant expressions in double.
+// tests/common/interop/arithmetic_test.cpp holds them against their hexadecimal values.
 #ifndef COMMON_INTEROP_CONSTANTS_H
 #define COMMON_INTEROP_CONSTANTS_H
 
