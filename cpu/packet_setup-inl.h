@@ -32,29 +32,6 @@ struct alignas(64) Setup {
     GridRanges ranges;
 };
 
-/// Values of a leaf's sixteen vertices at the corners of some of its triangles, given their packed
-/// corners.
-HWY_INLINE void gather_corners(const float* values, VW packed, VF out[3]) {
-    const Floats f;
-    const VW byte = hn::Set(Words(), 0xFFu);
-    const VW slot[3] = {hn::And(packed, byte), hn::And(hn::ShiftRight<8>(packed), byte),
-                        hn::And(hn::ShiftRight<16>(packed), byte)};
-    for (int k = 0; k < 3; ++k) {
-        if constexpr (hn::MaxLanes(Floats()) == 16) {
-            out[k] = hn::TableLookupLanes(hn::Load(f, values), hn::IndicesFromVec(f, slot[k]));
-        } else if constexpr (hn::MaxLanes(Floats()) == 8) {
-            const auto index = hn::IndicesFromVec(f, hn::And(slot[k], hn::Set(Words(), 7u)));
-            const VF low = hn::TableLookupLanes(hn::Load(f, values), index);
-            const VF high = hn::TableLookupLanes(hn::Load(f, values + 8), index);
-            const auto is_high = hn::Gt(slot[k], hn::Set(Words(), 7u));
-            out[k] = hn::IfThenElse(hn::RebindMask(f, is_high), high, low);
-        } else {
-            const hn::RebindToSigned<Floats> ints;
-            out[k] = hn::GatherIndex(f, values, hn::BitCast(ints, slot[k]));
-        }
-    }
-}
-
 /// kOnGrid: the packet is a camera's, whose rays are near the middles of pixels.
 template <bool kOnGrid>
 class TriangleSetup {

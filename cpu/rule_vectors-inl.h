@@ -1,5 +1,5 @@
-// The vector types of the packet tracer, and the hit rule's plain path on vectors, operation by
-// operation.
+// The vector types of the packet tracer, the values of a leaf at its triangles' corners, and the hit
+// rule's plain path on vectors, operation by operation.
 
 #if defined(MORPHRAY_RULE_VECTORS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_RULE_VECTORS_INL_H
@@ -42,6 +42,29 @@ HWY_INLINE Mask mask_of(std::uint32_t bits) {
     const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits),
                                    static_cast<std::uint8_t>(bits >> 8)};
     return hn::LoadMaskBits(Floats(), bytes);
+}
+
+/// Values of a leaf's sixteen vertices at the corners of some of its triangles, given their packed
+/// corners.
+HWY_INLINE void gather_corners(const float* values, VW packed, VF out[3]) {
+    const Floats f;
+    const VW byte = hn::Set(Words(), 0xFFu);
+    const VW slot[3] = {hn::And(packed, byte), hn::And(hn::ShiftRight<8>(packed), byte),
+                        hn::And(hn::ShiftRight<16>(packed), byte)};
+    for (int k = 0; k < 3; ++k) {
+        if constexpr (hn::MaxLanes(Floats()) == 16) {
+            out[k] = hn::TableLookupLanes(hn::Load(f, values), hn::IndicesFromVec(f, slot[k]));
+        } else if constexpr (hn::MaxLanes(Floats()) == 8) {
+            const auto index = hn::IndicesFromVec(f, hn::And(slot[k], hn::Set(Words(), 7u)));
+            const VF low = hn::TableLookupLanes(hn::Load(f, values), index);
+            const VF high = hn::TableLookupLanes(hn::Load(f, values + 8), index);
+            const auto is_high = hn::Gt(slot[k], hn::Set(Words(), 7u));
+            out[k] = hn::IfThenElse(hn::RebindMask(f, is_high), high, low);
+        } else {
+            const hn::RebindToSigned<Floats> ints;
+            out[k] = hn::GatherIndex(f, values, hn::BitCast(ints, slot[k]));
+        }
+    }
 }
 
 /// rcp() on vectors that are positive, in its operations.
