@@ -1,5 +1,5 @@
-// The vector types of the packet tracer, the values of a leaf at its triangles' corners, and the hit
-// rule's plain path on vectors, operation by operation.
+// The vector types of the packet tracer, the values of a leaf at its triangles' corners, and the
+// hit rule's plain path on vectors, operation by operation.
 
 #if defined(MORPHRAY_RULE_VECTORS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_RULE_VECTORS_INL_H
