@@ -23,7 +23,13 @@ struct alignas(64) Rectangles {
     float lower_x[16], upper_x[16], lower_y[16], upper_y[16];
 };
 
-/// The blocks whose rays may lie in a rectangle.
+/// Blocks of a packet as bits: those of a point's in a word, of a camera's four rows a word.
+template <std::size_t kWords>
+struct BlockSet {
+    std::uint64_t words[kWords];
+};
+
+/// The blocks of a point's packet whose rays may lie in a rectangle.
 HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, std::uint32_t i) {
     const Floats f;
     std::uint64_t blocks = 0;
@@ -31,7 +37,7 @@ HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, st
     const VF ux = splat(r.upper_x[i]);
     const VF ly = splat(r.lower_y[i]);
     const VF uy = splat(r.upper_y[i]);
-    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
+    for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f)) {
         const Mask x = hn::And(hn::Le(lx, hn::Load(f, packet.block_upper_x + b)),
                                hn::Ge(ux, hn::Load(f, packet.block_lower_x + b)));
         const Mask y = hn::And(hn::Le(ly, hn::Load(f, packet.block_upper_y + b)),
@@ -41,26 +47,28 @@ HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, st
     return blocks;
 }
 
-/// Where the blocks are those of a camera's grid, column c holds x from 4 c - 15.5 to 4 c - 12.5,
-/// up to the margin, rows alike. A range of columns or rows first..last, first from 0 to 8 and last
-/// from -1 to 7, has the index first * 9 + last + 1.
+/// The columns and rows of a camera's blocks that rectangles meet, as bits. Column c holds x from
+/// 4 c - 31.5 to 4 c - 28.5, up to the margin, rows alike.
 struct alignas(64) GridRanges {
     std::uint32_t columns[16], rows[16];
 };
 
-/// The ranges that rectangles meet.
 HWY_INLINE void to_grid(const Rectangles& r, float margin, GridRanges& ranges) {
     const Floats f;
     const auto range = [&](const float* lower, const float* upper, std::uint32_t* out) HWY_ATTR {
+        constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
+        constexpr float kLast = kFirst + (kBlockSide - 1);
         const VF first =
-            hn::Ceil(hn::Mul(hn::Add(hn::Load(f, lower), splat(12.5f - margin)), splat(0.25f)));
+            hn::Ceil(hn::Mul(hn::Sub(hn::Load(f, lower), splat(kLast + margin)), splat(0.25f)));
         const VF last =
-            hn::Floor(hn::Mul(hn::Add(hn::Load(f, upper), splat(15.5f + margin)), splat(0.25f)));
-        const VF clamped_first = hn::Max(hn::Min(first, splat(8.0f)), splat(0.0f));
-        const VF clamped_last = hn::Max(hn::Min(last, splat(7.0f)), splat(-1.0f));
-        const VF index = hn::Add(hn::MulAdd(clamped_first, splat(9.0f), clamped_last), splat(1.0f));
+            hn::Floor(hn::Mul(hn::Sub(hn::Load(f, upper), splat(kFirst - margin)), splat(0.25f)));
+        const VF begin = hn::Max(hn::Min(first, splat(kGridSide)), splat(0.0f));
+        const VF end = hn::Max(hn::Min(hn::Add(last, splat(1.0f)), splat(kGridSide)), begin);
         const hn::RebindToSigned<Floats> ints;
-        hn::Store(hn::BitCast(Words(), hn::ConvertTo(ints, index)), Words(), out);
+        const auto bit = [ints](VF place) HWY_ATTR {
+            return hn::Shl(hn::Set(Words(), 1u), hn::BitCast(Words(), hn::ConvertTo(ints, place)));
+        };
+        hn::Store(hn::Sub(bit(end), bit(begin)), Words(), out);
     };
     for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
         range(r.lower_x + l, r.upper_x + l, ranges.columns + l);
@@ -68,17 +76,37 @@ HWY_INLINE void to_grid(const Rectangles& r, float margin, GridRanges& ranges) {
     }
 }
 
-HWY_INLINE std::uint64_t blocks_of_grid(const GridRanges& ranges, std::uint32_t i) {
-    return kGridMasks.columns[ranges.columns[i]] & kGridMasks.rows[ranges.rows[i]];
+/// Which of four rows of blocks there are, as all of their bits.
+struct RowMasks {
+    std::uint64_t of[16]{};
+
+    constexpr RowMasks() {
+        for (std::uint32_t rows = 0; rows < 16; ++rows) {
+            for (std::uint32_t row = 0; row < 4; ++row) {
+                if ((rows >> row & 1) != 0)
+                    of[rows] |= std::uint64_t{0xFFFF} << (row * kGridSide);
+            }
+        }
+    }
+};
+inline constexpr RowMasks kRowMasks;
+
+/// Columns in each of four rows of blocks.
+inline constexpr std::uint64_t kEachRow = 0x0001000100010001;
+
+/// Those of a word of blocks.
+HWY_INLINE std::uint64_t blocks_of_grid(const GridRanges& ranges, std::uint32_t i,
+                                        std::size_t word) {
+    return ranges.columns[i] * kEachRow & kRowMasks.of[ranges.rows[i] >> (4 * word) & 15];
 }
 
-/// The blocks with a ray that something at 1/z = q or less may still matter to.
-HWY_INLINE std::uint64_t blocks_beyond(const Packet& packet, float q) {
+/// The blocks of a word with a ray that something at 1/z = q or less may still matter to.
+HWY_INLINE std::uint64_t blocks_beyond(const Packet& packet, float q, std::size_t word) {
     const Floats f;
     std::uint64_t blocks = 0;
-    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
-        blocks |= std::uint64_t{mask_bits(hn::Ge(splat(q), hn::Load(f, packet.block_q + b)))} << b;
-    }
+    const float* block_q = packet.block_q + 64 * word;
+    for (std::size_t b = 0; b < 64; b += hn::Lanes(f))
+        blocks |= std::uint64_t{mask_bits(hn::Ge(splat(q), hn::Load(f, block_q + b)))} << b;
     return blocks;
 }
 
