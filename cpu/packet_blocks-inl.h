@@ -47,32 +47,47 @@ HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, st
     return blocks;
 }
 
-/// The columns and rows of a camera's blocks that rectangles meet, as bits. Column c holds x from
-/// 4 c - 31.5 to 4 c - 28.5, up to the margin, rows alike.
+/// The columns, or rows, of a camera's blocks that some bounds meet: from begin on and before end,
+/// which is not less. Column c holds x from 4 c - 31.5 to 4 c - 28.5, up to the margin, rows alike.
+struct GridRange {
+    VF begin, end;
+
+    HWY_INLINE GridRange(VF lower, VF upper, float margin) {
+        constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
+        constexpr float kLast = kFirst + (kBlockSide - 1);
+        const VF side = splat(kGridSide);
+        const VF quarter = splat(1.0f / kBlockSide);
+        const VF first = hn::Ceil(hn::Mul(hn::Sub(lower, splat(kLast + margin)), quarter));
+        const VF last = hn::Floor(hn::Mul(hn::Sub(upper, splat(kFirst - margin)), quarter));
+        begin = hn::Max(hn::Min(first, side), hn::Zero(Floats()));
+        end = hn::Max(hn::Min(hn::Add(last, splat(1.0f)), side), begin);
+    }
+
+    /// As bits.
+    HWY_INLINE VW bits() const { return hn::Sub(bit(end), bit(begin)); }
+
+    static HWY_INLINE VW integer(VF x) {
+        return hn::BitCast(Words(), hn::ConvertTo(hn::RebindToSigned<Floats>(), x));
+    }
+
+private:
+    static HWY_INLINE VW bit(VF place) {
+        return hn::Shl(hn::Set(Words(), 1u), integer(place));
+    }
+};
+
+/// The columns and rows of blocks that rectangles meet, as bits.
 struct alignas(64) GridRanges {
     std::uint32_t columns[16], rows[16];
 };
 
 HWY_INLINE void to_grid(const Rectangles& r, float margin, GridRanges& ranges) {
     const Floats f;
-    const auto range = [&](const float* lower, const float* upper, std::uint32_t* out) HWY_ATTR {
-        constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
-        constexpr float kLast = kFirst + (kBlockSide - 1);
-        const VF first =
-            hn::Ceil(hn::Mul(hn::Sub(hn::Load(f, lower), splat(kLast + margin)), splat(0.25f)));
-        const VF last =
-            hn::Floor(hn::Mul(hn::Sub(hn::Load(f, upper), splat(kFirst - margin)), splat(0.25f)));
-        const VF begin = hn::Max(hn::Min(first, splat(kGridSide)), splat(0.0f));
-        const VF end = hn::Max(hn::Min(hn::Add(last, splat(1.0f)), splat(kGridSide)), begin);
-        const hn::RebindToSigned<Floats> ints;
-        const auto bit = [ints](VF place) HWY_ATTR {
-            return hn::Shl(hn::Set(Words(), 1u), hn::BitCast(Words(), hn::ConvertTo(ints, place)));
-        };
-        hn::Store(hn::Sub(bit(end), bit(begin)), Words(), out);
-    };
     for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-        range(r.lower_x + l, r.upper_x + l, ranges.columns + l);
-        range(r.lower_y + l, r.upper_y + l, ranges.rows + l);
+        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), margin);
+        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), margin);
+        hn::Store(x.bits(), Words(), ranges.columns + l);
+        hn::Store(y.bits(), Words(), ranges.rows + l);
     }
 }
 
@@ -90,6 +105,47 @@ struct RowMasks {
     }
 };
 inline constexpr RowMasks kRowMasks;
+
+/// Windows of up to 4 x 4 blocks by their columns and rows, five of either standing for more: bit b
+/// is that many blocks after the first one. What is larger has all bits.
+inline constexpr std::uint32_t kWindowShapes = 64;
+struct Windows {
+    std::uint64_t of[kWindowShapes]{};
+
+    constexpr Windows() {
+        for (std::uint32_t columns = 0; columns < 6; ++columns) {
+            for (std::uint32_t rows = 0; rows < 6; ++rows) {
+                std::uint64_t& window = of[columns * 8 + rows];
+                for (std::uint32_t row = 0; row < rows && row < 4; ++row)
+                    window |= ((std::uint64_t{1} << columns) - 1) << (row * kGridSide);
+                if (columns != 0 && rows != 0 && (columns == 5 || rows == 5)) window = kAllBlocks;
+            }
+        }
+    }
+};
+inline constexpr Windows kWindows;
+
+/// The windows that rectangles meet, by their first blocks and shapes; and all columns and rows.
+struct alignas(64) GridWindows {
+    std::uint32_t first[16], shape[16];
+    GridRanges ranges;
+};
+
+HWY_INLINE void to_windows(const Rectangles& r, GridWindows& windows) {
+    const Floats f;
+    const auto most_five = [](VF size) HWY_ATTR { return hn::Min(size, splat(5.0f)); };
+    for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
+        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), 0);
+        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), 0);
+        const VF first = hn::MulAdd(y.begin, splat(kGridSide), x.begin);
+        const VF shape = hn::MulAdd(most_five(hn::Sub(x.end, x.begin)), splat(8.0f),
+                                    most_five(hn::Sub(y.end, y.begin)));
+        hn::Store(GridRange::integer(first), Words(), windows.first + l);
+        hn::Store(GridRange::integer(shape), Words(), windows.shape + l);
+        hn::Store(x.bits(), Words(), windows.ranges.columns + l);
+        hn::Store(y.bits(), Words(), windows.ranges.rows + l);
+    }
+}
 
 /// Columns in each of four rows of blocks.
 inline constexpr std::uint64_t kEachRow = 0x0001000100010001;

@@ -29,7 +29,7 @@ struct alignas(64) Setup {
     float depth_a[16], depth_b[16], depth_c[16];
     float bound[16], c0[16], c1[16], c2[16], q[16];
     Rectangles rectangles;
-    GridRanges ranges;
+    GridWindows windows;
 };
 
 /// kOnGrid: the packet is a camera's, whose rays are near the middles of pixels.
@@ -43,7 +43,7 @@ public:
         std::uint32_t alive = set_up(leaf, setup);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
-        if constexpr (kOnGrid) to_grid(setup.rectangles, 0, setup.ranges);
+        if constexpr (kOnGrid) to_windows(setup.rectangles, setup.windows);
         return alive;
     }
 

@@ -95,8 +95,6 @@ private:
         std::uint32_t first;
         std::uint64_t blocks;
     };
-    /// In place of the first block: they take more than a window.
-    static constexpr std::uint32_t kNoWindow = kGridBlocks;
 
     /// Leaves those blocks of an entry that it is near enough for. Whether there are any.
     HWY_INLINE bool still_matters(Entry& entry) {
@@ -234,18 +232,11 @@ private:
         doubtful_blocks_ = {};
     }
 
-    /// The blocks that a triangle may win rays of, if they fit into a window of 4 x 4.
+    /// The blocks that a triangle's rectangle meets, if they fit into a window.
     HWY_INLINE Window window_of(const Setup& setup, std::uint32_t i) const {
-        const std::uint32_t columns = setup.ranges.columns[i];
-        const std::uint32_t rows = setup.ranges.rows[i];
-        const auto first_column = static_cast<std::uint32_t>(__builtin_ctz(columns | 1u << 15));
-        const auto first_row = static_cast<std::uint32_t>(__builtin_ctz(rows | 1u << 15));
-        const std::uint32_t own_columns = columns >> first_column;
-        const std::uint32_t own_rows = rows >> first_row;
-        if (HWY_UNLIKELY((own_columns | own_rows) > 15)) return {kNoWindow, 0};
-        const std::uint32_t first = first_row * kGridSide + first_column;
-        std::uint64_t blocks = own_columns * kEachRow & kRowMasks.of[own_rows];
-        if (hwy::PopCount(blocks) > kFew)
+        const std::uint32_t first = setup.windows.first[i];
+        std::uint64_t blocks = kWindows.of[setup.windows.shape[i]];
+        if (hwy::PopCount(blocks) > kFew && blocks != kAllBlocks)
             blocks &= window_blocks_met(BlockTest(frame_, Planes(setup, i)), first);
         return {first, blocks};
     }
@@ -281,12 +272,12 @@ private:
                 alive != 0 ? static_cast<std::uint32_t>(__builtin_ctz(alive)) : i;
             const Window next_window = window_of(setup, next);
             const Planes planes(setup, i);
-            if (HWY_LIKELY(window.first != kNoWindow)) {
+            if (HWY_LIKELY(window.blocks != kAllBlocks)) {
                 won |= trace_window(planes, setup.q[i], leaf, first_winner + i, window);
             } else {
                 const BlockTest test(frame_, planes);
                 for (std::uint32_t w = 0; w < kWords; ++w) {
-                    std::uint64_t own = blocks.words[w] & blocks_of_grid(setup.ranges, i, w);
+                    std::uint64_t own = blocks.words[w] & blocks_of_grid(setup.windows.ranges, i, w);
                     if (own == 0) continue;
                     own &= grid_blocks_met(packet_, test, w);
                     won |= trace_window(planes, setup.q[i], leaf, first_winner + i, {64 * w, own});
