@@ -102,7 +102,6 @@ private:
         std::uint64_t certain = 0;
         for (std::size_t w = 0; w < kWords; ++w) {
             std::uint64_t& blocks = entry.blocks.words[w];
-            if (kWords > 1 && blocks == 0) continue;
             blocks &= blocks_beyond(packet_, entry.q, w);
             any |= blocks;
             certain |= blocks & ~doubtful_blocks_.words[w];
@@ -145,7 +144,7 @@ private:
             std::uint64_t any = 0;
             for (std::size_t w = 0; w < kWords; ++w) {
                 std::uint64_t own = entry.blocks.words[w] & blocks_of(rectangles, ranges, slot, w);
-                if (kWords == 1 || own != 0) own &= blocks_beyond(packet_, q[slot], w);
+                if constexpr (!kOnGrid) own &= blocks_beyond(packet_, q[slot], w);
                 blocks.words[w] = own;
                 any |= own;
             }
