@@ -271,13 +271,15 @@ private:
         const VF relative_size = hn::Mul(splat(0x1p-20f), hn::Mul(size, scale));
         const VF det_error = hn::Mul(relative_size, hn::Mul(size, z_size));
         const VF sum_error = hn::Mul(relative_size, hn::MulAdd(z_size, half_extent, size));
-        const Mask uncertain =
-            hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))), hn::Abs(det));
+        const VF displacement = hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size)));
+        const Mask uncertain = hn::Ge(displacement, hn::Abs(det));
         RuleDepth rule = {hn::Zero(f), splat(frame_.depth_error), splat(frame_.depth_error)};
         if (frame_.axis_count != 0) {
             const VF lateral = lateral_sum(px, py, half_extent, hn::Sub(z_most, z_least));
             const VF range = depth_range(x, y, z, size, z_size, extent);
-            narrow(rule, in_front, lateral, range, scale, z_least, z_most);
+            // Displacing the vertices moves det by 12 error size z_size: here by less than a fifth.
+            const Mask sharp = hn::Lt(hn::Mul(splat(4.0f), displacement), hn::Abs(det));
+            narrow(rule, hn::And(in_front, sharp), lateral, range, scale, z_least, z_most);
         }
         const VF c0 = hn::MulAdd(splat(0x1p-15f + 1.01f * frame_.ray_error), gradient, sum_error);
         const VF c1 = hn::Add(hn::Add(splat(0x1p-19f), rule.by_q), hn::Add(steep, det_error));
@@ -353,8 +355,8 @@ private:
     /// plain functions: where B <= S / 64 that is 3/64 away. Other triangles are not narrowed, nor
     /// errors of more than a quarter of z: then a sure hit is one beyond the rule's least depth.
     /// With 1 / s <= L, B / S is at most 2 r (M + r) scale L / volume / q.
-    HWY_INLINE void narrow(RuleDepth& rule, Mask in_front, VF lateral, VF range, VF scale,
-                           VF z_least, VF z_most) const {
+    HWY_INLINE void narrow(RuleDepth& rule, Mask sharp, VF lateral, VF range, VF scale, VF z_least,
+                           VF z_most) const {
         const VF m = hn::Mul(splat(frame_.unit), lateral);
         const VF depth = hn::MulAdd(splat(frame_.depth_most), z_most, m);
         const VF r = hn::MulAdd(splat(kFastProjectionError), hn::MulAdd(splat(8.0f), m, depth),
@@ -366,7 +368,7 @@ private:
         const VF in_z = hn::MulAdd(by_q, z_most, by_q2);
         const Mask thick = hn::Le(hn::Mul(error, depth), splat(0x1p-7f));
         const VF most = hn::Min(splat(frame_.depth_error), hn::Mul(splat(0.25f), z_least));
-        const Mask better = hn::And(hn::And(in_front, thick), hn::Lt(in_z, most));
+        const Mask better = hn::And(hn::And(sharp, thick), hn::Lt(in_z, most));
         rule.by_q = hn::IfThenElse(better, by_q, rule.by_q);
         rule.by_q2 = hn::IfThenElse(better, by_q2, rule.by_q2);
         rule.z = hn::IfThenElse(better, in_z, rule.z);
