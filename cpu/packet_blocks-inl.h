@@ -156,6 +156,15 @@ HWY_INLINE std::uint64_t blocks_of_grid(const GridRanges& ranges, std::uint32_t 
     return ranges.columns[i] * kEachRow & kRowMasks.of[ranges.rows[i] >> (4 * word) & 15];
 }
 
+/// Finds what is nearer than all that the rays of a block have found.
+HWY_INLINE void find_depth(Packet& packet, std::uint32_t block) {
+    const Floats f;
+    VF least = splat(kDone);
+    for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
+        least = hn::Min(least, hn::Load(f, packet.q_lower + block * kBlockRays + l));
+    packet.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
+}
+
 /// The blocks of a word with a ray that something at 1/z = q or less may still matter to.
 HWY_INLINE std::uint64_t blocks_beyond(const Packet& packet, float q, std::size_t word) {
     const Floats f;

@@ -43,20 +43,18 @@ public:
 
     bool many() const { return count_ >= kMany; }
 
-    /// Asks the rule. The blocks in which a ray has another winner now.
-    BlockSet<kGridBlocks / 64> settle() {
-        BlockSet<kGridBlocks / 64> changed = {};
+    /// Asks the rule.
+    void settle() {
         for (std::size_t first = 0; first < count_; first += kLanes)
-            settle(first, std::min(kLanes, count_ - first), changed);
+            settle(first, std::min(kLanes, count_ - first));
         count_ = 0;
-        return changed;
     }
 
 private:
     static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     static constexpr std::size_t kMany = 128;
 
-    void settle(std::size_t first, std::size_t count, BlockSet<kGridBlocks / 64>& changed) {
+    void settle(std::size_t first, std::size_t count) {
         const Floats f;
         const Words words;
         alignas(64) std::uint32_t rays[kLanes] = {};
@@ -100,8 +98,7 @@ private:
             packet_.q_lower[ray] = q[l] * (1 - 0x1p-16f);
             packet_.q_upper[ray] = q[l] * (1 + 0x1p-16f);
             packet_.winner[ray] = triangles[l];
-            const std::uint32_t block = ray / kBlockRays;
-            changed.words[block / 64] |= std::uint64_t{1} << block % 64;
+            find_depth(packet_, ray / kBlockRays);
             for (std::uint32_t later = hits & (hits - 1); later != 0; later &= later - 1) {
                 const auto other = static_cast<std::uint32_t>(__builtin_ctz(later));
                 if (rays[other] != ray) continue;

@@ -98,29 +98,26 @@ private:
 
     /// Leaves those blocks of an entry that it is near enough for. Whether there are any.
     HWY_INLINE bool still_matters(Entry& entry) {
-        std::uint64_t any = 0;
-        std::uint64_t certain = 0;
-        for (std::size_t w = 0; w < kWords; ++w) {
-            std::uint64_t& blocks = entry.blocks.words[w];
-            blocks &= blocks_beyond(packet_, entry.q, w);
-            any |= blocks;
-            certain |= blocks & ~doubtful_blocks_.words[w];
-        }
-        if (HWY_UNLIKELY(certain == 0 && any != 0)) settle();
-        any = 0;
-        for (std::size_t w = 0; w < kWords; ++w) {
-            std::uint64_t& blocks = entry.blocks.words[w];
-            std::uint64_t stale = blocks & stale_blocks_[w];
-            stale_blocks_[w] &= ~stale;
-            for (; stale != 0; stale &= stale - 1) {
-                const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(stale));
-                const auto block = static_cast<std::uint32_t>(64 * w + bit);
-                refresh_block(block);
-                if (entry.q < packet_.block_q[block]) blocks &= ~(std::uint64_t{1} << bit);
+        std::uint64_t any = leave_near(entry);
+        if constexpr (kOnGrid) {
+            std::uint64_t certain = 0;
+            for (std::size_t w = 0; w < kWords; ++w)
+                certain |= entry.blocks.words[w] & ~doubtful_blocks_.words[w];
+            if (HWY_UNLIKELY(certain == 0 && any != 0)) {
+                settle();
+                any = leave_near(entry);
             }
-            any |= blocks;
         }
         return any != 0;
+    }
+
+    HWY_INLINE std::uint64_t leave_near(Entry& entry) const {
+        std::uint64_t any = 0;
+        for (std::size_t w = 0; w < kWords; ++w) {
+            entry.blocks.words[w] &= blocks_beyond(packet_, entry.q, w);
+            any |= entry.blocks.words[w];
+        }
+        return any;
     }
 
     HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, const GridRanges& ranges,
@@ -176,21 +173,13 @@ private:
         }
     }
 
-    void refresh_block(std::uint32_t block) {
-        const Floats f;
-        VF least = splat(kDone);
-        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
-            least = hn::Min(least, hn::Load(f, packet_.q_lower + block * kBlockRays + l));
-        }
-        packet_.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
-    }
-
     /// One triangle against all rays of one block, closest hits. Whether it wins any for sure.
     HWY_INLINE bool trace_pair(const Planes& planes, const Leaf& leaf, std::uint32_t block,
                                std::uint32_t winner) {
         const Floats f;
         const Words words;
         bool won = false;
+        VF least = splat(kDone);
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
             const std::size_t r = block * kBlockRays + l;
             const VF x = hn::Load(f, kGridRays.x[block % kGridSide] + l);
@@ -199,7 +188,9 @@ private:
             const VF upper = hn::Load(f, packet_.q_upper + r);
             const Position at(planes, x, y);
             const Mask wins = at.wins(planes, upper);
-            hn::Store(hn::IfThenElse(wins, at.q_lower, lower), f, packet_.q_lower + r);
+            const VF new_lower = hn::IfThenElse(wins, at.q_lower, lower);
+            least = hn::Min(least, new_lower);
+            hn::Store(new_lower, f, packet_.q_lower + r);
             hn::Store(hn::IfThenElse(wins, at.q_upper, upper), f, packet_.q_upper + r);
             const VW old = hn::Load(words, packet_.winner + r);
             hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old),
@@ -209,6 +200,7 @@ private:
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))
                 doubt(r, mask_bits(hn::Not(settled)), leaf, winner);
         }
+        packet_.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
         return won;
     }
 
@@ -224,10 +216,7 @@ private:
 
     /// Lets the rule decide what is in doubt.
     HWY_NOINLINE void settle() {
-        if constexpr (kOnGrid) {
-            const BlockSet<kWords> changed = doubts_.settle();
-            for (std::size_t w = 0; w < kWords; ++w) stale_blocks_[w] |= changed.words[w];
-        }
+        doubts_.settle();
         doubtful_blocks_ = {};
     }
 
@@ -243,17 +232,13 @@ private:
     /// A triangle against some blocks. Whether it wins a ray.
     HWY_INLINE bool trace_window(const Planes& planes, float q, const Leaf& leaf,
                                  std::uint32_t winner, const Window& window) {
-        std::uint64_t won = 0;
+        bool won = false;
         for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
             const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
             if (packet_.block_q[window.first + bit] > q) continue;
-            const bool wins = trace_pair(planes, leaf, window.first + bit, winner);
-            won |= std::uint64_t{wins} << bit;
+            won |= trace_pair(planes, leaf, window.first + bit, winner);
         }
-        const std::uint32_t shift = window.first % 64;
-        stale_blocks_[window.first / 64] |= won << shift;
-        stale_blocks_[window.first / 64 + 1] |= won >> 1 >> (63 - shift);
-        return won != 0;
+        return won;
     }
 
     /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found.
@@ -305,7 +290,7 @@ private:
                 bool any = false;
                 for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
                     any |= occlude(leaf, setup, triangles, block * kBlockRays + l);
-                stale_blocks_[0] |= std::uint64_t{any} << block;
+                if (any) find_depth(packet_, block);
             }
             block = next;
             triangles = next_triangles;
@@ -390,8 +375,6 @@ private:
     Packet& packet_;
     const PacketFrame& frame_;
     PacketDoubts doubts_;
-    /// The blocks whose depth is that of before their rays' last hits.
-    std::uint64_t stale_blocks_[kWords + 1] = {};
     /// The blocks of rays that are in doubt: what can be hit there matters to them for longer.
     BlockSet<kWords> doubtful_blocks_ = {};
     std::uint32_t size_ = 0;
