@@ -46,7 +46,8 @@ OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
     return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace};
 }
 
-/// Packets of 64 x 64 camera rays or 32 x 32 shadow rays; shadow rays that have too little in common go to single rays.
+/// Packets of 64 x 64 camera rays or 32 x 32 shadow rays; shadow rays that have too little in
+/// common go to single rays.
 OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
     const auto trace = [tiles = std::make_shared<const cpu::PacketTiles>(bvh, target)](
                            const TraceWork& work, TraceAnswers& answers) {

@@ -192,9 +192,8 @@ private:
 template <class Tracer>
 void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame) {
-    tracer.intersect_camera(params, tile,
-                            &frame.hits[std::size_t{tile.y0} * params.width + tile.x0],
-                            params.width);
+    tracer.intersect_camera(
+        params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
     for (std::uint32_t y = tile.y0; y < tile.y1; y += kPointSide) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += kPointSide) {
             const Tile part{x, y, std::min(x + kPointSide, tile.x1),

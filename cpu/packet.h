@@ -1,6 +1,6 @@
 // A packet: rays with a common origin in blocks of 4 x 4, up to 64 x 64 of a camera's or 32 x 32 of
-// a point's, and what is known of each so far. Plain data between the packet's making, its traversal
-// and its end; no SIMD types.
+// a point's, and what is known of each so far. Plain data between the packet's making, its
+// traversal and its end; no SIMD types.
 #pragma once
 
 #include <array>
@@ -107,8 +107,8 @@ inline constexpr WindowBlocks kWindowBlocks;
 inline constexpr std::uint32_t kMixedAxes = 3;
 
 /// The packet's own projection: a point p relative to the origin has (x, y, z) = rows * p, and is
-/// seen at (x / z, y / z). Every ray has z > 0. The unit of the plane is such that no ray is farther
-/// than `reach` from its origin on either axis.
+/// seen at (x / z, y / z). Every ray has z > 0. The unit of the plane is such that no ray is
+/// farther than `reach` from its origin on either axis.
 struct PacketFrame {
     vec3 org;
     float reach;

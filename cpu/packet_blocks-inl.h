@@ -71,9 +71,7 @@ struct GridRange {
     }
 
 private:
-    static HWY_INLINE VW bit(VF place) {
-        return hn::Shl(hn::Set(Words(), 1u), integer(place));
-    }
+    static HWY_INLINE VW bit(VF place) { return hn::Shl(hn::Set(Words(), 1u), integer(place)); }
 };
 
 /// The columns and rows of blocks that rectangles meet, as bits.
@@ -98,8 +96,7 @@ struct RowMasks {
     constexpr RowMasks() {
         for (std::uint32_t rows = 0; rows < 16; ++rows) {
             for (std::uint32_t row = 0; row < 4; ++row) {
-                if ((rows >> row & 1) != 0)
-                    of[rows] |= std::uint64_t{0xFFFF} << (row * kGridSide);
+                if ((rows >> row & 1) != 0) of[rows] |= std::uint64_t{0xFFFF} << (row * kGridSide);
             }
         }
     }

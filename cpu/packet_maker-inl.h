@@ -61,8 +61,8 @@ HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], con
     frame.per_depth = 1 / frame.depth_least;
 }
 
-/// The frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z, for |X|, |Y| up to
-/// `reach`.
+/// The frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z, for |X|, |Y| up
+/// to `reach`.
 HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
                           const double axis_y[3], const double axis_z[3], float reach) {
     const auto cross = [](const double* p, const double* q, double* out) {

@@ -143,8 +143,8 @@ HWY_INLINE std::uint64_t grid_blocks_met(const Packet& packet, const BlockTest& 
         const std::size_t b = 64 * word + l;
         const VF x = hn::Load(f, kGridMiddles.x + b);
         const VF y = hn::Load(f, kGridMiddles.y + b);
-        const Mask out = hn::Or(test.outside(x, y),
-                                hn::Lt(test.q_upper(x, y), hn::Load(f, packet.block_q + b)));
+        const Mask out =
+            hn::Or(test.outside(x, y), hn::Lt(test.q_upper(x, y), hn::Load(f, packet.block_q + b)));
         blocks |= std::uint64_t{mask_bits(hn::Not(out))} << l;
     }
     return blocks;

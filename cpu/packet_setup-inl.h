@@ -135,7 +135,8 @@ private:
     HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], VF extent,
                                      Setup& setup, std::size_t l) const {
         const Floats f;
-        const float row_sizes = frame_.row_size[0] + frame_.row_size[1] + 2 * frame_.reach * frame_.row_size[2];
+        const float row_sizes =
+            frame_.row_size[0] + frame_.row_size[1] + 2 * frame_.reach * frame_.row_size[2];
         const VF leaf_error = hn::Mul(splat(0x1p-20f * row_sizes), extent);
         const VF zero = hn::Zero(f);
         const VF half = splat(0.5f);
@@ -206,10 +207,10 @@ private:
         const VF half_extent = hn::Mul(
             half, hn::Add(hn::Sub(cut_upper_x, cut_lower_x), hn::Sub(cut_upper_y, cut_lower_y)));
         const VF reach = hn::MulAdd(hn::Add(half_extent, splat(frame_.block_extent)), z_size, size);
-        const VF error =
-            hn::MulAdd(splat(0x1p-21f), reach, hn::MulAdd(splat(0x1p-20f * frame_.reach), z_size, leaf_error));
-        const VF rounding =
-            hn::Mul(splat(0x1p-21f), hn::Mul(reach, hn::MulAdd(splat(4 * frame_.reach), z_size, reach)));
+        const VF error = hn::MulAdd(splat(0x1p-21f), reach,
+                                    hn::MulAdd(splat(0x1p-20f * frame_.reach), z_size, leaf_error));
+        const VF rounding = hn::Mul(
+            splat(0x1p-21f), hn::Mul(reach, hn::MulAdd(splat(4 * frame_.reach), z_size, reach)));
 
         VF a[3], b[3], c[3];
         const auto edge = [&](int k, int i, int j) {
@@ -332,8 +333,8 @@ private:
         const float projected =
             0x1p-18f * (frame_.unit * std::max(frame_.row_size[0], frame_.row_size[1]) +
                         frame_.depth_most * frame_.row_size[2]);
-        const VF rounded = hn::MulAdd(splat(frame_.depth_most + 2 * frame_.reach * frame_.unit), z_size,
-                                      hn::Mul(splat(frame_.unit), size));
+        const VF rounded = hn::MulAdd(splat(frame_.depth_most + 2 * frame_.reach * frame_.unit),
+                                      z_size, hn::Mul(splat(frame_.unit), size));
         return hn::MulAdd(splat(projected), extent, hn::MulAdd(splat(0x1p-20f), rounded, range));
     }
 

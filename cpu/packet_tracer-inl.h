@@ -230,12 +230,11 @@ private:
     }
 
     /// A triangle against some blocks. Whether it wins a ray.
-    HWY_INLINE bool trace_window(const Planes& planes, float q, const Leaf& leaf,
-                                 std::uint32_t winner, const Window& window) {
+    HWY_INLINE bool trace_window(const Planes& planes, const Leaf& leaf, std::uint32_t winner,
+                                 const Window& window) {
         bool won = false;
         for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
             const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            if (packet_.block_q[window.first + bit] > q) continue;
             won |= trace_pair(planes, leaf, window.first + bit, winner);
         }
         return won;
@@ -257,14 +256,15 @@ private:
             const Window next_window = window_of(setup, next);
             const Planes planes(setup, i);
             if (HWY_LIKELY(window.blocks != kAllBlocks)) {
-                won |= trace_window(planes, setup.q[i], leaf, first_winner + i, window);
+                won |= trace_window(planes, leaf, first_winner + i, window);
             } else {
                 const BlockTest test(frame_, planes);
                 for (std::uint32_t w = 0; w < kWords; ++w) {
-                    std::uint64_t own = blocks.words[w] & blocks_of_grid(setup.windows.ranges, i, w);
+                    std::uint64_t own =
+                        blocks.words[w] & blocks_of_grid(setup.windows.ranges, i, w);
                     if (own == 0) continue;
                     own &= grid_blocks_met(packet_, test, w);
-                    won |= trace_window(planes, setup.q[i], leaf, first_winner + i, {64 * w, own});
+                    won |= trace_window(planes, leaf, first_winner + i, {64 * w, own});
                 }
             }
             i = next;

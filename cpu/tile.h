@@ -11,7 +11,8 @@ struct Tile {
     std::uint32_t x0, y0, x1, y1;
 };
 
-/// A picture in tiles of side x side pixels, row by row; the last of a row or column may be smaller.
+/// A picture in tiles of side x side pixels, row by row; the last of a row or column may be
+/// smaller.
 class PictureTiles {
 public:
     PictureTiles(std::uint32_t width, std::uint32_t height, std::uint32_t side)
