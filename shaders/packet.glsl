@@ -137,7 +137,7 @@ const uint kLevelWords = (kSlots + 1u) / 2u;
 uvec4 levels[kLevelWords * (kMaxDepth + 1u)];
 uint level;
 
-/// Least 1/z of what the rays have found, of all and of each group: what is farther does not matter.
+/// Least 1/z of what the rays have found, of all and of each group; farther ones do not matter.
 float packet_q;
 float group_q[kGroups];
 
