@@ -20,6 +20,8 @@ public:
     explicit SceneSpace(const UserBounds& bounds);
 
     int exponent() const { return exponent_; }
+    /// In the user's units.
+    double centre(int axis) const { return centre_[axis]; }
 
     /// A vertex that is not finite becomes kInvalidCoordinate on all axes.
     vec3 to_scene(vec3 user) const;
