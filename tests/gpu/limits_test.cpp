@@ -64,7 +64,7 @@ TEST(SceneLimits, AreCheckedForEachOfThem) {
 TEST(SceneLimits, OfKeyframesComeOnTop) {
     EXPECT_TRUE(gpu::fits_keyframes(roomy(), kDragon));
     gpu::PhysicalDevice device = roomy();
-    device.limits.maxTexelBufferElements = 4 * kDragon.vertices;
+    device.limits.maxTexelBufferElements = static_cast<std::uint32_t>(4 * kDragon.vertices);
     EXPECT_FALSE(gpu::fits_keyframes(device, kDragon));
     device = roomy();
     device.max_allocation = 32 * kDragon.vertices - 1;
