@@ -24,8 +24,6 @@ public:
 
     /// Positions of a frame in scene space, valid until the next call. Throws Error(kBadInput).
     std::span<const vec3> positions(double frame);
-    /// The same frame in the user's units.
-    std::span<const vec3> user_positions() const { return user_; }
     /// The frame without its positions, where keyframes will do; they are made when they are asked
     /// for, once, and before the next call. Throws Error(kBadInput).
     Pose pose(double frame);
@@ -37,7 +35,6 @@ private:
     SceneSpace space_;
     SceneKeyframes keyframes_;
     double deform_ms_ = 0;
-    std::vector<vec3> user_;
     std::vector<vec3> scene_;
 };
 
