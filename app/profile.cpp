@@ -56,9 +56,11 @@ public:
         row.frame = frame;
         row.backend = refits_->name();
         Pose pose = scene_.pose(frame);
+        refits_->refit_to(pose, RefitExtent::kAll);
+        const bool needs_positions = scene_.deform_ms() > 0;
         row.times.deform_ms = median_ms(options_.repeat, [&] {
             pose = scene_.pose(frame);
-            if (!refits_->interpolates()) pose.positions();
+            if (needs_positions) pose.positions();
             return scene_.deform_ms();
         });
         std::vector<double> uploads;

@@ -12,9 +12,9 @@
 namespace morphray {
 
 /// Reads all files (at least one), in parallel, and keeps their positions. Between keyframes
-/// positions are interpolated component by component (common/interop/keyframes.h), and at a keyframe they are the file's, bit
-/// for bit. A frame that is missing is the one before if options.missing is kHold; otherwise it is
-/// interpolated like any frame between two keyframes.
+/// positions are interpolated component by component (common/interop/keyframes.h), and at a
+/// keyframe they are the file's, bit for bit. A frame that is missing is the one before if
+/// options.missing is kHold; otherwise it is interpolated like any frame between two keyframes.
 ///
 /// All files must have the faces of the first one, from which triangles and colours are taken. A
 /// later file that cannot be read or, unless lenient, has coordinates that are not finite or beyond

@@ -18,10 +18,11 @@ namespace {
 // also flush it. So either side may take what is below 2^-76 in magnitude, an input or a result,
 // for something else below 2^-76; everything else is the same on both. Call that *tiny*. A float of
 // 2^-50 or more plus or minus something tiny is that float: half of the spacing next to it is at
-// least 2^-75. Let |a| and |b| be in units of scene space.
+// least 2^-75. An f that is a denormal makes D * f tiny, D being at most 2^21. Let a and b be in
+// units of scene space.
 //
 // - |a| >= 2^-50. D = fl(b - a) is -a where b is tiny, else the same on both sides or tiny; so
-//   p = fl(D * f) is the same or tiny; so fl(a + p) is the same (a, if p is tiny).
+//   p = fl(D * f) is the same or tiny; so fl(a + p) is the same (a, if p is tiny) or tiny.
 // - |a| < 2^-50 <= |b|. D is b where a is tiny, else the same or tiny, and p likewise. If |p| >=
 //   2^-50, then fl(a + p) is the same (p, if a is tiny); if not, it is below 2^-48 on both sides.
 // - Both below 2^-50: so is everything else, times 4.

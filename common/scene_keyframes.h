@@ -19,7 +19,7 @@ public:
 
     /// Where a frame lies between keyframes. Nothing where it must be the clip's positions: for
     /// clips without keyframes, for frames that cannot be used, and for scenes whose extent is
-    /// below 2^-31 or whose coordinates, in either space, go beyond 2^126.
+    /// 2^-31 or less or whose coordinates, in either space, go beyond 2^126.
     std::optional<KeyframeBlend> blend(double frame) const;
 
     std::uint32_t vertex_count() const { return clip_.topology().vertex_count; }

@@ -38,6 +38,19 @@ std::vector<uvec4> with_albedo(const Topology& topology) {
 
 }  // namespace
 
+Bvh empty_tree() {
+    Bvh bvh;
+    Node& root = bvh.nodes.emplace_back();
+    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+        root.lower_x[slot] = root.lower_y[slot] = root.lower_z[slot] = kEmptyPlane;
+        root.upper_x[slot] = root.upper_y[slot] = root.upper_z[slot] = -kEmptyPlane;
+        root.child[slot] = kEmptyChild;
+    }
+    bvh.node_parents = {kNoParent};
+    bvh.level_begin = {0, 1};
+    return bvh;
+}
+
 SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology& topology,
                            std::span<const vec3> positions, const Bvh& bvh)
     : vertex_count_(topology.vertex_count),

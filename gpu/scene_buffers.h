@@ -17,6 +17,9 @@
 
 namespace morphray::gpu {
 
+/// A tree over no triangles.
+Bvh empty_tree();
+
 /// Topology, positions and tree. Sizes have been checked (check_scene).
 class SceneBuffers {
 public:

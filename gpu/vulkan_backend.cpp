@@ -33,19 +33,6 @@ std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) /
 /// by less and less.
 constexpr double kRoom = 0.5;
 
-Bvh empty_tree() {
-    Bvh bvh;
-    Node& root = bvh.nodes.emplace_back();
-    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
-        root.lower_x[slot] = root.lower_y[slot] = root.lower_z[slot] = kEmptyPlane;
-        root.upper_x[slot] = root.upper_y[slot] = root.upper_z[slot] = -kEmptyPlane;
-        root.child[slot] = kEmptyChild;
-    }
-    bvh.node_parents = {kNoParent};
-    bvh.level_begin = {0, 1};
-    return bvh;
-}
-
 class VulkanBackend final : public Backend {
 public:
     VulkanBackend(const VulkanConfig& config, const Tuning& tuning)
@@ -230,17 +217,18 @@ std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent 
 
 std::uint64_t VulkanBackend::refit_to(Pose& pose, RefitExtent extent) {
     const std::optional<KeyframePose> next = interpolates_ ? pose.keyframes() : std::nullopt;
-    if (!next) return refit(pose.positions(), extent);
-    if (context_.has_deferred() || !context_.is_under_way()) finish();
+    const bool are_there = next && has_keyframes(*next);
+    // A keyframe that would go up for itself alone goes up as a pose.
+    if (!next || (!are_there && next->blend.before == next->blend.after)) {
+        return refit(pose.positions(), extent);
+    }
+    // As refit(); and what is under way may read the keyframes that have to go.
+    if (!are_there || context_.has_deferred() || !context_.is_under_way()) finish();
     const auto start = Clock::now();
     times_.refit_ms = times_.upload_ms = 0;
     times_.refitted_leaves = 0;
     if (keyframe_pose_ == next && extent == RefitExtent::kMoved) return 0;
-    if (!has_keyframes(*next)) {
-        // A keyframe that would go up for itself alone goes up as a pose.
-        if (next->blend.before == next->blend.after) return refit(pose.positions(), extent);
-        load_keyframes(*next);
-    }
+    if (!are_there) load_keyframes(*next);
     keyframe_pose_ = next;
     times_.refitted_leaves = scene_.leaf_count();
     refit_later([&] { return refit_scene(context_, kernels_, scene_, *next); });
@@ -254,9 +242,7 @@ bool VulkanBackend::has_keyframes(const KeyframePose& pose) {
            slots->holds(*pose.keyframes, pose.blend.after);
 }
 
-/// What is under way may read those that go.
 void VulkanBackend::load_keyframes(const KeyframePose& pose) {
-    finish();
     if (scene_.keyframes() == nullptr) {
         scene_.make_keyframes(context_);
         bind();
