@@ -46,20 +46,25 @@ OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
     return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace};
 }
 
-/// Packets of 32 x 32; shadow rays that have too little in common go to single rays.
+/// Packets of 64 x 64 camera rays or 32 x 32 shadow rays; shadow rays that have too little in
+/// common go to single rays.
 OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
     const auto trace = [tiles = std::make_shared<const cpu::PacketTiles>(bvh, target)](
                            const TraceWork& work, TraceAnswers& answers) {
-        static_assert(kTileSize == cpu::kPacketSide && kBlockSize == cpu::kBlockSide);
+        static_assert(kTileSize == cpu::kPointSide && kBlockSize == cpu::kBlockSide);
         const ImageParams& params = work.params;
+        if (!work.any_hit()) {
+            const cpu::PictureTiles picture(params.width, params.height, cpu::kCameraSide);
+            tbb::parallel_for(std::uint32_t{0}, picture.count(), [&](std::uint32_t i) {
+                const cpu::Tile tile = picture[i];
+                const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;
+                tiles->intersect_camera(params, tile, &answers.hits[first], params.width);
+            });
+            return;
+        }
         for_each_tile(work, [&](const TileRays& rays) {
-            if (!work.any_hit()) {
-                const std::size_t first = std::size_t{rays.tile.y0} * params.width + rays.tile.x0;
-                tiles->intersect_camera(params, rays.tile, &answers.hits[first], params.width);
-                return;
-            }
             const auto part = [&](auto& all) {
-                return std::span(all).subspan(rays.begin, cpu::kPacketRays);
+                return std::span(all).subspan(rays.begin, cpu::kPointRays);
             };
             tiles->occluded_from_point(params.light, part(work.rays), part(work.active),
                                        part(answers.occluded));

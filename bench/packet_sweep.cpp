@@ -13,11 +13,11 @@ namespace morphray::bench {
 namespace {
 
 static_assert(std::all_of(std::begin(kPacketShapes), std::end(kPacketShapes), [](PacketShape s) {
-    return s.width <= cpu::kPacketSide && s.height <= cpu::kPacketSide &&
+    return s.width <= cpu::kPointSide && s.height <= cpu::kPointSide &&
            kTileSize % s.width == 0 && kTileSize % s.height == 0;
 }));
 
-using RayMask = std::array<std::uint8_t, cpu::kPacketRays>;
+using RayMask = std::array<std::uint8_t, cpu::kPointRays>;
 
 /// The pixels [x0, x1) x [y0, y1) of the packets of a tile.
 std::vector<cpu::Tile> parts_of(const cpu::Tile& tile, PacketShape shape) {
@@ -36,7 +36,7 @@ std::vector<RayMask> masks_of(PacketShape shape) {
     for (const cpu::Tile& part : parts_of({0, 0, kTileSize, kTileSize}, shape)) {
         RayMask& mask = masks.emplace_back();
         for (std::uint32_t y = part.y0; y < part.y1; ++y) {
-            for (std::uint32_t x = part.x0; x < part.x1; ++x) mask[cpu::packet_ray(x, y)] = 1;
+            for (std::uint32_t x = part.x0; x < part.x1; ++x) mask[cpu::point_packet_ray(x, y)] = 1;
         }
     }
     return masks;
@@ -53,7 +53,7 @@ void intersect_tile(const cpu::PacketTiles& tracer, PacketShape shape, const Tra
 void occlude_tile(const cpu::PacketTiles& tracer, std::span<const RayMask> masks,
                   const TraceWork& work, const TileRays& rays, TraceAnswers& answers) {
     const auto part = [&](auto& all) {
-        return std::span(all).subspan(rays.begin, cpu::kPacketRays);
+        return std::span(all).subspan(rays.begin, cpu::kPointRays);
     };
     const std::span<const std::uint8_t> active = part(work.active);
     for (const RayMask& mask : masks) {

@@ -108,15 +108,10 @@ public:
         const Stopwatch watch;
         const auto tracer = make_tracer_(topology_, planner_.pose().positions(), bvh_);
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
-        const std::uint32_t columns = (params.width + kPacketSide - 1) / kPacketSide;
-        const std::uint32_t rows = (params.height + kPacketSide - 1) / kPacketSide;
+        const PictureTiles tiles(params.width, params.height, kCameraSide);
         arena_.execute([&] {
-            tbb::parallel_for(std::uint32_t{0}, columns * rows, [&](std::uint32_t i) {
-                const std::uint32_t x = i % columns * kPacketSide;
-                const std::uint32_t y = i / columns * kPacketSide;
-                const Tile tile{x, y, std::min(x + kPacketSide, params.width),
-                                std::min(y + kPacketSide, params.height)};
-                trace_tile(*tracer, mesh, params, tile, frame);
+            tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
+                trace_tile(*tracer, mesh, params, tiles[i], frame);
             });
         });
         times_.trace_ms = watch.ms();

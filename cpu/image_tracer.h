@@ -1,6 +1,7 @@
 // An image from any tracer, one rectangle of pixels at a time.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -84,7 +85,7 @@ private:
     Tracer tracer_;
 };
 
-/// The pixels of one tile on their way from hits to colours.
+/// The pixels of one tile of at most 32 x 32 on their way from hits to colours.
 template <class Tracer>
 class TileImage {
 public:
@@ -93,8 +94,6 @@ public:
         : tracer_(tracer), mesh_(mesh), params_(params), tile_(tile), frame_(frame) {}
 
     void trace() {
-        tracer_.intersect_camera(params_, tile_, &frame_.hits[pixel(tile_.x0, tile_.y0)],
-                                 params_.width);
         find_surfaces();
         if (params_.rays == kRaysShadow) trace_shadow();
         for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
@@ -108,7 +107,7 @@ private:
         return std::size_t{y} * params_.width + x;
     }
     std::uint32_t local(std::uint32_t x, std::uint32_t y) const {
-        return packet_ray(x - tile_.x0, y - tile_.y0);
+        return point_packet_ray(x - tile_.x0, y - tile_.y0);
     }
     bool is_hit(std::uint32_t x, std::uint32_t y) const {
         return frame_.hits[pixel(x, y)].prim_id != kNoPrim;
@@ -128,9 +127,9 @@ private:
 
     /// A light behind a surface occludes it without a ray.
     void trace_shadow() {
-        std::vector<Ray> shadows(kPacketRays);
-        std::vector<std::uint8_t> active(kPacketRays, 0);
-        std::vector<std::uint8_t> occluded(kPacketRays, 1);
+        std::vector<Ray> shadows(kPointRays);
+        std::vector<std::uint8_t> active(kPointRays, 0);
+        std::vector<std::uint8_t> occluded(kPointRays, 1);
         bool any = false;
         for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
             for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
@@ -182,18 +181,26 @@ private:
     const ImageParams& params_;
     const Tile& tile_;
     Frame& frame_;
-    std::vector<Ray> rays_ = std::vector<Ray>(kPacketRays);
-    std::vector<Surface> surfaces_ = std::vector<Surface>(kPacketRays);
+    std::vector<Ray> rays_ = std::vector<Ray>(kPointRays);
+    std::vector<Surface> surfaces_ = std::vector<Surface>(kPointRays);
     std::vector<Ray> batch_;
     std::vector<std::uint8_t> answers_;
 };
 
-/// Fills hits, occlusion and pixels of a tile of at most 32 x 32 pixels, with any tracer of tiles
+/// Fills hits, occlusion and pixels of a tile of at most 64 x 64 pixels, with any tracer of tiles
 /// (BatchTiles, PacketTiles). Tiles of one frame may be traced by several threads.
 template <class Tracer>
 void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame) {
-    TileImage<Tracer>(tracer, mesh, params, tile, frame).trace();
+    tracer.intersect_camera(
+        params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
+    for (std::uint32_t y = tile.y0; y < tile.y1; y += kPointSide) {
+        for (std::uint32_t x = tile.x0; x < tile.x1; x += kPointSide) {
+            const Tile part{x, y, std::min(x + kPointSide, tile.x1),
+                            std::min(y + kPointSide, tile.y1)};
+            TileImage<Tracer>(tracer, mesh, params, part, frame).trace();
+        }
+    }
 }
 
 }  // namespace morphray::cpu

@@ -1,5 +1,6 @@
-// A packet: up to 32 x 32 rays with a common origin, as 64 blocks of 4 x 4, and what is known of
-// each so far. Plain data between the packet's making, its traversal and its end; no SIMD types.
+// A packet: rays with a common origin in blocks of 4 x 4, up to 64 x 64 of a camera's or 32 x 32 of
+// a point's, and what is known of each so far. Plain data between the packet's making, its
+// traversal and its end; no SIMD types.
 #pragma once
 
 #include <array>
@@ -12,20 +13,35 @@
 
 namespace morphray::cpu {
 
-inline constexpr std::uint32_t kPacketSide = 32;
 inline constexpr std::uint32_t kBlockSide = 4;
-inline constexpr std::uint32_t kBlocksPerSide = kPacketSide / kBlockSide;
 inline constexpr std::uint32_t kBlockRays = kBlockSide * kBlockSide;
-inline constexpr std::uint32_t kPacketBlocks = kBlocksPerSide * kBlocksPerSide;
-inline constexpr std::uint32_t kPacketRays = kPacketBlocks * kBlockRays;
-inline constexpr std::uint64_t kAllBlocks = ~std::uint64_t{0};
-static_assert(kPacketBlocks == 64);
 
-/// Index of the ray at (x, y) of the packet's square: blocks row by row, rays of a block column by
-/// column.
-inline std::uint32_t packet_ray(std::uint32_t x, std::uint32_t y) {
-    const std::uint32_t block = (y / kBlockSide) * kBlocksPerSide + x / kBlockSide;
+/// A camera's packet: blocks row by row, of which a word of bits holds four rows.
+inline constexpr std::uint32_t kCameraSide = 64;
+inline constexpr std::uint32_t kGridSide = kCameraSide / kBlockSide;
+inline constexpr std::uint32_t kGridBlocks = kGridSide * kGridSide;
+inline constexpr std::uint32_t kCameraRays = kGridBlocks * kBlockRays;
+static_assert(kGridSide == 16);
+
+/// A point's packet.
+inline constexpr std::uint32_t kPointSide = 32;
+inline constexpr std::uint32_t kPointBlocksPerSide = kPointSide / kBlockSide;
+inline constexpr std::uint32_t kPointBlocks = kPointBlocksPerSide * kPointBlocksPerSide;
+inline constexpr std::uint32_t kPointRays = kPointBlocks * kBlockRays;
+inline constexpr std::uint64_t kAllBlocks = ~std::uint64_t{0};
+static_assert(kPointBlocks == 64);
+
+/// Index of the ray at (x, y) of a packet's square that has so many blocks on a side: blocks row by
+/// row, rays of a block column by column.
+inline std::uint32_t ray_of_blocks(std::uint32_t x, std::uint32_t y, std::uint32_t blocks) {
+    const std::uint32_t block = (y / kBlockSide) * blocks + x / kBlockSide;
     return block * kBlockRays + (x % kBlockSide) * kBlockSide + y % kBlockSide;
+}
+inline std::uint32_t camera_packet_ray(std::uint32_t x, std::uint32_t y) {
+    return ray_of_blocks(x, y, kGridSide);
+}
+inline std::uint32_t point_packet_ray(std::uint32_t x, std::uint32_t y) {
+    return ray_of_blocks(x, y, kPointBlocksPerSide);
 }
 
 /// A leaf of which a triangle won at least one ray, kept for the packet's end: the corners of its
@@ -43,35 +59,15 @@ struct alignas(64) WonLeaf {
 /// kLeafTriangles, plus its slot there.
 inline constexpr std::uint32_t kNoWinner = 0xFFFFFFFFu;
 
-/// The blocks in each range of columns or rows (GridRanges).
-struct GridMasks {
-    std::array<std::uint64_t, 81> columns{}, rows{};
-
-    constexpr GridMasks() {
-        for (std::uint32_t first = 0; first < kBlocksPerSide; ++first) {
-            for (std::uint32_t last = first; last < kBlocksPerSide; ++last) {
-                for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
-                    const std::uint32_t column = block % kBlocksPerSide;
-                    const std::uint32_t row = block / kBlocksPerSide;
-                    const std::uint64_t bit = std::uint64_t{1} << block;
-                    if (column >= first && column <= last) columns[first * 9 + last + 1] |= bit;
-                    if (row >= first && row <= last) rows[first * 9 + last + 1] |= bit;
-                }
-            }
-        }
-    }
-};
-inline constexpr GridMasks kGridMasks;
-
 /// The middles of a camera's blocks in the packet's plane.
 struct alignas(64) GridMiddles {
-    float x[kPacketBlocks]{}, y[kPacketBlocks]{};
+    float x[kGridBlocks]{}, y[kGridBlocks]{};
 
     constexpr GridMiddles() {
-        constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kPacketSide;
-        for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
-            x[block] = kFirst + static_cast<float>(block % kBlocksPerSide * kBlockSide);
-            y[block] = kFirst + static_cast<float>(block / kBlocksPerSide * kBlockSide);
+        constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
+        for (std::uint32_t block = 0; block < kGridBlocks; ++block) {
+            x[block] = kFirst + static_cast<float>(block % kGridSide * kBlockSide);
+            y[block] = kFirst + static_cast<float>(block / kGridSide * kBlockSide);
         }
     }
 };
@@ -80,11 +76,11 @@ inline constexpr GridMiddles kGridMiddles;
 /// The rays of a camera's blocks in the packet's plane: x of those in a column of blocks, y of
 /// those in a row.
 struct alignas(64) GridRays {
-    float x[kBlocksPerSide][kBlockRays]{}, y[kBlocksPerSide][kBlockRays]{};
+    float x[kGridSide][kBlockRays]{}, y[kGridSide][kBlockRays]{};
 
     constexpr GridRays() {
-        constexpr float kFirst = 0.5f - 0.5f * kPacketSide;
-        for (std::uint32_t block = 0; block < kBlocksPerSide; ++block) {
+        constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
+        for (std::uint32_t block = 0; block < kGridSide; ++block) {
             for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
                 x[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray / kBlockSide);
                 y[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray % kBlockSide);
@@ -94,14 +90,28 @@ struct alignas(64) GridRays {
 };
 inline constexpr GridRays kGridRays;
 
+/// The places of a window of 4 x 4 blocks, from the first block's.
+struct alignas(64) WindowBlocks {
+    float x[16]{}, y[16]{};
+
+    constexpr WindowBlocks() {
+        for (std::uint32_t i = 0; i < 16; ++i) {
+            x[i] = static_cast<float>(i % 4 * kBlockSide);
+            y[i] = static_cast<float>(i / 4 * kBlockSide);
+        }
+    }
+};
+inline constexpr WindowBlocks kWindowBlocks;
+
 /// In place of the axis: rays of one packet have their largest direction components on several.
 inline constexpr std::uint32_t kMixedAxes = 3;
 
 /// The packet's own projection: a point p relative to the origin has (x, y, z) = rows * p, and is
-/// seen at (x / z, y / z). Every ray has z > 0. The unit of the plane is such that the packet
-/// measures about 32.
+/// seen at (x / z, y / z). Every ray has z > 0. The unit of the plane is such that no ray is
+/// farther than `reach` from its origin on either axis.
 struct PacketFrame {
     vec3 org;
+    float reach;
     double rows[3][3];
     float rows_f[3][3];
     /// Sums of the magnitudes of a row.
@@ -149,25 +159,27 @@ inline constexpr std::uint16_t kNoPlace = 0xFFFF;
 
 struct alignas(64) Packet {
     PacketFrame frame;
-    /// Camera rays are made where they are needed.
+    /// Camera rays are made where they are needed; columns and rows of blocks hold some.
     CameraRays camera;
+    std::uint32_t grid_columns, grid_rows;
     /// Of other rays: directions as the hit rule takes them, tfar, and where they go through the
     /// plane.
-    alignas(64) float dir[3][kPacketRays], tfar[kPacketRays];
-    float x[kPacketRays], y[kPacketRays];
+    alignas(64) float dir[3][kPointRays], tfar[kPointRays];
+    float x[kPointRays], y[kPointRays];
     /// 1/z of the best hit so far lies in [q_lower, q_upper]; a ray that wants no more has kDone in
     /// both.
-    float q_lower[kPacketRays], q_upper[kPacketRays];
+    float q_lower[kCameraRays], q_upper[kCameraRays];
     /// Of each ray, or kNoWinner.
-    std::uint32_t winner[kPacketRays];
+    std::uint32_t winner[kCameraRays];
     /// The least q_lower of a block: what is beyond that depth matters to none of its rays.
-    float block_q[kPacketBlocks];
-    /// Bounds of x, y of a block's active rays; empty (lower > upper) where there are none.
-    float block_lower_x[kPacketBlocks], block_upper_x[kPacketBlocks];
-    float block_lower_y[kPacketBlocks], block_upper_y[kPacketBlocks];
+    float block_q[kGridBlocks];
+    /// Bounds of x, y of the active rays of a point's block; empty (lower > upper) where there are
+    /// none.
+    float block_lower_x[kPointBlocks], block_upper_x[kPointBlocks];
+    float block_lower_y[kPointBlocks], block_upper_y[kPointBlocks];
 
     /// Where the caller has the rays of blocks that were put together anew, or kNoPlace.
-    std::uint16_t place[kPacketRays];
+    std::uint16_t place[kPointRays];
 
     std::vector<WonLeaf> won_leaves;
 };

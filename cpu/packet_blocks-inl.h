@@ -23,7 +23,13 @@ struct alignas(64) Rectangles {
     float lower_x[16], upper_x[16], lower_y[16], upper_y[16];
 };
 
-/// The blocks whose rays may lie in a rectangle.
+/// Blocks of a packet as bits: those of a point's in a word, of a camera's four rows a word.
+template <std::size_t kWords>
+struct BlockSet {
+    std::uint64_t words[kWords];
+};
+
+/// The blocks of a point's packet whose rays may lie in a rectangle.
 HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, std::uint32_t i) {
     const Floats f;
     std::uint64_t blocks = 0;
@@ -31,7 +37,7 @@ HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, st
     const VF ux = splat(r.upper_x[i]);
     const VF ly = splat(r.lower_y[i]);
     const VF uy = splat(r.upper_y[i]);
-    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
+    for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f)) {
         const Mask x = hn::And(hn::Le(lx, hn::Load(f, packet.block_upper_x + b)),
                                hn::Ge(ux, hn::Load(f, packet.block_lower_x + b)));
         const Mask y = hn::And(hn::Le(ly, hn::Load(f, packet.block_upper_y + b)),
@@ -41,44 +47,128 @@ HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, st
     return blocks;
 }
 
-/// Where the blocks are those of a camera's grid, column c holds x from 4 c - 15.5 to 4 c - 12.5,
-/// up to the margin, rows alike. A range of columns or rows first..last, first from 0 to 8 and last
-/// from -1 to 7, has the index first * 9 + last + 1.
+/// The columns, or rows, of a camera's blocks that some bounds meet: from begin on and before end,
+/// which is not less. Column c holds x from 4 c - 31.5 to 4 c - 28.5, up to the margin, rows alike.
+struct GridRange {
+    VF begin, end;
+
+    HWY_INLINE GridRange(VF lower, VF upper, float margin) {
+        constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
+        constexpr float kLast = kFirst + (kBlockSide - 1);
+        const VF side = splat(kGridSide);
+        const VF quarter = splat(1.0f / kBlockSide);
+        const VF first = hn::Ceil(hn::Mul(hn::Sub(lower, splat(kLast + margin)), quarter));
+        const VF last = hn::Floor(hn::Mul(hn::Sub(upper, splat(kFirst - margin)), quarter));
+        begin = hn::Max(hn::Min(first, side), hn::Zero(Floats()));
+        end = hn::Max(hn::Min(hn::Add(last, splat(1.0f)), side), begin);
+    }
+
+    /// As bits.
+    HWY_INLINE VW bits() const { return hn::Sub(bit(end), bit(begin)); }
+
+    static HWY_INLINE VW integer(VF x) {
+        return hn::BitCast(Words(), hn::ConvertTo(hn::RebindToSigned<Floats>(), x));
+    }
+
+private:
+    static HWY_INLINE VW bit(VF place) { return hn::Shl(hn::Set(Words(), 1u), integer(place)); }
+};
+
+/// The columns and rows of blocks that rectangles meet, as bits.
 struct alignas(64) GridRanges {
     std::uint32_t columns[16], rows[16];
 };
 
-/// The ranges that rectangles meet.
 HWY_INLINE void to_grid(const Rectangles& r, float margin, GridRanges& ranges) {
     const Floats f;
-    const auto range = [&](const float* lower, const float* upper, std::uint32_t* out) HWY_ATTR {
-        const VF first =
-            hn::Ceil(hn::Mul(hn::Add(hn::Load(f, lower), splat(12.5f - margin)), splat(0.25f)));
-        const VF last =
-            hn::Floor(hn::Mul(hn::Add(hn::Load(f, upper), splat(15.5f + margin)), splat(0.25f)));
-        const VF clamped_first = hn::Max(hn::Min(first, splat(8.0f)), splat(0.0f));
-        const VF clamped_last = hn::Max(hn::Min(last, splat(7.0f)), splat(-1.0f));
-        const VF index = hn::Add(hn::MulAdd(clamped_first, splat(9.0f), clamped_last), splat(1.0f));
-        const hn::RebindToSigned<Floats> ints;
-        hn::Store(hn::BitCast(Words(), hn::ConvertTo(ints, index)), Words(), out);
-    };
     for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-        range(r.lower_x + l, r.upper_x + l, ranges.columns + l);
-        range(r.lower_y + l, r.upper_y + l, ranges.rows + l);
+        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), margin);
+        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), margin);
+        hn::Store(x.bits(), Words(), ranges.columns + l);
+        hn::Store(y.bits(), Words(), ranges.rows + l);
     }
 }
 
-HWY_INLINE std::uint64_t blocks_of_grid(const GridRanges& ranges, std::uint32_t i) {
-    return kGridMasks.columns[ranges.columns[i]] & kGridMasks.rows[ranges.rows[i]];
+/// Which of four rows of blocks there are, as all of their bits.
+struct RowMasks {
+    std::uint64_t of[16]{};
+
+    constexpr RowMasks() {
+        for (std::uint32_t rows = 0; rows < 16; ++rows) {
+            for (std::uint32_t row = 0; row < 4; ++row) {
+                if ((rows >> row & 1) != 0) of[rows] |= std::uint64_t{0xFFFF} << (row * kGridSide);
+            }
+        }
+    }
+};
+inline constexpr RowMasks kRowMasks;
+
+/// Windows of up to 4 x 4 blocks by their columns and rows, five of either standing for more: bit b
+/// is that many blocks after the first one. What is larger has all bits.
+inline constexpr std::uint32_t kWindowShapes = 64;
+struct Windows {
+    std::uint64_t of[kWindowShapes]{};
+
+    constexpr Windows() {
+        for (std::uint32_t columns = 0; columns < 6; ++columns) {
+            for (std::uint32_t rows = 0; rows < 6; ++rows) {
+                std::uint64_t& window = of[columns * 8 + rows];
+                for (std::uint32_t row = 0; row < rows && row < 4; ++row)
+                    window |= ((std::uint64_t{1} << columns) - 1) << (row * kGridSide);
+                if (columns != 0 && rows != 0 && (columns == 5 || rows == 5)) window = kAllBlocks;
+            }
+        }
+    }
+};
+inline constexpr Windows kWindows;
+
+/// The windows that rectangles meet, by their first blocks and shapes; and all columns and rows.
+struct alignas(64) GridWindows {
+    std::uint32_t first[16], shape[16];
+    GridRanges ranges;
+};
+
+HWY_INLINE void to_windows(const Rectangles& r, GridWindows& windows) {
+    const Floats f;
+    const auto most_five = [](VF size) HWY_ATTR { return hn::Min(size, splat(5.0f)); };
+    for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
+        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), 0);
+        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), 0);
+        const VF first = hn::MulAdd(y.begin, splat(kGridSide), x.begin);
+        const VF shape = hn::MulAdd(most_five(hn::Sub(x.end, x.begin)), splat(8.0f),
+                                    most_five(hn::Sub(y.end, y.begin)));
+        hn::Store(GridRange::integer(first), Words(), windows.first + l);
+        hn::Store(GridRange::integer(shape), Words(), windows.shape + l);
+        hn::Store(x.bits(), Words(), windows.ranges.columns + l);
+        hn::Store(y.bits(), Words(), windows.ranges.rows + l);
+    }
 }
 
-/// The blocks with a ray that something at 1/z = q or less may still matter to.
-HWY_INLINE std::uint64_t blocks_beyond(const Packet& packet, float q) {
+/// Columns in each of four rows of blocks.
+inline constexpr std::uint64_t kEachRow = 0x0001000100010001;
+
+/// Those of a word of blocks.
+HWY_INLINE std::uint64_t blocks_of_grid(const GridRanges& ranges, std::uint32_t i,
+                                        std::size_t word) {
+    return ranges.columns[i] * kEachRow & kRowMasks.of[ranges.rows[i] >> (4 * word) & 15];
+}
+
+/// Finds what is nearer than all that the rays of a block have found.
+HWY_INLINE void find_depth(Packet& packet, std::uint32_t block) {
+    const Floats f;
+    VF least = splat(kDone);
+    for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
+        least = hn::Min(least, hn::Load(f, packet.q_lower + block * kBlockRays + l));
+    packet.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
+}
+
+/// The blocks of a word with a ray that something at 1/z = q or less may still matter to.
+HWY_INLINE std::uint64_t blocks_beyond(const Packet& packet, float q, std::size_t word) {
     const Floats f;
     std::uint64_t blocks = 0;
-    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
-        blocks |= std::uint64_t{mask_bits(hn::Ge(splat(q), hn::Load(f, packet.block_q + b)))} << b;
-    }
+    const float* block_q = packet.block_q + 64 * word;
+    for (std::size_t b = 0; b < 64; b += hn::Lanes(f))
+        blocks |= std::uint64_t{mask_bits(hn::Ge(splat(q), hn::Load(f, block_q + b)))} << b;
     return blocks;
 }
 

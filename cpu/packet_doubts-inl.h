@@ -14,6 +14,7 @@
 #include <cstdint>
 
 #include "cpu/packet.h"
+#include "cpu/packet_blocks-inl.h"
 #include "cpu/packet_maker-inl.h"
 #include "cpu/packet_rule-inl.h"
 #include "cpu/rule_vectors-inl.h"
@@ -42,20 +43,18 @@ public:
 
     bool many() const { return count_ >= kMany; }
 
-    /// Asks the rule. The blocks in which a ray has another winner now.
-    std::uint64_t settle() {
-        std::uint64_t changed = 0;
+    /// Asks the rule.
+    void settle() {
         for (std::size_t first = 0; first < count_; first += kLanes)
-            changed |= settle(first, std::min(kLanes, count_ - first));
+            settle(first, std::min(kLanes, count_ - first));
         count_ = 0;
-        return changed;
     }
 
 private:
     static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     static constexpr std::size_t kMany = 128;
 
-    std::uint64_t settle(std::size_t first, std::size_t count) {
+    void settle(std::size_t first, std::size_t count) {
         const Floats f;
         const Words words;
         alignas(64) std::uint32_t rays[kLanes] = {};
@@ -92,7 +91,6 @@ private:
         hn::Store(hit.t, f, t);
         hn::Store(asked.prim_ids, words, ids);
         hn::Store(hn::Div(splat(1.0f), hn::Mul(hit.t, z)), f, q);
-        std::uint64_t changed = 0;
         for (; hits != 0; hits &= hits - 1) {
             const auto l = static_cast<std::uint32_t>(__builtin_ctz(hits));
             if ((rivals >> l & 1) != 0 && !wins(t[l], ids[l], best_t[l], best_ids[l])) continue;
@@ -100,7 +98,7 @@ private:
             packet_.q_lower[ray] = q[l] * (1 - 0x1p-16f);
             packet_.q_upper[ray] = q[l] * (1 + 0x1p-16f);
             packet_.winner[ray] = triangles[l];
-            changed |= std::uint64_t{1} << ray / kBlockRays;
+            find_depth(packet_, ray / kBlockRays);
             for (std::uint32_t later = hits & (hits - 1); later != 0; later &= later - 1) {
                 const auto other = static_cast<std::uint32_t>(__builtin_ctz(later));
                 if (rays[other] != ray) continue;
@@ -109,7 +107,6 @@ private:
                 best_ids[other] = ids[l];
             }
         }
-        return changed;
     }
 
     Packet& packet_;

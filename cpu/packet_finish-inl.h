@@ -126,7 +126,7 @@ HWY_INLINE HitLanes no_hits() {
 /// Writes the hits of a packet whose rays have found their winners.
 class PacketFinish {
 public:
-    /// rows: the packet's square, row by row.
+    /// rows: the pixels of the packet's blocks, row by row.
     PacketFinish(const Packet& packet, Hit* rows, std::size_t stride)
         : packet_(packet), rows_(rows), stride_(stride), camera_(packet.camera) {
         const PacketFrame& frame = packet.frame;
@@ -162,18 +162,18 @@ public:
 
 private:
     static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
-    static constexpr std::size_t kRowRays = kBlocksPerSide * kBlockRays;
+    static constexpr std::size_t kRowRays = kGridSide * kBlockRays;
 
     Hit* place(std::size_t ray) const {
         const std::size_t block = ray / kBlockRays;
-        const std::size_t x = block % kBlocksPerSide * kBlockSide + ray % kBlockRays / kBlockSide;
-        const std::size_t y = block / kBlocksPerSide * kBlockSide + ray % kBlockSide;
+        const std::size_t x = block % kGridSide * kBlockSide + ray % kBlockRays / kBlockSide;
+        const std::size_t y = block / kGridSide * kBlockSide + ray % kBlockSide;
         return rows_ + y * stride_ + x;
     }
 
     /// A lower bound of the size of a component of the directions, before they are scaled.
     float least_size(std::uint32_t k) const {
-        constexpr float kHalf = 0.5f * kPacketSide;
+        constexpr float kHalf = 0.5f * kCameraSide;
         const float middle = camera_.corner[k] + camera_.du[k] * (camera_.first_x + kHalf) +
                              camera_.dv[k] * (camera_.first_y + kHalf);
         const float spread = (kHalf + 1) * (std::abs(camera_.du[k]) + std::abs(camera_.dv[k]));
@@ -186,7 +186,7 @@ private:
     /// corner + du x of each column's rays.
     void point_columns() {
         const Floats f;
-        for (std::uint32_t column = 0; column < kBlocksPerSide; ++column) {
+        for (std::uint32_t column = 0; column < kGridSide; ++column) {
             for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
                 const VF x = pixel(kGridRays.x[column] + l, packet_.camera.first_x);
                 for (int k = 0; k < 3; ++k) {
@@ -231,7 +231,7 @@ private:
 
     static HWY_INLINE VF pixel(const float* offsets, float first) {
         // From the middle of the packet to its first pixel's, and to the pixel's own.
-        constexpr float kMiddle = 0.5f * kPacketSide - 0.5f;
+        constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
         return hn::Add(hn::Add(hn::Load(Floats(), offsets), splat(first + kMiddle)), splat(0.5f));
     }
 
@@ -257,14 +257,21 @@ private:
     /// kMixed: the packet has no axis.
     template <bool kMixed>
     void finish_all() {
+        const std::size_t row_rays = packet_.grid_columns * kBlockRays;
         Winners winners = find_winners(packet_.winner);
-        for (std::size_t first = 0; first < kPacketRays; first += kLanes) {
-            if (first % kRowRays == 0) point_row(first / kRowRays);
-            // The winners of the next rays are looked for before these are finished: masks take
-            // long to get to where branches and addresses wait for them.
-            const Winners next = find_winners(packet_.winner + (first + kLanes) % kPacketRays);
-            finish<kMixed>(first, winners);
-            winners = next;
+        for (std::size_t row = 0; row < packet_.grid_rows; ++row) {
+            point_row(row);
+            const std::size_t begin = row * kRowRays;
+            for (std::size_t first = begin; first < begin + row_rays; first += kLanes) {
+                // The winners of the next rays are looked for before these are finished: masks take
+                // long to get to where branches and addresses wait for them.
+                const std::size_t after = first + kLanes;
+                const std::size_t next =
+                    after < begin + row_rays ? after : (begin + kRowRays) % kCameraRays;
+                const Winners next_winners = find_winners(packet_.winner + next);
+                finish<kMixed>(first, winners);
+                winners = next_winners;
+            }
         }
     }
 
@@ -374,7 +381,7 @@ private:
     alignas(64) float row_[3][kBlockRays];
     alignas(64) float scaled_[3][kRowRays];
     /// The rays that the plain path does not suffice for.
-    std::uint16_t left_[kPacketRays];
+    std::uint16_t left_[kCameraRays];
     std::size_t left_count_ = 0;
 };
 

@@ -27,11 +27,10 @@ namespace HWY_NAMESPACE {
 /// the square is convex, and so are the directions with one largest component and sign.
 HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
                                  const double axis_z[3]) {
-    constexpr double kReach = 17;
     double least[3], most[3];
     double unit[2] = {0, 0};
     for (int axis = 0; axis < 3; ++axis) {
-        const double spread = kReach * (std::abs(axis_x[axis]) + std::abs(axis_y[axis]));
+        const double spread = frame.reach * (std::abs(axis_x[axis]) + std::abs(axis_y[axis]));
         const double towards = std::abs(axis_z[axis]);
         least[axis] = towards - spread;
         most[axis] = towards + spread;
@@ -62,9 +61,10 @@ HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], con
     frame.per_depth = 1 / frame.depth_least;
 }
 
-/// The frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z.
+/// The frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z, for |X|, |Y| up
+/// to `reach`.
 HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
-                          const double axis_y[3], const double axis_z[3]) {
+                          const double axis_y[3], const double axis_z[3], float reach) {
     const auto cross = [](const double* p, const double* q, double* out) {
         out[0] = p[1] * q[2] - p[2] * q[1];
         out[1] = p[2] * q[0] - p[0] * q[2];
@@ -84,6 +84,7 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
         }
     }
     frame.org = org;
+    frame.reach = reach;
     frame.dilation = box_dilation(org);
     frame.per_volume = static_cast<float>(1.001 / std::abs(det));
     bound_directions(frame, axis_x, axis_y, axis_z);
@@ -115,7 +116,7 @@ HWY_INLINE void canonical_directions(VF d[3]) {
     for (int axis = 0; axis < 3; ++axis) d[axis] = snap_direction(hn::Mul(d[axis], scale));
 }
 
-/// The frame of a camera's tile of at most 32 x 32 pixels, and the bounds of its blocks: all that a
+/// The frame of a camera's tile of at most 64 x 64 pixels, and the bounds of its blocks: all that a
 /// first look at the tree needs. The plane's unit is a pixel, its origin the middle of the square.
 void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& packet) {
     const Camera& camera = params.camera;
@@ -123,11 +124,11 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
     for (int axis = 0; axis < 3; ++axis) {
         axis_x[axis] = camera.du[axis];
         axis_y[axis] = camera.dv[axis];
-        axis_z[axis] = camera.corner[axis] + axis_x[axis] * (tile.x0 + 0.5 * kPacketSide) +
-                       axis_y[axis] * (tile.y0 + 0.5 * kPacketSide);
+        axis_z[axis] = camera.corner[axis] + axis_x[axis] * (tile.x0 + 0.5 * kCameraSide) +
+                       axis_y[axis] * (tile.y0 + 0.5 * kCameraSide);
     }
     PacketFrame& frame = packet.frame;
-    set_frame(frame, camera.org, axis_x, axis_y, axis_z);
+    set_frame(frame, camera.org, axis_x, axis_y, axis_z, 0.5f * kCameraSide + 1);
     // Two roundings of products and two of sums, 2^-24 each of what they may be as large as; twice
     // that, for x / z. And 2^-45 of a direction that was put on its grid.
     frame.ray_error = 0x1p-44f * (frame.row_size[0] + frame.row_size[1]);
@@ -137,18 +138,21 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
                            2 * std::abs(camera.dv[axis]) * static_cast<float>(params.height);
         const float row =
             std::max(std::abs(frame.rows_f[0][axis]), std::abs(frame.rows_f[1][axis]));
-        frame.ray_error += 0x1p-23f * (row + 17 * std::abs(frame.rows_f[2][axis])) * size;
+        frame.ray_error += 0x1p-23f * (row + frame.reach * std::abs(frame.rows_f[2][axis])) * size;
     }
     frame.grid_margin = 2 * frame.ray_error + 0x1p-16f;
     frame.block_extent = 2 * kBlockSide + 2 * frame.grid_margin;
-    frame.lower_x = frame.lower_y = -15.5f - frame.grid_margin;
-    frame.upper_x = static_cast<float>(tile.x1 - tile.x0) - 16.5f + frame.grid_margin;
-    frame.upper_y = static_cast<float>(tile.y1 - tile.y0) - 16.5f + frame.grid_margin;
-    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
-        const bool inside = tile.x0 + block % kBlocksPerSide * kBlockSide < tile.x1 &&
-                            tile.y0 + block / kBlocksPerSide * kBlockSide < tile.y1;
-        packet.block_q[block] = inside ? 0.0f : kDone;
-    }
+    constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
+    const std::uint32_t width = tile.x1 - tile.x0;
+    const std::uint32_t height = tile.y1 - tile.y0;
+    frame.lower_x = frame.lower_y = kFirst - frame.grid_margin;
+    frame.upper_x = kFirst + static_cast<float>(width) - 1 + frame.grid_margin;
+    frame.upper_y = kFirst + static_cast<float>(height) - 1 + frame.grid_margin;
+    packet.grid_columns = (width + kBlockSide - 1) / kBlockSide;
+    packet.grid_rows = (height + kBlockSide - 1) / kBlockSide;
+    std::fill_n(packet.block_q, kGridBlocks, kDone);
+    for (std::uint32_t row = 0; row < packet.grid_rows; ++row)
+        std::fill_n(packet.block_q + row * kGridSide, packet.grid_columns, 0.0f);
     packet.won_leaves.clear();
 }
 
@@ -163,18 +167,20 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& pack
         packet.camera.du[axis] = params.camera.du[axis];
         packet.camera.dv[axis] = params.camera.dv[axis];
     }
-    for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(f)) {
+    const std::size_t count = packet.grid_rows * kGridSide * kBlockRays;
+    for (std::size_t r = 0; r < count; r += hn::Lanes(f)) {
         hn::Store(hn::Zero(f), f, packet.q_lower + r);
         hn::Store(hn::Zero(f), f, packet.q_upper + r);
         hn::Store(hn::Set(words, kNoWinner), words, packet.winner + r);
     }
+    // What the last blocks have beyond the tile.
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
-    if (width == kPacketSide && height == kPacketSide) return;
-    for (std::uint32_t y = 0; y < kPacketSide; ++y) {
-        for (std::uint32_t x = y < height ? width : 0; x < kPacketSide; ++x) {
-            packet.q_lower[packet_ray(x, y)] = kDone;
-            packet.q_upper[packet_ray(x, y)] = kDone;
+    if (width % kBlockSide == 0 && height % kBlockSide == 0) return;
+    for (std::uint32_t y = 0; y < packet.grid_rows * kBlockSide; ++y) {
+        for (std::uint32_t x = y < height ? width : 0; x < packet.grid_columns * kBlockSide; ++x) {
+            packet.q_lower[camera_packet_ray(x, y)] = kDone;
+            packet.q_upper[camera_packet_ray(x, y)] = kDone;
         }
     }
 }
@@ -199,11 +205,11 @@ HWY_INLINE void directions_of(const CameraRays& camera, VW rays, VF d[3]) {
         const hn::RebindToSigned<Floats> ints;
         return hn::ConvertTo(Floats(), hn::BitCast(ints, bits));
     };
-    static_assert(kBlockSide == 4 && kBlocksPerSide == 8);
+    static_assert(kBlockSide == 4 && kGridSide == 16);
     const VW blocks = hn::ShiftRight<4>(rays);
-    const VW columns = hn::And(blocks, hn::Set(w, 7u));
+    const VW columns = hn::And(blocks, hn::Set(w, 15u));
     const VW x = hn::Or(hn::ShiftLeft<2>(columns), low(hn::ShiftRight<2>(rays)));
-    const VW y = hn::Or(hn::ShiftLeft<2>(hn::ShiftRight<3>(blocks)), low(rays));
+    const VW y = hn::Or(hn::ShiftLeft<2>(hn::ShiftRight<4>(blocks)), low(rays));
     camera_directions(camera, hn::Add(number(x), splat(camera.first_x)),
                       hn::Add(number(y), splat(camera.first_y)), d);
 }

@@ -99,32 +99,68 @@ HWY_INLINE std::uint32_t triangles_at(const Packet& packet, const Setup& setup,
     return triangles;
 }
 
-/// The blocks of a camera's grid of which a ray may win with a triangle: of those that its
-/// rectangle meets many may lie beside it, or have found nearer hits.
-HWY_INLINE std::uint64_t grid_blocks_met(const Packet& packet, const Planes& p) {
+/// A triangle against whole blocks of a camera's packet: of those that its rectangle meets some lie
+/// beside it.
+class BlockTest {
+public:
+    HWY_INLINE BlockTest(const PacketFrame& frame, const Planes& p) : p_(p) {
+        // From a block's middle to its outermost rays.
+        const VF half = splat(0.5f * (kBlockSide - 1) + frame.grid_margin);
+        const auto most = [&](VF a, VF b, VF c) HWY_ATTR {
+            return hn::MulAdd(hn::Add(hn::Abs(a), hn::Abs(b)), half, c);
+        };
+        c0_ = most(p.a0, p.b0, p.c0);
+        c1_ = most(p.a1, p.b1, p.c1);
+        c2_ = most(p.a2, p.b2, p.c2);
+        depth_c_ = most(p.depth_a, p.depth_b, p.depth_c);
+    }
+
+    /// Whether no ray of the blocks with these middles goes through it.
+    HWY_INLINE Mask outside(VF x, VF y) const {
+        const VF u = hn::MulAdd(p_.a0, x, hn::MulAdd(p_.b0, y, c0_));
+        const VF v = hn::MulAdd(p_.a1, x, hn::MulAdd(p_.b1, y, c1_));
+        const VF w = hn::MulAdd(p_.a2, x, hn::MulAdd(p_.b2, y, c2_));
+        return hn::Lt(hn::Min(u, hn::Min(v, w)), hn::Neg(p_.bound));
+    }
+
+    /// At least 1/z of all rays there.
+    HWY_INLINE VF q_upper(VF x, VF y) const {
+        const VF q = hn::MulAdd(p_.depth_a, x, hn::MulAdd(p_.depth_b, y, depth_c_));
+        return hn::Add(q, q_error(p_, q));
+    }
+
+private:
+    const Planes& p_;
+    VF c0_, c1_, c2_, depth_c_;
+};
+
+/// The blocks of a word of which a ray may win with a triangle.
+HWY_INLINE std::uint64_t grid_blocks_met(const Packet& packet, const BlockTest& test,
+                                         std::size_t word) {
     const Floats f;
-    // From a block's middle to its outermost rays.
-    const VF half = splat(0.5f * (kBlockSide - 1) + packet.frame.grid_margin);
-    const auto most = [&](VF a, VF b, VF c)
-                          HWY_ATTR { return hn::MulAdd(hn::Add(hn::Abs(a), hn::Abs(b)), half, c); };
-    const VF c0 = most(p.a0, p.b0, p.c0);
-    const VF c1 = most(p.a1, p.b1, p.c1);
-    const VF c2 = most(p.a2, p.b2, p.c2);
-    const VF depth_c = most(p.depth_a, p.depth_b, p.depth_c);
     std::uint64_t blocks = 0;
-    for (std::size_t l = 0; l < kPacketBlocks; l += hn::Lanes(f)) {
-        const VF x = hn::Load(f, kGridMiddles.x + l);
-        const VF y = hn::Load(f, kGridMiddles.y + l);
-        const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, c0));
-        const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, c1));
-        const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, c2));
-        const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, depth_c));
-        const VF q_upper = hn::Add(q, q_error(p, q));
-        const Mask out = hn::Or(hn::Lt(hn::Min(u, hn::Min(v, w)), hn::Neg(p.bound)),
-                                hn::Lt(q_upper, hn::Load(f, packet.block_q + l)));
+    for (std::size_t l = 0; l < 64; l += hn::Lanes(f)) {
+        const std::size_t b = 64 * word + l;
+        const VF x = hn::Load(f, kGridMiddles.x + b);
+        const VF y = hn::Load(f, kGridMiddles.y + b);
+        const Mask out =
+            hn::Or(test.outside(x, y), hn::Lt(test.q_upper(x, y), hn::Load(f, packet.block_q + b)));
         blocks |= std::uint64_t{mask_bits(hn::Not(out))} << l;
     }
     return blocks;
+}
+
+/// Those of a window of 4 x 4 blocks that a triangle's rays may lie in, as they are in a word.
+HWY_INLINE std::uint64_t window_blocks_met(const BlockTest& test, std::uint32_t first) {
+    const Floats f;
+    std::uint32_t met = 0;
+    for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
+        const VF x = hn::Add(splat(kGridMiddles.x[first]), hn::Load(f, kWindowBlocks.x + l));
+        const VF y = hn::Add(splat(kGridMiddles.y[first]), hn::Load(f, kWindowBlocks.y + l));
+        met |= mask_bits(hn::Not(test.outside(x, y))) << l;
+    }
+    const std::uint64_t m = met;
+    return (m & 0xF) | (m & 0xF0) << 12 | (m & 0xF00) << 24 | (m & 0xF000) << 36;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -86,7 +86,7 @@ HWY_INLINE Mask load_active(const std::uint8_t* active) {
 /// The sum of the directions of one active ray each of every step-th block.
 HWY_INLINE void sum_directions(const Ray* rays, const std::uint8_t* active, std::uint32_t step,
                                double sum[3]) {
-    for (std::uint32_t block = 0; block < kPacketBlocks; block += step) {
+    for (std::uint32_t block = 0; block < kPointBlocks; block += step) {
         const std::uint8_t* own = active + block * kBlockRays;
         const std::uint8_t* end = own + kBlockRays;
         const std::uint8_t* first = std::find_if(own, end, [](std::uint8_t a) { return a != 0; });
@@ -103,7 +103,7 @@ HWY_INLINE bool choose_axes(const Ray* rays, const std::uint8_t* active, double 
     double sum[3] = {0, 0, 0};
     // The blocks of the diagonal say enough, and waiting for more of them in memory takes a tenth
     // of a packet's time.
-    sum_directions(rays, active, kBlocksPerSide + 1, sum);
+    sum_directions(rays, active, kPointBlocksPerSide + 1, sum);
     if (sum[0] == 0 && sum[1] == 0 && sum[2] == 0) sum_directions(rays, active, 1, sum);
     const double length = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
     if (!(length > 0)) return false;
@@ -276,7 +276,7 @@ HWY_NOINLINE inline void regroup_blocks(const Ray* rays, const std::uint8_t* act
 HWY_INLINE float plane_extent(const Packet& packet) {
     const Floats f;
     VF extents = splat(0x1p-16f);
-    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
+    for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f)) {
         const VF lower =
             hn::Min(hn::Load(f, packet.block_lower_x + b), hn::Load(f, packet.block_lower_y + b));
         const VF upper =
@@ -291,7 +291,7 @@ HWY_INLINE float plane_extent(const Packet& packet) {
 HWY_INLINE void scale_plane(Packet& packet, float scale) {
     const Floats f;
     PacketFrame& frame = packet.frame;
-    for (std::size_t r = 0; r < kPacketRays; r += hn::Lanes(f)) {
+    for (std::size_t r = 0; r < kPointRays; r += hn::Lanes(f)) {
         hn::Store(hn::Mul(hn::Load(f, packet.x + r), splat(scale)), f, packet.x + r);
         hn::Store(hn::Mul(hn::Load(f, packet.y + r), splat(scale)), f, packet.y + r);
     }
@@ -303,7 +303,7 @@ HWY_INLINE void scale_plane(Packet& packet, float scale) {
         hn::Store(v, f, bound);
         return v;
     };
-    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
+    for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f)) {
         const VF lx = scaled(packet.block_lower_x + b, -margin);
         const VF ux = scaled(packet.block_upper_x + b, margin);
         const VF ly = scaled(packet.block_lower_y + b, -margin);
@@ -339,7 +339,7 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Pa
     if (!choose_axes(rays, active, axes, centre)) return false;
     const NearDirections directions(axes, centre);
     VF least_z = splat(1e30f);
-    for (std::uint32_t block = 0; block < kPacketBlocks; ++block) {
+    for (std::uint32_t block = 0; block < kPointBlocks; ++block) {
         prefetch_block(rays, block + kBlocksAhead);
         make_point_block(rays + block * kBlockRays, active + block * kBlockRays, directions, block,
                          packet, least_z);
@@ -364,7 +364,7 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, Pa
         axes[1][axis] *= unit;
     }
     PacketFrame& frame = packet.frame;
-    set_frame(frame, org, axes[0], axes[1], axes[2]);
+    set_frame(frame, org, axes[0], axes[1], axes[2], 0.5f * kPointSide + 1);
     // Of x, y up to 16 as NearDirections derives it; without a fused multiply-add the roundings of
     // products of magnitude up to 2 row_size, over z > 1/4.
     const float dot_error = HWY_NATIVE_FMA ? 0x1p-40f : 0x1p-19f;

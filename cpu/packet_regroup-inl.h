@@ -33,7 +33,7 @@ HWY_INLINE float median_of_blocks(const float* values, std::size_t used) {
         const std::uint32_t trial = median | std::uint32_t{1} << bit;
         const VF bound = splat(std::bit_cast<float>(trial));
         std::size_t below = 0;
-        for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f))
+        for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f))
             below += hn::CountTrue(f, hn::Lt(hn::Load(f, values + b), bound));
         if (below <= used / 2) median = trial;
     }
@@ -42,14 +42,14 @@ HWY_INLINE float median_of_blocks(const float* values, std::size_t used) {
 
 /// How far the active rays of each block spread in x and y together; infinite where there are none.
 struct Spreads {
-    alignas(64) float of_block[kPacketBlocks];
+    alignas(64) float of_block[kPointBlocks];
     std::size_t used = 0;
 };
 
 HWY_INLINE Spreads measure_spreads(const Packet& packet) {
     const Floats f;
     Spreads spreads;
-    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
+    for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f)) {
         const VF own = hn::Add(
             hn::Sub(hn::Load(f, packet.block_upper_x + b), hn::Load(f, packet.block_lower_x + b)),
             hn::Sub(hn::Load(f, packet.block_upper_y + b), hn::Load(f, packet.block_lower_y + b)));
@@ -64,7 +64,7 @@ HWY_INLINE Spreads measure_spreads(const Packet& packet) {
 HWY_INLINE std::uint64_t blocks_wider(const Spreads& spreads, float width) {
     const Floats f;
     std::uint64_t wide = 0;
-    for (std::size_t b = 0; b < kPacketBlocks; b += hn::Lanes(f)) {
+    for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f)) {
         const VF own = hn::Load(f, spreads.of_block + b);
         const Mask wider = hn::And(hn::Gt(own, splat(width)), hn::Lt(own, splat(kDone)));
         wide |= std::uint64_t{mask_bits(wider)} << b;
@@ -115,7 +115,7 @@ HWY_INLINE Cells cells_around(const Packet& packet, std::uint64_t blocks) {
 
 /// Rays of a packet in the order of cells.
 struct CellOrder {
-    std::uint16_t rays[kPacketRays];
+    std::uint16_t rays[kPointRays];
     std::size_t count = 0;
 };
 
@@ -125,8 +125,8 @@ HWY_INLINE void sort_by_cell(const Packet& packet, const std::uint8_t* active, s
     const Floats f;
     constexpr std::uint32_t kLanes = hn::MaxLanes(f);
     const Cells square = cells_around(packet, blocks);
-    std::uint16_t rays[kPacketRays];
-    std::uint32_t cells[kPacketRays];
+    std::uint16_t rays[kPointRays];
+    std::uint32_t cells[kPointRays];
     // Where the rays of a cell begin.
     std::uint16_t next[Cells::kCount + 1] = {};
     std::size_t count = 0;

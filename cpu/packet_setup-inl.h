@@ -29,7 +29,7 @@ struct alignas(64) Setup {
     float depth_a[16], depth_b[16], depth_c[16];
     float bound[16], c0[16], c1[16], c2[16], q[16];
     Rectangles rectangles;
-    GridRanges ranges;
+    GridWindows windows;
 };
 
 /// kOnGrid: the packet is a camera's, whose rays are near the middles of pixels.
@@ -43,7 +43,7 @@ public:
         std::uint32_t alive = set_up(leaf, setup);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
-        if constexpr (kOnGrid) to_grid(setup.rectangles, 0, setup.ranges);
+        if constexpr (kOnGrid) to_windows(setup.rectangles, setup.windows);
         return alive;
     }
 
@@ -135,7 +135,8 @@ private:
     HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], VF extent,
                                      Setup& setup, std::size_t l) const {
         const Floats f;
-        const float row_sizes = frame_.row_size[0] + frame_.row_size[1] + 34 * frame_.row_size[2];
+        const float row_sizes =
+            frame_.row_size[0] + frame_.row_size[1] + 2 * frame_.reach * frame_.row_size[2];
         const VF leaf_error = hn::Mul(splat(0x1p-20f * row_sizes), extent);
         const VF zero = hn::Zero(f);
         const VF half = splat(0.5f);
@@ -206,10 +207,10 @@ private:
         const VF half_extent = hn::Mul(
             half, hn::Add(hn::Sub(cut_upper_x, cut_lower_x), hn::Sub(cut_upper_y, cut_lower_y)));
         const VF reach = hn::MulAdd(hn::Add(half_extent, splat(frame_.block_extent)), z_size, size);
-        const VF error =
-            hn::MulAdd(splat(0x1p-21f), reach, hn::MulAdd(splat(0x1p-16f), z_size, leaf_error));
-        const VF rounding =
-            hn::Mul(splat(0x1p-21f), hn::Mul(reach, hn::MulAdd(splat(64.0f), z_size, reach)));
+        const VF error = hn::MulAdd(splat(0x1p-21f), reach,
+                                    hn::MulAdd(splat(0x1p-20f * frame_.reach), z_size, leaf_error));
+        const VF rounding = hn::Mul(
+            splat(0x1p-21f), hn::Mul(reach, hn::MulAdd(splat(4 * frame_.reach), z_size, reach)));
 
         VF a[3], b[3], c[3];
         const auto edge = [&](int k, int i, int j) {
@@ -271,13 +272,15 @@ private:
         const VF relative_size = hn::Mul(splat(0x1p-20f), hn::Mul(size, scale));
         const VF det_error = hn::Mul(relative_size, hn::Mul(size, z_size));
         const VF sum_error = hn::Mul(relative_size, hn::MulAdd(z_size, half_extent, size));
-        const Mask uncertain =
-            hn::Ge(hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size))), hn::Abs(det));
+        const VF displacement = hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size)));
+        const Mask uncertain = hn::Ge(displacement, hn::Abs(det));
         RuleDepth rule = {hn::Zero(f), splat(frame_.depth_error), splat(frame_.depth_error)};
         if (frame_.axis_count != 0) {
             const VF lateral = lateral_sum(px, py, half_extent, hn::Sub(z_most, z_least));
             const VF range = depth_range(x, y, z, size, z_size, extent);
-            narrow(rule, in_front, lateral, range, scale, z_least, z_most);
+            // Displacing the vertices moves det by 12 error size z_size: here by less than a fifth.
+            const Mask sharp = hn::Lt(hn::Mul(splat(4.0f), displacement), hn::Abs(det));
+            narrow(rule, hn::And(in_front, sharp), lateral, range, scale, z_least, z_most);
         }
         const VF c0 = hn::MulAdd(splat(0x1p-15f + 1.01f * frame_.ray_error), gradient, sum_error);
         const VF c1 = hn::Add(hn::Add(splat(0x1p-19f), rule.by_q), hn::Add(steep, det_error));
@@ -330,8 +333,8 @@ private:
         const float projected =
             0x1p-18f * (frame_.unit * std::max(frame_.row_size[0], frame_.row_size[1]) +
                         frame_.depth_most * frame_.row_size[2]);
-        const VF rounded = hn::MulAdd(splat(frame_.depth_most + 34 * frame_.unit), z_size,
-                                      hn::Mul(splat(frame_.unit), size));
+        const VF rounded = hn::MulAdd(splat(frame_.depth_most + 2 * frame_.reach * frame_.unit),
+                                      z_size, hn::Mul(splat(frame_.unit), size));
         return hn::MulAdd(splat(projected), extent, hn::MulAdd(splat(0x1p-20f), rounded, range));
     }
 
@@ -353,8 +356,8 @@ private:
     /// plain functions: where B <= S / 64 that is 3/64 away. Other triangles are not narrowed, nor
     /// errors of more than a quarter of z: then a sure hit is one beyond the rule's least depth.
     /// With 1 / s <= L, B / S is at most 2 r (M + r) scale L / volume / q.
-    HWY_INLINE void narrow(RuleDepth& rule, Mask in_front, VF lateral, VF range, VF scale,
-                           VF z_least, VF z_most) const {
+    HWY_INLINE void narrow(RuleDepth& rule, Mask sharp, VF lateral, VF range, VF scale, VF z_least,
+                           VF z_most) const {
         const VF m = hn::Mul(splat(frame_.unit), lateral);
         const VF depth = hn::MulAdd(splat(frame_.depth_most), z_most, m);
         const VF r = hn::MulAdd(splat(kFastProjectionError), hn::MulAdd(splat(8.0f), m, depth),
@@ -366,7 +369,7 @@ private:
         const VF in_z = hn::MulAdd(by_q, z_most, by_q2);
         const Mask thick = hn::Le(hn::Mul(error, depth), splat(0x1p-7f));
         const VF most = hn::Min(splat(frame_.depth_error), hn::Mul(splat(0.25f), z_least));
-        const Mask better = hn::And(hn::And(in_front, thick), hn::Lt(in_z, most));
+        const Mask better = hn::And(hn::And(sharp, thick), hn::Lt(in_z, most));
         rule.by_q = hn::IfThenElse(better, by_q, rule.by_q);
         rule.by_q2 = hn::IfThenElse(better, by_q2, rule.by_q2);
         rule.z = hn::IfThenElse(better, in_z, rule.z);

@@ -29,7 +29,7 @@ public:
     void occluded_from_point(vec3 org, std::span<const Ray> rays,
                              std::span<const std::uint8_t> active,
                              std::span<std::uint8_t> occluded) const {
-        std::array<std::uint8_t, kPacketRays> left;
+        std::array<std::uint8_t, kPointRays> left;
         if (packets_.occluded_from_point(org, rays.data(), active.data(), scratch(),
                                          occluded.data(), left.data())) {
             BatchTiles(wide_).occluded_from_point(org, rays, left, occluded);

@@ -42,13 +42,6 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// What a traversal has still to visit.
-struct Entry {
-    float q;  // nearest_q of the box
-    std::uint32_t child;
-    std::uint64_t blocks;
-};
-
 enum class Query { kClosest, kAny };
 
 /// Closest hits are wanted of cameras, whose blocks lie on a grid; any hits of rays from a light,
@@ -62,7 +55,9 @@ public:
     /// Visits the root, which needs the packet's bounds alone. Whether there is anything to go on
     /// with.
     bool start() {
-        visit_node({kAnyDepth, 0, kAllBlocks}, stack_, size_);
+        Entry root = {kAnyDepth, 0, {}};
+        for (std::uint64_t& word : root.blocks.words) word = kAllBlocks;
+        visit_node(root, stack_, size_);
         return size_ > 0;
     }
 
@@ -84,26 +79,50 @@ public:
 private:
     static constexpr std::size_t kCacheLine = 64;
     /// A triangle's pairs with blocks that are traced rather than first looked at together.
-    static constexpr std::size_t kFew = 4;
+    static constexpr int kFew = 4;
     static constexpr bool kOnGrid = kQuery == Query::kClosest;
+    static constexpr std::size_t kWords = (kOnGrid ? kGridBlocks : kPointBlocks) / 64;
+
+    /// What a traversal has still to visit.
+    struct Entry {
+        float q;  // nearest_q of the box
+        std::uint32_t child;
+        BlockSet<kWords> blocks;
+    };
+
+    /// Some blocks of a camera's packet: bit b is block first + b.
+    struct Window {
+        std::uint32_t first;
+        std::uint64_t blocks;
+    };
 
     /// Leaves those blocks of an entry that it is near enough for. Whether there are any.
     HWY_INLINE bool still_matters(Entry& entry) {
-        entry.blocks &= blocks_beyond(packet_, entry.q);
-        if (HWY_UNLIKELY((entry.blocks & ~doubtful_blocks_) == 0 && entry.blocks != 0)) settle();
-        std::uint64_t stale = entry.blocks & stale_blocks_;
-        stale_blocks_ &= ~stale;
-        for (; stale != 0; stale &= stale - 1) {
-            const auto block = static_cast<std::uint32_t>(__builtin_ctzll(stale));
-            refresh_block(block);
-            if (entry.q < packet_.block_q[block]) entry.blocks &= ~(std::uint64_t{1} << block);
+        std::uint64_t any = leave_near(entry);
+        if constexpr (kOnGrid) {
+            std::uint64_t certain = 0;
+            for (std::size_t w = 0; w < kWords; ++w)
+                certain |= entry.blocks.words[w] & ~doubtful_blocks_.words[w];
+            if (HWY_UNLIKELY(certain == 0 && any != 0)) {
+                settle();
+                any = leave_near(entry);
+            }
         }
-        return entry.blocks != 0;
+        return any != 0;
+    }
+
+    HWY_INLINE std::uint64_t leave_near(Entry& entry) const {
+        std::uint64_t any = 0;
+        for (std::size_t w = 0; w < kWords; ++w) {
+            entry.blocks.words[w] &= blocks_beyond(packet_, entry.q, w);
+            any |= entry.blocks.words[w];
+        }
+        return any;
     }
 
     HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, const GridRanges& ranges,
-                                       std::uint32_t i) const {
-        return kOnGrid ? blocks_of_grid(ranges, i) : blocks_in(packet_, rectangles, i);
+                                       std::uint32_t i, std::size_t word) const {
+        return kOnGrid ? blocks_of_grid(ranges, i, word) : blocks_in(packet_, rectangles, i);
     }
 
     void visit_node(const Entry& entry, Entry* stack, std::uint32_t& size) const {
@@ -118,9 +137,15 @@ private:
         for (; hits != 0; hits &= hits - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
             if (node.child[slot] == kEmptyChild) break;
-            const std::uint64_t blocks = entry.blocks & blocks_of(rectangles, ranges, slot) &
-                                         blocks_beyond(packet_, q[slot]);
-            if (blocks == 0) continue;
+            BlockSet<kWords> blocks;
+            std::uint64_t any = 0;
+            for (std::size_t w = 0; w < kWords; ++w) {
+                std::uint64_t own = entry.blocks.words[w] & blocks_of(rectangles, ranges, slot, w);
+                if constexpr (!kOnGrid) own &= blocks_beyond(packet_, q[slot], w);
+                blocks.words[w] = own;
+                any |= own;
+            }
+            if (any == 0) continue;
             std::uint32_t place = size++;
             for (; place > base && stack[place - 1].q > q[slot]; --place)
                 stack[place] = stack[place - 1];
@@ -137,24 +162,15 @@ private:
         for (std::size_t i = 0; i < size; i += kCacheLine) hwy::Prefetch(bytes + i);
     }
 
-    void visit_leaf(std::uint32_t leaf_index, std::uint64_t blocks) {
+    void visit_leaf(std::uint32_t leaf_index, const BlockSet<kWords>& blocks) {
         const Leaf& leaf = bvh_.leaves[leaf_index];
         Setup setup;
         const std::uint32_t alive = TriangleSetup<kOnGrid>(frame_).run(leaf, setup);
         if constexpr (kOnGrid) {
             trace_by_triangle(leaf, setup, alive, blocks);
         } else {
-            trace_by_block(leaf, setup, alive, blocks);
+            trace_by_block(leaf, setup, alive, blocks.words[0]);
         }
-    }
-
-    void refresh_block(std::uint32_t block) {
-        const Floats f;
-        VF least = splat(kDone);
-        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
-            least = hn::Min(least, hn::Load(f, packet_.q_lower + block * kBlockRays + l));
-        }
-        packet_.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
     }
 
     /// One triangle against all rays of one block, closest hits. Whether it wins any for sure.
@@ -163,15 +179,18 @@ private:
         const Floats f;
         const Words words;
         bool won = false;
+        VF least = splat(kDone);
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
             const std::size_t r = block * kBlockRays + l;
-            const VF x = hn::Load(f, kGridRays.x[block % kBlocksPerSide] + l);
-            const VF y = hn::Load(f, kGridRays.y[block / kBlocksPerSide] + l);
+            const VF x = hn::Load(f, kGridRays.x[block % kGridSide] + l);
+            const VF y = hn::Load(f, kGridRays.y[block / kGridSide] + l);
             const VF lower = hn::Load(f, packet_.q_lower + r);
             const VF upper = hn::Load(f, packet_.q_upper + r);
             const Position at(planes, x, y);
             const Mask wins = at.wins(planes, upper);
-            hn::Store(hn::IfThenElse(wins, at.q_lower, lower), f, packet_.q_lower + r);
+            const VF new_lower = hn::IfThenElse(wins, at.q_lower, lower);
+            least = hn::Min(least, new_lower);
+            hn::Store(new_lower, f, packet_.q_lower + r);
             hn::Store(hn::IfThenElse(wins, at.q_upper, upper), f, packet_.q_upper + r);
             const VW old = hn::Load(words, packet_.winner + r);
             hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old),
@@ -181,6 +200,7 @@ private:
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))
                 doubt(r, mask_bits(hn::Not(settled)), leaf, winner);
         }
+        packet_.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
         return won;
     }
 
@@ -189,50 +209,68 @@ private:
                             std::uint32_t winner) {
         if (winner / kLeafTriangles == packet_.won_leaves.size()) add_won_leaf(leaf);
         doubts_.add(r, lanes, winner);
-        doubtful_blocks_ |= std::uint64_t{1} << r / kBlockRays;
+        const std::size_t block = r / kBlockRays;
+        doubtful_blocks_.words[block / 64] |= std::uint64_t{1} << block % 64;
         if (doubts_.many()) settle();
     }
 
     /// Lets the rule decide what is in doubt.
     HWY_NOINLINE void settle() {
-        stale_blocks_ |= doubts_.settle();
-        doubtful_blocks_ = 0;
+        doubts_.settle();
+        doubtful_blocks_ = {};
     }
 
-    /// The blocks of some that a triangle of a leaf may win rays of.
-    HWY_INLINE std::uint64_t blocks_met(const Setup& setup, std::uint32_t i,
-                                        std::uint64_t blocks) const {
-        const std::uint64_t own = blocks & blocks_of_grid(setup.ranges, i);
-        return hwy::PopCount(own) > kFew ? own & grid_blocks_met(packet_, Planes(setup, i)) : own;
+    /// The blocks that a triangle's rectangle meets, if they fit into a window.
+    HWY_INLINE Window window_of(const Setup& setup, std::uint32_t i) const {
+        const std::uint32_t first = setup.windows.first[i];
+        std::uint64_t blocks = kWindows.of[setup.windows.shape[i]];
+        if (hwy::PopCount(blocks) > kFew && blocks != kAllBlocks)
+            blocks &= window_blocks_met(BlockTest(frame_, Planes(setup, i)), first);
+        return {first, blocks};
+    }
+
+    /// A triangle against some blocks. Whether it wins a ray.
+    HWY_INLINE bool trace_window(const Planes& planes, const Leaf& leaf, std::uint32_t winner,
+                                 const Window& window) {
+        bool won = false;
+        for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
+            const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+            won |= trace_pair(planes, leaf, window.first + bit, winner);
+        }
+        return won;
     }
 
     /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found.
     HWY_INLINE void trace_by_triangle(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
-                                      std::uint64_t blocks) {
-        std::uint64_t changed = 0;
+                                      const BlockSet<kWords>& blocks) {
         const auto first_winner =
             static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
         if (alive == 0) return;
+        bool won = false;
         auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
-        std::uint64_t own = blocks_met(setup, i, blocks);
+        Window window = window_of(setup, i);
         while (alive != 0) {
             alive &= alive - 1;
             const std::uint32_t next =
                 alive != 0 ? static_cast<std::uint32_t>(__builtin_ctz(alive)) : i;
-            const std::uint64_t next_own = blocks_met(setup, next, blocks);
+            const Window next_window = window_of(setup, next);
             const Planes planes(setup, i);
-            for (; own != 0; own &= own - 1) {
-                const auto block = static_cast<std::uint32_t>(__builtin_ctzll(own));
-                if (packet_.block_q[block] > setup.q[i]) continue;
-                const bool wins = trace_pair(planes, leaf, block, first_winner + i);
-                changed |= std::uint64_t{wins} << block;
+            if (HWY_LIKELY(window.blocks != kAllBlocks)) {
+                won |= trace_window(planes, leaf, first_winner + i, window);
+            } else {
+                const BlockTest test(frame_, planes);
+                for (std::uint32_t w = 0; w < kWords; ++w) {
+                    std::uint64_t own =
+                        blocks.words[w] & blocks_of_grid(setup.windows.ranges, i, w);
+                    if (own == 0) continue;
+                    own &= grid_blocks_met(packet_, test, w);
+                    won |= trace_window(planes, leaf, first_winner + i, {64 * w, own});
+                }
             }
             i = next;
-            own = next_own;
+            window = next_window;
         }
-        stale_blocks_ |= changed;
-        if (changed != 0 && first_winner == packet_.won_leaves.size() * kLeafTriangles)
-            add_won_leaf(leaf);
+        if (won && first_winner == packet_.won_leaves.size() * kLeafTriangles) add_won_leaf(leaf);
     }
 
     /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
@@ -252,7 +290,7 @@ private:
                 bool any = false;
                 for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
                     any |= occlude(leaf, setup, triangles, block * kBlockRays + l);
-                stale_blocks_ |= std::uint64_t{any} << block;
+                if (any) find_depth(packet_, block);
             }
             block = next;
             triangles = next_triangles;
@@ -337,10 +375,8 @@ private:
     Packet& packet_;
     const PacketFrame& frame_;
     PacketDoubts doubts_;
-    /// The blocks whose depth is that of before their rays' last hits.
-    std::uint64_t stale_blocks_ = 0;
     /// The blocks of rays that are in doubt: what can be hit there matters to them for longer.
-    std::uint64_t doubtful_blocks_ = 0;
+    BlockSet<kWords> doubtful_blocks_ = {};
     std::uint32_t size_ = 0;
     Entry stack_[kMaxStack];
 };

@@ -22,13 +22,13 @@ void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
     const Floats f;
     const std::size_t width = tile.x1 - tile.x0;
     const HitLanes misses = no_hits();
-    alignas(64) Hit row[kPacketSide];
-    for (std::size_t l = 0; l < kPacketSide; l += hn::Lanes(f)) {
+    alignas(64) Hit row[kCameraSide];
+    for (std::size_t l = 0; l < kCameraSide; l += hn::Lanes(f)) {
         hn::StoreInterleaved4(misses.t, misses.u, misses.v, hn::BitCast(f, misses.prim_ids), f,
                               &row[l].t);
     }
     for (std::uint32_t y = tile.y0; y < tile.y1; ++y, hits += stride) {
-        if (HWY_LIKELY(width == kPacketSide)) {
+        if (HWY_LIKELY(width == kCameraSide)) {
             std::memcpy(hits, row, sizeof row);
         } else {
             std::copy_n(row, width, hits);
@@ -39,14 +39,15 @@ void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
 void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t stride) {
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
-    if (width == kPacketSide && height == kPacketSide) {
+    if (width % kBlockSide == 0 && height % kBlockSide == 0) {
         PacketFinish(packet, hits, stride).run();
         return;
     }
-    std::vector<Hit> square(kPacketRays);
-    PacketFinish(packet, square.data(), kPacketSide).run();
+    const std::size_t columns = packet.grid_columns * kBlockSide;
+    std::vector<Hit> blocks(columns * packet.grid_rows * kBlockSide);
+    PacketFinish(packet, blocks.data(), columns).run();
     for (std::uint32_t y = 0; y < height; ++y)
-        std::copy_n(&square[y * kPacketSide], width, hits + y * stride);
+        std::copy_n(&blocks[y * columns], width, hits + y * stride);
 }
 
 void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Tile& tile,
@@ -88,7 +89,7 @@ HWY_INLINE void write_moved_block(const Packet& packet, std::uint32_t block,
 /// Writes which rays are active in blocks of which nothing was asked.
 void write_left(const Packet& packet, std::uint64_t blocks, std::uint64_t moved,
                 const std::uint8_t* active, std::uint8_t* left) {
-    std::fill_n(left, kPacketRays, std::uint8_t{0});
+    std::fill_n(left, kPointRays, std::uint8_t{0});
     for (; blocks != 0; blocks &= blocks - 1) {
         const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
         const bool is_moved = (moved >> block & 1) != 0;
@@ -104,7 +105,7 @@ bool occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays, const std:
     std::uint64_t left_out = 0;
     std::uint64_t moved = 0;
     if (!make_point_packet(org, rays, active, packet, left_out, moved)) {
-        std::copy_n(active, kPacketRays, left);
+        std::copy_n(active, kPointRays, left);
         return true;
     }
     PacketTraversal<Query::kAny> traversal(bvh, packet);

@@ -20,14 +20,14 @@ public:
     PacketTracer(const Bvh& bvh, SimdTarget target);
 
     /// hits[y * stride + x] answers camera_ray(params.camera, tile.x0 + x, tile.y0 + y), for a tile
-    /// of at most 32 x 32 pixels.
+    /// of at most 64 x 64 pixels.
     void intersect_camera(const ImageParams& params, const Tile& tile, Packet& packet, Hit* hits,
                           std::size_t stride) const;
 
     /// occluded[i] becomes 1 where rays[i], which start at org, hit anything, and 0 where they do
-    /// not, for the i with active[i] != 0; kPacketRays of each, indices as by packet_ray(). Returns
-    /// whether it leaves some as they are, because they have too little in common with the others
-    /// to be traced along; then left[i] becomes active[i] for those, and 0 for all others.
+    /// not, for the i with active[i] != 0; kPointRays of each, indices as by point_packet_ray().
+    /// Returns whether it leaves some as they are, because they have too little in common with the
+    /// others to be traced along; then left[i] becomes active[i] for those, and 0 for all others.
     bool occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active, Packet& packet,
                              std::uint8_t* occluded, std::uint8_t* left) const;
 

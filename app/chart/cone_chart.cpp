@@ -23,7 +23,7 @@ constexpr std::uint32_t kSide = 256;
 // Ambient occlusion as pictures have it: so many rays of each of many points side by side.
 constexpr std::size_t kFew = 16;
 // As many as a packet has.
-constexpr std::size_t kMany = cpu::kPacketRays;
+constexpr std::size_t kMany = cpu::kPointRays;
 
 /// Some rays of each point, one point after the other.
 struct Cones {
@@ -91,7 +91,7 @@ Cones make_cones(std::span<const Surface> surfaces, std::size_t count, std::size
                 const double turn = wide ? std::numbers::pi / 4 * v / u
                                          : std::numbers::pi / 4 * (2 - u / (v == 0 ? 1 : v));
                 const std::size_t ray =
-                    rays_of_point == kMany ? cpu::packet_ray(x, y) : std::size_t{y} * side + x;
+                    rays_of_point == kMany ? cpu::point_packet_ray(x, y) : std::size_t{y} * side + x;
                 cones.rays[point * rays_of_point + ray] =
                     cone_ray(surface, largest, radius, turn, tfar);
             }
@@ -137,7 +137,7 @@ void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
     static const std::vector<std::uint8_t> all(kMany, 1);
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
         thread_local const auto packet = std::make_unique<cpu::Packet>();
-        std::array<std::uint8_t, cpu::kPacketRays> undecided;
+        std::array<std::uint8_t, cpu::kPointRays> undecided;
         if (!tracer.occluded_from_point(rays[0].org, rays.data(), all.data(), *packet,
                                         occluded.data(), undecided.data())) {
             return;

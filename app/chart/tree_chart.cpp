@@ -18,7 +18,7 @@
 namespace morphray::app {
 namespace {
 
-constexpr std::uint32_t kSide = cpu::kPacketSide;
+constexpr std::uint32_t kSide = cpu::kPointSide;
 // Trees that have rotted are slow.
 constexpr std::uint32_t kMostSide = 256;
 

@@ -25,10 +25,10 @@ bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(H
 std::vector<Hit> packet_image(const cpu::PacketTracer& tracer, const ImageParams& params,
                               cpu::Packet& packet) {
     std::vector<Hit> hits(std::size_t{params.width} * params.height);
-    for (std::uint32_t y = 0; y < params.height; y += cpu::kPacketSide) {
-        for (std::uint32_t x = 0; x < params.width; x += cpu::kPacketSide) {
-            const cpu::Tile tile{x, y, std::min(x + cpu::kPacketSide, params.width),
-                                 std::min(y + cpu::kPacketSide, params.height)};
+    for (std::uint32_t y = 0; y < params.height; y += cpu::kCameraSide) {
+        for (std::uint32_t x = 0; x < params.width; x += cpu::kCameraSide) {
+            const cpu::Tile tile{x, y, std::min(x + cpu::kCameraSide, params.width),
+                                 std::min(y + cpu::kCameraSide, params.height)};
             tracer.intersect_camera(params, tile, packet, &hits[std::size_t{y} * params.width + x],
                                     params.width);
         }
@@ -169,9 +169,9 @@ TEST_P(EveryTarget, CameraPacketsAnswerAlikeOnARefittedTree) {
 }
 
 TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks) {
-    std::vector<Ray> rays(cpu::kPacketRays);
-    std::vector<std::uint8_t> active(cpu::kPacketRays);
-    std::vector<std::uint8_t> occluded(cpu::kPacketRays);
+    std::vector<Ray> rays(cpu::kPointRays);
+    std::vector<std::uint8_t> active(cpu::kPointRays);
+    std::vector<std::uint8_t> occluded(cpu::kPointRays);
     std::size_t decided = 0;
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
@@ -183,7 +183,7 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
             const vec3 org = snap_point(random.point((seed % 3 == 0 ? 0.5 : 3) * kSceneExtent));
             const vec3 towards = random.point(kSceneExtent);
             const double spread = std::ldexp(kSceneExtent, -static_cast<int>(random.below(16)));
-            for (std::uint32_t i = 0; i < cpu::kPacketRays; ++i) {
+            for (std::uint32_t i = 0; i < cpu::kPointRays; ++i) {
                 const vec3 target = snap_point(towards + random.point(spread));
                 rays[i].org = org;
                 rays[i].tnear = 0;
@@ -193,10 +193,10 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
                 active[i] = seed == 3 ? 0 : seed == 4 ? i % 5 == 0 : seed == 5 ? i == 700 : 1;
             }
             std::fill(occluded.begin(), occluded.end(), std::uint8_t{9});
-            std::vector<std::uint8_t> left(cpu::kPacketRays, 9);
+            std::vector<std::uint8_t> left(cpu::kPointRays, 9);
             const bool any_left = tracer.occluded_from_point(
                 org, rays.data(), active.data(), *packet_, occluded.data(), left.data());
-            for (std::uint32_t i = 0; i < cpu::kPacketRays; ++i) {
+            for (std::uint32_t i = 0; i < cpu::kPointRays; ++i) {
                 ASSERT_TRUE(left[i] <= active[i] || !any_left);
                 const bool is_left = any_left && left[i] != 0;
                 decided += is_left ? 0 : 1;
@@ -206,7 +206,7 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
             }
         }
     }
-    EXPECT_GT(decided, 100u * cpu::kPacketRays);
+    EXPECT_GT(decided, 100u * cpu::kPointRays);
 }
 
 TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
@@ -218,23 +218,23 @@ TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
         const ImageParams params =
             make_image_params(view_of(32, 32), bounds_of(scene.user_positions()), scene.space());
         const cpu::ShadedMesh mesh{&scene.topology(), scene.positions()};
-        std::vector<Ray> rays(cpu::kPacketRays);
-        std::vector<std::uint8_t> active(cpu::kPacketRays, 0);
-        std::vector<std::uint8_t> occluded(cpu::kPacketRays, 0);
+        std::vector<Ray> rays(cpu::kPointRays);
+        std::vector<std::uint8_t> active(cpu::kPointRays, 0);
+        std::vector<std::uint8_t> occluded(cpu::kPointRays, 0);
         for (std::uint32_t y = 0; y < 32; ++y) {
             for (std::uint32_t x = 0; x < 32; ++x) {
                 const Ray ray = camera_ray(params.camera, x, y);
                 const Hit hit = scalar.intersect(ray);
                 if (hit.prim_id == kNoPrim) continue;
-                const std::uint32_t i = cpu::packet_ray(x, y);
+                const std::uint32_t i = cpu::point_packet_ray(x, y);
                 rays[i] = shadow_ray(mesh.surface(ray, hit), params.light);
                 active[i] = 1;
             }
         }
-        std::vector<std::uint8_t> left(cpu::kPacketRays, 0);
+        std::vector<std::uint8_t> left(cpu::kPointRays, 0);
         tracer.occluded_from_point(params.light, rays.data(), active.data(), *packet_,
                                    occluded.data(), left.data());
-        for (std::uint32_t i = 0; i < cpu::kPacketRays; ++i) {
+        for (std::uint32_t i = 0; i < cpu::kPointRays; ++i) {
             if (active[i] == 0 || left[i] != 0) continue;
             ASSERT_EQ(occluded[i] != 0, scalar.occluded(rays[i])) << named.name;
         }

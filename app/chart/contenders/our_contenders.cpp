@@ -12,7 +12,7 @@
 namespace morphray::app {
 namespace {
 
-constexpr std::uint32_t kSide = cpu::kPacketSide;
+constexpr std::uint32_t kSide = cpu::kPointSide;
 static_assert(kSide * kSide == kChartTile);
 
 Contender ours(std::string name, TraceBatch trace) {
