@@ -121,11 +121,11 @@ std::vector<PolicyFrame> PolicyRunner::play(const std::string& policy,
     for (const double number : frames_) {
         PolicyFrame& frame = played.emplace_back();
         frame.frame = number;
-        const Stopwatch deform;
-        const std::span<const vec3> positions = scene_.positions(number);
-        frame.times.deform_ms = deform.ms();
+        Pose pose = scene_.pose(number);
+        if (updater.needs_positions()) pose.positions();
         const bool first = played.size() == 1 && number == build_at;
-        if (!first) updater.update(positions);
+        if (!first) updater.update(pose);
+        frame.times.deform_ms = scene_.deform_ms();
         frame.times.trace_ms = measure(on_frame);
         frame.times.rays = backend_->times().rays;
         updater.frame_done();

@@ -55,19 +55,22 @@ public:
         ProfileRow row;
         row.frame = frame;
         row.backend = refits_->name();
-        std::span<const vec3> positions;
+        Pose pose = scene_.pose(frame);
+        refits_->refit_to(pose, RefitExtent::kAll);
+        const bool needs_positions = scene_.deform_ms() > 0;
         row.times.deform_ms = median_ms(options_.repeat, [&] {
-            const Stopwatch watch;
-            positions = scene_.positions(frame);
-            return watch.ms();
+            pose = scene_.pose(frame);
+            if (needs_positions) pose.positions();
+            return scene_.deform_ms();
         });
         std::vector<double> uploads;
         row.times.refit_ms = median_ms(options_.repeat, [&] {
-            refits_->refit(positions, RefitExtent::kAll);
+            refits_->refit_to(pose, RefitExtent::kAll);
             uploads.push_back(refits_->times().upload_ms);
             return refits_->times().refit_ms;
         });
         row.times.upload_ms = median(uploads);
+        const std::span<const vec3> positions = pose.positions();
         refits_->read_bvh(tree_);
         row.sah_cost = bvh_stats(tree_).sah_cost;
         Bvh rebuilt;

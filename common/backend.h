@@ -9,6 +9,7 @@
 #include "common/bvh.h"
 #include "common/frame.h"
 #include "common/mesh.h"
+#include "common/pose.h"
 #include "common/restructure.h"
 
 namespace morphray {
@@ -58,6 +59,14 @@ public:
     /// writes.
     virtual std::uint64_t refit(std::span<const vec3> positions,
                                 RefitExtent extent = RefitExtent::kMoved) = 0;
+    /// Whether it interpolates keyframes itself, so that refit_to() a pose that has them can do
+    /// without its positions. Of the scene that it has.
+    virtual bool interpolates() const { return false; }
+    /// refit() to a pose's positions, or to what its keyframes give: the same bits. The keyframes
+    /// must outlive the scene.
+    virtual std::uint64_t refit_to(Pose& pose, RefitExtent extent = RefitExtent::kMoved) {
+        return refit(pose.positions(), extent);
+    }
     /// tree_cost() of its tree as it is.
     virtual double tree_cost() = 0;
     /// restructure() on its own tree at the pose that it has. Returns what that does.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/error.h"
+#include "common/interop/keyframes.h"
 #include "common/message_text.h"
 #include "common/obj_reader.h"
 #include "common/triangulate.h"
@@ -127,7 +128,7 @@ public:
 
     void positions(double frame, std::span<vec3> out) const override {
         assert(out.size() == topology_.vertex_count);
-        const Blend blend = blend_at(frame);
+        const KeyframeBlend blend = blend_at(frame);
         const std::vector<vec3>& a = required(blend.before);
         const std::vector<vec3>& b = required(blend.after);
         if (blend.before == blend.after) {
@@ -141,8 +142,14 @@ public:
         }
     }
 
+    std::optional<KeyframeBlend> keyframes_at(double frame) const override {
+        if (!usable(frame)) return std::nullopt;
+        return blend_at(frame);
+    }
+    std::span<const vec3> keyframe(std::size_t index) const override { return required(index); }
+
     bool usable(double frame) const override {
-        const Blend blend = blend_at(frame);
+        const KeyframeBlend blend = blend_at(frame);
         return keyframes_[blend.before].problem.empty() && keyframes_[blend.after].problem.empty();
     }
     std::optional<Warning> damage() const override { return damage_; }
@@ -196,14 +203,7 @@ private:
         return static_cast<std::size_t>(after - keyframes_.begin()) - 1;
     }
 
-    // Two keyframes and where between them, in [0, 1); the same one twice at a keyframe.
-    struct Blend {
-        std::size_t before;
-        std::size_t after;
-        float f;
-    };
-
-    Blend blend_at(double frame) const {
+    KeyframeBlend blend_at(double frame) const {
         // NaN becomes the first frame.
         if (!(frame > first_frame())) frame = first_frame();
         frame = std::min(frame, last_frame());
@@ -215,7 +215,7 @@ private:
         const double from = hold_ ? base : keyframes_[before].frame;
         const double to = hold_ ? base + 1 : keyframes_[after].frame;
         const float f = frame == from ? 0.0f : static_cast<float>((frame - from) / (to - from));
-        if (f == 0.0f) return {before, before, 0.0f};
+        if (f == 0.0f || before == after) return {before, before, 0.0f};
         // So little before a keyframe that a float does not tell: the keyframe.
         if (f == 1.0f) return {after, after, 0.0f};
         return {before, after, f};
@@ -237,13 +237,6 @@ private:
 };
 
 }  // namespace
-
-// Let d = b - a > 0 (else mirror) and D = fl(d). For a float f < 1, so f <= 1 - 2^-24, the product
-// p = D * f rounds to at most d: if D <= d, because p < D. If D > d, then D was rounded up, and its
-// predecessor D' is at most d. p <= D - D * 2^-24, and D * 2^-24 is at least half of the spacing
-// below D, exactly half only where p = D' itself; so fl(p) <= D' <= d. Hence a + fl(p) <= a + d = b
-// before the last rounding, and after it, rounding being monotone. fl(p) >= 0 gives the other side.
-float interpolate(float a, float b, float f) { return f == 0.0f ? a : a + (b - a) * f; }
 
 std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
                                      const std::string& name, const SceneOptions& options) {

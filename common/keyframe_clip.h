@@ -11,14 +11,10 @@
 
 namespace morphray {
 
-/// `a + (b - a) * f` in float, a for f = 0; f in [0, 1). The result lies in the interval between a
-/// and b if they are finite and b - a is (derivation in keyframe_clip.cpp).
-float interpolate(float a, float b, float f);
-
 /// Reads all files (at least one), in parallel, and keeps their positions. Between keyframes
-/// positions are interpolated component by component, and at a keyframe they are the file's, bit
-/// for bit. A frame that is missing is the one before if options.missing is kHold; otherwise it is
-/// interpolated like any frame between two keyframes.
+/// positions are interpolated component by component (common/interop/keyframes.h), and at a
+/// keyframe they are the file's, bit for bit. A frame that is missing is the one before if
+/// options.missing is kHold; otherwise it is interpolated like any frame between two keyframes.
 ///
 /// All files must have the faces of the first one, from which triangles and colours are taken. A
 /// later file that cannot be read or, unless lenient, has coordinates that are not finite or beyond

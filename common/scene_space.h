@@ -20,9 +20,12 @@ public:
     explicit SceneSpace(const UserBounds& bounds);
 
     int exponent() const { return exponent_; }
+    /// In the user's units.
+    double centre(int axis) const { return centre_[axis]; }
 
     /// A vertex that is not finite becomes kInvalidCoordinate on all axes.
     vec3 to_scene(vec3 user) const;
+    /// The two may be the same.
     void to_scene(std::span<const vec3> user, std::span<vec3> scene) const;
     vec3 to_user(vec3 scene) const;
 

@@ -80,9 +80,9 @@ void TreeUpdater::hand_over(std::span<const vec3> positions) {
     if (refitter_ != nullptr) refitter_->set_frame(positions, bvh_);
 }
 
-void TreeUpdater::refit(std::span<const vec3> positions, RefitExtent extent) {
+void TreeUpdater::refit(Pose& pose, RefitExtent extent) {
     Backend& refitter = refitter_ != nullptr ? *refitter_ : tracer_;
-    const std::uint64_t leaves = refitter.refit(positions, extent);
+    const std::uint64_t leaves = refitter.refit_to(pose, extent);
     refitted_ = true;
     const bool moved = extent == RefitExtent::kAll || leaves > 0;
     if (last_.step != TreeStep::kSwapped) {
@@ -94,7 +94,7 @@ void TreeUpdater::refit(std::span<const vec3> positions, RefitExtent extent) {
     if (!moved) return;
     const Stopwatch upload;
     refitter_->read_bvh(bvh_);
-    tracer_.set_frame(positions, bvh_);
+    tracer_.set_frame(pose.positions(), bvh_);
     last_.upload_ms += upload.ms();
 }
 
@@ -131,44 +131,53 @@ bool TreeUpdater::swap_is_due() {
     return deterministic_ ? behind_frames_left_ == 0 : behind_.ready();
 }
 
-void TreeUpdater::swap(std::span<const vec3> positions) {
+void TreeUpdater::swap(Pose& pose) {
     BackgroundBuild::Result result = behind_.take();
     bvh_ = std::move(result.bvh);
     took_tree(behind_triangle_area_);
-    hand_over(positions);
+    hand_over(pose.positions());
     last_.step = TreeStep::kSwapped;
     last_.reason = fmt::format("for the tree that was built behind in {:.1f} ms", result.build_ms);
-    refit(positions, RefitExtent::kAll);
+    refit(pose, RefitExtent::kAll);
+}
+
+bool TreeUpdater::needs_positions() const {
+    return follows_ratio_ || refitter_ != nullptr || !tracer_.interpolates();
 }
 
 const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
-    if (positions.size() != topology_.vertex_count) {
+    Pose pose(positions);
+    return update(pose);
+}
+
+const TreeUpdate& TreeUpdater::update(Pose& pose) {
+    if (pose.vertex_count() != topology_.vertex_count) {
         throw Error(ExitCode::kBadInput,
                     fmt::format("{} vertices for a tree over {}: the topology has changed, which "
                                 "takes a new scene",
-                                positions.size(), topology_.vertex_count));
+                                pose.vertex_count(), topology_.vertex_count));
     }
     last_ = {};
     restructured_ = refitted_ = false;
     if (behind_frames_left_ > 0) --behind_frames_left_;
     const UpdateDecision plan = policy_->plan();
     if (plan.step == UpdateStep::kRebuild) {
-        follow(plan, positions);
+        follow(plan, pose);
         return last_;
     }
     if (swap_is_due()) {
-        swap(positions);
+        swap(pose);
     } else {
-        refit(positions, RefitExtent::kMoved);
+        refit(pose, RefitExtent::kMoved);
         last_.reason = plan.reason;
     }
-    UpdateDecision decision = review(positions, false);
+    UpdateDecision decision = review(pose, false);
     if (decision.step == UpdateStep::kRestructure) {
         last_.reason = decision.reason;
-        restructure(positions);
-        decision = review(positions, true);
+        restructure(pose);
+        decision = review(pose, true);
     }
-    follow(decision, positions);
+    follow(decision, pose);
     return last_;
 }
 
@@ -177,11 +186,12 @@ double TreeUpdater::growth(std::span<const vec3> positions) const {
     return now > 0 && built_fit_.triangle_area > 0 ? now / built_fit_.triangle_area : 1;
 }
 
-UpdateDecision TreeUpdater::review(std::span<const vec3> positions, bool restructured) {
+UpdateDecision TreeUpdater::review(Pose& pose, bool restructured) {
     const double waited_ms = follows_ratio_ ? wait_for_refit() : 0;
     const Stopwatch watch;
     if (follows_ratio_) {
-        last_.cost_ratio = cost_ratio(built_fit_, {tracer_.tree_cost(), sample_.area(positions)});
+        last_.cost_ratio =
+            cost_ratio(built_fit_, {tracer_.tree_cost(), sample_.area(pose.positions())});
     }
     UpdateDecision decision = policy_->review({.cost_ratio = last_.cost_ratio,
                                                .build_pending = behind_.pending(),
@@ -192,34 +202,34 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions, bool restruc
     return decision;
 }
 
-void TreeUpdater::restructure(std::span<const vec3> positions) {
+void TreeUpdater::restructure(Pose& pose) {
     const Stopwatch watch;
     Backend& refitter = refitter_ != nullptr ? *refitter_ : tracer_;
-    const std::size_t parts = refitter.restructure(topology_, growth(positions), areas_);
+    const std::size_t parts = refitter.restructure(topology_, growth(pose.positions()), areas_);
     if (parts > 0) {
         last_.step = TreeStep::kRestructured;
         last_.reason += fmt::format(", of {} parts", parts);
         if (refitter_ != nullptr) {
             refitter_->read_bvh(bvh_);
-            tracer_.set_frame(positions, bvh_);
+            tracer_.set_frame(pose.positions(), bvh_);
         }
     }
     last_.restructure_ms = watch.ms();
     restructured_ = true;
 }
 
-void TreeUpdater::follow(const UpdateDecision& decision, std::span<const vec3> positions) {
+void TreeUpdater::follow(const UpdateDecision& decision, Pose& pose) {
     const bool has_reason =
         last_.step == TreeStep::kSwapped || last_.step == TreeStep::kRestructured;
     if (!has_reason || decision.step != UpdateStep::kRefit) last_.reason = decision.reason;
     if (decision.step == UpdateStep::kRebuild) {
         forget_behind();
-        build(positions);
-        hand_over(positions);
+        build(pose.positions());
+        hand_over(pose.positions());
         last_.step = TreeStep::kRebuilt;
     } else if (decision.step == UpdateStep::kRebuildBehind && !behind_.pending()) {
-        behind_.start(topology_, positions, build_config_.split);
-        behind_triangle_area_ = sample_.area(positions);
+        behind_.start(topology_, pose.positions(), build_config_.split);
+        behind_triangle_area_ = sample_.area(pose.positions());
         behind_frames_left_ = decision.build_frames;
     }
     last_.build_pending = behind_.pending();

@@ -50,9 +50,13 @@ public:
                 Backend* refitter, std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build,
                 const UpdateConfig& config);
 
-    /// Brings the tracer's tree to these positions. Throws Error(kBadInput), and leaves all as it
-    /// was, for another number of vertices: the topology has changed then.
+    /// Brings the tracer's tree to this pose. Throws Error(kBadInput), and leaves all as it was,
+    /// for another number of vertices: the topology has changed then.
+    const TreeUpdate& update(Pose& pose);
     const TreeUpdate& update(std::span<const vec3> positions);
+    /// Whether the positions of every pose are looked at: because of the policy, or of a backend
+    /// that takes nothing else.
+    bool needs_positions() const;
     /// The frame has been traced: tells the policy from the tracer's times what that cost, and
     /// last() what its refit took.
     void frame_done();
@@ -63,7 +67,7 @@ public:
 
 private:
     void build(std::span<const vec3> positions);
-    void refit(std::span<const vec3> positions, RefitExtent extent);
+    void refit(Pose& pose, RefitExtent extent);
     void take_refit_times();
     double wait_for_refit();
     /// Gives the tree to tracer and refitter.
@@ -71,11 +75,11 @@ private:
     void forget_behind();
     void took_tree(double triangle_area);
     double growth(std::span<const vec3> positions) const;
-    UpdateDecision review(std::span<const vec3> positions, bool restructured);
-    void restructure(std::span<const vec3> positions);
+    UpdateDecision review(Pose& pose, bool restructured);
+    void restructure(Pose& pose);
     bool swap_is_due();
-    void swap(std::span<const vec3> positions);
-    void follow(const UpdateDecision& decision, std::span<const vec3> positions);
+    void swap(Pose& pose);
+    void follow(const UpdateDecision& decision, Pose& pose);
     FrameCost cost_of_frame() const;
 
     const Topology& topology_;

@@ -108,7 +108,7 @@ public:
         const Stopwatch watch;
         const auto tracer = make_tracer_(topology_, planner_.pose().positions(), bvh_);
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
-        const PictureTiles tiles(params.width, params.height, kCameraSide);
+        const PictureTiles tiles = tiles_for(params);
         arena_.execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
                 trace_tile(*tracer, mesh, params, tiles[i], frame);
@@ -136,6 +136,15 @@ public:
     const BackendTimes& times() override { return times_; }
 
 private:
+    /// The largest that packets are made of, but where these are few for the threads.
+    PictureTiles tiles_for(const ImageParams& params) const {
+        constexpr std::uint32_t kTilesAThread = 4;
+        const PictureTiles tiles(params.width, params.height, kCameraSide);
+        if (tiles.count() >= kTilesAThread * static_cast<std::uint32_t>(arena_.threads()))
+            return tiles;
+        return {params.width, params.height, kCameraSide / 2};
+    }
+
     std::string name_;
     std::string how_;
     SimdTarget target_;

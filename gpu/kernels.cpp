@@ -5,6 +5,7 @@
 #include <cstdint>
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
+#include "shaders/deform_spirv.h"
 #include "shaders/occlusion_packet_spirv.h"
 #include "shaders/occlusion_spirv.h"
 #include "shaders/primary_packet_spirv.h"
@@ -95,6 +96,9 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
              k_shade_spirv,
              {kBindPositions, kBindTriangles, kBindFoundHits, kBindFoundOcclusion, kBindPixels},
              sizeof(RegionArguments)}),
+      deform(
+          context,
+          {"deform", k_deform_spirv, {kBindKeyframes, kBindPositionsOut}, sizeof(DeformArguments)}),
       refit_leaves(context, {"refit leaves",
                              k_refit_leaves_spirv,
                              {kBindPositions, kBindLeafVertices, kBindLeafParents, kBindNodesOut,
@@ -110,6 +114,7 @@ void Kernels::bind(const Bindings& bindings) {
                         &occlusion_packet, &resume, &shade, &refit_leaves, &refit_nodes}) {
         p->bind(bindings);
     }
+    if (bindings.views[kBindKeyframes] != VK_NULL_HANDLE) deform.bind(bindings);
 }
 
 }  // namespace morphray::gpu

@@ -8,7 +8,7 @@ namespace morphray::gpu {
 struct Kernels {
     Kernels(Context& context, const Tuning& tuning);
 
-    /// No work may be under way.
+    /// No work may be under way. `deform` is left alone where there are no keyframes.
     void bind(const Bindings& bindings);
 
     /// Lanes of a packet; 0: there are no packet kernels.
@@ -22,6 +22,7 @@ struct Kernels {
     Pipeline occlusion_packet;
     Pipeline resume;
     Pipeline shade;
+    Pipeline deform;
     Pipeline refit_leaves;
     Pipeline refit_nodes;
 };

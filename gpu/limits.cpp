@@ -38,6 +38,21 @@ void check_bytes(const PhysicalDevice& device, std::uint64_t largest, std::uint6
     }
 }
 
+struct SceneBytes {
+    std::uint64_t largest;
+    std::uint64_t total;
+};
+
+SceneBytes bytes_of(const SceneSize& scene) {
+    const std::uint64_t nodes = sizeof(Node) * scene.nodes;
+    const std::uint64_t leaves = sizeof(Leaf) * scene.leaves;
+    const std::uint64_t vertices = 16 * scene.vertices;
+    const std::uint64_t triangles = 16 * scene.triangles;
+    const std::uint64_t rest = 4 * scene.nodes + (4 * kLeafVertices + 4) * scene.leaves;
+    return {std::max({nodes, leaves, vertices, triangles, rest}),
+            nodes + leaves + vertices + triangles + rest};
+}
+
 }  // namespace
 
 void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
@@ -50,18 +65,25 @@ void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
     // Refit writes planes and coordinates one by one.
     check_elements(device, "nodes", 4 * kNodeVec4s * scene.nodes);
     check_elements(device, "leaves", 4 * kLeafVec4s * scene.leaves);
-    const std::uint64_t nodes = sizeof(Node) * scene.nodes;
-    const std::uint64_t leaves = sizeof(Leaf) * scene.leaves;
-    const std::uint64_t vertices = 16 * scene.vertices;
-    const std::uint64_t triangles = 16 * scene.triangles;
-    const std::uint64_t rest = 4 * scene.nodes + (4 * kLeafVertices + 4) * scene.leaves;
-    check_bytes(device, std::max({nodes, leaves, vertices, triangles, rest}),
-                nodes + leaves + vertices + triangles + rest);
+    const SceneBytes bytes = bytes_of(scene);
+    check_bytes(device, bytes.largest, bytes.total);
 }
 
 bool fits(const PhysicalDevice& device, const SceneSize& scene) {
     try {
         check_scene(device, scene);
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+bool fits_keyframes(const PhysicalDevice& device, const SceneSize& scene) {
+    const std::uint64_t keyframes = 2 * 16 * scene.vertices;
+    try {
+        check_elements(device, "keyframes", 2 * scene.vertices);
+        check_elements(device, "coordinates", 4 * scene.vertices);
+        check_bytes(device, keyframes, bytes_of(scene).total + keyframes);
         return true;
     } catch (const Error&) {
         return false;

@@ -23,6 +23,9 @@ void check_scene(const PhysicalDevice& device, const SceneSize& scene);
 /// Whether it can.
 bool fits(const PhysicalDevice& device, const SceneSize& scene);
 
+/// Whether there is also room for two keyframes, and kernels can write positions.
+bool fits_keyframes(const PhysicalDevice& device, const SceneSize& scene);
+
 /// How much of an image or batch goes into one dispatch.
 struct PassSize {
     /// Tiles of 64 rays.

@@ -22,19 +22,22 @@ public:
         : commands_(commands),
           max_groups_(std::min(context.limits().maxComputeWorkGroupCount[0], kMaxGroups)) {}
 
-    void add(const Pipeline& pipeline, IndexRange range) {
+    /// `arguments` but for the range.
+    template <class Arguments = RefitArguments>
+    void add(const Pipeline& pipeline, IndexRange range, Arguments arguments = {}) {
         while (range.begin < range.end) {
             const std::uint32_t groups = std::min(groups_of(range.end - range.begin), max_groups_);
             const std::uint32_t count = std::min(range.end - range.begin, groups * kGroupSize);
-            // Writer: the level below, or leaves of another range, which validation cannot tell
-            // from those of this one; reader: this dispatch.
+            // Writer: what gives vertices their places, the level below, or leaves of another
+            // range, which validation cannot tell from those of this one; reader: this dispatch.
             if (!std::exchange(first_, false)) {
                 barrier(commands_, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
                         VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
             }
-            pipeline.dispatch(commands_, RefitArguments{.first = range.begin, .count = count},
-                              groups);
+            arguments.first = range.begin;
+            arguments.count = count;
+            pipeline.dispatch(commands_, arguments, groups);
             range.begin += count;
         }
     }
@@ -86,6 +89,11 @@ Dispatches dispatches_of(const SceneBuffers& scene, const RefitPlan& plan) {
     return d;
 }
 
+void add(Sequence& sequence, const Kernels& kernels, const Dispatches& dispatches) {
+    for (const IndexRange range : dispatches.leaves) sequence.add(kernels.refit_leaves, range);
+    for (const IndexRange range : dispatches.nodes) sequence.add(kernels.refit_nodes, range);
+}
+
 }  // namespace
 
 Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
@@ -97,8 +105,28 @@ Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene
             dispatches = std::move(dispatches)](VkCommandBuffer commands) {
         if (upload) upload(commands);
         Sequence sequence(context, commands);
-        for (const IndexRange range : dispatches.leaves) sequence.add(kernels.refit_leaves, range);
-        for (const IndexRange range : dispatches.nodes) sequence.add(kernels.refit_nodes, range);
+        add(sequence, kernels, dispatches);
+    };
+}
+
+Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
+                   const KeyframePose& pose) {
+    const SceneKeyframes& keyframes = *pose.keyframes;
+    const KeyframeSlots& slots = *scene.keyframes();
+    const DeformArguments deform = {
+        .first = 0,
+        .count = 0,
+        .before = slots.first_texel(keyframes, pose.blend.before),
+        .after = slots.first_texel(keyframes, pose.blend.after),
+        .centre = keyframes.centre(),
+        .f = pose.blend.f,
+    };
+    Dispatches dispatches = dispatches_of(scene, {.all = true, .leaf_count = scene.leaf_count()});
+    return [&context, &kernels, deform, vertex_count = scene.vertex_count(),
+            dispatches = std::move(dispatches)](VkCommandBuffer commands) {
+        Sequence sequence(context, commands);
+        sequence.add(kernels.deform, {0, vertex_count}, deform);
+        add(sequence, kernels, dispatches);
     };
 }
 

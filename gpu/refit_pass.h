@@ -13,4 +13,8 @@ namespace morphray::gpu {
 Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
                    const PoseMemory& pose, const RefitPlan& plan);
 
+/// Likewise, of everything, at a pose between keyframes that are on the device.
+Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
+                   const KeyframePose& pose);
+
 }  // namespace morphray::gpu

@@ -38,16 +38,25 @@ std::vector<uvec4> with_albedo(const Topology& topology) {
 
 }  // namespace
 
-TexelBuffer::TexelBuffer(Context& context, const char* name, VkDeviceSize size, VkFormat format,
-                         VkBufferUsageFlags usage)
-    : buffer(context, name, size, usage, Memory::kDevice),
-      view(texel_view(context, name, buffer, format)) {}
+Bvh empty_tree() {
+    Bvh bvh;
+    Node& root = bvh.nodes.emplace_back();
+    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+        root.lower_x[slot] = root.lower_y[slot] = root.lower_z[slot] = kEmptyPlane;
+        root.upper_x[slot] = root.upper_y[slot] = root.upper_z[slot] = -kEmptyPlane;
+        root.child[slot] = kEmptyChild;
+    }
+    bvh.node_parents = {kNoParent};
+    bvh.level_begin = {0, 1};
+    return bvh;
+}
 
 SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology& topology,
                            std::span<const vec3> positions, const Bvh& bvh)
     : vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
-      positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords),
+      positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords,
+                 kReadAndWritten),
       ring_(vertex_count_),
       triangles_(filled(context, transfer, "triangles", with_albedo(topology), kFourWords)),
       tree_(context, transfer, bvh, 0) {
@@ -87,6 +96,11 @@ Record SceneBuffers::set_positions(Context& context, std::span<const vec3> posit
                      mapped.subspan(kPaddedBytes * range.begin, kPaddedBytes * count));
     }
     return {};
+}
+
+void SceneBuffers::make_keyframes(Context& context) {
+    positions_out_ = texel_view(context, "positions, written", positions_.buffer, kWord);
+    keyframes_.emplace(context, vertex_count_);
 }
 
 void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh, double room) {
@@ -145,6 +159,9 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     bindings.views[kBindNodeParents] = tree_.node_parents.view.get();
     bindings.views[kBindNodesOut] = tree_.nodes_out.get();
     bindings.views[kBindLeavesOut] = tree_.leaves_out.get();
+    if (!keyframes_) return;
+    bindings.views[kBindKeyframes] = keyframes_->texels().view.get();
+    bindings.views[kBindPositionsOut] = positions_out_.get();
 }
 
 }  // namespace morphray::gpu

@@ -9,21 +9,16 @@
 #include "common/bvh.h"
 #include "common/mesh.h"
 #include "common/refit_plan.h"
+#include "gpu/keyframe_slots.h"
 #include "gpu/pipeline.h"
 #include "gpu/position_ring.h"
+#include "gpu/texel_buffer.h"
 #include "gpu/transfer.h"
 
 namespace morphray::gpu {
 
-/// A buffer that kernels read as texels.
-struct TexelBuffer {
-    TexelBuffer() = default;
-    TexelBuffer(Context& context, const char* name, VkDeviceSize size, VkFormat format,
-                VkBufferUsageFlags usage = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT);
-
-    Buffer buffer;
-    UniqueBufferView view;
-};
+/// A tree over no triangles.
+Bvh empty_tree();
 
 /// Topology, positions and tree. Sizes have been checked (check_scene).
 class SceneBuffers {
@@ -43,6 +38,12 @@ public:
     /// them, if anything. What is under way still sees those before.
     Record set_positions(Context& context, std::span<const vec3> positions,
                          std::span<const IndexRange> ranges);
+    /// Whether the host writes positions where the device reads them.
+    bool positions_are_mapped() const { return !positions_.buffer.mapped().empty(); }
+    /// Room for keyframes, and what `deform` writes, which not every scene has (fits_keyframes):
+    /// null until they are made. Bindings have to be made anew.
+    KeyframeSlots* keyframes() { return keyframes_ ? &*keyframes_ : nullptr; }
+    void make_keyframes(Context& context);
     /// Replaces the tree by one over the same triangles, with room to grow by a part of itself.
     /// Bindings have to be made anew. After an exception the old tree is still there.
     void set_tree(Context& context, Transfer& transfer, const Bvh& bvh, double room = 0);
@@ -78,6 +79,8 @@ private:
     std::uint32_t triangle_count_ = 0;
     TexelBuffer positions_;
     PositionRing ring_;
+    UniqueBufferView positions_out_;
+    std::optional<KeyframeSlots> keyframes_;
     TexelBuffer triangles_;
     Tree tree_;
 };

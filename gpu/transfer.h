@@ -18,8 +18,8 @@ public:
 
     /// Writes the bytes to the start of `to`.
     void upload(std::span<const std::byte> bytes, const Buffer& to);
-    /// write_padded() to the start of `to`.
-    void upload_padded(std::span<const vec3> points, const Buffer& to);
+    /// write_padded() to `to`, from `offset` on.
+    void upload_padded(std::span<const vec3> points, const Buffer& to, std::size_t offset = 0);
     /// Brings the start of `to`, which holds `before`, to `after`: writes blocks of kBlockBytes
     /// that differ. Returns the bytes that it wrote.
     std::uint64_t upload_changes(std::span<const std::byte> before,
@@ -29,10 +29,10 @@ public:
     void download(const Buffer& from, std::span<std::byte> bytes);
 
 private:
-    /// Has `fill(bytes, offset)` write the `size` bytes that go to the start of `to`, in pieces of
+    /// Has `fill(bytes, at)` write the `size` bytes that go to `to` from `offset` on, in pieces of
     /// whole kilobytes and a last one.
     template <class Fill>
-    void write(std::size_t size, const Buffer& to, Fill fill);
+    void write(std::size_t size, const Buffer& to, std::size_t offset, Fill fill);
 
     void copy_to(const Buffer& to, std::span<const VkBufferCopy> copies);
 

@@ -23,6 +23,8 @@ struct Tuning {
     std::uint32_t resume_slots = 4096;
     /// Copy through a staging buffer even where the host sees the device's memory.
     bool force_staging = false;
+    /// Interpolate keyframes on the device even there.
+    bool force_interpolation = false;
     /// A submission that takes longer counts as a lost device.
     std::uint64_t submit_timeout_ms = 60'000;
     /// Takes the place of libvulkan's vkGetInstanceProcAddr.

@@ -33,19 +33,6 @@ std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) /
 /// by less and less.
 constexpr double kRoom = 0.5;
 
-Bvh empty_tree() {
-    Bvh bvh;
-    Node& root = bvh.nodes.emplace_back();
-    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
-        root.lower_x[slot] = root.lower_y[slot] = root.lower_z[slot] = kEmptyPlane;
-        root.upper_x[slot] = root.upper_y[slot] = root.upper_z[slot] = -kEmptyPlane;
-        root.child[slot] = kEmptyChild;
-    }
-    bvh.node_parents = {kNoParent};
-    bvh.level_begin = {0, 1};
-    return bvh;
-}
-
 class VulkanBackend final : public Backend {
 public:
     VulkanBackend(const VulkanConfig& config, const Tuning& tuning)
@@ -54,8 +41,10 @@ public:
           kernels_(context_, tuning),
           passes_(context_, pass_size(context_.limits(), tuning), tuning.step_budget),
           scene_(context_, transfer_, Topology{}, {}, empty_tree()),
-          images_(context_, transfer_, kernels_, passes_, scene_) {
+          images_(context_, transfer_, kernels_, passes_, scene_),
+          force_interpolation_(tuning.force_interpolation) {
         assert(tuning.step_budget >= 1 && tuning.step_budget <= kStepBudget);
+        scene_.make_keyframes(context_);
         bind();
         warm_up();
     }
@@ -68,6 +57,8 @@ public:
                    const Bvh& bvh) override;
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
     std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent) override;
+    bool interpolates() const override { return interpolates_; }
+    std::uint64_t refit_to(Pose& pose, RefitExtent extent) override;
     double tree_cost() override;
     std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) override;
     void read_bvh(Bvh& bvh) override;
@@ -84,7 +75,11 @@ private:
     std::optional<std::uint64_t> change_tree(const Bvh& before, const Bvh& after);
     void clear();
     void finish_image();
-    void defer_refit(const RefitPlan& plan);
+    bool has_keyframes(const KeyframePose& pose);
+    void load_keyframes(const KeyframePose& pose);
+    template <class Make>
+    void refit_later(Make make);
+    void take_positions();
     void catch_up();
 
     const std::string name_ = "vulkan";
@@ -95,8 +90,14 @@ private:
     SceneBuffers scene_;
     ImageTracer images_;
     RefitPlanner planner_;
-    /// Whether the device's tree is not, or not yet, that of planner_.pose().
+    /// The pose, where it is not planner_.pose().
+    std::optional<KeyframePose> keyframe_pose_;
+    /// Whether the device's tree is not, or not yet, that of the pose.
     bool is_behind_ = false;
+    /// Whether keyframes are interpolated on the device where there is room for them, and whether
+    /// there is.
+    bool force_interpolation_;
+    bool interpolates_ = false;
     /// The tree without its nodes and leaves, which are on the device.
     Bvh links_;
     BackendTimes times_;
@@ -144,6 +145,7 @@ void VulkanBackend::warm_up() {
         dispatch(kernels_.occlusion, OcclusionArguments{});
         dispatch(kernels_.rays, RaysArguments{});
         dispatch(kernels_.resume, ResumeArguments{});
+        dispatch(kernels_.deform, DeformArguments{});
         dispatch(kernels_.refit_leaves, RefitArguments{});
         dispatch(kernels_.refit_nodes, RefitArguments{});
     });
@@ -161,13 +163,18 @@ void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> po
                               const Bvh& bvh) {
     finish_image();
     const auto start = Clock::now();
-    check_scene(context_.physical(), size_of(positions.size(), topology.triangles.size(), bvh));
+    const SceneSize size = size_of(positions.size(), topology.triangles.size(), bvh);
+    check_scene(context_.physical(), size);
     // The old scene goes first, with what was to become of it: there may not be room for both.
     context_.drop_deferred();
-    is_behind_ = false;
+    is_behind_ = interpolates_ = false;
+    keyframe_pose_.reset();
     clear();
     scene_ = SceneBuffers(context_, transfer_, topology, positions, bvh);
     bind();
+    // Where positions are written in place, interpolating them is the dearer way.
+    interpolates_ = (force_interpolation_ || !scene_.positions_are_mapped()) &&
+                    fits_keyframes(context_.physical(), size);
     planner_ = RefitPlanner(positions);
     keep_links(bvh);
     context_.throw_on_validation_errors();
@@ -185,6 +192,7 @@ void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
     scene_.set_tree(context_, transfer_, bvh);
     bind();
     planner_.set_frame(positions);
+    keyframe_pose_.reset();
     is_behind_ = false;
     keep_links(bvh);
     context_.throw_on_validation_errors();
@@ -197,17 +205,56 @@ std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent 
     if (context_.has_deferred() || !context_.is_under_way()) finish();
     const auto start = Clock::now();
     planner_.advance(positions);
+    // What moved is known of poses that the host has seen.
+    if (std::exchange(keyframe_pose_, std::nullopt)) extent = RefitExtent::kAll;
     const RefitPlan plan = planner_.plan(links_, extent);
     times_.refit_ms = 0;
     times_.refitted_leaves = plan.leaf_count;
-    defer_refit(plan);
+    refit_later([&] { return refit_scene(context_, kernels_, scene_, planner_.pose(), plan); });
     times_.upload_ms = ms_since(start);
     return plan.leaf_count;
 }
 
-void VulkanBackend::defer_refit(const RefitPlan& plan) {
+std::uint64_t VulkanBackend::refit_to(Pose& pose, RefitExtent extent) {
+    const std::optional<KeyframePose> next = interpolates_ ? pose.keyframes() : std::nullopt;
+    const bool are_there = next && has_keyframes(*next);
+    // A keyframe that would go up for itself alone goes up as a pose.
+    if (!next || (!are_there && next->blend.before == next->blend.after)) {
+        return refit(pose.positions(), extent);
+    }
+    // As refit(); and what is under way may read the keyframes that have to go.
+    if (!are_there || context_.has_deferred() || !context_.is_under_way()) finish();
+    const auto start = Clock::now();
+    times_.refit_ms = times_.upload_ms = 0;
+    times_.refitted_leaves = 0;
+    if (keyframe_pose_ == next && extent == RefitExtent::kMoved) return 0;
+    if (!are_there) load_keyframes(*next);
+    keyframe_pose_ = next;
+    times_.refitted_leaves = scene_.leaf_count();
+    refit_later([&] { return refit_scene(context_, kernels_, scene_, *next); });
+    times_.upload_ms = ms_since(start);
+    return scene_.leaf_count();
+}
+
+bool VulkanBackend::has_keyframes(const KeyframePose& pose) {
+    const KeyframeSlots* slots = scene_.keyframes();
+    return slots != nullptr && slots->holds(*pose.keyframes, pose.blend.before) &&
+           slots->holds(*pose.keyframes, pose.blend.after);
+}
+
+void VulkanBackend::load_keyframes(const KeyframePose& pose) {
+    if (scene_.keyframes() == nullptr) {
+        scene_.make_keyframes(context_);
+        bind();
+    }
+    scene_.keyframes()->load(transfer_, pose);
+}
+
+/// Of a pose that has been taken; `make` gives what brings the tree to it.
+template <class Make>
+void VulkanBackend::refit_later(Make make) {
     const bool was_behind = std::exchange(is_behind_, true);
-    Record record = refit_scene(context_, kernels_, scene_, planner_.pose(), plan);
+    Record record = make();
     if (!record) {
         is_behind_ = was_behind;
         return;
@@ -216,6 +263,15 @@ void VulkanBackend::defer_refit(const RefitPlan& plan) {
         times_.refit_ms = device_ms;
         is_behind_ = context_.has_deferred();
     });
+}
+
+/// Has the host know the pose's positions.
+void VulkanBackend::take_positions() {
+    if (!keyframe_pose_) return;
+    std::vector<vec3> positions(scene_.vertex_count());
+    keyframe_pose_->keyframes->positions(keyframe_pose_->blend, positions);
+    planner_.advance(positions);
+    keyframe_pose_.reset();
 }
 
 double VulkanBackend::tree_cost() {
@@ -227,6 +283,7 @@ std::size_t VulkanBackend::restructure(const Topology& topology, double growth, 
     Bvh before;
     read_bvh(before);
     Bvh tree = before;
+    take_positions();
     const std::size_t parts =
         morphray::restructure(topology, planner_.pose().positions(), growth, tree, areas);
     times_.tree_bytes = 0;
@@ -293,9 +350,10 @@ void VulkanBackend::finish() {
 
 /// Nothing is under way: after an error the tree may be that of an older pose.
 void VulkanBackend::catch_up() {
-    if (is_behind_ && !context_.has_deferred()) {
-        defer_refit(planner_.plan(links_, RefitExtent::kAll));
-    }
+    if (!is_behind_ || context_.has_deferred()) return;
+    take_positions();
+    const RefitPlan all = planner_.plan(links_, RefitExtent::kAll);
+    refit_later([&] { return refit_scene(context_, kernels_, scene_, planner_.pose(), all); });
 }
 
 void VulkanBackend::finish_image() {

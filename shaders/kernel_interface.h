@@ -23,17 +23,19 @@ SHARED_CONST uint kBindSeen = 8u;          // R32UI: pixels that show something
 // Likewise, over the same memory as kBindHits and kBindOcclusion: what earlier passes found.
 SHARED_CONST uint kBindFoundHits = 9u;        // RGBA32UI
 SHARED_CONST uint kBindFoundOcclusion = 10u;  // R32UI
-// Storage texel buffers, over the same memory as 0 and 1.
-SHARED_CONST uint kBindNodesOut = 11u;   // R32UI
-SHARED_CONST uint kBindLeavesOut = 12u;  // R32UI
+SHARED_CONST uint kBindKeyframes = 11u;       // RGBA32UI, two keyframes as kBindPositions
+// Storage texel buffers, over the same memory as 0, 1 and 2.
+SHARED_CONST uint kBindNodesOut = 12u;      // R32UI
+SHARED_CONST uint kBindLeavesOut = 13u;     // R32UI
+SHARED_CONST uint kBindPositionsOut = 14u;  // R32UI
 // Storage buffers; no kernel uses more than the four that every device has.
-SHARED_CONST uint kBindHits = 13u;
-SHARED_CONST uint kBindOcclusion = 14u;
-SHARED_CONST uint kBindPixels = 15u;
-SHARED_CONST uint kBindWork = 16u;
-SHARED_CONST uint kBindStates = 17u;
-SHARED_CONST uint kBindSeenOut = 18u;
-SHARED_CONST uint kBindingCount = 19u;
+SHARED_CONST uint kBindHits = 15u;
+SHARED_CONST uint kBindOcclusion = 16u;
+SHARED_CONST uint kBindPixels = 17u;
+SHARED_CONST uint kBindWork = 18u;
+SHARED_CONST uint kBindStates = 19u;
+SHARED_CONST uint kBindSeenOut = 20u;
+SHARED_CONST uint kBindingCount = 21u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
@@ -162,6 +164,17 @@ struct ResumeArguments {
 struct RefitArguments {
     uint first;
     uint count;
+};
+
+/// Push constants of `deform`: vertices [first, first + count), and the texels where two keyframes
+/// begin.
+struct DeformArguments {
+    uint first;
+    uint count;
+    uint before;
+    uint after;
+    vec3 centre;
+    float f;
 };
 
 SHARED_END

@@ -12,8 +12,6 @@
 namespace morphray::app {
 namespace {
 
-constexpr std::uint32_t kBlock = 32;
-
 std::vector<vec3> placed(std::span<const vec3> positions, const Placement& placement) {
     const UserBounds bounds = bounds_of(positions);
     double size = 0;
@@ -89,10 +87,11 @@ ImageParams snapped_camera(const ViewSpec& given, const UserBounds& bounds,
 
 void add_camera_rays(ChartScene& scene, const SceneSpace& space) {
     const Origin origin = origin_of(space, scene.params.camera.org);
-    for (std::uint32_t y0 = 0; y0 < scene.params.height; y0 += kBlock) {
-        for (std::uint32_t x0 = 0; x0 < scene.params.width; x0 += kBlock) {
-            for (std::uint32_t i = 0; i < kBlock * kBlock; ++i) {
-                const Ray ray = camera_ray(scene.params.camera, x0 + i % kBlock, y0 + i / kBlock);
+    for (std::uint32_t y0 = 0; y0 < scene.params.height; y0 += kChartTileSide) {
+        for (std::uint32_t x0 = 0; x0 < scene.params.width; x0 += kChartTileSide) {
+            for (std::uint32_t i = 0; i < kChartTileSide * kChartTileSide; ++i) {
+                const Ray ray = camera_ray(scene.params.camera, x0 + i % kChartTileSide,
+                                           y0 + i / kChartTileSide);
                 add(scene, {origin.user, ray.org}, ray.dir, &ChartSpace::camera_rays);
             }
         }

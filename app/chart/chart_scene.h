@@ -15,8 +15,9 @@
 
 namespace morphray::app {
 
-/// Rays that are traced at a time: tiles of 32 x 32 pixels.
-inline constexpr std::size_t kChartTile = 1024;
+/// Camera rays that are traced at a time: tiles of so many pixels a side.
+inline constexpr std::uint32_t kChartTileSide = 64;
+inline constexpr std::size_t kChartTile = std::size_t{kChartTileSide} * kChartTileSide;
 
 /// What a contender traces: the same mesh, tree and rays in scene space, where our rule works, or
 /// in the user's units, where everybody else's does.
@@ -45,7 +46,7 @@ struct ChartScene {
 };
 
 /// `positions` in the user's units, moved and scaled in double and rounded to float once. The
-/// picture is side x side pixels (a multiple of 32), seen from the default view with the given
+/// picture is side x side pixels (a multiple of kChartTileSide), seen from the default view with the given
 /// field of view; there are as many aimed rays as `aimed` says. Throws what the builder and the
 /// camera do.
 ChartScene make_chart_scene(const std::string& name, const Topology& topology,

@@ -26,7 +26,7 @@ struct Chart {
 
 /// How much work goes into the charts.
 struct Effort {
-    /// Pixels of a side, a multiple of 32.
+    /// Pixels of a side, a multiple of kChartTileSide.
     std::uint32_t side;
     std::size_t aimed_rays;
     int rounds;

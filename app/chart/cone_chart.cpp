@@ -90,8 +90,8 @@ Cones make_cones(std::span<const Surface> surfaces, std::size_t count, std::size
                 const double radius = wide ? u : v;
                 const double turn = wide ? std::numbers::pi / 4 * v / u
                                          : std::numbers::pi / 4 * (2 - u / (v == 0 ? 1 : v));
-                const std::size_t ray =
-                    rays_of_point == kMany ? cpu::point_packet_ray(x, y) : std::size_t{y} * side + x;
+                const std::size_t ray = rays_of_point == kMany ? cpu::point_packet_ray(x, y)
+                                                               : std::size_t{y} * side + x;
                 cones.rays[point * rays_of_point + ray] =
                     cone_ray(surface, largest, radius, turn, tfar);
             }

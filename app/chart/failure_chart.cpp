@@ -69,9 +69,9 @@ void measure(const Contender& contender, const ChartSpace& space, const Judge& j
 
 void add_cells(const ChartContext& context, const ChartInput& input, std::size_t row,
                std::vector<Cell>& cells) {
-    const ChartScene scene = make_chart_scene(input.name, input.topology, input.positions, {},
-                                              std::max(32u, context.effort.side / kLessSide),
-                                              context.effort.placed_rays);
+    const ChartScene scene = make_chart_scene(
+        input.name, input.topology, input.positions, {},
+        std::max(kChartTileSide, context.effort.side / kLessSide), context.effort.placed_rays);
     const Judge in_scene_space(scene, scene.scene_space);
     const Judge in_user_space(scene, scene.user_space);
     std::size_t column = 0;

@@ -16,29 +16,30 @@ struct Shape {
     std::uint32_t width;
     std::uint32_t height;
 };
-constexpr Shape kShapes[] = {{1, 1},  {2, 2},   {4, 4},   {8, 4},  {8, 8},
-                             {16, 8}, {16, 16}, {32, 16}, {32, 32}};
-constexpr std::uint32_t kTile = 32;
+constexpr Shape kShapes[] = {{1, 1},   {2, 2},   {4, 4},   {8, 4},   {8, 8},  {16, 8},
+                             {16, 16}, {32, 16}, {32, 32}, {64, 32}, {64, 64}};
 // The smallest packets are slow.
 constexpr std::uint32_t kMostSide = 256;
 
 void trace_packets(const ChartScene& scene, const cpu::PacketTracer& tracer, Shape shape,
                    std::span<Hit> hits) {
-    const std::uint32_t columns = scene.params.width / kTile;
-    tbb::parallel_for(0u, columns * (scene.params.height / kTile), [&](std::uint32_t tile) {
-        thread_local const auto packet = std::make_unique<cpu::Packet>();
-        const std::uint32_t left = tile % columns * kTile;
-        const std::uint32_t top = tile / columns * kTile;
-        for (std::uint32_t y = 0; y < kTile; y += shape.height) {
-            for (std::uint32_t x = 0; x < kTile; x += shape.width) {
-                const std::size_t first = std::size_t{tile} * kChartTile + y * kTile + x;
-                tracer.intersect_camera(
-                    scene.params,
-                    {left + x, top + y, left + x + shape.width, top + y + shape.height}, *packet,
-                    &hits[first], kTile);
+    const std::uint32_t columns = scene.params.width / kChartTileSide;
+    tbb::parallel_for(
+        0u, columns * (scene.params.height / kChartTileSide), [&](std::uint32_t tile) {
+            thread_local const auto packet = std::make_unique<cpu::Packet>();
+            const std::uint32_t left = tile % columns * kChartTileSide;
+            const std::uint32_t top = tile / columns * kChartTileSide;
+            for (std::uint32_t y = 0; y < kChartTileSide; y += shape.height) {
+                for (std::uint32_t x = 0; x < kChartTileSide; x += shape.width) {
+                    const std::size_t first =
+                        std::size_t{tile} * kChartTile + y * kChartTileSide + x;
+                    tracer.intersect_camera(
+                        scene.params,
+                        {left + x, top + y, left + x + shape.width, top + y + shape.height},
+                        *packet, &hits[first], kChartTileSide);
+                }
             }
-        }
-    });
+        });
 }
 
 }  // namespace

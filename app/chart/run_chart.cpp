@@ -46,7 +46,7 @@ SceneFrames open_scene_of(const Options& options, const std::string& scene,
 }
 
 /// The middle frame of a scene.
-ChartInput middle_frame(const Options& options, SceneFrames& frames) {
+ChartInput middle_frame(const Options& options, const SceneFrames& frames) {
     const Clip& clip = frames.clip();
     const Topology& topology = clip.topology();
     const Effort& effort = options.quick ? quick_effort() : full_effort();
@@ -54,11 +54,9 @@ ChartInput middle_frame(const Options& options, SceneFrames& frames) {
                     .vertices = topology.vertex_count,
                     .pixels = std::uint64_t{effort.side} * effort.side,
                     .backends = 6});
-    frames.positions(std::floor((clip.first_frame() + clip.last_frame()) / 2));
-    const std::span<const vec3> positions = frames.user_positions();
-    return {std::filesystem::path(clip.name()).filename().string(),
-            topology,
-            {positions.begin(), positions.end()}};
+    std::vector<vec3> positions(topology.vertex_count);
+    clip.positions(std::floor((clip.first_frame() + clip.last_frame()) / 2), positions);
+    return {std::filesystem::path(clip.name()).filename().string(), topology, std::move(positions)};
 }
 
 std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>& scenes,

@@ -18,7 +18,7 @@
 namespace morphray::app {
 namespace {
 
-constexpr std::uint32_t kSide = cpu::kPointSide;
+constexpr std::uint32_t kSide = cpu::kCameraSide;
 // Trees that have rotted are slow.
 constexpr std::uint32_t kMostSide = 256;
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "common/interop/keyframes.h"
 #include "tests/common/temp_folder.h"
 
 namespace morphray {
@@ -52,6 +53,16 @@ TEST(KeyframeClip, GivesKeyframesBitForBitAndInterpolatesBetween) {
     EXPECT_EQ(x_at(opened, 0.7), 0.1f + (1e-42f - 0.1f) * 0.7f);
     EXPECT_EQ(x_at(opened, 2), 4.0f);
     EXPECT_EQ(x_at(opened, std::nextafter(2.0, 0.0)), 4.0f);
+}
+
+TEST(KeyframeClip, TellsTheKeyframesOfAFrame) {
+    const Opened opened = open_frames({triangle_at("1"), triangle_at("3"), triangle_at("nan")});
+    EXPECT_EQ(opened.clip->keyframes_at(0), (KeyframeBlend{0, 0, 0}));
+    EXPECT_EQ(opened.clip->keyframes_at(0.25), (KeyframeBlend{0, 1, 0.25f}));
+    EXPECT_EQ(opened.clip->keyframes_at(1), (KeyframeBlend{1, 1, 0}));
+    EXPECT_EQ(opened.clip->keyframes_at(-7), (KeyframeBlend{0, 0, 0}));
+    EXPECT_EQ(opened.clip->keyframes_at(1.25), std::nullopt);
+    EXPECT_EQ(opened.clip->keyframe(1)[0], vec3(3, 0, 0));
 }
 
 TEST(KeyframeClip, ClampsFramesToItsRange) {
@@ -207,6 +218,8 @@ TEST(KeyframeClip, MissingFrameIsHeldOrInterpolatedAsAsked) {
     EXPECT_EQ(held.clip->last_frame(), 4);
     EXPECT_EQ(x_at(held, 1), 0.0f);
     EXPECT_EQ(x_at(held, 1.5), 0.0f);
+    EXPECT_EQ(held.clip->keyframes_at(1.5), (KeyframeBlend{0, 0, 0}));
+    EXPECT_EQ(held.clip->keyframes_at(2.5), (KeyframeBlend{0, 1, 0.5f}));
     EXPECT_EQ(x_at(held, 2), 0.0f);
     EXPECT_EQ(x_at(held, 2.5), 3.0f);
     EXPECT_EQ(x_at(held, 3), 6.0f);

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "gpu/vulkan_backend_internal.h"
-#include "tests/gpu/test_scenes.h"
+#include "tests/gpu/keyframe_scene.h"
 
 namespace morphray::test {
 namespace {
@@ -23,6 +23,7 @@ void use_a_backend_once() {
     // Packets are left out for the time that some drivers take to compile them.
     gpu::Tuning tuning;
     tuning.use_packets = false;
+    tuning.force_interpolation = true;
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
     const TestScene scene = torus(24, 12);
     backend->set_scene(scene.topology, scene.positions, plain_tree(scene));
@@ -31,6 +32,10 @@ void use_a_backend_once() {
     backend->begin_image(view(64, 64, kRaysShadow), frame);
     backend->refit(swayed(scene, 2));
     backend->trace_image(view(64, 64, kRaysAo), frame);
+    const auto keyframes = swaying(scene);
+    Pose pose = keyframes->pose(0.5);
+    backend->refit_to(pose);
+    backend->finish();
 }
 
 TEST(Lifetime, MemoryStaysFlatWhileBackendsComeAndGo) {

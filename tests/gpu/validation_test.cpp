@@ -5,7 +5,7 @@
 #include "gpu/pipeline.h"
 #include "gpu/transfer.h"
 #include "gpu/vulkan_backend_internal.h"
-#include "tests/gpu/test_scenes.h"
+#include "tests/gpu/keyframe_scene.h"
 #include "tests/shaders/hazard_spirv.h"
 
 namespace morphray::test {
@@ -86,6 +86,7 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
         gpu::Tuning tuning;
         tuning.log = &log;
         tuning.force_staging = force_staging;
+        tuning.force_interpolation = true;
         tuning.step_budget = 40;
         const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
         const TestScene scene = torus(24, 12);
@@ -96,6 +97,12 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
         Frame frame;
         for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
             backend->trace_image(view(40, 30, rays), frame);
+        }
+        const auto keyframes = swaying(scene);
+        for (const double number : {0.5, 0.75, 1.5, 0.5}) {
+            Pose pose = keyframes->pose(number);
+            backend->refit_to(pose);
+            backend->begin_image(view(40, 30, kRaysShadow), frame);
         }
         std::vector<Hit> hits(100);
         backend->trace_rays(scattered_rays(100, 1), hits);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "shaders/deform_spirv.h"
 #include "shaders/occlusion_spirv.h"
 #include "shaders/primary_packet_spirv.h"
 #include "shaders/primary_spirv.h"
@@ -26,6 +27,7 @@ struct Kernel {
 };
 
 const Kernel kKernels[] = {
+    {"deform", k_deform_spirv},
     {"occlusion", k_occlusion_spirv},
     {"primary", k_primary_spirv},
     {"rays", k_rays_spirv},

@@ -76,6 +76,10 @@ TEST(SharedLayout, ArgumentsAgree) {
                        OFFSET(ResumeArguments, fresh), OFFSET(ResumeArguments, any_hit)}));
     EXPECT_EQ(in_kernel("RefitArguments"),
               (Offsets{OFFSET(RefitArguments, first), OFFSET(RefitArguments, count)}));
+    EXPECT_EQ(in_kernel("DeformArguments"),
+              (Offsets{OFFSET(DeformArguments, first), OFFSET(DeformArguments, count),
+                       OFFSET(DeformArguments, before), OFFSET(DeformArguments, after),
+                       OFFSET(DeformArguments, centre), OFFSET(DeformArguments, f)}));
 }
 
 TEST(SharedLayout, ATypeThatTheKernelDoesNotHaveHasNoOffsets) {

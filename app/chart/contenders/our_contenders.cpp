@@ -12,8 +12,8 @@
 namespace morphray::app {
 namespace {
 
-constexpr std::uint32_t kSide = cpu::kPointSide;
-static_assert(kSide * kSide == kChartTile);
+constexpr std::uint32_t kSide = kChartTileSide;
+static_assert(kSide == cpu::kCameraSide);
 
 Contender ours(std::string name, TraceBatch trace) {
     Contender contender;
