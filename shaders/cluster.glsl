@@ -35,6 +35,7 @@ vec3 read_lane(vec3 v, uint from) {
 float lesser(float a, float b) { return a < b ? a : b; }
 float greater(float a, float b) { return a > b ? a : b; }
 vec2 greater(vec2 a, vec2 b) { return vec2(greater(a.x, b.x), greater(a.y, b.y)); }
+vec3 greater(vec3 a, vec3 b) { return vec3(greater(a.xy, b.xy), greater(a.z, b.z)); }
 
 /// Reductions over a cluster, on all of its lanes.
 #define DEFINE_CLUSTER_REDUCTION(NAME, TYPE, COMBINE)                               \

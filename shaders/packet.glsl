@@ -137,11 +137,13 @@ const uint kLevelWords = (kSlots + 1u) / 2u;
 uvec4 levels[kLevelWords * (kMaxDepth + 1u)];
 uint level;
 
-/// Least 1/z of what the rays have found: what is farther matters to none.
+/// Least 1/z of what the rays have found, of all and of each group; farther ones do not matter.
 float packet_q;
+float group_q[kGroups];
 
 void begin_traversal() {
     packet_q = 0.0f;
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) group_q[g] = 0.0f;
     level = 0u;
     [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
         keys[k] = 0u;

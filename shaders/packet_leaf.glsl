@@ -125,8 +125,11 @@ uint concerned_groups(Corners t, bool on_grid) {
         }
     }
     groups = in_front ? groups : kAllGroups;
-    bool is_near = is_finite && z_most + z_error > 0.0f && nearest_q(z_least - z_error) >= packet_q;
-    return is_near ? groups : 0u;
+    float q = nearest_q(z_least - z_error);
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
+        groups = q >= group_q[g] ? groups : groups & ~(1u << g);
+    }
+    return is_finite && z_most + z_error > 0.0f ? groups : 0u;
 }
 
 /// Of the leaf's triangles, the groups that each may concern.
@@ -244,6 +247,38 @@ Setup set_up_triangle(Corners t, float leaf_error) {
     return setup;
 }
 
+/// The groups of which some ray may hit a triangle, as bits: somewhere in their rectangles each
+/// edge function is not below its bound, and 1/z not surely less than what all rays have found. A
+/// maximum over a rectangle is a sum as of a ray at its corner with three roundings more, of values
+/// up to 32 times the coefficients; frame.rounding is 1.8 times what rays need, so it covers these.
+uint met_groups(Setup s, bool on_grid) {
+    vec3 reach = s.c + s.bound;
+    float q_reach = s.q.z + s.q_error;
+    uint groups = 0u;
+    if (on_grid) {
+        // 8x4 pixels, of which the outermost middles are 3.5 and 1.5 from the group's.
+        reach += 3.5f * abs(s.a) + 1.5f * abs(s.b);
+        q_reach += 3.5f * abs(s.q.x) + 1.5f * abs(s.q.y);
+    }
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
+        vec3 e;
+        float q;
+        if (on_grid) {
+            float x = (g & 1u) == 0u ? -4.0f : 4.0f;
+            float y = 4.0f * float(g >> 1u) + 2.0f - float(kGroups);
+            e = reach + x * s.a + y * s.b;
+            q = q_reach + x * s.q.x + y * s.q.y;
+        } else {
+            vec2 l = group_lower[g];
+            vec2 u = group_upper[g];
+            e = reach + greater(s.a * l.x, s.a * u.x) + greater(s.b * l.y, s.b * u.y);
+            q = q_reach + greater(s.q.x * l.x, s.q.x * u.x) + greater(s.q.y * l.y, s.q.y * u.y);
+        }
+        groups |= least(e) >= 0.0f && q >= group_q[g] ? 1u << g : 0u;
+    }
+    return groups;
+}
+
 /// A triangle by its leaf and its slot there, as packets keep it.
 uint triangle_name(uint leaf, uint i) { return leaf * 16u + i; }
 const uint kNoTriangle = 0xFFFFFFFFu;
@@ -256,7 +291,7 @@ uint pending_groups;
 Corners pending_corners;
 float pending_error;
 /// How many are worth tracing while there are more leaves.
-const uint kEnough = kLanes / 2u + 1u;
+const uint kEnough = kLanes - kLanes / 4u;
 
 /// Adds as many of the leaf's triangles, given as bits, as there are lanes for. Returns the rest.
 uint append_triangles(uint leaf, uint alive) {

@@ -8,10 +8,20 @@
 const uint kAllTriangles = 0xFFFFu;
 
 /// A triangle against the rays of a group. `bit` is the triangle's in pending_doubts; 0: there is
-/// none.
+/// none, or it is known to miss them.
 void trace_triangle(uint group, Setup s, uint name, uint bit);
-/// The least 1/z that matters to some ray.
-float least_q();
+/// Adds to q_error and win_error of the pending triangles what the rays' own 1/z may be off by.
+void add_ray_error(inout Setup s);
+/// The least 1/z that matters to some of this lane's rays of a group.
+float least_q(uint group);
+
+void update_depth() {
+    packet_q = kDone;
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
+        group_q[g] = cluster_min(least_q(g));
+        packet_q = lesser(packet_q, group_q[g]);
+    }
+}
 
 /// What a traversal has still to do besides the pending triangles: a node or leaf, kEmptyChild if
 /// there is none; of a leaf only some triangles.
@@ -27,63 +37,86 @@ bool is_leaf(uint child) { return (child & kLeafBit) != 0u && child != kEmptyChi
 
 bool is_finished(Traversal t) { return t.current == kEmptyChild && pending_count == 0u; }
 
-/// The pending triangles that concern a group. A loop for each group, since it is all that some
-/// devices jump over.
-void trace_group(uint group, Setup setup, inout uint steps) {
-    uint left = cluster_or((pending_groups >> group & 1u) << lane);
+/// The pending triangles that concern a group, `groups` being those of this lane's. A loop for each
+/// group, since it is all that some devices jump over, though not in its first round: of a group
+/// without triangles that traces the first one, which is known to miss or has an error too large to
+/// win.
+void trace_group(uint group, Setup setup, uint groups, inout uint steps) {
+    uint left = cluster_or((groups >> group & 1u) << lane);
+    steps += max(1u, uint(bitCount(left)));
     do {
-        uint i = uint(findLSB(left)) & (kLanes - 1u);
+        // The lowest bit, or 0.
+        uint i = uint(bitCount(~left & (left - 1u))) & (kLanes - 1u);
         trace_triangle(group, read_setup(setup, i), read_lane(pending_names, i),
                        left & (0u - left));
         left &= left - 1u;
-        ++steps;
     } while (left != 0u);
 }
 
-/// Continues until there is nothing left, no room for doubts, or no steps.
+/// Adds triangles of leaves to the pending ones until these are enough, or the next is a node.
+/// `rest`: of the leaf that was looked at last some are left.
+void gather_triangles(inout Traversal t, inout uint rest, bool has_room) {
+    do {
+        // Always so in the first round of most, but see cluster.glsl.
+        if (is_leaf(t.current) && pending_count < kEnough && rest == 0u && has_room) {
+            uint leaf = t.current & ~kLeafBit;
+            rest = append_triangles(leaf, cull_leaf(leaf, PACKET_ON_GRID) & t.triangles);
+            t.triangles = rest != 0u ? rest : kAllTriangles;
+            if (rest == 0u) t.current = take_child(t.steps);
+        }
+        ++t.steps;
+    } while (is_leaf(t.current) && pending_count < kEnough && rest == 0u && has_room);
+}
+
+void trace_pending(inout uint steps) {
+    Setup setup = set_up_triangle(pending_corners, pending_error);
+    uint groups = pending_groups & met_groups(setup, PACKET_ON_GRID);
+    setup.q_error = pending_groups != 0u ? setup.q_error : kDone;
+    setup.win_error = pending_groups != 0u ? setup.win_error : kDone;
+    add_ray_error(setup);
+    steps += 2u;
+    trace_group(0u, setup, groups, steps);
+    trace_group(1u, setup, groups, steps);
+    trace_group(2u, setup, groups, steps);
+    trace_group(3u, setup, groups, steps);
+    if (kGroups > 4u) {
+        trace_group(4u, setup, groups, steps);
+        trace_group(5u, setup, groups, steps);
+        trace_group(6u, setup, groups, steps);
+        trace_group(7u, setup, groups, steps);
+    }
+    uint open = queue_doubts(steps);
+    pending_groups = (open >> lane & 1u) != 0u ? pending_groups : 0u;
+    pending_count = open == 0u ? 0u : pending_count;
+    update_depth();
+}
+
+/// Continues until there is nothing left, no room for doubts, or no steps. Where triangles are few
+/// they wait for those behind the next nodes.
 void traverse(inout Traversal t) {
     bool has_room = true;
     do {
+        uint rest = 0u;
         do {
-            if ((t.current & kLeafBit) == 0u) {
-                visit_node(t.current);
-                t.current = take_child(t.steps);
-            }
-            ++t.steps;
-        } while ((t.current & kLeafBit) == 0u && level <= kMaxDepth);
-        do {
-            uint rest = 0u;
             do {
-                // Always so in the first round of most, but see cluster.glsl.
-                if (is_leaf(t.current) && pending_count < kEnough && rest == 0u) {
-                    uint leaf = t.current & ~kLeafBit;
-                    rest = append_triangles(leaf, cull_leaf(leaf, PACKET_ON_GRID) & t.triangles);
-                    t.triangles = rest != 0u ? rest : kAllTriangles;
-                    if (rest == 0u) t.current = take_child(t.steps);
+                if ((t.current & kLeafBit) == 0u) {
+                    visit_node(t.current);
+                    t.current = take_child(t.steps);
                 }
                 ++t.steps;
-            } while (is_leaf(t.current) && pending_count < kEnough && rest == 0u);
-            Setup setup = set_up_triangle(pending_corners, pending_error);
-            setup.win_error = pending_groups != 0u ? setup.win_error : kDone;
-            t.steps += 2u;
-            trace_group(0u, setup, t.steps);
-            trace_group(1u, setup, t.steps);
-            trace_group(2u, setup, t.steps);
-            trace_group(3u, setup, t.steps);
-            if (kGroups > 4u) {
-                trace_group(4u, setup, t.steps);
-                trace_group(5u, setup, t.steps);
-                trace_group(6u, setup, t.steps);
-                trace_group(7u, setup, t.steps);
-            }
-            uint open = queue_doubts(t.steps);
+            } while ((t.current & kLeafBit) == 0u && level <= kMaxDepth);
+            gather_triangles(t, rest, true);
+            ++t.steps;
+        } while ((t.current & kLeafBit) == 0u && pending_count < kEnough &&
+                 t.steps < t.most_steps && level <= kMaxDepth);
+        do {
+            trace_pending(t.steps);
             has_room = has_room_for_doubts();
-            pending_groups = (open >> lane & 1u) != 0u ? pending_groups : 0u;
-            pending_count = open == 0u ? 0u : pending_count;
-            packet_q = least_q();
-        } while ((is_leaf(t.current) || pending_count != 0u) && has_room &&
-                 t.steps < t.most_steps);
-    } while (t.current != kEmptyChild && has_room && t.steps < t.most_steps && level <= kMaxDepth);
+            rest = 0u;
+            gather_triangles(t, rest, has_room);
+        } while ((is_leaf(t.current) || (pending_count != 0u && t.current == kEmptyChild)) &&
+                 has_room && t.steps < t.most_steps);
+    } while (!is_finished(t) && has_room && t.steps < t.most_steps && level <= kMaxDepth);
 }
 
 #endif  // SHADERS_PACKET_TRAVERSAL_GLSL

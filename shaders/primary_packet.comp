@@ -7,6 +7,7 @@
 #define PACKET_HEIGHT (kLanes == 4u ? 8u : kCameraPacketHeight)
 #define PACKET_ON_GRID true
 #include "shaders/packet_traversal.glsl"
+#include "shaders/packet_winners.glsl"
 #include "shaders/spread.glsl"
 
 layout(local_size_x = kGroupSize) in;
@@ -25,8 +26,10 @@ float best_q[kVectors];
 float best_error;
 uint winners[kVectors];
 
-/// Vectors of which the rule's plain path could not finish this lane's winner.
+// One bit for each vector of this lane's rays: those of which the rule's plain path could not
+// finish the winner, and those that have a hit in `hits`.
 uint unfinished;
+uint written;
 
 layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
 
@@ -121,15 +124,13 @@ void begin_rays() {
     }
     best_error = 0.0f;
     unfinished = 0u;
+    written = 0u;
     clear_pending();
 }
 
 void trace_triangle(uint group, Setup s, uint name, uint bit) {
     float x = float(lane & 3u) - 7.5f + 8.0f * float(group & 1u);
     float y = float(lane >> 2u) + 0.5f - float(kGroups) + 4.0f * float(group >> 1u);
-    float bound = bit != 0u ? s.bound : kAnyDepth;
-    float error = s.q_error + best_error;
-    float win_error = s.win_error + best_error;
     vec3 row = s.a * x + s.b * y + s.c;
     float row_q = s.q.x * x + s.q.y * y + s.q.z;
     [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
@@ -144,30 +145,38 @@ void trace_triangle(uint group, Setup s, uint name, uint bit) {
         }
         float least = lesser(e.x, lesser(e.y, e.z));
         float nearer = q - best_q[v];
-        bool sure = least > bound && nearer > win_error;
-        bool possible = least >= -bound && nearer >= -error;
+        bool sure = least > s.bound && nearer > s.win_error;
+        bool possible = least >= -s.bound && nearer >= -s.q_error;
         pending_doubts[group] |= possible && !sure ? bit << (k * kLanes) : 0u;
         best_q[v] = sure ? q : best_q[v];
         winners[v] = sure ? name : winners[v];
     }
-    best_error = s.win_error < kDone ? greater(best_error, s.win_error) : best_error;
 }
 
-float least_q() {
-    float least = best_q[0];
-    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, best_q[v]);
-    return greater(cluster_min(least) - best_error, 0.0f);
+void add_ray_error(inout Setup s) {
+    best_error = greater(best_error, cluster_max(s.win_error < kDone ? s.win_error : 0.0f));
+    s.q_error += best_error;
+    s.win_error += best_error;
+}
+
+float least_q(uint group) {
+    float least = best_q[vector_of(group, 0u)];
+    [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) {
+        least = lesser(least, best_q[vector_of(group, k)]);
+    }
+    return greater(least - best_error, 0.0f);
 }
 
 uvec4 hit_words(TriangleHit hit, uint prim_id) {
     return uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v), prim_id);
 }
 
-/// To the rays of the vectors that are given as bits.
-void write_misses(uint vectors, uint prim_id) {
+/// To this lane's rays of the vectors that are given as bits, of which `excluded` are left out.
+void write_misses(uint vectors, uint excluded, uint prim_id) {
     do {
-        uvec2 pixel = ray_pixel(uint(findLSB(vectors)) & (kVectors - 1u));
-        if (vectors != 0u && is_active(pixel)) {
+        uint v = uint(findLSB(vectors)) & (kVectors - 1u);
+        uvec2 pixel = ray_pixel(v);
+        if (((vectors & ~excluded) >> v & 1u) != 0u && is_active(pixel)) {
             hits[answer_index(pixel)] = uvec4(0u, 0u, 0u, prim_id);
         }
         vectors &= vectors - 1u;
@@ -187,16 +196,17 @@ uint any_winner_of(uint v) {
     return name;
 }
 
-/// t, u and v of the winners by the rule's plain path; where that does not do, they are unfinished.
-/// are_begun: hits have been written before, by doubts that were settled.
-void finish_winners(bool are_begun) {
+/// t, u and v of the winners by the rule's plain path; where that does not do, or another hit is
+/// there from doubts that were settled, they are unfinished.
+void finish_winners() {
     uint own = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         own |= winners[v] != kNoTriangle ? 1u << v : 0u;
     }
     uint any = cluster_or(own);
     // Vectors of the rows that have some.
-    uint written = ((any | any >> 1u | any >> 2u | any >> 3u) & 0x11111111u) * kFirstRow;
+    uint rows = ((any | any >> 1u | any >> 2u | any >> 3u) & 0x11111111u) * kFirstRow;
+    uint settled = written;
     uint left = any;
     do {
         uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
@@ -205,29 +215,22 @@ void finish_winners(bool are_begun) {
             uvec2 pixel = ray_pixel(v);
             Ray ray = ray_of(pixel);
             bool is_hit = (own >> v & 1u) != 0u;
+            bool is_new = (settled >> v & 1u) == 0u;
             vec3 a, b, c;
             uint prim_id = named_triangle(is_hit ? winner_of(row, i) : 0u, a, b, c);
             ShearedRay sheared = shear_ray(ray.org, ray.dir);
-            vec3 pa = project_fast(sheared, a);
-            vec3 pb = project_fast(sheared, b);
-            vec3 pc = project_fast(sheared, c);
-            Edges e = fast_edges(pa, pb, pc);
             TriangleHit hit;
-            weighted_hit(sheared, ray.tnear, ray.tfar, e, pa.z, pb.z, pc.z, hit);
-            bool is_sure = is_hit && surely_inside(sheared, e);
+            bool is_sure = finish_hit(sheared, project_fast(sheared, a), project_fast(sheared, b),
+                                      project_fast(sheared, c), hit);
+            is_sure = is_sure && is_hit && is_new;
             unfinished |= is_hit && !is_sure ? 1u << v : 0u;
+            written |= is_sure ? 1u << v : 0u;
             uvec4 words = is_sure ? hit_words(hit, prim_id) : uvec4(0u, 0u, 0u, kNoPrim);
-            bool is_written = left != 0u && is_active(pixel);
-            if (are_begun && is_written) {
-                uvec4 best = hits[answer_index(pixel)];
-                is_written = is_sure && (best.w == kNoPrim ||
-                                         wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w));
-            }
-            if (is_written) hits[answer_index(pixel)] = words;
+            if (left != 0u && is_new && is_active(pixel)) hits[answer_index(pixel)] = words;
         }
         left &= ~(kFirstRow << (4u * row));
     } while (left != 0u);
-    write_misses(are_begun ? 0u : kAllVectors & ~written, kNoPrim);
+    write_misses(kAllVectors & ~rows, settled, kNoPrim);
 }
 
 /// The rule for all doubts and unfinished winners, one of each lane at a time, as long as there are
@@ -252,10 +255,11 @@ void settle_doubts(inout uint steps) {
         if (is_any && is_hit) {
             uint index = answer_index(pixel);
             uvec4 best = hits[index];
-            bool is_first = best.w == kNoPrim;
+            bool is_first = (written >> v & 1u) == 0u;
             if (is_first || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w)) {
                 hits[index] = hit_words(hit, prim_id);
             }
+            written |= 1u << v;
         }
         more = cluster_or(unfinished | doubt_vectors[0]) != 0u;
         ++steps;
@@ -287,7 +291,7 @@ void main() {
                 uint any = 0u;
                 [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
                 sees_something = cluster_or(any) != 0u;
-                write_misses(sees_something ? 0u : kAllVectors, kNoPrim);
+                write_misses(sees_something ? 0u : kAllVectors, 0u, kNoPrim);
             }
             ++packet;
             ++t.steps;
@@ -295,15 +299,11 @@ void main() {
         begin_rays();
         t.current = take_child(t.steps);
         t.triangles = kAllTriangles;
-        bool are_begun = false;
         do {
             // What is counted nowhere else: each loop that the round runs once.
             t.steps += kRoundSteps;
             traverse(t);
-            bool ends = is_finished(t);
-            if (ends) finish_winners(are_begun);
-            write_misses(ends || are_begun ? 0u : kAllVectors, kNoPrim);
-            are_begun = true;
+            if (is_finished(t)) finish_winners();
             settle_doubts(t.steps);
             is_complete = t.steps < kSteps && level <= kMaxDepth;
         } while (!is_finished(t) && is_complete);
@@ -314,7 +314,7 @@ void main() {
     --packet;
     do {
         begin_packet(packet);
-        write_misses(kAllVectors, kUnfinishedPrim);
+        write_misses(kAllVectors, 0u, kUnfinishedPrim);
         ++packet;
     } while (packet < end);
 }

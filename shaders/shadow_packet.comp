@@ -133,8 +133,6 @@ void set_frame(bool is_last) {
 }
 
 void trace_triangle(uint group, Setup s, uint name, uint bit) {
-    float error = s.q_error + end_error;
-    float bound = bit != 0u ? s.bound : -kAnyDepth;
     [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
         uint v = vector_of(group, k);
         float x = plane_x[v];
@@ -142,17 +140,20 @@ void trace_triangle(uint group, Setup s, uint name, uint bit) {
         vec3 e = s.a * x + s.b * y + s.c;
         float before_end = s.q.x * x + s.q.y * y + s.q.z - q_end[v];
         float inside = lesser(e.x, lesser(e.y, e.z));
-        bool is_possible = inside >= -bound && before_end >= -error;
-        bool is_sure = is_possible && inside > bound && before_end > error;
+        bool is_possible = inside >= -s.bound && before_end >= -s.q_error;
+        bool is_sure = is_possible && inside > s.bound && before_end > s.q_error;
         pending_doubts[group] |= is_possible && !is_sure ? bit << (k * kLanes) : 0u;
         q_end[v] = is_sure ? kDone : q_end[v];
     }
 }
 
-float least_q() {
-    float least = q_end[0];
-    [[unroll]] for (uint v = 1u; v < kVectors; ++v) least = lesser(least, q_end[v]);
-    least = cluster_min(least);
+void add_ray_error(inout Setup s) { s.q_error += end_error; }
+
+float least_q(uint group) {
+    float least = q_end[vector_of(group, 0u)];
+    [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) {
+        least = lesser(least, q_end[vector_of(group, k)]);
+    }
     return least < kDone ? least - end_error : kDone;
 }
 
@@ -224,7 +225,7 @@ void main() {
             set_frame(round == kMaxRounds);
             set_planes();
             begin_traversal();
-            packet_q = least_q();
+            update_depth();
             t.most_steps = min(t.steps + kMostSteps, kSteps);
             t.current = cluster_or(traced) != 0u ? 0u : kEmptyChild;
             t.triangles = kAllTriangles;

@@ -14,6 +14,9 @@ float dir_y[kVectors];
 float dir_z[kVectors];
 float tfar[kVectors];
 
+/// What the pixels show, before there are rays; t is in tfar.
+uint seen_prims[kVectors];
+
 // One bit for each vector of this lane's rays: those that wait for a packet, those of the packet,
 // what is in shadow, and what is left to `resume`.
 uint waiting;
@@ -45,14 +48,17 @@ bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region
 
 uint answer_index(uvec2 pixel) { return pixel.y * region_size.x + pixel.x; }
 
-/// Which vectors show something, on this lane.
+/// Which vectors show something, on this lane. Leaves seen_prims and t.
 uint find_seen() {
     uint seen = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         uvec2 pixel = ray_pixel(v);
         uint index = is_active(pixel) ? answer_index(pixel) : 0u;
-        bool is_seen = is_active(pixel) && found_hit(index).prim_id < kUnfinishedPrim;
+        Hit hit = found_hit(index);
+        bool is_seen = is_active(pixel) && hit.prim_id < kUnfinishedPrim;
         seen |= is_seen ? 1u << v : 0u;
+        seen_prims[v] = is_seen ? hit.prim_id : 0u;
+        tfar[v] = hit.t;
     }
     return seen;
 }
@@ -86,6 +92,20 @@ Ray ray_of(uint row, uint i) {
     return ray;
 }
 
+Hit seen_hit(uint row, uint i) {
+    Hit hit;
+    hit.t = tfar[i];
+    hit.u = 0.0f;
+    hit.v = 0.0f;
+    hit.prim_id = seen_prims[i];
+    [[unroll]] for (uint r = 1u; r < kRows; ++r) {
+        uint v = 4u * r + i;
+        hit.t = row == r ? tfar[v] : hit.t;
+        hit.prim_id = row == r ? seen_prims[v] : hit.prim_id;
+    }
+    return hit;
+}
+
 /// Of a vector that may differ from lane to lane.
 Ray any_ray_of(uint v) {
     Ray ray = ray_of(v >> 2u, 0u);
@@ -111,8 +131,7 @@ void make_rays(uint seen) {
             uint v = 4u * row + i;
             bool is_seen = (seen >> v & 1u) != 0u;
             uvec2 pixel = ray_pixel(v);
-            Hit hit = found_hit(is_seen ? answer_index(pixel) : 0u);
-            hit.prim_id = is_seen ? hit.prim_id : 0u;
+            Hit hit = seen_hit(row, i);
             Ray eye = camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
             Surface s = pixel_surface(eye, hit, scene_triangle(hit.prim_id));
             bool faces = faces_light(s, light);
