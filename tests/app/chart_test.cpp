@@ -16,7 +16,7 @@
 namespace morphray::test {
 namespace {
 
-const app::Effort kLittle{.side = 32,
+const app::Effort kLittle{.side = 64,
                           .aimed_rays = 600,
                           .rounds = 1,
                           .placed_rays = 300,
@@ -83,7 +83,7 @@ TEST(Chart, TakesAsManyStepsAsItSays) {
 TEST(Chart, FindsOurTracersNeverWrongOnACloth) {
     const app::ChartInput input = cloth();
     const app::ChartScene scene =
-        app::make_chart_scene(input.name, input.topology, input.positions, {}, 32, 3000);
+        app::make_chart_scene(input.name, input.topology, input.positions, {}, 64, 3000);
     const app::Judge judge(scene, scene.scene_space);
     std::vector<Hit> camera(scene.scene_space.camera_rays.size());
     std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
