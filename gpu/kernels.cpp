@@ -2,6 +2,7 @@
 
 #include "gpu/camera_packets.h"
 
+#include <algorithm>
 #include <cstdint>
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
@@ -30,8 +31,11 @@ Pipeline traversal(Context& context, const Pipeline::Source& source, const Tunin
 Pipeline packets(Context& context, const Pipeline::Source& source, const Tuning& tuning,
                  std::uint32_t lanes) {
     if (lanes == 0) return {};
-    const std::uint32_t steps =
-        tuning.step_budget < kStepBudget ? tuning.step_budget : kPacketStepBudget;
+    // The loops of all clusters of a subgroup may be counted together.
+    const std::uint32_t clusters = context.physical().info.subgroup_size / lanes;
+    const std::uint32_t steps = tuning.step_budget < kStepBudget
+                                    ? tuning.step_budget
+                                    : std::max(kPacketStepBudget / clusters, 1u);
     const std::uint32_t constants[] = {steps, lanes, packet_run(context.physical())};
     static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 && kConstantPacketRun == 2);
     return Pipeline(context, source, constants);

@@ -50,8 +50,8 @@ SHARED_CONST uint kTileSize = 8u;
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
 
-// A packet is traced by a cluster of lanes (specialisation constant 1: 4, 8 or 16). Lavapipe's
-// vectors are one cluster each; what a cluster does not count are the loops over its vectors of
+// A packet is traced by a cluster of lanes (specialisation constant 1: 4, 8 or 16). The clusters of
+// a subgroup share the budget; what a cluster does not count are the loops over its vectors of
 // rays, less than 400 a packet.
 SHARED_CONST uint kConstantPacketLanes = 1u;
 SHARED_CONST uint kPacketStepBudget = 40000u;
@@ -63,8 +63,8 @@ SHARED_CONST uint kPacketWidth = 16u;
 SHARED_CONST uint kCameraPacketHeight = 16u;
 SHARED_CONST uint kShadowPacketHeight = 8u;
 
-// Rays of a pixel that `occlusion_packet` traces at once.
-SHARED_CONST uint kOcclusionRays = 16u;
+// Rays of a packet of `occlusion_packet`.
+SHARED_CONST uint kPacketRays = 32u;
 
 // Bits of WorkHeader.status.
 SHARED_CONST uint kStatusStackOverflow = 1u;
@@ -117,17 +117,15 @@ struct RegionArguments {
     uint pad;
 };
 
-/// Push constants of `occlusion` and `occlusion_packet`, which work on [seen_first, seen_end) of
-/// the list of pixels that `select` made of a region.
+/// Push constants of `occlusion` and `occlusion_packet`. Rays are numbered through, pixel after pixel
+/// of the list that `select` made of a region.
 struct OcclusionArguments {
     ImageParams params;
     uint x;
     uint y;
     uint width;
-    uint seen_first;
-    uint seen_end;
-    /// Which ambient-occlusion ray, or the first of kOcclusionRays; 0 for a shadow ray.
-    uint sample_index;
+    uint ray_first;
+    uint ray_end;
 };
 
 /// Push constants of `primary_packet`. The rows are those of the inverse of the matrix with columns

@@ -1,6 +1,5 @@
-// One secondary ray for each pixel that shows something: the shadow ray, or ambient-occlusion ray
-// number args.sample_index. One ray a dispatch, because all loops of an invocation share one
-// budget.
+// Secondary rays of the pixels that show something, one ray a lane: their shadow rays, or all of
+// their ambient-occlusion rays.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
@@ -18,19 +17,20 @@ layout(binding = kBindSeen) uniform usamplerBuffer seen;
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
 void main() {
-    uint i = args.seen_first +
+    uint i = args.ray_first +
              spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x) * kGroupSize +
              gl_LocalInvocationID.x;
-    if (i >= args.seen_end) return;
-    uint index = texelFetch(seen, int(i)).x;
+    if (i >= args.ray_end) return;
+    bool is_shadow = args.params.rays == kRaysShadow;
+    uint samples = is_shadow ? 1u : args.params.ao_count;
+    uint index = texelFetch(seen, int(i / samples)).x;
     uint x = args.x + index % args.width;
     uint y = args.y + index / args.width;
     Hit hit = found_hit(index);
     Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit,
                               scene_triangle(hit.prim_id));
-    bool is_shadow = args.params.rays == kRaysShadow;
     Ray ray = shadow_ray(s, args.params.light);
-    if (!is_shadow) ray = ao_ray(s, x, y, args.sample_index, args.params.ao_tfar);
+    if (!is_shadow) ray = ao_ray(s, x, y, i % samples, args.params.ao_tfar);
     bool is_traced = !is_shadow || faces_light(s, args.params.light);
     bool is_occluded = !is_traced;
     if (is_traced) {
@@ -40,5 +40,5 @@ void main() {
         report(t.status);
         if (!finished(t)) suspend(ray, index);
     }
-    if (is_occluded) occlusion[index] += 1u;
+    if (is_occluded) atomicAdd(occlusion[index], 1u);
 }

@@ -1,12 +1,11 @@
-// Ambient occlusion: up to 16 rays of a pixel, which all start at one point, a pixel a cluster of
-// lanes.
+// Ambient occlusion: 16 rays of neighbouring pixels a cluster of lanes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
 
 #include "shaders/found_hits.glsl"
+#include "shaders/near_leaf.glsl"
 #include "shaders/pixel_surface.glsl"
-#include "shaders/point_leaf.glsl"
 #include "shaders/spread.glsl"
 #include "shaders/work.glsl"
 
@@ -18,28 +17,35 @@ layout(push_constant) uniform Arguments { OcclusionArguments args; };
 layout(binding = kBindSeen) uniform usamplerBuffer seen;
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
-/// The pixel, among those of the region.
-uint pixel_index;
+/// The rays' pixels, among those of the region.
+uint pixels[kVectors];
 
-void make_rays(uint index) {
-    pixel_index = texelFetch(seen, int(index)).x;
-    uint x = args.x + pixel_index % args.width;
-    uint y = args.y + pixel_index / args.width;
-    Hit hit = found_hit(pixel_index);
-    Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit,
-                              scene_triangle(hit.prim_id));
+/// Rays [first, first + kPacketRays), as far as there are so many.
+void make_rays(uint first) {
     uint own = 0u;
-    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
-        uint number = k * kLanes + lane;
-        Ray ray = ao_ray(s, x, y, args.sample_index + number, args.params.ao_tfar);
-        org = ray.org;
-        dirs[k] = ray.dir;
-        tfars[k] = ray.tfar;
-        rdirs[k] = vec3(slab_reciprocal(ray.dir.x), slab_reciprocal(ray.dir.y),
-                        slab_reciprocal(ray.dir.z));
-        own |= args.sample_index + number < args.params.ao_count ? 1u << number : 0u;
+    float largest = 0.0f;
+    [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
+        uint number = first + k * kLanes + lane;
+        bool is_any = number < args.ray_end;
+        number = is_any ? number : first;
+        pixels[k] = texelFetch(seen, int(number / args.params.ao_count)).x;
+        uint x = args.x + pixels[k] % args.width;
+        uint y = args.y + pixels[k] / args.width;
+        Hit hit = found_hit(pixels[k]);
+        Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit,
+                                  scene_triangle(hit.prim_id));
+        set_ray(k, ao_ray(s, x, y, number % args.params.ao_count, args.params.ao_tfar));
+        largest = greater(largest, box_dilation(orgs[k]));
+        own |= is_any ? 1u << (k * kLanes + lane) : 0u;
     }
     alive = cluster_or(own);
+    dilation = cluster_max(largest);
+    centre = read_lane(orgs[0], 0u);
+    float farthest = 0.0f;
+    [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
+        farthest = greater(farthest, sum_of(orgs[k] - centre));
+    }
+    spread = cluster_max(farthest);
 }
 
 void trace(inout uint steps) {
@@ -65,8 +71,10 @@ void trace(inout uint steps) {
                     note_doubts(steps);
                     take_child(steps);
                 }
-            } while ((current & kLeafBit) != 0u && current != kEmptyChild && has_room());
-            steps += 2u;
+            } while ((current & kLeafBit) != 0u && current != kEmptyChild && has_room() &&
+                     steps < kSteps);
+            // With what each loop in here does once for nothing.
+            steps += 8u;
         } while (current != kEmptyChild && has_room() && steps < kSteps);
         settle_doubts();
         note_doubts(steps);
@@ -74,15 +82,17 @@ void trace(inout uint steps) {
              level <= kMaxDepth);
 }
 
-/// Rays that are left are traced by `resume`.
-void leave_out() {
-    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+/// Adds up what is known, and leaves the rest to `resume`.
+void finish_rays(uint all, bool is_complete) {
+    [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
+        uint bit = 1u << (k * kLanes + lane);
+        if ((all & ~alive & bit) != 0u) atomicAdd(occlusion[pixels[k]], 1u);
         Ray ray;
-        ray.org = org;
+        ray.org = orgs[k];
         ray.tnear = 0.0f;
         ray.dir = dirs[k];
         ray.tfar = tfars[k];
-        if ((alive >> (k * kLanes + lane) & 1u) != 0u) suspend(ray, pixel_index);
+        if (!is_complete && (alive & bit) != 0u) suspend(ray, pixels[k]);
     }
 }
 
@@ -91,8 +101,8 @@ void main() {
     uint group = spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x);
     uint cluster = group * (kGroupSize / kLanes) + gl_SubgroupID * (gl_SubgroupSize / kLanes) +
                    gl_SubgroupInvocationID / kLanes;
-    uint at = args.seen_first + cluster * kRun;
-    uint end = min(at + kRun, args.seen_end);
+    uint at = args.ray_first + cluster * kRun * kPacketRays;
+    uint end = min(at + kRun * kPacketRays, args.ray_end);
     if (at >= end) return;
     uint steps = 0u;
     do {
@@ -100,9 +110,7 @@ void main() {
         uint all = alive;
         if (steps < kSteps) trace(steps);
         bool is_complete = steps < kSteps && level <= kMaxDepth;
-        uint count = uint(bitCount(all & ~alive));
-        if (lane == 0u && count != 0u) occlusion[pixel_index] += count;
-        if (!is_complete) leave_out();
-        ++at;
+        finish_rays(all, is_complete);
+        at += kPacketRays;
     } while (at < end);
 }

@@ -82,19 +82,45 @@ TEST(OnePicture, ImagesOfSeveralPacketsASubgroupEqualBruteForce) {
     }
 }
 
-// As few as are traced one by one, as many as fill a packet, and some more.
+// Packets of one pixel's rays and of many pixels', on surfaces that hide each other; of any number
+// of lanes; and dispatches that end amid a pixel's rays.
 TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
-    const std::unique_ptr<Backend> vulkan = device();
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-    for (const TestScene& scene : {torus(32, 16), debris(700, 9)}) {
+    for (const std::uint32_t lanes : {4u, 8u, 16u}) {
+        gpu::Tuning tuning;
+        tuning.most_packet_lanes = lanes;
+        tuning.tiles_per_dispatch = 30;
+        const std::unique_ptr<Backend> vulkan = device(tuning);
+        for (const TestScene& scene : {torus(32, 16), debris(700, 9)}) {
+            const Bvh bvh = build_bvh(scene.topology, scene.positions);
+            for (Backend* backend : {vulkan.get(), brute.get()}) {
+                backend->set_scene(scene.topology, scene.positions, bvh);
+            }
+            for (const std::uint32_t count : {1u, 2u, 3u, 7u, 37u}) {
+                Frame expected, traced;
+                brute->trace_image(view(40, 30, kRaysAo, count), expected);
+                vulkan->trace_image(view(40, 30, kRaysAo, count), traced);
+                EXPECT_EQ(differing(expected, traced), 0u)
+                    << scene.name << ", " << count << " rays, " << lanes << " lanes";
+            }
+        }
+    }
+}
+
+// As closely as the bounds of occlusion packets are there for, where all of these fail without.
+TEST(OnePicture, OcclusionRaysThatMeetEdgesEqualTheCpu) {
+    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
+    for (const TestScene& scene :
+         {strips(30000, 1, 1), strips(6000, 24, 2), debris(20000, 11), layers(3000, 3)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
-        for (Backend* backend : {vulkan.get(), brute.get()}) {
+        for (Backend* backend : {vulkan.get(), cpu.get()}) {
             backend->set_scene(scene.topology, scene.positions, bvh);
         }
-        for (const std::uint32_t count : {1u, 3u, 7u, 16u, 37u}) {
+        for (const std::uint32_t count : {2u, 31u}) {
             Frame expected, traced;
-            brute->trace_image(view(40, 30, kRaysAo, count), expected);
-            vulkan->trace_image(view(40, 30, kRaysAo, count), traced);
+            cpu->trace_image(view(128, 96, kRaysAo, count), expected);
+            vulkan->trace_image(view(128, 96, kRaysAo, count), traced);
             EXPECT_EQ(differing(expected, traced), 0u) << scene.name << ", " << count;
         }
     }

@@ -124,6 +124,33 @@ TestScene layers(std::uint32_t pairs, std::uint32_t seed) {
     return scene;
 }
 
+TestScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed) {
+    TestScene scene{.name = "strips", .topology = {}, .positions = {}};
+    Random random(seed);
+    add_triangle(scene, vec3(-9, -1, -9) * kUnit, vec3(9, -1, -9) * kUnit, vec3(0, -1, 9) * kUnit);
+    const float width = 2.0f / static_cast<float>(rows);
+    const float length = 6.0f / static_cast<float>(columns);
+    for (std::uint32_t row = 0; row < rows; row += 2) {
+        for (std::uint32_t column = 0; column < columns; ++column) {
+            const auto corner = [&](float across, float along) {
+                const float y = static_cast<float>(row) + across + random.in(-0.4f, 0.4f);
+                const float z = static_cast<float>(column) + along;
+                const vec3 p(random.in(0, width), width * y - 1, length * z - 3);
+                scene.positions.push_back(p * kUnit);
+            };
+            corner(0, 0);
+            corner(0, 0.9f);
+            corner(1, 0);
+            corner(1, 0.9f);
+            const auto end = static_cast<std::uint32_t>(scene.positions.size());
+            scene.topology.triangles.push_back({end - 4, end - 3, end - 2});
+            scene.topology.triangles.push_back({end - 3, end - 2, end - 1});
+        }
+    }
+    finish(scene);
+    return scene;
+}
+
 std::vector<TestScene> test_scenes() {
     std::vector<TestScene> scenes;
     scenes.push_back(torus(48, 24));

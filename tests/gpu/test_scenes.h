@@ -27,7 +27,10 @@ TestScene coincident(std::uint32_t count);
 /// Triangles of all slopes in pairs that lie a little apart, down to less than a hit's depth is
 /// certain of.
 TestScene layers(std::uint32_t pairs, std::uint32_t seed);
-/// All of the above but the last.
+/// A floor, and on it a wall of strips with gaps between them, so narrow against the distance that
+/// plain floats are often in doubt whether a ray goes through one.
+TestScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed);
+/// All of the above but the last two.
 std::vector<TestScene> test_scenes();
 
 /// Vertices swayed by a smooth motion of size `amount`; those that are not finite stay so.

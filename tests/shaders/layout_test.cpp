@@ -65,11 +65,11 @@ TEST(SharedLayout, ArgumentsAgree) {
                        OFFSET(PacketArguments, tile_count), OFFSET(PacketArguments, row_x),
                        OFFSET(PacketArguments, row_y), OFFSET(PacketArguments, row_z),
                        OFFSET(PacketArguments, direction_size)}));
-    EXPECT_EQ(in_kernel("OcclusionArguments"),
-              (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),
-                       OFFSET(OcclusionArguments, y), OFFSET(OcclusionArguments, width),
-                       OFFSET(OcclusionArguments, seen_first), OFFSET(OcclusionArguments, seen_end),
-                       OFFSET(OcclusionArguments, sample_index)}));
+    EXPECT_EQ(
+        in_kernel("OcclusionArguments"),
+        (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),
+                 OFFSET(OcclusionArguments, y), OFFSET(OcclusionArguments, width),
+                 OFFSET(OcclusionArguments, ray_first), OFFSET(OcclusionArguments, ray_end)}));
     EXPECT_EQ(in_kernel("RaysArguments"), (Offsets{OFFSET(RaysArguments, ray_count)}));
     EXPECT_EQ(in_kernel("ResumeArguments"),
               (Offsets{OFFSET(ResumeArguments, first), OFFSET(ResumeArguments, count),
