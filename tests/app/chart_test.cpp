@@ -98,7 +98,7 @@ TEST(Chart, FindsOurTracersNeverWrongOnACloth) {
 TEST(Chart, TracesTheSameRaysInBothSpaces) {
     const app::ChartInput input = cloth();
     const app::ChartScene scene = app::make_chart_scene(input.name, input.topology, input.positions,
-                                                        {.offset = 1e3}, 32, 500);
+                                                        {.offset = 1e3}, 64, 500);
     ASSERT_EQ(scene.scene_space.aimed_rays.size(), scene.user_space.aimed_rays.size());
     const app::ExactReferee ours(scene.topology, scene.scene_space.positions,
                                  scene.scene_space.bvh);
