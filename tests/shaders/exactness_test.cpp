@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "shaders/deform_spirv.h"
+#include "shaders/occlusion_packet_spirv.h"
 #include "shaders/occlusion_spirv.h"
 #include "shaders/primary_packet_spirv.h"
 #include "shaders/primary_spirv.h"
@@ -41,6 +42,7 @@ const Kernel kKernels[] = {
 
 /// What these compute outside the rule has bounds that hold in any order and fused or not.
 const Kernel kPacketKernels[] = {
+    {"occlusion_packet", k_occlusion_packet_spirv},
     {"primary_packet", k_primary_packet_spirv},
     {"shadow_packet", k_shadow_packet_spirv},
 };

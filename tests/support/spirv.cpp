@@ -41,7 +41,7 @@ bool is_exact(std::uint32_t opcode) {
         {142, 142},  // vector times scalar
         {164, 191},  // logic, selection, comparisons
         {194, 205},  // bits
-        {227, 255},  // atomics, control flow
+        {224, 255},  // barriers, atomics, control flow
     }};
     return std::any_of(kRanges.begin(), kRanges.end(),
                        [&](const auto& r) { return opcode >= r[0] && opcode <= r[1]; });
