@@ -121,6 +121,8 @@ struct PacketFrame {
     float ray_error;
     /// That of a camera, twice, with what is left for the rounding of sums.
     float grid_margin;
+    /// How many columns and rows of a camera's blocks hold rays.
+    std::uint32_t grid_columns, grid_rows;
     /// The largest extent of a block in x and y together.
     float block_extent;
     /// Bounds of x, y of all active rays.
@@ -159,9 +161,8 @@ inline constexpr std::uint16_t kNoPlace = 0xFFFF;
 
 struct alignas(64) Packet {
     PacketFrame frame;
-    /// Camera rays are made where they are needed; columns and rows of blocks hold some.
+    /// Camera rays are made where they are needed.
     CameraRays camera;
-    std::uint32_t grid_columns, grid_rows;
     /// Of other rays: directions as the hit rule takes them, tfar, and where they go through the
     /// plane.
     alignas(64) float dir[3][kPointRays], tfar[kPointRays];

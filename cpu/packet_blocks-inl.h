@@ -47,15 +47,16 @@ HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, st
     return blocks;
 }
 
-/// The columns, or rows, of a camera's blocks that some bounds meet: from begin on and before end,
-/// which is not less. Column c holds x from 4 c - 31.5 to 4 c - 28.5, up to the margin, rows alike.
+/// Of the first `count` columns, or rows, of a camera's blocks those that some bounds meet: from
+/// begin on and before end, which is not less. Column c holds x from 4 c - 31.5 to 4 c - 28.5, up
+/// to the margin, rows alike.
 struct GridRange {
     VF begin, end;
 
-    HWY_INLINE GridRange(VF lower, VF upper, float margin) {
+    HWY_INLINE GridRange(VF lower, VF upper, float margin, std::uint32_t count) {
         constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
         constexpr float kLast = kFirst + (kBlockSide - 1);
-        const VF side = splat(kGridSide);
+        const VF side = splat(static_cast<float>(count));
         const VF quarter = splat(1.0f / kBlockSide);
         const VF first = hn::Ceil(hn::Mul(hn::Sub(lower, splat(kLast + margin)), quarter));
         const VF last = hn::Floor(hn::Mul(hn::Sub(upper, splat(kFirst - margin)), quarter));
@@ -74,16 +75,19 @@ private:
     static HWY_INLINE VW bit(VF place) { return hn::Shl(hn::Set(Words(), 1u), integer(place)); }
 };
 
-/// The columns and rows of blocks that rectangles meet, as bits.
+/// The columns and rows of a camera's blocks that rectangles meet, as bits.
 struct alignas(64) GridRanges {
     std::uint32_t columns[16], rows[16];
 };
 
-HWY_INLINE void to_grid(const Rectangles& r, float margin, GridRanges& ranges) {
+HWY_INLINE void to_grid(const PacketFrame& frame, const Rectangles& r, GridRanges& ranges) {
     const Floats f;
+    const float margin = frame.grid_margin;
     for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), margin);
-        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), margin);
+        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), margin,
+                          frame.grid_columns);
+        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), margin,
+                          frame.grid_rows);
         hn::Store(x.bits(), Words(), ranges.columns + l);
         hn::Store(y.bits(), Words(), ranges.rows + l);
     }
@@ -128,12 +132,15 @@ struct alignas(64) GridWindows {
     GridRanges ranges;
 };
 
-HWY_INLINE void to_windows(const Rectangles& r, GridWindows& windows) {
+/// Likewise of rectangles that have a margin already.
+HWY_INLINE void to_windows(const PacketFrame& frame, const Rectangles& r, GridWindows& windows) {
     const Floats f;
     const auto most_five = [](VF size) HWY_ATTR { return hn::Min(size, splat(5.0f)); };
     for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), 0);
-        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), 0);
+        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), 0,
+                          frame.grid_columns);
+        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), 0,
+                          frame.grid_rows);
         const VF first = hn::MulAdd(y.begin, splat(kGridSide), x.begin);
         const VF shape = hn::MulAdd(most_five(hn::Sub(x.end, x.begin)), splat(8.0f),
                                     most_five(hn::Sub(y.end, y.begin)));

@@ -257,9 +257,9 @@ private:
     /// kMixed: the packet has no axis.
     template <bool kMixed>
     void finish_all() {
-        const std::size_t row_rays = packet_.grid_columns * kBlockRays;
+        const std::size_t row_rays = packet_.frame.grid_columns * kBlockRays;
         Winners winners = find_winners(packet_.winner);
-        for (std::size_t row = 0; row < packet_.grid_rows; ++row) {
+        for (std::size_t row = 0; row < packet_.frame.grid_rows; ++row) {
             point_row(row);
             const std::size_t begin = row * kRowRays;
             for (std::size_t first = begin; first < begin + row_rays; first += kLanes) {

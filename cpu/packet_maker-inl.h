@@ -148,11 +148,11 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
     frame.lower_x = frame.lower_y = kFirst - frame.grid_margin;
     frame.upper_x = kFirst + static_cast<float>(width) - 1 + frame.grid_margin;
     frame.upper_y = kFirst + static_cast<float>(height) - 1 + frame.grid_margin;
-    packet.grid_columns = (width + kBlockSide - 1) / kBlockSide;
-    packet.grid_rows = (height + kBlockSide - 1) / kBlockSide;
+    frame.grid_columns = (width + kBlockSide - 1) / kBlockSide;
+    frame.grid_rows = (height + kBlockSide - 1) / kBlockSide;
     std::fill_n(packet.block_q, kGridBlocks, kDone);
-    for (std::uint32_t row = 0; row < packet.grid_rows; ++row)
-        std::fill_n(packet.block_q + row * kGridSide, packet.grid_columns, 0.0f);
+    for (std::uint32_t row = 0; row < packet.frame.grid_rows; ++row)
+        std::fill_n(packet.block_q + row * kGridSide, packet.frame.grid_columns, 0.0f);
     packet.won_leaves.clear();
 }
 
@@ -167,7 +167,7 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& pack
         packet.camera.du[axis] = params.camera.du[axis];
         packet.camera.dv[axis] = params.camera.dv[axis];
     }
-    const std::size_t count = packet.grid_rows * kGridSide * kBlockRays;
+    const std::size_t count = packet.frame.grid_rows * kGridSide * kBlockRays;
     for (std::size_t r = 0; r < count; r += hn::Lanes(f)) {
         hn::Store(hn::Zero(f), f, packet.q_lower + r);
         hn::Store(hn::Zero(f), f, packet.q_upper + r);
@@ -177,8 +177,9 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& pack
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
     if (width % kBlockSide == 0 && height % kBlockSide == 0) return;
-    for (std::uint32_t y = 0; y < packet.grid_rows * kBlockSide; ++y) {
-        for (std::uint32_t x = y < height ? width : 0; x < packet.grid_columns * kBlockSide; ++x) {
+    for (std::uint32_t y = 0; y < packet.frame.grid_rows * kBlockSide; ++y) {
+        for (std::uint32_t x = y < height ? width : 0; x < packet.frame.grid_columns * kBlockSide;
+             ++x) {
             packet.q_lower[camera_packet_ray(x, y)] = kDone;
             packet.q_upper[camera_packet_ray(x, y)] = kDone;
         }

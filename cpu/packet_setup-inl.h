@@ -43,7 +43,7 @@ public:
         std::uint32_t alive = set_up(leaf, setup);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
-        if constexpr (kOnGrid) to_windows(setup.rectangles, setup.windows);
+        if constexpr (kOnGrid) to_windows(frame_, setup.rectangles, setup.windows);
         return alive;
     }
 
@@ -72,14 +72,15 @@ private:
     /// by at most 5 * 2^-24 row_size extent from the product and 4 * 2^-24 of the result from the
     /// sums; `extent` is the largest coordinate of a triangle's v - v0. The rule displaces a vertex
     /// by 2^-22 of its distance from the ray, for a ray through the triangle at most 8 * 2^-24
-    /// row_size extent: leaf_error has 16 for both. In x - X z and y - Y z for |X|, |Y| <= 17 that
-    /// makes `error`. Edge functions are taken in the middle (X0, Y0) of the triangle's rectangle
-    /// inside the packet; no ray of a block that meets the rectangle is farther from there than
-    /// half its extent and a block, so `reach` bounds |x - X z| + |y - Y z| of all vertices for all
-    /// of them. Two vertices off by error each move an edge function by at most 4 error reach
-    /// (twice the first-order term), and its own rounding, with that of a X0 + b Y0, by at most
-    /// 2^-21 reach (reach + 64 z). A ray that is off by ray_error moves it by the sum of |a| and
-    /// |b| times that.
+    /// row_size extent: leaf_error has 16 for both. In x - X z and y - Y z, where |X| and |Y| are
+    /// frame.reach at most and |x| that times z and |x - X z| more, the sums make 4, and 4 again by
+    /// z, and the difference 1 in units of 2^-24 reach z, for which `error` has 16. Edge functions
+    /// are taken in the middle (X0, Y0) of the triangle's rectangle inside the packet; no ray of a
+    /// block that meets the rectangle is farther from there than half its extent and a block, so
+    /// `reach` bounds |x - X z| + |y - Y z| of all vertices for all of them. Two vertices off by
+    /// error each move an edge function by at most 4 error reach (twice the first-order term), and
+    /// its own rounding, with that of a X0 + b Y0, by at most 2^-21 reach (reach + 4 frame.reach
+    /// z). A ray that is off by ray_error moves it by the sum of |a| and |b| times that.
     HWY_INLINE std::uint32_t set_up(const Leaf& leaf, Setup& setup) const {
         const Floats f;
         alignas(64) float vx[16], vy[16], vz[16], sizes[16];

@@ -132,7 +132,7 @@ private:
         const Rectangles& rectangles = children.rectangles;
         const float* q = children.q;
         GridRanges ranges;
-        if constexpr (kOnGrid) to_grid(rectangles, frame_.grid_margin, ranges);
+        if constexpr (kOnGrid) to_grid(frame_, rectangles, ranges);
         const std::uint32_t base = size;
         for (; hits != 0; hits &= hits - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));

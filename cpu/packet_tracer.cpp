@@ -43,8 +43,8 @@ void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t s
         PacketFinish(packet, hits, stride).run();
         return;
     }
-    const std::size_t columns = packet.grid_columns * kBlockSide;
-    std::vector<Hit> blocks(columns * packet.grid_rows * kBlockSide);
+    const std::size_t columns = packet.frame.grid_columns * kBlockSide;
+    std::vector<Hit> blocks(columns * packet.frame.grid_rows * kBlockSide);
     PacketFinish(packet, blocks.data(), columns).run();
     for (std::uint32_t y = 0; y < height; ++y)
         std::copy_n(&blocks[y * columns], width, hits + y * stride);
