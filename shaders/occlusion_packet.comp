@@ -1,4 +1,4 @@
-// Ambient occlusion: 16 rays of neighbouring pixels a cluster of lanes.
+// Ambient occlusion: 32 rays of neighbouring pixels a cluster of lanes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
