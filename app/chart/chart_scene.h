@@ -46,9 +46,9 @@ struct ChartScene {
 };
 
 /// `positions` in the user's units, moved and scaled in double and rounded to float once. The
-/// picture is side x side pixels (a multiple of kChartTileSide), seen from the default view with the given
-/// field of view; there are as many aimed rays as `aimed` says. Throws what the builder and the
-/// camera do.
+/// picture is side x side pixels (a multiple of kChartTileSide), seen from the default view with
+/// the given field of view; there are as many aimed rays as `aimed` says. Throws what the builder
+/// and the camera do.
 ChartScene make_chart_scene(const std::string& name, const Topology& topology,
                             std::span<const vec3> positions, const Placement& placement,
                             std::uint32_t side, std::size_t aimed);

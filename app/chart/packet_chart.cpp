@@ -23,23 +23,19 @@ constexpr std::uint32_t kMostSide = 256;
 
 void trace_packets(const ChartScene& scene, const cpu::PacketTracer& tracer, Shape shape,
                    std::span<Hit> hits) {
-    const std::uint32_t columns = scene.params.width / kChartTileSide;
-    tbb::parallel_for(
-        0u, columns * (scene.params.height / kChartTileSide), [&](std::uint32_t tile) {
-            thread_local const auto packet = std::make_unique<cpu::Packet>();
-            const std::uint32_t left = tile % columns * kChartTileSide;
-            const std::uint32_t top = tile / columns * kChartTileSide;
-            for (std::uint32_t y = 0; y < kChartTileSide; y += shape.height) {
-                for (std::uint32_t x = 0; x < kChartTileSide; x += shape.width) {
-                    const std::size_t first =
-                        std::size_t{tile} * kChartTile + y * kChartTileSide + x;
-                    tracer.intersect_camera(
-                        scene.params,
-                        {left + x, top + y, left + x + shape.width, top + y + shape.height},
-                        *packet, &hits[first], kChartTileSide);
-                }
+    const cpu::PictureTiles tiles(scene.params.width, scene.params.height, kChartTileSide);
+    tbb::parallel_for(0u, tiles.count(), [&](std::uint32_t i) {
+        thread_local const auto packet = std::make_unique<cpu::Packet>();
+        const cpu::Tile tile = tiles[i];
+        Hit* const first = &hits[std::size_t{i} * kChartTile];
+        for (std::uint32_t y = tile.y0; y < tile.y1; y += shape.height) {
+            for (std::uint32_t x = tile.x0; x < tile.x1; x += shape.width) {
+                tracer.intersect_camera(
+                    scene.params, {x, y, x + shape.width, y + shape.height}, *packet,
+                    first + (y - tile.y0) * kChartTileSide + (x - tile.x0), kChartTileSide);
             }
-        });
+        }
+    });
 }
 
 }  // namespace

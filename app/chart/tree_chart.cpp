@@ -61,12 +61,9 @@ std::vector<Tree> make_trees(SceneFrames& scene, double frame) {
 /// visit(tile of pixels, place of its first hit) for all tiles, on all threads.
 template <class Visit>
 void for_each_tile(const ImageParams& params, Visit visit) {
-    const std::uint32_t columns = params.width / kSide;
-    tbb::parallel_for(0u, columns * (params.height / kSide), [&](std::uint32_t tile) {
-        const std::uint32_t x = tile % columns * kSide;
-        const std::uint32_t y = tile / columns * kSide;
-        visit(cpu::Tile{x, y, x + kSide, y + kSide}, std::size_t{tile} * kSide * kSide);
-    });
+    const cpu::PictureTiles tiles(params.width, params.height, kSide);
+    tbb::parallel_for(0u, tiles.count(),
+                      [&](std::uint32_t i) { visit(tiles[i], std::size_t{i} * kSide * kSide); });
 }
 
 void trace_packets(const Bvh& bvh, const ImageParams& params, std::span<Hit> hits) {

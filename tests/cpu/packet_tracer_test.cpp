@@ -25,13 +25,11 @@ bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(H
 std::vector<Hit> packet_image(const cpu::PacketTracer& tracer, const ImageParams& params,
                               cpu::Packet& packet) {
     std::vector<Hit> hits(std::size_t{params.width} * params.height);
-    for (std::uint32_t y = 0; y < params.height; y += cpu::kCameraSide) {
-        for (std::uint32_t x = 0; x < params.width; x += cpu::kCameraSide) {
-            const cpu::Tile tile{x, y, std::min(x + cpu::kCameraSide, params.width),
-                                 std::min(y + cpu::kCameraSide, params.height)};
-            tracer.intersect_camera(params, tile, packet, &hits[std::size_t{y} * params.width + x],
-                                    params.width);
-        }
+    const cpu::PictureTiles tiles(params.width, params.height, cpu::kCameraSide);
+    for (std::uint32_t i = 0; i < tiles.count(); ++i) {
+        const cpu::Tile tile = tiles[i];
+        tracer.intersect_camera(params, tile, packet,
+                                &hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
     }
     return hits;
 }

@@ -38,11 +38,9 @@ Contender packets(const ChartScene& scene, const cpu::SimdTarget& target) {
                                std::size_t tile, std::span<Hit> hits) {
         // Too large to be made for each tile.
         thread_local const auto packet = std::make_unique<cpu::Packet>();
-        const std::uint32_t columns = scene.params.width / kSide;
-        const std::uint32_t x = static_cast<std::uint32_t>(tile) % columns * kSide;
-        const std::uint32_t y = static_cast<std::uint32_t>(tile) / columns * kSide;
-        tracer.intersect_camera(scene.params, {x, y, x + kSide, y + kSide}, *packet, hits.data(),
-                                kSide);
+        const cpu::PictureTiles tiles(scene.params.width, scene.params.height, kSide);
+        tracer.intersect_camera(scene.params, tiles[static_cast<std::uint32_t>(tile)], *packet,
+                                hits.data(), kSide);
     };
     return contender;
 }
