@@ -7,11 +7,13 @@
 #define MORPHRAY_PACKET_NODE_INL_H
 #endif
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <cstddef>
 #include <cstdint>
 
+#include "common/bvh.h"
 #include "common/interop/layout.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
@@ -111,6 +113,17 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
         hits |= mask_bits(keep) << l;
     }
     return hits;
+}
+
+/// Asks for a child's memory.
+HWY_INLINE void prefetch_child(const Bvh& bvh, std::uint32_t child) {
+    constexpr std::size_t kCacheLine = 64;
+    const bool is_leaf = (child & kLeafBit) != 0;
+    const char* const bytes = is_leaf
+                                  ? reinterpret_cast<const char*>(&bvh.leaves[child & ~kLeafBit])
+                                  : reinterpret_cast<const char*>(&bvh.nodes[child]);
+    const std::size_t size = is_leaf ? sizeof(Leaf) : sizeof(Node);
+    for (std::size_t i = 0; i < size; i += kCacheLine) hwy::Prefetch(bytes + i);
 }
 
 }  // namespace HWY_NAMESPACE

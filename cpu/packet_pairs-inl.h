@@ -36,30 +36,49 @@ struct Planes {
           depth_a(splat(setup.depth_a[i])),
           depth_b(splat(setup.depth_b[i])),
           depth_c(splat(setup.depth_c[i])),
-          bound(splat(setup.bound[i])),
+          bound(splat(setup.bound[i])) {}
+
+    /// The least edge function and 1/z of as many rays (x, y) as there are lanes.
+    HWY_INLINE VF least_edge(VF x, VF y) const {
+        const VF u = hn::MulAdd(a0, x, hn::MulAdd(b0, y, c0));
+        const VF v = hn::MulAdd(a1, x, hn::MulAdd(b1, y, c1));
+        const VF w = hn::MulAdd(a2, x, hn::MulAdd(b2, y, c2));
+        return hn::Min(u, hn::Min(v, w));
+    }
+    HWY_INLINE VF depth(VF x, VF y) const {
+        return hn::MulAdd(depth_a, x, hn::MulAdd(depth_b, y, depth_c));
+    }
+
+    VF a0, a1, a2, b0, b1, b2, c0, c1, c2;
+    VF depth_a, depth_b, depth_c;
+    VF bound;
+};
+
+/// Likewise with a block of a camera's packet.
+struct GridPlanes : Planes {
+    HWY_INLINE GridPlanes(const Setup& setup, std::uint32_t i)
+        : Planes(setup, i), error(splat(setup.error[i])) {}
+
+    VF error;
+};
+
+/// Of a point's.
+struct PointPlanes : Planes {
+    HWY_INLINE PointPlanes(const Setup& setup, std::uint32_t i)
+        : Planes(setup, i),
           error0(splat(setup.c0[i])),
           error1(splat(setup.c1[i])),
           error2(splat(setup.c2[i])) {}
 
-    VF a0, a1, a2, b0, b1, b2, c0, c1, c2;
-    VF depth_a, depth_b, depth_c;
-    VF bound, error0, error1, error2;
+    VF error0, error1, error2;
 };
-
-HWY_INLINE VF q_error(const Planes& p, VF q) {
-    return hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
-}
 
 /// What the bounds say of a triangle and as many rays (x, y) as there are lanes: the least edge
 /// function, and 1/z from q_lower to q_upper. Of a NaN, from an overflow, nothing is certain.
 struct Position {
-    HWY_INLINE Position(const Planes& p, VF x, VF y) {
-        const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
-        const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
-        const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
-        least = hn::Min(u, hn::Min(v, w));
-        const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
-        const VF error = q_error(p, q);
+    HWY_INLINE Position(const PointPlanes& p, VF x, VF y) : least(p.least_edge(x, y)) {
+        const VF q = p.depth(x, y);
+        const VF error = hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
         q_lower = hn::Sub(q, error);
         q_upper = hn::Add(q, error);
     }
@@ -99,68 +118,65 @@ HWY_INLINE std::uint32_t triangles_at(const Packet& packet, const Setup& setup,
     return triangles;
 }
 
-/// A triangle against whole blocks of a camera's packet: of those that its rectangle meets some lie
-/// beside it.
-class BlockTest {
-public:
-    HWY_INLINE BlockTest(const PacketFrame& frame, const Planes& p) : p_(p) {
-        // From a block's middle to its outermost rays.
-        const VF half = splat(0.5f * (kBlockSide - 1) + frame.grid_margin);
-        const auto most = [&](VF a, VF b, VF c) HWY_ATTR {
-            return hn::MulAdd(hn::Add(hn::Abs(a), hn::Abs(b)), half, c);
-        };
-        c0_ = most(p.a0, p.b0, p.c0);
-        c1_ = most(p.a1, p.b1, p.c1);
-        c2_ = most(p.a2, p.b2, p.c2);
-        depth_c_ = most(p.depth_a, p.depth_b, p.depth_c);
-    }
-
-    /// Whether no ray of the blocks with these middles goes through it.
-    HWY_INLINE Mask outside(VF x, VF y) const {
-        const VF u = hn::MulAdd(p_.a0, x, hn::MulAdd(p_.b0, y, c0_));
-        const VF v = hn::MulAdd(p_.a1, x, hn::MulAdd(p_.b1, y, c1_));
-        const VF w = hn::MulAdd(p_.a2, x, hn::MulAdd(p_.b2, y, c2_));
-        return hn::Lt(hn::Min(u, hn::Min(v, w)), hn::Neg(p_.bound));
-    }
-
-    /// At least 1/z of all rays there.
-    HWY_INLINE VF q_upper(VF x, VF y) const {
-        const VF q = hn::MulAdd(p_.depth_a, x, hn::MulAdd(p_.depth_b, y, depth_c_));
-        return hn::Add(q, q_error(p_, q));
-    }
-
-private:
-    const Planes& p_;
-    VF c0_, c1_, c2_, depth_c_;
-};
-
-/// The blocks of a word of which a ray may win with a triangle.
-HWY_INLINE std::uint64_t grid_blocks_met(const Packet& packet, const BlockTest& test,
-                                         std::size_t word) {
-    const Floats f;
-    std::uint64_t blocks = 0;
-    for (std::size_t l = 0; l < 64; l += hn::Lanes(f)) {
-        const std::size_t b = 64 * word + l;
-        const VF x = hn::Load(f, kGridMiddles.x + b);
-        const VF y = hn::Load(f, kGridMiddles.y + b);
-        const Mask out =
-            hn::Or(test.outside(x, y), hn::Lt(test.q_upper(x, y), hn::Load(f, packet.block_q + b)));
-        blocks |= std::uint64_t{mask_bits(hn::Not(out))} << l;
-    }
-    return blocks;
+/// At least what a x + b y + c is for all rays of a block, where (x, y) is less its middle: with
+/// the constant that it returns in place of c.
+HWY_INLINE VF most_in_block(const PacketFrame& frame, VF a, VF b, VF c) {
+    const VF half = splat(0.5f * (kBlockSide - 1) + frame.grid_margin);
+    return hn::MulAdd(hn::Add(hn::Abs(a), hn::Abs(b)), half, c);
 }
 
 /// Those of a window of 4 x 4 blocks that a triangle's rays may lie in, as they are in a word.
-HWY_INLINE std::uint64_t window_blocks_met(const BlockTest& test, std::uint32_t first) {
+HWY_INLINE std::uint64_t window_blocks_met(const PacketFrame& frame, const GridPlanes& p,
+                                           std::uint32_t first) {
     const Floats f;
+    const VF c0 = most_in_block(frame, p.a0, p.b0, p.c0);
+    const VF c1 = most_in_block(frame, p.a1, p.b1, p.c1);
+    const VF c2 = most_in_block(frame, p.a2, p.b2, p.c2);
     std::uint32_t met = 0;
     for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
         const VF x = hn::Add(splat(kGridMiddles.x[first]), hn::Load(f, kWindowBlocks.x + l));
         const VF y = hn::Add(splat(kGridMiddles.y[first]), hn::Load(f, kWindowBlocks.y + l));
-        met |= mask_bits(hn::Not(test.outside(x, y))) << l;
+        const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, c0));
+        const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, c1));
+        const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, c2));
+        met |= mask_bits(hn::Ge(hn::Min(u, hn::Min(v, w)), hn::Neg(p.bound))) << l;
     }
     const std::uint64_t m = met;
     return (m & 0xF) | (m & 0xF0) << 12 | (m & 0xF00) << 24 | (m & 0xF000) << 36;
+}
+
+/// The blocks of a camera's packet, of some rows, of which a ray may win with a triangle.
+HWY_INLINE BlockSet<kGridBlocks / 64> grid_blocks_met(const Packet& packet, const GridPlanes& p,
+                                                      std::uint32_t rows) {
+    const Floats f;
+    constexpr std::size_t kVectors = kGridSide / hn::MaxLanes(Floats());
+    const PacketFrame& frame = packet.frame;
+    VF u[kVectors], v[kVectors], w[kVectors], q[kVectors];
+    for (std::size_t i = 0; i < kVectors; ++i) {
+        const VF x = hn::Load(f, kGridMiddles.x + i * hn::Lanes(f));
+        u[i] = hn::MulAdd(p.a0, x, most_in_block(frame, p.a0, p.b0, p.c0));
+        v[i] = hn::MulAdd(p.a1, x, most_in_block(frame, p.a1, p.b1, p.c1));
+        w[i] = hn::MulAdd(p.a2, x, most_in_block(frame, p.a2, p.b2, p.c2));
+        q[i] = hn::MulAdd(p.depth_a, x,
+                          hn::Add(most_in_block(frame, p.depth_a, p.depth_b, p.depth_c), p.error));
+    }
+    const VF beside = hn::Neg(p.bound);
+    BlockSet<kGridBlocks / 64> met = {};
+    for (; rows != 0; rows &= rows - 1) {
+        const auto row = static_cast<std::uint32_t>(__builtin_ctz(rows));
+        const VF y = splat(kGridMiddles.y[row * kGridSide]);
+        for (std::size_t i = 0; i < kVectors; ++i) {
+            const std::size_t l = i * hn::Lanes(f);
+            const VF least = hn::Min(hn::MulAdd(p.b0, y, u[i]),
+                                     hn::Min(hn::MulAdd(p.b1, y, v[i]), hn::MulAdd(p.b2, y, w[i])));
+            const VF q_upper = hn::MulAdd(p.depth_b, y, q[i]);
+            const Mask in =
+                hn::And(hn::Ge(least, beside),
+                        hn::Ge(q_upper, hn::Load(f, packet.block_q + row * kGridSide + l)));
+            met.words[row / 4] |= std::uint64_t{mask_bits(in)} << (row % 4 * kGridSide + l);
+        }
+    }
+    return met;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -74,6 +74,37 @@ HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint
     return out;
 }
 
+/// Keeps a leaf of which a triangle has won, or may win, a ray.
+HWY_INLINE void add_won_leaf(Packet& packet, const Leaf& leaf) {
+    const Floats f;
+    packet.won_leaves.emplace_back();
+    WonLeaf& won = packet.won_leaves.back();
+    won.leaf = &leaf;
+    std::memcpy(won.prim_id, leaf.prim_id, sizeof won.prim_id);
+    const VF away = packet.frame.axis == kMixedAxes
+                        ? hn::Zero(f)
+                        : hn::And(splat(packet.frame.depth_rows[0][2]), splat(-0.0f));
+    alignas(64) float values[3][kLeafVertices];
+    alignas(64) std::uint32_t corners[kLeafTriangles];
+    for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
+        VF v[3], w;
+        hn::LoadInterleaved4(f, &leaf.vertex[l].x, v[0], v[1], v[2], w);
+        for (int axis = 0; axis < 3; ++axis)
+            hn::Store(hn::Xor(hn::Sub(v[axis], splat(packet.frame.org[axis])), away), f,
+                      values[axis] + l);
+        hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
+    }
+    const std::uint32_t z = packet.frame.axis % kMixedAxes;
+    for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+        const VW packed = hn::Load(Words(), corners + l);
+        for (std::uint32_t axis = 0; axis < 3; ++axis) {
+            VF at_corners[3];
+            gather_corners(values[(z + 1 + axis) % 3], packed, at_corners);
+            for (int k = 0; k < 3; ++k) hn::Store(at_corners[k], f, won.corner[k][axis] + l);
+        }
+    }
+}
+
 /// The rule for rays of a packet.
 class PacketRule {
 public:

@@ -23,11 +23,11 @@ namespace HWY_NAMESPACE {
 
 /// Sixteen triangles of a leaf, set up: edge functions a x + b y + c of the packet's plane,
 /// positive inside; their bound; and 1/z = depth_a x + depth_b y + depth_c, of which q is too small
-/// or too large by at most c0 + q (c1 + q c2).
+/// or too large by at most c0 + q (c1 + q c2), for a camera's rays by at most `error`.
 struct alignas(64) Setup {
     float a[3][16], b[3][16], c[3][16];
     float depth_a[16], depth_b[16], depth_c[16];
-    float bound[16], c0[16], c1[16], c2[16], q[16];
+    float bound[16], error[16], c0[16], c1[16], c2[16], q[16];
     Rectangles rectangles;
     GridWindows windows;
 };
@@ -249,10 +249,6 @@ private:
         const VF depth_a = hn::Mul(hn::Add(hn::Add(a[0], a[1]), a[2]), signed_scale);
         const VF depth_b = hn::Mul(hn::Add(hn::Add(b[0], b[1]), b[2]), signed_scale);
         const VF in_middle = hn::Mul(hn::Add(hn::Add(c[0], c[1]), c[2]), signed_scale);
-        hn::Store(depth_a, f, setup.depth_a + l);
-        hn::Store(depth_b, f, setup.depth_b + l);
-        hn::Store(hn::NegMulAdd(depth_a, middle_x, hn::NegMulAdd(depth_b, middle_y, in_middle)), f,
-                  setup.depth_c + l);
         hn::Store(bound, f, setup.bound + l);
         for (int k = 0; k < 3; ++k) {
             const VF ak = hn::Xor(a[k], sign);
@@ -285,9 +281,24 @@ private:
         }
         const VF c0 = hn::MulAdd(splat(0x1p-15f + 1.01f * frame_.ray_error), gradient, sum_error);
         const VF c1 = hn::Add(hn::Add(splat(0x1p-19f), rule.by_q), hn::Add(steep, det_error));
-        hn::Store(hn::IfThenElse(uncertain, splat(1e35f), c0), f, setup.c0 + l);
-        hn::Store(hn::IfThenZeroElse(uncertain, c1), f, setup.c1 + l);
-        hn::Store(rule.by_q2, f, setup.c2 + l);
+        const auto known = [uncertain](VF value)
+                               HWY_ATTR { return hn::IfThenZeroElse(uncertain, value); };
+        const VF depth_c =
+            hn::NegMulAdd(depth_a, middle_x, hn::NegMulAdd(depth_b, middle_y, in_middle));
+        hn::Store(known(depth_a), f, setup.depth_a + l);
+        hn::Store(known(depth_b), f, setup.depth_b + l);
+        hn::Store(known(depth_c), f, setup.depth_c + l);
+        if constexpr (kOnGrid) {
+            // A ray that the rule may find to hit the triangle lies in its rectangle.
+            const VF most_q = hn::MulAdd(gradient, half_extent, hn::Abs(in_middle));
+            const VF most = hn::MulAdd(most_q, hn::MulAdd(most_q, rule.by_q2, c1), c0);
+            hn::Store(hn::IfThenElse(uncertain, splat(1e35f), hn::Mul(most, splat(1.0001f))), f,
+                      setup.error + l);
+        } else {
+            hn::Store(hn::IfThenElse(uncertain, splat(1e35f), c0), f, setup.c0 + l);
+            hn::Store(known(c1), f, setup.c1 + l);
+            hn::Store(rule.by_q2, f, setup.c2 + l);
+        }
         hn::Store(nearest_q(hn::Sub(hn::Sub(z_least, z_error), rule.z)), f, setup.q + l);
         return meets;
     }

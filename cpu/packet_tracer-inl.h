@@ -21,7 +21,6 @@
 #define MORPHRAY_PACKET_TRACER_INL_H
 #endif
 
-#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -66,8 +65,10 @@ public:
         std::uint32_t& size = size_;
         while (size > 0) {
             Entry entry = stack[--size];
+            const bool is_node = (entry.child & kLeafBit) == 0;
+            if (kOnGrid && is_node) find_depths();
             if (!still_matters(entry)) continue;
-            if ((entry.child & kLeafBit) == 0) {
+            if (is_node) {
                 visit_node(entry, stack, size);
             } else {
                 visit_leaf(entry.child & ~kLeafBit, entry.blocks);
@@ -77,7 +78,6 @@ public:
     }
 
 private:
-    static constexpr std::size_t kCacheLine = 64;
     /// A triangle's pairs with blocks that are traced rather than first looked at together.
     static constexpr int kFew = 4;
     static constexpr bool kOnGrid = kQuery == Query::kClosest;
@@ -150,16 +150,8 @@ private:
             for (; place > base && stack[place - 1].q > q[slot]; --place)
                 stack[place] = stack[place - 1];
             stack[place] = {q[slot], node.child[slot], blocks};
-            prefetch(node.child[slot]);
+            prefetch_child(bvh_, node.child[slot]);
         }
-    }
-
-    void prefetch(std::uint32_t child) const {
-        const bool is_leaf = (child & kLeafBit) != 0;
-        const char* bytes = is_leaf ? reinterpret_cast<const char*>(&bvh_.leaves[child & ~kLeafBit])
-                                    : reinterpret_cast<const char*>(&bvh_.nodes[child]);
-        const std::size_t size = is_leaf ? sizeof(Leaf) : sizeof(Node);
-        for (std::size_t i = 0; i < size; i += kCacheLine) hwy::Prefetch(bytes + i);
     }
 
     void visit_leaf(std::uint32_t leaf_index, const BlockSet<kWords>& blocks) {
@@ -173,45 +165,51 @@ private:
         }
     }
 
-    /// One triangle against all rays of one block, closest hits. Whether it wins any for sure.
-    HWY_INLINE bool trace_pair(const Planes& planes, const Leaf& leaf, std::uint32_t block,
-                               std::uint32_t winner) {
+    /// One triangle against all rays of one block, closest hits. Whether it wins any for sure. A
+    /// triangle that is hit for sure bounds what matters from now on, though it may be in doubt
+    /// whether it is the nearest.
+    HWY_INLINE bool trace_pair(const GridPlanes& p, std::uint32_t block, std::uint32_t winner) {
         const Floats f;
         const Words words;
+        Packet& packet = packet_;
         bool won = false;
-        VF least = splat(kDone);
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
             const std::size_t r = block * kBlockRays + l;
             const VF x = hn::Load(f, kGridRays.x[block % kGridSide] + l);
             const VF y = hn::Load(f, kGridRays.y[block / kGridSide] + l);
-            const VF lower = hn::Load(f, packet_.q_lower + r);
-            const VF upper = hn::Load(f, packet_.q_upper + r);
-            const Position at(planes, x, y);
-            const Mask wins = at.wins(planes, upper);
-            const VF new_lower = hn::IfThenElse(wins, at.q_lower, lower);
-            least = hn::Min(least, new_lower);
-            hn::Store(new_lower, f, packet_.q_lower + r);
-            hn::Store(hn::IfThenElse(wins, at.q_upper, upper), f, packet_.q_upper + r);
-            const VW old = hn::Load(words, packet_.winner + r);
-            hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old),
-                      words, packet_.winner + r);
+            const VF lower = hn::Load(f, packet.q_lower + r);
+            const VF upper = hn::Load(f, packet.q_upper + r);
+            const VF least = p.least_edge(x, y);
+            const VF q = p.depth(x, y);
+            const Mask inside = hn::Gt(least, p.bound);
+            const VF own_lower = hn::IfThenElseZero(inside, hn::Sub(q, p.error));
+            const VF own_upper = hn::Add(q, p.error);
+            const Mask wins = hn::Gt(own_lower, upper);
+            const Mask loses = hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(own_upper, lower));
+            hn::Store(hn::Max(own_lower, lower), f, packet.q_lower + r);
+            hn::Store(hn::IfThenElse(wins, own_upper, upper), f, packet.q_upper + r);
+            hn::BlendedStore(hn::Set(words, winner), hn::RebindMask(words, wins), words,
+                             packet.winner + r);
             won |= !hn::AllFalse(f, wins);
-            const Mask settled = hn::Or(wins, at.loses(planes, lower));
+            const Mask settled = hn::Or(wins, loses);
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))
-                doubt(r, mask_bits(hn::Not(settled)), leaf, winner);
+                open_[open_count_++] = {static_cast<std::uint32_t>(r), mask_bits(hn::Not(settled)),
+                                        winner};
         }
-        packet_.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
         return won;
     }
 
-    /// Some rays from r on that a triangle of a leaf may win.
-    HWY_NOINLINE void doubt(std::size_t r, std::uint32_t lanes, const Leaf& leaf,
-                            std::uint32_t winner) {
-        if (winner / kLeafTriangles == packet_.won_leaves.size()) add_won_leaf(leaf);
-        doubts_.add(r, lanes, winner);
-        const std::size_t block = r / kBlockRays;
-        doubtful_blocks_.words[block / 64] |= std::uint64_t{1} << block % 64;
-        if (doubts_.many()) settle();
+    /// Has the rule asked later about what a leaf has left open.
+    HWY_NOINLINE void put_off(const Leaf& leaf, std::uint32_t first_winner) {
+        if (first_winner == packet_.won_leaves.size() * kLeafTriangles) add_won_leaf(packet_, leaf);
+        for (std::uint32_t i = 0; i < open_count_; ++i) {
+            const Open& open = open_[i];
+            doubts_.add(open.ray, open.lanes, open.winner);
+            const std::size_t block = open.ray / kBlockRays;
+            doubtful_blocks_.words[block / 64] |= std::uint64_t{1} << block % 64;
+            if (doubts_.many()) settle();
+        }
+        open_count_ = 0;
     }
 
     /// Lets the rule decide what is in doubt.
@@ -225,27 +223,50 @@ private:
         const std::uint32_t first = setup.windows.first[i];
         std::uint64_t blocks = kWindows.of[setup.windows.shape[i]];
         if (hwy::PopCount(blocks) > kFew && blocks != kAllBlocks)
-            blocks &= window_blocks_met(BlockTest(frame_, Planes(setup, i)), first);
+            blocks &= window_blocks_met(frame_, GridPlanes(setup, i), first);
         return {first, blocks};
     }
 
     /// A triangle against some blocks. Whether it wins a ray.
-    HWY_INLINE bool trace_window(const Planes& planes, const Leaf& leaf, std::uint32_t winner,
+    HWY_INLINE bool trace_window(const GridPlanes& planes, std::uint32_t winner,
                                  const Window& window) {
         bool won = false;
         for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
             const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            won |= trace_pair(planes, leaf, window.first + bit, winner);
+            won |= trace_pair(planes, window.first + bit, winner);
         }
         return won;
     }
 
-    /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found.
+    /// A triangle against its blocks. Whether it wins a ray.
+    HWY_INLINE bool trace_triangle(const Setup& setup, std::uint32_t i, const Window& window,
+                                   const BlockSet<kWords>& blocks, std::uint32_t winner) {
+        const GridPlanes planes(setup, i);
+        if (HWY_LIKELY(window.blocks != kAllBlocks)) {
+            const std::uint32_t word = window.first / 64;
+            const std::uint32_t shift = window.first % 64;
+            traced_.words[word] |= window.blocks << shift;
+            traced_.words[word + 1] |= window.blocks >> 1 >> (63 - shift);
+            return trace_window(planes, winner, window);
+        }
+        const BlockSet<kWords> met = grid_blocks_met(packet_, planes, setup.windows.ranges.rows[i]);
+        const std::uint64_t columns = setup.windows.ranges.columns[i] * kEachRow;
+        bool won = false;
+        for (std::uint32_t w = 0; w < kWords; ++w) {
+            const std::uint64_t own = blocks.words[w] & met.words[w] & columns;
+            traced_.words[w] |= own;
+            won |= trace_window(planes, winner, {64 * w, own});
+        }
+        return won;
+    }
+
+    /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found;
+    /// those of the next one before this one is traced.
     HWY_INLINE void trace_by_triangle(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
                                       const BlockSet<kWords>& blocks) {
+        if (alive == 0) return;
         const auto first_winner =
             static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
-        if (alive == 0) return;
         bool won = false;
         auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
         Window window = window_of(setup, i);
@@ -254,23 +275,31 @@ private:
             const std::uint32_t next =
                 alive != 0 ? static_cast<std::uint32_t>(__builtin_ctz(alive)) : i;
             const Window next_window = window_of(setup, next);
-            const Planes planes(setup, i);
-            if (HWY_LIKELY(window.blocks != kAllBlocks)) {
-                won |= trace_window(planes, leaf, first_winner + i, window);
-            } else {
-                const BlockTest test(frame_, planes);
-                for (std::uint32_t w = 0; w < kWords; ++w) {
-                    std::uint64_t own =
-                        blocks.words[w] & blocks_of_grid(setup.windows.ranges, i, w);
-                    if (own == 0) continue;
-                    own &= grid_blocks_met(packet_, test, w);
-                    won |= trace_window(planes, leaf, first_winner + i, {64 * w, own});
-                }
-            }
+            won |= trace_triangle(setup, i, window, blocks, first_winner + i);
+            if (HWY_UNLIKELY(open_count_ >= kManyOpen)) put_off(leaf, first_winner);
             i = next;
             window = next_window;
         }
-        if (won && first_winner == packet_.won_leaves.size() * kLeafTriangles) add_won_leaf(leaf);
+        if (HWY_UNLIKELY(open_count_ != 0)) put_off(leaf, first_winner);
+        if (won && first_winner == packet_.won_leaves.size() * kLeafTriangles)
+            add_won_leaf(packet_, leaf);
+    }
+
+    /// Finds the depth of blocks that triangles were held against.
+    void find_depths() {
+        for (std::uint32_t w = 0; w < kWords; ++w) {
+            std::uint64_t left = traced_.words[w];
+            for (auto count = static_cast<int>(hwy::PopCount(left)); count > 0; count -= 4) {
+                std::uint32_t four[4];
+                for (std::uint32_t& block : four) {
+                    block = 64 * w + static_cast<std::uint32_t>(__builtin_ctzll(left));
+                    const std::uint64_t rest = left & (left - 1);
+                    left = rest != 0 ? rest : left;
+                }
+                find_four_depths(packet_, four);
+            }
+        }
+        traced_ = {};
     }
 
     /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
@@ -308,7 +337,7 @@ private:
         bool any = false;
         for (; triangles != 0; triangles &= triangles - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
-            const Planes planes(setup, i);
+            const PointPlanes planes(setup, i);
             const Position at(planes, x, y);
             const Mask loses = at.loses(planes, lower);
             // Most triangles are those of the surface that the rays end at.
@@ -329,36 +358,6 @@ private:
         return true;
     }
 
-    HWY_INLINE void add_won_leaf(const Leaf& leaf) {
-        const Floats f;
-        packet_.won_leaves.emplace_back();
-        WonLeaf& won = packet_.won_leaves.back();
-        won.leaf = &leaf;
-        std::memcpy(won.prim_id, leaf.prim_id, sizeof won.prim_id);
-        const VF away = frame_.axis == kMixedAxes
-                            ? hn::Zero(f)
-                            : hn::And(splat(frame_.depth_rows[0][2]), splat(-0.0f));
-        alignas(64) float values[3][kLeafVertices];
-        alignas(64) std::uint32_t corners[kLeafTriangles];
-        for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
-            VF v[3], w;
-            hn::LoadInterleaved4(f, &leaf.vertex[l].x, v[0], v[1], v[2], w);
-            for (int axis = 0; axis < 3; ++axis)
-                hn::Store(hn::Xor(hn::Sub(v[axis], splat(frame_.org[axis])), away), f,
-                          values[axis] + l);
-            hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
-        }
-        const std::uint32_t z = frame_.axis % kMixedAxes;
-        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-            const VW packed = hn::Load(Words(), corners + l);
-            for (std::uint32_t axis = 0; axis < 3; ++axis) {
-                VF at_corners[3];
-                gather_corners(values[(z + 1 + axis) % 3], packed, at_corners);
-                for (int k = 0; k < 3; ++k) hn::Store(at_corners[k], f, won.corner[k][axis] + l);
-            }
-        }
-    }
-
     /// Of some rays from r on, in doubt about a triangle: those that it occludes.
     HWY_NOINLINE std::uint32_t ask_any(std::size_t r, const Leaf& leaf, std::uint32_t i,
                                        std::uint32_t lanes) const {
@@ -375,6 +374,16 @@ private:
     Packet& packet_;
     const PacketFrame& frame_;
     PacketDoubts doubts_;
+    /// Pairs that a leaf has left open: of some rays from `ray` on and a triangle.
+    struct Open {
+        std::uint32_t ray, lanes, winner;
+    };
+    static constexpr std::uint32_t kManyOpen = 64;
+    Open open_[kManyOpen + kCameraRays / hn::MaxLanes(Floats())];
+    std::uint32_t open_count_ = 0;
+    /// The blocks that triangles were held against since depths were found. An empty window may
+    /// begin after the last.
+    BlockSet<kWords + 2> traced_ = {};
     /// The blocks of rays that are in doubt: what can be hit there matters to them for longer.
     BlockSet<kWords> doubtful_blocks_ = {};
     std::uint32_t size_ = 0;
