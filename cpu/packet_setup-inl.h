@@ -40,21 +40,15 @@ public:
 
     /// The triangles of the leaf that may concern a ray of the packet, as bits.
     std::uint32_t run(const Leaf& leaf, Setup& setup) const {
-        std::uint32_t alive = set_up(leaf, setup);
+        bool all_finite = true;
+        std::uint32_t alive = set_up(leaf, setup, all_finite);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
-        if (HWY_UNLIKELY(has_invalid_vertex(leaf))) alive &= finite_triangles(leaf);
+        if (HWY_UNLIKELY(!all_finite)) alive &= finite_triangles(leaf);
         if constexpr (kOnGrid) to_windows(frame_, setup.rectangles, setup.windows);
         return alive;
     }
 
 private:
-    static bool has_invalid_vertex(const Leaf& leaf) {
-        for (const LeafVertex& v : leaf.vertex) {
-            if (v.x > kSceneExtent) return true;
-        }
-        return false;
-    }
-
     static std::uint32_t finite_triangles(const Leaf& leaf) {
         std::uint32_t finite = 0;
         for (std::uint32_t i = 0; i < kLeafTriangles; ++i) {
@@ -81,11 +75,11 @@ private:
     /// error each move an edge function by at most 4 error reach (twice the first-order term), and
     /// its own rounding, with that of a X0 + b Y0, by at most 2^-21 reach (reach + 4 frame.reach
     /// z). A ray that is off by ray_error moves it by the sum of |a| and |b| times that.
-    HWY_INLINE std::uint32_t set_up(const Leaf& leaf, Setup& setup) const {
+    HWY_INLINE std::uint32_t set_up(const Leaf& leaf, Setup& setup, bool& all_finite) const {
         const Floats f;
         alignas(64) float vx[16], vy[16], vz[16], sizes[16];
         alignas(64) std::uint32_t corners[16];
-        project_vertices(leaf, vx, vy, vz, sizes, corners);
+        all_finite = project_vertices(leaf, vx, vy, vz, sizes, corners);
         std::uint32_t alive = 0;
         for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
             VF x[3], y[3], z[3], size[3];
@@ -100,7 +94,8 @@ private:
         return alive;
     }
 
-    HWY_INLINE void project_vertices(const Leaf& leaf, float* vx, float* vy, float* vz,
+    /// Returns whether all vertices are finite.
+    HWY_INLINE bool project_vertices(const Leaf& leaf, float* vx, float* vy, float* vz,
                                      float* sizes, std::uint32_t* corners) const {
         const Floats f;
         // A vertex that is not finite is put where v0 is: its triangles are left out afterwards.
@@ -115,11 +110,13 @@ private:
                                       frame_.rows[k][2] * p[2]);
         }
         float* const out[3] = {vx, vy, vz};
+        bool all_finite = true;
         for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
             VF x, y, z, w;
             hn::LoadInterleaved4(f, &leaf.vertex[l].x, x, y, z, w);
             hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
             const Mask finite = hn::Le(x, splat(kSceneExtent));
+            all_finite &= hn::AllTrue(f, finite);
             x = hn::IfThenElseZero(finite, hn::Sub(x, splat(v0.x)));
             y = hn::IfThenElseZero(finite, hn::Sub(y, splat(v0.y)));
             z = hn::IfThenElseZero(finite, hn::Sub(z, splat(v0.z)));
@@ -131,6 +128,7 @@ private:
                 hn::Store(hn::Add(sum, splat(h[k])), f, out[k] + l);
             }
         }
+        return all_finite;
     }
 
     HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], VF extent,
