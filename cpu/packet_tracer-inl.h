@@ -188,8 +188,9 @@ private:
             const Mask loses = hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(own_upper, lower));
             hn::Store(hn::Max(own_lower, lower), f, packet.q_lower + r);
             hn::Store(hn::IfThenElse(wins, own_upper, upper), f, packet.q_upper + r);
-            hn::BlendedStore(hn::Set(words, winner), hn::RebindMask(words, wins), words,
-                             packet.winner + r);
+            const VW old = hn::Load(words, packet.winner + r);
+            hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old),
+                      words, packet.winner + r);
             won |= !hn::AllFalse(f, wins);
             const Mask settled = hn::Or(wins, loses);
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))
