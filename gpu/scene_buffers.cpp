@@ -1,5 +1,6 @@
 #include "gpu/scene_buffers.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace morphray::gpu {
@@ -27,13 +28,20 @@ TexelBuffer filled(Context& context, Transfer& transfer, const char* name, const
     return texels;
 }
 
-/// Three vertices and the albedo of each triangle.
+/// Three vertices and the albedo of each triangle. Where there is none, one of vertex 0, since
+/// lanes without a hit read the first triangle, too.
 std::vector<uvec4> with_albedo(const Topology& topology) {
-    std::vector<uvec4> texels(topology.triangles.size());
-    for (std::size_t i = 0; i < texels.size(); ++i) {
+    std::vector<uvec4> texels(std::max<std::size_t>(topology.triangles.size(), 1), uvec4(0));
+    for (std::size_t i = 0; i < topology.triangles.size(); ++i) {
         texels[i] = uvec4(topology.triangles[i], topology.albedo[i]);
     }
     return texels;
+}
+
+/// Those of a tree. Where there is none, one of zeros, for lanes that have nothing to read.
+const AlignedVector<Leaf>& leaves_of(const Bvh& bvh) {
+    static const AlignedVector<Leaf> kNone(1, Leaf{});
+    return bvh.leaves.empty() ? kNone : bvh.leaves;
 }
 
 }  // namespace
@@ -67,7 +75,8 @@ SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh, d
     : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())),
       level_begin(bvh.level_begin),
       nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadAndWritten, room)),
-      leaves(filled(context, transfer, "leaves", bvh.leaves, kFourWords, kReadAndWritten, room)),
+      leaves(
+          filled(context, transfer, "leaves", leaves_of(bvh), kFourWords, kReadAndWritten, room)),
       leaf_vertices(
           filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords, kRead, room)),
       leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents, kWord, kRead, room)),
