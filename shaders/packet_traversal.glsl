@@ -37,13 +37,27 @@ bool is_leaf(uint child) { return (child & kLeafBit) != 0u && child != kEmptyChi
 
 bool is_finished(Traversal t) { return t.current == kEmptyChild && pending_count == 0u; }
 
-/// The pending triangles that concern a group, `groups` being those of this lane's. A loop for each
-/// group, since it is all that some devices jump over, though not in its first round: of a group
-/// without triangles that traces the first one, which is known to miss or has an error too large to
-/// win.
-void trace_group(uint group, Setup setup, uint groups, inout uint steps) {
-    uint left = cluster_or((groups >> group & 1u) << lane);
-    steps += max(1u, uint(bitCount(left)));
+/// For each group kLanes bits, the lanes whose pending triangles concern it; several groups a word.
+const uint kMaskWords = (kGroups + kGroupVectors - 1u) / kGroupVectors;
+uint group_lanes[kMaskWords];
+
+/// `groups` are those of this lane's triangle.
+void find_group_lanes(uint groups) {
+    [[unroll]] for (uint w = 0u; w < kMaskWords; ++w) {
+        uint bits = 0u;
+        [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
+            bits |= (groups >> (kGroupVectors * w + k) & 1u) << (k * kLanes);
+        }
+        group_lanes[w] = cluster_or(bits << lane);
+    }
+}
+
+/// The pending triangles that concern a group. A loop for each group, since it is all that some
+/// devices jump over, though not in its first round: of a group without triangles that traces the
+/// first one, which is known to miss or has an error too large to win.
+void trace_group(uint group, Setup setup) {
+    uint left = group_lanes[group / kGroupVectors] >> (group % kGroupVectors * kLanes) &
+                ((1u << kLanes) - 1u);
     do {
         // The lowest bit, or 0.
         uint i = uint(bitCount(~left & (left - 1u))) & (kLanes - 1u);
@@ -74,16 +88,18 @@ void trace_pending(inout uint steps) {
     setup.q_error = pending_groups != 0u ? setup.q_error : kDone;
     setup.win_error = pending_groups != 0u ? setup.win_error : kDone;
     add_ray_error(setup);
-    steps += 2u;
-    trace_group(0u, setup, groups, steps);
-    trace_group(1u, setup, groups, steps);
-    trace_group(2u, setup, groups, steps);
-    trace_group(3u, setup, groups, steps);
+    find_group_lanes(groups);
+    steps += 2u + kGroups;
+    [[unroll]] for (uint w = 0u; w < kMaskWords; ++w) steps += uint(bitCount(group_lanes[w]));
+    trace_group(0u, setup);
+    trace_group(1u, setup);
+    trace_group(2u, setup);
+    trace_group(3u, setup);
     if (kGroups > 4u) {
-        trace_group(4u, setup, groups, steps);
-        trace_group(5u, setup, groups, steps);
-        trace_group(6u, setup, groups, steps);
-        trace_group(7u, setup, groups, steps);
+        trace_group(4u, setup);
+        trace_group(5u, setup);
+        trace_group(6u, setup);
+        trace_group(7u, setup);
     }
     uint open = queue_doubts(steps);
     pending_groups = (open >> lane & 1u) != 0u ? pending_groups : 0u;
