@@ -127,17 +127,36 @@ void make_rays(uint seen) {
     uint left = cluster_or(seen);
     do {
         uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
+        Hit hits[4];
+        uvec4 triangle[4];
+        vec3 a[4];
+        vec3 b[4];
+        vec3 c[4];
+        Ray eyes[4];
+        Surface surfaces[4];
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            hits[i] = seen_hit(row, i);
+            triangle[i] = scene_triangle(hits[i].prim_id);
+        }
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            a[i] = scene_vertex(triangle[i].x);
+            b[i] = scene_vertex(triangle[i].y);
+            c[i] = scene_vertex(triangle[i].z);
+        }
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uvec2 pixel = region_origin + ray_pixel(4u * row + i);
+            eyes[i] = camera_ray(camera, pixel.x, pixel.y);
+        }
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            surfaces[i] = surface_at(eyes[i], hits[i], a[i], b[i], c[i]);
+        }
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
             uint v = 4u * row + i;
             bool is_seen = (seen >> v & 1u) != 0u;
-            uvec2 pixel = ray_pixel(v);
-            Hit hit = seen_hit(row, i);
-            Ray eye = camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
-            Surface s = pixel_surface(eye, hit, scene_triangle(hit.prim_id));
-            bool faces = faces_light(s, light);
+            bool faces = faces_light(surfaces[i], light);
             waiting |= is_seen && faces ? 1u << v : 0u;
             shadowed |= is_seen && !faces ? 1u << v : 0u;
-            set_ray(row, i, shadow_ray(s, light));
+            set_ray(row, i, shadow_ray(surfaces[i], light));
         }
         left &= ~(kFirstRow << (4u * row));
     } while (left != 0u);
