@@ -52,17 +52,25 @@ void find_group_lanes(uint groups) {
     }
 }
 
-/// The pending triangles that concern a group. A loop for each group, since it is all that some
-/// devices jump over, though not in its first round: of a group without triangles that traces the
-/// first one, which is known to miss or has an error too large to win.
-void trace_group(uint group, Setup setup) {
-    uint left = group_lanes[group / kGroupVectors] >> (group % kGroupVectors * kLanes) &
-                ((1u << kLanes) - 1u);
+uint lanes_of_group(uint group) {
+    return group_lanes[group / kGroupVectors] >> (group % kGroupVectors * kLanes) &
+           ((1u << kLanes) - 1u);
+}
+
+/// The pending triangles that concern a group or the one below it, against both. A loop for each
+/// such pair, since it is all that some devices jump over, though not in its first round: of groups
+/// without triangles that traces the first one, which is known to miss or has an error too large to
+/// win.
+void trace_groups(uint group, Setup setup) {
+    uint left = lanes_of_group(group) | lanes_of_group(group + 2u);
     do {
         // The lowest bit, or 0.
         uint i = uint(bitCount(~left & (left - 1u))) & (kLanes - 1u);
-        trace_triangle(group, read_setup(setup, i), read_lane(pending_names, i),
-                       left & (0u - left));
+        Setup s = read_setup(setup, i);
+        uint name = read_lane(pending_names, i);
+        uint bit = left & (0u - left);
+        trace_triangle(group, s, name, bit);
+        trace_triangle(group + 2u, s, name, bit);
         left &= left - 1u;
     } while (left != 0u);
 }
@@ -91,15 +99,11 @@ void trace_pending(inout uint steps) {
     find_group_lanes(groups);
     steps += 2u + kGroups;
     [[unroll]] for (uint w = 0u; w < kMaskWords; ++w) steps += uint(bitCount(group_lanes[w]));
-    trace_group(0u, setup);
-    trace_group(1u, setup);
-    trace_group(2u, setup);
-    trace_group(3u, setup);
+    trace_groups(0u, setup);
+    trace_groups(1u, setup);
     if (kGroups > 4u) {
-        trace_group(4u, setup);
-        trace_group(5u, setup);
-        trace_group(6u, setup);
-        trace_group(7u, setup);
+        trace_groups(4u, setup);
+        trace_groups(5u, setup);
     }
     uint open = queue_doubts(steps);
     pending_groups = (open >> lane & 1u) != 0u ? pending_groups : 0u;
