@@ -2,11 +2,15 @@
 #ifndef SHADERS_SPREAD_GLSL
 #define SHADERS_SPREAD_GLSL
 
-/// Neighbouring workgroups go to the two halves of the grid in turn: lavapipe gives each thread one
-/// contiguous half (quarter, ...) of it, and pictures are busier in some places than in others.
+/// Of two neighbouring workgroups one goes to each half of the grid, in turn the first and the second
+/// in the order of A. Thue, as rows may be a power of two of groups: lavapipe gives each thread one
+/// contiguous half (quarter, ...) of the grid, and pictures are busier in some places than in others.
 uint spread_group(uint group, uint count) {
     uint half_count = (count + 1u) / 2u;
-    return group < half_count ? 2u * group : 2u * (group - half_count) + 1u;
+    bool is_second = group >= half_count;
+    uint pair = is_second ? group - half_count : group;
+    uint swapped = 2u * pair + 1u < count ? uint(bitCount(pair)) & 1u : 0u;
+    return 2u * pair + ((is_second ? 1u : 0u) ^ swapped);
 }
 
 #endif  // SHADERS_SPREAD_GLSL
