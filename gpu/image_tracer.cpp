@@ -22,6 +22,11 @@ std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
     return frame.hits.size() + hits * rays_per_hit(params);
 }
 
+void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t height) {
+    region.tile_columns = (region.width + width - 1) / width;
+    region.tile_count = region.tile_columns * ((region.height + height - 1) / height);
+}
+
 /// Whole tiles: first as wide as the image or a row of them, then as high.
 std::vector<RegionArguments> regions_of(const ImageParams& params, std::uint32_t tiles) {
     std::vector<RegionArguments> regions;
@@ -38,8 +43,7 @@ std::vector<RegionArguments> regions_of(const ImageParams& params, std::uint32_t
             region.y = y;
             region.width = std::min(width, params.width - x);
             region.height = std::min(height, params.height - y);
-            region.tile_columns = (region.width + kTileSize - 1) / kTileSize;
-            region.tile_count = region.tile_columns * ((region.height + kTileSize - 1) / kTileSize);
+            set_tiles(region, kTileSize, kTileSize);
         }
     }
     return regions;
@@ -159,9 +163,7 @@ RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
 
 RayPass ImageTracer::shadow_pass(const RegionArguments& region) const {
     RegionArguments packets = region;
-    packets.tile_columns = (region.width + kPacketWidth - 1) / kPacketWidth;
-    packets.tile_count =
-        packets.tile_columns * ((region.height + kShadowPacketHeight - 1) / kShadowPacketHeight);
+    set_tiles(packets, kPacketWidth, kShadowPacketHeight);
     const Record dispatch = [this, packets](VkCommandBuffer commands) {
         vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
         // Writer: the fill; writer after it: the kernel.
@@ -173,8 +175,10 @@ RayPass ImageTracer::shadow_pass(const RegionArguments& region) const {
 }
 
 Record ImageTracer::shading(const RegionArguments& region) const {
-    return [this, region](VkCommandBuffer commands) {
-        kernels_.shade.dispatch(commands, region, region.tile_count);
+    RegionArguments tiles = region;
+    set_tiles(tiles, kShadedTileSize, kShadedTileSize);
+    return [this, tiles](VkCommandBuffer commands) {
+        kernels_.shade.dispatch(commands, tiles, tiles.tile_count);
     };
 }
 

@@ -37,9 +37,11 @@ SHARED_CONST uint kBindStates = 19u;
 SHARED_CONST uint kBindSeenOut = 20u;
 SHARED_CONST uint kBindingCount = 21u;
 
-// Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
+// Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels, and `shade` in tiles of
+// four pixels a lane.
 SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kTileSize = 8u;
+SHARED_CONST uint kShadedTileSize = 16u;
 
 // Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray.
 // Lavapipe stops all loops of one invocation together, silently, at 65,535 iterations; an

@@ -10,14 +10,22 @@ layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
 
-/// The lane's pixel within the region.
-uvec2 region_pixel() {
+/// The first pixel of the workgroup's tile, `side` pixels wide and high, within the region.
+uvec2 tile_origin(uint side) {
     uint tile = spread_group(gl_WorkGroupID.x, args.tile_count);
+    return uvec2(tile % args.tile_columns, tile / args.tile_columns) * side;
+}
+
+/// The lane's pixel of an 8x8 tile.
+uvec2 tile_pixel() {
     uint lane = gl_LocalInvocationID.x;
     uint x = (lane & 3u) | ((lane >> 1u) & 4u);
     uint y = ((lane >> 2u) & 1u) | ((lane >> 3u) & 6u);
-    return uvec2(tile % args.tile_columns, tile / args.tile_columns) * kTileSize + uvec2(x, y);
+    return uvec2(x, y);
 }
+
+/// The lane's pixel within the region.
+uvec2 region_pixel() { return tile_origin(kTileSize) + tile_pixel(); }
 
 bool within_region(uvec2 pixel) { return pixel.x < args.width && pixel.y < args.height; }
 

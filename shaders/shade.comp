@@ -1,6 +1,7 @@
 // From hits and occlusion to the pixels of a region.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #include "shaders/exact.glsl"
 
 #include "common/interop/shade.h"
@@ -11,20 +12,56 @@
 layout(binding = kBindFoundOcclusion) uniform usamplerBuffer found_occlusion;
 layout(std430, binding = kBindPixels) writeonly buffer Pixels { uint pixels[]; };
 
+/// Four pixels a lane, in stages: some devices work on a few hundred instructions at a time, and a
+/// pixel alone is one long chain of them.
 void main() {
-    uvec2 pixel = region_pixel();
-    if (!within_region(pixel)) return;
-    uint index = answer_index(pixel);
-    uint y = args.y + pixel.y;
-    uint colour = background(y, args.params.height);
-    Hit hit = found_hit(index);
-    if (hit.prim_id < kUnfinishedPrim) {
-        Ray ray = camera_ray(args.params.camera, args.x + pixel.x, y);
-        uvec4 triangle = scene_triangle(hit.prim_id);
-        Surface s = pixel_surface(ray, hit, triangle);
-        uint occluded = texelFetch(found_occlusion, int(index)).x;
-        occluded = args.params.rays == kRaysPrimary ? 0u : occluded;
-        colour = shade(args.params, ray, s, triangle.w, occluded);
+    // Read here: some devices read arguments lane by lane where control flow may diverge.
+    ImageParams params = args.params;
+    uvec2 origin = uvec2(args.x, args.y);
+    uvec2 size = uvec2(args.width, args.height);
+    uvec2 first = tile_origin(kShadedTileSize) + tile_pixel();
+    uint index[4];
+    uvec2 at[4];
+    bool is_within[4];
+    bool is_hit[4];
+    Hit hits[4];
+    uvec4 triangle[4];
+    uint occluded[4];
+    vec3 a[4];
+    vec3 b[4];
+    vec3 c[4];
+    Ray rays[4];
+    Surface surfaces[4];
+    uint colours[4];
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        uvec2 pixel = first + uvec2(i & 1u, i >> 1u) * kTileSize;
+        is_within[i] = pixel.x < size.x && pixel.y < size.y;
+        index[i] = is_within[i] ? pixel.y * size.x + pixel.x : 0u;
+        at[i] = origin + pixel;
+        hits[i] = found_hit(index[i]);
+        is_hit[i] = hits[i].prim_id < kUnfinishedPrim;
     }
-    pixels[index] = colour;
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        triangle[i] = scene_triangle(is_hit[i] ? hits[i].prim_id : 0u);
+        occluded[i] = texelFetch(found_occlusion, int(index[i])).x;
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        a[i] = scene_vertex(triangle[i].x);
+        b[i] = scene_vertex(triangle[i].y);
+        c[i] = scene_vertex(triangle[i].z);
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        rays[i] = camera_ray(params.camera, at[i].x, at[i].y);
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        surfaces[i] = surface_at(rays[i], hits[i], a[i], b[i], c[i]);
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        uint count = params.rays == kRaysPrimary ? 0u : occluded[i];
+        uint colour = shade(params, rays[i], surfaces[i], triangle[i].w, count);
+        colours[i] = is_hit[i] ? colour : background(at[i].y, params.height);
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        if (is_within[i]) pixels[index[i]] = colours[i];
+    }
 }
