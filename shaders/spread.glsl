@@ -2,9 +2,10 @@
 #ifndef SHADERS_SPREAD_GLSL
 #define SHADERS_SPREAD_GLSL
 
-/// Of two neighbouring workgroups one goes to each half of the grid, in turn the first and the second
-/// in the order of A. Thue, as rows may be a power of two of groups: lavapipe gives each thread one
-/// contiguous half (quarter, ...) of the grid, and pictures are busier in some places than in others.
+/// Of two neighbouring workgroups one goes to each half of the grid: lavapipe gives each thread one
+/// contiguous half (quarter, ...) of it, and pictures are busier in some places than in others. Which
+/// of the two follows A. Thue's sequence, since a row may have an even number of workgroups, whose
+/// halves would then be columns of the picture.
 uint spread_group(uint group, uint count) {
     uint half_count = (count + 1u) / 2u;
     bool is_second = group >= half_count;
