@@ -37,8 +37,8 @@ SHARED_CONST uint kBindStates = 19u;
 SHARED_CONST uint kBindSeenOut = 20u;
 SHARED_CONST uint kBindingCount = 21u;
 
-// Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels, and `shade` in tiles of
-// four pixels a lane.
+// Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels, or of four pixels a
+// lane where they are shaded.
 SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kTileSize = 8u;
 SHARED_CONST uint kShadedTileSize = 16u;
