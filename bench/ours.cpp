@@ -47,12 +47,11 @@ OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
     return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace};
 }
 
-/// Packets of 64 x 64 camera rays or 32 x 32 shadow rays; shadow rays that have too little in
-/// common go to single rays.
+/// Packets of 64 x 64 rays; shadow rays that have too little in common go to single rays.
 OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
     const auto trace = [tiles = std::make_shared<const cpu::PacketTiles>(bvh, target)](
                            const TraceWork& work, TraceAnswers& answers) {
-        static_assert(kTileSize == cpu::kPointSide && kBlockSize == cpu::kBlockSide);
+        static_assert(kTileSize == cpu::kSquareSide && kBlockSize == cpu::kBlockSide);
         const ImageParams& params = work.params;
         if (!work.any_hit()) {
             const cpu::PictureTiles picture(params.width, params.height, cpu::kCameraSide);
@@ -63,9 +62,10 @@ OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
             });
             return;
         }
-        for_each_tile(work, [&](const TileRays& rays) {
+        tbb::parallel_for(std::size_t{0}, work.squares.size(), [&](std::size_t i) {
+            const TileRays& rays = work.squares[i];
             const auto part = [&](auto& all) {
-                return std::span(all).subspan(rays.begin, cpu::kPointRays);
+                return std::span(all).subspan(rays.begin, rays.end - rays.begin);
             };
             tiles->occluded_from_point(params.light, part(work.rays), part(work.active),
                                        part(answers.occluded));

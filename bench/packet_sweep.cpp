@@ -13,7 +13,7 @@
 namespace morphray::bench {
 namespace {
 
-static_assert(kTileSize == cpu::kPointSide);
+static_assert(kTileSize == cpu::kSquareSide);
 static_assert(std::all_of(std::begin(kPacketShapes), std::end(kPacketShapes), [](PacketShape s) {
     return cpu::kCameraSide % s.width == 0 && cpu::kCameraSide % s.height == 0;
 }));
@@ -37,11 +37,12 @@ std::vector<cpu::Tile> parts_of(const cpu::Tile& tile, PacketShape shape) {
     return parts;
 }
 
-/// For each packet of a tile, 1 for the rays that are its own; none if it does not fit.
+/// For each packet of a tile, or of a square if it does not fit one, 1 for the rays that are its
+/// own.
 std::vector<RayMask> masks_of(PacketShape shape) {
     std::vector<RayMask> masks;
-    if (!fits_a_tile(shape)) return masks;
-    for (const cpu::Tile& part : parts_of({0, 0, kTileSize, kTileSize}, shape)) {
+    const std::uint32_t side = fits_a_tile(shape) ? kTileSize : kSquareSize;
+    for (const cpu::Tile& part : parts_of({0, 0, side, side}, shape)) {
         RayMask& mask = masks.emplace_back();
         for (std::uint32_t y = part.y0; y < part.y1; ++y) {
             for (std::uint32_t x = part.x0; x < part.x1; ++x) mask[cpu::point_packet_ray(x, y)] = 1;
@@ -62,21 +63,23 @@ void intersect_picture(const cpu::PacketTiles& tracer, PacketShape shape, const 
     });
 }
 
+/// A tile's rays, or a square's.
 void occlude_tile(const cpu::PacketTiles& tracer, std::span<const RayMask> masks,
                   const TraceWork& work, const TileRays& rays, TraceAnswers& answers) {
     const auto part = [&](auto& all) {
-        return std::span(all).subspan(rays.begin, cpu::kPointRays);
+        return std::span(all).subspan(rays.begin, rays.end - rays.begin);
     };
     const std::span<const std::uint8_t> active = part(work.active);
     for (const RayMask& mask : masks) {
         RayMask own;
         std::uint32_t any = 0;
-        for (std::size_t i = 0; i < own.size(); ++i) {
+        for (std::size_t i = 0; i < active.size(); ++i) {
             own[i] = active[i] & mask[i];
             any |= own[i];
         }
         if (any == 0) continue;
-        tracer.occluded_from_point(work.params.light, part(work.rays), own, part(answers.occluded));
+        tracer.occluded_from_point(work.params.light, part(work.rays),
+                                   std::span(own).first(active.size()), part(answers.occluded));
     }
 }
 
@@ -89,12 +92,12 @@ std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const cpu::SimdTarg
         const auto trace = [tracer, shape, masks = masks_of(shape)](const TraceWork& work,
                                                                     TraceAnswers& answers) {
             if (!work.any_hit()) return intersect_picture(*tracer, shape, work, answers);
-            for_each_tile(work, [&](const TileRays& rays) {
-                occlude_tile(*tracer, masks, work, rays, answers);
+            const std::vector<TileRays>& parts = fits_a_tile(shape) ? work.tiles : work.squares;
+            tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+                occlude_tile(*tracer, masks, work, parts[i], answers);
             });
         };
-        std::vector<std::uint32_t> works = {kRaysPrimary};
-        if (fits_a_tile(shape)) works.push_back(kRaysShadow);
+        std::vector<std::uint32_t> works = {kRaysPrimary, kRaysShadow};
         tracers.push_back({fmt::format("packet {}x{}", shape.width, shape.height), target.name,
                            std::move(works), trace, true});
     }

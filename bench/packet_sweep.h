@@ -24,7 +24,7 @@ inline constexpr PacketShape kPacketShapes[] = {{1, 1},   {2, 2},   {4, 4},   {8
 /// Of rays that have nothing in common, given to the tracer of single rays at a time.
 inline constexpr std::size_t kBatchSizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024};
 
-/// "packet WxH" for each shape, for primary and, but for the largest, shadow rays. A packet of
+/// "packet WxH" for each shape, for primary and shadow rays. A packet of
 /// shadow rays is the active ones of its pixels, traced with a mask, so what a call costs whatever
 /// the mask is in it.
 std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const cpu::SimdTarget& target);

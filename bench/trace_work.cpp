@@ -1,9 +1,12 @@
 #include "bench/trace_work.h"
 
+#include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
+#include "cpu/tile.h"
 
 namespace morphray::bench {
 namespace {
@@ -26,6 +29,17 @@ void close_tile(TraceWork& work, const cpu::Tile& tile, std::size_t begin) {
         work.active_count += work.active[i];
     }
     work.tiles.push_back({tile, begin, work.rays.size()});
+    const auto square = [](const cpu::Tile& t) {
+        return std::pair(t.x0 / kSquareSize, t.y0 / kSquareSize);
+    };
+    if (!work.squares.empty() && square(work.squares.back().tile) == square(tile)) {
+        TileRays& last = work.squares.back();
+        last.tile.x1 = std::max(last.tile.x1, tile.x1);
+        last.tile.y1 = std::max(last.tile.y1, tile.y1);
+        last.end = work.rays.size();
+    } else {
+        work.squares.push_back(work.tiles.back());
+    }
 }
 
 }  // namespace
@@ -56,14 +70,18 @@ TraceWork make_primary_work(const ImageParams& params) {
     work.params = params;
     work.params.rays = kRaysPrimary;
     work.rays.reserve(std::size_t{params.width} * params.height);
-    for (std::uint32_t y = 0; y < params.height; y += kTileSize) {
-        for (std::uint32_t x = 0; x < params.width; x += kTileSize) {
-            const cpu::Tile tile{x, y, x + kTileSize, y + kTileSize};
-            const std::size_t begin = work.rays.size();
-            for_each_pixel(tile, [&](std::uint32_t px, std::uint32_t py) {
-                work.rays.push_back(camera_ray(params.camera, px, py));
-            });
-            close_tile(work, tile, begin);
+    const cpu::PictureTiles squares(params.width, params.height, kSquareSize);
+    for (std::uint32_t i = 0; i < squares.count(); ++i) {
+        const cpu::Tile square = squares[i];
+        for (std::uint32_t y = square.y0; y < square.y1; y += kTileSize) {
+            for (std::uint32_t x = square.x0; x < square.x1; x += kTileSize) {
+                const cpu::Tile tile{x, y, x + kTileSize, y + kTileSize};
+                const std::size_t begin = work.rays.size();
+                for_each_pixel(tile, [&](std::uint32_t px, std::uint32_t py) {
+                    work.rays.push_back(camera_ray(params.camera, px, py));
+                });
+                close_tile(work, tile, begin);
+            }
         }
     }
     return work;

@@ -15,6 +15,7 @@
 namespace morphray::bench {
 
 inline constexpr std::uint32_t kTileSize = 32;
+inline constexpr std::uint32_t kSquareSize = 2 * kTileSize;
 inline constexpr std::uint32_t kBlockSize = 4;
 inline constexpr std::size_t kPacketSize = 16;
 
@@ -25,11 +26,11 @@ struct TileRays {
     std::size_t end;
 };
 
-/// The rays of an image, tile after tile. Within a tile they come in packets of 16: for primary and
-/// shadow rays the 4x4 blocks row by row, each with its pixels row by row, so that ray i of every
-/// tile is the same pixel of it; for ambient occlusion the samples of one pixel after the other,
-/// block by block. Slots without a ray (no surface, or it faces away from the light; the rest of a
-/// last packet) are inactive.
+/// The rays of an image, tile after tile, those of squares of 2 x 2 tiles together. Within a tile
+/// they come in packets of 16: for primary and shadow rays the 4x4 blocks in Morton order, each
+/// with its pixels row by row, so that ray i of every tile is the same pixel of it; for ambient
+/// occlusion the samples of one pixel after the other, block by block. Slots without a ray (no
+/// surface, or it faces away from the light; the rest of a last packet) are inactive.
 struct TraceWork {
     /// params.rays says which rays these are.
     ImageParams params;
@@ -37,6 +38,8 @@ struct TraceWork {
     /// 1 where rays[i] is one, else 0.
     std::vector<std::uint8_t> active;
     std::vector<TileRays> tiles;
+    /// Of the tiles of each square, as far as it has some.
+    std::vector<TileRays> squares;
     std::size_t active_count = 0;
 
     bool any_hit() const { return params.rays != kRaysPrimary; }
@@ -59,11 +62,14 @@ std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers);
 /// Calls visit(x, y) for the pixels of a tile in the order of their rays.
 template <class Visit>
 void for_each_pixel(const cpu::Tile& tile, Visit visit) {
-    for (std::uint32_t block_y = tile.y0; block_y < tile.y1; block_y += kBlockSize) {
-        for (std::uint32_t block_x = tile.x0; block_x < tile.x1; block_x += kBlockSize) {
-            for (std::uint32_t y = block_y; y < block_y + kBlockSize; ++y) {
-                for (std::uint32_t x = block_x; x < block_x + kBlockSize; ++x) visit(x, y);
-            }
+    static_assert(kTileSize == 8 * kBlockSize);
+    for (std::uint32_t i = 0; i < 64; ++i) {
+        const std::uint32_t block_x =
+            tile.x0 + kBlockSize * ((i & 1) | (i >> 1 & 2) | (i >> 2 & 4));
+        const std::uint32_t block_y =
+            tile.y0 + kBlockSize * ((i >> 1 & 1) | (i >> 2 & 2) | (i >> 3 & 4));
+        for (std::uint32_t y = block_y; y < block_y + kBlockSize; ++y) {
+            for (std::uint32_t x = block_x; x < block_x + kBlockSize; ++x) visit(x, y);
         }
     }
 }

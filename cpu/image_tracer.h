@@ -85,13 +85,20 @@ private:
     Tracer tracer_;
 };
 
-/// The pixels of one tile of at most 32 x 32 on their way from hits to colours.
+/// The pixels of one tile of at most 64 x 64 on their way from hits to colours.
 template <class Tracer>
 class TileImage {
 public:
     TileImage(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
               const Tile& tile, Frame& frame)
-        : tracer_(tracer), mesh_(mesh), params_(params), tile_(tile), frame_(frame) {}
+        : tracer_(tracer),
+          mesh_(mesh),
+          params_(params),
+          tile_(tile),
+          frame_(frame),
+          count_(point_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * kSquareRays),
+          rays_(count_),
+          surfaces_(count_) {}
 
     void trace() {
         find_surfaces();
@@ -127,9 +134,9 @@ private:
 
     /// A light behind a surface occludes it without a ray.
     void trace_shadow() {
-        std::vector<Ray> shadows(kPointRays);
-        std::vector<std::uint8_t> active(kPointRays, 0);
-        std::vector<std::uint8_t> occluded(kPointRays, 1);
+        std::vector<Ray> shadows(count_);
+        std::vector<std::uint8_t> active(count_, 0);
+        std::vector<std::uint8_t> occluded(count_, 1);
         bool any = false;
         for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
             for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
@@ -181,8 +188,9 @@ private:
     const ImageParams& params_;
     const Tile& tile_;
     Frame& frame_;
-    std::vector<Ray> rays_ = std::vector<Ray>(kPointRays);
-    std::vector<Surface> surfaces_ = std::vector<Surface>(kPointRays);
+    std::size_t count_;
+    std::vector<Ray> rays_;
+    std::vector<Surface> surfaces_;
     std::vector<Ray> batch_;
     std::vector<std::uint8_t> answers_;
 };
@@ -194,10 +202,11 @@ void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams&
                 const Tile& tile, Frame& frame) {
     tracer.intersect_camera(
         params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
-    for (std::uint32_t y = tile.y0; y < tile.y1; y += kPointSide) {
-        for (std::uint32_t x = tile.x0; x < tile.x1; x += kPointSide) {
-            const Tile part{x, y, std::min(x + kPointSide, tile.x1),
-                            std::min(y + kPointSide, tile.y1)};
+    // What is known of the pixels of a smaller part stays in the cache.
+    const std::uint32_t side = params.rays == kRaysShadow ? kPointSide : kSquareSide;
+    for (std::uint32_t y = tile.y0; y < tile.y1; y += side) {
+        for (std::uint32_t x = tile.x0; x < tile.x1; x += side) {
+            const Tile part{x, y, std::min(x + side, tile.x1), std::min(y + side, tile.y1)};
             TileImage<Tracer>(tracer, mesh, params, part, frame).trace();
         }
     }

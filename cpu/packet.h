@@ -1,6 +1,5 @@
-// A packet: rays with a common origin in blocks of 4 x 4, up to 64 x 64 of a camera's or 32 x 32 of
-// a point's, and what is known of each so far. Plain data between the packet's making, its
-// traversal and its end; no SIMD types.
+// A packet: up to 64 x 64 rays with a common origin in blocks of 4 x 4, and what is known of each
+// so far. Plain data between the packet's making, its traversal and its end; no SIMD types.
 #pragma once
 
 #include <array>
@@ -23,25 +22,56 @@ inline constexpr std::uint32_t kGridBlocks = kGridSide * kGridSide;
 inline constexpr std::uint32_t kCameraRays = kGridBlocks * kBlockRays;
 static_assert(kGridSide == 16);
 
-/// A point's packet.
-inline constexpr std::uint32_t kPointSide = 32;
-inline constexpr std::uint32_t kPointBlocksPerSide = kPointSide / kBlockSide;
-inline constexpr std::uint32_t kPointBlocks = kPointBlocksPerSide * kPointBlocksPerSide;
-inline constexpr std::uint32_t kPointRays = kPointBlocks * kBlockRays;
 inline constexpr std::uint64_t kAllBlocks = ~std::uint64_t{0};
-static_assert(kPointBlocks == 64);
 
-/// Index of the ray at (x, y) of a packet's square that has so many blocks on a side: blocks row by
-/// row, rays of a block column by column.
-inline std::uint32_t ray_of_blocks(std::uint32_t x, std::uint32_t y, std::uint32_t blocks) {
-    const std::uint32_t block = (y / kBlockSide) * blocks + x / kBlockSide;
+/// A point's packet: blocks in Morton order, so that four squares come after each other, in them
+/// groups of 4 x 4 blocks, and in those quads of 2 x 2. As many blocks again may be made of rays
+/// that are put together anew.
+inline constexpr std::uint32_t kQuadBlocks = 4;
+inline constexpr std::uint32_t kGroupBlocks = 16;
+inline constexpr std::uint32_t kSquareSide = 32;
+inline constexpr std::uint32_t kSquareRays = kSquareSide * kSquareSide;
+inline constexpr std::uint32_t kSquareBlocks = kSquareRays / kBlockRays;
+inline constexpr std::uint32_t kPointSide = 2 * kSquareSide;
+inline constexpr std::uint32_t kPointRays = kPointSide * kPointSide;
+inline constexpr std::uint32_t kPointBlocks = kPointRays / kBlockRays;
+inline constexpr std::uint32_t kAllPointBlocks = 2 * kPointBlocks;
+inline constexpr std::uint32_t kAllPointRays = kAllPointBlocks * kBlockRays;
+inline constexpr std::uint32_t kPointGroups = kAllPointBlocks / kGroupBlocks;
+inline constexpr std::uint32_t kPointQuads = kAllPointBlocks / kQuadBlocks;
+static_assert(kPointQuads == 128);
+
+/// Index of the ray at (x, y) of a camera's packet: blocks row by row, rays of a block column by
+/// column.
+inline std::uint32_t camera_packet_ray(std::uint32_t x, std::uint32_t y) {
+    const std::uint32_t block = (y / kBlockSide) * kGridSide + x / kBlockSide;
     return block * kBlockRays + (x % kBlockSide) * kBlockSide + y % kBlockSide;
 }
-inline std::uint32_t camera_packet_ray(std::uint32_t x, std::uint32_t y) {
-    return ray_of_blocks(x, y, kGridSide);
-}
+/// What x and y add to the index of a point's ray: blocks in Morton order, rays of a block column
+/// by column.
+struct PointPlaces {
+    std::uint16_t x[kPointSide]{}, y[kPointSide]{};
+
+    constexpr PointPlaces() {
+        for (std::uint32_t i = 0; i < kPointSide; ++i) {
+            std::uint32_t blocks = 0;
+            for (std::uint32_t bit = 0; kBlockSide << bit < kPointSide; ++bit)
+                blocks |= (i / kBlockSide >> bit & 1) << 2 * bit;
+            x[i] = static_cast<std::uint16_t>(blocks * kBlockRays + i % kBlockSide * kBlockSide);
+            y[i] = static_cast<std::uint16_t>(2 * blocks * kBlockRays + i % kBlockSide);
+        }
+    }
+};
+inline constexpr PointPlaces kPointPlaces;
+
+/// Index of the ray at (x, y) of a point's packet.
 inline std::uint32_t point_packet_ray(std::uint32_t x, std::uint32_t y) {
-    return ray_of_blocks(x, y, kPointBlocksPerSide);
+    return std::uint32_t{kPointPlaces.x[x]} + kPointPlaces.y[y];
+}
+
+/// How many squares rays of so many pixels need.
+inline std::uint32_t point_squares(std::uint32_t width, std::uint32_t height) {
+    return (height > kSquareSide ? 2 : 0) + (width > kSquareSide ? 2 : 1);
 }
 
 /// A leaf of which a triangle won at least one ray, kept for the packet's end: the corners of its
@@ -163,23 +193,29 @@ struct alignas(64) Packet {
     PacketFrame frame;
     /// Camera rays are made where they are needed.
     CameraRays camera;
-    /// Of other rays: directions as the hit rule takes them, tfar, and where they go through the
-    /// plane.
-    alignas(64) float dir[3][kPointRays], tfar[kPointRays];
-    float x[kPointRays], y[kPointRays];
+    /// Other rays are the caller's; where they go through the plane.
+    const Ray* rays;
+    alignas(64) float x[kAllPointRays], y[kAllPointRays];
     /// 1/z of the best hit so far lies in [q_lower, q_upper]; a ray that wants no more has kDone in
-    /// both.
-    float q_lower[kCameraRays], q_upper[kCameraRays];
+    /// both. A point's have no q_upper.
+    float q_lower[kAllPointRays], q_upper[kCameraRays];
     /// Of each ray, or kNoWinner.
     std::uint32_t winner[kCameraRays];
     /// The least q_lower of a block: what is beyond that depth matters to none of its rays.
-    float block_q[kGridBlocks];
+    float block_q[kAllPointBlocks];
     /// Bounds of x, y of the active rays of a point's block; empty (lower > upper) where there are
     /// none.
-    float block_lower_x[kPointBlocks], block_upper_x[kPointBlocks];
-    float block_lower_y[kPointBlocks], block_upper_y[kPointBlocks];
+    float block_lower_x[kAllPointBlocks], block_upper_x[kAllPointBlocks];
+    float block_lower_y[kAllPointBlocks], block_upper_y[kAllPointBlocks];
+    /// Likewise of a point's quads, and the least q_lower there.
+    float quad_lower_x[kPointQuads], quad_upper_x[kPointQuads];
+    float quad_lower_y[kPointQuads], quad_upper_y[kPointQuads];
+    float quad_q[kPointQuads];
+    /// How many squares there are, and how many blocks were put together anew: kPointBlocks and
+    /// those after it.
+    std::uint32_t square_count, moved_count;
 
-    /// Where the caller has the rays of blocks that were put together anew, or kNoPlace.
+    /// Of the rays of those blocks, where the caller has them, or kNoPlace.
     std::uint16_t place[kPointRays];
 
     std::vector<WonLeaf> won_leaves;

@@ -29,22 +29,69 @@ struct BlockSet {
     std::uint64_t words[kWords];
 };
 
-/// The blocks of a point's packet whose rays may lie in a rectangle.
-HWY_INLINE std::uint64_t blocks_in(const Packet& packet, const Rectangles& r, std::uint32_t i) {
+/// The blocks of a point's group with rays that may lie in a rectangle (lower x, upper x, lower y,
+/// upper y), and that something at 1/z = q or less may still matter to.
+HWY_INLINE std::uint32_t blocks_in(const Packet& packet, const float rectangle[4], float q,
+                                   std::uint32_t group) {
     const Floats f;
-    std::uint64_t blocks = 0;
-    const VF lx = splat(r.lower_x[i]);
-    const VF ux = splat(r.upper_x[i]);
-    const VF ly = splat(r.lower_y[i]);
-    const VF uy = splat(r.upper_y[i]);
-    for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f)) {
-        const Mask x = hn::And(hn::Le(lx, hn::Load(f, packet.block_upper_x + b)),
-                               hn::Ge(ux, hn::Load(f, packet.block_lower_x + b)));
-        const Mask y = hn::And(hn::Le(ly, hn::Load(f, packet.block_upper_y + b)),
-                               hn::Ge(uy, hn::Load(f, packet.block_lower_y + b)));
-        blocks |= std::uint64_t{mask_bits(hn::And(x, y))} << b;
+    std::uint32_t blocks = 0;
+    for (std::size_t l = 0; l < kGroupBlocks; l += hn::Lanes(f)) {
+        const std::size_t b = group * kGroupBlocks + l;
+        const Mask x = hn::And(hn::Le(splat(rectangle[0]), hn::Load(f, packet.block_upper_x + b)),
+                               hn::Ge(splat(rectangle[1]), hn::Load(f, packet.block_lower_x + b)));
+        const Mask y = hn::And(hn::Le(splat(rectangle[2]), hn::Load(f, packet.block_upper_y + b)),
+                               hn::Ge(splat(rectangle[3]), hn::Load(f, packet.block_lower_y + b)));
+        const Mask near = hn::Ge(splat(q), hn::Load(f, packet.block_q + b));
+        blocks |= mask_bits(hn::And(near, hn::And(x, y))) << l;
     }
     return blocks;
+}
+
+/// Quads of a point's packet: those in place and those of blocks put together anew.
+struct QuadSet {
+    std::uint64_t words[2];
+
+    HWY_INLINE bool any() const { return (words[0] | words[1]) != 0; }
+};
+
+/// Likewise the quads among some.
+HWY_INLINE QuadSet quads_in(const Packet& packet, const Rectangles& r, float q, std::uint32_t i,
+                            const QuadSet& among) {
+    const Floats f;
+    QuadSet quads = {};
+    const auto find = [&](std::uint32_t word, std::size_t count) HWY_ATTR {
+        for (std::size_t l = 0; l < count; l += hn::Lanes(f)) {
+            const std::size_t k = 64 * word + l;
+            const Mask x =
+                hn::And(hn::Le(splat(r.lower_x[i]), hn::Load(f, packet.quad_upper_x + k)),
+                        hn::Ge(splat(r.upper_x[i]), hn::Load(f, packet.quad_lower_x + k)));
+            const Mask y =
+                hn::And(hn::Le(splat(r.lower_y[i]), hn::Load(f, packet.quad_upper_y + k)),
+                        hn::Ge(splat(r.upper_y[i]), hn::Load(f, packet.quad_lower_y + k)));
+            const Mask near = hn::Ge(splat(q), hn::Load(f, packet.quad_q + k));
+            quads.words[word] |= std::uint64_t{mask_bits(hn::And(near, hn::And(x, y)))} << l;
+        }
+        quads.words[word] &= among.words[word];
+    };
+    find(0, kPointQuads / 2);
+    if (packet.moved_count != 0) find(1, (packet.moved_count + kQuadBlocks - 1) / kQuadBlocks);
+    return quads;
+}
+
+/// Those among some with a ray that something at 1/z = q or less may still matter to.
+HWY_INLINE QuadSet quads_beyond(const Packet& packet, float q, const QuadSet& among) {
+    const Floats f;
+    QuadSet quads = {};
+    const auto find = [&](std::uint32_t word, std::size_t count) HWY_ATTR {
+        for (std::size_t l = 0; l < count; l += hn::Lanes(f)) {
+            const Mask near = hn::Ge(splat(q), hn::Load(f, packet.quad_q + 64 * word + l));
+            quads.words[word] |= std::uint64_t{mask_bits(near)} << l;
+        }
+        quads.words[word] &= among.words[word];
+    };
+    find(0, kPointQuads / 2);
+    if (packet.moved_count != 0) find(1, (packet.moved_count + kQuadBlocks - 1) / kQuadBlocks);
+    return quads;
 }
 
 /// Of the first `count` columns, or rows, of a camera's blocks those that some bounds meet: from

@@ -16,16 +16,35 @@
 #include <cstdint>
 
 #include "cpu/packet.h"
+#include "cpu/packet_blocks-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// The least of `used` positive numbers that no more than half of all are below, up to an eighth
-/// too small; what is not used is infinite. Found bit by bit: sorting takes as long as a tenth of a
-/// packet of a bunny's shadow rays.
-HWY_INLINE float median_of_blocks(const float* values, std::size_t used) {
+/// Blocks of a point's packet, those of a group in a mask.
+struct PointBlocks {
+    std::uint32_t of_group[kPointGroups];
+};
+
+HWY_INLINE bool has_block(const PointBlocks& blocks, std::uint32_t block) {
+    return (blocks.of_group[block / kGroupBlocks] >> block % kGroupBlocks & 1) != 0;
+}
+
+/// Calls visit(block) for each.
+template <class Visit>
+HWY_INLINE void for_each_block(const PointBlocks& blocks, Visit visit) {
+    for (std::uint32_t group = 0; group < kPointGroups; ++group) {
+        for (std::uint32_t own = blocks.of_group[group]; own != 0; own &= own - 1)
+            visit(group * kGroupBlocks + static_cast<std::uint32_t>(__builtin_ctz(own)));
+    }
+}
+
+/// The least of `used` positive numbers among `count` that no more than half of them are below, up
+/// to an eighth too small; the others are infinite. Found bit by bit: sorting takes as long as a
+/// tenth of a packet of a bunny's shadow rays.
+HWY_INLINE float median_of_blocks(const float* values, std::size_t count, std::size_t used) {
     const Floats f;
     constexpr int kHighest = 30, kLowest = 20;  // all of the exponent and 3 bits behind it
     std::uint32_t median = 0;
@@ -33,7 +52,7 @@ HWY_INLINE float median_of_blocks(const float* values, std::size_t used) {
         const std::uint32_t trial = median | std::uint32_t{1} << bit;
         const VF bound = splat(std::bit_cast<float>(trial));
         std::size_t below = 0;
-        for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f))
+        for (std::size_t b = 0; b < count; b += hn::Lanes(f))
             below += hn::CountTrue(f, hn::Lt(hn::Load(f, values + b), bound));
         if (below <= used / 2) median = trial;
     }
@@ -42,14 +61,16 @@ HWY_INLINE float median_of_blocks(const float* values, std::size_t used) {
 
 /// How far the active rays of each block spread in x and y together; infinite where there are none.
 struct Spreads {
-    alignas(64) float of_block[kPointBlocks];
+    alignas(64) float of_block[kAllPointBlocks];
     std::size_t used = 0;
 };
 
-HWY_INLINE Spreads measure_spreads(const Packet& packet) {
+/// Of whole groups.
+HWY_INLINE void measure_spreads(const Packet& packet, std::uint32_t first, std::uint32_t end,
+                                Spreads& spreads) {
     const Floats f;
-    Spreads spreads;
-    for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f)) {
+    spreads.used = 0;
+    for (std::size_t b = first; b < end; b += hn::Lanes(f)) {
         const VF own = hn::Add(
             hn::Sub(hn::Load(f, packet.block_upper_x + b), hn::Load(f, packet.block_lower_x + b)),
             hn::Sub(hn::Load(f, packet.block_upper_y + b), hn::Load(f, packet.block_lower_y + b)));
@@ -57,19 +78,20 @@ HWY_INLINE Spreads measure_spreads(const Packet& packet) {
         spreads.used += hn::CountTrue(f, is_used);
         hn::Store(hn::IfThenElse(is_used, own, splat(kDone)), f, spreads.of_block + b);
     }
-    return spreads;
 }
 
-/// The blocks with rays that spread farther than this.
-HWY_INLINE std::uint64_t blocks_wider(const Spreads& spreads, float width) {
+/// The blocks of whole groups with rays that spread farther than this; how many.
+HWY_INLINE std::size_t blocks_wider(const Spreads& spreads, std::uint32_t first, std::uint32_t end,
+                                    float width, PointBlocks& wide) {
     const Floats f;
-    std::uint64_t wide = 0;
-    for (std::size_t b = 0; b < kPointBlocks; b += hn::Lanes(f)) {
+    std::size_t count = 0;
+    for (std::size_t b = first; b < end; b += hn::Lanes(f)) {
         const VF own = hn::Load(f, spreads.of_block + b);
         const Mask wider = hn::And(hn::Gt(own, splat(width)), hn::Lt(own, splat(kDone)));
-        wide |= std::uint64_t{mask_bits(wider)} << b;
+        wide.of_group[b / kGroupBlocks] |= mask_bits(wider) << b % kGroupBlocks;
+        count += hn::CountTrue(f, wider);
     }
-    return wide;
+    return count;
 }
 
 /// A square of cells of the plane, numbered in Morton order.
@@ -99,15 +121,14 @@ struct Cells {
 };
 
 /// Those that the active rays of some blocks are in.
-HWY_INLINE Cells cells_around(const Packet& packet, std::uint64_t blocks) {
+HWY_INLINE Cells cells_around(const Packet& packet, const PointBlocks& blocks) {
     float lower_x = 1e30f, upper_x = -1e30f, lower_y = 1e30f, upper_y = -1e30f;
-    for (; blocks != 0; blocks &= blocks - 1) {
-        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+    for_each_block(blocks, [&](std::uint32_t block) {
         lower_x = std::min(lower_x, packet.block_lower_x[block]);
         upper_x = std::max(upper_x, packet.block_upper_x[block]);
         lower_y = std::min(lower_y, packet.block_lower_y[block]);
         upper_y = std::max(upper_y, packet.block_upper_y[block]);
-    }
+    });
     constexpr float kSide = Cells::kPerSide;
     return {lower_x, lower_y, kSide / std::max(upper_x - lower_x, 1e-20f),
             kSide / std::max(upper_y - lower_y, 1e-20f)};
@@ -120,8 +141,8 @@ struct CellOrder {
 };
 
 /// The active rays of some blocks.
-HWY_INLINE void sort_by_cell(const Packet& packet, const std::uint8_t* active, std::uint64_t blocks,
-                             CellOrder& order) {
+HWY_INLINE void sort_by_cell(const Packet& packet, const std::uint8_t* active,
+                             const PointBlocks& blocks, CellOrder& order) {
     const Floats f;
     constexpr std::uint32_t kLanes = hn::MaxLanes(f);
     const Cells square = cells_around(packet, blocks);
@@ -130,8 +151,8 @@ HWY_INLINE void sort_by_cell(const Packet& packet, const std::uint8_t* active, s
     // Where the rays of a cell begin.
     std::uint16_t next[Cells::kCount + 1] = {};
     std::size_t count = 0;
-    for (; blocks != 0; blocks &= blocks - 1) {
-        const auto first = static_cast<std::uint32_t>(__builtin_ctzll(blocks)) * kBlockRays;
+    for_each_block(blocks, [&](std::uint32_t block) HWY_ATTR {
+        const std::uint32_t first = block * kBlockRays;
         for (std::uint32_t r = first; r < first + kBlockRays; r += kLanes) {
             alignas(64) std::uint32_t own[kLanes];
             hn::Store(square.of(hn::Load(f, packet.x + r), hn::Load(f, packet.y + r)), Words(),
@@ -144,23 +165,20 @@ HWY_INLINE void sort_by_cell(const Packet& packet, const std::uint8_t* active, s
                 count += is_active;
             }
         }
-    }
+    });
     for (std::uint32_t cell = 1; cell < Cells::kCount; ++cell)
         next[cell] = static_cast<std::uint16_t>(next[cell] + next[cell - 1]);
     for (std::size_t i = 0; i < count; ++i) order.rays[next[cells[i]]++] = rays[i];
     order.count = count;
 }
 
-/// Blocks whose rays spread too far would make all bounds coarse: makes them inactive.
-HWY_INLINE void leave_out_blocks(Packet& packet, std::uint64_t blocks) {
-    for (; blocks != 0; blocks &= blocks - 1) {
-        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+/// Makes blocks inactive.
+HWY_INLINE void leave_out_blocks(Packet& packet, const PointBlocks& blocks) {
+    for_each_block(blocks, [&](std::uint32_t block) {
         packet.block_lower_x[block] = packet.block_lower_y[block] = 1e30f;
         packet.block_upper_x[block] = packet.block_upper_y[block] = -1e30f;
         packet.block_q[block] = kDone;
-        std::fill_n(packet.q_lower + block * kBlockRays, kBlockRays, kDone);
-        std::fill_n(packet.q_upper + block * kBlockRays, kBlockRays, kDone);
-    }
+    });
 }
 
 }  // namespace HWY_NAMESPACE

@@ -15,6 +15,7 @@
 #include "common/interop/layout.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
+#include "cpu/packet_vertices-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -30,6 +31,8 @@ struct alignas(64) Setup {
     float bound[16], error[16], c0[16], c1[16], c2[16], q[16];
     Rectangles rectangles;
     GridWindows windows;
+    /// Of a point's: c plus the bound, and depth_c plus the largest error (LeafOcclusion).
+    float most_c[3][16], most_q[16];
 };
 
 /// kOnGrid: the packet is a camera's, whose rays are near the middles of pixels.
@@ -49,17 +52,6 @@ public:
     }
 
 private:
-    static std::uint32_t finite_triangles(const Leaf& leaf) {
-        std::uint32_t finite = 0;
-        for (std::uint32_t i = 0; i < kLeafTriangles; ++i) {
-            float largest = -kSceneExtent;
-            for (std::uint32_t k = 0; k < 3; ++k)
-                largest = std::max(largest, leaf.vertex[corner(leaf.vertex[i].corners, k)].x);
-            finite |= (largest <= kSceneExtent ? 1u : 0u) << i;
-        }
-        return finite;
-    }
-
     /// Sets up all triangles of a leaf; which of them may cover a ray of the packet.
     ///
     /// Vertices: v0, the leaf's first, is projected in double; the others by rows * (v - v0), off
@@ -79,7 +71,7 @@ private:
         const Floats f;
         alignas(64) float vx[16], vy[16], vz[16], sizes[16];
         alignas(64) std::uint32_t corners[16];
-        all_finite = project_vertices(leaf, vx, vy, vz, sizes, corners);
+        all_finite = project_vertices(frame_, leaf, vx, vy, vz, sizes, corners);
         std::uint32_t alive = 0;
         for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
             VF x[3], y[3], z[3], size[3];
@@ -92,43 +84,6 @@ private:
             alive |= mask_bits(set_up_triangles(x, y, z, extent, setup, l)) << l;
         }
         return alive;
-    }
-
-    /// Returns whether all vertices are finite.
-    HWY_INLINE bool project_vertices(const Leaf& leaf, float* vx, float* vy, float* vz,
-                                     float* sizes, std::uint32_t* corners) const {
-        const Floats f;
-        // A vertex that is not finite is put where v0 is: its triangles are left out afterwards.
-        const LeafVertex* first = leaf.vertex;
-        while (first->x > kSceneExtent && first != leaf.vertex + kLeafVertices - 1) ++first;
-        const LeafVertex& v0 = *first;
-        const double p[3] = {double{v0.x} - frame_.org.x, double{v0.y} - frame_.org.y,
-                             double{v0.z} - frame_.org.z};
-        float h[3];
-        for (int k = 0; k < 3; ++k) {
-            h[k] = static_cast<float>(frame_.rows[k][0] * p[0] + frame_.rows[k][1] * p[1] +
-                                      frame_.rows[k][2] * p[2]);
-        }
-        float* const out[3] = {vx, vy, vz};
-        bool all_finite = true;
-        for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
-            VF x, y, z, w;
-            hn::LoadInterleaved4(f, &leaf.vertex[l].x, x, y, z, w);
-            hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
-            const Mask finite = hn::Le(x, splat(kSceneExtent));
-            all_finite &= hn::AllTrue(f, finite);
-            x = hn::IfThenElseZero(finite, hn::Sub(x, splat(v0.x)));
-            y = hn::IfThenElseZero(finite, hn::Sub(y, splat(v0.y)));
-            z = hn::IfThenElseZero(finite, hn::Sub(z, splat(v0.z)));
-            hn::Store(hn::Max(hn::Abs(x), hn::Max(hn::Abs(y), hn::Abs(z))), f, sizes + l);
-            for (int k = 0; k < 3; ++k) {
-                const float* row = frame_.rows_f[k];
-                const VF sum = hn::MulAdd(splat(row[0]), x,
-                                          hn::MulAdd(splat(row[1]), y, hn::Mul(splat(row[2]), z)));
-                hn::Store(hn::Add(sum, splat(h[k])), f, out[k] + l);
-            }
-        }
-        return all_finite;
     }
 
     HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], VF extent,
@@ -286,6 +241,8 @@ private:
         hn::Store(known(depth_a), f, setup.depth_a + l);
         hn::Store(known(depth_b), f, setup.depth_b + l);
         hn::Store(known(depth_c), f, setup.depth_c + l);
+        const VF nearest = nearest_q(hn::Sub(hn::Sub(z_least, z_error), rule.z));
+        hn::Store(nearest, f, setup.q + l);
         if constexpr (kOnGrid) {
             // A ray that the rule may find to hit the triangle lies in its rectangle.
             const VF most_q = hn::MulAdd(gradient, half_extent, hn::Abs(in_middle));
@@ -293,11 +250,19 @@ private:
             hn::Store(hn::IfThenElse(uncertain, splat(1e35f), hn::Mul(most, splat(1.0001f))), f,
                       setup.error + l);
         } else {
-            hn::Store(hn::IfThenElse(uncertain, splat(1e35f), c0), f, setup.c0 + l);
-            hn::Store(known(c1), f, setup.c1 + l);
+            const VF sure_c0 = hn::IfThenElse(uncertain, splat(1e35f), c0);
+            const VF sure_c1 = known(c1);
+            hn::Store(sure_c0, f, setup.c0 + l);
+            hn::Store(sure_c1, f, setup.c1 + l);
             hn::Store(rule.by_q2, f, setup.c2 + l);
+            const VF most_bound = hn::Mul(splat(1.25f), bound);
+            for (int k = 0; k < 3; ++k)
+                hn::Store(hn::Add(hn::Load(f, setup.c[k] + l), most_bound), f, setup.most_c[k] + l);
+            const VF most = hn::MulAdd(nearest, hn::MulAdd(nearest, rule.by_q2, sure_c1), sure_c0);
+            const VF rounded =
+                hn::MulAdd(splat(0x1p-16f), gradient, hn::Mul(splat(1 + 0x1p-18f), most));
+            hn::Store(hn::Add(hn::Load(f, setup.depth_c + l), rounded), f, setup.most_q + l);
         }
-        hn::Store(nearest_q(hn::Sub(hn::Sub(z_least, z_error), rule.z)), f, setup.q + l);
         return meets;
     }
 

@@ -30,9 +30,10 @@ public:
                              std::span<const std::uint8_t> active,
                              std::span<std::uint8_t> occluded) const {
         std::array<std::uint8_t, kPointRays> left;
-        if (packets_.occluded_from_point(org, rays.data(), active.data(), scratch(),
-                                         occluded.data(), left.data())) {
-            BatchTiles(wide_).occluded_from_point(org, rays, left, occluded);
+        if (packets_.occluded_from_point(org, rays, active.data(), scratch(), occluded.data(),
+                                         left.data())) {
+            BatchTiles(wide_).occluded_from_point(org, rays, std::span(left).first(rays.size()),
+                                                  occluded);
         }
     }
 

@@ -26,13 +26,11 @@
 #include <algorithm>
 
 #include "common/bvh.h"
-#include "common/interop/triangle.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
 #include "cpu/packet_doubts-inl.h"
 #include "cpu/packet_node-inl.h"
 #include "cpu/packet_pairs-inl.h"
-#include "cpu/packet_rule-inl.h"
 #include "cpu/packet_setup-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
@@ -41,11 +39,7 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-enum class Query { kClosest, kAny };
-
-/// Closest hits are wanted of cameras, whose blocks lie on a grid; any hits of rays from a light,
-/// which lie anywhere.
-template <Query kQuery>
+/// Closest hits of cameras, whose blocks lie on a grid.
 class PacketTraversal {
 public:
     PacketTraversal(const Bvh& bvh, Packet& packet)
@@ -66,7 +60,7 @@ public:
         while (size > 0) {
             Entry entry = stack[--size];
             const bool is_node = (entry.child & kLeafBit) == 0;
-            if (kOnGrid && is_node) find_depths();
+            if (is_node) find_depths();
             if (!still_matters(entry)) continue;
             if (is_node) {
                 visit_node(entry, stack, size);
@@ -74,14 +68,13 @@ public:
                 visit_leaf(entry.child & ~kLeafBit, entry.blocks);
             }
         }
-        if constexpr (kOnGrid) doubts_.settle();
+        doubts_.settle();
     }
 
 private:
     /// A triangle's pairs with blocks that are traced rather than first looked at together.
     static constexpr int kFew = 4;
-    static constexpr bool kOnGrid = kQuery == Query::kClosest;
-    static constexpr std::size_t kWords = (kOnGrid ? kGridBlocks : kPointBlocks) / 64;
+    static constexpr std::size_t kWords = kGridBlocks / 64;
 
     /// What a traversal has still to visit.
     struct Entry {
@@ -99,14 +92,12 @@ private:
     /// Leaves those blocks of an entry that it is near enough for. Whether there are any.
     HWY_INLINE bool still_matters(Entry& entry) {
         std::uint64_t any = leave_near(entry);
-        if constexpr (kOnGrid) {
-            std::uint64_t certain = 0;
-            for (std::size_t w = 0; w < kWords; ++w)
-                certain |= entry.blocks.words[w] & ~doubtful_blocks_.words[w];
-            if (HWY_UNLIKELY(certain == 0 && any != 0)) {
-                settle();
-                any = leave_near(entry);
-            }
+        std::uint64_t certain = 0;
+        for (std::size_t w = 0; w < kWords; ++w)
+            certain |= entry.blocks.words[w] & ~doubtful_blocks_.words[w];
+        if (HWY_UNLIKELY(certain == 0 && any != 0)) {
+            settle();
+            any = leave_near(entry);
         }
         return any != 0;
     }
@@ -120,19 +111,13 @@ private:
         return any;
     }
 
-    HWY_INLINE std::uint64_t blocks_of(const Rectangles& rectangles, const GridRanges& ranges,
-                                       std::uint32_t i, std::size_t word) const {
-        return kOnGrid ? blocks_of_grid(ranges, i, word) : blocks_in(packet_, rectangles, i);
-    }
-
     void visit_node(const Entry& entry, Entry* stack, std::uint32_t& size) const {
         const Node& node = bvh_.nodes[entry.child];
         NodeChildren children;
         std::uint32_t hits = project_node(frame_, node, children);
-        const Rectangles& rectangles = children.rectangles;
         const float* q = children.q;
         GridRanges ranges;
-        if constexpr (kOnGrid) to_grid(frame_, rectangles, ranges);
+        to_grid(frame_, children.rectangles, ranges);
         const std::uint32_t base = size;
         for (; hits != 0; hits &= hits - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
@@ -140,10 +125,8 @@ private:
             BlockSet<kWords> blocks;
             std::uint64_t any = 0;
             for (std::size_t w = 0; w < kWords; ++w) {
-                std::uint64_t own = entry.blocks.words[w] & blocks_of(rectangles, ranges, slot, w);
-                if constexpr (!kOnGrid) own &= blocks_beyond(packet_, q[slot], w);
-                blocks.words[w] = own;
-                any |= own;
+                blocks.words[w] = entry.blocks.words[w] & blocks_of_grid(ranges, slot, w);
+                any |= blocks.words[w];
             }
             if (any == 0) continue;
             std::uint32_t place = size++;
@@ -157,12 +140,8 @@ private:
     void visit_leaf(std::uint32_t leaf_index, const BlockSet<kWords>& blocks) {
         const Leaf& leaf = bvh_.leaves[leaf_index];
         Setup setup;
-        const std::uint32_t alive = TriangleSetup<kOnGrid>(frame_).run(leaf, setup);
-        if constexpr (kOnGrid) {
-            trace_by_triangle(leaf, setup, alive, blocks);
-        } else {
-            trace_by_block(leaf, setup, alive, blocks.words[0]);
-        }
+        const std::uint32_t alive = TriangleSetup<true>(frame_).run(leaf, setup);
+        trace_by_triangle(leaf, setup, alive, blocks);
     }
 
     /// One triangle against all rays of one block, closest hits. Whether it wins any for sure. A
@@ -301,74 +280,6 @@ private:
             }
         }
         traced_ = {};
-    }
-
-    /// Any hits: each block against the triangles that it meets; blocks lie anywhere, and some end
-    /// early. What is known of their rays stays in registers meanwhile.
-    HWY_INLINE void trace_by_block(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
-                                   std::uint64_t blocks) {
-        const Floats f;
-        if (alive == 0) return;
-        auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-        std::uint32_t triangles = alive & triangles_at(packet_, setup, block);
-        while (blocks != 0) {
-            blocks &= blocks - 1;
-            const std::uint32_t next =
-                blocks != 0 ? static_cast<std::uint32_t>(__builtin_ctzll(blocks)) : block;
-            const std::uint32_t next_triangles = alive & triangles_at(packet_, setup, next);
-            if (triangles != 0) {
-                bool any = false;
-                for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
-                    any |= occlude(leaf, setup, triangles, block * kBlockRays + l);
-                if (any) find_depth(packet_, block);
-            }
-            block = next;
-            triangles = next_triangles;
-        }
-    }
-
-    /// Some triangles of a leaf against the rays from r on, any hits. Whether there is one.
-    HWY_INLINE bool occlude(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
-                            std::size_t r) {
-        const Floats f;
-        const VF x = hn::Load(f, packet_.x + r);
-        const VF y = hn::Load(f, packet_.y + r);
-        VF lower = hn::Load(f, packet_.q_lower + r);
-        VF upper = hn::Load(f, packet_.q_upper + r);
-        bool any = false;
-        for (; triangles != 0; triangles &= triangles - 1) {
-            const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
-            const PointPlanes planes(setup, i);
-            const Position at(planes, x, y);
-            const Mask loses = at.loses(planes, lower);
-            // Most triangles are those of the surface that the rays end at.
-            if (HWY_LIKELY(hn::AllTrue(f, loses))) continue;
-            Mask wins = at.wins(planes, upper);
-            const Mask open = hn::Not(hn::Or(wins, loses));
-            if (HWY_UNLIKELY(!hn::AllFalse(f, open)))
-                wins = hn::Or(wins, mask_of(ask_any(r, leaf, i, mask_bits(open))));
-            if (hn::AllFalse(f, wins)) continue;
-            any = true;
-            lower = hn::IfThenElse(wins, splat(kDone), lower);
-            upper = hn::IfThenElse(wins, splat(kDone), upper);
-            if (hn::AllTrue(f, hn::Eq(upper, splat(kDone)))) break;
-        }
-        if (!any) return false;
-        hn::Store(lower, f, packet_.q_lower + r);
-        hn::Store(upper, f, packet_.q_upper + r);
-        return true;
-    }
-
-    /// Of some rays from r on, in doubt about a triangle: those that it occludes.
-    HWY_NOINLINE std::uint32_t ask_any(std::size_t r, const Leaf& leaf, std::uint32_t i,
-                                       std::uint32_t lanes) const {
-        const VF tfar = hn::Load(Floats(), packet_.tfar + r);
-        const VF dir[3] = {hn::Load(Floats(), packet_.dir[0] + r),
-                           hn::Load(Floats(), packet_.dir[1] + r),
-                           hn::Load(Floats(), packet_.dir[2] + r)};
-        RuleHits hits;
-        return mask_bits(PacketRule(packet_.frame.org, dir)
-                             .intersect(same_triangle(leaf, i), tfar, lanes, hits));
     }
 
     const Bvh& bvh_;

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <vector>
 
+#include "cpu/packet_any-inl.h"
 #include "cpu/packet_finish-inl.h"
 #include "cpu/packet_maker-inl.h"
 #include "cpu/packet_point-inl.h"
@@ -53,7 +54,7 @@ void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t s
 void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Tile& tile,
                              Packet& packet, Hit* hits, std::size_t stride) {
     frame_camera_packet(params, tile, packet);
-    PacketTraversal<Query::kClosest> traversal(bvh, packet);
+    PacketTraversal traversal(bvh, packet);
     if (!traversal.start()) return write_misses(tile, hits, stride);
     start_camera_rays(params, tile, packet);
     traversal.run();
@@ -82,45 +83,47 @@ HWY_INLINE void write_block(const Packet& packet, std::uint32_t block, const std
 HWY_INLINE void write_moved_block(const Packet& packet, std::uint32_t block,
                                   std::uint8_t* occluded) {
     for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
-        if (packet.place[r] != kNoPlace) occluded[packet.place[r]] = packet.q_lower[r] == kDone;
+        const std::uint16_t place = packet.place[r - kPointRays];
+        if (place != kNoPlace) occluded[place] = packet.q_lower[r] == kDone;
     }
 }
 
 /// Writes which rays are active in blocks of which nothing was asked.
-void write_left(const Packet& packet, std::uint64_t blocks, std::uint64_t moved,
-                const std::uint8_t* active, std::uint8_t* left) {
-    std::fill_n(left, kPointRays, std::uint8_t{0});
-    for (; blocks != 0; blocks &= blocks - 1) {
-        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-        const bool is_moved = (moved >> block & 1) != 0;
+void write_left(const Packet& packet, const PointBlocks& blocks, const std::uint8_t* active,
+                std::uint8_t* left) {
+    std::fill_n(left, packet.square_count * kSquareRays, std::uint8_t{0});
+    for_each_block(blocks, [&](std::uint32_t block) {
         for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
-            const std::uint32_t place = is_moved ? packet.place[r] : r;
+            const std::uint32_t place = r < kPointRays ? r : packet.place[r - kPointRays];
             if (place != kNoPlace) left[place] = active[place];
         }
-    }
+    });
 }
 
 bool occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays, const std::uint8_t* active,
-                           Packet& packet, std::uint8_t* occluded, std::uint8_t* left) {
-    std::uint64_t left_out = 0;
-    std::uint64_t moved = 0;
-    if (!make_point_packet(org, rays, active, packet, left_out, moved)) {
-        std::copy_n(active, kPointRays, left);
+                           std::uint32_t squares, Packet& packet, std::uint8_t* occluded,
+                           std::uint8_t* left) {
+    PointBlocks left_out = {};
+    PointBlocks moved = {};
+    if (!make_point_packet(org, rays, active, squares, packet, left_out, moved)) {
+        std::copy_n(active, squares * kSquareRays, left);
         return true;
     }
-    PacketTraversal<Query::kAny> traversal(bvh, packet);
-    traversal.start();
-    traversal.run();
-    for (std::uint64_t blocks = kAllBlocks & ~left_out; blocks != 0; blocks &= blocks - 1) {
-        const auto block = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-        if ((moved >> block & 1) != 0) {
-            write_moved_block(packet, block, occluded);
-        } else {
-            write_block(packet, block, active, occluded);
+    PointTraversal(bvh, packet).run();
+    std::uint32_t any_left = 0;
+    for (const std::uint32_t group : left_out.of_group) any_left |= group;
+    for (std::uint32_t group = 0; group < squares * kSquareBlocks / kGroupBlocks; ++group) {
+        const std::uint32_t elsewhere = moved.of_group[group] | left_out.of_group[group];
+        for (std::uint32_t i = 0; i < kGroupBlocks; ++i) {
+            if (HWY_LIKELY((elsewhere >> i & 1) == 0))
+                write_block(packet, group * kGroupBlocks + i, active, occluded);
         }
     }
-    if (left_out == 0) return false;
-    write_left(packet, left_out, moved, active, left);
+    for (std::uint32_t block = kPointBlocks; block < kPointBlocks + packet.moved_count; ++block) {
+        if (!has_block(left_out, block)) write_moved_block(packet, block, occluded);
+    }
+    if (any_left == 0) return false;
+    write_left(packet, left_out, active, left);
     return true;
 }
 
@@ -150,10 +153,11 @@ void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
     camera_(*bvh_, params, tile, packet, hits, stride);
 }
 
-bool PacketTracer::occluded_from_point(vec3 org, const Ray* rays, const std::uint8_t* active,
-                                       Packet& packet, std::uint8_t* occluded,
-                                       std::uint8_t* left) const {
-    return point_(*bvh_, org, rays, active, packet, occluded, left);
+bool PacketTracer::occluded_from_point(vec3 org, std::span<const Ray> rays,
+                                       const std::uint8_t* active, Packet& packet,
+                                       std::uint8_t* occluded, std::uint8_t* left) const {
+    const auto squares = static_cast<std::uint32_t>(rays.size() / kSquareRays);
+    return point_(*bvh_, org, rays.data(), active, squares, packet, occluded, left);
 }
 
 }  // namespace morphray::cpu

@@ -22,8 +22,8 @@ constexpr double kAngles[] = {0, 2, 5, 10, 15, 20, 30, 45, 60, 75, 90};
 constexpr std::uint32_t kSide = 256;
 // Ambient occlusion as pictures have it: so many rays of each of many points side by side.
 constexpr std::size_t kFew = 16;
-// As many as a packet has.
-constexpr std::size_t kMany = cpu::kPointRays;
+// As many as a square of a packet has.
+constexpr std::size_t kMany = cpu::kSquareRays;
 
 /// Some rays of each point, one point after the other.
 struct Cones {
@@ -137,9 +137,9 @@ void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
     static const std::vector<std::uint8_t> all(kMany, 1);
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
         thread_local const auto packet = std::make_unique<cpu::Packet>();
-        std::array<std::uint8_t, cpu::kPointRays> undecided;
-        if (!tracer.occluded_from_point(rays[0].org, rays.data(), all.data(), *packet,
-                                        occluded.data(), undecided.data())) {
+        std::array<std::uint8_t, cpu::kSquareRays> undecided;
+        if (!tracer.occluded_from_point(rays[0].org, rays, all.data(), *packet, occluded.data(),
+                                        undecided.data())) {
             return;
         }
         std::vector<std::size_t> left;

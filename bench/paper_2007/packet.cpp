@@ -3,12 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cpu/packet.h"
+
 namespace morphray::bench::paper_2007 {
 namespace {
 
 constexpr int kBlocksPerTile = kTileSize / kBlockSize;
 constexpr int kBlocksPerPacket = kPacketSide / kBlockSize;
 static_assert(kBlockSize * kBlockSize == kLanes && kTileSize % kPacketSide == 0);
+
+/// Of a block of a tile.
+std::size_t first_ray(int block_x, int block_y) {
+    return cpu::point_packet_ray(static_cast<std::uint32_t>(block_x) * kBlockSize,
+                                 static_cast<std::uint32_t>(block_y) * kBlockSize);
+}
 
 vec3 direction(const PacketRays& packet, int group, int lane) {
     return {packet.dir[0][group][lane], packet.dir[1][group][lane], packet.dir[2][group][lane]};
@@ -75,9 +83,9 @@ std::vector<PacketRays> make_packets(const TraceWork& work, const TileRays& tile
             PacketRays packet;
             bool any = false;
             for (int group = 0; group < kGroups; ++group) {
-                const int block = (block_y + group / kBlocksPerPacket) * kBlocksPerTile + block_x +
-                                  group % kBlocksPerPacket;
-                packet.first_ray[group] = tile.begin + static_cast<std::size_t>(block) * kLanes;
+                packet.first_ray[group] =
+                    tile.begin + first_ray(block_x + group % kBlocksPerPacket,
+                                           block_y + group / kBlocksPerPacket);
                 for (int lane = 0; lane < kLanes; ++lane) {
                     const std::size_t i = packet.first_ray[group] + lane;
                     const Ray& ray = work.rays[i];

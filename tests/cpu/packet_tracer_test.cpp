@@ -193,9 +193,12 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
             }
             std::fill(occluded.begin(), occluded.end(), std::uint8_t{9});
             std::vector<std::uint8_t> left(cpu::kPointRays, 9);
-            const bool any_left = tracer.occluded_from_point(
-                org, rays.data(), active.data(), *packet_, occluded.data(), left.data());
-            for (std::uint32_t i = 0; i < cpu::kPointRays; ++i) {
+            const std::size_t count = cpu::kSquareRays * (4 - seed % 4);
+            const bool any_left =
+                tracer.occluded_from_point(org, std::span(rays).first(count), active.data(),
+                                           *packet_, occluded.data(), left.data());
+            for (std::size_t i = count; i < cpu::kPointRays; ++i) ASSERT_EQ(occluded[i], 9);
+            for (std::uint32_t i = 0; i < count; ++i) {
                 ASSERT_TRUE(left[i] <= active[i] || !any_left);
                 const bool is_left = any_left && left[i] != 0;
                 decided += is_left ? 0 : 1;
@@ -205,7 +208,7 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
             }
         }
     }
-    EXPECT_GT(decided, 100u * cpu::kPointRays);
+    EXPECT_GT(decided, 100u * cpu::kSquareRays);
 }
 
 TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
@@ -215,13 +218,13 @@ TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
         const cpu::PacketTracer tracer(bvh, GetParam());
         const cpu::ScalarTracer scalar(bvh);
         const ImageParams params =
-            make_image_params(view_of(32, 32), bounds_of(scene.user_positions()), scene.space());
+            make_image_params(view_of(64, 64), bounds_of(scene.user_positions()), scene.space());
         const cpu::ShadedMesh mesh{&scene.topology(), scene.positions()};
         std::vector<Ray> rays(cpu::kPointRays);
         std::vector<std::uint8_t> active(cpu::kPointRays, 0);
         std::vector<std::uint8_t> occluded(cpu::kPointRays, 0);
-        for (std::uint32_t y = 0; y < 32; ++y) {
-            for (std::uint32_t x = 0; x < 32; ++x) {
+        for (std::uint32_t y = 0; y < 64; ++y) {
+            for (std::uint32_t x = 0; x < 64; ++x) {
                 const Ray ray = camera_ray(params.camera, x, y);
                 const Hit hit = scalar.intersect(ray);
                 if (hit.prim_id == kNoPrim) continue;
@@ -231,8 +234,8 @@ TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
             }
         }
         std::vector<std::uint8_t> left(cpu::kPointRays, 0);
-        tracer.occluded_from_point(params.light, rays.data(), active.data(), *packet_,
-                                   occluded.data(), left.data());
+        tracer.occluded_from_point(params.light, rays, active.data(), *packet_, occluded.data(),
+                                   left.data());
         for (std::uint32_t i = 0; i < cpu::kPointRays; ++i) {
             if (active[i] == 0 || left[i] != 0) continue;
             ASSERT_EQ(occluded[i] != 0, scalar.occluded(rays[i])) << named.name;

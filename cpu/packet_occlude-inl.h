@@ -1,0 +1,257 @@
+// Any hits of a point's packet: the triangles of a leaf against blocks of rays.
+
+#if defined(MORPHRAY_PACKET_OCCLUDE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_PACKET_OCCLUDE_INL_H
+#undef MORPHRAY_PACKET_OCCLUDE_INL_H
+#else
+#define MORPHRAY_PACKET_OCCLUDE_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/packet.h"
+#include "cpu/packet_blocks-inl.h"
+#include "cpu/packet_pairs-inl.h"
+#include "cpu/packet_rays-inl.h"
+#include "cpu/packet_rule-inl.h"
+#include "cpu/packet_setup-inl.h"
+#include "cpu/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Writes down the bits of a mask, 0 standing for `first`, behind `count` numbers; how many there
+/// are then. Without a branch on the mask where there are instructions for that: what is done with
+/// a number takes less than a wrong guess of how many follow. `numbers` has room for 15 more.
+HWY_INLINE std::size_t append_bits(std::uint32_t* numbers, std::size_t count, std::uint32_t first,
+                                   std::uint32_t mask) {
+#if HWY_TARGET <= HWY_AVX3
+    const Words words;
+    const VW all = hn::Add(hn::Iota(words, 0), hn::Set(words, first));
+    hn::StoreU(hn::Compress(all, hn::RebindMask(words, mask_of(mask))), words, numbers + count);
+    return count + hwy::PopCount(mask);
+#else
+    for (; mask != 0; mask &= mask - 1)
+        numbers[count++] = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
+    return count;
+#endif
+}
+
+/// Finds what is nearer than all that the rays of a point's block have found, and those of its
+/// quad.
+HWY_INLINE void find_point_depth(Packet& packet, std::uint32_t block) {
+    find_depth(packet, block);
+    const std::uint32_t quad = block / kQuadBlocks;
+    const float* block_q = packet.block_q + quad * kQuadBlocks;
+    packet.quad_q[quad] =
+        std::min(std::min(block_q[0], block_q[1]), std::min(block_q[2], block_q[3]));
+}
+
+// Of 1 / tfar in z, from 1 - 2^-18 to 1 + 2^-18 times what is computed; 2^-20 for rounding.
+constexpr float kUpperByLower = 1 + 0x1p-17f + 0x1p-20f;
+
+/// Finds which rays of a packet leaves occlude.
+class LeafOcclusion {
+public:
+    explicit LeafOcclusion(Packet& packet) : packet_(packet) {}
+
+    /// A leaf whose box is seen in a rectangle, no nearer than q, against some quads.
+    HWY_INLINE void trace(const Leaf& leaf, const float rectangle[4], float q,
+                          const QuadSet& quads) {
+        const std::size_t count = list_blocks(rectangle, q, quads);
+        if (count == 0) return;
+        Setup setup;
+        const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, setup);
+        for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
+            const std::size_t end = std::min(begin + kBlocksAtOnce, count);
+            std::size_t pairs = list_pairs(setup, alive, begin, end);
+            if (HWY_UNLIKELY(pairs > kManyPairs * hwy::PopCount(alive)))
+                pairs = list_pairs_through(setup, alive, begin, end);
+            trace_pairs(leaf, setup, pairs);
+        }
+    }
+
+private:
+    /// The first quads of groups that have some.
+    static HWY_INLINE std::uint64_t groups_of(std::uint64_t quads) {
+        const std::uint64_t pairs = quads | quads >> 1;
+        return (pairs | pairs >> 2) & 0x1111111111111111;
+    }
+
+    static constexpr std::size_t kBlocksAtOnce = 64;
+
+    /// The blocks of some quads that a rectangle at 1/z = q or less may concern; how many.
+    HWY_INLINE std::size_t list_blocks(const float rectangle[4], float q, const QuadSet& quads) {
+        std::size_t count = 0;
+        for (std::uint32_t word = 0; word < 2; ++word) {
+            for (std::uint64_t groups = groups_of(quads.words[word]); groups != 0;
+                 groups &= groups - 1) {
+                const std::uint32_t group =
+                    (64 * word + static_cast<std::uint32_t>(__builtin_ctzll(groups))) /
+                    (kGroupBlocks / kQuadBlocks);
+                count = append_bits(blocks_, count, group * kGroupBlocks,
+                                    blocks_in(packet_, rectangle, q, group));
+            }
+        }
+        return count;
+    }
+
+    /// The pairs of some of these blocks and the triangles that meet them; how many.
+    HWY_INLINE std::size_t list_pairs(const Setup& setup, std::uint32_t triangles,
+                                      std::size_t begin, std::size_t end) {
+        std::size_t count = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t block = blocks_[k];
+            count = append_bits(pairs_, count, block * kLeafTriangles,
+                                triangles & triangles_at(packet_, setup, block));
+        }
+        return count;
+    }
+
+    /// Most triangles are those of the surface that the rays end at: those that do not certainly
+    /// lose are written down first.
+    HWY_INLINE void trace_pairs(const Leaf& leaf, const Setup& setup, std::size_t count) {
+        std::size_t open = 0;
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::uint32_t pair = pairs_[k];
+            pairs_[open] = pair;
+            open += certainly_loses(setup, pair / kLeafTriangles, pair % kLeafTriangles) ? 0 : 1;
+        }
+        for (std::size_t k = 0; k < open; ++k)
+            occlude(leaf, setup, pairs_[k] / kLeafTriangles, pairs_[k] % kLeafTriangles);
+    }
+
+    // Triangles that have so many on average are larger than blocks.
+    static constexpr std::size_t kManyPairs = 16;
+
+    /// Likewise, but for triangles with an edge that leaves a block out.
+    HWY_NOINLINE std::size_t list_pairs_through(const Setup& setup, std::uint32_t triangles,
+                                                std::size_t begin, std::size_t end) {
+        std::size_t count = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t block = blocks_[k];
+            count = append_bits(
+                pairs_, count, block * kLeafTriangles,
+                triangles & triangles_at(packet_, setup, block) & triangles_through(setup, block));
+        }
+        return count;
+    }
+
+    /// The triangles but for those with an edge that has all of a block's bounds outside. With R as
+    /// below, no partial sum is more than 1.5 R and the bound's; four of them round by less than
+    /// 2^-21 R, and so does what is lost in the block's middle and half extent. The bounds are
+    /// dilated by twice ray_error, and most_c and 3/4 leave a whole bound on top of the plain test.
+    HWY_INLINE std::uint32_t triangles_through(const Setup& setup, std::uint32_t block) const {
+        const Floats f;
+        const float lower_x = packet_.block_lower_x[block];
+        const float upper_x = packet_.block_upper_x[block];
+        const float lower_y = packet_.block_lower_y[block];
+        const float upper_y = packet_.block_upper_y[block];
+        const VF x = splat(0.5f * (lower_x + upper_x));
+        const VF y = splat(0.5f * (lower_y + upper_y));
+        const VF half_x = splat(0.5f * (upper_x - lower_x));
+        const VF half_y = splat(0.5f * (upper_y - lower_y));
+        std::uint32_t through = 0;
+        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+            VF edge[3];
+            for (int k = 0; k < 3; ++k) {
+                const VF a = hn::Load(f, setup.a[k] + l);
+                const VF b = hn::Load(f, setup.b[k] + l);
+                const VF middle =
+                    hn::MulAdd(a, x, hn::MulAdd(b, y, hn::Load(f, setup.most_c[k] + l)));
+                edge[k] = hn::MulAdd(hn::Abs(a), half_x, hn::MulAdd(hn::Abs(b), half_y, middle));
+            }
+            const VF least = hn::Min(edge[0], hn::Min(edge[1], edge[2]));
+            const VF bound = hn::Load(f, setup.bound + l);
+            const Mask out = hn::Lt(least, hn::Mul(splat(-0.75f), bound));
+            through |= mask_bits(hn::Not(out)) << l;
+        }
+        return through;
+    }
+
+    /// Whether all rays of a block certainly lose against a triangle, by constants that are found
+    /// once a leaf: less than a Position takes, and few pairs that lose are missed. Of the edges,
+    /// most_c is c + 1.25 bound. The plain test is least < -bound; with R the factor of 2^-21 in
+    /// the set-up's `rounding`, |c| <= R and bound >= 2^-21 R, so that the rounding of most_c, and
+    /// what it adds to those of the sums, is at most 2^-24 (R + 1.25 bound) twice, less than bound
+    /// / 4. Of the depth, most_q is depth_c plus the error c0 + q (c1 + q c2) at q = setup.q: the
+    /// rule hits nothing nearer than that, and the error grows with q, so 1/z of a hit is at most a
+    /// x + b y + most_q. Added are 2^-18 of the error for its own roundings and 2^-16 of the
+    /// gradient for that of the sum: depth_c is at most 1/z in the middle and frame.reach times the
+    /// gradient.
+    HWY_INLINE bool certainly_loses(const Setup& setup, std::uint32_t block,
+                                    std::uint32_t i) const {
+        const Floats f;
+        Mask all_lose = hn::Eq(hn::Zero(f), hn::Zero(f));
+        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+            const std::size_t r = block * kBlockRays + l;
+            const VF x = hn::Load(f, packet_.x + r);
+            const VF y = hn::Load(f, packet_.y + r);
+            const auto edge = [&](int k) HWY_ATTR {
+                return hn::MulAdd(splat(setup.a[k][i]), x,
+                                  hn::MulAdd(splat(setup.b[k][i]), y, splat(setup.most_c[k][i])));
+            };
+            const VF q = hn::MulAdd(splat(setup.depth_a[i]), x,
+                                    hn::MulAdd(splat(setup.depth_b[i]), y, splat(setup.most_q[i])));
+            const Mask outside = hn::Lt(hn::Min(edge(0), hn::Min(edge(1), edge(2))), hn::Zero(f));
+            const Mask behind = hn::Lt(q, hn::Load(f, packet_.q_lower + r));
+            all_lose = hn::And(all_lose, hn::Or(outside, behind));
+        }
+        return hn::AllTrue(f, all_lose);
+    }
+
+    /// A triangle against rays of a block of which not all certainly lose.
+    HWY_NOINLINE void occlude(const Leaf& leaf, const Setup& setup, std::uint32_t block,
+                              std::uint32_t i) {
+        const Floats f;
+        const PointPlanes planes(setup, i);
+        bool any = false;
+        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+            const std::size_t r = block * kBlockRays + l;
+            const VF lower = hn::Load(f, packet_.q_lower + r);
+            const VF upper = hn::Mul(lower, splat(kUpperByLower));
+            const Position at(planes, hn::Load(f, packet_.x + r), hn::Load(f, packet_.y + r));
+            Mask wins = at.wins(planes, upper);
+            const Mask open = hn::Not(hn::Or(wins, at.loses(planes, lower)));
+            if (HWY_UNLIKELY(!hn::AllFalse(f, open)))
+                wins = hn::Or(wins, mask_of(ask_rule(r, leaf, i, mask_bits(open))));
+            any |= !hn::AllFalse(f, wins);
+            hn::Store(hn::IfThenElse(wins, splat(kDone), lower), f, packet_.q_lower + r);
+        }
+        if (any) find_point_depth(packet_, block);
+    }
+
+    /// Of some rays from r on, in doubt about a triangle: those that it occludes.
+    HWY_NOINLINE std::uint32_t ask_rule(std::size_t r, const Leaf& leaf, std::uint32_t i,
+                                        std::uint32_t lanes) const {
+        VF dir[3], tfar;
+        if (HWY_LIKELY(r < kPointRays)) {
+            load_rays(packet_.rays + r, dir, tfar);
+        } else {
+            Ray rays[hn::MaxLanes(Floats())] = {};
+            for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
+                const auto l = static_cast<std::uint32_t>(__builtin_ctz(rest));
+                rays[l] = packet_.rays[packet_.place[r - kPointRays + l]];
+            }
+            load_rays(rays, dir, tfar);
+        }
+        RuleHits hits;
+        return mask_bits(PacketRule(packet_.frame.org, dir)
+                             .intersect(same_triangle(leaf, i), tfar, lanes, hits));
+    }
+
+    Packet& packet_;
+    std::uint32_t blocks_[kAllPointBlocks + 15];
+    std::uint32_t pairs_[kBlocksAtOnce * kLeafTriangles + 15];
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif
