@@ -149,7 +149,6 @@ private:
     /// whether it is the nearest.
     HWY_INLINE bool trace_pair(const GridPlanes& p, std::uint32_t block, std::uint32_t winner) {
         const Floats f;
-        const Words words;
         Packet& packet = packet_;
         bool won = false;
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
@@ -167,9 +166,7 @@ private:
             const Mask loses = hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(own_upper, lower));
             hn::Store(hn::Max(own_lower, lower), f, packet.q_lower + r);
             hn::Store(hn::IfThenElse(wins, own_upper, upper), f, packet.q_upper + r);
-            const VW old = hn::Load(words, packet.winner + r);
-            hn::Store(hn::IfThenElse(hn::RebindMask(words, wins), hn::Set(words, winner), old),
-                      words, packet.winner + r);
+            store_where(wins, winner, packet.winner + r);
             won |= !hn::AllFalse(f, wins);
             const Mask settled = hn::Or(wins, loses);
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))

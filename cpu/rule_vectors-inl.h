@@ -44,6 +44,19 @@ HWY_INLINE Mask mask_of(std::uint32_t bits) {
     return hn::LoadMaskBits(Floats(), bytes);
 }
 
+/// Writes a number where a mask has a lane. Not by a masked store of SSE, which goes around the
+/// caches.
+HWY_INLINE void store_where(Mask m, std::uint32_t number, std::uint32_t* to) {
+    const Words words;
+    const VW all = hn::Set(words, number);
+    const auto where = hn::RebindMask(words, m);
+#if HWY_TARGET <= HWY_AVX2
+    hn::BlendedStore(all, where, words, to);
+#else
+    hn::Store(hn::IfThenElse(where, all, hn::Load(words, to)), words, to);
+#endif
+}
+
 /// Values of a leaf's sixteen vertices at the corners of some of its triangles, given their packed
 /// corners.
 HWY_INLINE void gather_corners(const float* values, VW packed, VF out[3]) {
