@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -186,10 +187,15 @@ struct CameraRays {
     float first_x, first_y;
 };
 
+/// Loads that have the lower 12 bits of their address in common with a store before them may wait
+/// for it. So packets, and what works on them, start on pages: which arrays collide is then the same
+/// in each process, whatever addresses it is given.
+inline constexpr std::size_t kPage = 4096;
+
 /// In place of the index of a ray: there is none.
 inline constexpr std::uint16_t kNoPlace = 0xFFFF;
 
-struct alignas(64) Packet {
+struct alignas(kPage) Packet {
     PacketFrame frame;
     /// Camera rays are made where they are needed.
     CameraRays camera;

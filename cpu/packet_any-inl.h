@@ -26,7 +26,7 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Marks what occludes the rays of a packet as done.
-class PointTraversal {
+class alignas(kPage) PointTraversal {
 public:
     PointTraversal(const Bvh& bvh, Packet& packet)
         : bvh_(bvh), packet_(packet), occlusion_(packet) {}

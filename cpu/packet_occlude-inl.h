@@ -65,14 +65,13 @@ public:
                           const QuadSet& quads) {
         const std::size_t count = list_blocks(rectangle, q, quads);
         if (count == 0) return;
-        Setup setup;
-        const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, setup);
+        const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, setup_);
         for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
             const std::size_t end = std::min(begin + kBlocksAtOnce, count);
-            std::size_t pairs = list_pairs(setup, alive, begin, end);
+            std::size_t pairs = list_pairs(setup_, alive, begin, end);
             if (HWY_UNLIKELY(pairs > kManyPairs * hwy::PopCount(alive)))
-                pairs = list_pairs_through(setup, alive, begin, end);
-            trace_pairs(leaf, setup, pairs);
+                pairs = list_pairs_through(setup_, alive, begin, end);
+            trace_pairs(leaf, setup_, pairs);
         }
     }
 
@@ -246,6 +245,7 @@ private:
     }
 
     Packet& packet_;
+    Setup setup_;
     std::uint32_t blocks_[kAllPointBlocks + 15];
     std::uint32_t pairs_[kBlocksAtOnce * kLeafTriangles + 15];
 };
