@@ -1,5 +1,5 @@
-// Packets of rays with a common origin against the shared layout, written once for every width of
-// vector.
+// Packets of a camera's rays against the shared layout, written once for every width of vector; for
+// those of a point see packet_any-inl.h.
 //
 // Based on: I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes Using Dynamic Bounding
 // Volume Hierarchies. ACM TOG 26(1), 2007: packets far larger than a vector, one conservative test
