@@ -118,8 +118,8 @@ HWY_INLINE std::uint32_t triangles_at(const Packet& packet, const Setup& setup,
     return triangles;
 }
 
-/// At least what a x + b y + c is for all rays of a block, where (x, y) is less its middle: with
-/// the constant that it returns in place of c.
+/// A constant in place of c, with which a x + b y + c in a block's middle is at least what it is at
+/// any ray of the block.
 HWY_INLINE VF most_in_block(const PacketFrame& frame, VF a, VF b, VF c) {
     const VF half = splat(0.5f * (kBlockSide - 1) + frame.grid_margin);
     return hn::MulAdd(hn::Add(hn::Abs(a), hn::Abs(b)), half, c);

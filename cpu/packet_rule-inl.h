@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "cpu/exact_rule-inl.h"
 #include "cpu/packet.h"

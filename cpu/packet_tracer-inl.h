@@ -31,6 +31,7 @@
 #include "cpu/packet_doubts-inl.h"
 #include "cpu/packet_node-inl.h"
 #include "cpu/packet_pairs-inl.h"
+#include "cpu/packet_rule-inl.h"
 #include "cpu/packet_setup-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
