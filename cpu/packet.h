@@ -188,8 +188,8 @@ struct CameraRays {
 };
 
 /// Loads that have the lower 12 bits of their address in common with a store before them may wait
-/// for it. So packets, and what works on them, start on pages: which arrays collide is then the
-/// same in each process, whatever addresses it is given.
+/// for it. So packets, and what traces any hits of them, start on pages: which arrays collide is
+/// then the same in each process, whatever addresses it is given.
 inline constexpr std::size_t kPage = 4096;
 
 /// In place of the index of a ray: there is none.
