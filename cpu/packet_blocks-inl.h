@@ -227,7 +227,6 @@ HWY_INLINE auto least_of_quarters(D d, hn::Vec<D> v) {
         return least_of_quarters(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
     }
 }
-
 #endif
 
 /// Likewise of four blocks of a camera's packet at once.
@@ -236,7 +235,6 @@ HWY_INLINE void find_four_depths(Packet& packet, const std::uint32_t blocks[4]) 
     for (int i = 0; i < 4; ++i) find_depth(packet, blocks[i]);
 #else
     const Floats f;
-    const hn::Repartition<double, Floats> pairs;
     VF least[4];
     for (int i = 0; i < 4; ++i) {
         const float* const q = packet.q_lower + blocks[i] * kBlockRays;
@@ -244,13 +242,7 @@ HWY_INLINE void find_four_depths(Packet& packet, const std::uint32_t blocks[4]) 
         for (std::size_t l = hn::Lanes(f); l < kBlockRays; l += hn::Lanes(f))
             least[i] = hn::Min(least[i], hn::Load(f, q + l));
     }
-    const auto merge = [&](VF a, VF b) HWY_ATTR {
-        return hn::Min(hn::InterleaveLower(f, a, b), hn::InterleaveUpper(f, a, b));
-    };
-    const auto first = hn::BitCast(pairs, merge(least[0], least[1]));
-    const auto second = hn::BitCast(pairs, merge(least[2], least[3]));
-    const VF all = hn::Min(hn::BitCast(f, hn::InterleaveLower(pairs, first, second)),
-                           hn::BitCast(f, hn::InterleaveUpper(pairs, first, second)));
+    const VF all = combine_four(least, [](VF a, VF b) HWY_ATTR { return hn::Min(a, b); });
     alignas(16) float q[4];
     hn::Store(least_of_quarters(f, all), hn::Full128<float>(), q);
     for (int i = 0; i < 4; ++i) packet.block_q[blocks[i]] = q[i];

@@ -56,19 +56,11 @@ HWY_INLINE void reduce_lanes(const float* vectors, Combine combine, float* out) 
     (void)combine;
 #else
     const Floats f;
-    const hn::Repartition<double, Floats> pairs;
     constexpr std::size_t kLanes = hn::MaxLanes(Floats());
-    // What is left of four vectors, side by side in each 16 bytes.
     const auto four = [&](std::size_t first) HWY_ATTR {
-        const float* v = vectors + first * kLanes;
-        const VF v0 = hn::Load(f, v), v1 = hn::Load(f, v + kLanes);
-        const VF v2 = hn::Load(f, v + 2 * kLanes), v3 = hn::Load(f, v + 3 * kLanes);
-        const auto v01 = hn::BitCast(
-            pairs, combine(hn::InterleaveLower(f, v0, v1), hn::InterleaveUpper(f, v0, v1)));
-        const auto v23 = hn::BitCast(
-            pairs, combine(hn::InterleaveLower(f, v2, v3), hn::InterleaveUpper(f, v2, v3)));
-        return combine(hn::BitCast(f, hn::InterleaveLower(pairs, v01, v23)),
-                       hn::BitCast(f, hn::InterleaveUpper(pairs, v01, v23)));
+        VF v[4];
+        for (std::size_t k = 0; k < 4; ++k) v[k] = hn::Load(f, vectors + (first + k) * kLanes);
+        return combine_four(v, combine);
     };
     const auto halves = [&](VF a, VF b) HWY_ATTR {
         return combine(hn::ConcatLowerLower(f, b, a), hn::ConcatUpperUpper(f, b, a));

@@ -57,6 +57,24 @@ HWY_INLINE void store_where(Mask m, std::uint32_t number, std::uint32_t* to) {
 #endif
 }
 
+#if HWY_TARGET != HWY_SCALAR
+/// Four vectors combined to one: in each 16 bytes what is left of the first, second, third and
+/// fourth one's. combine: Min or Max of two vectors.
+template <class Combine>
+HWY_INLINE VF combine_four(const VF v[4], Combine combine) {
+    const Floats f;
+    const hn::Repartition<double, Floats> pairs;
+    const auto two = [&](VF a, VF b) HWY_ATTR {
+        return hn::BitCast(pairs,
+                           combine(hn::InterleaveLower(f, a, b), hn::InterleaveUpper(f, a, b)));
+    };
+    const auto first = two(v[0], v[1]);
+    const auto last = two(v[2], v[3]);
+    return combine(hn::BitCast(f, hn::InterleaveLower(pairs, first, last)),
+                   hn::BitCast(f, hn::InterleaveUpper(pairs, first, last)));
+}
+#endif
+
 /// Values of a leaf's sixteen vertices at the corners of some of its triangles, given their packed
 /// corners.
 HWY_INLINE void gather_corners(const float* values, VW packed, VF out[3]) {
