@@ -154,47 +154,58 @@ struct RowMasks {
 };
 inline constexpr RowMasks kRowMasks;
 
-/// Windows of up to 4 x 4 blocks by their columns and rows, five of either standing for more: bit b
-/// is that many blocks after the first one. What is larger has all bits.
-inline constexpr std::uint32_t kWindowShapes = 64;
+/// Windows of up to 4 x 4 blocks by their columns and rows: bit b is that many blocks after the
+/// first one.
+inline constexpr std::uint32_t kWindowSide = 4;
 struct Windows {
-    std::uint64_t of[kWindowShapes]{};
+    std::uint64_t of[(kWindowSide + 1) * 8]{};
 
     constexpr Windows() {
-        for (std::uint32_t columns = 0; columns < 6; ++columns) {
-            for (std::uint32_t rows = 0; rows < 6; ++rows) {
-                std::uint64_t& window = of[columns * 8 + rows];
-                for (std::uint32_t row = 0; row < rows && row < 4; ++row)
-                    window |= ((std::uint64_t{1} << columns) - 1) << (row * kGridSide);
-                if (columns != 0 && rows != 0 && (columns == 5 || rows == 5)) window = kAllBlocks;
+        for (std::uint32_t columns = 0; columns <= kWindowSide; ++columns) {
+            for (std::uint32_t rows = 0; rows <= kWindowSide; ++rows) {
+                for (std::uint32_t row = 0; row < rows; ++row)
+                    of[columns * 8 + rows] |= ((std::uint64_t{1} << columns) - 1)
+                                              << (row * kGridSide);
             }
         }
     }
 };
 inline constexpr Windows kWindows;
 
-/// The windows that rectangles meet, by their first blocks and shapes; and all columns and rows.
+/// The blocks that rectangles meet: the first ones, and shapes of those that fit into a window; all
+/// columns and rows; and which rectangles meet 1 to 4 blocks, more in a window, and more, as bits.
+inline constexpr std::uint32_t kFewPairs = 6;
 struct alignas(64) GridWindows {
     std::uint32_t first[16], shape[16];
     GridRanges ranges;
+    std::uint32_t few, many, large;
 };
 
 /// Likewise of rectangles that have a margin already.
 HWY_INLINE void to_windows(const PacketFrame& frame, const Rectangles& r, GridWindows& windows) {
     const Floats f;
-    const auto most_five = [](VF size) HWY_ATTR { return hn::Min(size, splat(5.0f)); };
+    windows.few = windows.many = windows.large = 0;
     for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
         const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), 0,
                           frame.grid_columns);
         const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), 0,
                           frame.grid_rows);
+        const VF columns = hn::Sub(x.end, x.begin);
+        const VF rows = hn::Sub(y.end, y.begin);
         const VF first = hn::MulAdd(y.begin, splat(kGridSide), x.begin);
-        const VF shape = hn::MulAdd(most_five(hn::Sub(x.end, x.begin)), splat(8.0f),
-                                    most_five(hn::Sub(y.end, y.begin)));
+        const VF side = splat(kWindowSide);
+        const VF shape = hn::MulAdd(hn::Min(columns, side), splat(8.0f), hn::Min(rows, side));
         hn::Store(GridRange::integer(first), Words(), windows.first + l);
         hn::Store(GridRange::integer(shape), Words(), windows.shape + l);
         hn::Store(x.bits(), Words(), windows.ranges.columns + l);
         hn::Store(y.bits(), Words(), windows.ranges.rows + l);
+        const VF blocks = hn::Mul(columns, rows);
+        const std::uint32_t any = mask_bits(hn::Gt(blocks, hn::Zero(f)));
+        const std::uint32_t fit = any & mask_bits(hn::Le(hn::Max(columns, rows), side));
+        const std::uint32_t few = fit & mask_bits(hn::Le(blocks, splat(kFewPairs)));
+        windows.few |= few << l;
+        windows.many |= (fit & ~few) << l;
+        windows.large |= (any & ~fit) << l;
     }
 }
 

@@ -17,100 +17,12 @@
 #include "cpu/packet.h"
 #include "cpu/packet_maker-inl.h"
 #include "cpu/packet_rule-inl.h"
+#include "cpu/packet_winners-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
-
-/// Winners as vectors: corners relative to the origin, rotated for the packet's axis; and ids.
-struct WinnerLanes {
-    VF corners[3][3];
-    VW prim_ids;
-};
-
-/// Looks up values of a leaf's sixteen triangles, a slot a lane.
-class SlotLookup {
-public:
-    HWY_INLINE explicit SlotLookup(VW slots) : slots_(slots) {}
-
-    HWY_INLINE VF operator()(const float* values) const {
-        const Floats f;
-        constexpr std::uint32_t kLanes = hn::MaxLanes(Floats());
-        if constexpr (kLanes == kLeafTriangles) {
-            return hn::TableLookupLanes(hn::Load(f, values), hn::IndicesFromVec(f, slots_));
-        } else if constexpr (2 * kLanes == kLeafTriangles) {
-            const VW last = hn::Set(Words(), kLanes - 1);
-            const auto index = hn::IndicesFromVec(f, hn::And(slots_, last));
-            const VF low = hn::TableLookupLanes(hn::Load(f, values), index);
-            const VF high = hn::TableLookupLanes(hn::Load(f, values + kLanes), index);
-            return hn::IfThenElse(hn::RebindMask(f, hn::Gt(slots_, last)), high, low);
-        } else {
-            return hn::GatherIndex(f, values, hn::BitCast(hn::RebindToSigned<Floats>(), slots_));
-        }
-    }
-
-private:
-    VW slots_;
-};
-
-/// Of as many consecutive rays as there are lanes: those that have a winner, as bits; the leaf of
-/// the first one's; and those whose winners are of other leaves.
-struct Winners {
-    std::uint32_t rays = 0;
-    std::uint32_t leaf = 0;
-    std::uint32_t others = 0;
-};
-
-HWY_INLINE std::uint32_t winners_of(VW winners, std::uint32_t leaf) {
-    const auto own = hn::Eq(hn::ShiftRight<4>(winners), hn::Set(Words(), leaf));
-    return mask_bits(hn::RebindMask(Floats(), own));
-}
-
-HWY_INLINE Winners find_winners(const std::uint32_t* indices) {
-    const Floats f;
-    const hn::RebindToSigned<Floats> ints;
-    const VW winners = hn::Load(Words(), indices);
-    Winners found;
-    // Only kNoWinner has its sign bit set.
-    const auto none = hn::Lt(hn::BitCast(ints, winners), hn::Zero(ints));
-    found.rays = mask_bits(hn::Not(hn::RebindMask(f, none)));
-    if (found.rays == 0) return found;
-    found.leaf = indices[__builtin_ctz(found.rays)] / kLeafTriangles;
-    found.others = found.rays & ~winners_of(winners, found.leaf);
-    return found;
-}
-
-/// The winners of rays that have some. Neighbours have winners of the same leaves, so these are
-/// taken in turn: faster than gathers. Rays without a winner get some triangle as well.
-HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t* indices,
-                                      const Winners& found) {
-    const Words words;
-    const VW winners = hn::Load(words, indices);
-    const SlotLookup slots(hn::And(winners, hn::Set(words, 15u)));
-    WinnerLanes out;
-    const WonLeaf* won = &packet.won_leaves[found.leaf];
-    for (int k = 0; k < 3; ++k) {
-        for (int axis = 0; axis < 3; ++axis) out.corners[k][axis] = slots(won->corner[k][axis]);
-    }
-    out.prim_ids = hn::BitCast(words, slots(won->prim_id));
-    for (std::uint32_t others = found.others; others != 0;) {
-        const std::uint32_t leaf = indices[__builtin_ctz(others)] / kLeafTriangles;
-        won = &packet.won_leaves[leaf];
-        const std::uint32_t lanes = winners_of(winners, leaf);
-        const Mask own = mask_of(lanes);
-        for (int k = 0; k < 3; ++k) {
-            for (int axis = 0; axis < 3; ++axis) {
-                out.corners[k][axis] =
-                    hn::IfThenElse(own, slots(won->corner[k][axis]), out.corners[k][axis]);
-            }
-        }
-        out.prim_ids = hn::IfThenElse(hn::RebindMask(words, own),
-                                      hn::BitCast(words, slots(won->prim_id)), out.prim_ids);
-        others &= ~lanes;
-    }
-    return out;
-}
 
 /// Hits as vectors.
 struct HitLanes {
@@ -254,11 +166,27 @@ private:
 #endif
     }
 
+    /// As many rays as there are lanes, from `first` on, on the way to their hits.
+    struct Approach {
+        FastHits fast;
+        VW prim_ids;
+        Mask sufficed;
+        std::size_t first;
+        std::uint32_t rays;  // those that have a winner, as bits
+    };
+
     /// kMixed: the packet has no axis.
+    ///
+    /// To end a vector of rays is one long chain of operations, and a processor has no room for
+    /// those of many at a time. So where registers allow it the first half of a chain is done
+    /// together with the second half of the one before.
     template <bool kMixed>
     void finish_all() {
+        constexpr bool kByHalves = kLanes == kBlockRays;
         const std::size_t row_rays = packet_.frame.grid_columns * kBlockRays;
         Winners winners = find_winners(packet_.winner);
+        Approach before;
+        before.rays = 0;
         for (std::size_t row = 0; row < packet_.frame.grid_rows; ++row) {
             point_row(row);
             const std::size_t begin = row * kRowRays;
@@ -269,80 +197,76 @@ private:
                 const std::size_t next =
                     after < begin + row_rays ? after : (begin + kRowRays) % kCameraRays;
                 const Winners next_winners = find_winners(packet_.winner + next);
-                finish<kMixed>(first, winners);
+                Approach now;
+                now.first = first;
+                now.rays = winners.rays;
+                if (winners.rays != 0) {
+                    approach<kMixed>(winners, now);
+                } else {
+                    write(no_hits(), place(first));
+                }
+                if constexpr (kByHalves) {
+                    if (HWY_LIKELY(before.rays != 0)) conclude(before);
+                    before = now;
+                } else {
+                    if (HWY_LIKELY(now.rays != 0)) conclude(now);
+                }
                 winners = next_winners;
             }
         }
+        if (kByHalves && before.rays != 0) conclude(before);
     }
 
-    /// The hits of as many consecutive rays as there are lanes, from `first` on.
     template <bool kMixed>
-    HWY_INLINE void finish(std::size_t first, const Winners& winners) {
-        std::uint32_t left = winners.rays;
-        const HitLanes lanes = left == 0 ? no_hits()
-                               : kMixed  ? finish_turned(first, winners, left)
-                                         : finish_fast(first, winners, left);
-        write(lanes, place(first));
-        for (; left != 0; left &= left - 1) {
-            left_[left_count_++] =
-                static_cast<std::uint16_t>(first + static_cast<std::size_t>(__builtin_ctz(left)));
-        }
-    }
-
-    /// The hits of those of some rays from `first` on that the rule's plain path suffices for; the
-    /// others get none and stay in `left`.
-    HWY_INLINE HitLanes finish_fast(std::size_t first, const Winners& found,
-                                    std::uint32_t& left) const {
-        const WinnerLanes winners = spread_winners(packet_, packet_.winner + first, found);
-        const std::size_t in_row = first % kRowRays;
-        const VF directions[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
-        return hit_winners(directions, winners, left);
-    }
-
-    /// Likewise in a packet of mixed axes, where nearly all neighbours still have one.
-    HWY_INLINE HitLanes finish_turned(std::size_t first, const Winners& found,
-                                      std::uint32_t& left) const {
-        const Floats f;
-        const std::size_t in_row = first % kRowRays;
+    HWY_INLINE void approach(const Winners& found, Approach& rays) const {
+        const std::size_t in_row = rays.first % kRowRays;
+        const WinnerLanes winners = spread_winners(packet_, packet_.winner + rays.first, found);
         const VF d[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
+        const VF slack = splat(0.25f * packet_.frame.dilation);
+        rays.prim_ids = winners.prim_ids;
+        rays.sufficed = kMixed ? project_turned(d, slack, winners, rays.fast)
+                               : rays.fast.project(d, slack, winners.corners);
+    }
+
+    /// In a packet of mixed axes nearly all neighbours still have one.
+    HWY_INLINE Mask project_turned(const VF d[3], VF slack, const WinnerLanes& winners,
+                                   FastHits& fast) const {
+        const Floats f;
         const VF size[3] = {hn::Abs(d[0]), hn::Abs(d[1]), hn::Abs(d[2])};
         const Mask is_x = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
         const Mask is_y = hn::AndNot(is_x, hn::Ge(size[1], size[2]));
-        const std::uint32_t axis = hn::AllTrue(f, is_x)                  ? 0
-                                   : hn::AllTrue(f, is_y)                ? 1
-                                   : hn::AllFalse(f, hn::Or(is_x, is_y)) ? 2
-                                                                         : kMixedAxes;
-        if (axis == kMixedAxes) return no_hits();
+        const std::uint32_t axis = hn::AllTrue(f, is_x) ? 0 : hn::AllTrue(f, is_y) ? 1 : 2;
+        const bool one_axis = axis != 2 || hn::AllFalse(f, hn::Or(is_x, is_y));
         const Mask away = hn::Lt(d[axis], hn::Zero(f));
-        if (!hn::AllTrue(f, away) && !hn::AllFalse(f, away)) return no_hits();
+        const bool one_sign = hn::AllTrue(f, away) || hn::AllFalse(f, away);
         const VF sign = hn::And(d[axis], splat(-0.0f));
-        const WinnerLanes winners = spread_winners(packet_, packet_.winner + first, found);
         // Corners are rotated for axis 0.
-        WinnerLanes turned;
-        turned.prim_ids = winners.prim_ids;
-        VF directions[3];
+        VF directions[3], corners[3][3];
         for (std::uint32_t k = 0; k < 3; ++k) {
             directions[k] = hn::Xor(d[(axis + 1 + k) % 3], sign);
             for (int i = 0; i < 3; ++i)
-                turned.corners[i][k] = hn::Xor(winners.corners[i][(axis + k) % 3], sign);
+                corners[i][k] = hn::Xor(winners.corners[i][(axis + k) % 3], sign);
         }
-        return hit_winners(directions, turned, left);
+        const Mask sufficed = fast.project(directions, slack, corners);
+        return hn::And(sufficed, mask_of(one_axis && one_sign ? ~0u : 0u));
     }
 
-    /// Rotated and turned directions and winners' corners.
-    HWY_INLINE HitLanes hit_winners(const VF directions[3], const WinnerLanes& winners,
-                                    std::uint32_t& left) const {
+    /// Writes those of these hits that the rule's plain path suffices for; the others are left.
+    HWY_INLINE void conclude(const Approach& rays) {
         const Floats f;
-        const VF slack = splat(0.25f * packet_.frame.dilation);
-        VF t, u, v;
-        const Mask sufficed = hit_fast(directions, slack, winners.corners, t, u, v);
-        const Mask done = hn::And(sufficed, mask_of(left));
-        left &= ~mask_bits(done);
+        const Mask done = hn::And(rays.sufficed, mask_of(rays.rays));
         // Not a constant of all ones, which compilers make from a register's old contents: then
         // each ray would wait for the last.
         const VW not_done = hn::BitCast(Words(), hn::VecFromMask(f, hn::Not(done)));
-        return {hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u),
-                hn::IfThenElseZero(done, v), hn::Or(winners.prim_ids, not_done)};
+        VF t, u, v;
+        rays.fast.weigh(t, u, v);
+        write({hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u),
+               hn::IfThenElseZero(done, v), hn::Or(rays.prim_ids, not_done)},
+              place(rays.first));
+        for (std::uint32_t left = rays.rays & ~mask_bits(done); left != 0; left &= left - 1) {
+            left_[left_count_++] = static_cast<std::uint16_t>(
+                rays.first + static_cast<std::size_t>(__builtin_ctz(left)));
+        }
     }
 
     /// The hits that are left, by the whole rule.

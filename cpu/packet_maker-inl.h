@@ -116,6 +116,35 @@ HWY_INLINE void canonical_directions(VF d[3]) {
     for (int axis = 0; axis < 3; ++axis) d[axis] = snap_direction(hn::Mul(d[axis], scale));
 }
 
+/// How far from the middle of its pixel, in a frame whose unit is a pixel, a camera's ray may be.
+///
+/// A component of the direction, (corner + du x) + dv y, is made by two products and two sums, each
+/// off by 2^-24 of what comes out, and then put on a grid, off by 2^-45. What these errors come to
+/// in the frame's rows is e = (e0, e1, e2), and the exact direction is (X, Y, 1) there, so that x
+/// is off by (e0 - X e2) / (1 + e2), y alike.
+HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, const Tile& tile) {
+    double beside = 0x1p-44 * (frame.row_size[0] + frame.row_size[1]);
+    double along = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double du = camera.du[axis];
+        const double dv = camera.dv[axis];
+        const double left = camera.corner[axis] + du * tile.x0;
+        const double right = camera.corner[axis] + du * tile.x1;
+        const double top = dv * tile.y0;
+        const double bottom = dv * tile.y1;
+        const double products = std::abs(du * tile.x1) + std::abs(bottom);
+        const double sum = std::max(std::abs(left), std::abs(right));
+        const double all = std::max(std::max(std::abs(left + top), std::abs(left + bottom)),
+                                    std::max(std::abs(right + top), std::abs(right + bottom)));
+        const double error = 1.01 * 0x1p-24 * (products + sum + all);
+        beside += std::max(std::abs(frame.rows[0][axis]), std::abs(frame.rows[1][axis])) * error;
+        along += std::abs(frame.rows[2][axis]) * error;
+    }
+    // Of what is off by as much as that nothing is known.
+    if (!(along < 0.5)) return 1e30f;
+    return static_cast<float>(1.001 * (beside + frame.reach * along) / (1 - along));
+}
+
 /// The frame of a camera's tile of at most 64 x 64 pixels, and the bounds of its blocks: all that a
 /// first look at the tree needs. The plane's unit is a pixel, its origin the middle of the square.
 void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& packet) {
@@ -129,17 +158,7 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
     }
     PacketFrame& frame = packet.frame;
     set_frame(frame, camera.org, axis_x, axis_y, axis_z, 0.5f * kCameraSide + 1);
-    // Two roundings of products and two of sums, 2^-24 each of what they may be as large as; twice
-    // that, for x / z. And 2^-45 of a direction that was put on its grid.
-    frame.ray_error = 0x1p-44f * (frame.row_size[0] + frame.row_size[1]);
-    for (int axis = 0; axis < 3; ++axis) {
-        const float size = 2 * std::abs(camera.corner[axis]) +
-                           3 * std::abs(camera.du[axis]) * static_cast<float>(params.width) +
-                           2 * std::abs(camera.dv[axis]) * static_cast<float>(params.height);
-        const float row =
-            std::max(std::abs(frame.rows_f[0][axis]), std::abs(frame.rows_f[1][axis]));
-        frame.ray_error += 0x1p-23f * (row + frame.reach * std::abs(frame.rows_f[2][axis])) * size;
-    }
+    frame.ray_error = pixel_error(frame, camera, tile);
     frame.grid_margin = 2 * frame.ray_error + 0x1p-16f;
     frame.block_extent = 2 * kBlockSide + 2 * frame.grid_margin;
     constexpr float kFirst = 0.5f - 0.5f * kCameraSide;

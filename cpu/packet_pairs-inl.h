@@ -14,6 +14,7 @@
 #include <cstdint>
 
 #include "cpu/packet.h"
+#include "cpu/packet_blocks-inl.h"
 #include "cpu/packet_setup-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
@@ -145,39 +146,58 @@ HWY_INLINE std::uint64_t window_blocks_met(const PacketFrame& frame, const GridP
     return (m & 0xF) | (m & 0xF0) << 12 | (m & 0xF00) << 24 | (m & 0xF000) << 36;
 }
 
-/// The blocks of a camera's packet, of some rows, of which a ray may win with a triangle.
-HWY_INLINE BlockSet<kGridBlocks / 64> grid_blocks_met(const Packet& packet, const GridPlanes& p,
-                                                      std::uint32_t rows) {
-    const Floats f;
-    constexpr std::size_t kVectors = kGridSide / hn::MaxLanes(Floats());
-    const PacketFrame& frame = packet.frame;
-    VF u[kVectors], v[kVectors], w[kVectors], q[kVectors];
-    for (std::size_t i = 0; i < kVectors; ++i) {
-        const VF x = hn::Load(f, kGridMiddles.x + i * hn::Lanes(f));
-        u[i] = hn::MulAdd(p.a0, x, most_in_block(frame, p.a0, p.b0, p.c0));
-        v[i] = hn::MulAdd(p.a1, x, most_in_block(frame, p.a1, p.b1, p.c1));
-        w[i] = hn::MulAdd(p.a2, x, most_in_block(frame, p.a2, p.b2, p.c2));
-        q[i] = hn::MulAdd(p.depth_a, x,
-                          hn::Add(most_in_block(frame, p.depth_a, p.depth_b, p.depth_c), p.error));
-    }
-    const VF beside = hn::Neg(p.bound);
-    BlockSet<kGridBlocks / 64> met = {};
-    for (; rows != 0; rows &= rows - 1) {
-        const auto row = static_cast<std::uint32_t>(__builtin_ctz(rows));
-        const VF y = splat(kGridMiddles.y[row * kGridSide]);
+/// A triangle against rows of a camera's blocks, in some columns.
+class GridRows {
+public:
+    HWY_INLINE GridRows(const Packet& packet, const GridPlanes& planes, std::uint32_t columns)
+        : packet_(packet), planes_(planes), columns_(columns * kEachRow) {
+        const Floats f;
+        const PacketFrame& frame = packet.frame;
+        const GridPlanes& p = planes;
         for (std::size_t i = 0; i < kVectors; ++i) {
-            const std::size_t l = i * hn::Lanes(f);
-            const VF least = hn::Min(hn::MulAdd(p.b0, y, u[i]),
-                                     hn::Min(hn::MulAdd(p.b1, y, v[i]), hn::MulAdd(p.b2, y, w[i])));
-            const VF q_upper = hn::MulAdd(p.depth_b, y, q[i]);
-            const Mask in =
-                hn::And(hn::Ge(least, beside),
-                        hn::Ge(q_upper, hn::Load(f, packet.block_q + row * kGridSide + l)));
-            met.words[row / 4] |= std::uint64_t{mask_bits(in)} << (row % 4 * kGridSide + l);
+            const VF x = hn::Load(f, kGridMiddles.x + i * hn::Lanes(f));
+            u_[i] = hn::MulAdd(p.a0, x, most_in_block(frame, p.a0, p.b0, p.c0));
+            v_[i] = hn::MulAdd(p.a1, x, most_in_block(frame, p.a1, p.b1, p.c1));
+            w_[i] = hn::MulAdd(p.a2, x, most_in_block(frame, p.a2, p.b2, p.c2));
+            q_[i] =
+                hn::MulAdd(p.depth_a, x,
+                           hn::Add(most_in_block(frame, p.depth_a, p.depth_b, p.depth_c), p.error));
         }
     }
-    return met;
-}
+
+    /// The blocks of which a ray may win, as a word: of those of four rows, from the first on,
+    /// whose bits are set.
+    HWY_INLINE std::uint64_t blocks_met(std::uint32_t first_row, std::uint32_t rows) const {
+        const Floats f;
+        constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
+        const GridPlanes& p = planes_;
+        const VF beside = hn::Neg(p.bound);
+        std::uint64_t met = 0;
+        for (std::uint32_t i = 0; i < 4; ++i) {
+            const std::uint32_t row = first_row + i;
+            const VF y = splat(kFirst + static_cast<float>(row * kBlockSide));
+            for (std::size_t k = 0; k < kVectors; ++k) {
+                const std::size_t l = k * hn::Lanes(f);
+                const VF least =
+                    hn::Min(hn::MulAdd(p.b0, y, u_[k]),
+                            hn::Min(hn::MulAdd(p.b1, y, v_[k]), hn::MulAdd(p.b2, y, w_[k])));
+                const VF q_upper = hn::MulAdd(p.depth_b, y, q_[k]);
+                const VF block_q = hn::Load(f, packet_.block_q + row * kGridSide + l);
+                const Mask in = hn::And(hn::Ge(least, beside), hn::Ge(q_upper, block_q));
+                met |= std::uint64_t{mask_bits(in)} << (i * kGridSide + l);
+            }
+        }
+        return met & columns_ & kRowMasks.of[rows & 15];
+    }
+
+private:
+    static constexpr std::size_t kVectors = kGridSide / hn::MaxLanes(Floats());
+
+    const Packet& packet_;
+    const GridPlanes& planes_;
+    std::uint64_t columns_;
+    VF u_[kVectors], v_[kVectors], w_[kVectors], q_[kVectors];
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace morphray::cpu

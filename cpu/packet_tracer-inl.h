@@ -73,8 +73,6 @@ public:
     }
 
 private:
-    /// A triangle's pairs with blocks that are traced rather than first looked at together.
-    static constexpr int kFew = 4;
     static constexpr std::size_t kWords = kGridBlocks / 64;
 
     /// What a traversal has still to visit.
@@ -196,68 +194,106 @@ private:
         doubtful_blocks_ = {};
     }
 
-    /// The blocks that a triangle's rectangle meets, if they fit into a window.
+    /// The blocks that a triangle's rectangle meets, which fit into a window; kMany: of these,
+    /// those that the triangle itself may meet.
+    template <bool kMany>
     HWY_INLINE Window window_of(const Setup& setup, std::uint32_t i) const {
-        const std::uint32_t first = setup.windows.first[i];
-        std::uint64_t blocks = kWindows.of[setup.windows.shape[i]];
-        if (hwy::PopCount(blocks) > kFew && blocks != kAllBlocks)
-            blocks &= window_blocks_met(frame_, GridPlanes(setup, i), first);
-        return {first, blocks};
+        Window window = {setup.windows.first[i], kWindows.of[setup.windows.shape[i]]};
+        if constexpr (kMany)
+            window.blocks &= window_blocks_met(frame_, GridPlanes(setup, i), window.first);
+        return window;
     }
 
-    /// A triangle against some blocks. Whether it wins a ray.
-    HWY_INLINE bool trace_window(const GridPlanes& planes, std::uint32_t winner,
-                                 const Window& window) {
+    /// Triangles with windows, each against its blocks. Whether they win a ray. The next one's
+    /// blocks are looked for before this one is traced.
+    template <bool kMany>
+    HWY_INLINE bool trace_windows(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
+                                  std::uint32_t first_winner) {
+        if (triangles == 0) return false;
         bool won = false;
-        for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
-            const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-            won |= trace_pair(planes, window.first + bit, winner);
+        auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
+        Window window = window_of<kMany>(setup, i);
+        while (triangles != 0) {
+            triangles &= triangles - 1;
+            const std::uint32_t next =
+                triangles != 0 ? static_cast<std::uint32_t>(__builtin_ctz(triangles)) : i;
+            const Window next_window = window_of<kMany>(setup, next);
+            const GridPlanes planes(setup, i);
+            note_traced(window);
+            for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
+                const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+                won |= trace_pair(planes, window.first + bit, first_winner + i);
+            }
+            if (HWY_UNLIKELY(open_count_ >= kManyOpen)) put_off(leaf, first_winner);
+            i = next;
+            window = next_window;
         }
         return won;
     }
 
-    /// A triangle against its blocks. Whether it wins a ray.
-    HWY_INLINE bool trace_triangle(const Setup& setup, std::uint32_t i, const Window& window,
-                                   const BlockSet<kWords>& blocks, std::uint32_t winner) {
-        const GridPlanes planes(setup, i);
-        if (HWY_LIKELY(window.blocks != kAllBlocks)) {
-            const std::uint32_t word = window.first / 64;
-            const std::uint32_t shift = window.first % 64;
-            traced_.words[word] |= window.blocks << shift;
-            traced_.words[word + 1] |= window.blocks >> 1 >> (63 - shift);
-            return trace_window(planes, winner, window);
-        }
-        const BlockSet<kWords> met = grid_blocks_met(packet_, planes, setup.windows.ranges.rows[i]);
-        const std::uint64_t columns = setup.windows.ranges.columns[i] * kEachRow;
+    /// Larger triangles, of `blocks`. Eight rows at a time are two words that one loop goes
+    /// through, for an end of it costs as much as a pair.
+    HWY_INLINE bool trace_large(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
+                                const BlockSet<kWords>& blocks, std::uint32_t first_winner) {
         bool won = false;
-        for (std::uint32_t w = 0; w < kWords; ++w) {
-            const std::uint64_t own = blocks.words[w] & met.words[w] & columns;
-            traced_.words[w] |= own;
-            won |= trace_window(planes, winner, {64 * w, own});
+        for (; triangles != 0; triangles &= triangles - 1) {
+            const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
+            const GridPlanes planes(setup, i);
+            const GridRows grid(packet_, planes, setup.windows.ranges.columns[i]);
+            std::uint32_t rows = setup.windows.ranges.rows[i];
+            for (auto row = static_cast<std::uint32_t>(__builtin_ctz(rows)); rows >> row != 0;
+                 row += 8) {
+                Window window = {row * kGridSide, 0};
+                Window next = {window.first + 64, 0};
+                window.blocks = grid.blocks_met(row, rows >> row) & four_rows(blocks, row);
+                if (rows >> row >> 4 != 0)
+                    next.blocks =
+                        grid.blocks_met(row + 4, rows >> row >> 4) & four_rows(blocks, row + 4);
+                note_traced(window);
+                note_traced(next);
+                while ((window.blocks | next.blocks) != 0) {
+                    if (window.blocks == 0) {
+                        window = next;
+                        next.blocks = 0;
+                    }
+                    const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(window.blocks));
+                    won |= trace_pair(planes, window.first + bit, first_winner + i);
+                    window.blocks &= window.blocks - 1;
+                }
+            }
+            if (HWY_UNLIKELY(open_count_ >= kManyOpen)) put_off(leaf, first_winner);
         }
         return won;
     }
 
-    /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found;
-    /// those of the next one before this one is traced.
+    /// Those of four rows of blocks from one on.
+    static HWY_INLINE std::uint64_t four_rows(const BlockSet<kWords>& blocks, std::uint32_t row) {
+        const std::uint32_t word = row / 4;
+        const std::uint32_t shift = row % 4 * kGridSide;
+        if (word >= kWords) return 0;
+        const std::uint64_t after = word + 1 < kWords ? blocks.words[word + 1] : 0;
+        return blocks.words[word] >> shift | after << 1 << (63 - shift);
+    }
+
+    /// Notes that a triangle was held against some blocks.
+    HWY_INLINE void note_traced(const Window& window) {
+        const std::uint32_t word = window.first / 64;
+        const std::uint32_t shift = window.first % 64;
+        traced_.words[word] |= window.blocks << shift;
+        traced_.words[word + 1] |= window.blocks >> 1 >> (63 - shift);
+    }
+
+    /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found.
+    /// Triangles that are treated alike come together, so that fewer branches are guessed wrong.
     HWY_INLINE void trace_by_triangle(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
                                       const BlockSet<kWords>& blocks) {
         if (alive == 0) return;
         const auto first_winner =
             static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
-        bool won = false;
-        auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
-        Window window = window_of(setup, i);
-        while (alive != 0) {
-            alive &= alive - 1;
-            const std::uint32_t next =
-                alive != 0 ? static_cast<std::uint32_t>(__builtin_ctz(alive)) : i;
-            const Window next_window = window_of(setup, next);
-            won |= trace_triangle(setup, i, window, blocks, first_winner + i);
-            if (HWY_UNLIKELY(open_count_ >= kManyOpen)) put_off(leaf, first_winner);
-            i = next;
-            window = next_window;
-        }
+        const GridWindows& windows = setup.windows;
+        bool won = trace_windows<false>(leaf, setup, alive & windows.few, first_winner);
+        won |= trace_windows<true>(leaf, setup, alive & windows.many, first_winner);
+        won |= trace_large(leaf, setup, alive & windows.large, blocks, first_winner);
         if (HWY_UNLIKELY(open_count_ != 0)) put_off(leaf, first_winner);
         if (won && first_winner == packet_.won_leaves.size() * kLeafTriangles)
             add_won_leaf(packet_, leaf);

@@ -112,48 +112,57 @@ HWY_INLINE VF rcp_exactly(VF x) { return hn::CopySignToAbs(rcp_of_positive(hn::A
 
 /// Rays of one axis and positive dir.z with a triangle each, its corners relative to the origin,
 /// all rotated: project_fast, fast_edges, surely_inside and weighted_hit of the rule in its
-/// operations, for triangles that are in front of the origin and that the rays go through. Which
-/// rays they suffice for.
-HWY_INLINE Mask hit_fast(const VF dir[3], VF slack, const VF corner[3][3], VF& t, VF& u, VF& v) {
-    VF x[3], y[3], z[3];
-    for (int k = 0; k < 3; ++k) {
-        z[k] = corner[k][2];
-        x[k] = hn::Sub(hn::Mul(corner[k][0], dir[2]), hn::Mul(dir[0], z[k]));
-        y[k] = hn::Sub(hn::Mul(corner[k][1], dir[2]), hn::Mul(dir[1], z[k]));
+/// operations, for triangles that are in front of the origin and that the rays go through.
+struct FastHits {
+    VF z[3], dz;
+    VF size[3];  // of the edge functions
+
+    /// All but the hits. Which rays the plain path suffices for.
+    HWY_INLINE Mask project(const VF dir[3], VF slack, const VF corner[3][3]) {
+        VF x[3], y[3];
+        dz = dir[2];
+        for (int k = 0; k < 3; ++k) {
+            z[k] = corner[k][2];
+            x[k] = hn::Sub(hn::Mul(corner[k][0], dz), hn::Mul(dir[0], z[k]));
+            y[k] = hn::Sub(hn::Mul(corner[k][1], dz), hn::Mul(dir[1], z[k]));
+        }
+        const auto edge = [&](int i, int j) {
+            return hn::Abs(hn::Sub(hn::Mul(x[i], y[j]), hn::Mul(y[i], x[j])));
+        };
+        size[0] = edge(1, 2);
+        size[1] = edge(2, 0);
+        size[2] = edge(0, 1);
+        const auto reach = [&](int k) { return hn::Add(hn::Abs(x[k]), hn::Abs(y[k])); };
+        const VF m = hn::Add(hn::Add(reach(0), reach(1)), reach(2));
+        const VF nearest = hn::Min(z[0], hn::Min(z[1], z[2]));
+        const VF farthest = hn::Max(z[0], hn::Max(z[1], z[2]));
+        const VF depth_range = hn::Sub(farthest, nearest);
+        const VF z_size = hn::Max(hn::Abs(nearest), hn::Abs(farthest));
+        const VF r = hn::Add(hn::Mul(splat(kFastProjectionError), hn::Add(hn::Add(m, m), z_size)),
+                             splat(kFastProjectionFloor));
+        const VF bound = hn::Mul(r, hn::Add(m, hn::Add(r, r)));
+        const VF error = hn::Mul(bound, hn::Max(depth_range, splat(1.0f)));
+        const Mask flat = hn::Le(error, hn::Mul(slack, sum()));
+        // The accurate functions have one sign, and so have these where they exceed their bound.
+        const Mask certain = hn::Gt(hn::Min(size[0], hn::Min(size[1], size[2])), bound);
+        return hn::And(flat, certain);
     }
-    const VF ma = hn::Add(hn::Abs(x[0]), hn::Abs(y[0]));
-    const VF mb = hn::Add(hn::Abs(x[1]), hn::Abs(y[1]));
-    const VF mc = hn::Add(hn::Abs(x[2]), hn::Abs(y[2]));
-    const VF m = hn::Add(hn::Add(ma, mb), mc);
-    const VF nearest = hn::Min(z[0], hn::Min(z[1], z[2]));
-    const VF farthest = hn::Max(z[0], hn::Max(z[1], z[2]));
-    const VF depth_range = hn::Sub(farthest, nearest);
-    const VF z_size = hn::Max(hn::Abs(nearest), hn::Abs(farthest));
-    const VF r = hn::Add(hn::Mul(splat(kFastProjectionError), hn::Add(hn::Add(m, m), z_size)),
-                         splat(kFastProjectionFloor));
-    const VF bound = hn::Mul(r, hn::Add(m, hn::Add(r, r)));
-    const VF eu = hn::Sub(hn::Mul(x[1], y[2]), hn::Mul(y[1], x[2]));
-    const VF ev = hn::Sub(hn::Mul(x[2], y[0]), hn::Mul(y[2], x[0]));
-    const VF ew = hn::Sub(hn::Mul(x[0], y[1]), hn::Mul(y[0], x[1]));
-    const VF size_u = hn::Abs(eu);
-    const VF size_v = hn::Abs(ev);
-    const VF size_w = hn::Abs(ew);
-    const VF sum = hn::Add(hn::Add(size_u, size_v), size_w);
-    const VF error = hn::Mul(bound, hn::Max(depth_range, splat(1.0f)));
-    const Mask flat = hn::Le(error, hn::Mul(slack, sum));
-    // The accurate functions have one sign, and so have these where they exceed their bound.
-    const Mask certain = hn::Gt(hn::Min(size_u, hn::Min(size_v, size_w)), bound);
-    // scaled_weight() drops nothing here: functions that suffice exceed the bound, and so 2^-20
-    // m^2, and their sum is at most 2 m^2.
-    const VF scale = rcp_of_positive(hn::Mul(sum, dir[2]));
-    const VF wa = hn::Mul(size_u, scale);
-    const VF wb = hn::Mul(size_v, scale);
-    const VF wc = hn::Mul(size_w, scale);
-    t = hn::Add(hn::Add(hn::Mul(wa, z[0]), hn::Mul(wb, z[1])), hn::Mul(wc, z[2]));
-    u = hn::Mul(wb, dir[2]);
-    v = hn::Mul(wc, dir[2]);
-    return hn::And(flat, certain);
-}
+
+    /// scaled_weight() drops nothing here: functions that suffice exceed the bound, and so 2^-20
+    /// m^2, and their sum is at most 2 m^2.
+    HWY_INLINE void weigh(VF& t, VF& u, VF& v) const {
+        const VF scale = rcp_of_positive(hn::Mul(sum(), dz));
+        const VF wa = hn::Mul(size[0], scale);
+        const VF wb = hn::Mul(size[1], scale);
+        const VF wc = hn::Mul(size[2], scale);
+        t = hn::Add(hn::Add(hn::Mul(wa, z[0]), hn::Mul(wb, z[1])), hn::Mul(wc, z[2]));
+        u = hn::Mul(wb, dz);
+        v = hn::Mul(wc, dz);
+    }
+
+private:
+    HWY_INLINE VF sum() const { return hn::Add(hn::Add(size[0], size[1]), size[2]); }
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace morphray::cpu
