@@ -43,10 +43,11 @@ public:
 
     bool many() const { return count_ >= kMany; }
 
-    /// Asks the rule.
-    void settle() {
+    /// Asks the rule. Adds the blocks of which rays have won something.
+    template <std::size_t kWords>
+    void settle(BlockSet<kWords>& changed) {
         for (std::size_t first = 0; first < count_; first += kLanes)
-            settle(first, std::min(kLanes, count_ - first));
+            settle(first, std::min(kLanes, count_ - first), changed);
         count_ = 0;
     }
 
@@ -54,7 +55,8 @@ private:
     static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     static constexpr std::size_t kMany = 128;
 
-    void settle(std::size_t first, std::size_t count) {
+    template <std::size_t kWords>
+    void settle(std::size_t first, std::size_t count, BlockSet<kWords>& changed) {
         const Floats f;
         const Words words;
         alignas(64) std::uint32_t rays[kLanes] = {};
@@ -98,7 +100,8 @@ private:
             packet_.q_lower[ray] = q[l] * (1 - 0x1p-16f);
             packet_.q_upper[ray] = q[l] * (1 + 0x1p-16f);
             packet_.winner[ray] = triangles[l];
-            find_depth(packet_, ray / kBlockRays);
+            const std::uint32_t block = ray / kBlockRays;
+            changed.words[block / 64] |= std::uint64_t{1} << block % 64;
             for (std::uint32_t later = hits & (hits - 1); later != 0; later &= later - 1) {
                 const auto other = static_cast<std::uint32_t>(__builtin_ctz(later));
                 if (rays[other] != ray) continue;

@@ -173,7 +173,7 @@ public:
         const GridPlanes& p = planes_;
         const VF beside = hn::Neg(p.bound);
         std::uint64_t met = 0;
-        for (std::uint32_t i = 0; i < 4; ++i) {
+        for (std::uint32_t i = 0; i < 4 && (rows >> i & 1) != 0; ++i) {
             const std::uint32_t row = first_row + i;
             const VF y = splat(kFirst + static_cast<float>(row * kBlockSide));
             for (std::size_t k = 0; k < kVectors; ++k) {

@@ -69,7 +69,7 @@ public:
                 visit_leaf(entry.child & ~kLeafBit, entry.blocks);
             }
         }
-        doubts_.settle();
+        settle();
     }
 
 private:
@@ -96,6 +96,7 @@ private:
             certain |= entry.blocks.words[w] & ~doubtful_blocks_.words[w];
         if (HWY_UNLIKELY(certain == 0 && any != 0)) {
             settle();
+            find_depths();
             any = leave_near(entry);
         }
         return any != 0;
@@ -190,7 +191,7 @@ private:
 
     /// Lets the rule decide what is in doubt.
     HWY_NOINLINE void settle() {
-        doubts_.settle();
+        doubts_.settle(traced_);
         doubtful_blocks_ = {};
     }
 
