@@ -94,32 +94,30 @@ HWY_INLINE QuadSet quads_beyond(const Packet& packet, float q, const QuadSet& am
     return quads;
 }
 
-/// Of the first `count` columns, or rows, of a camera's blocks those that some bounds meet: from
-/// begin on and before end, which is not less. Column c holds x from 4 c - 31.5 to 4 c - 28.5, up
-/// to the margin, rows alike.
-struct GridRange {
-    VF begin, end;
+/// Of the columns, or rows, of pixels in so many blocks of a camera's grid, those whose middles lie
+/// within some bounds, or the margin from there: none if first > last. Pixel k's is at k - 31.5.
+struct PixelRange {
+    VF first, last;
 
-    HWY_INLINE GridRange(VF lower, VF upper, float margin, std::uint32_t count) {
-        constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
-        constexpr float kLast = kFirst + (kBlockSide - 1);
-        const VF side = splat(static_cast<float>(count));
-        const VF quarter = splat(1.0f / kBlockSide);
-        const VF first = hn::Ceil(hn::Mul(hn::Sub(lower, splat(kLast + margin)), quarter));
-        const VF last = hn::Floor(hn::Mul(hn::Sub(upper, splat(kFirst - margin)), quarter));
-        begin = hn::Max(hn::Min(first, side), hn::Zero(Floats()));
-        end = hn::Max(hn::Min(hn::Add(last, splat(1.0f)), side), begin);
+    HWY_INLINE PixelRange(VF lower, VF upper, float margin, std::uint32_t blocks) {
+        constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
+        const VF end = splat(static_cast<float>(blocks * kBlockSide - 1));
+        first = hn::Max(hn::Ceil(hn::Add(lower, splat(kMiddle - margin))), hn::Zero(Floats()));
+        last = hn::Min(hn::Floor(hn::Add(upper, splat(kMiddle + margin))), end);
     }
 
-    /// As bits.
-    HWY_INLINE VW bits() const { return hn::Sub(bit(end), bit(begin)); }
+    HWY_INLINE Mask any() const { return hn::Le(first, last); }
 
-    static HWY_INLINE VW integer(VF x) {
-        return hn::BitCast(Words(), hn::ConvertTo(hn::RebindToSigned<Floats>(), x));
-    }
+    /// The blocks of the first and of the last, if there are any.
+    HWY_INLINE VW first_block() const { return block(first); }
+    HWY_INLINE VW last_block() const { return block(last); }
 
 private:
-    static HWY_INLINE VW bit(VF place) { return hn::Shl(hn::Set(Words(), 1u), integer(place)); }
+    static HWY_INLINE VW block(VF pixel) {
+        static_assert(kBlockSide == 4);
+        const hn::RebindToSigned<Floats> ints;
+        return hn::ShiftRight<2>(hn::BitCast(Words(), hn::ConvertTo(ints, pixel)));
+    }
 };
 
 /// The columns and rows of a camera's blocks that rectangles meet, as bits.
@@ -129,14 +127,20 @@ struct alignas(64) GridRanges {
 
 HWY_INLINE void to_grid(const PacketFrame& frame, const Rectangles& r, GridRanges& ranges) {
     const Floats f;
+    const Words w;
+    const auto bits = [&](const PixelRange& range) HWY_ATTR {
+        const VW below = hn::Shl(hn::Set(w, 1u), range.first_block());
+        const VW up_to = hn::Shl(hn::Set(w, 2u), range.last_block());
+        return hn::IfThenElseZero(hn::RebindMask(w, range.any()), hn::Sub(up_to, below));
+    };
     const float margin = frame.grid_margin;
     for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), margin,
-                          frame.grid_columns);
-        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), margin,
-                          frame.grid_rows);
-        hn::Store(x.bits(), Words(), ranges.columns + l);
-        hn::Store(y.bits(), Words(), ranges.rows + l);
+        const PixelRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), margin,
+                           frame.grid_columns);
+        const PixelRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), margin,
+                           frame.grid_rows);
+        hn::Store(bits(x), w, ranges.columns + l);
+        hn::Store(bits(y), w, ranges.rows + l);
     }
 }
 
@@ -154,60 +158,49 @@ struct RowMasks {
 };
 inline constexpr RowMasks kRowMasks;
 
-/// Windows of up to 4 x 4 blocks by their columns and rows: bit b is that many blocks after the
-/// first one.
+/// Windows of up to 4 x 4 blocks by the numbers of columns and rows after the first: bit b is that
+/// many blocks after the first one.
 inline constexpr std::uint32_t kWindowSide = 4;
 struct Windows {
-    std::uint64_t of[(kWindowSide + 1) * 8]{};
+    std::uint64_t of[kWindowSide][kWindowSide]{};
 
     constexpr Windows() {
-        for (std::uint32_t columns = 0; columns <= kWindowSide; ++columns) {
-            for (std::uint32_t rows = 0; rows <= kWindowSide; ++rows) {
-                for (std::uint32_t row = 0; row < rows; ++row)
-                    of[columns * 8 + rows] |= ((std::uint64_t{1} << columns) - 1)
-                                              << (row * kGridSide);
+        for (std::uint32_t columns = 0; columns < kWindowSide; ++columns) {
+            for (std::uint32_t rows = 0; rows < kWindowSide; ++rows) {
+                for (std::uint32_t row = 0; row <= rows; ++row)
+                    of[columns][rows] |= ((std::uint64_t{2} << columns) - 1) << (row * kGridSide);
             }
         }
     }
 };
 inline constexpr Windows kWindows;
 
-/// The blocks that rectangles meet: the first ones, and shapes of those that fit into a window; all
-/// columns and rows; and which rectangles meet 1 to 4 blocks, more in a window, and more, as bits.
-inline constexpr std::uint32_t kFewPairs = 6;
+/// What up to sixteen triangles meet of a camera's blocks: the first one, and how many columns and
+/// rows after its; and which of them meet a window, and among these no more than six blocks: three
+/// columns and rows after the first together.
 struct alignas(64) GridWindows {
-    std::uint32_t first[16], shape[16];
-    GridRanges ranges;
-    std::uint32_t few, many, large;
-};
+    std::uint32_t first[16], columns[16], rows[16];
+    std::uint32_t fit = 0, few = 0;
 
-/// Likewise of rectangles that have a margin already.
-HWY_INLINE void to_windows(const PacketFrame& frame, const Rectangles& r, GridWindows& windows) {
-    const Floats f;
-    windows.few = windows.many = windows.large = 0;
-    for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-        const GridRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), 0,
-                          frame.grid_columns);
-        const GridRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), 0,
-                          frame.grid_rows);
-        const VF columns = hn::Sub(x.end, x.begin);
-        const VF rows = hn::Sub(y.end, y.begin);
-        const VF first = hn::MulAdd(y.begin, splat(kGridSide), x.begin);
-        const VF side = splat(kWindowSide);
-        const VF shape = hn::MulAdd(hn::Min(columns, side), splat(8.0f), hn::Min(rows, side));
-        hn::Store(GridRange::integer(first), Words(), windows.first + l);
-        hn::Store(GridRange::integer(shape), Words(), windows.shape + l);
-        hn::Store(x.bits(), Words(), windows.ranges.columns + l);
-        hn::Store(y.bits(), Words(), windows.ranges.rows + l);
-        const VF blocks = hn::Mul(columns, rows);
-        const std::uint32_t any = mask_bits(hn::Gt(blocks, hn::Zero(f)));
-        const std::uint32_t fit = any & mask_bits(hn::Le(hn::Max(columns, rows), side));
-        const std::uint32_t few = fit & mask_bits(hn::Le(blocks, splat(kFewPairs)));
-        windows.few |= few << l;
-        windows.many |= (fit & ~few) << l;
-        windows.large |= (any & ~fit) << l;
+    HWY_INLINE void set(std::size_t l, const PixelRange& x, const PixelRange& y) {
+        const Words w;
+        const VW left = x.first_block();
+        const VW top = y.first_block();
+        const VW more_columns = hn::Sub(x.last_block(), left);
+        const VW more_rows = hn::Sub(y.last_block(), top);
+        static_assert(kGridSide == 16);
+        hn::Store(hn::Or(hn::ShiftLeft<4>(top), left), w, first + l);
+        hn::Store(more_columns, w, columns + l);
+        hn::Store(more_rows, w, rows + l);
+        const hn::RebindToSigned<Floats> ints;
+        const auto below = [&](VW number, std::int32_t end) HWY_ATTR {
+            const auto is = hn::Lt(hn::BitCast(ints, number), hn::Set(ints, end));
+            return mask_bits(hn::RebindMask(Floats(), is)) << l;
+        };
+        fit |= below(hn::Max(more_columns, more_rows), kWindowSide);
+        few |= below(hn::Add(more_columns, more_rows), 4);
     }
-}
+};
 
 /// Columns in each of four rows of blocks.
 inline constexpr std::uint64_t kEachRow = 0x0001000100010001;

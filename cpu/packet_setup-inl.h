@@ -47,7 +47,6 @@ public:
         std::uint32_t alive = set_up(leaf, setup, all_finite);
         alive &= (1u << corner_triangle_count(leaf.vertex[0].corners)) - 1;
         if (HWY_UNLIKELY(!all_finite)) alive &= finite_triangles(leaf);
-        if constexpr (kOnGrid) to_windows(frame_, setup.rectangles, setup.windows);
         return alive;
     }
 
@@ -130,23 +129,24 @@ private:
         const VF upper_x = upper(rx);
         const VF lower_y = lower(ry);
         const VF upper_y = upper(ry);
-        hn::Store(lower_x, f, setup.rectangles.lower_x + l);
-        hn::Store(upper_x, f, setup.rectangles.upper_x + l);
-        hn::Store(lower_y, f, setup.rectangles.lower_y + l);
-        hn::Store(upper_y, f, setup.rectangles.upper_y + l);
         const VF cut_lower_x = hn::Max(lower_x, splat(frame_.lower_x));
         const VF cut_upper_x = hn::Min(upper_x, splat(frame_.upper_x));
         const VF cut_lower_y = hn::Max(lower_y, splat(frame_.lower_y));
         const VF cut_upper_y = hn::Min(upper_y, splat(frame_.upper_y));
-        Mask meets =
-            hn::And(hn::And(hn::Le(cut_lower_x, cut_upper_x), hn::Le(cut_lower_y, cut_upper_y)),
-                    hn::Gt(hn::Add(z_most, z_error), zero));
+        Mask meets = hn::Gt(hn::Add(z_most, z_error), zero);
         if constexpr (kOnGrid) {
-            // Most small triangles cover no pixel's middle, x = k + 0.5 for whole k, at all.
-            const auto covers = [&](VF low, VF high) {
-                return hn::Le(hn::Ceil(hn::Sub(low, half)), hn::Floor(hn::Sub(high, half)));
-            };
-            meets = hn::And(meets, hn::And(covers(lower_x, upper_x), covers(lower_y, upper_y)));
+            // Most small triangles cover no pixel's middle at all.
+            const PixelRange pixels_x(lower_x, upper_x, 0, frame_.grid_columns);
+            const PixelRange pixels_y(lower_y, upper_y, 0, frame_.grid_rows);
+            setup.windows.set(l, pixels_x, pixels_y);
+            meets = hn::And(meets, hn::And(pixels_x.any(), pixels_y.any()));
+        } else {
+            hn::Store(lower_x, f, setup.rectangles.lower_x + l);
+            hn::Store(upper_x, f, setup.rectangles.upper_x + l);
+            hn::Store(lower_y, f, setup.rectangles.lower_y + l);
+            hn::Store(upper_y, f, setup.rectangles.upper_y + l);
+            meets = hn::And(
+                meets, hn::And(hn::Le(cut_lower_x, cut_upper_x), hn::Le(cut_lower_y, cut_upper_y)));
         }
 
         const VF middle_x = hn::Mul(half, hn::Add(cut_lower_x, cut_upper_x));

@@ -199,7 +199,8 @@ private:
     /// those that the triangle itself may meet.
     template <bool kMany>
     HWY_INLINE Window window_of(const Setup& setup, std::uint32_t i) const {
-        Window window = {setup.windows.first[i], kWindows.of[setup.windows.shape[i]]};
+        const GridWindows& windows = setup.windows;
+        Window window = {windows.first[i], kWindows.of[windows.columns[i]][windows.rows[i]]};
         if constexpr (kMany)
             window.blocks &= window_blocks_met(frame_, GridPlanes(setup, i), window.first);
         return window;
@@ -240,10 +241,11 @@ private:
         for (; triangles != 0; triangles &= triangles - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
             const GridPlanes planes(setup, i);
-            const GridRows grid(packet_, planes, setup.windows.ranges.columns[i]);
-            std::uint32_t rows = setup.windows.ranges.rows[i];
-            for (auto row = static_cast<std::uint32_t>(__builtin_ctz(rows)); rows >> row != 0;
-                 row += 8) {
+            const std::uint32_t left = setup.windows.first[i] % kGridSide;
+            const std::uint32_t top = setup.windows.first[i] / kGridSide;
+            const GridRows grid(packet_, planes, ((2u << setup.windows.columns[i]) - 1) << left);
+            const std::uint32_t rows = ((2u << setup.windows.rows[i]) - 1) << top;
+            for (std::uint32_t row = top; rows >> row != 0; row += 8) {
                 Window window = {row * kGridSide, 0};
                 Window next = {window.first + 64, 0};
                 window.blocks = grid.blocks_met(row, rows >> row) & four_rows(blocks, row);
@@ -293,8 +295,8 @@ private:
             static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
         const GridWindows& windows = setup.windows;
         bool won = trace_windows<false>(leaf, setup, alive & windows.few, first_winner);
-        won |= trace_windows<true>(leaf, setup, alive & windows.many, first_winner);
-        won |= trace_large(leaf, setup, alive & windows.large, blocks, first_winner);
+        won |= trace_windows<true>(leaf, setup, alive & windows.fit & ~windows.few, first_winner);
+        won |= trace_large(leaf, setup, alive & ~windows.fit, blocks, first_winner);
         if (HWY_UNLIKELY(open_count_ != 0)) put_off(leaf, first_winner);
         if (won && first_winner == packet_.won_leaves.size() * kLeafTriangles)
             add_won_leaf(packet_, leaf);
