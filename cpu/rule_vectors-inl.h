@@ -50,7 +50,7 @@ HWY_INLINE void store_where(Mask m, std::uint32_t number, std::uint32_t* to) {
     const Words words;
     const VW all = hn::Set(words, number);
     const auto where = hn::RebindMask(words, m);
-#if HWY_TARGET <= HWY_AVX2
+#if HWY_TARGET == HWY_AVX2
     hn::BlendedStore(all, where, words, to);
 #else
     hn::Store(hn::IfThenElse(where, all, hn::Load(words, to)), words, to);
