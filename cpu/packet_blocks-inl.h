@@ -205,10 +205,34 @@ struct alignas(64) GridWindows {
 /// Columns in each of four rows of blocks.
 inline constexpr std::uint64_t kEachRow = 0x0001000100010001;
 
-/// Those of a word of blocks.
-HWY_INLINE std::uint64_t blocks_of_grid(const GridRanges& ranges, std::uint32_t i,
-                                        std::size_t word) {
-    return ranges.columns[i] * kEachRow & kRowMasks.of[ranges.rows[i] >> (4 * word) & 15];
+/// The blocks of some columns and rows among others. Whether there are any. Written and read as
+/// vectors: what is read as one must not have been written in parts just before.
+HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows,
+                               const BlockSet<kGridBlocks / 64>& among,
+                               BlockSet<kGridBlocks / 64>& out) {
+#if HWY_TARGET == HWY_SCALAR
+    std::uint64_t any = 0;
+    for (std::uint32_t word = 0; word < kGridBlocks / 64; ++word) {
+        out.words[word] =
+            among.words[word] & columns * kEachRow & kRowMasks.of[rows >> (4 * word) & 15];
+        any |= out.words[word];
+    }
+    return any != 0;
+#else
+    const hn::CappedTag<std::uint16_t, kGridSide> d;
+    const hn::Repartition<std::uint64_t, decltype(d)> words;
+    bool any = false;
+    for (std::uint32_t row = 0; row < kGridSide; row += static_cast<std::uint32_t>(hn::Lanes(d))) {
+        const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(rows >> row),
+                                       static_cast<std::uint8_t>(rows >> row >> 8)};
+        const auto own = hn::IfThenElseZero(hn::LoadMaskBits(d, bytes),
+                                            hn::Set(d, static_cast<std::uint16_t>(columns)));
+        const auto blocks = hn::And(own, hn::BitCast(d, hn::LoadU(words, among.words + row / 4)));
+        any |= !hn::AllTrue(d, hn::Eq(blocks, hn::Zero(d)));
+        hn::StoreU(hn::BitCast(words, blocks), words, out.words + row / 4);
+    }
+    return any;
+#endif
 }
 
 /// Finds what is nearer than all that the rays of a block have found.

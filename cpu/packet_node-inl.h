@@ -115,15 +115,18 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
     return hits;
 }
 
-/// Asks for a child's memory.
+/// Asks for a child's memory, without a branch: of a leaf for its first lines twice.
 HWY_INLINE void prefetch_child(const Bvh& bvh, std::uint32_t child) {
     constexpr std::size_t kCacheLine = 64;
+    static_assert(sizeof(Leaf) <= sizeof(Node));
     const bool is_leaf = (child & kLeafBit) != 0;
     const char* const bytes = is_leaf
                                   ? reinterpret_cast<const char*>(&bvh.leaves[child & ~kLeafBit])
                                   : reinterpret_cast<const char*>(&bvh.nodes[child]);
-    const std::size_t size = is_leaf ? sizeof(Leaf) : sizeof(Node);
-    for (std::size_t i = 0; i < size; i += kCacheLine) hwy::Prefetch(bytes + i);
+    const char* const rest = bytes + (is_leaf ? 0 : sizeof(Leaf));
+    for (std::size_t i = 0; i < sizeof(Leaf); i += kCacheLine) hwy::Prefetch(bytes + i);
+    for (std::size_t i = 0; i < sizeof(Node) - sizeof(Leaf); i += kCacheLine)
+        hwy::Prefetch(rest + i);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -49,7 +49,7 @@ public:
     /// Visits the root, which needs the packet's bounds alone. Whether there is anything to go on
     /// with.
     bool start() {
-        Entry root = {kAnyDepth, 0, {}};
+        Entry root = {{}, kAnyDepth, 0};
         for (std::uint64_t& word : root.blocks.words) word = kAllBlocks;
         visit_node(root, stack_, size_);
         return size_ > 0;
@@ -76,10 +76,10 @@ private:
     static constexpr std::size_t kWords = kGridBlocks / 64;
 
     /// What a traversal has still to visit.
-    struct Entry {
+    struct alignas(64) Entry {
+        BlockSet<kWords> blocks;
         float q;  // nearest_q of the box
         std::uint32_t child;
-        BlockSet<kWords> blocks;
     };
 
     /// Some blocks of a camera's packet: bit b is block first + b.
@@ -123,16 +123,12 @@ private:
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
             if (node.child[slot] == kEmptyChild) break;
             BlockSet<kWords> blocks;
-            std::uint64_t any = 0;
-            for (std::size_t w = 0; w < kWords; ++w) {
-                blocks.words[w] = entry.blocks.words[w] & blocks_of_grid(ranges, slot, w);
-                any |= blocks.words[w];
-            }
-            if (any == 0) continue;
+            if (!blocks_of_grid(ranges.columns[slot], ranges.rows[slot], entry.blocks, blocks))
+                continue;
             std::uint32_t place = size++;
             for (; place > base && stack[place - 1].q > q[slot]; --place)
                 stack[place] = stack[place - 1];
-            stack[place] = {q[slot], node.child[slot], blocks};
+            stack[place] = {blocks, q[slot], node.child[slot]};
             prefetch_child(bvh_, node.child[slot]);
         }
     }
