@@ -57,9 +57,9 @@ struct Winners {
     std::uint32_t others = 0;
 };
 
-HWY_INLINE std::uint32_t winners_of(VW winners, std::uint32_t leaf) {
-    const auto own = hn::Eq(hn::ShiftRight<4>(winners), hn::Set(Words(), leaf));
-    return mask_bits(hn::RebindMask(Floats(), own));
+HWY_INLINE Mask winners_of(VW winners, std::uint32_t leaf) {
+    return hn::RebindMask(Floats(),
+                          hn::Eq(hn::ShiftRight<4>(winners), hn::Set(Words(), leaf)));
 }
 
 HWY_INLINE Winners find_winners(const std::uint32_t* indices) {
@@ -72,7 +72,7 @@ HWY_INLINE Winners find_winners(const std::uint32_t* indices) {
     found.rays = mask_bits(hn::Not(hn::RebindMask(f, none)));
     if (found.rays == 0) return found;
     found.leaf = indices[__builtin_ctz(found.rays)] / kLeafTriangles;
-    found.others = found.rays & ~winners_of(winners, found.leaf);
+    found.others = found.rays & ~mask_bits(winners_of(winners, found.leaf));
     return found;
 }
 
@@ -92,8 +92,7 @@ HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t*
     for (std::uint32_t others = found.others; others != 0;) {
         const std::uint32_t leaf = indices[__builtin_ctz(others)] / kLeafTriangles;
         won = &packet.won_leaves[leaf];
-        const std::uint32_t lanes = winners_of(winners, leaf);
-        const Mask own = mask_of(lanes);
+        const Mask own = winners_of(winners, leaf);
         for (int k = 0; k < 3; ++k) {
             for (int axis = 0; axis < 3; ++axis) {
                 out.corners[k][axis] =
@@ -102,7 +101,7 @@ HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t*
         }
         out.prim_ids = hn::IfThenElse(hn::RebindMask(words, own),
                                       hn::BitCast(words, slots(won->prim_id)), out.prim_ids);
-        others &= ~lanes;
+        others &= ~mask_bits(own);
     }
     return out;
 }
