@@ -134,6 +134,20 @@ struct alignas(64) WindowBlocks {
 };
 inline constexpr WindowBlocks kWindowBlocks;
 
+/// The rays of a camera's block from its middle.
+struct alignas(64) BlockPlaces {
+    float x[kBlockRays]{}, y[kBlockRays]{};
+
+    constexpr BlockPlaces() {
+        constexpr float kFirst = 0.5f - 0.5f * kBlockSide;
+        for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
+            x[ray] = kFirst + static_cast<float>(ray / kBlockSide);
+            y[ray] = kFirst + static_cast<float>(ray % kBlockSide);
+        }
+    }
+};
+inline constexpr BlockPlaces kBlockPlaces;
+
 /// In place of the axis: rays of one packet have their largest direction components on several.
 inline constexpr std::uint32_t kMixedAxes = 3;
 

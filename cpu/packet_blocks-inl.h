@@ -159,16 +159,20 @@ struct RowMasks {
 inline constexpr RowMasks kRowMasks;
 
 /// Windows of up to 4 x 4 blocks by the numbers of columns and rows after the first: bit b is that
-/// many blocks after the first one.
+/// many blocks after the first one. And their places, row by row, as bits.
 inline constexpr std::uint32_t kWindowSide = 4;
 struct Windows {
     std::uint64_t of[kWindowSide][kWindowSide]{};
+    std::uint32_t places[kWindowSide][kWindowSide]{};
 
     constexpr Windows() {
         for (std::uint32_t columns = 0; columns < kWindowSide; ++columns) {
             for (std::uint32_t rows = 0; rows < kWindowSide; ++rows) {
-                for (std::uint32_t row = 0; row <= rows; ++row)
-                    of[columns][rows] |= ((std::uint64_t{2} << columns) - 1) << (row * kGridSide);
+                for (std::uint32_t row = 0; row <= rows; ++row) {
+                    const std::uint64_t all = (2u << columns) - 1;
+                    of[columns][rows] |= all << (row * kGridSide);
+                    places[columns][rows] |= static_cast<std::uint32_t>(all) << row * kWindowSide;
+                }
             }
         }
     }

@@ -14,7 +14,6 @@
 #include <cstdint>
 
 #include "cpu/packet.h"
-#include "cpu/packet_blocks-inl.h"
 #include "cpu/packet_setup-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
@@ -55,15 +54,7 @@ struct Planes {
     VF bound;
 };
 
-/// Likewise with a block of a camera's packet.
-struct GridPlanes : Planes {
-    HWY_INLINE GridPlanes(const Setup& setup, std::uint32_t i)
-        : Planes(setup, i), error(splat(setup.error[i])) {}
-
-    VF error;
-};
-
-/// Of a point's.
+/// Likewise with a block of a point's packet.
 struct PointPlanes : Planes {
     HWY_INLINE PointPlanes(const Setup& setup, std::uint32_t i)
         : Planes(setup, i),
@@ -118,86 +109,6 @@ HWY_INLINE std::uint32_t triangles_at(const Packet& packet, const Setup& setup,
     }
     return triangles;
 }
-
-/// A constant in place of c, with which a x + b y + c in a block's middle is at least what it is at
-/// any ray of the block.
-HWY_INLINE VF most_in_block(const PacketFrame& frame, VF a, VF b, VF c) {
-    const VF half = splat(0.5f * (kBlockSide - 1) + frame.grid_margin);
-    return hn::MulAdd(hn::Add(hn::Abs(a), hn::Abs(b)), half, c);
-}
-
-/// Those of a window of 4 x 4 blocks that a triangle's rays may lie in, as they are in a word.
-HWY_INLINE std::uint64_t window_blocks_met(const PacketFrame& frame, const GridPlanes& p,
-                                           std::uint32_t first) {
-    const Floats f;
-    const VF c0 = most_in_block(frame, p.a0, p.b0, p.c0);
-    const VF c1 = most_in_block(frame, p.a1, p.b1, p.c1);
-    const VF c2 = most_in_block(frame, p.a2, p.b2, p.c2);
-    std::uint32_t met = 0;
-    for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-        const VF x = hn::Add(splat(kGridMiddles.x[first]), hn::Load(f, kWindowBlocks.x + l));
-        const VF y = hn::Add(splat(kGridMiddles.y[first]), hn::Load(f, kWindowBlocks.y + l));
-        const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, c0));
-        const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, c1));
-        const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, c2));
-        met |= mask_bits(hn::Ge(hn::Min(u, hn::Min(v, w)), hn::Neg(p.bound))) << l;
-    }
-    const std::uint64_t m = met;
-    return (m & 0xF) | (m & 0xF0) << 12 | (m & 0xF00) << 24 | (m & 0xF000) << 36;
-}
-
-/// A triangle against rows of a camera's blocks, in some columns.
-class GridRows {
-public:
-    HWY_INLINE GridRows(const Packet& packet, const GridPlanes& planes, std::uint32_t columns)
-        : packet_(packet), planes_(planes), columns_(columns * kEachRow) {
-        const Floats f;
-        const PacketFrame& frame = packet.frame;
-        const GridPlanes& p = planes;
-        for (std::size_t i = 0; i < kVectors; ++i) {
-            const VF x = hn::Load(f, kGridMiddles.x + i * hn::Lanes(f));
-            u_[i] = hn::MulAdd(p.a0, x, most_in_block(frame, p.a0, p.b0, p.c0));
-            v_[i] = hn::MulAdd(p.a1, x, most_in_block(frame, p.a1, p.b1, p.c1));
-            w_[i] = hn::MulAdd(p.a2, x, most_in_block(frame, p.a2, p.b2, p.c2));
-            q_[i] =
-                hn::MulAdd(p.depth_a, x,
-                           hn::Add(most_in_block(frame, p.depth_a, p.depth_b, p.depth_c), p.error));
-        }
-    }
-
-    /// The blocks of which a ray may win, as a word: of those of four rows, from the first on,
-    /// whose bits are set.
-    HWY_INLINE std::uint64_t blocks_met(std::uint32_t first_row, std::uint32_t rows) const {
-        const Floats f;
-        constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
-        const GridPlanes& p = planes_;
-        const VF beside = hn::Neg(p.bound);
-        std::uint64_t met = 0;
-        for (std::uint32_t i = 0; i < 4 && (rows >> i & 1) != 0; ++i) {
-            const std::uint32_t row = first_row + i;
-            const VF y = splat(kFirst + static_cast<float>(row * kBlockSide));
-            for (std::size_t k = 0; k < kVectors; ++k) {
-                const std::size_t l = k * hn::Lanes(f);
-                const VF least =
-                    hn::Min(hn::MulAdd(p.b0, y, u_[k]),
-                            hn::Min(hn::MulAdd(p.b1, y, v_[k]), hn::MulAdd(p.b2, y, w_[k])));
-                const VF q_upper = hn::MulAdd(p.depth_b, y, q_[k]);
-                const VF block_q = hn::Load(f, packet_.block_q + row * kGridSide + l);
-                const Mask in = hn::And(hn::Ge(least, beside), hn::Ge(q_upper, block_q));
-                met |= std::uint64_t{mask_bits(in)} << (i * kGridSide + l);
-            }
-        }
-        return met & columns_ & kRowMasks.of[rows & 15];
-    }
-
-private:
-    static constexpr std::size_t kVectors = kGridSide / hn::MaxLanes(Floats());
-
-    const Packet& packet_;
-    const GridPlanes& planes_;
-    std::uint64_t columns_;
-    VF u_[kVectors], v_[kVectors], w_[kVectors], q_[kVectors];
-};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace morphray::cpu

@@ -29,8 +29,8 @@
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
 #include "cpu/packet_doubts-inl.h"
+#include "cpu/packet_grid-inl.h"
 #include "cpu/packet_node-inl.h"
-#include "cpu/packet_pairs-inl.h"
 #include "cpu/packet_rule-inl.h"
 #include "cpu/packet_setup-inl.h"
 #include "cpu/rule_vectors-inl.h"
@@ -143,18 +143,18 @@ private:
     /// One triangle against all rays of one block, closest hits. Whether it wins any for sure. A
     /// triangle that is hit for sure bounds what matters from now on, though it may be in doubt
     /// whether it is the nearest.
-    HWY_INLINE bool trace_pair(const GridPlanes& p, std::uint32_t block, std::uint32_t winner) {
+    template <class Values>
+    HWY_INLINE bool trace_pair(const GridPlanes& p, const Values& values, std::uint32_t block,
+                               std::uint32_t winner) {
         const Floats f;
         Packet& packet = packet_;
         bool won = false;
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
             const std::size_t r = block * kBlockRays + l;
-            const VF x = hn::Load(f, kGridRays.x[block % kGridSide] + l);
-            const VF y = hn::Load(f, kGridRays.y[block / kGridSide] + l);
             const VF lower = hn::Load(f, packet.q_lower + r);
             const VF upper = hn::Load(f, packet.q_upper + r);
-            const VF least = p.least_edge(x, y);
-            const VF q = p.depth(x, y);
+            const VF least = values.least_edge(l);
+            const VF q = values.depth(l);
             const Mask inside = hn::Gt(least, p.bound);
             const VF own_lower = hn::IfThenElseZero(inside, hn::Sub(q, p.error));
             const VF own_upper = hn::Add(q, p.error);
@@ -191,40 +191,58 @@ private:
         doubtful_blocks_ = {};
     }
 
-    /// The blocks that a triangle's rectangle meets, which fit into a window; kMany: of these,
-    /// those that the triangle itself may meet.
-    template <bool kMany>
-    HWY_INLINE Window window_of(const Setup& setup, std::uint32_t i) const {
+    /// The blocks that a triangle's rectangle meets, which fit into a window.
+    static HWY_INLINE Window window_of(const Setup& setup, std::uint32_t i) {
         const GridWindows& windows = setup.windows;
-        Window window = {windows.first[i], kWindows.of[windows.columns[i]][windows.rows[i]]};
-        if constexpr (kMany)
-            window.blocks &= window_blocks_met(frame_, GridPlanes(setup, i), window.first);
-        return window;
+        return {windows.first[i], kWindows.of[windows.columns[i]][windows.rows[i]]};
     }
 
-    /// Triangles with windows, each against its blocks. Whether they win a ray. The next one's
-    /// blocks are looked for before this one is traced.
-    template <bool kMany>
-    HWY_INLINE bool trace_windows(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
-                                  std::uint32_t first_winner) {
+    /// Triangles that meet few blocks, against each of these. Whether they win a ray. The next
+    /// one's blocks are looked for before this one is traced.
+    HWY_INLINE bool trace_few(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
+                              std::uint32_t first_winner) {
         if (triangles == 0) return false;
         bool won = false;
         auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
-        Window window = window_of<kMany>(setup, i);
+        Window window = window_of(setup, i);
         while (triangles != 0) {
             triangles &= triangles - 1;
             const std::uint32_t next =
                 triangles != 0 ? static_cast<std::uint32_t>(__builtin_ctz(triangles)) : i;
-            const Window next_window = window_of<kMany>(setup, next);
+            const Window next_window = window_of(setup, next);
             const GridPlanes planes(setup, i);
             note_traced(window);
             for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
-                const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-                won |= trace_pair(planes, window.first + bit, first_winner + i);
+                const std::uint32_t block =
+                    window.first + static_cast<std::uint32_t>(__builtin_ctzll(blocks));
+                won |= trace_pair(planes, GridValues{planes, block}, block, first_winner + i);
             }
-            if (HWY_UNLIKELY(open_count_ >= kManyOpen)) put_off(leaf, first_winner);
+            put_off_many(leaf, first_winner);
             i = next;
             window = next_window;
+        }
+        return won;
+    }
+
+    /// Triangles that meet more blocks of a window.
+    HWY_INLINE bool trace_many(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
+                               std::uint32_t first_winner) {
+        bool won = false;
+        for (; triangles != 0; triangles &= triangles - 1) {
+            const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
+            const GridPlanes planes(setup, i);
+            const GridWindows& windows = setup.windows;
+            const WindowPlanes window(frame_, planes, windows.first[i]);
+            note_traced(window_of(setup, i));
+            std::uint32_t places =
+                window.met() & kWindows.places[windows.columns[i]][windows.rows[i]];
+            for (; places != 0; places &= places - 1) {
+                const auto place = static_cast<std::uint32_t>(__builtin_ctz(places));
+                const std::uint32_t block =
+                    windows.first[i] + place / kWindowSide * kGridSide + place % kWindowSide;
+                won |= trace_pair(planes, window.at(place), block, first_winner + i);
+            }
+            put_off_many(leaf, first_winner);
         }
         return won;
     }
@@ -239,30 +257,35 @@ private:
             const GridPlanes planes(setup, i);
             const std::uint32_t left = setup.windows.first[i] % kGridSide;
             const std::uint32_t top = setup.windows.first[i] / kGridSide;
-            const GridRows grid(packet_, planes, ((2u << setup.windows.columns[i]) - 1) << left);
+            RowPlanes grid(packet_, planes, ((2u << setup.windows.columns[i]) - 1) << left);
             const std::uint32_t rows = ((2u << setup.windows.rows[i]) - 1) << top;
             for (std::uint32_t row = top; rows >> row != 0; row += 8) {
-                Window window = {row * kGridSide, 0};
-                Window next = {window.first + 64, 0};
-                window.blocks = grid.blocks_met(row, rows >> row) & four_rows(blocks, row);
+                const std::uint32_t first = row * kGridSide;
+                Window window = {0, grid.blocks_met(row, rows >> row, 0) & four_rows(blocks, row)};
+                Window next = {64, 0};
                 if (rows >> row >> 4 != 0)
                     next.blocks =
-                        grid.blocks_met(row + 4, rows >> row >> 4) & four_rows(blocks, row + 4);
-                note_traced(window);
-                note_traced(next);
+                        grid.blocks_met(row + 4, rows >> row >> 4, 64) & four_rows(blocks, row + 4);
+                note_traced({first, window.blocks});
+                note_traced({first + 64, next.blocks});
                 while ((window.blocks | next.blocks) != 0) {
                     if (window.blocks == 0) {
                         window = next;
                         next.blocks = 0;
                     }
-                    const auto bit = static_cast<std::uint32_t>(__builtin_ctzll(window.blocks));
-                    won |= trace_pair(planes, window.first + bit, first_winner + i);
+                    const std::uint32_t place =
+                        window.first + static_cast<std::uint32_t>(__builtin_ctzll(window.blocks));
+                    won |= trace_pair(planes, grid.at(place), first + place, first_winner + i);
                     window.blocks &= window.blocks - 1;
                 }
             }
-            if (HWY_UNLIKELY(open_count_ >= kManyOpen)) put_off(leaf, first_winner);
+            put_off_many(leaf, first_winner);
         }
         return won;
+    }
+
+    HWY_INLINE void put_off_many(const Leaf& leaf, std::uint32_t first_winner) {
+        if (HWY_UNLIKELY(open_count_ >= kManyOpen)) put_off(leaf, first_winner);
     }
 
     /// Those of four rows of blocks from one on.
@@ -290,8 +313,8 @@ private:
         const auto first_winner =
             static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
         const GridWindows& windows = setup.windows;
-        bool won = trace_windows<false>(leaf, setup, alive & windows.few, first_winner);
-        won |= trace_windows<true>(leaf, setup, alive & windows.fit & ~windows.few, first_winner);
+        bool won = trace_few(leaf, setup, alive & windows.few, first_winner);
+        won |= trace_many(leaf, setup, alive & windows.fit & ~windows.few, first_winner);
         won |= trace_large(leaf, setup, alive & ~windows.fit, blocks, first_winner);
         if (HWY_UNLIKELY(open_count_ != 0)) put_off(leaf, first_winner);
         if (won && first_winner == packet_.won_leaves.size() * kLeafTriangles)

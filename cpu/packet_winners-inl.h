@@ -58,8 +58,7 @@ struct Winners {
 };
 
 HWY_INLINE Mask winners_of(VW winners, std::uint32_t leaf) {
-    return hn::RebindMask(Floats(),
-                          hn::Eq(hn::ShiftRight<4>(winners), hn::Set(Words(), leaf)));
+    return hn::RebindMask(Floats(), hn::Eq(hn::ShiftRight<4>(winners), hn::Set(Words(), leaf)));
 }
 
 HWY_INLINE Winners find_winners(const std::uint32_t* indices) {
