@@ -168,7 +168,7 @@ struct PacketFrame {
     float grid_margin;
     /// How many columns and rows of a camera's blocks hold rays.
     std::uint32_t grid_columns, grid_rows;
-    /// The largest extent of a block in x and y together.
+    /// The largest extent of a camera's block in x and y together.
     float block_extent;
     /// Bounds of x, y of all active rays.
     float lower_x, upper_x, lower_y, upper_y;
@@ -179,13 +179,14 @@ struct PacketFrame {
     /// The axes on which rays have their largest direction components, 0 if nothing is known. Of
     /// scene space: the coordinate on the k-th of these of a point at (x, y, z) is depth_rows[k] *
     /// (x, y, z); the largest component of a ray at z = 1 lies between depth_least and depth_most
-    /// in magnitude. A step of 1 in x or y measures at most `unit` in |x| + |y| + |z|, per_volume
-    /// is 1 / the volume of the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1), and per_depth 1 /
-    /// depth_least.
+    /// in magnitude. A step of 1 in x or y measures at most `unit` in |x| + |y| + |z|, and at most
+    /// `across` in |x| + |y| of the plane that the rule projects a ray of the packet to, if the ray
+    /// has length 1 on its axis. per_volume is 1 / the volume of the cube of (1, 0, 0), (0, 1, 0),
+    /// (0, 0, 1), and per_depth 1 / depth_least.
     std::uint32_t axis_count;
     float depth_rows[3][3];
     float depth_least, depth_most;
-    float unit;
+    float unit, across;
     float per_volume, per_depth;
 };
 

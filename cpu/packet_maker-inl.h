@@ -23,17 +23,31 @@ HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
+/// The largest |a - b t| for t = p / q, no more than 1 in magnitude, of p and q from ranges.
+HWY_INLINE double most_across(double a, double b, const double p[2], const double q[2]) {
+    double least = -1, most = 1;
+    if (q[0] > 0 || q[1] < 0) {
+        const double ends[4] = {p[0] / q[0], p[0] / q[1], p[1] / q[0], p[1] / q[1]};
+        least = std::max(least, *std::min_element(ends, ends + 4));
+        most = std::min(most, *std::max_element(ends, ends + 4));
+    }
+    return std::max(std::abs(a - b * least), std::abs(a - b * most));
+}
+
 /// What a frame says of its rays in scene space, from the corners of a square that holds them all;
 /// the square is convex, and so are the directions with one largest component and sign.
 HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
                                  const double axis_z[3]) {
     double least[3], most[3];
+    double range[3][2];
     double unit[2] = {0, 0};
     for (int axis = 0; axis < 3; ++axis) {
         const double spread = frame.reach * (std::abs(axis_x[axis]) + std::abs(axis_y[axis]));
         const double towards = std::abs(axis_z[axis]);
         least[axis] = towards - spread;
         most[axis] = towards + spread;
+        range[axis][0] = axis_z[axis] - spread;
+        range[axis][1] = axis_z[axis] + spread;
         unit[0] += std::abs(axis_x[axis]);
         unit[1] += std::abs(axis_y[axis]);
     }
@@ -41,6 +55,7 @@ HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], con
     frame.axis = kMixedAxes;
     frame.axis_count = 0;
     frame.depth_most = 0;
+    frame.across = 0;
     // Of each ray's largest component.
     const double largest = std::max(least[0], std::max(least[1], least[2]));
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -51,6 +66,12 @@ HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], con
         row[1] = static_cast<float>(axis_y[axis]);
         row[2] = static_cast<float>(axis_z[axis]);
         frame.depth_most = std::max(frame.depth_most, static_cast<float>(most[axis] * 1.001));
+        for (const double* step : {axis_x, axis_y}) {
+            double across = 0;
+            for (const std::uint32_t other : {(axis + 1) % 3, (axis + 2) % 3})
+                across += most_across(step[other], step[axis], range[other], range[axis]);
+            frame.across = std::max(frame.across, static_cast<float>(across * 1.001));
+        }
     }
     if (frame.axis_count != 1) frame.axis = kMixedAxes;
     if (!(largest > 0)) {  // of rays that spread so widely nothing is known

@@ -178,7 +178,8 @@ private:
     /// most_c is c + 1.25 bound. The plain test is least < -bound; with R the factor of 2^-21 in
     /// the set-up's `rounding`, |c| <= R and bound >= 2^-21 R, so that the rounding of most_c, and
     /// what it adds to those of the sums, is at most 2^-24 (R + 1.25 bound) twice, less than bound
-    /// / 4. Of the depth, most_q is depth_c plus the error c0 + q (c1 + q c2) at q = setup.q: the
+    /// / 4. A ray outside the rectangle, of which the bounds say nothing, loses anyway. Of the
+    /// depth, most_q is depth_c plus the error c0 + q (c1 + q c2) at q = setup.q: the
     /// rule hits nothing nearer than that, and the error grows with q, so 1/z of a hit is at most a
     /// x + b y + most_q. Added are 2^-18 of the error for its own roundings and 2^-16 of the
     /// gradient for that of the sum: depth_c is at most 1/z in the middle and frame.reach times the
@@ -204,19 +205,30 @@ private:
         return hn::AllTrue(f, all_lose);
     }
 
-    /// A triangle against rays of a block of which not all certainly lose.
+    /// A triangle against rays of a block of which not all certainly lose. A ray outside the
+    /// triangle's rectangle does not hit it, and the bounds say nothing of it.
     HWY_NOINLINE void occlude(const Leaf& leaf, const Setup& setup, std::uint32_t block,
                               std::uint32_t i) {
         const Floats f;
         const PointPlanes planes(setup, i);
+        const VF left = splat(setup.rectangles.lower_x[i]);
+        const VF right = splat(setup.rectangles.upper_x[i]);
+        const VF low = splat(setup.rectangles.lower_y[i]);
+        const VF high = splat(setup.rectangles.upper_y[i]);
+        const auto rectangle_has = [](VF v, VF lower, VF upper) HWY_ATTR {
+            return hn::And(hn::Ge(v, lower), hn::Le(v, upper));
+        };
         bool any = false;
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
             const std::size_t r = block * kBlockRays + l;
             const VF lower = hn::Load(f, packet_.q_lower + r);
             const VF upper = hn::Mul(lower, splat(kUpperByLower));
-            const Position at(planes, hn::Load(f, packet_.x + r), hn::Load(f, packet_.y + r));
-            Mask wins = at.wins(planes, upper);
-            const Mask open = hn::Not(hn::Or(wins, at.loses(planes, lower)));
+            const VF x = hn::Load(f, packet_.x + r);
+            const VF y = hn::Load(f, packet_.y + r);
+            const Mask inside = hn::And(rectangle_has(x, left, right), rectangle_has(y, low, high));
+            const Position at(planes, x, y);
+            Mask wins = hn::And(inside, at.wins(planes, upper));
+            const Mask open = hn::AndNot(hn::Or(wins, at.loses(planes, lower)), inside);
             if (HWY_UNLIKELY(!hn::AllFalse(f, open)))
                 wins = hn::Or(wins, mask_of(ask_rule(r, leaf, i, mask_bits(open))));
             any |= !hn::AllFalse(f, wins);

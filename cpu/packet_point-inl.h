@@ -241,7 +241,6 @@ HWY_INLINE void scale_plane(Packet& packet, float scale) {
     // Of squares that are not there.
     std::fill_n(packet.quad_q, kPointQuads, kDone);
     VF lower_x = splat(1e30f), lower_y = lower_x, upper_x = splat(-1e30f), upper_y = upper_x;
-    VF extent = hn::Zero(f);
     for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
         for (std::size_t r = first * kBlockRays; scale != 1 && r < end * kBlockRays;
              r += hn::Lanes(f)) {
@@ -259,14 +258,12 @@ HWY_INLINE void scale_plane(Packet& packet, float scale) {
             upper_x = hn::Max(upper_x, ux);
             lower_y = hn::Min(lower_y, ly);
             upper_y = hn::Max(upper_y, uy);
-            extent = hn::Max(extent, hn::Add(hn::Sub(ux, lx), hn::Sub(uy, ly)));
         }
     });
     frame.lower_x = hn::GetLane(hn::MinOfLanes(f, lower_x));
     frame.upper_x = hn::GetLane(hn::MaxOfLanes(f, upper_x));
     frame.lower_y = hn::GetLane(hn::MinOfLanes(f, lower_y));
     frame.upper_y = hn::GetLane(hn::MaxOfLanes(f, upper_y));
-    frame.block_extent = hn::GetLane(hn::MaxOfLanes(f, extent));
 }
 
 // Blocks with rays that spread more than this many times as far as those of the median block are

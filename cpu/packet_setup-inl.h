@@ -15,6 +15,7 @@
 #include "common/interop/layout.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
+#include "cpu/packet_depth-inl.h"
 #include "cpu/packet_vertices-inl.h"
 #include "cpu/rule_vectors-inl.h"
 
@@ -60,9 +61,10 @@ private:
     /// row_size extent: leaf_error has 16 for both. In x - X z and y - Y z, where |X| and |Y| are
     /// frame.reach at most and |x| that times z and |x - X z| more, the sums make 4, and 4 again by
     /// z, and the difference 1 in units of 2^-24 reach z, for which `error` has 16. Edge functions
-    /// are taken in the middle (X0, Y0) of the triangle's rectangle inside the packet; no ray of a
-    /// block that meets the rectangle is farther from there than half its extent and a block, so
-    /// `reach` bounds |x - X z| + |y - Y z| of all vertices for all of them. Two vertices off by
+    /// are taken in the middle (X0, Y0) of the triangle's rectangle inside the packet. What is said
+    /// of a point's ray holds in the rectangle, which LeafOcclusion holds it against; no ray of a
+    /// camera's block that meets the rectangle is farther from there than half its extent and a
+    /// block. So `reach` bounds |x - X z| + |y - Y z| of all vertices for them. Two vertices off by
     /// error each move an edge function by at most 4 error reach (twice the first-order term), and
     /// its own rounding, with that of a X0 + b Y0, by at most 2^-21 reach (reach + 4 frame.reach
     /// z). A ray that is off by ray_error moves it by the sum of |a| and |b| times that.
@@ -160,7 +162,9 @@ private:
         }
         const VF half_extent = hn::Mul(
             half, hn::Add(hn::Sub(cut_upper_x, cut_lower_x), hn::Sub(cut_upper_y, cut_lower_y)));
-        const VF reach = hn::MulAdd(hn::Add(half_extent, splat(frame_.block_extent)), z_size, size);
+        const VF farthest =
+            kOnGrid ? hn::Add(half_extent, splat(frame_.block_extent)) : half_extent;
+        const VF reach = hn::MulAdd(farthest, z_size, size);
         const VF error = hn::MulAdd(splat(0x1p-21f), reach,
                                     hn::MulAdd(splat(0x1p-20f * frame_.reach), z_size, leaf_error));
         const VF rounding = hn::Mul(
@@ -181,7 +185,10 @@ private:
         VF bound =
             hn::MulAdd(ray_error, slope,
                        hn::MulAdd(hn::Mul(splat(4.0f), error), hn::Add(reach, error), rounding));
-        VF det = hn::MulAdd(px[0], a[0], hn::MulAdd(py[0], b[0], hn::Mul(z[0], c[0])));
+        VF normal[3];
+        plane_normal(px, py, z, normal);
+        VF det =
+            hn::MulAdd(px[0], normal[0], hn::MulAdd(py[0], normal[1], hn::Mul(z[0], normal[2])));
         const VF sign = hn::And(det, splat(-0.0f));
         const VF scale = hn::Div(splat(1.0f), hn::Max(hn::Abs(det), splat(1e-30f)));
         // What overflows (eyes and vertices very far away) leaves everything in doubt. All else
@@ -197,11 +204,12 @@ private:
                 a[k] = hn::IfThenElseZero(sane, a[k]);
                 b[k] = hn::IfThenElseZero(sane, b[k]);
                 c[k] = hn::IfThenElseZero(sane, c[k]);
+                normal[k] = hn::IfThenElseZero(sane, normal[k]);
             }
         }
-        const VF depth_a = hn::Mul(hn::Add(hn::Add(a[0], a[1]), a[2]), signed_scale);
-        const VF depth_b = hn::Mul(hn::Add(hn::Add(b[0], b[1]), b[2]), signed_scale);
-        const VF in_middle = hn::Mul(hn::Add(hn::Add(c[0], c[1]), c[2]), signed_scale);
+        const VF depth_a = hn::Mul(normal[0], signed_scale);
+        const VF depth_b = hn::Mul(normal[1], signed_scale);
+        const VF in_middle = hn::Mul(normal[2], signed_scale);
         hn::Store(bound, f, setup.bound + l);
         for (int k = 0; k < 3; ++k) {
             const VF ak = hn::Xor(a[k], sign);
@@ -212,28 +220,39 @@ private:
             hn::Store(hn::NegMulAdd(ak, middle_x, hn::NegMulAdd(bk, middle_y, ck)), f,
                       setup.c[k] + l);
         }
-        // 1/z is that of the plane through the projected vertices; displacing them by `error` moves
-        // it by its gradient times that, while the displacement is small against the triangle.
-        // Where it is not, nothing is certain. Then there are roundings: relative ones of det; of
-        // the sums of a and b, which count as far as the rectangle reaches, and of c; and those of
-        // moving the plane's origin.
+        // 1/z is that of the plane through the projected vertices. Let the rule's vertices be off
+        // from these by up to `error` across, and w their weights for a ray that it finds to go
+        // through them: z under w is that of the computed plane at a point that is at most `error`
+        // from the ray, since the weighted mean of the displacements is. That plane changes z by
+        // gradient * error of itself on the way. If it is sure to be less than half, which is so
+        // unless `uncertain` (gradient is at most 8 size z_size / |det|), 1/z changes by at most
+        // twice that. The vertices' own z are off by 4 units of 2^-24 (2^-19 has 32) and what
+        // DepthBounds takes or the dilation of boxes leaves.
+        // Rounding, in the same units: the normal's parts are 2 off of themselves, det = p0 *
+        // normal 4 of the sum of its terms' magnitudes, at most |det| (1 + 2 gradient size), of
+        // which the second part is below 2 gradient error; so `steep` has 4 of these. depth_a and
+        // depth_b are 4 off of themselves, which counts half_extent (at most 66) far; moving the
+        // plane's origin and the sums for a ray round 4 of in_middle and 200 of the gradient: 2^-14
+        // of it has 1024 for both. Without fused operations the normal is off by 2 of its parts'
+        // products, and det_error and sum_error come on top.
         const VF gradient = hn::Add(hn::Abs(depth_a), hn::Abs(depth_b));
-        const VF steep = hn::Mul(hn::Mul(splat(8.0f), error), gradient);
-        const VF relative_size = hn::Mul(splat(0x1p-20f), hn::Mul(size, scale));
-        const VF det_error = hn::Mul(relative_size, hn::Mul(size, z_size));
-        const VF sum_error = hn::Mul(relative_size, hn::MulAdd(z_size, half_extent, size));
+        const VF steep = hn::Mul(hn::Mul(splat(4.0f), error), gradient);
         const VF displacement = hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size)));
         const Mask uncertain = hn::Ge(displacement, hn::Abs(det));
-        RuleDepth rule = {hn::Zero(f), splat(frame_.depth_error), splat(frame_.depth_error)};
-        if (frame_.axis_count != 0) {
-            const VF lateral = lateral_sum(px, py, half_extent, hn::Sub(z_most, z_least));
-            const VF range = depth_range(x, y, z, size, z_size, extent);
-            // Displacing the vertices moves det by 12 error size z_size: here by less than a fifth.
-            const Mask sharp = hn::Lt(hn::Mul(splat(4.0f), displacement), hn::Abs(det));
-            narrow(rule, hn::And(in_front, sharp), lateral, range, scale, z_least, z_most);
-        }
-        const VF c0 = hn::MulAdd(splat(0x1p-15f + 1.01f * frame_.ray_error), gradient, sum_error);
-        const VF c1 = hn::Add(hn::Add(splat(0x1p-19f), rule.by_q), hn::Add(steep, det_error));
+        // Displacing the vertices moves det by 12 error size z_size: here by less than a fifth.
+        const Mask sharp = hn::Lt(hn::Mul(splat(4.0f), displacement), hn::Abs(det));
+        const RuleDepth rule = DepthBounds(frame_).find(
+            {x, y, z, px, py, z_least, z_most, z_size, size, extent, half_extent, scale},
+            hn::And(in_front, sharp));
+        VF c0 = hn::Mul(splat(0x1p-14f + 1.01f * frame_.ray_error), gradient);
+        VF c1 = hn::Add(hn::Add(splat(0x1p-19f), rule.by_q), steep);
+#if !HWY_NATIVE_FMA
+        const VF relative_size = hn::Mul(splat(0x1p-19f), hn::Mul(size, scale));
+        const VF sum_error = hn::Mul(relative_size, hn::MulAdd(z_size, half_extent, size));
+        const VF det_error = hn::Mul(relative_size, hn::Mul(size, z_size));
+        c0 = hn::Add(c0, sum_error);
+        c1 = hn::Add(c1, det_error);
+#endif
         const auto known = [uncertain](VF value)
                                HWY_ATTR { return hn::IfThenZeroElse(uncertain, value); };
         const VF depth_c =
@@ -266,88 +285,25 @@ private:
         return meets;
     }
 
-    /// How far the rule may place a hit from the plane of the triangle: by_q * q + by_q2 * q^2 in
-    /// q = 1/z, at most `z` in z.
-    struct RuleDepth {
-        VF by_q, by_q2, z;
-    };
+    /// a b - c d. Where there are fused operations, 2^-23 of itself off.
+    static HWY_INLINE VF difference_of_two_products(VF a, VF b, VF c, VF d) {
+        const VF right = hn::Mul(c, d);
+#if HWY_NATIVE_FMA
+        return hn::Add(hn::MulSub(a, b, right), hn::NegMulAdd(c, d, right));
+#else
+        return hn::MulSub(a, b, right);
+#endif
+    }
 
-    /// A bound of the sum of |x - X z| + |y - Y z| over a triangle's vertices for each ray (X, Y)
-    /// that goes through it. The sum is convex in (X, Y), so it is largest for a ray through a
-    /// vertex, which the other two are at most an edge away from. px, py: the vertices for a ray no
-    /// farther than half_extent from (X, Y).
-    static HWY_INLINE VF lateral_sum(const VF px[3], const VF py[3], VF half_extent, VF z_range) {
-        VF longest = hn::Zero(Floats());
+    /// The normal of the planes through triangles.
+    static HWY_INLINE void plane_normal(const VF x[3], const VF y[3], const VF z[3], VF normal[3]) {
+        const VF p[3] = {hn::Sub(x[1], x[0]), hn::Sub(y[1], y[0]), hn::Sub(z[1], z[0])};
+        const VF q[3] = {hn::Sub(x[2], x[0]), hn::Sub(y[2], y[0]), hn::Sub(z[2], z[0])};
         for (int k = 0; k < 3; ++k) {
-            const int next = (k + 1) % 3;
-            longest = hn::Max(longest, hn::Add(hn::Abs(hn::Sub(px[k], px[next])),
-                                               hn::Abs(hn::Sub(py[k], py[next]))));
+            const int i = (k + 1) % 3;
+            const int j = (k + 2) % 3;
+            normal[k] = difference_of_two_products(p[i], q[j], p[j], q[i]);
         }
-        return hn::Mul(splat(2.0f), hn::MulAdd(half_extent, z_range, longest));
-    }
-
-    static HWY_INLINE VF range_along(const float row[3], const VF x[3], const VF y[3],
-                                     const VF z[3]) {
-        VF depth[3];
-        for (int k = 0; k < 3; ++k) {
-            depth[k] = hn::MulAdd(splat(row[0]), x[k],
-                                  hn::MulAdd(splat(row[1]), y[k], hn::Mul(splat(row[2]), z[k])));
-        }
-        return hn::Sub(hn::Max(depth[0], hn::Max(depth[1], depth[2])),
-                       hn::Min(depth[0], hn::Min(depth[1], depth[2])));
-    }
-
-    /// The range of the vertices' coordinates on that of the packet's axes where it is largest, in
-    /// scene space. Each is off by some roundings of its parts, and by those of the projected
-    /// vertices.
-    HWY_INLINE VF depth_range(const VF x[3], const VF y[3], const VF z[3], VF size, VF z_size,
-                              VF extent) const {
-        VF range = range_along(frame_.depth_rows[0], x, y, z);
-        for (std::uint32_t axis = 1; HWY_UNLIKELY(axis < frame_.axis_count); ++axis)
-            range = hn::Max(range, range_along(frame_.depth_rows[axis], x, y, z));
-        const float projected =
-            0x1p-18f * (frame_.unit * std::max(frame_.row_size[0], frame_.row_size[1]) +
-                        frame_.depth_most * frame_.row_size[2]);
-        const VF rounded = hn::MulAdd(splat(frame_.depth_most + 2 * frame_.reach * frame_.unit),
-                                      z_size, hn::Mul(splat(frame_.unit), size));
-        return hn::MulAdd(splat(projected), extent, hn::MulAdd(splat(0x1p-20f), rounded, range));
-    }
-
-    /// The rule's z, of a hit and on its axis, is off by at most 2 B R / S + 2^-20 Z
-    /// (docs/arithmetic.md, "Depth"), and the plain edge functions are taken only where that is
-    /// less than the dilation of boxes; R is the range of the vertices' z, S the sum of the edge
-    /// functions, B = r (m + 2 r) the bound of fast_edges. The rest puts these into the packet's
-    /// terms. Let D be the ray's direction at z = 1, L its largest component, and s the factor of
-    /// the canonical direction, so that 1 <= s L < 2. A vertex lies off the ray by w = (x - X z)
-    /// axis_x + (y - Y z) axis_y, so |w|_1 is at most `unit` times what `lateral` sums up. The
-    /// rule's |x| + |y| are at most s L (|w|_1 + |w.z|) <= 2 s L |w|_1. So with M = unit * lateral
-    ///     m <= 2 s L M,   Z <= L z_size + M,   r <= 17/16 2^-21 (8 M + Z) + 2^-49.
-    /// The edge functions are those of the packet under a linear map of determinant s^2 L volume,
-    /// and those add up to q / scale, so S = s^2 L volume q / scale. In z of the packet, a L-th of
-    /// the rule's, the error is at most
-    ///     2 r (2 s L M + 2 r) R / (s^2 L^2 volume q / scale) + 2^-20 Z / L
-    ///     <= 4 r (M + r) R scale / volume / q + 2^-20 Z / L.
-    /// A quarter is left for rounding, for that of `scale`, and because the rule's S is the sum of
-    /// plain functions: where B <= S / 64 that is 3/64 away. Other triangles are not narrowed, nor
-    /// errors of more than a quarter of z: then a sure hit is one beyond the rule's least depth.
-    /// With 1 / s <= L, B / S is at most 2 r (M + r) scale L / volume / q.
-    HWY_INLINE void narrow(RuleDepth& rule, Mask sharp, VF lateral, VF range, VF scale, VF z_least,
-                           VF z_most) const {
-        const VF m = hn::Mul(splat(frame_.unit), lateral);
-        const VF depth = hn::MulAdd(splat(frame_.depth_most), z_most, m);
-        const VF r = hn::MulAdd(splat(kFastProjectionError), hn::MulAdd(splat(8.0f), m, depth),
-                                splat(kFastProjectionFloor));
-        const VF error =
-            hn::Mul(hn::Mul(splat(frame_.per_volume), scale), hn::Mul(r, hn::Add(m, r)));
-        const VF by_q = hn::Mul(error, hn::Mul(splat(5.0f), range));
-        const VF by_q2 = hn::Mul(splat(0x1p-20f * 1.25f * frame_.per_depth), depth);
-        const VF in_z = hn::MulAdd(by_q, z_most, by_q2);
-        const Mask thick = hn::Le(hn::Mul(error, depth), splat(0x1p-7f));
-        const VF most = hn::Min(splat(frame_.depth_error), hn::Mul(splat(0.25f), z_least));
-        const Mask better = hn::And(hn::And(sharp, thick), hn::Lt(in_z, most));
-        rule.by_q = hn::IfThenElse(better, by_q, rule.by_q);
-        rule.by_q2 = hn::IfThenElse(better, by_q2, rule.by_q2);
-        rule.z = hn::IfThenElse(better, in_z, rule.z);
     }
 
     const PacketFrame& frame_;
