@@ -64,11 +64,9 @@ OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
         }
         tbb::parallel_for(std::size_t{0}, work.squares.size(), [&](std::size_t i) {
             const TileRays& rays = work.squares[i];
-            const auto part = [&](auto& all) {
-                return std::span(all).subspan(rays.begin, rays.end - rays.begin);
-            };
-            tiles->occluded_from_point(params.light, part(work.rays), part(work.active),
-                                       part(answers.occluded));
+            tiles->occluded_from_point(
+                params.light, shadows_of(work, rays),
+                std::span(answers.occluded).subspan(rays.begin, rays.end - rays.begin));
         });
     };
     return {"packet", target.name, {kRaysPrimary, kRaysShadow}, trace, true};

@@ -66,20 +66,25 @@ void intersect_picture(const cpu::PacketTiles& tracer, PacketShape shape, const 
 /// A tile's rays, or a square's.
 void occlude_tile(const cpu::PacketTiles& tracer, std::span<const RayMask> masks,
                   const TraceWork& work, const TileRays& rays, TraceAnswers& answers) {
-    const auto part = [&](auto& all) {
-        return std::span(all).subspan(rays.begin, rays.end - rays.begin);
-    };
-    const std::span<const std::uint8_t> active = part(work.active);
+    const std::span<const cpu::PointRays> all = shadows_of(work, rays);
+    const std::span<std::uint8_t> occluded =
+        std::span(answers.occluded).subspan(rays.begin, rays.end - rays.begin);
+    if (masks.size() == 1) return tracer.occluded_from_point(work.params.light, all, occluded);
     for (const RayMask& mask : masks) {
-        RayMask own;
-        std::uint32_t any = 0;
-        for (std::size_t i = 0; i < active.size(); ++i) {
-            own[i] = active[i] & mask[i];
-            any |= own[i];
+        std::vector<cpu::PointRays> own(all.size(), cpu::PointRays::none());
+        bool any = false;
+        for (std::size_t i = 0; i < occluded.size(); ++i) {
+            if (mask[i] == 0 || work.active[rays.begin + i] == 0) continue;
+            own[i / kPacketSize].set(i % kPacketSize, work.rays[rays.begin + i]);
+            any = true;
         }
-        if (any == 0) continue;
-        tracer.occluded_from_point(work.params.light, part(work.rays),
-                                   std::span(own).first(active.size()), part(answers.occluded));
+        if (!any) continue;
+        RayMask own_occluded;
+        tracer.occluded_from_point(work.params.light, own,
+                                   std::span(own_occluded).first(occluded.size()));
+        for (std::size_t i = 0; i < occluded.size(); ++i) {
+            if (mask[i] != 0) occluded[i] = own_occluded[i];
+        }
     }
 }
 

@@ -115,6 +115,10 @@ TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hit
         });
         close_tile(work, seen.tile, begin);
     }
+    if (rays != kRaysShadow) return work;
+    work.shadows.resize(work.rays.size() / kPacketSize);
+    for (std::size_t i = 0; i < work.rays.size(); ++i)
+        work.shadows[i / kPacketSize].set(i % kPacketSize, work.rays[i]);
     return work;
 }
 

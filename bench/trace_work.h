@@ -37,6 +37,9 @@ struct TraceWork {
     std::vector<Ray> rays;
     /// 1 where rays[i] is one, else 0.
     std::vector<std::uint8_t> active;
+    /// Shadow rays once more, as packets take them: rays[i] is ray i % kPacketSize of
+    /// shadows[i / kPacketSize].
+    std::vector<cpu::PointRays> shadows;
     std::vector<TileRays> tiles;
     /// Of the tiles of each square, as far as it has some.
     std::vector<TileRays> squares;
@@ -55,6 +58,13 @@ struct TraceAnswers {
         : hits(work.any_hit() ? 0 : work.rays.size()),
           occluded(work.any_hit() ? work.rays.size() : 0) {}
 };
+
+/// The blocks of shadow rays of a tile, or a square.
+inline std::span<const cpu::PointRays> shadows_of(const TraceWork& work, const TileRays& rays) {
+    static_assert(kPacketSize == cpu::kBlockRays);
+    return std::span(work.shadows)
+        .subspan(rays.begin / kPacketSize, (rays.end - rays.begin) / kPacketSize);
+}
 
 /// How many active rays hit something.
 std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers);

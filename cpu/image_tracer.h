@@ -60,17 +60,29 @@ public:
         }
     }
 
-    void occluded_from_point(vec3, std::span<const Ray> rays, std::span<const std::uint8_t> active,
+    /// occluded[i] becomes 0 where ray i, which starts at org, hits nothing, and 1 where it does or
+    /// there is none; indices as by point_packet_ray().
+    void occluded_from_point(vec3 org, std::span<const PointRays> rays,
                              std::span<std::uint8_t> occluded) const {
+        std::fill(occluded.begin(), occluded.end(), std::uint8_t{1});
+        occluded_among(
+            org, rays, [&](std::size_t i) { return rays[i / kBlockRays].has(i % kBlockRays); },
+            occluded);
+    }
+
+    /// Likewise of the rays i with is_asked(i), all of which there are; the others' answers stay.
+    template <class IsAsked>
+    void occluded_among(vec3 org, std::span<const PointRays> rays, IsAsked is_asked,
+                        std::span<std::uint8_t> occluded) const {
         std::vector<Ray> batch;
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            if (active[i] != 0) batch.push_back(rays[i]);
+        for (std::size_t i = 0; i < rays.size() * kBlockRays; ++i) {
+            if (is_asked(i)) batch.push_back(rays[i / kBlockRays].ray(org, i % kBlockRays));
         }
         std::vector<std::uint8_t> answers(batch.size());
         tracer_.occluded(batch, answers);
         auto answer = answers.begin();
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            if (active[i] != 0) occluded[i] = *answer++;
+        for (std::size_t i = 0; i < rays.size() * kBlockRays; ++i) {
+            if (is_asked(i)) occluded[i] = *answer++;
         }
     }
 
@@ -134,20 +146,19 @@ private:
 
     /// A light behind a surface occludes it without a ray.
     void trace_shadow() {
-        std::vector<Ray> shadows(count_);
-        std::vector<std::uint8_t> active(count_, 0);
+        std::vector<PointRays> shadows(count_ / kBlockRays, PointRays::none());
         std::vector<std::uint8_t> occluded(count_, 1);
         bool any = false;
         for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
             for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
                 const std::uint32_t i = local(x, y);
                 if (!is_hit(x, y) || !faces_light(surfaces_[i], params_.light)) continue;
-                shadows[i] = shadow_ray(surfaces_[i], params_.light);
-                active[i] = 1;
+                shadows[i / kBlockRays].set(i % kBlockRays,
+                                            shadow_ray(surfaces_[i], params_.light));
                 any = true;
             }
         }
-        if (any) tracer_.occluded_from_point(params_.light, shadows, active, occluded);
+        if (any) tracer_.occluded_from_point(params_.light, shadows, occluded);
         for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
             for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
                 if (is_hit(x, y)) frame_.occlusion[pixel(x, y)] = occluded[local(x, y)];

@@ -2,7 +2,7 @@
 // so far. Plain data between the packet's making, its traversal and its end; no SIMD types.
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -69,6 +69,29 @@ inline constexpr PointPlaces kPointPlaces;
 inline std::uint32_t point_packet_ray(std::uint32_t x, std::uint32_t y) {
     return std::uint32_t{kPointPlaces.x[x]} + kPointPlaces.y[y];
 }
+
+/// Rays of a block that start at one point, side by side: dir[axis][i] and tfar[i] are those of ray
+/// i, as in Ray. There is none where tfar < 0.
+struct alignas(64) PointRays {
+    float dir[3][kBlockRays];
+    float tfar[kBlockRays];
+
+    static PointRays none() {
+        PointRays rays{};
+        std::fill_n(rays.tfar, kBlockRays, -1.0f);
+        return rays;
+    }
+
+    bool has(std::size_t i) const { return tfar[i] >= 0; }
+    vec3 direction(std::size_t i) const { return {dir[0][i], dir[1][i], dir[2][i]}; }
+    Ray ray(vec3 org, std::size_t i) const { return {org, 0, direction(i), tfar[i]}; }
+
+    /// Of the ray its direction and tfar; its tnear is 0.
+    void set(std::size_t i, const Ray& ray) {
+        for (int axis = 0; axis < 3; ++axis) dir[axis][i] = ray.dir[axis];
+        tfar[i] = ray.tfar;
+    }
+};
 
 /// How many squares rays of so many pixels need.
 inline std::uint32_t point_squares(std::uint32_t width, std::uint32_t height) {
@@ -215,7 +238,7 @@ struct alignas(kPage) Packet {
     /// Camera rays are made where they are needed.
     CameraRays camera;
     /// Other rays are the caller's; where they go through the plane.
-    const Ray* rays;
+    const PointRays* rays;
     alignas(64) float x[kAllPointRays], y[kAllPointRays];
     /// 1/z of the best hit so far lies in [q_lower, q_upper]; a ray that wants no more has kDone in
     /// both. A point's have no q_upper.

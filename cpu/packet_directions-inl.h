@@ -35,14 +35,15 @@ struct Samples {
     std::size_t count = 0;
 };
 
-/// Of an active ray each of every step-th block.
-HWY_INLINE void take_samples(const Ray* rays, const std::uint8_t* active, std::uint32_t squares,
-                             std::uint32_t step, Samples& samples) {
+/// Of a ray each of every step-th block.
+HWY_INLINE void take_samples(const PointRays* rays, std::uint32_t squares, std::uint32_t step,
+                             Samples& samples) {
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; block += step) {
-        const std::uint8_t* own = active + block * kBlockRays;
-        const std::uint8_t* end = own + kBlockRays;
-        const std::uint8_t* first = std::find_if(own, end, [](std::uint8_t a) { return a != 0; });
-        if (first != end) samples.dirs[samples.count++] = rays[first - active].dir;
+        for (std::uint32_t i = 0; i < kBlockRays; ++i) {
+            if (!rays[block].has(i)) continue;
+            samples.dirs[samples.count++] = rays[block].direction(i);
+            break;
+        }
     }
 }
 

@@ -242,14 +242,12 @@ private:
                                         std::uint32_t lanes) const {
         VF dir[3], tfar;
         if (HWY_LIKELY(r < kPointRays)) {
-            load_rays(packet_.rays + r, dir, tfar);
+            load_rays(packet_.rays[r / kBlockRays], r % kBlockRays, dir, tfar);
         } else {
-            Ray rays[hn::MaxLanes(Floats())] = {};
-            for (std::uint32_t rest = lanes; rest != 0; rest &= rest - 1) {
-                const auto l = static_cast<std::uint32_t>(__builtin_ctz(rest));
-                rays[l] = packet_.rays[packet_.place[r - kPointRays + l]];
-            }
-            load_rays(rays, dir, tfar);
+            PointRays rays;
+            const std::size_t place = r - kPointRays;
+            gather_rays(packet_, static_cast<std::uint32_t>(place - place % kBlockRays), rays);
+            load_rays(rays, place % kBlockRays, dir, tfar);
         }
         RuleHits hits;
         return mask_bits(PacketRule(packet_.frame.org, dir)

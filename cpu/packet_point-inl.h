@@ -28,23 +28,17 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 // Every how many blocks one ray says enough of where the packet goes.
-constexpr std::uint32_t kSampledBlocks = 9;
+constexpr std::uint32_t kSampledBlocks = 17;
 
 // How far ahead of the rays that are made into a packet those are asked for that come next.
 constexpr std::uint32_t kBlocksAhead = 24;
 
 /// Asks for a block of rays. Behind the last one are those of the next packet, or nothing that
 /// matters.
-HWY_INLINE void prefetch_block(const Ray* rays, std::uint32_t block) {
-    const auto first = reinterpret_cast<std::uintptr_t>(rays) + block * kBlockRays * sizeof(Ray);
-    for (std::size_t i = 0; i < kBlockRays * sizeof(Ray); i += 64)
+HWY_INLINE void prefetch_block(const PointRays* rays, std::uint32_t block) {
+    const auto first = reinterpret_cast<std::uintptr_t>(rays) + block * sizeof(PointRays);
+    for (std::size_t i = 0; i < sizeof(PointRays); i += 64)
         hwy::Prefetch(reinterpret_cast<const char*>(first + i));
-}
-
-HWY_INLINE Mask load_active(const std::uint8_t* active) {
-    const hn::Rebind<std::uint8_t, Words> bytes;
-    const VW wide = hn::PromoteTo(Words(), hn::LoadU(bytes, active));
-    return hn::RebindMask(Floats(), hn::Ne(wide, hn::Zero(Words())));
 }
 
 /// Combines the lanes of each of kGroupBlocks vectors to one of kGroupBlocks floats. combine: Min
@@ -104,11 +98,10 @@ struct alignas(64) GroupBounds {
     }
 };
 
-/// Makes the rays of one block of a packet whose plane has yet no unit. rays, active: those of the
-/// block.
-HWY_INLINE void make_point_block(const Ray* rays, const std::uint8_t* active,
-                                 const NearDirections& directions, std::uint32_t block,
-                                 Packet& packet, GroupBounds& bounds, VF& least_z) {
+/// Makes the rays of one block of a packet whose plane has yet no unit.
+HWY_INLINE void make_point_block(const PointRays& rays, const NearDirections& directions,
+                                 std::uint32_t block, Packet& packet, GroupBounds& bounds,
+                                 VF& least_z) {
     const Floats f;
     const VF far = splat(1e30f);
     VF lower_x = far, lower_y = far, upper_x = hn::Neg(far), upper_y = upper_x;
@@ -116,8 +109,8 @@ HWY_INLINE void make_point_block(const Ray* rays, const std::uint8_t* active,
     for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
         const std::size_t r = block * kBlockRays + l;
         VF d[3], tfar, h[3];
-        load_rays(rays + l, d, tfar);
-        const Mask on = load_active(active + l);
+        load_rays(rays, l, d, tfar);
+        const Mask on = hn::Ge(tfar, hn::Zero(f));
         directions.project(d, h);
         const VF z = hn::IfThenElse(on, h[2], splat(1.0f));
         const VF rz = hn::Div(splat(1.0f), z);
@@ -146,26 +139,22 @@ HWY_INLINE void make_point_block(const Ray* rays, const std::uint8_t* active,
 
 /// Puts the active rays of some blocks together anew, by where they go through the plane, and those
 /// blocks out of use.
-HWY_NOINLINE inline void regroup_blocks(const Ray* rays, const std::uint8_t* active,
-                                        const NearDirections& directions, const PointBlocks& blocks,
+HWY_NOINLINE inline void regroup_blocks(const NearDirections& directions, const PointBlocks& blocks,
                                         Packet& packet, VF& least_z) {
     CellOrder order;
-    sort_by_cell(packet, active, blocks, order);
+    sort_by_cell(packet, blocks, order);
     leave_out_blocks(packet, blocks);
     packet.moved_count = static_cast<std::uint32_t>((order.count + kBlockRays - 1) / kBlockRays);
     const std::uint32_t groups = (packet.moved_count + kGroupBlocks - 1) / kGroupBlocks;
     GroupBounds bounds;
     for (std::uint32_t i = 0; i < groups * kGroupBlocks; ++i) {
-        Ray own[kBlockRays];
-        std::uint8_t own_active[kBlockRays];
+        PointRays own;
         for (std::uint32_t k = 0; k < kBlockRays; ++k) {
             const std::uint32_t at = i * kBlockRays + k;
-            const bool is_any = at < order.count;
-            packet.place[at] = is_any ? order.rays[at] : kNoPlace;
-            own[k] = rays[order.rays[is_any ? at : 0]];
-            own_active[k] = is_any;
+            packet.place[at] = at < order.count ? order.rays[at] : kNoPlace;
         }
-        make_point_block(own, own_active, directions, kPointBlocks + i, packet, bounds, least_z);
+        gather_rays(packet, i * kBlockRays, own);
+        make_point_block(own, directions, kPointBlocks + i, packet, bounds, least_z);
         if (i % kGroupBlocks == kGroupBlocks - 1)
             bounds.store((kPointBlocks + i) / kGroupBlocks, packet);
     }
@@ -269,22 +258,22 @@ HWY_INLINE void scale_plane(Packet& packet, float scale) {
 // Blocks with rays that spread more than this many times as far as those of the median block are
 // put together anew, if there are a few; those that then still spread so much farther are left out.
 constexpr float kWide = 1.6f;
-constexpr float kTooWide = 8;
+constexpr float kTooWide = 12;
 constexpr std::size_t kFewBlocks = 2;
 
-/// Makes a packet of some squares of rays that start at one point; rays[i] is active if active[i]
-/// != 0. False if they spread too widely to be seen from one plane, or none is active. left_out:
-/// the blocks of which nothing is asked because their rays have too little in common; moved: those
-/// whose rays were put together anew. Both are empty before.
-bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, std::uint32_t squares,
-                       Packet& packet, PointBlocks& left_out, PointBlocks& moved) {
+/// Makes a packet of some squares of rays that start at one point. False if they spread too widely
+/// to be seen from one plane, or there is none. left_out: the blocks of which nothing is asked
+/// because their rays have too little in common; moved: those whose rays were put together anew.
+/// Both are empty before.
+bool make_point_packet(vec3 org, const PointRays* rays, std::uint32_t squares, Packet& packet,
+                       PointBlocks& left_out, PointBlocks& moved) {
     const Floats f;
     double axes[3][3];
     float centre[3];
     Samples samples;
     // Waiting for more of them in memory takes a tenth of a packet's time.
-    take_samples(rays, active, squares, kSampledBlocks, samples);
-    if (samples.count == 0) take_samples(rays, active, squares, 1, samples);
+    take_samples(rays, squares, kSampledBlocks, samples);
+    if (samples.count == 0) take_samples(rays, squares, 1, samples);
     if (!choose_axes(samples, axes, centre)) return false;
     // Mostly the right unit, so that nothing need be scaled afterwards.
     const double unit = plane_unit(1.25 * sampled_extent(samples, axes));
@@ -296,8 +285,7 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, st
     packet.rays = rays;
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block) {
         prefetch_block(rays, block + kBlocksAhead);
-        make_point_block(rays + block * kBlockRays, active + block * kBlockRays, directions, block,
-                         packet, bounds, least_z);
+        make_point_block(rays[block], directions, block, packet, bounds, least_z);
         if (block % kGroupBlocks == kGroupBlocks - 1) bounds.store(block / kGroupBlocks, packet);
     }
     if (!(hn::GetLane(hn::MinOfLanes(f, least_z)) > 0.25f)) return false;
@@ -308,7 +296,7 @@ bool make_point_packet(vec3 org, const Ray* rays, const std::uint8_t* active, st
     const float median = median_of_blocks(spreads.of_block, count, spreads.used);
     const std::size_t wide = blocks_wider(spreads, 0, count, kWide * median, moved);
     if (wide >= kFewBlocks) {
-        regroup_blocks(rays, active, directions, moved, packet, least_z);
+        regroup_blocks(directions, moved, packet, least_z);
         const std::uint32_t end = kPointBlocks + moved_groups(packet) * kGroupBlocks;
         measure_spreads(packet, kPointBlocks, end, spreads);
         blocks_wider(spreads, kPointBlocks, end, kTooWide * median, left_out);

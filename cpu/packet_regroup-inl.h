@@ -141,8 +141,7 @@ struct CellOrder {
 };
 
 /// The active rays of some blocks.
-HWY_INLINE void sort_by_cell(const Packet& packet, const std::uint8_t* active,
-                             const PointBlocks& blocks, CellOrder& order) {
+HWY_INLINE void sort_by_cell(const Packet& packet, const PointBlocks& blocks, CellOrder& order) {
     const Floats f;
     constexpr std::uint32_t kLanes = hn::MaxLanes(f);
     const Cells square = cells_around(packet, blocks);
@@ -158,7 +157,7 @@ HWY_INLINE void sort_by_cell(const Packet& packet, const std::uint8_t* active,
             hn::Store(square.of(hn::Load(f, packet.x + r), hn::Load(f, packet.y + r)), Words(),
                       own);
             for (std::uint32_t l = 0; l < kLanes; ++l) {
-                const bool is_active = active[r + l] != 0;
+                const bool is_active = packet.rays[block].has(r - first + l);
                 rays[count] = static_cast<std::uint16_t>(r + l);
                 cells[count] = own[l];
                 next[own[l] + 1] = static_cast<std::uint16_t>(next[own[l] + 1] + is_active);

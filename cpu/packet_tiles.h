@@ -26,14 +26,12 @@ public:
         packets_.intersect_camera(params, tile, scratch(), hits, stride);
     }
 
-    void occluded_from_point(vec3 org, std::span<const Ray> rays,
-                             std::span<const std::uint8_t> active,
+    void occluded_from_point(vec3 org, std::span<const PointRays> rays,
                              std::span<std::uint8_t> occluded) const {
         std::array<std::uint8_t, kPointRays> left;
-        if (packets_.occluded_from_point(org, rays, active.data(), scratch(), occluded.data(),
-                                         left.data())) {
-            BatchTiles(wide_).occluded_from_point(org, rays, std::span(left).first(rays.size()),
-                                                  occluded);
+        if (packets_.occluded_from_point(org, rays, scratch(), occluded.data(), left.data())) {
+            BatchTiles(wide_).occluded_among(
+                org, rays, [&](std::size_t i) { return left[i] != 0; }, occluded);
         }
     }
 

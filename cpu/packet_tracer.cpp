@@ -62,20 +62,16 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     write_hits(packet, tile, hits, stride);
 }
 
-/// Writes which active rays of a block are occluded.
-HWY_INLINE void write_block(const Packet& packet, std::uint32_t block, const std::uint8_t* active,
-                            std::uint8_t* occluded) {
+/// Writes which rays of a block are occluded, or are none.
+HWY_INLINE void write_block(const Packet& packet, std::uint32_t block, std::uint8_t* occluded) {
     const Floats f;
     const hn::RebindToSigned<Floats> ints;
     const hn::Rebind<std::uint8_t, Floats> bytes;
     for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
         const std::size_t r = block * kBlockRays + l;
         const Mask done = hn::Eq(hn::Load(f, packet.q_lower + r), splat(kDone));
-        const auto answers =
-            hn::DemoteTo(bytes, hn::IfThenElseZero(hn::RebindMask(ints, done), hn::Set(ints, 1)));
-        const auto is_active = hn::Ne(hn::LoadU(bytes, active + r), hn::Zero(bytes));
-        hn::StoreU(hn::IfThenElse(is_active, answers, hn::LoadU(bytes, occluded + r)), bytes,
-                   occluded + r);
+        const auto answers = hn::IfThenElseZero(hn::RebindMask(ints, done), hn::Set(ints, 1));
+        hn::StoreU(hn::DemoteTo(bytes, answers), bytes, occluded + r);
     }
 }
 
@@ -88,42 +84,40 @@ HWY_INLINE void write_moved_block(const Packet& packet, std::uint32_t block,
     }
 }
 
-/// Writes which rays are active in blocks of which nothing was asked.
-void write_left(const Packet& packet, const PointBlocks& blocks, const std::uint8_t* active,
-                std::uint8_t* left) {
+/// Writes which rays there are in blocks of which nothing was asked.
+void write_left(const Packet& packet, const PointBlocks& blocks, std::uint8_t* left) {
     std::fill_n(left, packet.square_count * kSquareRays, std::uint8_t{0});
     for_each_block(blocks, [&](std::uint32_t block) {
         for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
             const std::uint32_t place = r < kPointRays ? r : packet.place[r - kPointRays];
-            if (place != kNoPlace) left[place] = active[place];
+            if (place != kNoPlace)
+                left[place] = packet.rays[place / kBlockRays].has(place % kBlockRays);
         }
     });
 }
 
-bool occluded_point_packet(const Bvh& bvh, vec3 org, const Ray* rays, const std::uint8_t* active,
-                           std::uint32_t squares, Packet& packet, std::uint8_t* occluded,
-                           std::uint8_t* left) {
+bool occluded_point_packet(const Bvh& bvh, vec3 org, const PointRays* rays, std::uint32_t squares,
+                           Packet& packet, std::uint8_t* occluded, std::uint8_t* left) {
     PointBlocks left_out = {};
     PointBlocks moved = {};
-    if (!make_point_packet(org, rays, active, squares, packet, left_out, moved)) {
-        std::copy_n(active, squares * kSquareRays, left);
+    const std::uint32_t count = squares * kSquareRays;
+    if (!make_point_packet(org, rays, squares, packet, left_out, moved)) {
+        std::fill_n(occluded, count, std::uint8_t{1});
+        for (std::uint32_t r = 0; r < count; ++r)
+            left[r] = rays[r / kBlockRays].has(r % kBlockRays);
         return true;
     }
     PointTraversal(bvh, packet).run();
     std::uint32_t any_left = 0;
     for (const std::uint32_t group : left_out.of_group) any_left |= group;
-    for (std::uint32_t group = 0; group < squares * kSquareBlocks / kGroupBlocks; ++group) {
-        const std::uint32_t elsewhere = moved.of_group[group] | left_out.of_group[group];
-        for (std::uint32_t i = 0; i < kGroupBlocks; ++i) {
-            if (HWY_LIKELY((elsewhere >> i & 1) == 0))
-                write_block(packet, group * kGroupBlocks + i, active, occluded);
-        }
-    }
+    // What this says of rays that are elsewhere is written again.
+    for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block)
+        write_block(packet, block, occluded);
     for (std::uint32_t block = kPointBlocks; block < kPointBlocks + packet.moved_count; ++block) {
         if (!has_block(left_out, block)) write_moved_block(packet, block, occluded);
     }
     if (any_left == 0) return false;
-    write_left(packet, left_out, active, left);
+    write_left(packet, left_out, left);
     return true;
 }
 
@@ -153,11 +147,10 @@ void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
     camera_(*bvh_, params, tile, packet, hits, stride);
 }
 
-bool PacketTracer::occluded_from_point(vec3 org, std::span<const Ray> rays,
-                                       const std::uint8_t* active, Packet& packet,
+bool PacketTracer::occluded_from_point(vec3 org, std::span<const PointRays> rays, Packet& packet,
                                        std::uint8_t* occluded, std::uint8_t* left) const {
-    const auto squares = static_cast<std::uint32_t>(rays.size() / kSquareRays);
-    return point_(*bvh_, org, rays.data(), active, squares, packet, occluded, left);
+    const auto squares = static_cast<std::uint32_t>(rays.size() / kSquareBlocks);
+    return point_(*bvh_, org, rays.data(), squares, packet, occluded, left);
 }
 
 }  // namespace morphray::cpu

@@ -25,19 +25,18 @@ public:
     void intersect_camera(const ImageParams& params, const Tile& tile, Packet& packet, Hit* hits,
                           std::size_t stride) const;
 
-    /// occluded[i] becomes 1 where rays[i], which start at org, hit anything, and 0 where they do
-    /// not, for the i with active[i] != 0; one to four times kSquareRays of each, indices as by
-    /// point_packet_ray(). Returns whether it leaves some as they are, because they have too little
-    /// in common with the others to be traced along; then left[i] becomes active[i] for those, and
-    /// 0 for all others.
-    bool occluded_from_point(vec3 org, std::span<const Ray> rays, const std::uint8_t* active,
-                             Packet& packet, std::uint8_t* occluded, std::uint8_t* left) const;
+    /// occluded[i] becomes 0 where ray i, which starts at org, hits nothing, and 1 where it does or
+    /// there is none; one to four times kSquareBlocks of rays, indices as by point_packet_ray().
+    /// Returns whether it leaves some out, because they have too little in common with the others
+    /// to be traced along; then left[i] becomes 1 for those, and 0 for all others.
+    bool occluded_from_point(vec3 org, std::span<const PointRays> rays, Packet& packet,
+                             std::uint8_t* occluded, std::uint8_t* left) const;
 
 private:
     using Camera = void (*)(const Bvh&, const ImageParams&, const Tile&, Packet&, Hit*,
                             std::size_t);
-    using Point = bool (*)(const Bvh&, vec3, const Ray*, const std::uint8_t*, std::uint32_t,
-                           Packet&, std::uint8_t*, std::uint8_t*);
+    using Point = bool (*)(const Bvh&, vec3, const PointRays*, std::uint32_t, Packet&,
+                           std::uint8_t*, std::uint8_t*);
 
     const Bvh* bvh_;
     Camera camera_;

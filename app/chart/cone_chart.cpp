@@ -29,6 +29,8 @@ constexpr std::size_t kMany = cpu::kSquareRays;
 struct Cones {
     std::size_t rays_of_point;
     std::vector<Ray> rays;
+    /// The same as packets take them.
+    std::vector<cpu::PointRays> blocks;
 };
 
 /// What the camera sees, in the order of its tiles.
@@ -72,7 +74,7 @@ Ray cone_ray(const Surface& surface, double largest, double radius, double turn,
 /// square. 1997), so that neighbours in a packet are neighbours in the cone.
 Cones make_cones(std::span<const Surface> surfaces, std::size_t count, std::size_t rays_of_point,
                  double degrees, float tfar) {
-    Cones cones{rays_of_point, {}};
+    Cones cones{rays_of_point, {}, {}};
     if (surfaces.empty()) return cones;
     const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(rays_of_point)));
     const double largest = degrees * std::numbers::pi / 180;
@@ -97,6 +99,9 @@ Cones make_cones(std::span<const Surface> surfaces, std::size_t count, std::size
             }
         }
     }
+    cones.blocks.resize(cones.rays.size() / cpu::kBlockRays);
+    for (std::size_t i = 0; i < cones.rays.size(); ++i)
+        cones.blocks[i / cpu::kBlockRays].set(i % cpu::kBlockRays, cones.rays[i]);
     return cones;
 }
 
@@ -134,11 +139,13 @@ void trace_streams(const Cones& cones, const cpu::WideTracer& tracer, Answers& a
 /// with shadow rays.
 void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
                    const cpu::WideTracer& others, Answers& answers) {
-    static const std::vector<std::uint8_t> all(kMany, 1);
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
         thread_local const auto packet = std::make_unique<cpu::Packet>();
         std::array<std::uint8_t, cpu::kSquareRays> undecided;
-        if (!tracer.occluded_from_point(rays[0].org, rays, all.data(), *packet, occluded.data(),
+        const auto first = static_cast<std::size_t>(&rays[0] - cones.rays.data());
+        const auto blocks =
+            std::span(cones.blocks).subspan(first / cpu::kBlockRays, kMany / cpu::kBlockRays);
+        if (!tracer.occluded_from_point(rays[0].org, blocks, *packet, occluded.data(),
                                         undecided.data())) {
             return;
         }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "common/bvh_builder.h"
 #include "common/camera_setup.h"
@@ -167,6 +169,16 @@ TEST_P(EveryTarget, CameraPacketsAnswerAlikeOnARefittedTree) {
     EXPECT_EQ(count_differences(cpu::ScalarTracer(rebuilt), params, hits), 0u);
 }
 
+/// Those that are active, as packets take them.
+std::vector<cpu::PointRays> blocks_of(std::span<const Ray> rays,
+                                      std::span<const std::uint8_t> active) {
+    std::vector<cpu::PointRays> blocks(rays.size() / cpu::kBlockRays, cpu::PointRays::none());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (active[i] != 0) blocks[i / cpu::kBlockRays].set(i % cpu::kBlockRays, rays[i]);
+    }
+    return blocks;
+}
+
 TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks) {
     std::vector<Ray> rays(cpu::kPointRays);
     std::vector<std::uint8_t> active(cpu::kPointRays);
@@ -191,19 +203,20 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
                                (seed % 2 == 0 ? 1.0f : 4.0f);
                 active[i] = seed == 3 ? 0 : seed == 4 ? i % 5 == 0 : seed == 5 ? i == 700 : 1;
             }
+            const std::vector<cpu::PointRays> blocks = blocks_of(rays, active);
             std::fill(occluded.begin(), occluded.end(), std::uint8_t{9});
             std::vector<std::uint8_t> left(cpu::kPointRays, 9);
             const std::size_t count = cpu::kSquareRays * (4 - seed % 4);
             const bool any_left =
-                tracer.occluded_from_point(org, std::span(rays).first(count), active.data(),
+                tracer.occluded_from_point(org, std::span(blocks).first(count / cpu::kBlockRays),
                                            *packet_, occluded.data(), left.data());
             for (std::size_t i = count; i < cpu::kPointRays; ++i) ASSERT_EQ(occluded[i], 9);
             for (std::uint32_t i = 0; i < count; ++i) {
                 ASSERT_TRUE(left[i] <= active[i] || !any_left);
                 const bool is_left = any_left && left[i] != 0;
                 decided += is_left ? 0 : 1;
-                const bool written = !is_left && active[i] != 0;
-                const int expected = !written ? 9 : scalar.occluded(rays[i]) ? 1 : 0;
+                if (is_left) continue;
+                const int expected = active[i] == 0 || scalar.occluded(rays[i]) ? 1 : 0;
                 ASSERT_EQ(occluded[i], expected) << named.name << " " << seed << " " << i;
             }
         }
@@ -234,7 +247,7 @@ TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
             }
         }
         std::vector<std::uint8_t> left(cpu::kPointRays, 0);
-        tracer.occluded_from_point(params.light, rays, active.data(), *packet_, occluded.data(),
+        tracer.occluded_from_point(params.light, blocks_of(rays, active), *packet_, occluded.data(),
                                    left.data());
         for (std::uint32_t i = 0; i < cpu::kPointRays; ++i) {
             if (active[i] == 0 || left[i] != 0) continue;
