@@ -43,6 +43,19 @@ private:
     Tracer tracer_;
 };
 
+/// Asks a tracer of batches for some rays among those that start at org, by their indices.
+template <class Tracer>
+void occluded_among(const Tracer& tracer, vec3 org, std::span<const PointRays> rays,
+                    std::span<const std::uint16_t> asked, std::span<std::uint8_t> occluded) {
+    std::vector<Ray> batch;
+    batch.reserve(asked.size());
+    for (const std::uint16_t i : asked)
+        batch.push_back(rays[i / kBlockRays].ray(org, i % kBlockRays));
+    std::vector<std::uint8_t> answers(batch.size());
+    tracer.occluded(batch, answers);
+    for (std::size_t i = 0; i < asked.size(); ++i) occluded[asked[i]] = answers[i];
+}
+
 /// A tracer of batches, taken as one of tiles.
 template <class Tracer>
 class BatchTiles {
@@ -65,25 +78,12 @@ public:
     void occluded_from_point(vec3 org, std::span<const PointRays> rays,
                              std::span<std::uint8_t> occluded) const {
         std::fill(occluded.begin(), occluded.end(), std::uint8_t{1});
-        occluded_among(
-            org, rays, [&](std::size_t i) { return rays[i / kBlockRays].has(i % kBlockRays); },
-            occluded);
-    }
-
-    /// Likewise of the rays i with is_asked(i), all of which there are; the others' answers stay.
-    template <class IsAsked>
-    void occluded_among(vec3 org, std::span<const PointRays> rays, IsAsked is_asked,
-                        std::span<std::uint8_t> occluded) const {
-        std::vector<Ray> batch;
-        for (std::size_t i = 0; i < rays.size() * kBlockRays; ++i) {
-            if (is_asked(i)) batch.push_back(rays[i / kBlockRays].ray(org, i % kBlockRays));
+        std::vector<std::uint16_t> all;
+        for (std::size_t i = 0; i < occluded.size(); ++i) {
+            if (rays[i / kBlockRays].has(i % kBlockRays))
+                all.push_back(static_cast<std::uint16_t>(i));
         }
-        std::vector<std::uint8_t> answers(batch.size());
-        tracer_.occluded(batch, answers);
-        auto answer = answers.begin();
-        for (std::size_t i = 0; i < rays.size() * kBlockRays; ++i) {
-            if (is_asked(i)) occluded[i] = *answer++;
-        }
+        occluded_among(tracer_, org, rays, all, occluded);
     }
 
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {

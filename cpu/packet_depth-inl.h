@@ -48,18 +48,21 @@ public:
 
 private:
     /// A bound of the sum of |x - X z| + |y - Y z| over a triangle's vertices for each ray (X, Y)
-    /// that goes through it. The sum is convex in (X, Y), so it is largest for a ray through a
-    /// vertex, which the other two are at most an edge away from. px, py: the vertices for a ray no
-    /// farther than half_extent from (X, Y).
+    /// that goes through it. It is what the ray in the middle sees, and at most half_extent times
+    /// the sum of |z| more. Nor is it more than for a ray through a vertex, since it is convex in
+    /// (X, Y), and the other vertices are at most an edge away from that.
     static HWY_INLINE VF lateral_sum(const ProjectedTriangles& t) {
         VF longest = hn::Zero(Floats());
+        VF sum = hn::Mul(splat(3.0f), hn::Mul(t.half_extent, t.z_size));
         for (int k = 0; k < 3; ++k) {
+            sum = hn::Add(sum, hn::Add(hn::Abs(t.px[k]), hn::Abs(t.py[k])));
             const int next = (k + 1) % 3;
             longest = hn::Max(longest, hn::Add(hn::Abs(hn::Sub(t.px[k], t.px[next])),
                                                hn::Abs(hn::Sub(t.py[k], t.py[next]))));
         }
-        return hn::Mul(splat(2.0f),
-                       hn::MulAdd(t.half_extent, hn::Sub(t.z_most, t.z_least), longest));
+        const VF two_edges =
+            hn::Mul(splat(2.0f), hn::MulAdd(t.half_extent, hn::Sub(t.z_most, t.z_least), longest));
+        return hn::Min(sum, two_edges);
     }
 
     /// Of a triangle's vertices on a packet's axis where it is largest: their range, and the

@@ -28,6 +28,13 @@ struct PointBlocks {
     std::uint32_t of_group[kPointGroups];
 };
 
+/// Those in place of some squares.
+HWY_INLINE PointBlocks all_blocks(std::uint32_t squares) {
+    PointBlocks blocks = {};
+    std::fill_n(blocks.of_group, squares * kSquareBlocks / kGroupBlocks, 0xFFFFu);
+    return blocks;
+}
+
 HWY_INLINE bool has_block(const PointBlocks& blocks, std::uint32_t block) {
     return (blocks.of_group[block / kGroupBlocks] >> block % kGroupBlocks & 1) != 0;
 }

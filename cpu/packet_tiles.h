@@ -28,11 +28,10 @@ public:
 
     void occluded_from_point(vec3 org, std::span<const PointRays> rays,
                              std::span<std::uint8_t> occluded) const {
-        std::array<std::uint8_t, kPointRays> left;
-        if (packets_.occluded_from_point(org, rays, scratch(), occluded.data(), left.data())) {
-            BatchTiles(wide_).occluded_among(
-                org, rays, [&](std::size_t i) { return left[i] != 0; }, occluded);
-        }
+        std::array<std::uint16_t, kPointRays> left;
+        const std::size_t count =
+            packets_.occluded_from_point(org, rays, scratch(), occluded.data(), left.data());
+        if (count != 0) occluded_among(wide_, org, rays, std::span(left).first(count), occluded);
     }
 
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {

@@ -84,41 +84,38 @@ HWY_INLINE void write_moved_block(const Packet& packet, std::uint32_t block,
     }
 }
 
-/// Writes which rays there are in blocks of which nothing was asked.
-void write_left(const Packet& packet, const PointBlocks& blocks, std::uint8_t* left) {
-    std::fill_n(left, packet.square_count * kSquareRays, std::uint8_t{0});
+/// Writes down the rays that there are in blocks of which nothing was asked; how many.
+std::size_t write_left(const Packet& packet, const PointBlocks& blocks, std::uint16_t* left) {
+    std::size_t count = 0;
     for_each_block(blocks, [&](std::uint32_t block) {
         for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
             const std::uint32_t place = r < kPointRays ? r : packet.place[r - kPointRays];
-            if (place != kNoPlace)
-                left[place] = packet.rays[place / kBlockRays].has(place % kBlockRays);
+            if (place != kNoPlace && packet.rays[place / kBlockRays].has(place % kBlockRays))
+                left[count++] = static_cast<std::uint16_t>(place);
         }
     });
+    return count;
 }
 
-bool occluded_point_packet(const Bvh& bvh, vec3 org, const PointRays* rays, std::uint32_t squares,
-                           Packet& packet, std::uint8_t* occluded, std::uint8_t* left) {
+std::size_t occluded_point_packet(const Bvh& bvh, vec3 org, const PointRays* rays,
+                                  std::uint32_t squares, Packet& packet, std::uint8_t* occluded,
+                                  std::uint16_t* left) {
     PointBlocks left_out = {};
     PointBlocks moved = {};
     const std::uint32_t count = squares * kSquareRays;
     if (!make_point_packet(org, rays, squares, packet, left_out, moved)) {
         std::fill_n(occluded, count, std::uint8_t{1});
-        for (std::uint32_t r = 0; r < count; ++r)
-            left[r] = rays[r / kBlockRays].has(r % kBlockRays);
-        return true;
+        packet.rays = rays;
+        return write_left(packet, all_blocks(squares), left);
     }
     PointTraversal(bvh, packet).run();
-    std::uint32_t any_left = 0;
-    for (const std::uint32_t group : left_out.of_group) any_left |= group;
     // What this says of rays that are elsewhere is written again.
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block)
         write_block(packet, block, occluded);
     for (std::uint32_t block = kPointBlocks; block < kPointBlocks + packet.moved_count; ++block) {
         if (!has_block(left_out, block)) write_moved_block(packet, block, occluded);
     }
-    if (any_left == 0) return false;
-    write_left(packet, left_out, left);
-    return true;
+    return write_left(packet, left_out, left);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -147,8 +144,9 @@ void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
     camera_(*bvh_, params, tile, packet, hits, stride);
 }
 
-bool PacketTracer::occluded_from_point(vec3 org, std::span<const PointRays> rays, Packet& packet,
-                                       std::uint8_t* occluded, std::uint8_t* left) const {
+std::size_t PacketTracer::occluded_from_point(vec3 org, std::span<const PointRays> rays,
+                                              Packet& packet, std::uint8_t* occluded,
+                                              std::uint16_t* left) const {
     const auto squares = static_cast<std::uint32_t>(rays.size() / kSquareBlocks);
     return point_(*bvh_, org, rays.data(), squares, packet, occluded, left);
 }

@@ -27,16 +27,16 @@ public:
 
     /// occluded[i] becomes 0 where ray i, which starts at org, hits nothing, and 1 where it does or
     /// there is none; one to four times kSquareBlocks of rays, indices as by point_packet_ray().
-    /// Returns whether it leaves some out, because they have too little in common with the others
-    /// to be traced along; then left[i] becomes 1 for those, and 0 for all others.
-    bool occluded_from_point(vec3 org, std::span<const PointRays> rays, Packet& packet,
-                             std::uint8_t* occluded, std::uint8_t* left) const;
+    /// Of some nothing is said, because they have too little in common with the others to be traced
+    /// along; their indices are written to `left`, which has room for all. Returns how many.
+    std::size_t occluded_from_point(vec3 org, std::span<const PointRays> rays, Packet& packet,
+                                    std::uint8_t* occluded, std::uint16_t* left) const;
 
 private:
     using Camera = void (*)(const Bvh&, const ImageParams&, const Tile&, Packet&, Hit*,
                             std::size_t);
-    using Point = bool (*)(const Bvh&, vec3, const PointRays*, std::uint32_t, Packet&,
-                           std::uint8_t*, std::uint8_t*);
+    using Point = std::size_t (*)(const Bvh&, vec3, const PointRays*, std::uint32_t, Packet&,
+                                  std::uint8_t*, std::uint16_t*);
 
     const Bvh* bvh_;
     Camera camera_;

@@ -8,10 +8,12 @@
 #include <memory>
 #include <numbers>
 #include <random>
+#include <span>
 
 #include "app/chart/charts.h"
 #include "app/chart/measure.h"
 #include "common/interop/surface.h"
+#include "cpu/image_tracer.h"
 #include "cpu/packet_tracer.h"
 #include "cpu/wide_tracer.h"
 
@@ -141,25 +143,15 @@ void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
                    const cpu::WideTracer& others, Answers& answers) {
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
         thread_local const auto packet = std::make_unique<cpu::Packet>();
-        std::array<std::uint8_t, cpu::kSquareRays> undecided;
+        std::array<std::uint16_t, cpu::kSquareRays> undecided;
         const auto first = static_cast<std::size_t>(&rays[0] - cones.rays.data());
         const auto blocks =
             std::span(cones.blocks).subspan(first / cpu::kBlockRays, kMany / cpu::kBlockRays);
-        if (!tracer.occluded_from_point(rays[0].org, blocks, *packet, occluded.data(),
-                                        undecided.data())) {
-            return;
-        }
-        std::vector<std::size_t> left;
-        std::vector<Ray> left_rays;
-        for (std::size_t i = 0; i < undecided.size(); ++i) {
-            if (undecided[i] == 0) continue;
-            left.push_back(i);
-            left_rays.push_back(rays[i]);
-        }
-        counts.undecided += left.size();
-        std::vector<std::uint8_t> theirs(left.size());
-        others.occluded(left_rays, theirs);
-        for (std::size_t i = 0; i < left.size(); ++i) occluded[left[i]] = theirs[i];
+        const std::size_t count = tracer.occluded_from_point(rays[0].org, blocks, *packet,
+                                                             occluded.data(), undecided.data());
+        counts.undecided += count;
+        cpu::occluded_among(others, rays[0].org, blocks, std::span(undecided).first(count),
+                            occluded);
     });
 }
 
