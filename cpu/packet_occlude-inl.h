@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
@@ -66,12 +67,11 @@ public:
         const std::size_t count = list_blocks(rectangle, q, quads);
         if (count == 0) return;
         const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, setup_);
+        if (count > kManyBlocks * hwy::PopCount(alive))
+            return trace_triangles(leaf, alive, rectangle, q, quads);
         for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
             const std::size_t end = std::min(begin + kBlocksAtOnce, count);
-            std::size_t pairs = list_pairs(setup_, alive, begin, end);
-            if (HWY_UNLIKELY(pairs > kManyPairs * hwy::PopCount(alive)))
-                pairs = list_pairs_through(setup_, alive, begin, end);
-            trace_pairs(leaf, setup_, pairs);
+            trace_pairs(leaf, list_pairs(alive, begin, end));
         }
     }
 
@@ -82,96 +82,158 @@ private:
         return (pairs | pairs >> 2) & 0x1111111111111111;
     }
 
+    /// Blocks of a group, as bits.
+    struct GroupPart {
+        std::uint32_t group, blocks;
+    };
+
     static constexpr std::size_t kBlocksAtOnce = 64;
 
-    /// The blocks of some quads that a rectangle at 1/z = q or less may concern; how many.
-    HWY_INLINE std::size_t list_blocks(const float rectangle[4], float q, const QuadSet& quads) {
-        std::size_t count = 0;
+    // With so many blocks for each triangle, triangles are taken one by one with their blocks.
+    static constexpr std::size_t kManyBlocks = 6;
+
+    /// Calls visit(group, blocks) for the groups of some quads and their blocks that a rectangle at
+    /// 1/z = q or less may concern.
+    template <class Visit>
+    HWY_INLINE void for_each_group(const float rectangle[4], float q, const QuadSet& quads,
+                                   Visit visit) const {
         for (std::uint32_t word = 0; word < 2; ++word) {
             for (std::uint64_t groups = groups_of(quads.words[word]); groups != 0;
                  groups &= groups - 1) {
                 const std::uint32_t group =
                     (64 * word + static_cast<std::uint32_t>(__builtin_ctzll(groups))) /
                     (kGroupBlocks / kQuadBlocks);
-                count = append_bits(blocks_, count, group * kGroupBlocks,
-                                    blocks_in(packet_, rectangle, q, group));
+                visit(group, blocks_in(packet_, rectangle, q, group));
             }
         }
+    }
+
+    /// Those blocks; how many.
+    HWY_INLINE std::size_t list_blocks(const float rectangle[4], float q, const QuadSet& quads) {
+        std::size_t count = 0;
+        for_each_group(rectangle, q, quads,
+                       [&](std::uint32_t group, std::uint32_t blocks) HWY_ATTR {
+                           count = append_bits(blocks_, count, group * kGroupBlocks, blocks);
+                       });
         return count;
     }
 
     /// The pairs of some of these blocks and the triangles that meet them; how many.
-    HWY_INLINE std::size_t list_pairs(const Setup& setup, std::uint32_t triangles,
-                                      std::size_t begin, std::size_t end) {
+    HWY_INLINE std::size_t list_pairs(std::uint32_t triangles, std::size_t begin, std::size_t end) {
         std::size_t count = 0;
         for (std::size_t k = begin; k < end; ++k) {
             const std::uint32_t block = blocks_[k];
             count = append_bits(pairs_, count, block * kLeafTriangles,
-                                triangles & triangles_at(packet_, setup, block));
+                                triangles & triangles_at(packet_, setup_, block));
         }
         return count;
     }
 
     /// Most triangles are those of the surface that the rays end at: those that do not certainly
     /// lose are written down first.
-    HWY_INLINE void trace_pairs(const Leaf& leaf, const Setup& setup, std::size_t count) {
+    HWY_INLINE void trace_pairs(const Leaf& leaf, std::size_t count) {
         std::size_t open = 0;
         for (std::size_t k = 0; k < count; ++k) {
             const std::uint32_t pair = pairs_[k];
             pairs_[open] = pair;
-            open += certainly_loses(setup, pair / kLeafTriangles, pair % kLeafTriangles) ? 0 : 1;
+            const LosingPlanes planes(setup_, pair % kLeafTriangles);
+            open += certainly_loses(planes, pair / kLeafTriangles) ? 0 : 1;
         }
         for (std::size_t k = 0; k < open; ++k)
-            occlude(leaf, setup, pairs_[k] / kLeafTriangles, pairs_[k] % kLeafTriangles);
+            occlude(leaf, pairs_[k] / kLeafTriangles, pairs_[k] % kLeafTriangles);
     }
 
-    // Triangles that have so many on average are larger than blocks.
-    static constexpr std::size_t kManyPairs = 16;
+    /// Likewise triangle by triangle, which are read once, and with all blocks of the leaf.
+    HWY_NOINLINE void trace_triangles(const Leaf& leaf, std::uint32_t triangles,
+                                      const float rectangle[4], float q, const QuadSet& quads) {
+        GroupPart groups[kPointGroups];
+        std::size_t group_count = 0;
+        for_each_group(rectangle, q, quads,
+                       [&](std::uint32_t group, std::uint32_t blocks) HWY_ATTR {
+                           groups[group_count++] = {group, blocks};
+                       });
+        for (; triangles != 0; triangles &= triangles - 1) {
+            const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
+            const std::size_t count = list_blocks_of(i, std::span(groups, group_count));
+            const LosingPlanes planes(setup_, i);
+            std::size_t open = 0;
+            for (std::size_t k = 0; k < count; ++k) {
+                const std::uint32_t block = blocks_[k];
+                blocks_[open] = block;
+                open += certainly_loses(planes, block) ? 0 : 1;
+            }
+            for (std::size_t k = 0; k < open; ++k) occlude(leaf, blocks_[k], i);
+        }
+    }
 
-    /// Likewise, but for triangles with an edge that leaves a block out.
-    HWY_NOINLINE std::size_t list_pairs_through(const Setup& setup, std::uint32_t triangles,
-                                                std::size_t begin, std::size_t end) {
+    // Triangles that meet so many blocks are larger than them, and have edges that leave some out.
+    static constexpr std::size_t kManyOfTriangle = 16;
+
+    /// The blocks of the leaf that a triangle meets; how many.
+    HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, std::span<const GroupPart> groups) {
+        const float rectangle[4] = {setup_.rectangles.lower_x[i], setup_.rectangles.upper_x[i],
+                                    setup_.rectangles.lower_y[i], setup_.rectangles.upper_y[i]};
+        const float q = setup_.q[i];
         std::size_t count = 0;
-        for (std::size_t k = begin; k < end; ++k) {
-            const std::uint32_t block = blocks_[k];
-            count = append_bits(
-                pairs_, count, block * kLeafTriangles,
-                triangles & triangles_at(packet_, setup, block) & triangles_through(setup, block));
+        for (const GroupPart& part : groups) {
+            count = append_bits(blocks_, count, part.group * kGroupBlocks,
+                                part.blocks & blocks_in(packet_, rectangle, q, part.group));
+        }
+        if (HWY_LIKELY(count <= kManyOfTriangle)) return count;
+        count = 0;
+        for (const GroupPart& part : groups) {
+            const std::uint32_t blocks =
+                blocks_through(i, part.group) & blocks_in(packet_, rectangle, q, part.group);
+            count = append_bits(blocks_, count, part.group * kGroupBlocks, part.blocks & blocks);
         }
         return count;
     }
 
-    /// The triangles but for those with an edge that has all of a block's bounds outside. With R as
-    /// below, no partial sum is more than 1.5 R and the bound's; four of them round by less than
-    /// 2^-21 R, and so does what is lost in the block's middle and half extent. The bounds are
-    /// dilated by twice ray_error, and most_c and 3/4 leave a whole bound on top of the plain test.
-    HWY_INLINE std::uint32_t triangles_through(const Setup& setup, std::uint32_t block) const {
+    /// The blocks of a group but for those that have all of their bounds outside of an edge of a
+    /// triangle. With R as below, no partial sum is more than 1.5 R and the bound's; four of them
+    /// round by less than 2^-21 R, and so does what is lost in a block's middle and half extent.
+    /// The bounds are dilated by twice ray_error, and most_c and 3/4 leave a whole bound on top of
+    /// the plain test.
+    HWY_INLINE std::uint32_t blocks_through(std::uint32_t i, std::uint32_t group) const {
         const Floats f;
-        const float lower_x = packet_.block_lower_x[block];
-        const float upper_x = packet_.block_upper_x[block];
-        const float lower_y = packet_.block_lower_y[block];
-        const float upper_y = packet_.block_upper_y[block];
-        const VF x = splat(0.5f * (lower_x + upper_x));
-        const VF y = splat(0.5f * (lower_y + upper_y));
-        const VF half_x = splat(0.5f * (upper_x - lower_x));
-        const VF half_y = splat(0.5f * (upper_y - lower_y));
+        const VF half = splat(0.5f);
         std::uint32_t through = 0;
-        for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+        for (std::size_t l = 0; l < kGroupBlocks; l += hn::Lanes(f)) {
+            const std::size_t b = group * kGroupBlocks + l;
+            const VF lower_x = hn::Load(f, packet_.block_lower_x + b);
+            const VF upper_x = hn::Load(f, packet_.block_upper_x + b);
+            const VF lower_y = hn::Load(f, packet_.block_lower_y + b);
+            const VF upper_y = hn::Load(f, packet_.block_upper_y + b);
+            const VF x = hn::Mul(half, hn::Add(lower_x, upper_x));
+            const VF y = hn::Mul(half, hn::Add(lower_y, upper_y));
+            const VF half_x = hn::Mul(half, hn::Sub(upper_x, lower_x));
+            const VF half_y = hn::Mul(half, hn::Sub(upper_y, lower_y));
             VF edge[3];
             for (int k = 0; k < 3; ++k) {
-                const VF a = hn::Load(f, setup.a[k] + l);
-                const VF b = hn::Load(f, setup.b[k] + l);
-                const VF middle =
-                    hn::MulAdd(a, x, hn::MulAdd(b, y, hn::Load(f, setup.most_c[k] + l)));
-                edge[k] = hn::MulAdd(hn::Abs(a), half_x, hn::MulAdd(hn::Abs(b), half_y, middle));
+                const VF a = splat(setup_.a[k][i]);
+                const VF b_ = splat(setup_.b[k][i]);
+                const VF middle = hn::MulAdd(a, x, hn::MulAdd(b_, y, splat(setup_.most_c[k][i])));
+                edge[k] = hn::MulAdd(hn::Abs(a), half_x, hn::MulAdd(hn::Abs(b_), half_y, middle));
             }
             const VF least = hn::Min(edge[0], hn::Min(edge[1], edge[2]));
-            const VF bound = hn::Load(f, setup.bound + l);
-            const Mask out = hn::Lt(least, hn::Mul(splat(-0.75f), bound));
+            const Mask out = hn::Lt(least, splat(-0.75f * setup_.bound[i]));
             through |= mask_bits(hn::Not(out)) << l;
         }
         return through;
     }
+
+    /// What certainly_loses() knows of a triangle.
+    struct LosingPlanes {
+        HWY_INLINE LosingPlanes(const Setup& setup, std::uint32_t i)
+            : a{splat(setup.a[0][i]), splat(setup.a[1][i]), splat(setup.a[2][i])},
+              b{splat(setup.b[0][i]), splat(setup.b[1][i]), splat(setup.b[2][i])},
+              c{splat(setup.most_c[0][i]), splat(setup.most_c[1][i]), splat(setup.most_c[2][i])},
+              depth_a(splat(setup.depth_a[i])),
+              depth_b(splat(setup.depth_b[i])),
+              depth_c(splat(setup.most_q[i])) {}
+
+        VF a[3], b[3], c[3], depth_a, depth_b, depth_c;
+    };
 
     /// Whether all rays of a block certainly lose against a triangle, by constants that are found
     /// once a leaf: less than a Position takes, and few pairs that lose are missed. Of the edges,
@@ -184,8 +246,7 @@ private:
     /// x + b y + most_q. Added are 2^-18 of the error for its own roundings and 2^-16 of the
     /// gradient for that of the sum: depth_c is at most 1/z in the middle and frame.reach times the
     /// gradient.
-    HWY_INLINE bool certainly_loses(const Setup& setup, std::uint32_t block,
-                                    std::uint32_t i) const {
+    HWY_INLINE bool certainly_loses(const LosingPlanes& p, std::uint32_t block) const {
         const Floats f;
         Mask all_lose = hn::Eq(hn::Zero(f), hn::Zero(f));
         for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
@@ -193,11 +254,9 @@ private:
             const VF x = hn::Load(f, packet_.x + r);
             const VF y = hn::Load(f, packet_.y + r);
             const auto edge = [&](int k) HWY_ATTR {
-                return hn::MulAdd(splat(setup.a[k][i]), x,
-                                  hn::MulAdd(splat(setup.b[k][i]), y, splat(setup.most_c[k][i])));
+                return hn::MulAdd(p.a[k], x, hn::MulAdd(p.b[k], y, p.c[k]));
             };
-            const VF q = hn::MulAdd(splat(setup.depth_a[i]), x,
-                                    hn::MulAdd(splat(setup.depth_b[i]), y, splat(setup.most_q[i])));
+            const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
             const Mask outside = hn::Lt(hn::Min(edge(0), hn::Min(edge(1), edge(2))), hn::Zero(f));
             const Mask behind = hn::Lt(q, hn::Load(f, packet_.q_lower + r));
             all_lose = hn::And(all_lose, hn::Or(outside, behind));
@@ -207,9 +266,9 @@ private:
 
     /// A triangle against rays of a block of which not all certainly lose. A ray outside the
     /// triangle's rectangle does not hit it, and the bounds say nothing of it.
-    HWY_NOINLINE void occlude(const Leaf& leaf, const Setup& setup, std::uint32_t block,
-                              std::uint32_t i) {
+    HWY_NOINLINE void occlude(const Leaf& leaf, std::uint32_t block, std::uint32_t i) {
         const Floats f;
+        const Setup& setup = setup_;
         const PointPlanes planes(setup, i);
         const VF left = splat(setup.rectangles.lower_x[i]);
         const VF right = splat(setup.rectangles.upper_x[i]);
