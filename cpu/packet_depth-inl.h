@@ -34,7 +34,8 @@ struct ProjectedTriangles {
     VF z_least, z_most, z_size, size, extent, half_extent, scale;
 };
 
-/// Bounds RuleDepth.
+/// Bounds RuleDepth. kOnGrid: the packet is a camera's.
+template <bool kOnGrid>
 class DepthBounds {
 public:
     explicit DepthBounds(const PacketFrame& frame) : frame_(frame) {}
@@ -48,21 +49,24 @@ public:
 
 private:
     /// A bound of the sum of |x - X z| + |y - Y z| over a triangle's vertices for each ray (X, Y)
-    /// that goes through it. It is what the ray in the middle sees, and at most half_extent times
-    /// the sum of |z| more. Nor is it more than for a ray through a vertex, since it is convex in
-    /// (X, Y), and the other vertices are at most an edge away from that.
+    /// that goes through it. It is no more than for a ray through a vertex, since it is convex in
+    /// (X, Y), and the other vertices are at most an edge away from that. Nor is it more than what
+    /// the ray in the middle sees and half_extent times the sum of |z|, which is less where a
+    /// triangle is larger than the packet; a camera's have few doubts there.
     static HWY_INLINE VF lateral_sum(const ProjectedTriangles& t) {
         VF longest = hn::Zero(Floats());
-        VF sum = hn::Mul(splat(3.0f), hn::Mul(t.half_extent, t.z_size));
         for (int k = 0; k < 3; ++k) {
-            sum = hn::Add(sum, hn::Add(hn::Abs(t.px[k]), hn::Abs(t.py[k])));
             const int next = (k + 1) % 3;
             longest = hn::Max(longest, hn::Add(hn::Abs(hn::Sub(t.px[k], t.px[next])),
                                                hn::Abs(hn::Sub(t.py[k], t.py[next]))));
         }
         const VF two_edges =
             hn::Mul(splat(2.0f), hn::MulAdd(t.half_extent, hn::Sub(t.z_most, t.z_least), longest));
-        return hn::Min(sum, two_edges);
+        if constexpr (kOnGrid) return two_edges;
+        VF in_middle = hn::Mul(splat(3.0f), hn::Mul(t.half_extent, t.z_size));
+        for (int k = 0; k < 3; ++k)
+            in_middle = hn::Add(in_middle, hn::Add(hn::Abs(t.px[k]), hn::Abs(t.py[k])));
+        return hn::Min(two_edges, in_middle);
     }
 
     /// Of a triangle's vertices on a packet's axis where it is largest: their range, and the

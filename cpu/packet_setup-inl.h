@@ -241,7 +241,7 @@ private:
         const Mask uncertain = hn::Ge(displacement, hn::Abs(det));
         // Displacing the vertices moves det by 12 error size z_size: here by less than a fifth.
         const Mask sharp = hn::Lt(hn::Mul(splat(4.0f), displacement), hn::Abs(det));
-        const RuleDepth rule = DepthBounds(frame_).find(
+        const RuleDepth rule = DepthBounds<kOnGrid>(frame_).find(
             {x, y, z, px, py, z_least, z_most, z_size, size, extent, half_extent, scale},
             hn::And(in_front, sharp));
         VF c0 = hn::Mul(splat(0x1p-14f + 1.01f * frame_.ray_error), gradient);
