@@ -116,7 +116,8 @@ VkDescriptorSet allocate_set(VkDevice device, VkDescriptorPool pool, VkDescripto
 
 VkDescriptorType descriptor_type(std::uint32_t binding) {
     if (binding >= kBindHits) return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-    if (binding >= kBindNodesOut) return VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER;
+    if (binding <= kBindTriangles || binding >= kBindNodesOut)
+        return VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER;
     return VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
 }
 

@@ -9,7 +9,7 @@ namespace {
 constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
 constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
 constexpr VkBufferUsageFlags kRead = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
-constexpr VkBufferUsageFlags kReadAndWritten = kRead | VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
+constexpr VkBufferUsageFlags kReadInPlace = VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
 
 /// The bytes of a contiguous container.
 template <class Values>
@@ -63,10 +63,10 @@ SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology&
                            std::span<const vec3> positions, const Bvh& bvh)
     : vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
-      positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords,
-                 kReadAndWritten),
+      positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords, kReadInPlace),
       ring_(vertex_count_),
-      triangles_(filled(context, transfer, "triangles", with_albedo(topology), kFourWords)),
+      triangles_(
+          filled(context, transfer, "triangles", with_albedo(topology), kFourWords, kReadInPlace)),
       tree_(context, transfer, bvh, 0) {
     set_positions(transfer, positions);
 }
@@ -74,9 +74,8 @@ SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology&
 SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh, double room)
     : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())),
       level_begin(bvh.level_begin),
-      nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadAndWritten, room)),
-      leaves(
-          filled(context, transfer, "leaves", leaves_of(bvh), kFourWords, kReadAndWritten, room)),
+      nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadInPlace, room)),
+      leaves(filled(context, transfer, "leaves", leaves_of(bvh), kFourWords, kReadInPlace, room)),
       leaf_vertices(
           filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords, kRead, room)),
       leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents, kWord, kRead, room)),

@@ -10,11 +10,15 @@
 
 SHARED_BEGIN
 
-// Uniform texel buffers. Floats travel as integers, so that no device may touch their bits.
-SHARED_CONST uint kBindNodes = 0u;         // RGBA32UI
-SHARED_CONST uint kBindLeaves = 1u;        // RGBA32UI
-SHARED_CONST uint kBindPositions = 2u;     // RGBA32UI, the last word 0
-SHARED_CONST uint kBindTriangles = 3u;     // RGBA32UI, three vertices and the albedo
+// Floats travel as integers, so that no device may touch their bits.
+//
+// Storage texel buffers that are only read, no more than the four that every device has: lavapipe
+// fetches from uniform ones by a call, from these in place.
+SHARED_CONST uint kBindNodes = 0u;      // RGBA32UI
+SHARED_CONST uint kBindLeaves = 1u;     // RGBA32UI
+SHARED_CONST uint kBindPositions = 2u;  // RGBA32UI, the last word 0
+SHARED_CONST uint kBindTriangles = 3u;  // RGBA32UI, three vertices and the albedo
+// Uniform texel buffers.
 SHARED_CONST uint kBindLeafVertices = 4u;  // RGBA32UI, four a leaf
 SHARED_CONST uint kBindLeafParents = 5u;   // R32UI
 SHARED_CONST uint kBindNodeParents = 6u;   // R32UI
@@ -119,8 +123,8 @@ struct RegionArguments {
     uint pad;
 };
 
-/// Push constants of `occlusion` and `occlusion_packet`. Rays are numbered through, pixel after pixel
-/// of the list that `select` made of a region.
+/// Push constants of `occlusion` and `occlusion_packet`. Rays are numbered through, pixel after
+/// pixel of the list that `select` made of a region.
 struct OcclusionArguments {
     ImageParams params;
     uint x;

@@ -7,7 +7,7 @@
 #include "common/interop/triangle.h"
 #include "shaders/near_rays.glsl"
 
-layout(binding = kBindLeaves) uniform usamplerBuffer leaves;
+layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
 /// Where floats leave a doubt: triangles and rays, a pair a lane, on the first doubt_count lanes.
 uint doubt_name;
@@ -135,7 +135,7 @@ void visit_leaf(inout uint steps) {
     vec3 vertices[kSlots];
     uint words[kSlots];
     [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
-        uvec4 texel = texelFetch(leaves, int(leaf * kLeafVec4s + h * kLanes + lane));
+        uvec4 texel = imageLoad(leaves, int(leaf * kLeafVec4s + h * kLanes + lane));
         vec3 v = uintBitsToFloat(texel.xyz);
         vertices[h] = v.x <= kSceneExtent ? v - centre : vec3(kFarAway);
         words[h] = texel.w;
@@ -168,7 +168,7 @@ void visit_leaf(inout uint steps) {
 }
 
 vec3 leaf_vertex(uint leaf_at, uint slot) {
-    return uintBitsToFloat(texelFetch(leaves, int(leaf_at + slot)).xyz);
+    return uintBitsToFloat(imageLoad(leaves, int(leaf_at + slot)).xyz);
 }
 
 /// The rule for the doubts, one of each lane.
@@ -176,7 +176,7 @@ void settle_doubts() {
     bool is_any = lane < doubt_count;
     uint name = is_any ? doubt_name : 0u;
     uint at = (name >> 4u) * kLeafVec4s;
-    uint corners = texelFetch(leaves, int(at + (name & 15u))).w;
+    uint corners = imageLoad(leaves, int(at + (name & 15u))).w;
     TriangleHit hit;
     bool is_hit = intersect_triangle(
         shear_ray(read_ray(orgs, doubt_ray), read_ray(dirs, doubt_ray)), 0.0f,

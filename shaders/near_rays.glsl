@@ -18,7 +18,7 @@
 #include "common/interop/slab.h"
 #include "shaders/cluster.glsl"
 
-layout(binding = kBindNodes) uniform usamplerBuffer nodes;
+layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
 
 const uint kVectors = kPacketRays / kLanes;
 
@@ -80,7 +80,7 @@ uint level_masks[kSlots * (kMaxDepth + 1u)];
 uint own_of_four(uint k) { return kLanes == 4u ? k : (lane >> 2u) * kSlots + k; }
 
 void fetch_children() {
-    uvec4 child = texelFetch(nodes, int(node * kNodeVec4s + kNodeChild + (lane & 3u)));
+    uvec4 child = imageLoad(nodes, int(node * kNodeVec4s + kNodeChild + (lane & 3u)));
     [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
         uint own = own_of_four(k);
         children[k] = own < 2u ? (own == 0u ? child.x : child.y) : (own == 2u ? child.z : child.w);
@@ -155,7 +155,7 @@ void fetch_planes(uint offset, out float planes[kSlots], out float others[kSlots
     if (kLanes == 8u) {
         // One half fetches the lower planes, the other the upper ones, and they swap two each.
         bool is_upper = lane >= 4u;
-        vec4 v = uintBitsToFloat(texelFetch(nodes, int(is_upper ? at + 4u : at))) +
+        vec4 v = uintBitsToFloat(imageLoad(nodes, int(is_upper ? at + 4u : at))) +
                  vec4(is_upper ? dilation : -dilation);
         vec2 own = is_upper ? v.zw : v.xy;
         vec2 other = subgroupShuffleXor(is_upper ? v.xy : v.zw, 4u);
@@ -165,8 +165,8 @@ void fetch_planes(uint offset, out float planes[kSlots], out float others[kSlots
         others[kSlots - 1u] = other.y;
         return;
     }
-    vec4 l = uintBitsToFloat(texelFetch(nodes, int(at))) - vec4(dilation);
-    vec4 u = uintBitsToFloat(texelFetch(nodes, int(at + 4u))) + vec4(dilation);
+    vec4 l = uintBitsToFloat(imageLoad(nodes, int(at))) - vec4(dilation);
+    vec4 u = uintBitsToFloat(imageLoad(nodes, int(at + 4u))) + vec4(dilation);
     [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
         planes[k] = own_plane(l, k);
         others[k] = own_plane(u, k);

@@ -26,8 +26,8 @@
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kPacketStepBudget;
 
-layout(binding = kBindNodes) uniform usamplerBuffer nodes;
-layout(binding = kBindLeaves) uniform usamplerBuffer leaves;
+layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
+layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
 /// In place of 1/z: of rays that want no more, and of what reaches to the eye.
 const float kDone = 1.0e38f;
@@ -203,7 +203,7 @@ uint take_child(inout uint steps) {
 }
 
 vec4 fetch_planes(uint at, float org) {
-    return uintBitsToFloat(texelFetch(nodes, int(at))) - vec4(org);
+    return uintBitsToFloat(imageLoad(nodes, int(at))) - vec4(org);
 }
 
 /// 1/z for the nearest that a hit may be which the rule finds from `z` on.
@@ -235,7 +235,7 @@ void visit_node(uint node) {
             sums[i] += x * other_factors[i].x + y * other_factors[i].y + z * other_factors[i].z;
         }
     }
-    uvec4 child = texelFetch(nodes, int(at + kNodeChild));
+    uvec4 child = imageLoad(nodes, int(at + kNodeChild));
     uint part = (lane >> 2u) * kSlots;
     [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
         uint own = kLanes == 4u ? k : part + k;

@@ -18,7 +18,7 @@ float leaf_error;
 void project_vertices(uint leaf) {
     vec3 v[kSlots];
     [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
-        uvec4 words = texelFetch(leaves, int(leaf * kLeafVec4s + h * kLanes + lane));
+        uvec4 words = imageLoad(leaves, int(leaf * kLeafVec4s + h * kLanes + lane));
         v[h] = uintBitsToFloat(words.xyz);
         corner_words[h] = words.w;
     }
@@ -329,17 +329,17 @@ Setup read_setup(Setup own, uint from) {
 }
 
 vec3 leaf_vertex(uint leaf_at, uint slot) {
-    return uintBitsToFloat(texelFetch(leaves, int(leaf_at + slot)).xyz);
+    return uintBitsToFloat(imageLoad(leaves, int(leaf_at + slot)).xyz);
 }
 
 uint named_triangle(uint name, out vec3 a, out vec3 b, out vec3 c) {
     uint i = name & 15u;
     uint at = (name >> 4u) * kLeafVec4s;
-    uint corners = texelFetch(leaves, int(at + i)).w;
+    uint corners = imageLoad(leaves, int(at + i)).w;
     a = leaf_vertex(at, corner(corners, 0u));
     b = leaf_vertex(at, corner(corners, 1u));
     c = leaf_vertex(at, corner(corners, 2u));
-    return texelFetch(leaves, int(at + kLeafPrimIds + i / 4u))[i % 4u];
+    return imageLoad(leaves, int(at + kLeafPrimIds + i / 4u))[i % 4u];
 }
 
 #endif  // SHADERS_PACKET_LEAF_GLSL

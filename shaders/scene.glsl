@@ -4,12 +4,12 @@
 
 #include "shaders/kernel_interface.h"
 
-layout(binding = kBindPositions) uniform usamplerBuffer positions;
-layout(binding = kBindTriangles) uniform usamplerBuffer triangles;
+layout(binding = kBindPositions, rgba32ui) uniform readonly uimageBuffer positions;
+layout(binding = kBindTriangles, rgba32ui) uniform readonly uimageBuffer triangles;
 
 /// Three vertices and the albedo.
-uvec4 scene_triangle(uint prim_id) { return texelFetch(triangles, int(prim_id)); }
+uvec4 scene_triangle(uint prim_id) { return imageLoad(triangles, int(prim_id)); }
 
-vec3 scene_vertex(uint v) { return uintBitsToFloat(texelFetch(positions, int(v)).xyz); }
+vec3 scene_vertex(uint v) { return uintBitsToFloat(imageLoad(positions, int(v)).xyz); }
 
 #endif  // SHADERS_SCENE_GLSL

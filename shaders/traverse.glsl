@@ -14,8 +14,8 @@
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
 
-layout(binding = kBindNodes) uniform usamplerBuffer nodes;
-layout(binding = kBindLeaves) uniform usamplerBuffer leaves;
+layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
+layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
 /// (child, bits of t_enter). One entry more than can be used: where nothing is to be pushed, the
 /// entry above the top is overwritten all the same, which saves a branch.
@@ -74,7 +74,7 @@ NodeRay node_ray(SlabRay s) {
 
 /// Where the ray meets four planes.
 vec4 distances(uint at, float org, float rdir) {
-    precise vec4 relative = uintBitsToFloat(texelFetch(nodes, int(at))) - vec4(org);
+    precise vec4 relative = uintBitsToFloat(imageLoad(nodes, int(at))) - vec4(org);
     precise vec4 t = relative * vec4(rdir);
     return t;
 }
@@ -101,7 +101,7 @@ void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint nod
     vec4 far_z = distances(at + ray.far_planes.z, ray.far_org.z, ray.rdir.z);
     vec4 enter = max(max(near_x, near_y), max(near_z, vec4(0.0f)));
     vec4 leave = min(min(far_x, far_y), far_z);
-    uvec4 child = texelFetch(nodes, int(at + kNodeChild));
+    uvec4 child = imageLoad(nodes, int(at + kNodeChild));
     consider(t, nearest, child.x, enter.x, enter.x <= min(leave.x, t.best.t));
     consider(t, nearest, child.y, enter.y, enter.y <= min(leave.y, t.best.t));
     consider(t, nearest, child.z, enter.z, enter.z <= min(leave.z, t.best.t));
@@ -141,11 +141,11 @@ uint visit_node(inout Traversal t, NodeRay ray) {
 }
 
 vec3 leaf_vertex(uint leaf_at, uint slot) {
-    return uintBitsToFloat(texelFetch(leaves, int(leaf_at + slot)).xyz);
+    return uintBitsToFloat(imageLoad(leaves, int(leaf_at + slot)).xyz);
 }
 
 void leaf_triangle(uint leaf_at, uint i, out vec3 a, out vec3 b, out vec3 c) {
-    uint corners = texelFetch(leaves, int(leaf_at + i)).w;
+    uint corners = imageLoad(leaves, int(leaf_at + i)).w;
     a = leaf_vertex(leaf_at, corner(corners, 0u));
     b = leaf_vertex(leaf_at, corner(corners, 1u));
     c = leaf_vertex(leaf_at, corner(corners, 2u));
@@ -176,7 +176,7 @@ void note_doubts(uint leaf, uint triangles) {
 }
 
 uint leaf_prim(uint leaf_at, uint i) {
-    return texelFetch(leaves, int(leaf_at + kLeafPrimIds + i / 4u))[i % 4u];
+    return imageLoad(leaves, int(leaf_at + kLeafPrimIds + i / 4u))[i % 4u];
 }
 
 void take_hit(inout Traversal t, TriangleHit hit, uint prim_id, bool is_hit) {
@@ -201,7 +201,7 @@ bool plain_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out Triangle
 uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
     uint leaf = t.current & ~kLeafBit;
     uint at = leaf * kLeafVec4s;
-    uint count = corner_triangle_count(texelFetch(leaves, int(at)).w);
+    uint count = corner_triangle_count(imageLoad(leaves, int(at)).w);
     uint inside = 0u;
     uint doubtful = 0u;
     vec3 a, b, c;
