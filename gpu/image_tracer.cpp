@@ -163,13 +163,19 @@ RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
 
 RayPass ImageTracer::shadow_pass(const RegionArguments& region) const {
     RegionArguments packets = region;
-    set_tiles(packets, kPacketWidth, kShadowPacketHeight);
-    const Record dispatch = [this, packets](VkCommandBuffer commands) {
+    // High packets are fewer, but meet triangles that fewer of their rays have to do with; that is
+    // dearer where there is a triangle or more for each pixel (measured; in between it is even).
+    const std::uint64_t pixels = std::uint64_t{region.params.width} * region.params.height;
+    const bool is_tall =
+        kernels_.packet_lanes >= 8 && std::uint64_t{2} * scene_.triangle_count() <= pixels;
+    const Pipeline& kernel = is_tall ? kernels_.tall_shadow_packet : kernels_.shadow_packet;
+    set_tiles(packets, kPacketWidth, is_tall ? kTallShadowPacketHeight : kShadowPacketHeight);
+    const Record dispatch = [this, packets, &kernel](VkCommandBuffer commands) {
         vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
         // Writer: the fill; writer after it: the kernel.
         barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
                 VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT);
-        kernels_.shadow_packet.dispatch(commands, packets, packet_groups(packets.tile_count));
+        kernel.dispatch(commands, packets, packet_groups(packets.tile_count));
     };
     return {"trace shadow rays", true, dispatch, {}};
 }

@@ -29,16 +29,25 @@ Pipeline traversal(Context& context, const Pipeline::Source& source, const Tunin
 }
 
 Pipeline packets(Context& context, const Pipeline::Source& source, const Tuning& tuning,
-                 std::uint32_t lanes) {
+                 std::uint32_t lanes, std::uint32_t shadow_height = kShadowPacketHeight) {
     if (lanes == 0) return {};
     // The loops of all clusters of a subgroup may be counted together.
     const std::uint32_t clusters = context.physical().info.subgroup_size / lanes;
     const std::uint32_t steps = tuning.step_budget < kStepBudget
                                     ? tuning.step_budget
                                     : std::max(kPacketStepBudget / clusters, 1u);
-    const std::uint32_t constants[] = {steps, lanes, packet_run(context.physical())};
-    static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 && kConstantPacketRun == 2);
+    const std::uint32_t constants[] = {steps, lanes, packet_run(context.physical()), shadow_height};
+    static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 &&
+                  kConstantPacketRun == 2 && kConstantPacketHeight == 3);
     return Pipeline(context, source, constants);
+}
+
+Pipeline::Source shadow_source(const char* name) {
+    return {name,
+            k_shadow_packet_spirv,
+            {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindFoundHits,
+             kBindOcclusion, kBindWork},
+            sizeof(RegionArguments)};
 }
 
 }  // namespace
@@ -57,13 +66,9 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                               {kBindNodes, kBindLeaves, kBindHits, kBindWork},
                               sizeof(PacketArguments)},
                              tuning, packet_lanes)),
-      shadow_packet(packets(context,
-                            {"shadow packets",
-                             k_shadow_packet_spirv,
-                             {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles,
-                              kBindFoundHits, kBindOcclusion, kBindWork},
-                             sizeof(RegionArguments)},
-                            tuning, packet_lanes)),
+      shadow_packet(packets(context, shadow_source("shadow packets"), tuning, packet_lanes)),
+      tall_shadow_packet(packets(context, shadow_source("tall shadow packets"), tuning,
+                                 packet_lanes < 8 ? 0 : packet_lanes, kTallShadowPacketHeight)),
       rays(traversal(context,
                      {"rays",
                       k_rays_spirv,
@@ -114,8 +119,9 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                             sizeof(RefitArguments)}) {}
 
 void Kernels::bind(const Bindings& bindings) {
-    for (Pipeline* p : {&primary, &primary_packet, &shadow_packet, &rays, &select, &occlusion,
-                        &occlusion_packet, &resume, &shade, &refit_leaves, &refit_nodes}) {
+    for (Pipeline* p :
+         {&primary, &primary_packet, &shadow_packet, &tall_shadow_packet, &rays, &select,
+          &occlusion, &occlusion_packet, &resume, &shade, &refit_leaves, &refit_nodes}) {
         p->bind(bindings);
     }
     if (bindings.views[kBindKeyframes] != VK_NULL_HANDLE) deform.bind(bindings);

@@ -16,6 +16,8 @@ struct Kernels {
     Pipeline primary;
     Pipeline primary_packet;
     Pipeline shadow_packet;
+    /// Of packets twice as high; needs 8 lanes.
+    Pipeline tall_shadow_packet;
     Pipeline rays;
     Pipeline select;
     Pipeline occlusion;

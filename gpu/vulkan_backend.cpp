@@ -140,6 +140,7 @@ void VulkanBackend::warm_up() {
         if (kernels_.packet_lanes != 0) {
             dispatch(kernels_.primary_packet, PacketArguments{});
             dispatch(kernels_.shadow_packet, nothing);
+            if (kernels_.packet_lanes >= 8) dispatch(kernels_.tall_shadow_packet, nothing);
             dispatch(kernels_.occlusion_packet, OcclusionArguments{});
         }
         dispatch(kernels_.occlusion, OcclusionArguments{});

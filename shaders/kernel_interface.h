@@ -64,10 +64,13 @@ SHARED_CONST uint kPacketStepBudget = 40000u;
 // How many packets a cluster traces, one after the other.
 SHARED_CONST uint kConstantPacketRun = 2u;
 SHARED_CONST uint kPacketWidth = 16u;
-// Of camera rays (with 4 lanes 8: a bit for each vector of rays has to fit a word), and of shadow
-// rays.
+// Of camera rays (with 4 lanes 8: a bit for each vector of rays has to fit a word).
 SHARED_CONST uint kCameraPacketHeight = 16u;
+// Of shadow rays (specialisation constant 3): where triangles are small and where they are not
+// (with 4 lanes always the former).
+SHARED_CONST uint kConstantPacketHeight = 3u;
 SHARED_CONST uint kShadowPacketHeight = 8u;
+SHARED_CONST uint kTallShadowPacketHeight = 16u;
 
 // Rays of a packet of `occlusion_packet`.
 SHARED_CONST uint kPacketRays = 32u;

@@ -106,25 +106,24 @@ vec3 other_factors[6];
 /// What the sums may be off by, the triangles' reach out of their boxes included.
 float plane_errors[6];
 
-void set_planes() {
-    vec3 sides[6] =
-        vec3[6](frame.row_x - frame.lower.x * frame.row_z,
-                frame.upper.x * frame.row_z - frame.row_x,
-                frame.row_y - frame.lower.y * frame.row_z,
-                frame.upper.y * frame.row_z - frame.row_y, frame.row_z, frame.row_z);
+/// For rays that pass within [lower, upper] of a plane, where a point p is at (row_x, row_y) * p /
+/// (row_z * p). `size` bounds the sums of magnitudes of row_x and row_y, each with its part of lower
+/// and upper.
+void set_planes(vec3 row_x, vec3 row_y, vec2 lower, vec2 upper, vec2 size) {
+    vec3 row_z = frame.row_z;
+    vec3 sides[6] = vec3[6](row_x - lower.x * row_z, upper.x * row_z - row_x,
+                            row_y - lower.y * row_z, upper.y * row_z - row_y, row_z, row_z);
     float reach = scene_reach();
-    bool upper = kLanes >= 8u && (lane & 4u) != 0u;
+    bool is_upper = kLanes >= 8u && (lane & 4u) != 0u;
     [[unroll]] for (uint i = 0u; i < 6u; ++i) {
         // The last is the least z; it wants the other corner.
-        bool largest = (i < 5u) == upper;
+        bool largest = (i < 5u) == is_upper;
         plane_factors[i] = largest ? max(sides[i], vec3(0.0f)) : min(sides[i], vec3(0.0f));
         other_factors[i] = largest ? min(sides[i], vec3(0.0f)) : max(sides[i], vec3(0.0f));
-        float size = i < 2u   ? frame.row_size.x + 32.0f * frame.row_size.z
-                     : i < 4u ? frame.row_size.y + 32.0f * frame.row_size.z
-                              : frame.row_size.z;
+        float terms = i < 2u ? size.x : i < 4u ? size.y : frame.row_size.z;
         // 2^-19 of the largest terms: 8 * 2^-24 of rounding (rows, differences, products, sums),
         // and 8 * 2^-24 by which the rule displaces vertices, twice over.
-        plane_errors[i] = 1.9073486328125e-06f * size * reach;
+        plane_errors[i] = 1.9073486328125e-06f * terms * reach;
     }
 }
 

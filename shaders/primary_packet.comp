@@ -113,7 +113,8 @@ void begin_packet(uint packet) {
     packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
                     uvec2(kPacketWidth, PACKET_HEIGHT);
     set_frame();
-    set_planes();
+    set_planes(frame.row_x, frame.row_y, frame.lower, frame.upper,
+               frame.row_size.xy + 32.0f * frame.row_size.z);
     begin_traversal();
 }
 

@@ -1,12 +1,15 @@
-// The shadow rays of a region, which all start at the light: a packet of 16x8 pixels a cluster of
-// lanes. Rays that have too little in common with the others are left to `resume`.
+// The shadow rays of a region, which all start at the light: a packet of 16x8 or 16x16 pixels a
+// cluster of lanes. Rays that have too little in common with the others are left to `resume`.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/exact.glsl"
+#include "shaders/kernel_interface.h"
 
-#define PACKET_HEIGHT kShadowPacketHeight
+layout(constant_id = kConstantPacketHeight) const uint kPacketHeight = kShadowPacketHeight;
+#define PACKET_HEIGHT kPacketHeight
 #define PACKET_ON_GRID false
 #include "shaders/packet_traversal.glsl"
+#include "shaders/shadow_axes.glsl"
 #include "shaders/shadow_rays.glsl"
 #include "shaders/spread.glsl"
 #include "shaders/work.glsl"
@@ -21,7 +24,7 @@ layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlu
 const uint kRoundSteps = 8u;
 /// Of a packet whose rays have little in common; `resume` is faster then.
 const uint kMostSteps = 6000u;
-/// Packets that the rays of 16x8 pixels may be divided into.
+/// Packets that the rays of these pixels may be divided into.
 const uint kMaxRounds = 4u;
 
 /// Where the rays pass the packet's plane, and 1/z at their ends, or kDone of those that want no
@@ -32,16 +35,11 @@ float q_end[kVectors];
 /// How far q_end may be off, roundings of directions included.
 float end_error;
 
-/// Where a direction passes the plane of a shear.
-vec2 sheared_point(vec3 d, vec2 shear, float rz) {
-    precise vec2 moved = d.xy - shear * d.z;
-    return moved * rz;
-}
-
 /// The plane is that of the largest component of one of the waiting rays, sheared so that this ray
 /// passes it at 0. The packet are those that pass near it, measured by its neighbours in the
 /// picture: across the edge of a surface they lie far apart (is_last: all). Rays that hardly reach
-/// the plane are left out.
+/// the plane are left out. The packet's own axes are those of plane_axes, but boxes are tested
+/// against a rectangle along the axes of space, which tells more of them from the packet.
 void set_frame(bool is_last) {
     uint v = uint(findLSB(cluster_or(waiting))) & (kVectors - 1u);
     uint lanes = cluster_or((waiting >> v & 1u) != 0u ? 1u << lane : 0u);
@@ -57,10 +55,12 @@ void set_frame(bool is_last) {
     vec2 own_point = abs(sheared_point(own, shear, own.z == 0.0f ? 0.0f : 1.0f / own.z));
     bool is_neighbour = (lanes >> lane & 1u) != 0u && lane != axis_lane;
     float spacing = cluster_min(is_neighbour ? greater(own_point.x, own_point.y) : 1.0f);
-    float radius = is_last ? 1.0e30f : 32.0f * spacing;
+    float radius = is_last ? 1.0e30f : (PACKET_HEIGHT == 8u ? 32.0f : 64.0f) * spacing;
 
     traced = 0u;
     float most_q = 0.0f;
+    float most_at = 0.0f;
+    PointSums sums = no_points();
     [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
         vec3 r = rotate_axes(vec3(dir_x[k], dir_y[k], dir_z[k]), axis);
         float z = side * r.z;
@@ -69,19 +69,36 @@ void set_frame(bool is_last) {
         left_out |= is_out ? 1u << k : 0u;
         float rz = is_traced && !is_out ? 1.0f / z : 0.0f;
         vec2 at = sheared_point(r, shear, rz);
-        is_traced = is_traced && !is_out && greater(abs(at.x), abs(at.y)) <= radius;
+        float size = greater(abs(at.x), abs(at.y));
+        is_traced = is_traced && !is_out && size <= radius;
         traced |= is_traced ? 1u << k : 0u;
         plane_x[k] = at.x;
         plane_y[k] = at.y;
         float q = rz / (is_traced ? tfar[k] : 1.0f);
         most_q = greater(most_q, is_traced ? q : 0.0f);
+        most_at = greater(most_at, is_traced ? size : 0.0f);
         q_end[k] = is_traced ? q : kDone;
+        add_point(sums, k, at, is_traced);
     }
     // 2^-18.
     end_error = 3.814697265625e-06f * cluster_max(most_q);
     waiting &= ~(traced | left_out);
+    mat2 axes = plane_axes(sums);
     vec2 low = vec2(1.0e30f);
     vec2 high = vec2(-1.0e30f);
+    [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
+        vec2 at = vec2(plane_x[k], plane_y[k]);
+        bool is_traced = (traced >> k & 1u) != 0u;
+        low = is_traced ? min(low, at) : low;
+        high = is_traced ? max(high, at) : high;
+        plane_x[k] = dot(axes[0], at);
+        plane_y[k] = dot(axes[1], at);
+    }
+    float at_error = point_error(cluster_max(most_at));
+    vec2 box_low = vec2(cluster_min(low.x), cluster_min(low.y)) - at_error;
+    vec2 box_high = vec2(cluster_max(high.x), cluster_max(high.y)) + at_error;
+    low = vec2(1.0e30f);
+    high = vec2(-1.0e30f);
     [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
         vec2 group_low = vec2(1.0e30f);
         vec2 group_high = vec2(-1.0e30f);
@@ -104,20 +121,21 @@ void set_frame(bool is_last) {
         plane_x[k] *= scale;
         plane_y[k] *= scale;
     }
-    vec3 unit_x = vec3(scale, 0.0f, -scale * shear.x);
-    vec3 unit_y = vec3(0.0f, scale, -scale * shear.y);
-    vec3 unit_z = vec3(0.0f, 0.0f, side);
+    vec2 x_row = sheared_axis(axes[0], shear);
+    vec2 y_row = sheared_axis(axes[1], shear);
     // rotate_axes thrice is nothing; twice undoes once.
     uint back = axis == 0u ? 1u : axis == 1u ? 0u : 2u;
     frame.org = light;
-    frame.row_x = rotate_axes(unit_x, back);
-    frame.row_y = rotate_axes(unit_y, back);
-    frame.row_z = rotate_axes(unit_z, back);
+    frame.row_x = scale * rotate_axes(vec3(axes[0], x_row.x), back);
+    frame.row_y = scale * rotate_axes(vec3(axes[1], y_row.x), back);
+    frame.row_z = rotate_axes(vec3(0.0f, 0.0f, side), back);
     frame.own_row = lane == 0u ? frame.row_x : lane == 1u ? frame.row_y : frame.row_z;
-    frame.own_row_error = vec3(0.0f);
-    frame.row_size = vec3(scale + scale * abs(shear.x), scale + scale * abs(shear.y), 1.0f);
-    // Of x and y: roundings of values up to 3, over z >= 1/2, and a division; 2^-19 and 2^-17.
-    frame.ray_error = vec2(1.9073486328125e-06f * scale + 7.62939453125e-06f);
+    float row_error = lane == 0u ? x_row.y : lane == 1u ? y_row.y : 0.0f;
+    frame.own_row_error = rotate_axes(vec3(0.0f, 0.0f, scale * row_error), back);
+    frame.row_size = vec3(scale * sum_of_abs(vec3(axes[0], x_row.x)),
+                          scale * sum_of_abs(vec3(axes[1], y_row.x)), 1.0f);
+    // 2^-18, for roundings of values up to 16.
+    frame.ray_error = vec2(scale * at_error + 3.814697265625e-06f);
     frame.lower = scale * low - frame.ray_error;
     frame.upper = scale * high + frame.ray_error;
     [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
@@ -125,9 +143,13 @@ void set_frame(bool is_last) {
         group_upper[g] = scale * group_upper[g] + frame.ray_error;
     }
     frame.depth_error = box_dilation(light);
-    float unit = 1.0f / scale;
-    set_directions(vec3(shear, 1.0f), vec3(unit, 0.0f, 0.0f), vec3(0.0f, unit, 0.0f),
-                   greater(frame.upper, -frame.lower));
+    float unit = 1.0f / (scale * (axes[0].x * axes[1].y - axes[0].y * axes[1].x));
+    set_directions(vec3(shear, 1.0f), unit * vec3(axes[1].y, -axes[1].x, 0.0f),
+                   unit * vec3(-axes[0].y, axes[0].x, 0.0f), greater(frame.upper, -frame.lower));
+    // Points are within 5.
+    set_planes(rotate_axes(vec3(1.0f, 0.0f, -shear.x), back),
+               rotate_axes(vec3(0.0f, 1.0f, -shear.y), back), box_low, box_high,
+               vec2(6.0f) + abs(shear));
     // 2^-13: as in `primary_packet`, with distances up to 64.
     frame.rounding = 1.220703125e-04f;
 }
@@ -212,7 +234,7 @@ void main() {
             // Always so, but see cluster.glsl.
             if (any == 0u) {
                 packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
-                                uvec2(kPacketWidth, kShadowPacketHeight);
+                                uvec2(kPacketWidth, PACKET_HEIGHT);
                 seen = find_seen();
                 any = cluster_or(seen);
             }
@@ -223,7 +245,6 @@ void main() {
         do {
             ++round;
             set_frame(round == kMaxRounds);
-            set_planes();
             begin_traversal();
             update_depth();
             t.most_steps = min(t.steps + kMostSteps, kSteps);
