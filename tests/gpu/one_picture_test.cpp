@@ -55,7 +55,8 @@ TEST(OnePicture, ImagesWithoutPacketsEqualBruteForce) {
 }
 
 // Several packets side by side and above each other, runs of them that end within the picture, and
-// rays that few of their packet share a surface with.
+// rays that few of their packet share a surface with. Shadow packets are high in the large picture
+// and low in the small one, which has fewer pixels than there are triangles.
 TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
@@ -64,11 +65,14 @@ TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
         for (Backend* backend : {vulkan.get(), cpu.get()}) {
             backend->set_scene(scene.topology, scene.positions, bvh);
         }
-        for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow}) {
+        const ImageParams views[] = {view(333, 217, kRaysPrimary), view(333, 217, kRaysShadow),
+                                     view(61, 43, kRaysShadow)};
+        for (const ImageParams& params : views) {
             Frame expected, traced;
-            cpu->trace_image(view(333, 217, rays), expected);
-            vulkan->trace_image(view(333, 217, rays), traced);
-            EXPECT_EQ(differing(expected, traced), 0u) << scene.name << ", rays " << rays;
+            cpu->trace_image(params, expected);
+            vulkan->trace_image(params, traced);
+            EXPECT_EQ(differing(expected, traced), 0u)
+                << scene.name << ", " << params.width << " wide, rays " << params.rays;
         }
     }
 }
