@@ -108,14 +108,14 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
       deform(
           context,
           {"deform", k_deform_spirv, {kBindKeyframes, kBindPositionsOut}, sizeof(DeformArguments)}),
-      refit_leaves(context, {"refit leaves",
-                             k_refit_leaves_spirv,
-                             {kBindPositions, kBindLeafVertices, kBindLeafParents, kBindNodesOut,
-                              kBindLeavesOut},
-                             sizeof(RefitArguments)}),
+      refit_leaves(context,
+                   {"refit leaves",
+                    k_refit_leaves_spirv,
+                    {kBindPose, kBindLeafVertices, kBindLeafParents, kBindNodesOut, kBindLeavesOut},
+                    sizeof(RefitArguments)}),
       refit_nodes(context, {"refit nodes",
                             k_refit_nodes_spirv,
-                            {kBindNodes, kBindNodeParents, kBindNodesOut},
+                            {kBindRefittedNodes, kBindNodeParents, kBindNodesOut},
                             sizeof(RefitArguments)}) {}
 
 void Kernels::bind(const Bindings& bindings) {

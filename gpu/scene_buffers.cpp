@@ -10,6 +10,7 @@ constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
 constexpr VkFormat kFourWords = VK_FORMAT_R32G32B32A32_UINT;
 constexpr VkBufferUsageFlags kRead = VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
 constexpr VkBufferUsageFlags kReadInPlace = VK_BUFFER_USAGE_STORAGE_TEXEL_BUFFER_BIT;
+constexpr VkBufferUsageFlags kRefitted = kRead | kReadInPlace;
 
 /// The bytes of a contiguous container.
 template <class Values>
@@ -63,7 +64,7 @@ SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology&
                            std::span<const vec3> positions, const Bvh& bvh)
     : vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
-      positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords, kReadInPlace),
+      positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords, kRefitted),
       ring_(vertex_count_),
       triangles_(
           filled(context, transfer, "triangles", with_albedo(topology), kFourWords, kReadInPlace)),
@@ -74,7 +75,7 @@ SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology&
 SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh, double room)
     : leaf_count(static_cast<std::uint32_t>(bvh.leaves.size())),
       level_begin(bvh.level_begin),
-      nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kReadInPlace, room)),
+      nodes(filled(context, transfer, "nodes", bvh.nodes, kFourWords, kRefitted, room)),
       leaves(filled(context, transfer, "leaves", leaves_of(bvh), kFourWords, kReadInPlace, room)),
       leaf_vertices(
           filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords, kRead, room)),
@@ -161,6 +162,8 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     bindings.views[kBindPositions] = positions_.view.get();
     bindings.views[kBindTriangles] = triangles_.view.get();
     bindings.views[kBindNodes] = tree_.nodes.view.get();
+    bindings.views[kBindRefittedNodes] = tree_.nodes.view.get();
+    bindings.views[kBindPose] = positions_.view.get();
     bindings.views[kBindLeaves] = tree_.leaves.view.get();
     bindings.views[kBindLeafVertices] = tree_.leaf_vertices.view.get();
     bindings.views[kBindLeafParents] = tree_.leaf_parents.view.get();

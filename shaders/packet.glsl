@@ -107,8 +107,8 @@ vec3 other_factors[6];
 float plane_errors[6];
 
 /// For rays that pass within [lower, upper] of a plane, where a point p is at (row_x, row_y) * p /
-/// (row_z * p). `size` bounds the sums of magnitudes of row_x and row_y, each with its part of lower
-/// and upper.
+/// (row_z * p). `size` bounds the sums of magnitudes of row_x and row_y, each with its part of
+/// lower and upper.
 void set_planes(vec3 row_x, vec3 row_y, vec2 lower, vec2 upper, vec2 size) {
     vec3 row_z = frame.row_z;
     vec3 sides[6] = vec3[6](row_x - lower.x * row_z, upper.x * row_z - row_x,

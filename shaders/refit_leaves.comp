@@ -6,7 +6,7 @@
 
 #include "shaders/refit.glsl"
 
-layout(binding = kBindPositions, rgba32ui) uniform readonly uimageBuffer positions;
+layout(binding = kBindPose) uniform usamplerBuffer positions;
 layout(binding = kBindLeafVertices) uniform usamplerBuffer leaf_vertices;
 layout(binding = kBindLeafParents) uniform usamplerBuffer leaf_parents;
 layout(binding = kBindLeavesOut, r32ui) writeonly uniform uimageBuffer leaves_out;
@@ -19,7 +19,7 @@ void main() {
     [[unroll]] for (uint quarter = 0u; quarter < kLeafVertices / 4u; ++quarter) {
         uvec4 vertices = texelFetch(leaf_vertices, int(leaf * kLeafVertices / 4u + quarter));
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-            bits[4u * quarter + i] = imageLoad(positions, int(vertices[i])).xyz;
+            bits[4u * quarter + i] = texelFetch(positions, int(vertices[i])).xyz;
         }
     }
     vec3 lower = vec3(kEmptyPlane);

@@ -6,22 +6,22 @@
 
 #include "shaders/refit.glsl"
 
-layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
+layout(binding = kBindRefittedNodes) uniform usamplerBuffer nodes;
 layout(binding = kBindNodeParents) uniform usamplerBuffer node_parents;
 
 float lowest(uint at) {
-    vec4 v = min(min(uintBitsToFloat(imageLoad(nodes, int(at))),
-                     uintBitsToFloat(imageLoad(nodes, int(at + 1u)))),
-                 min(uintBitsToFloat(imageLoad(nodes, int(at + 2u))),
-                     uintBitsToFloat(imageLoad(nodes, int(at + 3u)))));
+    vec4 v = min(min(uintBitsToFloat(texelFetch(nodes, int(at))),
+                     uintBitsToFloat(texelFetch(nodes, int(at + 1u)))),
+                 min(uintBitsToFloat(texelFetch(nodes, int(at + 2u))),
+                     uintBitsToFloat(texelFetch(nodes, int(at + 3u)))));
     return min(min(v.x, v.y), min(v.z, v.w));
 }
 
 float highest(uint at) {
-    vec4 v = max(max(uintBitsToFloat(imageLoad(nodes, int(at))),
-                     uintBitsToFloat(imageLoad(nodes, int(at + 1u)))),
-                 max(uintBitsToFloat(imageLoad(nodes, int(at + 2u))),
-                     uintBitsToFloat(imageLoad(nodes, int(at + 3u)))));
+    vec4 v = max(max(uintBitsToFloat(texelFetch(nodes, int(at))),
+                     uintBitsToFloat(texelFetch(nodes, int(at + 1u)))),
+                 max(uintBitsToFloat(texelFetch(nodes, int(at + 2u))),
+                     uintBitsToFloat(texelFetch(nodes, int(at + 3u)))));
     return max(max(v.x, v.y), max(v.z, v.w));
 }
 

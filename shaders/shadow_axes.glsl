@@ -34,8 +34,8 @@ PointSums no_points() {
 
 /// Of vector v.
 void add_point(inout PointSums sums, uint v, vec2 at, bool is_wanted) {
-    vec2 pixel = vec2(float(4u * (v & 3u) + (lane & 3u)) - 7.5f,
-                      float(kVectorHeight * (v >> 2u) + (lane >> 2u)) - 0.5f * float(PACKET_HEIGHT));
+    uvec2 at_pixel = uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
+    vec2 pixel = vec2(at_pixel) - 0.5f * vec2(kPacketWidth, PACKET_HEIGHT);
     vec2 point = is_wanted ? at : vec2(0.0f);
     sums.count += is_wanted ? 1.0f : 0.0f;
     sums.points += point;
@@ -76,7 +76,9 @@ mat2 plane_axes(PointSums own) {
     return is_known ? mat2(row_x, row_y) : mat2(1.0f);
 }
 
-/// z of an axis moved by the shear, and what that float leaves out.
+/// z of an axis moved by the shear, and what that float leaves out: less than 3 * 2^-25 of the row.
+/// Only a leaf's reference vertex takes it into account, for others it is one of the roundings of
+/// rows that their bound counts (`packet_leaf.glsl`).
 vec2 sheared_axis(vec2 axis, vec2 shear) {
     precise float x = axis.x * shear.x;
     precise float y = axis.y * shear.y;
