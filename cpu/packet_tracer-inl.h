@@ -211,7 +211,6 @@ private:
                 triangles != 0 ? static_cast<std::uint32_t>(__builtin_ctz(triangles)) : i;
             const Window next_window = window_of(setup, next);
             const GridPlanes planes(setup, i);
-            note_traced(window);
             for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
                 const std::uint32_t block =
                     window.first + static_cast<std::uint32_t>(__builtin_ctzll(blocks));
@@ -233,7 +232,6 @@ private:
             const GridPlanes planes(setup, i);
             const GridWindows& windows = setup.windows;
             const WindowPlanes window(frame_, planes, windows.first[i]);
-            note_traced(window_of(setup, i));
             std::uint32_t places =
                 window.met() & kWindows.places[windows.columns[i]][windows.rows[i]];
             for (; places != 0; places &= places - 1) {
@@ -266,8 +264,6 @@ private:
                 if (rows >> row >> 4 != 0)
                     next.blocks =
                         grid.blocks_met(row + 4, rows >> row >> 4, 64) & four_rows(blocks, row + 4);
-                note_traced({first, window.blocks});
-                note_traced({first + 64, next.blocks});
                 while ((window.blocks | next.blocks) != 0) {
                     if (window.blocks == 0) {
                         window = next;
@@ -297,19 +293,12 @@ private:
         return blocks.words[word] >> shift | after << 1 << (63 - shift);
     }
 
-    /// Notes that a triangle was held against some blocks.
-    HWY_INLINE void note_traced(const Window& window) {
-        const std::uint32_t word = window.first / 64;
-        const std::uint32_t shift = window.first % 64;
-        traced_.words[word] |= window.blocks << shift;
-        traced_.words[word + 1] |= window.blocks >> 1 >> (63 - shift);
-    }
-
     /// Closest hits: each triangle against its blocks, which are few on a grid and quickly found.
     /// Triangles that are treated alike come together, so that fewer branches are guessed wrong.
     HWY_INLINE void trace_by_triangle(const Leaf& leaf, const Setup& setup, std::uint32_t alive,
                                       const BlockSet<kWords>& blocks) {
         if (alive == 0) return;
+        for (std::size_t w = 0; w < kWords; ++w) traced_.words[w] |= blocks.words[w];
         const auto first_winner =
             static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
         const GridWindows& windows = setup.windows;
@@ -349,9 +338,9 @@ private:
     static constexpr std::uint32_t kManyOpen = 64;
     Open open_[kManyOpen + kCameraRays / hn::MaxLanes(Floats())];
     std::uint32_t open_count_ = 0;
-    /// The blocks that triangles were held against since depths were found. An empty window may
-    /// begin after the last.
-    BlockSet<kWords + 2> traced_ = {};
+    /// The blocks of leaves that were visited since depths were found. A triangle may be held
+    /// against others, too; of these too little is known until then.
+    BlockSet<kWords> traced_ = {};
     /// The blocks of rays that are in doubt: what can be hit there matters to them for longer.
     BlockSet<kWords> doubtful_blocks_ = {};
     std::uint32_t size_ = 0;
