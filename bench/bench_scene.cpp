@@ -18,6 +18,13 @@ std::vector<vec3> positions_at(const Clip& clip, const SceneSpace& space, double
     return scene;
 }
 
+std::vector<vec3> nudged(std::vector<vec3> positions) {
+    for (vec3& p : positions) {
+        for (int axis = 0; axis < 3; ++axis) p[axis] = std::nextafter(p[axis], 0.0f);
+    }
+    return positions;
+}
+
 ViewSpec resolved(ViewSpec view, const UserBounds& bounds) {
     const ResolvedView all = resolve_view(view, bounds);
     view.eye = all.eye;
@@ -39,7 +46,9 @@ BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSp
     const SceneSpace space(clip.bounds());
     const double middle = std::floor((clip.first_frame() + clip.last_frame()) / 2);
     scene.positions = positions_at(clip, space, middle);
-    scene.moved = positions_at(clip, space, std::min(middle + 1, clip.last_frame()));
+    scene.moved = clip.last_frame() > clip.first_frame()
+                      ? positions_at(clip, space, std::min(middle + 1, clip.last_frame()))
+                      : nudged(scene.positions);
     scene.bvh = build_bvh(clip.topology(), scene.positions);
     scene.view = kind == ViewKind::kFill ? fill_view(view, clip.bounds(), space, scene.bvh)
                                          : resolved(view, clip.bounds());

@@ -14,7 +14,8 @@
 namespace morphray::bench {
 
 /// The frame in the middle of a clip, in scene space, with a tree built for it; and the frame after
-/// it, to refit to (of a clip with a single frame the same positions again).
+/// it, to refit to. Of a clip with a single frame that is the same frame with every coordinate one
+/// float nearer to 0: backends that only refit what has moved have all of it to do.
 struct BenchScene {
     std::string name;
     ViewKind view_kind;
