@@ -207,6 +207,18 @@ private:
                 normal[k] = hn::IfThenElseZero(sane, normal[k]);
             }
         }
+        // The sign of det is that of edge functions inside: for a ray that the rule finds to hit
+        // the triangle at z, det is z times their sum. It is off by `displacement` at most, 12
+        // error size z_size by the vertices and the rest by rounding. So where it may have the
+        // wrong sign, functions of a hit add up to no more than displacement / z; a vertex may be 1
+        // / 16 nearer to the rule than it is here. What reaches to the eye is taken to be hit at
+        // 2^-10 z_size or beyond: nearer hits on a triangle that is edge-on and reaches there are
+        // not proven.
+        const VF displacement = hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size)));
+        const Mask uncertain = hn::Ge(displacement, hn::Abs(det));
+        const VF either_sign = hn::IfThenElse(in_front, hn::Mul(displacement, largest),
+                                              hn::Mul(hn::Mul(splat(16.0f * 1024), error), size));
+        bound = hn::IfThenElse(uncertain, hn::MulAdd(splat(1.1f), either_sign, bound), bound);
         const VF depth_a = hn::Mul(normal[0], signed_scale);
         const VF depth_b = hn::Mul(normal[1], signed_scale);
         const VF in_middle = hn::Mul(normal[2], signed_scale);
@@ -237,8 +249,6 @@ private:
         // products, and det_error and sum_error come on top.
         const VF gradient = hn::Add(hn::Abs(depth_a), hn::Abs(depth_b));
         const VF steep = hn::Mul(hn::Mul(splat(4.0f), error), gradient);
-        const VF displacement = hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size)));
-        const Mask uncertain = hn::Ge(displacement, hn::Abs(det));
         // Displacing the vertices moves det by 12 error size z_size: here by less than a fifth.
         const Mask sharp = hn::Lt(hn::Mul(splat(4.0f), displacement), hn::Abs(det));
         const RuleDepth rule = DepthBounds<kOnGrid>(frame_).find(
