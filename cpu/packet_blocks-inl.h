@@ -144,20 +144,6 @@ HWY_INLINE void to_grid(const PacketFrame& frame, const Rectangles& r, GridRange
     }
 }
 
-/// Which of four rows of blocks there are, as all of their bits.
-struct RowMasks {
-    std::uint64_t of[16]{};
-
-    constexpr RowMasks() {
-        for (std::uint32_t rows = 0; rows < 16; ++rows) {
-            for (std::uint32_t row = 0; row < 4; ++row) {
-                if ((rows >> row & 1) != 0) of[rows] |= std::uint64_t{0xFFFF} << (row * kGridSide);
-            }
-        }
-    }
-};
-inline constexpr RowMasks kRowMasks;
-
 /// Windows of up to 4 x 4 blocks by the numbers of columns and rows after the first: bit b is that
 /// many blocks after the first one. And their places, row by row, as bits.
 inline constexpr std::uint32_t kWindowSide = 4;
@@ -215,11 +201,13 @@ HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows,
                                const BlockSet<kGridBlocks / 64>& among,
                                BlockSet<kGridBlocks / 64>& out) {
 #if HWY_TARGET == HWY_SCALAR
+    out = {};
     std::uint64_t any = 0;
-    for (std::uint32_t word = 0; word < kGridBlocks / 64; ++word) {
-        out.words[word] =
-            among.words[word] & columns * kEachRow & kRowMasks.of[rows >> (4 * word) & 15];
-        any |= out.words[word];
+    for (std::uint32_t row = 0; row < kGridSide; ++row) {
+        if ((rows >> row & 1) == 0) continue;
+        const std::uint64_t own = std::uint64_t{columns} << row % 4 * kGridSide;
+        out.words[row / 4] |= among.words[row / 4] & own;
+        any |= among.words[row / 4] & own;
     }
     return any != 0;
 #else

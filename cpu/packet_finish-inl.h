@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "cpu/packet.h"
 #include "cpu/packet_maker-inl.h"

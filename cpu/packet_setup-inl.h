@@ -25,14 +25,15 @@ namespace HWY_NAMESPACE {
 
 /// Sixteen triangles of a leaf, set up: edge functions a x + b y + c of the packet's plane,
 /// positive inside; their bound; and 1/z = depth_a x + depth_b y + depth_c, of which q is too small
-/// or too large by at most c0 + q (c1 + q c2), for a camera's rays by at most `error`.
+/// or too large by at most c0 + q (c1 + q c2), for a camera's rays by at most `error`. Those that a
+/// camera sees have `error` and windows; others c0, c1, c2, nearest_q, rectangles and the last two.
 struct alignas(64) Setup {
     float a[3][16], b[3][16], c[3][16];
     float depth_a[16], depth_b[16], depth_c[16];
     float bound[16], error[16], c0[16], c1[16], c2[16], q[16];
     Rectangles rectangles;
     GridWindows windows;
-    /// Of a point's: c plus the bound, and depth_c plus the largest error (LeafOcclusion).
+    /// c plus the bound, and depth_c plus the largest error (LeafOcclusion).
     float most_c[3][16], most_q[16];
 };
 
@@ -270,8 +271,6 @@ private:
         hn::Store(known(depth_a), f, setup.depth_a + l);
         hn::Store(known(depth_b), f, setup.depth_b + l);
         hn::Store(known(depth_c), f, setup.depth_c + l);
-        const VF nearest = nearest_q(hn::Sub(hn::Sub(z_least, z_error), rule.z));
-        hn::Store(nearest, f, setup.q + l);
         if constexpr (kOnGrid) {
             // A ray that the rule may find to hit the triangle lies in its rectangle.
             const VF most_q = hn::MulAdd(gradient, half_extent, hn::Abs(in_middle));
@@ -279,6 +278,8 @@ private:
             hn::Store(hn::IfThenElse(uncertain, splat(1e35f), hn::Mul(most, splat(1.0001f))), f,
                       setup.error + l);
         } else {
+            const VF nearest = nearest_q(hn::Sub(hn::Sub(z_least, z_error), rule.z));
+            hn::Store(nearest, f, setup.q + l);
             const VF sure_c0 = hn::IfThenElse(uncertain, splat(1e35f), c0);
             const VF sure_c1 = known(c1);
             hn::Store(sure_c0, f, setup.c0 + l);
