@@ -211,10 +211,10 @@ void set_up_depth(inout Setup setup, Corners t, vec2 middle, float size, float e
 }
 
 /// Edge functions are taken in the point of the packet nearest to the first vertex. Let s bound |x|
-/// + |y| of the vertices there, Z |z|, and `reach` |x| + |y| as seen from any ray of the packet. A
-/// vertex is off by `error` (x - X z for |X| + |Y| <= 32 rounds by 2^-18 Z), so that an edge
-/// function moves by at most 4 error (reach + error), twice the first-order term. Its own roundings
-/// are at most frame.rounding s Z + 2^-20 s^2.
+/// + |y| of the vertices there, Z |z|, and `reach` both |x| and |y| as seen from any ray of the
+/// packet. There x and y of a vertex are off by `error` together (x - X z for |X| + |Y| <= 32 rounds
+/// by 2^-18 Z), so that a.x b.y - a.y b.x moves by at most 2 error reach + error^2. Its own
+/// roundings are at most frame.rounding s Z + 2^-20 s^2.
 Setup set_up_triangle(Corners t, float leaf_error) {
     float z_size = most(abs(t.z));
     float rz = t.z.x > 0.0f ? 1.0f / t.z.x : 0.0f;
@@ -223,7 +223,7 @@ Setup set_up_triangle(Corners t, float leaf_error) {
     vec3 py = t.y - middle.y * t.z;
     float size = most(abs(px) + abs(py));
     vec2 span = frame.upper - frame.lower;
-    float reach = (span.x + span.y) * z_size + size;
+    float reach = greater(span.x, span.y) * z_size + size;
     // 2^-21 and 2^-18.
     float error = 4.76837158203125e-07f * size + 3.814697265625e-06f * z_size + leaf_error;
     // 2^-20.
@@ -233,7 +233,7 @@ Setup set_up_triangle(Corners t, float leaf_error) {
     vec3 c = px.yzx * py.zxy - py.yzx * px.zxy;
     float det = px.x * a.x + py.x * b.x + t.z.x * c.x;
     float moved = most(abs(a) * frame.ray_error.x + abs(b) * frame.ray_error.y);
-    float bound = 4.0f * error * (reach + error) + rounding + moved;
+    float bound = 2.0f * error * (reach + error) + rounding + moved;
     // What overflows (eyes and vertices very far away) leaves everything in doubt.
     bool sane = bound < 1.0e28f && abs(det) < 1.0e34f;
     float orientation = det < 0.0f ? -1.0f : 1.0f;

@@ -76,9 +76,33 @@ vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
     return moved;
 }
 
+/// How far from the middle of its pixel a ray may be, in x and y.
+///
+/// A component of a direction, (corner + du x) + dv y, is made by two products and two sums, each
+/// off by 2^-24 of what comes out, and put on a grid, off by 2^-45 of the largest. The rows that
+/// came from the host are off by 2^-24 of their components, and the middle times that of row_z.
+/// What that comes to in the frame's rows is e = (e0, e1, e2), and a ray at (X, Y, 1) is off by
+/// (e0 - X e2) / (1 + e2) in x, y alike. The factors make up for roundings here, 1 - e2 included.
+vec2 find_ray_error(vec3 row_x, vec3 row_y, vec2 middle) {
+    vec3 du = abs(camera.du);
+    vec3 dv = abs(camera.dv);
+    vec3 before = camera.corner + middle.x * camera.du;
+    vec3 size = abs(before + middle.y * camera.dv) + 8.0f * (du + dv);
+    vec3 sums = abs(before) + 8.0f * du + size;
+    vec3 products = (middle.x + 8.0f) * du + (middle.y + 8.0f) * dv;
+    // 1.03 * 2^-24 each; 2^-44.
+    vec3 error = 6.139279e-08f * (products + sums + 9.5367431640625e-07f * largest_component(size));
+    vec3 given = 6.139279e-08f * size;
+    vec3 along = abs(frame.row_z);
+    float e2 = dot(along, error + given);
+    float e0 = dot(abs(frame.row_x), error) + dot(abs(row_x) + middle.x * along, given);
+    float e1 = dot(abs(frame.row_y), error) + dot(abs(row_y) + middle.y * along, given);
+    // Where that is 2^-7 nothing is known.
+    return e2 < 0.0078125f ? vec2(e0, e1) + 9.0f * e2 : vec2(1.0e9f);
+}
+
 /// The plane's unit is a pixel, its origin the middle of the packet. Rays are taken for the middles
-/// of their pixels. They are off by 4 roundings of a direction, by the roundings of the rows that
-/// came from the host and by those of the middle: 2^-22 and 2^-23 of each.
+/// of their pixels.
 void set_frame() {
     vec2 middle = vec2(region_origin + packet_origin + uvec2(kPacketWidth, PACKET_HEIGHT) / 2u);
     vec3 row_x = vec3(args.row_x[0], args.row_x[1], args.row_x[2]);
@@ -93,10 +117,7 @@ void set_frame() {
     frame.own_row_error = lane == 0u ? x_error : lane == 1u ? y_error : vec3(0.0f);
     frame.row_size =
         vec3(magnitude_sum(frame.row_x), magnitude_sum(frame.row_y), magnitude_sum(row_z));
-    vec2 rounded = frame.row_size.xy + 9.0f * frame.row_size.z;
-    vec2 given = vec2(magnitude_sum(row_x), magnitude_sum(row_y)) + middle * frame.row_size.z;
-    frame.ray_error = args.direction_size *
-                      (2.384185791015625e-07f * rounded + 1.1920928955078125e-07f * given);
+    frame.ray_error = find_ray_error(row_x, row_y, middle);
     set_directions(camera.corner + middle.x * camera.du + middle.y * camera.dv, camera.du,
                    camera.dv, vec2(9.0f));
     vec2 extent = vec2(7.5f, float(kGroups) - 0.5f) + frame.ray_error;
