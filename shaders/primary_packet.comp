@@ -288,8 +288,27 @@ void settle_doubts(inout uint steps) {
     } while (more && steps < kSteps);
 }
 
+/// The first packet of the run that sees something, if there is one: its root is visited. Pixels of
+/// those before it are written.
+void find_packet(inout uint packet, uint end, inout uint steps) {
+    bool sees_something = false;
+    do {
+        // Always so, but see cluster.glsl.
+        if (!sees_something) {
+            begin_packet(packet);
+            visit_node(0u);
+            uint any = 0u;
+            [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
+            sees_something = cluster_or(any) != 0u;
+            write_misses(sees_something ? 0u : kAllVectors, 0u, kNoPrim);
+        }
+        ++packet;
+        ++steps;
+    } while (!sees_something && packet < end);
+}
+
 /// Each cluster has a run of packets, so that those that see nothing end before the bodies of the
-/// loops that follow.
+/// loops that follow, and those that leave no doubts before that of the rule.
 void main() {
     find_lane();
     uint group = spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x);
@@ -300,37 +319,33 @@ void main() {
     if (packet >= end) return;
     read_arguments();
     Traversal t;
+    t.current = kEmptyChild;
+    t.triangles = kAllTriangles;
     t.steps = 0u;
     t.most_steps = kSteps;
+    clear_pending();
     bool is_complete = true;
+    bool is_done = false;
     do {
-        bool sees_something = false;
+        bool is_settled = false;
         do {
-            // Always so, but see cluster.glsl.
-            if (!sees_something) {
-                begin_packet(packet);
-                visit_node(0u);
-                uint any = 0u;
-                [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
-                sees_something = cluster_or(any) != 0u;
-                write_misses(sees_something ? 0u : kAllVectors, 0u, kNoPrim);
+            if (is_finished(t)) {
+                find_packet(packet, end, t.steps);
+                begin_rays();
+                t.current = take_child(t.steps);
+                t.triangles = kAllTriangles;
             }
-            ++packet;
-            ++t.steps;
-        } while (!sees_something && packet < end);
-        begin_rays();
-        t.current = take_child(t.steps);
-        t.triangles = kAllTriangles;
-        do {
             // What is counted nowhere else: each loop that the round runs once.
             t.steps += kRoundSteps;
             traverse(t);
             if (is_finished(t)) finish_winners();
-            settle_doubts(t.steps);
+            is_settled = cluster_or(unfinished | doubt_vectors[0]) == 0u;
             is_complete = t.steps < kSteps && level <= kMaxDepth;
-        } while (!is_finished(t) && is_complete);
-        is_complete = is_complete && is_finished(t);
-    } while (packet < end && is_complete);
+            is_done = is_finished(t) && packet >= end;
+        } while (is_settled && is_complete && !is_done);
+        settle_doubts(t.steps);
+        is_complete = is_complete && t.steps < kSteps;
+    } while (is_complete && !is_done);
     if (is_complete) return;
     atomicOr(work.header.status, kStatusUnfinished);
     --packet;
