@@ -1,7 +1,6 @@
 #include "gpu/camera_packets.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace morphray::gpu {
 namespace {
@@ -50,14 +49,6 @@ PacketArguments packet_arguments(const RegionArguments& region, std::uint32_t la
     float* const out[] = {arguments.row_x, arguments.row_y, arguments.row_z};
     for (int k = 0; k < 3; ++k) {
         for (int axis = 0; axis < 3; ++axis) out[k][axis] = static_cast<float>(rows[k][axis] / det);
-    }
-    const auto right = static_cast<float>(region.x + region.width + kPacketWidth);
-    const auto bottom = static_cast<float>(region.y + region.height + packet_height);
-    for (int axis = 0; axis < 3; ++axis) {
-        arguments.direction_size =
-            std::max(arguments.direction_size, std::abs(camera.corner[axis]) +
-                                                   std::abs(camera.du[axis]) * right +
-                                                   std::abs(camera.dv[axis]) * bottom);
     }
     return arguments;
 }

@@ -153,8 +153,6 @@ struct PacketArguments {
     float row_x[3];
     float row_y[3];
     float row_z[3];
-    /// Bounds the components of |corner| + |du| (x + 0.5) + |dv| (y + 0.5).
-    float direction_size;
 };
 
 /// Push constants of `rays`.
@@ -194,7 +192,7 @@ namespace morphray {
 static_assert(sizeof(WorkHeader) == 16 && sizeof(Suspended) == 48);
 static_assert(kStateUints == kStateStack + 2 * kMaxStack);
 static_assert(sizeof(RegionArguments) == 128, "the push constants that every device has");
-static_assert(sizeof(PacketArguments) == 128);
+static_assert(sizeof(PacketArguments) == 124);
 }  // namespace morphray
 #endif
 

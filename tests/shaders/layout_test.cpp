@@ -63,8 +63,7 @@ TEST(SharedLayout, ArgumentsAgree) {
                        OFFSET(PacketArguments, y), OFFSET(PacketArguments, width),
                        OFFSET(PacketArguments, height), OFFSET(PacketArguments, tile_columns),
                        OFFSET(PacketArguments, tile_count), OFFSET(PacketArguments, row_x),
-                       OFFSET(PacketArguments, row_y), OFFSET(PacketArguments, row_z),
-                       OFFSET(PacketArguments, direction_size)}));
+                       OFFSET(PacketArguments, row_y), OFFSET(PacketArguments, row_z)}));
     EXPECT_EQ(
         in_kernel("OcclusionArguments"),
         (Offsets{OFFSET(OcclusionArguments, params), OFFSET(OcclusionArguments, x),
