@@ -14,12 +14,12 @@ struct Box {
     bool empty() const { return lower.x > upper.x; }
 
     void extend(vec3 p) {
-        lower = {min(lower.x, p.x), min(lower.y, p.y), min(lower.z, p.z)};
-        upper = {max(upper.x, p.x), max(upper.y, p.y), max(upper.z, p.z)};
+        lower = {lesser(lower.x, p.x), lesser(lower.y, p.y), lesser(lower.z, p.z)};
+        upper = {greater(upper.x, p.x), greater(upper.y, p.y), greater(upper.z, p.z)};
     }
     void extend(const Box& b) {
-        lower = {min(lower.x, b.lower.x), min(lower.y, b.lower.y), min(lower.z, b.lower.z)};
-        upper = {max(upper.x, b.upper.x), max(upper.y, b.upper.y), max(upper.z, b.upper.z)};
+        lower = {lesser(lower.x, b.lower.x), lesser(lower.y, b.lower.y), lesser(lower.z, b.lower.z)};
+        upper = {greater(upper.x, b.upper.x), greater(upper.y, b.upper.y), greater(upper.z, b.upper.z)};
     }
 
     bool operator==(const Box&) const = default;

@@ -70,8 +70,8 @@ inline void refit_node(const RefitArrays& tree, std::uint32_t node_index) {
         upper[1] = max(upper[1], load4(node.upper_y + slot));
         upper[2] = max(upper[2], load4(node.upper_z + slot));
     }
-    const auto least = [](float4 v) { return min(min(v[0], v[1]), min(v[2], v[3])); };
-    const auto most = [](float4 v) { return max(max(v[0], v[1]), max(v[2], v[3])); };
+    const auto least = [](float4 v) { return lesser(lesser(v[0], v[1]), lesser(v[2], v[3])); };
+    const auto most = [](float4 v) { return greater(greater(v[0], v[1]), greater(v[2], v[3])); };
     set_slot_box(tree.nodes[parent / kWidth], parent % kWidth,
                  {{least(lower[0]), least(lower[1]), least(lower[2])},
                   {most(upper[0]), most(upper[1]), most(upper[2])}});

@@ -10,6 +10,7 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_shuffle : require
 
+#include "common/interop/platform.h"
 #include "shaders/kernel_interface.h"
 
 /// Lanes of a cluster: 4, 8 or 16, a part of a subgroup.
@@ -31,9 +32,7 @@ vec3 read_lane(vec3 v, uint from) {
     return vec3(read_lane(v.x, from), read_lane(v.y, from), read_lane(v.z, from));
 }
 
-/// The built-in ones look for NaNs.
-float lesser(float a, float b) { return a < b ? a : b; }
-float greater(float a, float b) { return a > b ? a : b; }
+vec2 lesser(vec2 a, vec2 b) { return vec2(lesser(a.x, b.x), lesser(a.y, b.y)); }
 vec2 greater(vec2 a, vec2 b) { return vec2(greater(a.x, b.x), greater(a.y, b.y)); }
 vec3 greater(vec3 a, vec3 b) { return vec3(greater(a.xy, b.xy), greater(a.z, b.z)); }
 

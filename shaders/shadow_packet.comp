@@ -89,8 +89,8 @@ void set_frame(bool is_last) {
     [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
         vec2 at = vec2(plane_x[k], plane_y[k]);
         bool is_traced = (traced >> k & 1u) != 0u;
-        low = is_traced ? min(low, at) : low;
-        high = is_traced ? max(high, at) : high;
+        low = is_traced ? lesser(low, at) : low;
+        high = is_traced ? greater(high, at) : high;
         plane_x[k] = dot(axes[0], at);
         plane_y[k] = dot(axes[1], at);
     }
@@ -106,13 +106,13 @@ void set_frame(bool is_last) {
             uint v = vector_of(g, k);
             bool is_traced = (traced >> v & 1u) != 0u;
             vec2 at = vec2(plane_x[v], plane_y[v]);
-            group_low = is_traced ? min(group_low, at) : group_low;
-            group_high = is_traced ? max(group_high, at) : group_high;
+            group_low = is_traced ? lesser(group_low, at) : group_low;
+            group_high = is_traced ? greater(group_high, at) : group_high;
         }
         group_lower[g] = vec2(cluster_min(group_low.x), cluster_min(group_low.y));
         group_upper[g] = vec2(cluster_max(group_high.x), cluster_max(group_high.y));
-        low = min(low, group_lower[g]);
-        high = max(high, group_upper[g]);
+        low = lesser(low, group_lower[g]);
+        high = greater(high, group_upper[g]);
     }
     // A power of two, so that the packet measures 8 to 16 and scaling rounds nothing.
     float extent = greater(greater(high.x - low.x, high.y - low.y), 9.5367431640625e-07f);

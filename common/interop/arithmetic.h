@@ -89,7 +89,7 @@ SHARED float power_of_two_below(float x) {
     return uintBitsToFloat(floatBitsToUint(x) & 0x7F800000u);
 }
 
-SHARED float largest_component(vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
+SHARED float largest_component(vec3 v) { return greater(greater(abs(v.x), abs(v.y)), abs(v.z)); }
 
 /// A direction as rays carry it: scaled by a power of two to a largest component in [1, 2), on the
 /// direction grid. Zero stays zero.

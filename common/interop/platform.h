@@ -38,9 +38,6 @@ using uint = std::uint32_t;
 inline uint floatBitsToUint(float x) { return std::bit_cast<uint>(x); }
 inline float uintBitsToFloat(uint x) { return std::bit_cast<float>(x); }
 inline float abs(float x) { return std::fabs(x); }
-// Neither NaN nor the sign of a zero may decide anything where these two are used.
-inline float min(float a, float b) { return a < b ? a : b; }
-inline float max(float a, float b) { return a > b ? a : b; }
 }  // namespace morphray
 
 #else
@@ -54,5 +51,14 @@ inline float max(float a, float b) { return a > b ? a : b; }
 #define SHARED_END
 
 #endif
+
+SHARED_BEGIN
+
+/// Minimum and maximum, where neither NaN nor the sign of a zero may decide anything. Not the
+/// built-in ones: some devices take care of NaN in those, at three times the cost.
+SHARED float lesser(float a, float b) { return a < b ? a : b; }
+SHARED float greater(float a, float b) { return a > b ? a : b; }
+
+SHARED_END
 
 #endif  // COMMON_INTEROP_PLATFORM_H

@@ -9,7 +9,7 @@ SHARED_BEGIN
 
 /// Linear intensity in [0, 1] to 8 bits with gamma 2, rounding to nearest.
 SHARED uint encode_channel(float x) {
-    PRECISE float c = min(max(x, 0.0f), 1.0f);
+    PRECISE float c = lesser(greater(x, 0.0f), 1.0f);
     PRECISE float root = c > 0.00000095367431640625f ? c * rsqrt(c) : 0.0f;  // 2^-20
     PRECISE float scaled = root * 255.0f + 0.5f;
     return uint(scaled);
@@ -30,7 +30,7 @@ SHARED uint shade(ImageParams params, Ray ray, Surface s, uint albedo, uint occl
     PRECISE float intensity = 0.0f;
     if (params.rays == kRaysShadow) {
         PRECISE vec3 to_light = params.light - s.point;
-        PRECISE float facing = max(dot3(s.normal, unit(to_light)), 0.0f);
+        PRECISE float facing = greater(dot3(s.normal, unit(to_light)), 0.0f);
         intensity = occlusion == 0u ? 0.125f + 0.875f * facing : 0.125f;
     } else if (params.rays == kRaysAo) {
         PRECISE float open = float(params.ao_count - occlusion);

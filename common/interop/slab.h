@@ -27,7 +27,7 @@ SHARED float slab_reciprocal(float d) { return d == 0.0f ? kHugeReciprocal : rcp
 
 /// D for rays from org.
 SHARED float box_dilation(vec3 org) {
-    PRECISE float d = kBoxDilation * max(largest_component(org), kSceneExtent);
+    PRECISE float d = kBoxDilation * greater(largest_component(org), kSceneExtent);
     return d;
 }
 
@@ -53,8 +53,8 @@ SHARED bool hits_box(SlabRay s, vec3 lower, vec3 upper, OUT(float) t_enter) {
     bool nx = s.rdir.x < 0.0f;
     bool ny = s.rdir.y < 0.0f;
     bool nz = s.rdir.z < 0.0f;
-    float enter = max(max(nx ? ux : lx, ny ? uy : ly), max(nz ? uz : lz, 0.0f));
-    float leave = min(min(nx ? lx : ux, ny ? ly : uy), nz ? lz : uz);
+    float enter = greater(greater(nx ? ux : lx, ny ? uy : ly), greater(nz ? uz : lz, 0.0f));
+    float leave = lesser(lesser(nx ? lx : ux, ny ? ly : uy), nz ? lz : uz);
     t_enter = enter;
     return enter <= leave;
 }

@@ -151,11 +151,11 @@ struct Edges {
 };
 
 SHARED void measure_depth(float za, float zb, float zc, INOUT(Edges) e) {
-    float nearest = min(za, min(zb, zc));
-    float farthest = max(za, max(zb, zc));
+    float nearest = lesser(za, lesser(zb, zc));
+    float farthest = greater(za, greater(zb, zc));
     PRECISE float range = farthest - nearest;
     e.depth_range = range;
-    e.depth_size = max(abs(nearest), abs(farthest));
+    e.depth_size = greater(abs(nearest), abs(farthest));
 }
 
 /// The edge functions of vertices from project_fast.
@@ -202,7 +202,7 @@ SHARED Edges exact_edges(vec3 a, vec3 b, vec3 c) {
 
 /// Whether the ray may go through the triangle: false only if two signs are certain and opposite.
 SHARED bool may_be_inside(Edges e) {
-    return min(e.u, min(e.v, e.w)) >= -e.bound || max(e.u, max(e.v, e.w)) <= e.bound;
+    return lesser(e.u, lesser(e.v, e.w)) >= -e.bound || greater(e.u, greater(e.v, e.w)) <= e.bound;
 }
 
 /// Whether all signs are certain and alike, and the edge functions good enough to weigh z with.
@@ -212,10 +212,10 @@ SHARED bool may_be_inside(Edges e) {
 SHARED bool surely_inside(ShearedRay s, Edges e) {
     PRECISE float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
     // A range below 1 cannot matter, and its product with the bound might be a denormal.
-    PRECISE float error = e.bound * max(e.depth_range, 1.0f);
+    PRECISE float error = e.bound * greater(e.depth_range, 1.0f);
     PRECISE float allowed = s.depth_slack * sum;
     return error <= allowed &&
-           (min(e.u, min(e.v, e.w)) > e.bound || max(e.u, max(e.v, e.w)) < -e.bound);
+           (lesser(e.u, lesser(e.v, e.w)) > e.bound || greater(e.u, greater(e.v, e.w)) < -e.bound);
 }
 
 /// weight * scale for 0 <= weight <= sum, where scale is 1 / sum up to a factor of 2; and 0 if
@@ -261,7 +261,7 @@ SHARED bool weighted_hit(ShearedRay s, float tnear, float tfar, Edges e, float z
 
 /// A vertex that is not finite is stored as kInvalidCoordinate; its triangles are never hit.
 SHARED bool finite_vertices(vec3 a, vec3 b, vec3 c) {
-    return max(a.x, max(b.x, c.x)) <= kSceneExtent;
+    return greater(a.x, greater(b.x, c.x)) <= kSceneExtent;
 }
 
 /// Whether (e1 + r1) * (f2 + s2) - (e2 + r2) * (f1 + s1) is 0 because every product that a rounding
