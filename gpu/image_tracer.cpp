@@ -27,6 +27,21 @@ void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t heigh
     region.tile_count = region.tile_columns * ((region.height + height - 1) / height);
 }
 
+/// Tiles for shading: as wide as they can be without becoming more.
+void set_shaded_tiles(RegionArguments& region) {
+    std::uint32_t best = kMostShadedTileBits;
+    std::uint32_t least = ~0u;
+    for (std::uint32_t bits = kMostShadedTileBits; bits >= kLeastShadedTileBits; --bits) {
+        set_tiles(region, 1u << bits, kShadedTileSize >> bits);
+        if (region.tile_count < least) {
+            least = region.tile_count;
+            best = bits;
+        }
+    }
+    set_tiles(region, 1u << best, kShadedTileSize >> best);
+    region.tile_bits = best;
+}
+
 /// Whole tiles: first as wide as the image or a row of them, then as high.
 std::vector<RegionArguments> regions_of(const ImageParams& params, std::uint32_t tiles) {
     std::vector<RegionArguments> regions;
@@ -182,7 +197,7 @@ RayPass ImageTracer::shadow_pass(const RegionArguments& region) const {
 
 Record ImageTracer::shading(const RegionArguments& region) const {
     RegionArguments tiles = region;
-    set_tiles(tiles, kShadedTileSize, kShadedTileSize);
+    set_shaded_tiles(tiles);
     return [this, tiles](VkCommandBuffer commands) {
         kernels_.shade.dispatch(commands, tiles, tiles.tile_count);
     };

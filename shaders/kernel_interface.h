@@ -44,11 +44,13 @@ SHARED_CONST uint kBindStates = 21u;
 SHARED_CONST uint kBindSeenOut = 22u;
 SHARED_CONST uint kBindingCount = 23u;
 
-// Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels, or of four pixels a
-// lane where they are shaded.
+// Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kTileSize = 8u;
-SHARED_CONST uint kShadedTileSize = 16u;
+// Shading has tiles of four pixels a lane, as wide as the region allows: memory is read on and on.
+SHARED_CONST uint kShadedTileSize = 256u;
+SHARED_CONST uint kLeastShadedTileBits = 5u;
+SHARED_CONST uint kMostShadedTileBits = 8u;
 
 // Specialisation constant 0: the loop iterations that a lane counts before it suspends its ray.
 // Lavapipe stops all loops of one invocation together, silently, at 65,535 iterations; an
@@ -126,7 +128,8 @@ struct RegionArguments {
     uint tile_count;
     /// 1: only what packets left unfinished.
     uint unfinished_only;
-    uint pad;
+    /// `shade`: tiles are 2^tile_bits pixels wide.
+    uint tile_bits;
 };
 
 /// Push constants of `occlusion` and `occlusion_packet`. Rays are numbered through, pixel after

@@ -10,12 +10,6 @@ layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
 
-/// The first pixel of the workgroup's tile, `side` pixels wide and high, within the region.
-uvec2 tile_origin(uint side) {
-    uint tile = spread_group(gl_WorkGroupID.x, args.tile_count);
-    return uvec2(tile % args.tile_columns, tile / args.tile_columns) * side;
-}
-
 /// The lane's pixel of an 8x8 tile.
 uvec2 tile_pixel() {
     uint lane = gl_LocalInvocationID.x;
@@ -25,7 +19,10 @@ uvec2 tile_pixel() {
 }
 
 /// The lane's pixel within the region.
-uvec2 region_pixel() { return tile_origin(kTileSize) + tile_pixel(); }
+uvec2 region_pixel() {
+    uint tile = spread_group(gl_WorkGroupID.x, args.tile_count);
+    return uvec2(tile % args.tile_columns, tile / args.tile_columns) * kTileSize + tile_pixel();
+}
 
 bool within_region(uvec2 pixel) { return pixel.x < args.width && pixel.y < args.height; }
 

@@ -19,7 +19,14 @@ void main() {
     ImageParams params = args.params;
     uvec2 origin = uvec2(args.x, args.y);
     uvec2 size = uvec2(args.width, args.height);
-    uvec2 first = tile_origin(kShadedTileSize) + tile_pixel();
+    // Four pixels of each lane lie in a row of 32 for 8 lanes. Tiles are taken as they come: the
+    // work is the same everywhere, and each thread of a CPU reads on where it was.
+    uint tile = gl_WorkGroupID.x;
+    uint lane = gl_LocalInvocationID.x;
+    uint begin = (lane & ~7u) * 4u;
+    uvec2 tile_size = uvec2(1u << args.tile_bits, kShadedTileSize >> args.tile_bits);
+    uvec2 first = uvec2(tile % args.tile_columns, tile / args.tile_columns) * tile_size +
+                  uvec2((begin & (tile_size.x - 1u)) + (lane & 7u), begin >> args.tile_bits);
     uint index[4];
     uvec2 at[4];
     bool is_within[4];
@@ -34,7 +41,7 @@ void main() {
     Surface surfaces[4];
     uint colours[4];
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-        uvec2 pixel = first + uvec2(i & 1u, i >> 1u) * kTileSize;
+        uvec2 pixel = first + uvec2(8u * i, 0u);
         is_within[i] = pixel.x < size.x && pixel.y < size.y;
         index[i] = is_within[i] ? pixel.y * size.x + pixel.x : 0u;
         at[i] = origin + pixel;
@@ -43,7 +50,9 @@ void main() {
     }
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
         triangle[i] = scene_triangle(is_hit[i] ? hits[i].prim_id : 0u);
-        occluded[i] = texelFetch(found_occlusion, int(index[i])).x;
+        // Not read where there is none: it is in no cache.
+        uint from = params.rays == kRaysPrimary ? 0u : index[i];
+        occluded[i] = texelFetch(found_occlusion, int(from)).x;
     }
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
         a[i] = scene_vertex(triangle[i].x);

@@ -28,16 +28,18 @@ SHARED uint background(uint y, uint height) {
 /// occluded secondary rays (0 or 1 for a shadow ray, 0 to ao_count for ambient occlusion).
 SHARED uint shade(ImageParams params, Ray ray, Surface s, uint albedo, uint occlusion) {
     PRECISE float intensity = 0.0f;
-    if (params.rays == kRaysShadow) {
-        PRECISE vec3 to_light = params.light - s.point;
-        PRECISE float facing = greater(dot3(s.normal, unit(to_light)), 0.0f);
-        intensity = occlusion == 0u ? 0.125f + 0.875f * facing : 0.125f;
-    } else if (params.rays == kRaysAo) {
+    if (params.rays == kRaysAo) {
         PRECISE float open = float(params.ao_count - occlusion);
         intensity = open * rcp(float(params.ao_count));
     } else {
-        PRECISE float facing = abs(dot3(s.normal, unit(ray.dir)));
-        intensity = 0.125f + 0.875f * facing;
+        // One unit vector for both: some devices compute all branches.
+        bool is_shadow = params.rays == kRaysShadow;
+        PRECISE vec3 to_light = params.light - s.point;
+        vec3 towards = unit(is_shadow ? to_light : ray.dir);
+        PRECISE float cosine = dot3(s.normal, towards);
+        PRECISE float facing = is_shadow ? greater(cosine, 0.0f) : abs(cosine);
+        bool is_lit = !is_shadow || occlusion == 0u;
+        intensity = is_lit ? 0.125f + 0.875f * facing : 0.125f;
     }
     PRECISE float k = intensity * 0.0039215688593685626983642578125f;  // 1/255
     PRECISE float r = float(albedo & 0xFFu) * k;

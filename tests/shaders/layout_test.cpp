@@ -57,7 +57,7 @@ TEST(SharedLayout, ArgumentsAgree) {
                        OFFSET(RegionArguments, y), OFFSET(RegionArguments, width),
                        OFFSET(RegionArguments, height), OFFSET(RegionArguments, tile_columns),
                        OFFSET(RegionArguments, tile_count),
-                       OFFSET(RegionArguments, unfinished_only), OFFSET(RegionArguments, pad)}));
+                       OFFSET(RegionArguments, unfinished_only), OFFSET(RegionArguments, tile_bits)}));
     EXPECT_EQ(in_kernel("PacketArguments"),
               (Offsets{OFFSET(PacketArguments, camera), OFFSET(PacketArguments, x),
                        OFFSET(PacketArguments, y), OFFSET(PacketArguments, width),
