@@ -24,8 +24,10 @@ Candidate judge(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab, 
     result.has_area = has_area(a, b, c);
     result.in_range = hit.t > 0 && hit.t >= ray.tnear && hit.t <= ray.tfar;
     result.finite = finite_vertices(a, b, c);
-    const vec3 lower(lesser(a.x, lesser(b.x, c.x)), lesser(a.y, lesser(b.y, c.y)), lesser(a.z, lesser(b.z, c.z)));
-    const vec3 upper(greater(a.x, greater(b.x, c.x)), greater(a.y, greater(b.y, c.y)), greater(a.z, greater(b.z, c.z)));
+    const vec3 lower(lesser(a.x, lesser(b.x, c.x)), lesser(a.y, lesser(b.y, c.y)),
+                     lesser(a.z, lesser(b.z, c.z)));
+    const vec3 upper(greater(a.x, greater(b.x, c.x)), greater(a.y, greater(b.y, c.y)),
+                     greater(a.z, greater(b.z, c.z)));
     result.meets_box = hits_box(slab, lower, upper, result.t_enter) && result.t_enter <= result.t;
     result.is_hit = is_hit;
     return result;

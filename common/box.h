@@ -18,8 +18,10 @@ struct Box {
         upper = {greater(upper.x, p.x), greater(upper.y, p.y), greater(upper.z, p.z)};
     }
     void extend(const Box& b) {
-        lower = {lesser(lower.x, b.lower.x), lesser(lower.y, b.lower.y), lesser(lower.z, b.lower.z)};
-        upper = {greater(upper.x, b.upper.x), greater(upper.y, b.upper.y), greater(upper.z, b.upper.z)};
+        lower = {lesser(lower.x, b.lower.x), lesser(lower.y, b.lower.y),
+                 lesser(lower.z, b.lower.z)};
+        upper = {greater(upper.x, b.upper.x), greater(upper.y, b.upper.y),
+                 greater(upper.z, b.upper.z)};
     }
 
     bool operator==(const Box&) const = default;

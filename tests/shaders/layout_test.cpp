@@ -52,12 +52,13 @@ TEST(SharedLayout, ArgumentsAgree) {
                        OFFSET(ImageParams, ao_tfar), OFFSET(ImageParams, width),
                        OFFSET(ImageParams, height), OFFSET(ImageParams, rays),
                        OFFSET(ImageParams, ao_count)}));
-    EXPECT_EQ(in_kernel("RegionArguments"),
-              (Offsets{OFFSET(RegionArguments, params), OFFSET(RegionArguments, x),
-                       OFFSET(RegionArguments, y), OFFSET(RegionArguments, width),
-                       OFFSET(RegionArguments, height), OFFSET(RegionArguments, tile_columns),
-                       OFFSET(RegionArguments, tile_count),
-                       OFFSET(RegionArguments, unfinished_only), OFFSET(RegionArguments, tile_bits)}));
+    EXPECT_EQ(
+        in_kernel("RegionArguments"),
+        (Offsets{OFFSET(RegionArguments, params), OFFSET(RegionArguments, x),
+                 OFFSET(RegionArguments, y), OFFSET(RegionArguments, width),
+                 OFFSET(RegionArguments, height), OFFSET(RegionArguments, tile_columns),
+                 OFFSET(RegionArguments, tile_count), OFFSET(RegionArguments, unfinished_only),
+                 OFFSET(RegionArguments, tile_bits)}));
     EXPECT_EQ(in_kernel("PacketArguments"),
               (Offsets{OFFSET(PacketArguments, camera), OFFSET(PacketArguments, x),
                        OFFSET(PacketArguments, y), OFFSET(PacketArguments, width),
