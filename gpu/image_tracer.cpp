@@ -32,13 +32,13 @@ void set_shaded_tiles(RegionArguments& region) {
     std::uint32_t best = kMostShadedTileBits;
     std::uint32_t least = ~0u;
     for (std::uint32_t bits = kMostShadedTileBits; bits >= kLeastShadedTileBits; --bits) {
-        set_tiles(region, 1u << bits, kShadedTileSize >> bits);
+        set_tiles(region, 1u << bits, kShadedTilePixels >> bits);
         if (region.tile_count < least) {
             least = region.tile_count;
             best = bits;
         }
     }
-    set_tiles(region, 1u << best, kShadedTileSize >> best);
+    set_tiles(region, 1u << best, kShadedTilePixels >> best);
     region.tile_bits = best;
 }
 

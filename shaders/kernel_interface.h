@@ -48,7 +48,7 @@ SHARED_CONST uint kBindingCount = 23u;
 SHARED_CONST uint kGroupSize = 64u;
 SHARED_CONST uint kTileSize = 8u;
 // Shading has tiles of four pixels a lane, as wide as the region allows: memory is read on and on.
-SHARED_CONST uint kShadedTileSize = 256u;
+SHARED_CONST uint kShadedTilePixels = 256u;
 SHARED_CONST uint kLeastShadedTileBits = 5u;
 SHARED_CONST uint kMostShadedTileBits = 8u;
 

@@ -24,7 +24,7 @@ void main() {
     uint tile = gl_WorkGroupID.x;
     uint lane = gl_LocalInvocationID.x;
     uint begin = (lane & ~7u) * 4u;
-    uvec2 tile_size = uvec2(1u << args.tile_bits, kShadedTileSize >> args.tile_bits);
+    uvec2 tile_size = uvec2(1u << args.tile_bits, kShadedTilePixels >> args.tile_bits);
     uvec2 first = uvec2(tile % args.tile_columns, tile / args.tile_columns) * tile_size +
                   uvec2((begin & (tile_size.x - 1u)) + (lane & 7u), begin >> args.tile_bits);
     uint index[4];
