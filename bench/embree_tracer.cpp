@@ -1,35 +1,13 @@
 #include "bench/embree_tracer.h"
 
-#include <embree3/rtcore.h>
-#ifdef __SSE2__
-#include <pmmintrin.h>
-#include <xmmintrin.h>
-#endif
-
 #include <array>
 #include <cassert>
 #include <limits>
 
+#include "bench/embree_records.h"
+
 namespace morphray::bench {
 namespace {
-
-/// Embree asks for denormals to be taken for zeros while it traces; our arithmetic has none.
-class FlushedDenormals {
-public:
-#ifdef __SSE2__
-    FlushedDenormals() : saved_(_mm_getcsr()) {
-        _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
-        _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
-    }
-    ~FlushedDenormals() { _mm_setcsr(saved_); }
-
-private:
-    unsigned int saved_;
-#else
-    FlushedDenormals() {}
-    ~FlushedDenormals() {}
-#endif
-};
 
 // Embree's records and calls by packet size. A single ray has no mask.
 template <int N>
@@ -65,32 +43,6 @@ struct Api<16> {
     static constexpr auto* occluded = rtcOccluded16;
 };
 
-// Lane i of a packet's field, which is a scalar in records of one ray.
-template <class T>
-T& lane(T& field, std::size_t) {
-    return field;
-}
-template <class T, std::size_t N>
-T& lane(T (&field)[N], std::size_t i) {
-    return field[i];
-}
-
-template <class RayRecord>
-void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
-    lane(record.org_x, i) = ray.org.x;
-    lane(record.org_y, i) = ray.org.y;
-    lane(record.org_z, i) = ray.org.z;
-    lane(record.tnear, i) = ray.tnear;
-    lane(record.dir_x, i) = ray.dir.x;
-    lane(record.dir_y, i) = ray.dir.y;
-    lane(record.dir_z, i) = ray.dir.z;
-    lane(record.time, i) = 0;
-    lane(record.tfar, i) = ray.tfar;
-    lane(record.mask, i) = 0xFFFFFFFFu;
-    lane(record.id, i) = 0;
-    lane(record.flags, i) = 0;
-}
-
 /// Packets of N rays (1: single rays) with closest or any hit. Packets without an active ray are
 /// left out.
 template <int N, bool kAnyHit>
@@ -101,7 +53,7 @@ protected:
 
 public:
     PacketTracer(const TraceWork& work, RTCIntersectContextFlags flags)
-        : work_(&work), flags_(flags) {
+        : flags_(flags), work_(&work) {
         for (const TileRays& tile : work.tiles) {
             const std::size_t begin = records_.size();
             for (std::size_t first = tile.begin; first < tile.end; first += N) add_packet(first);
@@ -118,7 +70,7 @@ public:
     void trace(const EmbreeScene& scene) override {
         for_each_range([&](std::size_t begin, std::size_t end) {
             const FlushedDenormals flushed;
-            RTCIntersectContext context = make_context();
+            RTCIntersectContext context = make_context(flags_);
             for (std::size_t i = begin; i < end; ++i) {
                 if constexpr (kAnyHit) {
                     Api<N>::occluded(masks_[i].data(), scene.handle(), &context, &records_[i]);
@@ -148,13 +100,6 @@ public:
     }
 
 protected:
-    RTCIntersectContext make_context() const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = flags_;
-        return context;
-    }
-
     /// visit(begin, end): the packets of each tile.
     template <class Visit>
     void for_each_range(Visit visit) {
@@ -163,6 +108,7 @@ protected:
     }
 
     std::vector<Record> records_;
+    RTCIntersectContextFlags flags_;
 
 private:
     struct Range {
@@ -205,7 +151,6 @@ private:
     }
 
     const TraceWork* work_;
-    RTCIntersectContextFlags flags_;
     std::vector<Mask> masks_;
     std::vector<std::size_t> first_ray_;
     std::vector<Range> ranges_;
@@ -219,7 +164,7 @@ public:
     void trace(const EmbreeScene& scene) override {
         for_each_range([&](std::size_t begin, std::size_t end) {
             const FlushedDenormals flushed;
-            RTCIntersectContext context = make_context();
+            RTCIntersectContext context = make_context(flags_);
             rtcOccluded1M(scene.handle(), &context, records_.data() + begin,
                           static_cast<unsigned int>(end - begin), sizeof(Record));
         });

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "bench/embree_pixels.h"
 #include "bench/embree_tracer.h"
 #include "bench/ours.h"
 #include "bench/works.h"
@@ -62,6 +63,18 @@ Mismatches compare_frame(const TraceWork& work, const Frame& frame, const TraceA
     return compare_answers(work, answers_of(work, frame), answers);
 }
 
+Mismatches compare_frames(const TraceWork& work, const Frame& a, const Frame& b) {
+    if (work.params.rays != kRaysAo) {
+        return compare_answers(work, answers_of(work, a), answers_of(work, b));
+    }
+    Mismatches mismatches;
+    for (std::size_t i = 0; i < a.occlusion.size(); ++i) {
+        mismatches.hit +=
+            std::max(a.occlusion[i], b.occlusion[i]) - std::min(a.occlusion[i], b.occlusion[i]);
+    }
+    return mismatches;
+}
+
 EmbreeWay single_ray_way(std::uint32_t rays) {
     const std::vector<EmbreeWay> ways = embree_ways(rays);
     return *std::find_if(ways.begin(), ways.end(), [](const EmbreeWay& way) {
@@ -82,6 +95,11 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
     const std::unique_ptr<EmbreeTracer> embree = way.make(work);
 
     Frame frame;
+    vulkan.trace_image(work.params, frame);
+    // What Embree makes of the pixels, given what the camera's rays have hit.
+    Frame pixels = frame;
+    const std::string embree_name =
+        way.name == "Intersect1" ? "embree-intersect1" : "embree-occluded1";
     DeviceClock clock;
     const Contender contenders[] = {
         {"vulkan",
@@ -94,9 +112,11 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
         {"cpu-scalar",
          {},
          [&] { arena.execute([&] { reference.trace(work, reference_answers); }); }},
-        {way.name == "Intersect1" ? "embree-intersect1" : "embree-occluded1",
-         [&] { arena.execute([&] { embree->reset(); }); },
-         [&] { arena.execute([&] { embree->trace(medium); }); }}};
+        {embree_name, [&] { arena.execute([&] { embree->reset(); }); },
+         [&] { arena.execute([&] { embree->trace(medium); }); }},
+        {embree_name + "-pixels", {}, [&] {
+             arena.execute([&] { trace_pixels(medium, work, scene.mesh(), frame.hits, pixels); });
+         }}};
     const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
 
     if (reference.in_picture_order && !work.any_hit()) {
@@ -108,7 +128,9 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
         row.tracer = "packets";
         row.target = "vulkan";
         row.peer = contenders[peer].name;
-        row.mismatches = compare_frame(work, frame, peer == 1 ? reference_answers : theirs);
+        row.mismatches = peer == 1   ? compare_frame(work, frame, reference_answers)
+                         : peer == 2 ? compare_frame(work, frame, theirs)
+                                     : compare_frames(work, frame, pixels);
         set_times(row, clock.without_warm_up(), samples[peer], Unit::kMrayPerSecond,
                   work.active_count);
         rig.report(row);

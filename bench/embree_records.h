@@ -1,0 +1,68 @@
+// What every way of Embree's needs: its records filled, and its mode of rounding.
+#pragma once
+
+#include <embree3/rtcore.h>
+#ifdef __SSE2__
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+#endif
+
+#include <cstddef>
+
+#include "common/interop/ray.h"
+
+namespace morphray::bench {
+
+/// Embree asks for denormals to be taken for zeros while it traces; our arithmetic has none.
+class FlushedDenormals {
+public:
+#ifdef __SSE2__
+    FlushedDenormals() : saved_(_mm_getcsr()) {
+        _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+        _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+    }
+    ~FlushedDenormals() { _mm_setcsr(saved_); }
+
+private:
+    unsigned int saved_;
+#else
+    FlushedDenormals() {}
+    ~FlushedDenormals() {}
+#endif
+};
+
+// Lane i of a packet's field, which is a scalar in records of one ray.
+template <class T>
+T& lane(T& field, std::size_t) {
+    return field;
+}
+template <class T, std::size_t N>
+T& lane(T (&field)[N], std::size_t i) {
+    return field[i];
+}
+
+/// Lane i of an RTCRay, RTCRay4 and so on.
+template <class RayRecord>
+void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
+    lane(record.org_x, i) = ray.org.x;
+    lane(record.org_y, i) = ray.org.y;
+    lane(record.org_z, i) = ray.org.z;
+    lane(record.tnear, i) = ray.tnear;
+    lane(record.dir_x, i) = ray.dir.x;
+    lane(record.dir_y, i) = ray.dir.y;
+    lane(record.dir_z, i) = ray.dir.z;
+    lane(record.time, i) = 0;
+    lane(record.tfar, i) = ray.tfar;
+    lane(record.mask, i) = 0xFFFFFFFFu;
+    lane(record.id, i) = 0;
+    lane(record.flags, i) = 0;
+}
+
+inline RTCIntersectContext make_context(RTCIntersectContextFlags flags) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = flags;
+    return context;
+}
+
+}  // namespace morphray::bench
