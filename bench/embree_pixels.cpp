@@ -1,21 +1,12 @@
 #include "bench/embree_pixels.h"
 
+#include <cassert>
+#include <vector>
+
 #include "bench/embree_records.h"
-#include "common/interop/camera.h"
-#include "common/interop/surface.h"
 
 namespace morphray::bench {
 namespace {
-
-Hit intersect(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
-    RTCRayHit record;
-    set_ray(record.ray, 0, ray);
-    record.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    record.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene, &context, &record);
-    if (record.hit.geomID == RTC_INVALID_GEOMETRY_ID) return no_hit();
-    return {record.ray.tfar, record.hit.u, record.hit.v, record.hit.primID};
-}
 
 bool occluded(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
     RTCRay record;
@@ -24,41 +15,61 @@ bool occluded(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
     return record.tfar < 0;
 }
 
-/// How many of the rays from a surface are occluded; the light is, where the surface faces away.
-std::uint32_t count_occluded(RTCScene scene, RTCIntersectContext& context,
-                             const ImageParams& params, const Surface& surface, std::uint32_t x,
-                             std::uint32_t y) {
-    if (params.rays == kRaysShadow) {
-        return !faces_light(surface, params.light) ||
-               occluded(scene, context, shadow_ray(surface, params.light));
+void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPart& part) {
+    RTCIntersectContext context = make_context(RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
+    cpu::PointRays rays[cpu::kSquareBlocks];
+    float lit[cpu::kSquareRays];
+    shader.make_shadow_rays(part, rays, lit);
+    for (std::uint32_t y = part.tile.y0; y < part.tile.y1; ++y) {
+        for (std::uint32_t x = part.tile.x0; x < part.tile.x1; ++x) {
+            const std::size_t pixel = std::size_t{y} * part.params.width + x;
+            if (part.frame.hits[pixel].prim_id == kNoPrim) continue;
+            const std::uint32_t i = cpu::point_packet_ray(x - part.tile.x0, y - part.tile.y0);
+            const cpu::PointRays& block = rays[i / cpu::kBlockRays];
+            const std::uint32_t lane = i % cpu::kBlockRays;
+            part.frame.occlusion[pixel] =
+                !block.has(lane) || occluded(scene, context, block.ray(part.params.light, lane));
+        }
     }
-    std::uint32_t count = 0;
-    for (std::uint32_t sample = 0; sample < params.ao_count; ++sample) {
-        count += occluded(scene, context, ao_ray(surface, x, y, sample, params.ao_tfar));
+}
+
+/// Of a row of blocks.
+void trace_ao(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPart& part) {
+    RTCIntersectContext context = make_context(RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT);
+    std::vector<Ray> rays;
+    shader.make_ao_rays(part, rays);
+    auto ray = rays.begin();
+    const cpu::Tile& tile = part.tile;
+    for (std::uint32_t x0 = tile.x0; x0 < tile.x1; x0 += cpu::kBlockSide) {
+        for (std::uint32_t i = 0; i < cpu::kBlockRays; ++i) {
+            const std::uint32_t y = tile.y0 + i % cpu::kBlockSide;
+            const std::size_t pixel = std::size_t{y} * part.params.width + x0 + i / cpu::kBlockSide;
+            if (part.frame.hits[pixel].prim_id == kNoPrim) continue;
+            std::uint32_t& count = part.frame.occlusion[pixel];
+            count = 0;
+            for (std::uint32_t k = 0; k < part.params.ao_count; ++k)
+                count += occluded(scene, context, *ray++);
+        }
     }
-    return count;
 }
 
 }  // namespace
 
 void trace_pixels(const EmbreeScene& scene, const TraceWork& work, const cpu::ShadedMesh& mesh,
-                  std::span<const Hit> seen, Frame& frame) {
-    const ImageParams& params = work.params;
+                  const cpu::PixelShader& shader, Frame& frame) {
+    static_assert(kTileSize == cpu::kSquareSide);
+    assert(work.any_hit());
     for_each_tile(work, [&](const TileRays& rays) {
         const FlushedDenormals flushed;
-        RTCIntersectContext context =
-            make_context(params.rays == kRaysAo ? RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT
-                                                : RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
-        for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
-            const std::size_t pixel = std::size_t{y} * params.width + x;
-            const Ray ray = camera_ray(params.camera, x, y);
-            if (params.rays == kRaysPrimary) {
-                frame.hits[pixel] = intersect(scene.handle(), context, ray);
-            } else if (seen[pixel].prim_id != kNoPrim) {
-                frame.occlusion[pixel] = count_occluded(scene.handle(), context, params,
-                                                        mesh.surface(ray, seen[pixel]), x, y);
-            }
-        });
+        if (work.params.rays == kRaysShadow) {
+            trace_shadows(scene.handle(), shader, {work.params, mesh, rays.tile, frame});
+            return;
+        }
+        cpu::Tile row = rays.tile;
+        for (; row.y0 < rays.tile.y1; row.y0 += cpu::kBlockSide) {
+            row.y1 = row.y0 + cpu::kBlockSide;
+            trace_ao(scene.handle(), shader, {work.params, mesh, row, frame});
+        }
     });
 }
 

@@ -9,22 +9,11 @@
 #include "common/frame.h"
 #include "common/interop/camera.h"
 #include "common/interop/shade.h"
-#include "common/mesh.h"
 #include "cpu/packet.h"
+#include "cpu/shaded_mesh.h"
 #include "cpu/tile.h"
 
 namespace morphray::cpu {
-
-/// What shading needs besides hits.
-struct ShadedMesh {
-    const Topology* topology;
-    std::span<const vec3> positions;
-
-    Surface surface(const Ray& ray, const Hit& hit) const {
-        const uvec3 t = topology->triangles[hit.prim_id];
-        return surface_at(ray, hit, positions[t.x], positions[t.y], positions[t.z]);
-    }
-};
 
 /// A tracer of single rays, taken as one of batches.
 template <class Tracer>

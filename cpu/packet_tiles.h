@@ -11,6 +11,7 @@
 
 #include "cpu/image_tracer.h"
 #include "cpu/packet_tracer.h"
+#include "cpu/pixel_shader.h"
 #include "cpu/wide_tracer.h"
 
 namespace morphray::cpu {
@@ -19,7 +20,10 @@ namespace morphray::cpu {
 /// share one.
 class PacketTiles {
 public:
-    PacketTiles(const Bvh& bvh, SimdTarget target) : packets_(bvh, target), wide_(bvh, target) {}
+    PacketTiles(const Bvh& bvh, SimdTarget target)
+        : packets_(bvh, target), wide_(bvh, target), shader_(target) {}
+
+    const PixelShader& shader() const { return shader_; }
 
     void intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
                           std::size_t stride) const {
@@ -51,7 +55,12 @@ private:
 
     PacketTracer packets_;
     WideTracer wide_;
+    PixelShader shader_;
     mutable tbb::enumerable_thread_specific<std::unique_ptr<Packet>> packets_of_threads_;
 };
+
+/// As trace_tile() of other tracers, with the same bits; SIMD also for what comes after the hits.
+void trace_tile(const PacketTiles& tracer, const ShadedMesh& mesh, const ImageParams& params,
+                const Tile& tile, Frame& frame);
 
 }  // namespace morphray::cpu

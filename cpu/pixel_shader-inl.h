@@ -1,0 +1,339 @@
+// Blocks of 4 x 4 pixels from hits to rays and colours.
+
+#if defined(MORPHRAY_PIXEL_SHADER_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_PIXEL_SHADER_INL_H
+#undef MORPHRAY_PIXEL_SHADER_INL_H
+#else
+#define MORPHRAY_PIXEL_SHADER_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/pixel_shader.h"
+#include "cpu/pixel_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+using Ints = hn::RebindToSigned<Floats>;
+
+constexpr auto kLanes = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
+
+/// A block's pixels are as a packet of shadow rays has its rays: column by column.
+constexpr std::uint32_t kColumnShift = 2;
+constexpr std::uint32_t kRowMask = kBlockSide - 1;
+static_assert(kBlockSide == 1u << kColumnShift);
+
+/// Of a lane that stands for no pixel of the part.
+constexpr float kUnseen = -1.0f;
+
+/// Some pixels of a block, one a lane.
+struct PixelLanes {
+    VW x, y;
+    /// Where the part has a pixel, and where that shows something.
+    Mask seen;
+    /// Triangle 0 and any t where it does not.
+    VW prim;
+    VF t;
+};
+
+/// A block of a part; only its first columns and rows may be pixels of it.
+struct PixelBlock {
+    std::uint32_t x, y;
+    std::uint32_t columns, rows;
+
+    std::size_t begin(const PixelPart& part) const {
+        return std::size_t{y} * part.params.width + x;
+    }
+    /// Among those of a point's packet.
+    std::uint32_t ray_index(const PixelPart& part) const {
+        return point_packet_ray(x - part.tile.x0, y - part.tile.y0);
+    }
+};
+
+/// Calls visit(block) for the blocks of a part, row by row.
+template <class Visit>
+HWY_INLINE void for_each_block(const PixelPart& part, Visit visit) {
+    const Tile& tile = part.tile;
+    for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
+        for (std::uint32_t x = tile.x0; x < tile.x1; x += kBlockSide) {
+            visit(PixelBlock{x, y, std::min(kBlockSide, tile.x1 - x),
+                             std::min(kBlockSide, tile.y1 - y)});
+        }
+    }
+}
+
+/// Pixels `first` and following of a block.
+HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block,
+                                  std::uint32_t first) {
+    const Words w;
+    const Floats f;
+    const Ints ints;
+    const VW lane = hn::Iota(w, first);
+    const VW column = hn::ShiftRight<kColumnShift>(lane);
+    const VW row = hn::And(lane, splat_word(kRowMask));
+    PixelLanes pixels;
+    pixels.x = hn::Add(column, splat_word(block.x));
+    pixels.y = hn::Add(row, splat_word(block.y));
+    // Those that are not there are read from the last column or row.
+    const VW in_column = hn::Min(column, splat_word(block.columns - 1));
+    const VW in_row = hn::Min(row, splat_word(block.rows - 1));
+    const VW pixel = hn::Add(hn::Mul(in_row, splat_word(part.params.width)), in_column);
+    const auto at = hn::BitCast(ints, hn::ShiftLeft<2>(pixel));
+    const float* const hits = &part.frame.hits[block.begin(part)].t;
+    static_assert(sizeof(Hit) == 4 * sizeof(float));
+    pixels.t = hn::GatherIndex(f, hits, at);
+    const VW prim = bits_of(hn::GatherIndex(f, hits, hn::Add(at, hn::Set(ints, 3))));
+    const auto is_there = hn::And(hn::Eq(in_column, column), hn::Eq(in_row, row));
+    const auto is_seen = hn::And(is_there, hn::Ne(prim, splat_word(kNoPrim)));
+    pixels.seen = hn::RebindMask(f, is_seen);
+    pixels.prim = hn::IfThenElseZero(is_seen, prim);
+    return pixels;
+}
+
+/// Index times 3, of words.
+HWY_INLINE hn::Vec<Ints> triple(VW x) { return hn::BitCast(Ints(), hn::Add(x, hn::Add(x, x))); }
+
+HWY_INLINE V3 load_vertices(const PixelPart& part, VW vertex) {
+    const Floats f;
+    const float* const positions = &part.mesh.positions.front().x;
+    const auto at = triple(vertex);
+    return {hn::GatherIndex(f, positions, at), hn::GatherIndex(f, positions + 1, at),
+            hn::GatherIndex(f, positions + 2, at)};
+}
+
+HWY_INLINE VW load_words(const std::uint32_t* from, hn::Vec<Ints> at) {
+    return hn::GatherIndex(Words(), from, at);
+}
+
+HWY_INLINE VW load_albedo(const PixelPart& part, const PixelLanes& pixels) {
+    return load_words(part.mesh.topology->albedo.data(), hn::BitCast(Ints(), pixels.prim));
+}
+
+HWY_INLINE VF middle_of(VW pixel) {
+    return hn::Add(hn::ConvertTo(Floats(), hn::BitCast(Ints(), pixel)), splat(0.5f));
+}
+
+HWY_INLINE V3 directions_of(const PixelPart& part, const PixelLanes& pixels) {
+    return camera_directions(part.params.camera, middle_of(pixels.x), middle_of(pixels.y));
+}
+
+/// Only where there is a hit: the mesh has triangles then.
+HWY_INLINE SurfaceLanes load_surfaces(const PixelPart& part, const PixelLanes& pixels,
+                                      const V3& dir) {
+    const std::uint32_t* const triangles = &part.mesh.topology->triangles.front().x;
+    const auto at = triple(pixels.prim);
+    V3 corners[3];
+    for (int k = 0; k < 3; ++k) corners[k] = load_vertices(part, load_words(triangles + k, at));
+    return surfaces_at(part.params.camera.org, dir, pixels.t, corners);
+}
+
+/// What lies behind the rows of a block.
+struct BackgroundColumn {
+    alignas(64) std::uint32_t colours[kBlockRays];
+
+    BackgroundColumn(const PixelPart& part, std::uint32_t y) {
+        for (std::uint32_t i = 0; i < kBlockRays; ++i)
+            colours[i] = background(y + (i & kRowMask), part.params.height);
+    }
+};
+
+/// Writes a number for each pixel of a block to where the picture has them.
+HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
+                            const std::uint32_t* from, std::uint32_t* picture) {
+    std::uint32_t* to = picture + block.begin(part);
+    if (HWY_LIKELY(block.columns == kBlockSide)) {
+        for (std::uint32_t row = 0; row < block.rows; ++row, to += part.params.width) {
+            for (std::uint32_t column = 0; column < kBlockSide; ++column)
+                to[column] = from[column * kBlockSide + row];
+        }
+        return;
+    }
+    for (std::uint32_t row = 0; row < block.rows; ++row, to += part.params.width) {
+        for (std::uint32_t column = 0; column < block.columns; ++column)
+            to[column] = from[column * kBlockSide + row];
+    }
+}
+
+/// Calls visit(block, behind) for each block with the background of its row.
+template <class Visit>
+HWY_INLINE void for_each_block_of_picture(const PixelPart& part, Visit visit) {
+    Tile row = part.tile;
+    for (; row.y0 < part.tile.y1; row.y0 += kBlockSide) {
+        row.y1 = std::min(row.y0 + kBlockSide, part.tile.y1);
+        const BackgroundColumn behind(part, row.y0);
+        for_each_block({part.params, part.mesh, row, part.frame},
+                       [&](const PixelBlock& block) HWY_ATTR { visit(block, behind); });
+    }
+}
+
+/// Colours of some pixels of a block, with intensities where they are seen.
+HWY_INLINE void store_colours(const PixelPart& part, const PixelLanes& pixels, VF intensity,
+                              const std::uint32_t* behind, std::uint32_t* to) {
+    const Words w;
+    const VW colour = colours_of(intensity, load_albedo(part, pixels));
+    hn::Store(hn::IfThenElse(hn::RebindMask(w, pixels.seen), colour, hn::Load(w, behind)), w, to);
+}
+
+void shade_camera_part(const PixelPart& part) {
+    const Floats f;
+    const Words w;
+    const Tile& tile = part.tile;
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {
+        std::fill_n(&part.frame.occlusion[std::size_t{y} * part.params.width + tile.x0],
+                    tile.x1 - tile.x0, 0u);
+    }
+    for_each_block_of_picture(
+        part, [&](const PixelBlock& block, const BackgroundColumn& behind) HWY_ATTR {
+            alignas(64) std::uint32_t colours[kBlockRays];
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part, block, i);
+                if (hn::AllFalse(f, pixels.seen)) {
+                    hn::Store(hn::Load(w, behind.colours + i), w, colours + i);
+                    continue;
+                }
+                const V3 dir = directions_of(part, pixels);
+                const SurfaceLanes s = load_surfaces(part, pixels, dir);
+                const VF facing = hn::Abs(dot_of(s.normal, unit_of(dir)));
+                store_colours(part, pixels, lit_intensity(facing), behind.colours + i, colours + i);
+            }
+            write_block(part, block, colours, part.frame.pixels.data());
+        });
+}
+
+bool make_shadow_rays_of_part(const PixelPart& part, PointRays* rays, float* lit) {
+    const Floats f;
+    bool any = false;
+    for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
+        const std::uint32_t index = block.ray_index(part);
+        PointRays& to = rays[index / kBlockRays];
+        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+            const PixelLanes pixels = load_pixels(part, block, i);
+            V3 dir{splat(0.0f), splat(0.0f), splat(0.0f)};
+            VF tfar = splat(-1.0f);
+            VF intensity = splat(kUnseen);
+            if (!hn::AllFalse(f, pixels.seen)) {
+                const SurfaceLanes s = load_surfaces(part, pixels, directions_of(part, pixels));
+                const V3 to_light = minus(splat3(part.params.light), s.point);
+                const Mask traced =
+                    hn::And(pixels.seen, hn::Gt(dot_of(s.normal, to_light), splat(0.0f)));
+                const DirectionLanes ray = shadow_rays(s, to_light, part.params.light);
+                dir = select(traced, ray.dir, dir);
+                tfar = hn::IfThenElse(traced, ray.tfar, tfar);
+                const VF facing = hn::Max(dot_of(s.normal, unit_of(to_light)), splat(0.0f));
+                intensity = hn::IfThenElse(pixels.seen, lit_intensity(facing), intensity);
+                any = any || !hn::AllFalse(f, traced);
+            }
+            hn::Store(dir.x, f, to.dir[0] + i);
+            hn::Store(dir.y, f, to.dir[1] + i);
+            hn::Store(dir.z, f, to.dir[2] + i);
+            hn::Store(tfar, f, to.tfar + i);
+            hn::StoreU(intensity, f, lit + index + i);
+        }
+    });
+    return any;
+}
+
+void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded, const float* lit) {
+    const Floats f;
+    const Words w;
+    const hn::Rebind<std::uint8_t, Words> bytes;
+    for_each_block_of_picture(
+        part, [&](const PixelBlock& block, const BackgroundColumn& behind) HWY_ATTR {
+            alignas(64) std::uint32_t colours[kBlockRays];
+            alignas(64) std::uint32_t occlusion[kBlockRays];
+            const std::uint32_t index = block.ray_index(part);
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part, block, i);
+                const VW is_occluded = hn::PromoteTo(w, hn::LoadU(bytes, occluded + index + i));
+                const auto seen = hn::RebindMask(w, pixels.seen);
+                hn::Store(hn::IfThenElseZero(seen, is_occluded), w, occlusion + i);
+                if (hn::AllFalse(f, pixels.seen)) {
+                    hn::Store(hn::Load(w, behind.colours + i), w, colours + i);
+                    continue;
+                }
+                const auto is_lit = hn::RebindMask(f, hn::Eq(is_occluded, hn::Zero(w)));
+                const VF intensity =
+                    hn::IfThenElse(is_lit, hn::LoadU(f, lit + index + i), splat(0.125f));
+                store_colours(part, pixels, intensity, behind.colours + i, colours + i);
+            }
+            write_block(part, block, occlusion, part.frame.occlusion.data());
+            write_block(part, block, colours, part.frame.pixels.data());
+        });
+}
+
+/// What comes first of a ray, and what comes last.
+struct alignas(16) HalfRay {
+    float words[4];
+};
+static_assert(2 * sizeof(HalfRay) == sizeof(Ray));
+
+void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
+    const Floats f;
+    const std::uint32_t count = part.params.ao_count;
+    rays.clear();
+    for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
+        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+            const PixelLanes pixels = load_pixels(part, block, i);
+            const std::uint32_t seen = mask_bits(pixels.seen);
+            if (seen == 0) continue;
+            const SurfaceLanes s = load_surfaces(part, pixels, directions_of(part, pixels));
+            const V3 org = off_surfaces(s, s.size);
+            alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
+            hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), f, starts[0].words);
+            std::size_t begin = rays.size();
+            const auto seen_count = static_cast<std::size_t>(hwy::PopCount(std::uint64_t{seen}));
+            rays.resize(begin + seen_count * count);
+            for (std::uint32_t sample = 0; sample < count; ++sample) {
+                const DirectionLanes ray =
+                    ao_rays(s, pixels.x, pixels.y, sample, part.params.ao_tfar);
+                hn::StoreInterleaved4(ray.dir.x, ray.dir.y, ray.dir.z, ray.tfar, f, ends[0].words);
+                std::size_t at = begin + sample;
+                for (std::uint32_t left = seen; left != 0; left &= left - 1, at += count) {
+                    const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+                    std::memcpy(&rays[at], &starts[lane], sizeof(HalfRay));
+                    std::memcpy(&rays[at].dir, &ends[lane], sizeof(HalfRay));
+                }
+            }
+        }
+    });
+}
+
+void shade_ao_of_part(const PixelPart& part, const std::uint8_t* occluded) {
+    const Floats f;
+    const Words w;
+    const std::uint32_t count = part.params.ao_count;
+    const VF per_ray = splat(rcp(static_cast<float>(count)));
+    for_each_block_of_picture(
+        part, [&](const PixelBlock& block, const BackgroundColumn& behind) HWY_ATTR {
+            alignas(64) std::uint32_t colours[kBlockRays];
+            alignas(64) std::uint32_t occlusion[kBlockRays] = {};
+            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                const PixelLanes pixels = load_pixels(part, block, i);
+                for (std::uint32_t left = mask_bits(pixels.seen); left != 0; left &= left - 1) {
+                    std::uint32_t& sum = occlusion[i + hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
+                    for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
+                }
+                if (hn::AllFalse(f, pixels.seen)) {
+                    hn::Store(hn::Load(w, behind.colours + i), w, colours + i);
+                    continue;
+                }
+                const VW open = hn::Sub(splat_word(count), hn::Load(w, occlusion + i));
+                const VF share = hn::Mul(hn::ConvertTo(f, hn::BitCast(Ints(), open)), per_ray);
+                store_colours(part, pixels, share, behind.colours + i, colours + i);
+            }
+            write_block(part, block, occlusion, part.frame.occlusion.data());
+            write_block(part, block, colours, part.frame.pixels.data());
+        });
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

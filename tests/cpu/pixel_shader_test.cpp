@@ -1,0 +1,105 @@
+#include "cpu/pixel_shader.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "common/bvh_builder.h"
+#include "common/camera_setup.h"
+#include "cpu/image_tracer.h"
+#include "cpu/packet_tiles.h"
+#include "cpu/scalar_tracer.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using namespace test;
+
+using ScalarTiles = cpu::BatchTiles<cpu::OneByOne<cpu::ScalarTracer>>;
+
+/// A picture in tiles of some size, with rubbish where tracers have to write.
+template <class Tracer>
+Frame picture(const Tracer& tracer, const cpu::ShadedMesh& mesh, const ImageParams& params,
+              std::uint32_t side) {
+    Frame frame;
+    frame.width = params.width;
+    frame.height = params.height;
+    const std::size_t count = std::size_t{params.width} * params.height;
+    frame.hits.assign(count, Hit{1, 2, 3, 4});
+    frame.occlusion.assign(count, 77);
+    frame.pixels.assign(count, 99);
+    const cpu::PictureTiles tiles(params.width, params.height, side);
+    for (std::uint32_t i = 0; i < tiles.count(); ++i)
+        trace_tile(tracer, mesh, params, tiles[i], frame);
+    return frame;
+}
+
+struct Size {
+    std::uint32_t width, height;
+};
+// With rows and columns of blocks that are not full, and none that are.
+constexpr Size kSizes[] = {{64, 64}, {67, 45}, {1, 1}, {3, 9}, {5, 2}};
+
+class EveryTarget : public testing::TestWithParam<cpu::SimdTarget> {
+protected:
+    /// All kinds of rays, with colours of their own for triangles.
+    void expect_same_pictures(const NamedScene& named, const ViewSpec& view) {
+        const TestScene& scene = named.scene;
+        Topology topology = scene.topology();
+        Random random(5);
+        for (Albedo& albedo : topology.albedo)
+            albedo = static_cast<Albedo>(random.bits()) & 0x00FFFFFFu;
+        const Bvh bvh = build_bvh(topology, scene.positions());
+        const cpu::ShadedMesh mesh{&topology, scene.positions()};
+        ImageParams params =
+            make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+        for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
+            params.rays = rays;
+            const Frame expected =
+                picture(ScalarTiles(cpu::OneByOne(cpu::ScalarTracer(bvh))), mesh, params, 64);
+            for (const std::uint32_t side : {64u, 32u}) {
+                const Frame frame = picture(cpu::PacketTiles(bvh, GetParam()), mesh, params, side);
+                const std::string what =
+                    named.name + " rays " + std::to_string(rays) + " side " + std::to_string(side);
+                ASSERT_EQ(hits_hash(frame), hits_hash(expected)) << what;
+                ASSERT_EQ(frame.occlusion, expected.occlusion) << what;
+                ASSERT_EQ(frame.pixels, expected.pixels) << what;
+            }
+        }
+    }
+};
+
+TEST_P(EveryTarget, ShadesAsTheSharedTextOnEveryScene) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        for (const Size size : kSizes) {
+            ViewSpec view;
+            view.width = size.width;
+            view.height = size.height;
+            view.ao_count = 1 + size.width % 4;
+            expect_same_pictures(named, view);
+        }
+    }
+}
+
+TEST_P(EveryTarget, ShadesAlikeWithManySamplesAndFromInside) {
+    for (const std::uint32_t samples : {16u, 100u, 256u}) {
+        ViewSpec view;
+        view.width = 37;
+        view.height = 21;
+        view.ao_count = samples;
+        expect_same_pictures({"star", star(3, 7)}, view);
+        view.eye = std::array{0.1, 0.05, -0.02};
+        view.target = std::array{1.0, 0.4, 0.3};
+        view.fov = 120;
+        expect_same_pictures({"star from inside", star(3, 7)}, view);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Shading, EveryTarget, testing::ValuesIn(cpu::supported_simd_targets()),
+                         [](const auto& target) { return std::string(target.param.name); });
+
+}  // namespace
+}  // namespace morphray
