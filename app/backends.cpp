@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "app/memory_budget.h"
 #include "common/error.h"
 #include "cpu/cpu_backend.h"
@@ -17,6 +19,39 @@ std::unique_ptr<Backend> make_vulkan([[maybe_unused]] const BackendOptions& opti
     throw Error(ExitCode::kUnavailable,
                 "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
 #endif
+}
+
+/// What leaves us without Vulkan, where that is no fault of ours.
+bool is_lack_of_vulkan(const Error& error) {
+    return error.code() == ExitCode::kUnavailable || error.code() == ExitCode::kLimit;
+}
+
+/// Vulkan, or null after one warning where it cannot be had.
+std::unique_ptr<Backend> try_vulkan(const BackendOptions& options, const Messages& messages) {
+    try {
+        return make_vulkan(options);
+    } catch (const Error& error) {
+        if (!is_lack_of_vulkan(error)) throw;
+        messages.warn({{}, fmt::format("{}; going on with the CPU", error.what())});
+        return nullptr;
+    }
+}
+
+/// Whether all that Vulkan could run on is the CPU once more, which our own tracer makes more of.
+bool has_only_software_devices() {
+    bool any = false;
+    try {
+        require_driver_memory();
+        for (const gpu::DeviceInfo& device : vulkan_devices()) {
+            if (!device.unusable.empty()) continue;
+            if (device.type != "cpu") return false;
+            any = true;
+        }
+    } catch (const Error& error) {
+        // try_vulkan() says why.
+        if (!is_lack_of_vulkan(error)) throw;
+    }
+    return any;
 }
 
 }  // namespace
@@ -49,18 +84,19 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
     const bool must_be_vulkan =
         choice == BackendChoice::kVulkan || !options.device.empty() || options.validate;
     if (must_be_vulkan) return make_vulkan(options);
-    try {
-        return make_vulkan(options);
-    } catch (const Error& error) {
-        if (error.code() != ExitCode::kUnavailable && error.code() != ExitCode::kLimit) throw;
-        messages.warn({{}, fmt::format("{}; going on with the CPU", error.what())});
+    if (has_only_software_devices()) {
+        messages.note("no GPU; --backend vulkan takes the device that runs on the CPU");
         return cpu::make_cpu_backend(cpu_config);
     }
+    std::unique_ptr<Backend> vulkan = try_vulkan(options, messages);
+    return vulkan != nullptr ? std::move(vulkan) : cpu::make_cpu_backend(cpu_config);
 }
 
 std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages) {
     if (options.backend.choice != BackendChoice::kAuto) return {options.backend.choice};
-    if (make_backend(options.backend, messages)->name() == "cpu") return {BackendChoice::kCpu};
+    const bool must_be_vulkan = !options.backend.device.empty() || options.backend.validate;
+    if (!must_be_vulkan && try_vulkan(options.backend, messages) == nullptr)
+        return {BackendChoice::kCpu};
     return {BackendChoice::kCpu, BackendChoice::kVulkan};
 }
 

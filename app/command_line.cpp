@@ -23,7 +23,7 @@ namespace {
 constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
 constexpr const char* kFirstFrame = "the first; of several, the first is taken";
 constexpr const char* kWholePicture = "1024x1024";
-constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a device, else the CPU";
+constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
 
 using Setter = std::function<void(const std::string& option, const std::string& value)>;
 
