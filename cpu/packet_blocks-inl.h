@@ -116,7 +116,9 @@ private:
     static HWY_INLINE VW block(VF pixel) {
         static_assert(kBlockSide == 4);
         const hn::RebindToSigned<Floats> ints;
-        return hn::ShiftRight<2>(hn::BitCast(Words(), hn::ConvertTo(ints, pixel)));
+        const VW block = hn::ShiftRight<2>(hn::BitCast(Words(), hn::ConvertTo(ints, pixel)));
+        // A number to shift by even where there is none.
+        return hn::And(block, hn::Set(Words(), kGridSide - 1));
     }
 };
 
