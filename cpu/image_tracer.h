@@ -195,8 +195,8 @@ private:
     std::vector<std::uint8_t> answers_;
 };
 
-/// Fills hits, occlusion and pixels of a tile of at most 64 x 64 pixels, with any tracer of tiles
-/// (BatchTiles, PacketTiles). Tiles of one frame may be traced by several threads.
+/// Fills hits, occlusion and pixels of a tile of at most 64 x 64 pixels, with any tracer of tiles;
+/// for packets see cpu/packet_tiles.h. Tiles of one frame may be traced by several threads.
 template <class Tracer>
 void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame) {

@@ -1,9 +1,14 @@
 #include "cpu/packet_tiles.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
 namespace morphray::cpu {
 namespace {
 
-/// Of ambient-occlusion rays that are traced together, which stay in the cache.
+/// Of ambient-occlusion rays that are traced together, so that they stay in the cache; a block's
+/// may be more.
 constexpr std::uint32_t kMostAoRays = 1024;
 
 void trace_shadows(const PacketTiles& tracer, const PixelPart& part) {
@@ -20,7 +25,6 @@ void trace_shadows(const PacketTiles& tracer, const PixelPart& part) {
 
 void trace_ao(const PacketTiles& tracer, const PixelPart& part) {
     const Tile& tile = part.tile;
-    // Rows of blocks, or of one block if there are many rays.
     const std::uint32_t columns = std::max(kMostAoRays / (kBlockSide * part.params.ao_count), 1u);
     const std::uint32_t width = std::max(columns / kBlockSide, 1u) * kBlockSide;
     std::vector<Ray> rays;
@@ -41,6 +45,8 @@ void trace_ao(const PacketTiles& tracer, const PixelPart& part) {
 
 void trace_tile(const PacketTiles& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame) {
+    if (mesh.positions.size() > PixelShader::kMaxVertices)
+        return trace_tile<PacketTiles>(tracer, mesh, params, tile, frame);
     tracer.intersect_camera(
         params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
     const PixelPart part{params, mesh, tile, frame};

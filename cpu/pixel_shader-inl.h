@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <vector>
 
 #include "cpu/pixel_shader.h"
 #include "cpu/pixel_vectors-inl.h"
@@ -28,9 +30,6 @@ constexpr auto kLanes = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
 constexpr std::uint32_t kColumnShift = 2;
 constexpr std::uint32_t kRowMask = kBlockSide - 1;
 static_assert(kBlockSide == 1u << kColumnShift);
-
-/// Of a lane that stands for no pixel of the part.
-constexpr float kUnseen = -1.0f;
 
 /// Some pixels of a block, one a lane.
 struct PixelLanes {
@@ -143,7 +142,8 @@ struct BackgroundColumn {
     }
 };
 
-/// Writes a number for each pixel of a block to where the picture has them.
+/// Writes a number for each pixel of a block to where the picture has them. (Of a whole row's copy
+/// the compiler knows the length.)
 HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
                             const std::uint32_t* from, std::uint32_t* picture) {
     std::uint32_t* to = picture + block.begin(part);
@@ -216,7 +216,7 @@ bool make_shadow_rays_of_part(const PixelPart& part, PointRays* rays, float* lit
             const PixelLanes pixels = load_pixels(part, block, i);
             V3 dir{splat(0.0f), splat(0.0f), splat(0.0f)};
             VF tfar = splat(-1.0f);
-            VF intensity = splat(kUnseen);
+            VF intensity = splat(0.0f);
             if (!hn::AllFalse(f, pixels.seen)) {
                 const SurfaceLanes s = load_surfaces(part, pixels, directions_of(part, pixels));
                 const V3 to_light = minus(splat3(part.params.light), s.point);
@@ -225,8 +225,8 @@ bool make_shadow_rays_of_part(const PixelPart& part, PointRays* rays, float* lit
                 const DirectionLanes ray = shadow_rays(s, to_light, part.params.light);
                 dir = select(traced, ray.dir, dir);
                 tfar = hn::IfThenElse(traced, ray.tfar, tfar);
-                const VF facing = hn::Max(dot_of(s.normal, unit_of(to_light)), splat(0.0f));
-                intensity = hn::IfThenElse(pixels.seen, lit_intensity(facing), intensity);
+                intensity =
+                    lit_intensity(hn::Max(dot_of(s.normal, unit_of(to_light)), splat(0.0f)));
                 any = any || !hn::AllFalse(f, traced);
             }
             hn::Store(dir.x, f, to.dir[0] + i);
@@ -286,7 +286,7 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
             const V3 org = off_surfaces(s, s.size);
             alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
             hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), f, starts[0].words);
-            std::size_t begin = rays.size();
+            const std::size_t begin = rays.size();
             const auto seen_count = static_cast<std::size_t>(hwy::PopCount(std::uint64_t{seen}));
             rays.resize(begin + seen_count * count);
             for (std::uint32_t sample = 0; sample < count; ++sample) {
@@ -296,8 +296,8 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
                 std::size_t at = begin + sample;
                 for (std::uint32_t left = seen; left != 0; left &= left - 1, at += count) {
                     const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
-                    std::memcpy(&rays[at], &starts[lane], sizeof(HalfRay));
-                    std::memcpy(&rays[at].dir, &ends[lane], sizeof(HalfRay));
+                    const HalfRay both[2] = {starts[lane], ends[lane]};
+                    std::memcpy(&rays[at], both, sizeof both);
                 }
             }
         }

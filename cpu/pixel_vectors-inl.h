@@ -68,8 +68,8 @@ HWY_INLINE VF rsqrt_of(VF x) {
     return hn::Add(y, hn::Mul(y, hn::Sub(splat(0.5f), hn::Mul(hn::Mul(h, y), y))));
 }
 
-HWY_INLINE VF snap(VF x, float on_grid, float snap) {
-    const VF snapped = hn::Sub(hn::Add(x, splat(snap)), splat(snap));
+HWY_INLINE VF snap(VF x, float on_grid, float by) {
+    const VF snapped = hn::Sub(hn::Add(x, splat(by)), splat(by));
     return hn::IfThenElse(hn::Ge(hn::Abs(x), splat(on_grid)), x, snapped);
 }
 HWY_INLINE V3 snap3(const V3& v, float on_grid, float by) {
@@ -141,7 +141,7 @@ HWY_INLINE VF signed_units(VW x) {
     return hn::Sub(hn::Mul(splat(2.0f), f), splat(3.0f));
 }
 
-/// pixel_seed: mix_bits(x + mix_bits(y + ...)) is of x and y; see ao_ray(). All but the origin.
+/// ao_ray() of the surfaces that pixels (x, y) show, but for the origin.
 HWY_INLINE DirectionLanes ao_rays(const SurfaceLanes& s, VW x, VW y, std::uint32_t sample,
                                   float tfar) {
     VW seed = mixed_bits(hn::Add(x, mixed_bits(hn::Add(y, splat_word(mix_bits(sample))))));
@@ -170,7 +170,7 @@ HWY_INLINE DirectionLanes ao_rays(const SurfaceLanes& s, VW x, VW y, std::uint32
     return {canonical_of(dir), hn::Mul(splat(tfar), exponent_of(largest_of(dir)))};
 }
 
-/// The intensity of what nothing occludes, by light from the direction of `towards`.
+/// The intensity of what light reaches, given the cosine between its normal and the light.
 HWY_INLINE VF lit_intensity(VF facing) {
     return hn::Add(splat(0.125f), hn::Mul(splat(0.875f), facing));
 }

@@ -20,10 +20,10 @@ using namespace test;
 
 using ScalarTiles = cpu::BatchTiles<cpu::OneByOne<cpu::ScalarTracer>>;
 
-/// A picture in tiles of some size, with rubbish where tracers have to write.
-template <class Tracer>
-Frame picture(const Tracer& tracer, const cpu::ShadedMesh& mesh, const ImageParams& params,
-              std::uint32_t side) {
+/// A picture in tiles of some size, traced by trace(tile, frame), with rubbish where that has to
+/// write.
+template <class Trace>
+Frame picture(const ImageParams& params, std::uint32_t side, Trace trace) {
     Frame frame;
     frame.width = params.width;
     frame.height = params.height;
@@ -32,8 +32,7 @@ Frame picture(const Tracer& tracer, const cpu::ShadedMesh& mesh, const ImagePara
     frame.occlusion.assign(count, 77);
     frame.pixels.assign(count, 99);
     const cpu::PictureTiles tiles(params.width, params.height, side);
-    for (std::uint32_t i = 0; i < tiles.count(); ++i)
-        trace_tile(tracer, mesh, params, tiles[i], frame);
+    for (std::uint32_t i = 0; i < tiles.count(); ++i) trace(tiles[i], frame);
     return frame;
 }
 
@@ -58,16 +57,27 @@ protected:
             make_image_params(view, bounds_of(scene.user_positions()), scene.space());
         for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
             params.rays = rays;
-            const Frame expected =
-                picture(ScalarTiles(cpu::OneByOne(cpu::ScalarTracer(bvh))), mesh, params, 64);
-            for (const std::uint32_t side : {64u, 32u}) {
-                const Frame frame = picture(cpu::PacketTiles(bvh, GetParam()), mesh, params, side);
-                const std::string what =
-                    named.name + " rays " + std::to_string(rays) + " side " + std::to_string(side);
-                ASSERT_EQ(hits_hash(frame), hits_hash(expected)) << what;
-                ASSERT_EQ(frame.occlusion, expected.occlusion) << what;
-                ASSERT_EQ(frame.pixels, expected.pixels) << what;
-            }
+            const ScalarTiles scalar(cpu::OneByOne{cpu::ScalarTracer(bvh)});
+            const Frame expected = picture(params, 64, [&](const cpu::Tile& tile, Frame& frame) {
+                trace_tile(scalar, mesh, params, tile, frame);
+            });
+            const cpu::PacketTiles packets(bvh, GetParam());
+            const auto expect_same = [&](const Frame& frame, const char* what) {
+                SCOPED_TRACE(named.name + ", rays " + std::to_string(rays) + ", " + what);
+                EXPECT_EQ(hits_hash(frame), hits_hash(expected));
+                EXPECT_EQ(frame.occlusion, expected.occlusion);
+                EXPECT_EQ(frame.pixels, expected.pixels);
+            };
+            const auto in_blocks = [&](const cpu::Tile& tile, Frame& frame) {
+                trace_tile(packets, mesh, params, tile, frame);
+            };
+            expect_same(picture(params, 64, in_blocks), "tiles of 64");
+            expect_same(picture(params, 32, in_blocks), "tiles of 32");
+            // What meshes of too many vertices take.
+            const auto one_by_one = [&](const cpu::Tile& tile, Frame& frame) {
+                trace_tile<cpu::PacketTiles>(packets, mesh, params, tile, frame);
+            };
+            expect_same(picture(params, 64, one_by_one), "pixel by pixel");
         }
     }
 };
