@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <vector>
 
 #include "cpu/pixel_shader.h"
@@ -67,12 +68,79 @@ HWY_INLINE void for_each_block(const PixelPart& part, Visit visit) {
     }
 }
 
+#if HWY_TARGET != HWY_SCALAR
+/// In each 16 bytes, the first words of the four vectors, then their second ones, and so on.
+template <class D>
+HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) {
+    const hn::Repartition<std::uint64_t, D> pairs;
+    const auto lower = hn::BitCast(pairs, hn::InterleaveLower(d, in[0], in[1]));
+    const auto next_lower = hn::BitCast(pairs, hn::InterleaveLower(d, in[2], in[3]));
+    const auto upper = hn::BitCast(pairs, hn::InterleaveUpper(d, in[0], in[1]));
+    const auto next_upper = hn::BitCast(pairs, hn::InterleaveUpper(d, in[2], in[3]));
+    out[0] = hn::BitCast(d, hn::InterleaveLower(pairs, lower, next_lower));
+    out[1] = hn::BitCast(d, hn::InterleaveUpper(pairs, lower, next_lower));
+    out[2] = hn::BitCast(d, hn::InterleaveLower(pairs, upper, next_upper));
+    out[3] = hn::BitCast(d, hn::InterleaveUpper(pairs, upper, next_upper));
+}
+
+/// Threes of words, by 16 bytes from each: one word after the last is read, too.
+template <class D>
+HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, VW index, hn::Vec<D> out[3]) {
+    const hn::CappedTag<hn::TFromD<D>, 4> four;
+    alignas(64) std::uint32_t at[kLanes];
+    hn::Store(index, Words(), at);
+    const auto load = [&](std::size_t lane)
+                          HWY_ATTR { return hn::LoadU(four, from + 3 * std::size_t{at[lane]}); };
+    hn::Vec<D> in[4];
+    for (std::size_t j = 0; j < 4; ++j) {
+        // Lanes j, 4 + j and so on, 16 bytes each.
+        if constexpr (kLanes == 16) {
+            const hn::Half<D> half;
+            in[j] = hn::Combine(d, hn::Combine(half, load(12 + j), load(8 + j)),
+                                hn::Combine(half, load(4 + j), load(j)));
+        } else if constexpr (kLanes == 8) {
+            in[j] = hn::Combine(d, load(4 + j), load(j));
+        } else {
+            in[j] = load(j);
+        }
+    }
+    hn::Vec<D> words[4];
+    transpose_fours(d, in, words);
+    for (int k = 0; k < 3; ++k) out[k] = words[k];
+}
+#endif
+
+/// t and prim_id of those pixels of a block that are in these columns and rows, one a lane.
+HWY_INLINE void load_hits(const PixelPart& part, const PixelBlock& block, std::uint32_t first,
+                          VW column, VW row, VF& t, VW& prim) {
+    const Floats f;
+    static_assert(sizeof(Hit) == 4 * sizeof(float));
+    const float* const hits = &part.frame.hits[block.begin(part)].t;
+#if HWY_TARGET != HWY_SCALAR
+    if (HWY_LIKELY(block.columns == kBlockSide && block.rows == kBlockSide)) {
+        VF in[4], words[4];
+        for (std::size_t j = 0; j < 4; ++j)
+            in[j] = hn::LoadU(f, hits + 4 * (j * part.params.width + first / kBlockSide));
+        transpose_fours(f, in, words);
+        t = words[0];
+        prim = bits_of(words[3]);
+        return;
+    }
+#else
+    (void)first;
+#endif
+    const Ints ints;
+    const VW pixel = hn::Add(hn::Mul(row, splat_word(part.params.width)), column);
+    const auto at = hn::BitCast(ints, hn::ShiftLeft<2>(pixel));
+    t = hn::GatherIndex(f, hits, at);
+    prim = bits_of(hn::GatherIndex(f, hits, hn::Add(at, hn::Set(ints, 3))));
+}
+
 /// Pixels `first` and following of a block.
 HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block,
                                   std::uint32_t first) {
     const Words w;
     const Floats f;
-    const Ints ints;
     const VW lane = hn::Iota(w, first);
     const VW column = hn::ShiftRight<kColumnShift>(lane);
     const VW row = hn::And(lane, splat_word(kRowMask));
@@ -82,12 +150,8 @@ HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block
     // Those that are not there are read from the last column or row.
     const VW in_column = hn::Min(column, splat_word(block.columns - 1));
     const VW in_row = hn::Min(row, splat_word(block.rows - 1));
-    const VW pixel = hn::Add(hn::Mul(in_row, splat_word(part.params.width)), in_column);
-    const auto at = hn::BitCast(ints, hn::ShiftLeft<2>(pixel));
-    const float* const hits = &part.frame.hits[block.begin(part)].t;
-    static_assert(sizeof(Hit) == 4 * sizeof(float));
-    pixels.t = hn::GatherIndex(f, hits, at);
-    const VW prim = bits_of(hn::GatherIndex(f, hits, hn::Add(at, hn::Set(ints, 3))));
+    VW prim;
+    load_hits(part, block, first, in_column, in_row, pixels.t, prim);
     const auto is_there = hn::And(hn::Eq(in_column, column), hn::Eq(in_row, row));
     const auto is_seen = hn::And(is_there, hn::Ne(prim, splat_word(kNoPrim)));
     pixels.seen = hn::RebindMask(f, is_seen);
@@ -95,23 +159,24 @@ HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block
     return pixels;
 }
 
-/// Index times 3, of words.
-HWY_INLINE hn::Vec<Ints> triple(VW x) { return hn::BitCast(Ints(), hn::Add(x, hn::Add(x, x))); }
-
-HWY_INLINE V3 load_vertices(const PixelPart& part, VW vertex) {
-    const Floats f;
-    const float* const positions = &part.mesh.positions.front().x;
-    const auto at = triple(vertex);
-    return {hn::GatherIndex(f, positions, at), hn::GatherIndex(f, positions + 1, at),
-            hn::GatherIndex(f, positions + 2, at)};
-}
-
-HWY_INLINE VW load_words(const std::uint32_t* from, hn::Vec<Ints> at) {
-    return hn::GatherIndex(Words(), from, at);
+/// The words of those of `count` threes that stand one after the other.
+template <class D>
+HWY_INLINE void load_threes(D d, const hn::TFromD<D>* from, VW index, std::size_t count,
+                            hn::Vec<D> out[3]) {
+#if HWY_TARGET != HWY_SCALAR
+    const auto last = splat_word(static_cast<std::uint32_t>(count - 1));
+    if (HWY_LIKELY(hn::AllFalse(Words(), hn::Eq(index, last))))
+        return load_threes_at_once(d, from, index, out);
+#else
+    (void)count;
+#endif
+    const auto at = hn::BitCast(Ints(), hn::Add(index, hn::Add(index, index)));
+    for (int k = 0; k < 3; ++k) out[k] = hn::GatherIndex(d, from + k, at);
 }
 
 HWY_INLINE VW load_albedo(const PixelPart& part, const PixelLanes& pixels) {
-    return load_words(part.mesh.topology->albedo.data(), hn::BitCast(Ints(), pixels.prim));
+    return hn::GatherIndex(Words(), part.mesh.topology->albedo.data(),
+                           hn::BitCast(Ints(), pixels.prim));
 }
 
 HWY_INLINE VF middle_of(VW pixel) {
@@ -125,10 +190,17 @@ HWY_INLINE V3 directions_of(const PixelPart& part, const PixelLanes& pixels) {
 /// Only where there is a hit: the mesh has triangles then.
 HWY_INLINE SurfaceLanes load_surfaces(const PixelPart& part, const PixelLanes& pixels,
                                       const V3& dir) {
-    const std::uint32_t* const triangles = &part.mesh.topology->triangles.front().x;
-    const auto at = triple(pixels.prim);
+    const Topology& topology = *part.mesh.topology;
+    const std::span<const vec3> positions = part.mesh.positions;
+    VW vertices[3];
+    load_threes(Words(), &topology.triangles.front().x, pixels.prim, topology.triangles.size(),
+                vertices);
     V3 corners[3];
-    for (int k = 0; k < 3; ++k) corners[k] = load_vertices(part, load_words(triangles + k, at));
+    for (int k = 0; k < 3; ++k) {
+        VF at[3];
+        load_threes(Floats(), &positions.front().x, vertices[k], positions.size(), at);
+        corners[k] = {at[0], at[1], at[2]};
+    }
     return surfaces_at(part.params.camera.org, dir, pixels.t, corners);
 }
 
