@@ -26,8 +26,14 @@ bool is_lack_of_vulkan(const Error& error) {
     return error.code() == ExitCode::kUnavailable || error.code() == ExitCode::kLimit;
 }
 
-/// Vulkan, or null after one warning where it cannot be had.
+/// Whether options of Vulkan rule the CPU out.
+bool asks_for_vulkan(const BackendOptions& options) {
+    return !options.device.empty() || options.validate;
+}
+
+/// Vulkan, or null after one warning where it cannot be had and nothing asks for it.
 std::unique_ptr<Backend> try_vulkan(const BackendOptions& options, const Messages& messages) {
+    if (asks_for_vulkan(options)) return make_vulkan(options);
     try {
         return make_vulkan(options);
     } catch (const Error& error) {
@@ -81,10 +87,8 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
     const cpu::CpuConfig cpu_config{.threads = options.threads, .simd = options.simd};
     if (choice == BackendChoice::kCpu) return cpu::make_cpu_backend(cpu_config);
     if (choice == BackendChoice::kBrute) return cpu::make_brute_backend(cpu_config);
-    const bool must_be_vulkan =
-        choice == BackendChoice::kVulkan || !options.device.empty() || options.validate;
-    if (must_be_vulkan) return make_vulkan(options);
-    if (has_only_software_devices()) {
+    if (choice == BackendChoice::kVulkan) return make_vulkan(options);
+    if (!asks_for_vulkan(options) && has_only_software_devices()) {
         messages.note("no GPU; --backend vulkan takes the device that runs on the CPU");
         return cpu::make_cpu_backend(cpu_config);
     }
@@ -94,9 +98,7 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
 
 std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages) {
     if (options.backend.choice != BackendChoice::kAuto) return {options.backend.choice};
-    const bool must_be_vulkan = !options.backend.device.empty() || options.backend.validate;
-    if (!must_be_vulkan && try_vulkan(options.backend, messages) == nullptr)
-        return {BackendChoice::kCpu};
+    if (try_vulkan(options.backend, messages) == nullptr) return {BackendChoice::kCpu};
     return {BackendChoice::kCpu, BackendChoice::kVulkan};
 }
 

@@ -25,8 +25,8 @@ void trace_shadows(const PacketTiles& tracer, const PixelPart& part) {
 
 void trace_ao(const PacketTiles& tracer, const PixelPart& part) {
     const Tile& tile = part.tile;
-    const std::uint32_t columns = std::max(kMostAoRays / (kBlockSide * part.params.ao_count), 1u);
-    const std::uint32_t width = std::max(columns / kBlockSide, 1u) * kBlockSide;
+    const std::uint32_t blocks = std::max(kMostAoRays / (kBlockRays * part.params.ao_count), 1u);
+    const std::uint32_t width = blocks * kBlockSide;
     std::vector<Ray> rays;
     std::vector<std::uint8_t> occluded;
     for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
@@ -45,8 +45,6 @@ void trace_ao(const PacketTiles& tracer, const PixelPart& part) {
 
 void trace_tile(const PacketTiles& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame) {
-    if (mesh.positions.size() > PixelShader::kMaxVertices)
-        return trace_tile<PacketTiles>(tracer, mesh, params, tile, frame);
     tracer.intersect_camera(
         params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
     const PixelPart part{params, mesh, tile, frame};

@@ -85,10 +85,9 @@ HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) 
 
 /// Threes of words, by 16 bytes from each: one word after the last is read, too.
 template <class D>
-HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, VW index, hn::Vec<D> out[3]) {
+HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::uint32_t* at,
+                                    hn::Vec<D> out[3]) {
     const hn::CappedTag<hn::TFromD<D>, 4> four;
-    alignas(64) std::uint32_t at[kLanes];
-    hn::Store(index, Words(), at);
     const auto load = [&](std::size_t lane)
                           HWY_ATTR { return hn::LoadU(four, from + 3 * std::size_t{at[lane]}); };
     hn::Vec<D> in[4];
@@ -159,19 +158,24 @@ HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block
     return pixels;
 }
 
-/// The words of those of `count` threes that stand one after the other.
+/// Of `count` threes of words, one after the other, those with these indices.
 template <class D>
 HWY_INLINE void load_threes(D d, const hn::TFromD<D>* from, VW index, std::size_t count,
                             hn::Vec<D> out[3]) {
+    alignas(64) std::uint32_t at[kLanes];
+    hn::Store(index, Words(), at);
 #if HWY_TARGET != HWY_SCALAR
-    const auto last = splat_word(static_cast<std::uint32_t>(count - 1));
+    const VW last = splat_word(static_cast<std::uint32_t>(count - 1));
     if (HWY_LIKELY(hn::AllFalse(Words(), hn::Eq(index, last))))
-        return load_threes_at_once(d, from, index, out);
+        return load_threes_at_once(d, from, at, out);
 #else
     (void)count;
 #endif
-    const auto at = hn::BitCast(Ints(), hn::Add(index, hn::Add(index, index)));
-    for (int k = 0; k < 3; ++k) out[k] = hn::GatherIndex(d, from + k, at);
+    for (std::size_t k = 0; k < 3; ++k) {
+        alignas(64) hn::TFromD<D> words[kLanes];
+        for (std::size_t l = 0; l < kLanes; ++l) words[l] = from[3 * std::size_t{at[l]} + k];
+        out[k] = hn::Load(d, words);
+    }
 }
 
 HWY_INLINE VW load_albedo(const PixelPart& part, const PixelLanes& pixels) {
@@ -214,68 +218,55 @@ struct BackgroundColumn {
     }
 };
 
-/// Writes a number for each pixel of a block to where the picture has them. (Of a whole row's copy
-/// the compiler knows the length.)
+/// Writes a number for each pixel of a block to where the picture has them.
 HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
                             const std::uint32_t* from, std::uint32_t* picture) {
     std::uint32_t* to = picture + block.begin(part);
-    if (HWY_LIKELY(block.columns == kBlockSide)) {
-        for (std::uint32_t row = 0; row < block.rows; ++row, to += part.params.width) {
-            for (std::uint32_t column = 0; column < kBlockSide; ++column)
-                to[column] = from[column * kBlockSide + row];
-        }
-        return;
-    }
     for (std::uint32_t row = 0; row < block.rows; ++row, to += part.params.width) {
         for (std::uint32_t column = 0; column < block.columns; ++column)
             to[column] = from[column * kBlockSide + row];
     }
 }
 
-/// Calls visit(block, behind) for each block with the background of its row.
-template <class Visit>
-HWY_INLINE void for_each_block_of_picture(const PixelPart& part, Visit visit) {
+/// Occlusion and colours of a part. intensity(block, i, pixels, occlusion) says how light pixels i
+/// and following of a block are, of which some are seen, and may write by how many rays they are
+/// occluded.
+template <class Intensity>
+HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
+    const Floats f;
+    const Words w;
     Tile row = part.tile;
     for (; row.y0 < part.tile.y1; row.y0 += kBlockSide) {
         row.y1 = std::min(row.y0 + kBlockSide, part.tile.y1);
         const BackgroundColumn behind(part, row.y0);
-        for_each_block({part.params, part.mesh, row, part.frame},
-                       [&](const PixelBlock& block) HWY_ATTR { visit(block, behind); });
+        for_each_block(
+            {part.params, part.mesh, row, part.frame}, [&](const PixelBlock& block) HWY_ATTR {
+                alignas(64) std::uint32_t colours[kBlockRays];
+                alignas(64) std::uint32_t occlusion[kBlockRays] = {};
+                for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                    const PixelLanes pixels = load_pixels(part, block, i);
+                    VW colour = hn::Load(w, behind.colours + i);
+                    if (!hn::AllFalse(f, pixels.seen)) {
+                        const VF value = intensity(block, i, pixels, occlusion + i);
+                        colour =
+                            hn::IfThenElse(hn::RebindMask(w, pixels.seen),
+                                           colours_of(value, load_albedo(part, pixels)), colour);
+                    }
+                    hn::Store(colour, w, colours + i);
+                }
+                write_block(part, block, occlusion, part.frame.occlusion.data());
+                write_block(part, block, colours, part.frame.pixels.data());
+            });
     }
-}
-
-/// Colours of some pixels of a block, with intensities where they are seen.
-HWY_INLINE void store_colours(const PixelPart& part, const PixelLanes& pixels, VF intensity,
-                              const std::uint32_t* behind, std::uint32_t* to) {
-    const Words w;
-    const VW colour = colours_of(intensity, load_albedo(part, pixels));
-    hn::Store(hn::IfThenElse(hn::RebindMask(w, pixels.seen), colour, hn::Load(w, behind)), w, to);
 }
 
 void shade_camera_part(const PixelPart& part) {
-    const Floats f;
-    const Words w;
-    const Tile& tile = part.tile;
-    for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {
-        std::fill_n(&part.frame.occlusion[std::size_t{y} * part.params.width + tile.x0],
-                    tile.x1 - tile.x0, 0u);
-    }
-    for_each_block_of_picture(
-        part, [&](const PixelBlock& block, const BackgroundColumn& behind) HWY_ATTR {
-            alignas(64) std::uint32_t colours[kBlockRays];
-            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
-                const PixelLanes pixels = load_pixels(part, block, i);
-                if (hn::AllFalse(f, pixels.seen)) {
-                    hn::Store(hn::Load(w, behind.colours + i), w, colours + i);
-                    continue;
-                }
-                const V3 dir = directions_of(part, pixels);
-                const SurfaceLanes s = load_surfaces(part, pixels, dir);
-                const VF facing = hn::Abs(dot_of(s.normal, unit_of(dir)));
-                store_colours(part, pixels, lit_intensity(facing), behind.colours + i, colours + i);
-            }
-            write_block(part, block, colours, part.frame.pixels.data());
-        });
+    shade_part(part, [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels, std::uint32_t*)
+                         HWY_ATTR {
+                             const V3 dir = directions_of(part, pixels);
+                             const SurfaceLanes s = load_surfaces(part, pixels, dir);
+                             return lit_intensity(hn::Abs(dot_of(s.normal, unit_of(dir))));
+                         });
 }
 
 bool make_shadow_rays_of_part(const PixelPart& part, PointRays* rays, float* lit) {
@@ -315,28 +306,14 @@ void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded, 
     const Floats f;
     const Words w;
     const hn::Rebind<std::uint8_t, Words> bytes;
-    for_each_block_of_picture(
-        part, [&](const PixelBlock& block, const BackgroundColumn& behind) HWY_ATTR {
-            alignas(64) std::uint32_t colours[kBlockRays];
-            alignas(64) std::uint32_t occlusion[kBlockRays];
-            const std::uint32_t index = block.ray_index(part);
-            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
-                const PixelLanes pixels = load_pixels(part, block, i);
-                const VW is_occluded = hn::PromoteTo(w, hn::LoadU(bytes, occluded + index + i));
-                const auto seen = hn::RebindMask(w, pixels.seen);
-                hn::Store(hn::IfThenElseZero(seen, is_occluded), w, occlusion + i);
-                if (hn::AllFalse(f, pixels.seen)) {
-                    hn::Store(hn::Load(w, behind.colours + i), w, colours + i);
-                    continue;
-                }
-                const auto is_lit = hn::RebindMask(f, hn::Eq(is_occluded, hn::Zero(w)));
-                const VF intensity =
-                    hn::IfThenElse(is_lit, hn::LoadU(f, lit + index + i), splat(0.125f));
-                store_colours(part, pixels, intensity, behind.colours + i, colours + i);
-            }
-            write_block(part, block, occlusion, part.frame.occlusion.data());
-            write_block(part, block, colours, part.frame.pixels.data());
-        });
+    shade_part(part, [&](const PixelBlock& block, std::uint32_t i, const PixelLanes& pixels,
+                         std::uint32_t* occlusion) HWY_ATTR {
+        const std::uint32_t index = block.ray_index(part) + i;
+        const VW is_occluded = hn::PromoteTo(w, hn::LoadU(bytes, occluded + index));
+        hn::Store(hn::IfThenElseZero(hn::RebindMask(w, pixels.seen), is_occluded), w, occlusion);
+        const auto is_lit = hn::RebindMask(f, hn::Eq(is_occluded, hn::Zero(w)));
+        return hn::IfThenElse(is_lit, hn::LoadU(f, lit + index), splat(0.125f));
+    });
 }
 
 /// What comes first of a ray, and what comes last.
@@ -377,31 +354,17 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
 }
 
 void shade_ao_of_part(const PixelPart& part, const std::uint8_t* occluded) {
-    const Floats f;
-    const Words w;
     const std::uint32_t count = part.params.ao_count;
     const VF per_ray = splat(rcp(static_cast<float>(count)));
-    for_each_block_of_picture(
-        part, [&](const PixelBlock& block, const BackgroundColumn& behind) HWY_ATTR {
-            alignas(64) std::uint32_t colours[kBlockRays];
-            alignas(64) std::uint32_t occlusion[kBlockRays] = {};
-            for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
-                const PixelLanes pixels = load_pixels(part, block, i);
-                for (std::uint32_t left = mask_bits(pixels.seen); left != 0; left &= left - 1) {
-                    std::uint32_t& sum = occlusion[i + hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
-                    for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
-                }
-                if (hn::AllFalse(f, pixels.seen)) {
-                    hn::Store(hn::Load(w, behind.colours + i), w, colours + i);
-                    continue;
-                }
-                const VW open = hn::Sub(splat_word(count), hn::Load(w, occlusion + i));
-                const VF share = hn::Mul(hn::ConvertTo(f, hn::BitCast(Ints(), open)), per_ray);
-                store_colours(part, pixels, share, behind.colours + i, colours + i);
-            }
-            write_block(part, block, occlusion, part.frame.occlusion.data());
-            write_block(part, block, colours, part.frame.pixels.data());
-        });
+    shade_part(part, [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels,
+                         std::uint32_t* occlusion) HWY_ATTR {
+        for (std::uint32_t left = mask_bits(pixels.seen); left != 0; left &= left - 1) {
+            std::uint32_t& sum = occlusion[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
+            for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
+        }
+        const VW open = hn::Sub(splat_word(count), hn::Load(Words(), occlusion));
+        return hn::Mul(hn::ConvertTo(Floats(), hn::BitCast(Ints(), open)), per_ray);
+    });
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,7 +1,6 @@
 // What comes after the hits of a camera's rays: surfaces, the rays that start there, and colours.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -27,12 +26,9 @@ struct PixelPart {
 /// about pixels that nobody else is writing.
 class PixelShader {
 public:
-    /// Coordinates, and the words of triangles, are found by signed numbers of 32 bits.
-    static constexpr std::size_t kMaxVertices = 0x7FFFFFFF / 3;
-
     explicit PixelShader(SimdTarget target);
 
-    /// Colours by the light at the eye; occlusion becomes 0. Any part.
+    /// Colours by a light at the eye; occlusion becomes 0. Any part.
     void shade_camera(const PixelPart& part) const { shade_camera_(part); }
 
     /// The shadow rays of a part of at most kPointSide x kPointSide pixels, indices as by

@@ -111,6 +111,25 @@ TEST(WithVulkan, DevicesAreListed) {
     EXPECT_EQ(json["devices"][0]["uuid"].get<std::string>().size(), 32u);
 }
 
+TEST(WithVulkan, AutomaticBackendIsTheCpuWhereThereIsNoGpu) {
+    const Json devices = Json::parse(run({"devices", "--json", "-"}).out)["devices"];
+    bool has_gpu = false;
+    for (const Json& device : devices)
+        has_gpu = has_gpu || (device["type"] != "cpu" && device["unusable"] == "");
+    TemporaryFolder folder;
+    const std::vector<std::string> render = {
+        "render", "builtin:cloth:400", "--size", "8x8", "--frames", "0", "--json", "-",
+        "--out",  folder.file("out")};
+    const Outcome outcome = run(render);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_EQ(Json::parse(outcome.out)["backend"], has_gpu ? "vulkan" : "cpu");
+    // Naming a device asks for it.
+    std::vector<std::string> named = render;
+    named.insert(named.end(), {"--device", "0"});
+    EXPECT_EQ(Json::parse(run(named).out)["backend"], "vulkan");
+}
+
 TEST(WithVulkan, UnknownDeviceIsUnavailable) {
     for (const char* device : {"99", "no such device"}) {
         TemporaryFolder folder;

@@ -73,11 +73,6 @@ protected:
             };
             expect_same(picture(params, 64, in_blocks), "tiles of 64");
             expect_same(picture(params, 32, in_blocks), "tiles of 32");
-            // What meshes of too many vertices take.
-            const auto one_by_one = [&](const cpu::Tile& tile, Frame& frame) {
-                trace_tile<cpu::PacketTiles>(packets, mesh, params, tile, frame);
-            };
-            expect_same(picture(params, 64, one_by_one), "pixel by pixel");
         }
     }
 };
