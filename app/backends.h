@@ -16,9 +16,9 @@ bool vulkan_built_in();
 /// gpu::list_devices(); throws Error(kUnavailable) without Vulkan.
 std::vector<gpu::DeviceInfo> vulkan_devices();
 
-/// kAuto is Vulkan where there is a GPU, otherwise the CPU, with one warning if Vulkan cannot be had
-/// at all (not where its only devices run on the CPU themselves, several times as slowly); naming a
-/// device or asking for validation rules the CPU out. Throws Error(kUnavailable).
+/// kAuto is Vulkan where there is a GPU, otherwise the CPU, with one warning if Vulkan cannot be
+/// had at all (not where its only devices run on the CPU themselves, several times as slowly);
+/// naming a device or asking for validation rules the CPU out. Throws Error(kUnavailable).
 std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messages& messages);
 
 /// Likewise for a backend other than the one asked for.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/interop/triangle.h"
+#include "common/triangle_area.h"
 
 namespace morphray::app {
 namespace {

@@ -24,7 +24,7 @@ struct Candidate {
 
     bool may_hit = false;   // the fast test lets it pass
     bool inside = false;    // no two edges of opposite signs
-    bool has_area = false;  // as seen along the ray
+    bool has_area = false;  // its vertices are not collinear
     bool in_range = false;  // 0 < t, tnear <= t <= tfar
     bool finite = false;
     bool meets_box = false;  // its own box, before or at t

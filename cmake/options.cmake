@@ -3,7 +3,7 @@ add_library(morphray_options INTERFACE)
 target_include_directories(morphray_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(morphray_options INTERFACE
     # The hit rule rounds after every operation: a fused multiply-add would change bits and lose the
-    # antisymmetry that makes shared edges watertight (docs/arithmetic.md).
+    # antisymmetry that makes shared edges watertight (docs/design/arithmetic.md).
     -ffp-contract=off
     -fno-fast-math
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion

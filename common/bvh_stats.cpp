@@ -5,6 +5,7 @@
 
 #include "common/box.h"
 #include "common/interop/triangle.h"
+#include "common/triangle_area.h"
 
 namespace morphray {
 

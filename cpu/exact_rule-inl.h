@@ -4,10 +4,10 @@
 // The functions are those of the same names in the singular, operation by operation, with one
 // exception. product_error is the exact error of a rounded product, by any way of finding it: its
 // splitting is exact because every partial product is a multiple of the product of the factors'
-// grids, at least 2^-126, and far from overflow (docs/arithmetic.md, "No denormals"). Where there
-// is a fused multiply-subtract, a * b - p rounds the same exact value, which is a float: the same
-// bits. Where that value is 0, both are +0: the splitting begins with hh - p, and the sum of a +0
-// and a zero, or of x and -x, is +0.
+// grids, at least 2^-126, and far from overflow (docs/design/arithmetic.md, "No denormals"). Where
+// there is a fused multiply-subtract, a * b - p rounds the same exact value, which is a float: the
+// same bits. Where that value is 0, both are +0: the splitting begins with hh - p, and the sum of a
+// +0 and a zero, or of x and -x, is +0.
 #if defined(MORPHRAY_CPU_EXACT_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_EXACT_RULE_INL_H
 #undef MORPHRAY_CPU_EXACT_RULE_INL_H
@@ -203,54 +203,41 @@ HWY_INLINE VF scaled_weights(VF weight, VF sum, VF scale) {
     return hn::IfThenZeroElse(tiny, hn::Mul(weight, scale));
 }
 
-HWY_INLINE Mask weighted_hits(const RuleRays& rays, VF tnear, VF tfar, const RuleEdges& e, VF za,
-                              VF zb, VF zc, RuleHits& hit) {
+/// weighted_hit: where the sign of t is certain.
+HWY_INLINE Mask weighted_hits(const RuleRays& rays, const RuleEdges& e, VF za, VF zb, VF zc,
+                              RuleHits& hit) {
     const VF zero = hn::Zero(Floats());
     const VF sum = sum_of_sizes(e);
     const Mask any = hn::Gt(sum, zero);
-    const VF dz = rays.dir[2];
-    const VF scale = rcp_exactly(hn::IfThenElse(any, hn::Mul(sum, dz), splat(1.0f)));
-    const VF wa = scaled_weights(hn::Abs(e.u), sum, scale);
-    const VF wb = scaled_weights(hn::Abs(e.v), sum, scale);
-    const VF wc = scaled_weights(hn::Abs(e.w), sum, scale);
-    hit.t = hn::Add(hn::Add(hn::Mul(wa, za), hn::Mul(wb, zb)), hn::Mul(wc, zc));
-    hit.u = hn::Mul(wb, dz);
-    hit.v = hn::Mul(wc, dz);
-    const VF z = hn::Mul(hit.t, dz);
-    const VF rsum = hn::Mul(scale, dz);
-    const VF error = hn::Add(hn::Mul(hn::Mul(hn::Mul(splat(2.0f), e.bound), rsum), e.depth_range),
-                             hn::Mul(splat(kDepthRounding), e.depth_size));
-    const Mask ahead = hn::And(hn::Gt(hn::Abs(z), error), hn::Gt(hit.t, zero));
-    const Mask in_range = hn::And(hn::Ge(hit.t, tnear), hn::Le(hit.t, tfar));
-    return hn::And(hn::And(any, ahead), in_range);
+    const VF scale = rcp_of_positive(hn::IfThenElse(any, sum, splat(1.0f)));
+    hit.u = scaled_weights(hn::Abs(e.v), sum, scale);
+    hit.v = scaled_weights(hn::Abs(e.w), sum, scale);
+    const VF wa = hn::Max(hn::Sub(splat(1.0f), hn::Add(hit.u, hit.v)), zero);
+    const VF z = hn::Add(hn::Add(hn::Mul(wa, za), hn::Mul(hit.u, zb)), hn::Mul(hit.v, zc));
+    hit.t = hn::Mul(z, rcp_exactly(hn::IfThenElse(any, rays.dir[2], splat(1.0f))));
+    const VF by_range =
+        hn::Add(hn::Mul(splat(2.0f), hn::Mul(e.bound, scale)), splat(kWeightRounding));
+    const VF error =
+        hn::Add(hn::Mul(by_range, e.depth_range), hn::Mul(splat(kMeanRounding), e.depth_size));
+    return hn::Or(hn::Lt(e.depth_range, e.depth_size), hn::Gt(hn::Abs(z), error));
+}
+
+/// Where a hit by exact edge functions is one: inside, not edge-on, and t is certain.
+HWY_INLINE Mask exact_hits(const RuleRays& rays, const RuleEdges& e, VF za, VF zb, VF zc,
+                           RuleHits& hit) {
+    const Mask certain = weighted_hits(rays, e, za, zb, zc, hit);
+    const Mask any = hn::Gt(sum_of_sizes(e), hn::Zero(Floats()));
+    return hn::And(certain, hn::And(any, may_be_inside_lanes(e)));
+}
+
+/// Whether the rays reach as far as t, and no farther.
+HWY_INLINE Mask in_range(VF t, VF tnear, VF tfar) {
+    return hn::And(hn::Gt(t, hn::Zero(Floats())), hn::And(hn::Ge(t, tnear), hn::Le(t, tfar)));
 }
 
 /// Of vertices with axes rotated or not: all have kInvalidCoordinate on each axis or on none.
 HWY_INLINE Mask finite_triangles(VF ax, VF bx, VF cx) {
     return hn::Le(hn::Max(ax, hn::Max(bx, cx)), splat(kSceneExtent));
-}
-
-HWY_INLINE Mask products_cancel_lanes(VF e1, VF r1, VF e2, VF r2, VF f1, VF s1, VF f2, VF s2) {
-    const VF zero = hn::Zero(Floats());
-    const auto none = [zero](VF x, VF y) { return hn::Or(hn::Eq(x, zero), hn::Eq(y, zero)); };
-    const Mask errors =
-        hn::And(hn::And(none(r1, f2), none(s2, e1)), hn::And(none(r2, f1), none(s1, e2)));
-    return hn::And(hn::Eq(differences_of_products(e1, f2, e2, f1), zero), errors);
-}
-
-/// Of vertices with axes rotated or not: the three products change places.
-HWY_INLINE Mask have_area(const VF a[3], const VF b[3], const VF c[3]) {
-    VF e[3], f[3], r[3], s[3];
-    for (int k = 0; k < 3; ++k) {
-        e[k] = hn::Sub(b[k], a[k]);
-        f[k] = hn::Sub(c[k], a[k]);
-        r[k] = difference_errors(b[k], a[k], e[k]);
-        s[k] = difference_errors(c[k], a[k], f[k]);
-    }
-    const auto cancel = [&](int i, int j) {
-        return products_cancel_lanes(e[i], r[i], e[j], r[j], f[i], s[i], f[j], s[j]);
-    };
-    return hn::Not(hn::And(cancel(1, 2), hn::And(cancel(2, 0), cancel(0, 1))));
 }
 
 // ---- The rule
@@ -283,18 +270,16 @@ HWY_INLINE ShearedRays shear_rays(const VF org[3], const VF dir[3]) {
     return s;
 }
 
-/// What the plain path leaves open of a triangle a lane, and where it is hit: intersect_triangle
-/// with `exact_edges`. Vertices have rotated axes.
+/// What the fast path leaves uncertain of a triangle a lane, and where it is hit:
+/// intersect_triangle with `exact_edges`. Vertices have rotated axes.
 HWY_INLINE Mask intersect_exactly(const RuleRays& rays, VF tnear, VF tfar, const VF a[3],
                                   const VF b[3], const VF c[3], RuleHits& hit) {
     const RulePoints pa = project_points(rays, a);
     const RulePoints pb = project_points(rays, b);
     const RulePoints pc = project_points(rays, c);
     const RuleEdges e = exact_edge_functions(pa, pb, pc);
-    Mask hits = hn::And(may_be_inside_lanes(e), finite_triangles(a[0], b[0], c[0]));
-    hits = hn::And(hits, weighted_hits(rays, tnear, tfar, e, pa.z, pb.z, pc.z, hit));
-    if (hn::AllFalse(Floats(), hits)) return hits;
-    return hn::And(hits, have_area(a, b, c));
+    const Mask hits = exact_hits(rays, e, pa.z, pb.z, pc.z, hit);
+    return hn::And(hn::And(hits, in_range(hit.t, tnear, tfar)), finite_triangles(a[0], b[0], c[0]));
 }
 
 /// intersect_triangle of ray and triangle of each of these lanes; vertices as they are (a[k] is
@@ -311,9 +296,10 @@ HWY_INLINE Mask intersect_triangles(const ShearedRays& sheared, Mask lanes, VF t
     const RulePoints pb = project_points_fast(rays, rb);
     const RulePoints pc = project_points_fast(rays, rc);
     const RuleEdges e = fast_edge_functions(pa, pb, pc);
-    const Mask sure = surely_inside_lanes(rays, e);
-    Mask hits = hn::And(weighted_hits(rays, tnear, tfar, e, pa.z, pb.z, pc.z, hit),
-                        hn::And(sure, finite_triangles(a[0], b[0], c[0])));
+    const Mask certain = weighted_hits(rays, e, pa.z, pb.z, pc.z, hit);
+    const Mask sure = hn::And(surely_inside_lanes(rays, e), certain);
+    Mask hits =
+        hn::And(in_range(hit.t, tnear, tfar), hn::And(sure, finite_triangles(a[0], b[0], c[0])));
     const Mask open = hn::And(lanes, hn::AndNot(sure, may_be_inside_lanes(e)));
     if (!hn::AllFalse(f, open)) {
         RuleHits exact;

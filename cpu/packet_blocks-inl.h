@@ -11,6 +11,7 @@
 
 #include <cstdint>
 
+#include "common/interop/packet_bounds.h"
 #include "cpu/packet.h"
 #include "cpu/rule_vectors-inl.h"
 
@@ -283,7 +284,7 @@ HWY_INLINE std::uint64_t blocks_beyond(const Packet& packet, float q, std::size_
 
 /// 1/z for the nearest that a hit may be, `near`, which is all there is where that is not positive.
 HWY_INLINE VF nearest_q(VF near) {
-    const VF q = hn::Div(splat(1.00001f), hn::Max(near, splat(1e-20f)));
+    const VF q = hn::Div(splat(kNearestByDepth), hn::Max(near, splat(1e-20f)));
     return hn::IfThenElse(hn::Gt(near, hn::Zero(Floats())), q, splat(kAnyDepth));
 }
 

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "common/interop/packet_bounds.h"
 #include "common/interop/triangle.h"
 #include "cpu/packet.h"
 #include "cpu/rule_vectors-inl.h"
@@ -42,7 +43,8 @@ public:
 
     /// fit: the triangles in front of the eye that the errors of their vertices are small against.
     HWY_INLINE RuleDepth find(const ProjectedTriangles& t, Mask fit) const {
-        RuleDepth rule = {hn::Zero(Floats()), splat(frame_.depth_error), splat(frame_.depth_error)};
+        RuleDepth rule = {hn::Zero(Floats()), splat(kRuleDepthFactor * frame_.depth_error),
+                          splat(frame_.depth_error)};
         if (frame_.axis_count != 0) narrow(rule, t, fit);
         return rule;
     }
@@ -104,12 +106,13 @@ private:
         return {hn::Add(all.range, error), hn::Add(all.size, error)};
     }
 
-    /// The rule's z, of a hit and on its axis, is off by at most 2 B R / S + 2^-20 Z
-    /// (docs/arithmetic.md, "Depth"), and the plain edge functions are taken only where that is
-    /// less than the dilation of boxes; R is the range of the vertices' z, Z the largest, S the sum
-    /// of the edge functions, B = r (m + 2 r) the bound of fast_edges. The rest puts these into the
-    /// packet's terms. Let D be the ray's direction at z = 1, L its largest component, and s the
-    /// factor of the canonical direction, so that 1 <= s L < 2. A vertex lies off the ray by w = (x
+    /// The rule's z, of a hit and on its axis, is off by at most (2 B / S + kWeightRounding) R +
+    /// kMeanRounding Z (docs/design/arithmetic.md, "Depth"), and the plain edge functions are taken
+    /// only where that is less than the dilation of boxes; R is the range of the vertices' z, Z the
+    /// largest, S the sum of the edge functions, B = r (m + 2 r) the bound of fast_edges. The rest
+    /// puts these into the packet's terms. Let D be the ray's direction at z = 1, L its largest
+    /// component, and s the factor of the canonical direction, so that 1 <= s L < 2. A vertex lies
+    /// off the ray by w = (x
     /// - X z) axis_x + (y - Y z) axis_y. The rule's x and y are s (w.x D.z - D.x w.z) and likewise,
     /// that is s L times what w measures in its plane, at most `across` times what `lateral` sums
     /// up. So with M = across * lateral
@@ -118,13 +121,14 @@ private:
     /// The edge functions are those of the packet under a linear map of determinant s^2 L volume,
     /// and those add up to q / scale, so S = s^2 L volume q / scale. In z of the packet, a L-th of
     /// the rule's, the error is at most
-    ///     2 r (m + 2 r) R / (s^2 L^2 volume q / scale) + 2^-20 Z / L
-    ///     <= 2 r1 (M + 2 r1) R scale / volume / q + 2^-20 Z / L.
+    ///     2 r (m + 2 r) R / (s^2 L^2 volume q / scale) + (kWeightRounding R + kMeanRounding Z) / L
+    ///     <= 2 r1 (M + 2 r1) R scale / volume / q + (kWeightRounding R + kMeanRounding Z) / L.
+    /// kRuleDepthError has kMeanRounding and 6 u for what the packet rounds z itself.
     /// Half as much again is left for `scale`, which of triangles that fit is 12 / 64 off by the
     /// vertices and 3 / 32 by its rounding (48 * 2^-24 size^2 z_size at most, where 64 * 2^-21
     /// size^2 z_size is less than det), for other rounding, and because the rule's S is the sum of
     /// plain functions: where B <= S / 64 that is 3 / 64 away. Other triangles are not narrowed,
-    /// nor errors of more than a quarter of z: then a sure hit is one beyond the rule's least
+    /// nor errors of more than a sixteenth of z: then a sure hit is one beyond the rule's least
     /// depth. B / S is at most r1 (M + 2 r1) scale / volume times L / q, the depth of the hit. Then
     /// there are the packet's own errors of the vertices' z that grow with `extent`.
     HWY_INLINE void narrow(RuleDepth& rule, const ProjectedTriangles& t, Mask fit) const {
@@ -136,11 +140,14 @@ private:
         const VF error = hn::Mul(hn::Mul(splat(frame_.per_volume), t.scale),
                                  hn::Mul(r, hn::MulAdd(splat(2.0f), r, m)));
         const VF by_q = hn::Mul(error, hn::Mul(splat(3.0f), depths.range));
-        const VF by_q2 = hn::MulAdd(splat(0x1p-20f * 1.25f * frame_.per_depth), depths.size,
-                                    hn::Mul(splat(0x1p-20f * frame_.row_size[2]), t.extent));
+        const VF by_q2 =
+            hn::MulAdd(splat(frame_.per_depth),
+                       hn::MulAdd(splat(kWeightRounding), depths.range,
+                                  hn::Mul(splat(kRuleDepthError), depths.size)),
+                       hn::Mul(splat(kRuleExtentError * frame_.row_size[2]), t.extent));
         const VF in_z = hn::MulAdd(by_q, t.z_most, by_q2);
         const Mask thick = hn::Le(hn::Mul(error, depths.size), splat(0x1p-6f));
-        const VF most = hn::Min(splat(frame_.depth_error), hn::Mul(splat(0.25f), t.z_least));
+        const VF most = hn::Min(splat(frame_.depth_error), hn::Mul(splat(kNarrowDepth), t.z_least));
         const Mask better = hn::And(hn::And(fit, thick), hn::Lt(in_z, most));
         rule.by_q = hn::IfThenElse(better, by_q, rule.by_q);
         rule.by_q2 = hn::IfThenElse(better, by_q2, rule.by_q2);

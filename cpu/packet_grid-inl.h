@@ -52,10 +52,8 @@ private:
 /// Likewise where a triangle meets many blocks: its edge functions and 1/z in the middles of up to
 /// kPlaces blocks, and what the rays of any block add to those.
 ///
-/// In units of 2^-24: a and b add up to at most 2 reach z, so what is added has two roundings of 3
-/// reach z, and the sum and what it is added to two of reach^2. With those of TriangleSetup that
-/// makes 7 reach^2 + 7 frame.reach reach z, of which its bound has 8 and 32. 1/z has less than half
-/// of what its bound has.
+/// The sums round by no more than TriangleSetup's bounds have for them (proofs/packet_edges.g,
+/// packet_depth.g).
 template <std::size_t kPlaces>
 class BlockPlanes {
 public:

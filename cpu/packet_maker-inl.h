@@ -109,9 +109,9 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
     frame.dilation = box_dilation(org);
     frame.per_volume = static_cast<float>(1.001 / std::abs(det));
     bound_directions(frame, axis_x, axis_y, axis_z);
-    // A hit is off by less than 9/16 of the dilation on any axis (docs/arithmetic.md, "Boxes"): in
-    // z, that over a ray's largest component at z = 1. No ray is shorter than 1 there, so it is at
-    // least 0.57, whatever the axes.
+    // A hit is off by less than 9/16 of the dilation on any axis (docs/design/arithmetic.md,
+    // "Boxes"): in z, that over a ray's largest component at z = 1. No ray is shorter than 1 there,
+    // so it is at least 0.57, whatever the axes.
     frame.depth_error = frame.dilation;
     if (frame.axis_count != 0) frame.depth_error *= std::min(1.0f, 0.5625f * frame.per_depth);
 }
@@ -144,8 +144,9 @@ HWY_INLINE void canonical_directions(VF d[3]) {
 /// in the frame's rows is e = (e0, e1, e2), and the exact direction is (X, Y, 1) there, so that x
 /// is off by (e0 - X e2) / (1 + e2), y alike.
 HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, const Tile& tile) {
-    double beside = 0x1p-44 * (frame.row_size[0] + frame.row_size[1]);
+    double beside = 0;
     double along = 0;
+    double largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
         const double du = camera.du[axis];
         const double dv = camera.dv[axis];
@@ -160,10 +161,17 @@ HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, con
         const double error = 1.01 * 0x1p-24 * (products + sum + all);
         beside += std::max(std::abs(frame.rows[0][axis]), std::abs(frame.rows[1][axis])) * error;
         along += std::abs(frame.rows[2][axis]) * error;
+        largest = std::max(largest, all);
     }
-    // Of what is off by as much as that nothing is known.
-    if (!(along < 0.5)) return 1e30f;
-    return static_cast<float>(1.001 * (beside + frame.reach * along) / (1 - along));
+    const double snap = 0x1p-44 * largest;
+    beside += snap * std::max(frame.row_size[0], frame.row_size[1]);
+    along += snap * frame.row_size[2];
+    const double error = 1.001 * (beside + frame.reach * along) / (1 - along);
+    // Nothing is known of rays that are off by as much as that, nor in a frame that is as oblique:
+    // the bounds of TriangleSetup take |X|, |Y| <= reach, and row_size[2] times a direction at z =
+    // 1 for less than 2^18.
+    const bool is_usable = along < 0.5 && error <= 2 && frame.row_size[2] * largest < 0x1p18;
+    return is_usable ? static_cast<float>(error) : 1e30f;
 }
 
 /// The frame of a camera's tile of at most 64 x 64 pixels, and the bounds of its blocks: all that a

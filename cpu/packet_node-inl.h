@@ -15,6 +15,7 @@
 
 #include "common/bvh.h"
 #include "common/interop/layout.h"
+#include "common/interop/packet_bounds.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
 #include "cpu/rule_vectors-inl.h"
@@ -36,7 +37,7 @@ HWY_INLINE void project_boxes(const PacketFrame& frame, int k, const VF lower[3]
         least = hn::MulAdd(splat(row), row >= 0 ? lower[axis] : upper[axis], least);
         most = hn::MulAdd(splat(row), row >= 0 ? upper[axis] : lower[axis], most);
     }
-    const VF error = hn::Mul(splat(0x1p-20f * frame.row_size[k]), size);
+    const VF error = hn::Mul(splat(kBoxError * frame.row_size[k]), size);
     least = hn::Sub(least, error);
     most = hn::Add(most, error);
 }
@@ -49,7 +50,7 @@ HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const VF least[3], co
     const VF zero = hn::Zero(f);
     const VF all = splat(1e6f);
     const Mask in_front = hn::Gt(least[2], hn::Mul(most[2], splat(0x1p-20f)));
-    const VF by_near = hn::Div(splat(1.00001f), hn::Max(least[2], splat(1e-20f)));
+    const VF by_near = hn::Div(splat(kNearestByDepth), hn::Max(least[2], splat(1e-20f)));
     const VF by_far = hn::Div(splat(0.99999f), hn::Max(most[2], splat(1e-20f)));
     const auto low = [&](VF x) {
         return hn::IfThenElse(

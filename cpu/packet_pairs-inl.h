@@ -73,6 +73,7 @@ struct Position {
         const VF error = hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
         q_lower = hn::Sub(q, error);
         q_upper = hn::Add(q, error);
+        is_far = hn::Le(hn::Mul(q, p.error2), splat(kFarDepth));
     }
 
     /// The rays that certainly hit the triangle, nearer than their best.
@@ -82,10 +83,13 @@ struct Position {
 
     /// Those that certainly do not.
     HWY_INLINE Mask loses(const Planes& p, VF best_lower) const {
-        return hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(q_upper, best_lower));
+        return hn::Or(hn::Lt(least, hn::Neg(p.bound)),
+                      hn::And(is_far, hn::Lt(q_upper, best_lower)));
     }
 
     VF least, q_lower, q_upper;
+    /// So far that q_upper holds.
+    Mask is_far;
 };
 
 /// The triangles of a leaf whose rectangle meets a block and that are near enough for it.

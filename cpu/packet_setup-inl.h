@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "common/interop/layout.h"
+#include "common/interop/packet_bounds.h"
 #include "cpu/packet.h"
 #include "cpu/packet_blocks-inl.h"
 #include "cpu/packet_depth-inl.h"
@@ -38,10 +39,15 @@ struct alignas(64) Setup {
 };
 
 /// kOnGrid: the packet is a camera's, whose rays are near the middles of pixels.
+///
+/// Every bound is stated in units of 2^-24 and proved in docs/design/arithmetic.md, "Packets", by
+/// the same names: the constants are those of common/interop/packet_bounds.h.
 template <bool kOnGrid>
 class TriangleSetup {
 public:
-    explicit TriangleSetup(const PacketFrame& frame) : frame_(frame) {}
+    explicit TriangleSetup(const PacketFrame& frame)
+        : frame_(frame),
+          row_sizes_(frame.row_size[0] + frame.row_size[1] + 2 * frame.reach * frame.row_size[2]) {}
 
     /// The triangles of the leaf that may concern a ray of the packet, as bits.
     std::uint32_t run(const Leaf& leaf, Setup& setup) const {
@@ -53,247 +59,309 @@ public:
     }
 
 private:
-    /// Sets up all triangles of a leaf; which of them may cover a ray of the packet.
-    ///
-    /// Vertices: v0, the leaf's first, is projected in double; the others by rows * (v - v0), off
-    /// by at most 5 * 2^-24 row_size extent from the product and 4 * 2^-24 of the result from the
-    /// sums; `extent` is the largest coordinate of a triangle's v - v0. The rule displaces a vertex
-    /// by 2^-22 of its distance from the ray, for a ray through the triangle at most 8 * 2^-24
-    /// row_size extent: leaf_error has 16 for both. In x - X z and y - Y z, where |X| and |Y| are
-    /// frame.reach at most and |x| that times z and |x - X z| more, the sums make 4, and 4 again by
-    /// z, and the difference 1 in units of 2^-24 reach z, for which `error` has 16. Edge functions
-    /// are taken in the middle (X0, Y0) of the triangle's rectangle inside the packet. What is said
-    /// of a point's ray holds in the rectangle, which LeafOcclusion holds it against; no ray of a
-    /// camera's block that meets the rectangle is farther from there than half its extent and a
-    /// block. So `reach` bounds |x - X z| + |y - Y z| of all vertices for them. Two vertices off by
-    /// error each move an edge function by at most 4 error reach (twice the first-order term), and
-    /// its own rounding, with that of a X0 + b Y0, by at most 2^-21 reach (reach + 4 frame.reach
-    /// z). A ray that is off by ray_error moves it by the sum of |a| and |b| times that.
+    /// The vertices of as many triangles as there are lanes, in the packet's projection.
+    struct Vertices {
+        VF x[3], y[3], z[3];
+        /// The largest coordinate relative to the leaf's first vertex, in scene space.
+        VF extent;
+        /// How far x - X z and y - Y z of a vertex may be off together for a ray (X, Y), as far as
+        /// that grows with the extent and the distance, the rule's displacement included.
+        VF leaf_error;
+        VF z_least, z_most, z_size;
+        /// How far z may be off.
+        VF z_error;
+    };
+
+    /// Where triangles are seen: rectangles in the plane, and the part of them in the packet.
+    struct Places {
+        VF lower_x, upper_x, lower_y, upper_y;
+        VF middle_x, middle_y;
+        /// How far |x| + |y| of a ray in the part may be from the middle's.
+        VF half_extent;
+        /// Where all vertices are well in front of the origin; and the largest 1 / z there.
+        Mask in_front;
+        VF largest_q;
+        /// Where the rectangle meets the packet.
+        Mask meets;
+    };
+
+    /// Vertices as the ray in the middle of a triangle's part sees them, and what follows from
+    /// that.
+    struct Laterals {
+        VF x[3], y[3];
+        /// The largest |x| + |y|, and that for any ray of the part.
+        VF size, reach;
+        /// How far |x| + |y| may be off from those of the rule's displaced vertices.
+        VF error;
+    };
+
+    /// Planes through the origin and an edge, and that of a triangle; det is 6 times the volume
+    /// that the triangle and the origin span, with its sign.
+    struct PlaneSet {
+        VF a[3], b[3], c[3];
+        VF bound;
+        VF normal[3];
+        VF det;
+        /// How far det may be off from what a hit of the rule sees: if |det| is more, its sign is
+        /// that of the edge functions inside.
+        VF det_error;
+    };
+
     HWY_INLINE std::uint32_t set_up(const Leaf& leaf, Setup& setup, bool& all_finite) const {
         const Floats f;
         alignas(64) float vx[16], vy[16], vz[16], sizes[16];
         alignas(64) std::uint32_t corners[16];
-        all_finite = project_vertices(frame_, leaf, vx, vy, vz, sizes, corners);
+        float distance;
+        all_finite = project_vertices(frame_, leaf, vx, vy, vz, sizes, corners, distance);
+        const VF far_error =
+            splat(row_sizes_ * (kDistanceError * distance + kGridError) + kPlaneFloor);
         std::uint32_t alive = 0;
         for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-            VF x[3], y[3], z[3], size[3];
+            Vertices v;
+            VF size[3];
             const VW packed = hn::Load(Words(), corners + l);
-            gather_corners(vx, packed, x);
-            gather_corners(vy, packed, y);
-            gather_corners(vz, packed, z);
+            gather_corners(vx, packed, v.x);
+            gather_corners(vy, packed, v.y);
+            gather_corners(vz, packed, v.z);
             gather_corners(sizes, packed, size);
-            const VF extent = hn::Max(size[0], hn::Max(size[1], size[2]));
-            alive |= mask_bits(set_up_triangles(x, y, z, extent, setup, l)) << l;
+            v.extent = hn::Max(size[0], hn::Max(size[1], size[2]));
+            v.leaf_error = hn::MulAdd(splat(kExtentError * row_sizes_), v.extent, far_error);
+            v.z_least = hn::Min(v.z[0], hn::Min(v.z[1], v.z[2]));
+            v.z_most = hn::Max(v.z[0], hn::Max(v.z[1], v.z[2]));
+            v.z_size = hn::Max(hn::Abs(v.z_least), hn::Abs(v.z_most));
+            v.z_error = hn::MulAdd(splat(kDepthError), v.z_size, v.leaf_error);
+            alive |= mask_bits(set_up_triangles(v, setup, l)) << l;
         }
         return alive;
     }
 
-    HWY_INLINE Mask set_up_triangles(const VF x[3], const VF y[3], const VF z[3], VF extent,
-                                     Setup& setup, std::size_t l) const {
-        const Floats f;
-        const float row_sizes =
-            frame_.row_size[0] + frame_.row_size[1] + 2 * frame_.reach * frame_.row_size[2];
-        const VF leaf_error = hn::Mul(splat(0x1p-20f * row_sizes), extent);
-        const VF zero = hn::Zero(f);
-        const VF half = splat(0.5f);
-        const VF z_least = hn::Min(z[0], hn::Min(z[1], z[2]));
-        const VF z_most = hn::Max(z[0], hn::Max(z[1], z[2]));
-        const VF z_size = hn::Max(hn::Abs(z_least), hn::Abs(z_most));
-        const VF z_error = hn::MulAdd(splat(0x1p-22f), z_size, leaf_error);
+    HWY_INLINE Mask set_up_triangles(const Vertices& v, Setup& setup, std::size_t l) const {
+        const Places places = find_places(v, setup, l);
+        const Laterals laterals = find_laterals(v, places);
+        PlaneSet planes = find_planes(v, places, laterals);
+        const VF sign = hn::And(planes.det, splat(-0.0f));
+        const Mask oriented = orient(places, planes);
+        store_edges(places, planes, sign, setup, l);
+        store_depth(v, places, laterals, planes, sign, oriented, setup, l);
+        return places.meets;
+    }
 
-        // The rectangle, where the triangle is well in front of the eye.
+    /// The rectangles: a ray through a triangle of the rule is a mean of its displaced vertices, so
+    /// it lies between their x / z where all z are positive. Of triangles that are not well in
+    /// front of the origin it is all of the plane.
+    HWY_INLINE Places find_places(const Vertices& v, Setup& setup, std::size_t l) const {
+        const Floats f;
         const VF least = splat(1e-10f);
-        const VF near = hn::MulAdd(splat(0x1p-10f), z_size, hn::Mul(splat(16.0f), leaf_error));
-        const Mask in_front = hn::Gt(z_least, hn::Max(near, least));
+        const VF near = hn::MulAdd(splat(0x1p-10f), v.z_size, hn::Mul(splat(16.0f), v.leaf_error));
+        Places p;
+        p.in_front = hn::Gt(v.z_least, hn::Max(near, least));
         VF rx[3], ry[3];
-        VF largest = zero;
+        p.largest_q = hn::Zero(f);
         for (int k = 0; k < 3; ++k) {
-            const VF rz = hn::Div(splat(1.0f), hn::Max(z[k], least));
-            largest = hn::Max(largest, rz);
-            rx[k] = hn::Mul(x[k], rz);
-            ry[k] = hn::Mul(y[k], rz);
+            const VF rz = hn::Div(splat(1.0f), hn::Max(v.z[k], least));
+            p.largest_q = hn::Max(p.largest_q, rz);
+            rx[k] = hn::Mul(v.x[k], rz);
+            ry[k] = hn::Mul(v.y[k], rz);
         }
-        const VF margin = hn::MulAdd(hn::Mul(splat(2.01f), leaf_error), largest,
-                                     splat(2 * frame_.ray_error + 0x1p-16f));
+        const VF margin =
+            hn::MulAdd(hn::Mul(splat(kRectangleError), v.leaf_error), p.largest_q,
+                       splat(kRectangleError * frame_.ray_error + kRectangleRounding));
         const VF all = splat(1e6f);
-        // Besides the margin: 2^-20 of the value for the rounding of division and sums.
-        const auto lower = [&](const VF r[3]) {
-            const VF v = hn::Min(r[0], hn::Min(r[1], r[2]));
-            return hn::IfThenElse(in_front,
-                                  hn::Sub(hn::NegMulAdd(splat(0x1p-20f), hn::Abs(v), v), margin),
-                                  hn::Neg(all));
+        const auto lower = [&](const VF r[3]) HWY_ATTR {
+            const VF low = hn::Min(r[0], hn::Min(r[1], r[2]));
+            const VF out = hn::NegMulAdd(splat(kQuotientError), hn::Abs(low), low);
+            return hn::IfThenElse(p.in_front, hn::Sub(out, margin), hn::Neg(all));
         };
-        const auto upper = [&](const VF r[3]) {
-            const VF v = hn::Max(r[0], hn::Max(r[1], r[2]));
-            return hn::IfThenElse(in_front,
-                                  hn::Add(hn::MulAdd(splat(0x1p-20f), hn::Abs(v), v), margin), all);
+        const auto upper = [&](const VF r[3]) HWY_ATTR {
+            const VF high = hn::Max(r[0], hn::Max(r[1], r[2]));
+            const VF out = hn::MulAdd(splat(kQuotientError), hn::Abs(high), high);
+            return hn::IfThenElse(p.in_front, hn::Add(out, margin), all);
         };
-        const VF lower_x = lower(rx);
-        const VF upper_x = upper(rx);
-        const VF lower_y = lower(ry);
-        const VF upper_y = upper(ry);
-        const VF cut_lower_x = hn::Max(lower_x, splat(frame_.lower_x));
-        const VF cut_upper_x = hn::Min(upper_x, splat(frame_.upper_x));
-        const VF cut_lower_y = hn::Max(lower_y, splat(frame_.lower_y));
-        const VF cut_upper_y = hn::Min(upper_y, splat(frame_.upper_y));
-        Mask meets = hn::Gt(hn::Add(z_most, z_error), zero);
+        p.lower_x = lower(rx);
+        p.upper_x = upper(rx);
+        p.lower_y = lower(ry);
+        p.upper_y = upper(ry);
+        const VF cut_lower_x = hn::Max(p.lower_x, splat(frame_.lower_x));
+        const VF cut_upper_x = hn::Min(p.upper_x, splat(frame_.upper_x));
+        const VF cut_lower_y = hn::Max(p.lower_y, splat(frame_.lower_y));
+        const VF cut_upper_y = hn::Min(p.upper_y, splat(frame_.upper_y));
+        p.meets = hn::Gt(hn::Add(v.z_most, v.z_error), hn::Zero(f));
         if constexpr (kOnGrid) {
             // Most small triangles cover no pixel's middle at all.
-            const PixelRange pixels_x(lower_x, upper_x, 0, frame_.grid_columns);
-            const PixelRange pixels_y(lower_y, upper_y, 0, frame_.grid_rows);
+            const PixelRange pixels_x(p.lower_x, p.upper_x, 0, frame_.grid_columns);
+            const PixelRange pixels_y(p.lower_y, p.upper_y, 0, frame_.grid_rows);
             setup.windows.set(l, pixels_x, pixels_y);
-            meets = hn::And(meets, hn::And(pixels_x.any(), pixels_y.any()));
+            p.meets = hn::And(p.meets, hn::And(pixels_x.any(), pixels_y.any()));
         } else {
-            hn::Store(lower_x, f, setup.rectangles.lower_x + l);
-            hn::Store(upper_x, f, setup.rectangles.upper_x + l);
-            hn::Store(lower_y, f, setup.rectangles.lower_y + l);
-            hn::Store(upper_y, f, setup.rectangles.upper_y + l);
-            meets = hn::And(
-                meets, hn::And(hn::Le(cut_lower_x, cut_upper_x), hn::Le(cut_lower_y, cut_upper_y)));
+            hn::Store(p.lower_x, f, setup.rectangles.lower_x + l);
+            hn::Store(p.upper_x, f, setup.rectangles.upper_x + l);
+            hn::Store(p.lower_y, f, setup.rectangles.lower_y + l);
+            hn::Store(p.upper_y, f, setup.rectangles.upper_y + l);
+            p.meets = hn::And(p.meets, hn::And(hn::Le(cut_lower_x, cut_upper_x),
+                                               hn::Le(cut_lower_y, cut_upper_y)));
         }
-
-        const VF middle_x = hn::Mul(half, hn::Add(cut_lower_x, cut_upper_x));
-        const VF middle_y = hn::Mul(half, hn::Add(cut_lower_y, cut_upper_y));
-        VF px[3], py[3];
-        VF size = zero;
-        for (int k = 0; k < 3; ++k) {
-            px[k] = hn::NegMulAdd(middle_x, z[k], x[k]);
-            py[k] = hn::NegMulAdd(middle_y, z[k], y[k]);
-            size = hn::Max(size, hn::Add(hn::Abs(px[k]), hn::Abs(py[k])));
-        }
-        const VF half_extent = hn::Mul(
+        const VF half = splat(0.5f);
+        p.middle_x = hn::Mul(half, hn::Add(cut_lower_x, cut_upper_x));
+        p.middle_y = hn::Mul(half, hn::Add(cut_lower_y, cut_upper_y));
+        p.half_extent = hn::Mul(
             half, hn::Add(hn::Sub(cut_upper_x, cut_lower_x), hn::Sub(cut_upper_y, cut_lower_y)));
-        const VF farthest =
-            kOnGrid ? hn::Add(half_extent, splat(frame_.block_extent)) : half_extent;
-        const VF reach = hn::MulAdd(farthest, z_size, size);
-        const VF error = hn::MulAdd(splat(0x1p-21f), reach,
-                                    hn::MulAdd(splat(0x1p-20f * frame_.reach), z_size, leaf_error));
-        const VF rounding = hn::Mul(
-            splat(0x1p-21f), hn::Mul(reach, hn::MulAdd(splat(4 * frame_.reach), z_size, reach)));
+        return p;
+    }
 
-        VF a[3], b[3], c[3];
-        const auto edge = [&](int k, int i, int j) {
-            a[k] = hn::MulSub(py[i], z[j], hn::Mul(z[i], py[j]));
-            b[k] = hn::MulSub(z[i], px[j], hn::Mul(px[i], z[j]));
-            c[k] = hn::MulSub(px[i], py[j], hn::Mul(py[i], px[j]));
+    /// No ray of a camera's block that meets the rectangle is farther from the middle than
+    /// half_extent and a block.
+    HWY_INLINE Laterals find_laterals(const Vertices& v, const Places& p) const {
+        Laterals s;
+        s.size = hn::Zero(Floats());
+        for (int k = 0; k < 3; ++k) {
+            s.x[k] = hn::NegMulAdd(p.middle_x, v.z[k], v.x[k]);
+            s.y[k] = hn::NegMulAdd(p.middle_y, v.z[k], v.y[k]);
+            s.size = hn::Max(s.size, hn::Add(hn::Abs(s.x[k]), hn::Abs(s.y[k])));
+        }
+        const VF farthest =
+            kOnGrid ? hn::Add(p.half_extent, splat(frame_.block_extent)) : p.half_extent;
+        s.reach = hn::MulAdd(farthest, v.z_size, s.size);
+        s.error = hn::MulAdd(splat(kLateralError), s.size,
+                             hn::MulAdd(splat(kShearError * frame_.reach), v.z_size, v.leaf_error));
+        return s;
+    }
+
+    HWY_INLINE PlaneSet find_planes(const Vertices& v, const Places& p, const Laterals& s) const {
+        PlaneSet planes;
+        const auto edge = [&](int k, int i, int j) HWY_ATTR {
+            planes.a[k] = hn::MulSub(s.y[i], v.z[j], hn::Mul(v.z[i], s.y[j]));
+            planes.b[k] = hn::MulSub(v.z[i], s.x[j], hn::Mul(s.x[i], v.z[j]));
+            planes.c[k] = hn::MulSub(s.x[i], s.y[j], hn::Mul(s.y[i], s.x[j]));
         };
         edge(0, 1, 2);
         edge(1, 2, 0);
         edge(2, 0, 1);
-        VF slope = zero;
-        for (int k = 0; k < 3; ++k) slope = hn::Max(slope, hn::Add(hn::Abs(a[k]), hn::Abs(b[k])));
-        const VF ray_error = splat(1.01f * frame_.ray_error);
-        VF bound =
-            hn::MulAdd(ray_error, slope,
-                       hn::MulAdd(hn::Mul(splat(4.0f), error), hn::Add(reach, error), rounding));
-        VF normal[3];
-        plane_normal(px, py, z, normal);
-        VF det =
-            hn::MulAdd(px[0], normal[0], hn::MulAdd(py[0], normal[1], hn::Mul(z[0], normal[2])));
-        const VF sign = hn::And(det, splat(-0.0f));
-        const VF scale = hn::Div(splat(1.0f), hn::Max(hn::Abs(det), splat(1e-30f)));
-        // What overflows (eyes and vertices very far away) leaves everything in doubt. All else
-        // follows from the two, since reach bounds the vertices and 2^-21 reach^2 is a part of the
-        // bound.
-        const Mask sane = hn::And(hn::Lt(bound, splat(1e28f)), hn::Lt(hn::Abs(det), splat(1e34f)));
-        VF signed_scale = hn::Or(scale, sign);
-        if (HWY_UNLIKELY(!hn::AllTrue(f, sane))) {
-            signed_scale = hn::IfThenElseZero(sane, signed_scale);
-            bound = hn::IfThenElse(sane, bound, splat(1e35f));
-            det = hn::IfThenElseZero(sane, det);
-            for (int k = 0; k < 3; ++k) {
-                a[k] = hn::IfThenElseZero(sane, a[k]);
-                b[k] = hn::IfThenElseZero(sane, b[k]);
-                c[k] = hn::IfThenElseZero(sane, c[k]);
-                normal[k] = hn::IfThenElseZero(sane, normal[k]);
-            }
-        }
-        // The sign of det is that of edge functions inside: for a ray that the rule finds to hit
-        // the triangle at z, det is z times their sum. It is off by `displacement` at most, 12
-        // error size z_size by the vertices and the rest by rounding. So where it may have the
-        // wrong sign, functions of a hit add up to no more than displacement / z; a vertex may be 1
-        // / 16 nearer to the rule than it is here. What reaches to the eye is taken to be hit at
-        // 2^-10 z_size or beyond: nearer hits on a triangle that is edge-on and reaches there are
-        // not proven.
-        const VF displacement = hn::Mul(splat(16.0f), hn::Mul(error, hn::Mul(size, z_size)));
-        const Mask uncertain = hn::Ge(displacement, hn::Abs(det));
-        const VF either_sign = hn::IfThenElse(in_front, hn::Mul(displacement, largest),
-                                              hn::Mul(hn::Mul(splat(16.0f * 1024), error), size));
-        bound = hn::IfThenElse(uncertain, hn::MulAdd(splat(1.1f), either_sign, bound), bound);
-        const VF depth_a = hn::Mul(normal[0], signed_scale);
-        const VF depth_b = hn::Mul(normal[1], signed_scale);
-        const VF in_middle = hn::Mul(normal[2], signed_scale);
-        hn::Store(bound, f, setup.bound + l);
+        VF slope = hn::Zero(Floats());
+        for (int k = 0; k < 3; ++k)
+            slope = hn::Max(slope, hn::Add(hn::Abs(planes.a[k]), hn::Abs(planes.b[k])));
+        const VF rounding =
+            hn::Mul(hn::Mul(splat(kEdgeRounding), s.size),
+                    hn::MulAdd(splat(kShearRounding * frame_.reach), v.z_size, s.reach));
+        planes.bound = hn::MulAdd(
+            splat(kRayError * frame_.ray_error), slope,
+            hn::MulAdd(hn::Mul(splat(2.0f), s.error), hn::Add(s.reach, s.error), rounding));
+        plane_normal(s.x, s.y, v.z, planes.normal);
+        planes.det =
+            hn::MulAdd(s.x[0], planes.normal[0],
+                       hn::MulAdd(s.y[0], planes.normal[1], hn::Mul(v.z[0], planes.normal[2])));
+        // Of rays in the rectangle, whether or not a block reaches farther.
+        const VF hit_reach = hn::MulAdd(p.half_extent, v.z_size, hn::Add(s.size, s.error));
+        const VF volume_error = hn::MulAdd(splat(kVolumeExtentError * frame_.row_size[2]), v.extent,
+                                           hn::Mul(splat(kVolumeRounding), v.z_size));
+        planes.det_error = hn::Mul(
+            hit_reach, hn::MulAdd(hit_reach, volume_error,
+                                  hn::Mul(splat(kVolumeError), hn::Mul(s.error, v.z_size))));
+        return planes;
+    }
+
+    /// Where the sign of det is certain. Elsewhere a hit may have edge functions of either sign:
+    /// they add up to det / z, with z no nearer than a vertex, so that where all vertices are well
+    /// in front of the origin a larger bound covers both signs. Where they are not, and where
+    /// something overflows, nothing is known of the triangle, and the rule is asked for every ray.
+    HWY_INLINE Mask orient(const Places& p, PlaneSet& planes) const {
+        const Floats f;
+        const VF size = hn::Abs(planes.det);
+        const Mask oriented = hn::Gt(size, planes.det_error);
+        const VF either_sign = hn::Mul(hn::Mul(splat(kEitherSign), planes.det_error), p.largest_q);
+        planes.bound = hn::IfThenElse(oriented, planes.bound, hn::Add(planes.bound, either_sign));
+        const Mask usable =
+            hn::And(hn::Or(oriented, p.in_front), hn::Lt(planes.bound, splat(1e28f)));
+        const Mask known = hn::And(usable, hn::Lt(size, splat(1e34f)));
+        if (HWY_LIKELY(hn::AllTrue(f, known))) return oriented;
+        planes.bound = hn::IfThenElse(known, planes.bound, splat(1e35f));
+        planes.det = hn::IfThenElseZero(known, planes.det);
         for (int k = 0; k < 3; ++k) {
-            const VF ak = hn::Xor(a[k], sign);
-            const VF bk = hn::Xor(b[k], sign);
-            const VF ck = hn::Xor(c[k], sign);
-            hn::Store(ak, f, setup.a[k] + l);
-            hn::Store(bk, f, setup.b[k] + l);
-            hn::Store(hn::NegMulAdd(ak, middle_x, hn::NegMulAdd(bk, middle_y, ck)), f,
-                      setup.c[k] + l);
+            planes.a[k] = hn::IfThenElseZero(known, planes.a[k]);
+            planes.b[k] = hn::IfThenElseZero(known, planes.b[k]);
+            planes.c[k] = hn::IfThenElseZero(known, planes.c[k]);
+            planes.normal[k] = hn::IfThenElseZero(known, planes.normal[k]);
         }
-        // 1/z is that of the plane through the projected vertices. Let the rule's vertices be off
-        // from these by up to `error` across, and w their weights for a ray that it finds to go
-        // through them: z under w is that of the computed plane at a point that is at most `error`
-        // from the ray, since the weighted mean of the displacements is. That plane changes z by
-        // gradient * error of itself on the way. If it is sure to be less than half, which is so
-        // unless `uncertain` (gradient is at most 8 size z_size / |det|), 1/z changes by at most
-        // twice that. The vertices' own z are off by 4 units of 2^-24 (2^-19 has 32) and what
-        // DepthBounds takes or the dilation of boxes leaves.
-        // Rounding, in the same units: the normal's parts are 2 off of themselves, det = p0 *
-        // normal 4 of the sum of its terms' magnitudes, at most |det| (1 + 2 gradient size), of
-        // which the second part is below 2 gradient error; so `steep` has 4 of these. depth_a and
-        // depth_b are 4 off of themselves, which counts half_extent (at most 66) far; moving the
-        // plane's origin and the sums for a ray round 4 of in_middle and 200 of the gradient: 2^-14
-        // of it has 1024 for both. Without fused operations the normal is off by 2 of its parts'
-        // products, and det_error and sum_error come on top.
+        return hn::And(oriented, known);
+    }
+
+    HWY_INLINE void store_edges(const Places& p, const PlaneSet& planes, VF sign, Setup& setup,
+                                std::size_t l) const {
+        const Floats f;
+        hn::Store(planes.bound, f, setup.bound + l);
+        const VF most_bound = hn::Mul(splat(kLosingBound), planes.bound);
+        for (int k = 0; k < 3; ++k) {
+            const VF a = hn::Xor(planes.a[k], sign);
+            const VF b = hn::Xor(planes.b[k], sign);
+            const VF c = hn::NegMulAdd(a, p.middle_x,
+                                       hn::NegMulAdd(b, p.middle_y, hn::Xor(planes.c[k], sign)));
+            hn::Store(a, f, setup.a[k] + l);
+            hn::Store(b, f, setup.b[k] + l);
+            hn::Store(c, f, setup.c[k] + l);
+            if constexpr (!kOnGrid) hn::Store(hn::Add(c, most_bound), f, setup.most_c[k] + l);
+        }
+    }
+
+    /// 1/z is that of the plane through the projected vertices. For a hit of the rule the mean of
+    /// these under its weights is a point of that plane that is no farther than the error of a
+    /// vertex from the ray; so 1/z is off by gradient * error of itself, which is certainly less
+    /// than a quarter where |det| is more than kKnownVolume times its error. Elsewhere nothing is
+    /// known of 1/z.
+    HWY_INLINE void store_depth(const Vertices& v, const Places& p, const Laterals& s,
+                                const PlaneSet& planes, VF sign, Mask oriented, Setup& setup,
+                                std::size_t l) const {
+        const Floats f;
+        const VF det = hn::Abs(planes.det);
+        const Mask has_depth =
+            hn::And(oriented, hn::Gt(det, hn::Mul(splat(kKnownVolume), planes.det_error)));
+        const VF scale = hn::Div(splat(1.0f), hn::Max(det, splat(1e-30f)));
+        const auto known = [has_depth](VF value)
+                               HWY_ATTR { return hn::IfThenElseZero(has_depth, value); };
+        const VF signed_scale = known(hn::Or(scale, sign));
+        const VF depth_a = hn::Mul(planes.normal[0], signed_scale);
+        const VF depth_b = hn::Mul(planes.normal[1], signed_scale);
+        const VF in_middle = hn::Mul(planes.normal[2], signed_scale);
+        const VF depth_c =
+            hn::NegMulAdd(depth_a, p.middle_x, hn::NegMulAdd(depth_b, p.middle_y, in_middle));
+        hn::Store(depth_a, f, setup.depth_a + l);
+        hn::Store(depth_b, f, setup.depth_b + l);
+        hn::Store(depth_c, f, setup.depth_c + l);
         const VF gradient = hn::Add(hn::Abs(depth_a), hn::Abs(depth_b));
-        const VF steep = hn::Mul(hn::Mul(splat(4.0f), error), gradient);
-        // Displacing the vertices moves det by 12 error size z_size: here by less than a fifth.
-        const Mask sharp = hn::Lt(hn::Mul(splat(4.0f), displacement), hn::Abs(det));
-        const RuleDepth rule = DepthBounds<kOnGrid>(frame_).find(
-            {x, y, z, px, py, z_least, z_most, z_size, size, extent, half_extent, scale},
-            hn::And(in_front, sharp));
-        VF c0 = hn::Mul(splat(0x1p-14f + 1.01f * frame_.ray_error), gradient);
-        VF c1 = hn::Add(hn::Add(splat(0x1p-19f), rule.by_q), steep);
+        const VF plane_error = hn::MulAdd(splat(kPlaneError), s.size, s.error);
+        const VF steep = hn::Mul(hn::Mul(splat(kSteepError), plane_error), gradient);
+        const RuleDepth rule =
+            DepthBounds<kOnGrid>(frame_).find({v.x, v.y, v.z, s.x, s.y, v.z_least, v.z_most,
+                                               v.z_size, s.size, v.extent, p.half_extent, scale},
+                                              hn::And(p.in_front, has_depth));
+        VF c0 = hn::Mul(splat(kGradientRounding + kRayError * frame_.ray_error), gradient);
+        VF c1 = hn::Add(hn::Add(splat(kReciprocalRounding), rule.by_q), steep);
 #if !HWY_NATIVE_FMA
-        const VF relative_size = hn::Mul(splat(0x1p-19f), hn::Mul(size, scale));
-        const VF sum_error = hn::Mul(relative_size, hn::MulAdd(z_size, half_extent, size));
-        const VF det_error = hn::Mul(relative_size, hn::Mul(size, z_size));
+        // Without fused operations the normal is off by 2 u of its parts' products.
+        const VF relative_size = hn::Mul(splat(kUnfusedNormal), hn::Mul(s.size, scale));
+        const VF sum_error = hn::Mul(relative_size, hn::MulAdd(v.z_size, p.half_extent, s.size));
+        const VF det_error = hn::Mul(relative_size, hn::Mul(s.size, v.z_size));
         c0 = hn::Add(c0, sum_error);
         c1 = hn::Add(c1, det_error);
 #endif
-        const auto known = [uncertain](VF value)
-                               HWY_ATTR { return hn::IfThenZeroElse(uncertain, value); };
-        const VF depth_c =
-            hn::NegMulAdd(depth_a, middle_x, hn::NegMulAdd(depth_b, middle_y, in_middle));
-        hn::Store(known(depth_a), f, setup.depth_a + l);
-        hn::Store(known(depth_b), f, setup.depth_b + l);
-        hn::Store(known(depth_c), f, setup.depth_c + l);
+        c0 = hn::IfThenElse(has_depth, c0, splat(1e35f));
+        c1 = known(c1);
         if constexpr (kOnGrid) {
             // A ray that the rule may find to hit the triangle lies in its rectangle.
-            const VF most_q = hn::MulAdd(gradient, half_extent, hn::Abs(in_middle));
+            const VF most_q = hn::MulAdd(gradient, p.half_extent, hn::Abs(in_middle));
             const VF most = hn::MulAdd(most_q, hn::MulAdd(most_q, rule.by_q2, c1), c0);
-            hn::Store(hn::IfThenElse(uncertain, splat(1e35f), hn::Mul(most, splat(1.0001f))), f,
-                      setup.error + l);
+            const Mask is_far = hn::Le(hn::Mul(most_q, rule.by_q2), splat(kFarDepth));
+            const VF error = hn::IfThenElse(is_far, hn::Mul(most, splat(1.0001f)), splat(1e35f));
+            hn::Store(error, f, setup.error + l);
         } else {
-            const VF nearest = nearest_q(hn::Sub(hn::Sub(z_least, z_error), rule.z));
+            const VF nearest = nearest_q(hn::Sub(hn::Sub(v.z_least, v.z_error), rule.z));
             hn::Store(nearest, f, setup.q + l);
-            const VF sure_c0 = hn::IfThenElse(uncertain, splat(1e35f), c0);
-            const VF sure_c1 = known(c1);
-            hn::Store(sure_c0, f, setup.c0 + l);
-            hn::Store(sure_c1, f, setup.c1 + l);
+            hn::Store(c0, f, setup.c0 + l);
+            hn::Store(c1, f, setup.c1 + l);
             hn::Store(rule.by_q2, f, setup.c2 + l);
-            const VF most_bound = hn::Mul(splat(1.25f), bound);
-            for (int k = 0; k < 3; ++k)
-                hn::Store(hn::Add(hn::Load(f, setup.c[k] + l), most_bound), f, setup.most_c[k] + l);
-            const VF most = hn::MulAdd(nearest, hn::MulAdd(nearest, rule.by_q2, sure_c1), sure_c0);
+            const VF most = hn::MulAdd(nearest, hn::MulAdd(nearest, rule.by_q2, c1), c0);
             const VF rounded =
-                hn::MulAdd(splat(0x1p-16f), gradient, hn::Mul(splat(1 + 0x1p-18f), most));
-            hn::Store(hn::Add(hn::Load(f, setup.depth_c + l), rounded), f, setup.most_q + l);
+                hn::MulAdd(splat(kLosingGradient), gradient, hn::Mul(splat(1 + 0x1p-18f), most));
+            hn::Store(hn::Add(depth_c, rounded), f, setup.most_q + l);
         }
-        return meets;
     }
 
     /// a b - c d. Where there are fused operations, 2^-23 of itself off.
@@ -318,6 +386,8 @@ private:
     }
 
     const PacketFrame& frame_;
+    /// What a step in x, y and z of scene space adds to x - X z and y - Y z together, at most.
+    float row_sizes_;
 };
 
 }  // namespace HWY_NAMESPACE

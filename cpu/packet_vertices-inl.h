@@ -10,6 +10,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -34,10 +35,11 @@ inline std::uint32_t finite_triangles(const Leaf& leaf) {
 }
 
 /// A leaf's vertices in a packet's projection, the largest of their coordinates relative to the
-/// first one in scene space, and the corners that they hold; how far off: TriangleSetup. One that
-/// is not finite is put where the first is. Returns whether all are finite.
+/// first one in scene space, the corners that they hold, and the largest coordinate of the first
+/// one relative to the origin; how far off: TriangleSetup. A vertex that is not finite is put where
+/// the first is. Returns whether all are finite.
 HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf, float* vx, float* vy,
-                                 float* vz, float* sizes, std::uint32_t* corners) {
+                                 float* vz, float* sizes, std::uint32_t* corners, float& distance) {
     const Floats f;
     // A vertex that is not finite is put where v0 is: its triangles are left out afterwards.
     const LeafVertex* first = leaf.vertex;
@@ -45,6 +47,8 @@ HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf, flo
     const LeafVertex& v0 = *first;
     const double p[3] = {double{v0.x} - frame.org.x, double{v0.y} - frame.org.y,
                          double{v0.z} - frame.org.z};
+    distance =
+        static_cast<float>(std::max(std::abs(p[0]), std::max(std::abs(p[1]), std::abs(p[2]))));
     float h[3];
     for (int k = 0; k < 3; ++k) {
         h[k] = static_cast<float>(frame.rows[k][0] * p[0] + frame.rows[k][1] * p[1] +

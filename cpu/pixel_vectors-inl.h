@@ -111,7 +111,9 @@ HWY_INLINE SurfaceLanes surfaces_at(vec3 org, const V3& dir, VF t, const V3 corn
     const V3 travel{hn::Mul(t, dir.x), hn::Mul(t, dir.y), hn::Mul(t, dir.z)};
     SurfaceLanes s;
     s.point = plus(splat3(org), travel);
-    const V3 n = unit_of(cross_of(minus(corners[1], corners[0]), minus(corners[2], corners[0])));
+    const V3 across = cross_of(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
+    const Mask some = hn::Gt(largest_of(across), splat(0.0f));
+    const V3 n = unit_of(select(some, across, dir));
     const Mask away = hn::Gt(dot_of(n, dir), splat(0.0f));
     s.normal = select(away, {hn::Neg(n.x), hn::Neg(n.y), hn::Neg(n.z)}, n);
     s.size = hn::Add(sum_of_magnitudes(s.point), sum_of_magnitudes(travel));

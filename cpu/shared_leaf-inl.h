@@ -4,8 +4,8 @@
 //
 // Which rays may go through a triangle. Vertices are projected as in project_fast, but for a factor
 // 1 / d.z, by slopes: x' = a.x - (d.x / d.z) a.z, fused or not. How far is it from x / d.z, with x
-// of the accurate projection? In the notation of docs/arithmetic.md, "Plain floats where they
-// suffice", for x' and with e = 2^-24:
+// of the accurate projection? In the notation of docs/design/arithmetic.md, "Plain floats where
+// they suffice", for x' and with e = 2^-24:
 //
 //     2 e r          rounding of a.x and a.z
 //     3.4 e r        the slope: 2.4 e of the reciprocal and e of the product
@@ -46,6 +46,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/interop/packet_bounds.h"
 #include "cpu/exact_rule-inl.h"
 #include "cpu/ray_stream-inl.h"
 #include "cpu/wide_leaf-inl.h"
@@ -82,9 +83,6 @@ HWY_INLINE LeafTriangle leaf_triangle(const Leaf& leaf, std::uint32_t i) {
     return t;
 }
 
-// 16 units of 2^-24.
-inline constexpr float kPlaneError = 0x1p-20f;
-
 /// The rays from `first` on that certainly have the triangle's plane behind their origins.
 HWY_INLINE std::uint32_t rays_leaving(const RayStream& stream, std::size_t first,
                                       const LeafTriangle& t) {
@@ -103,7 +101,7 @@ HWY_INLINE std::uint32_t rays_leaving(const RayStream& stream, std::size_t first
     }
     const FloatVec m = broadcast(t.m[0] + t.m[1] + t.m[2]);
     distance_size = hn::MulAdd(hn::Add(r, broadcast(t.extent)), m, distance_size);
-    const FloatVec error = broadcast(kPlaneError);
+    const FloatVec error = broadcast(kLeavingError);
     const FloatMask certain = hn::And(hn::Gt(hn::Abs(distance), hn::Mul(error, distance_size)),
                                       hn::Gt(hn::Abs(along), hn::Mul(error, along_size)));
     const FloatMask opposite =

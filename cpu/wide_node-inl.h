@@ -3,8 +3,8 @@
 // Every box that holds a triangle which the ray hits is met, and entered no later than that hit, as
 // by hits_box; only which of the other boxes are met, and the last bits of where, may differ. A
 // plane is met at fl(plane * rdir - k) with k = fl(fl(org +- D) * rdir), fused or not. In units of
-// 2^-24 E (docs/arithmetic.md, "Boxes") and as a distance, that is divided by rdir, it is off by at
-// most
+// 2^-24 E (docs/design/arithmetic.md, "Boxes") and as a distance, that is divided by rdir, it is
+// off by at most
 //
 //     1    the rounding of org +- D
 //     4.7  the reciprocal, 2.31 * 2^-24 of |plane - org| < 2.01 E

@@ -5,21 +5,18 @@
 // is so for the triangle that a secondary ray starts from, the most frequent one of all. For those
 // that are left the plain path answers where it may, then the exact one.
 //
-// Behind the origin. Let e be the triangle's edge functions as fast_edges gives them, bound as
-// there, z the vertices' z, Z the largest |z|, S the sum of the |e|, and N = sum of |e| * z. The
-// rule weighs z with E, which is |e| or what exact_edges gives, so that |E - |e|| <= bound + 2^-23
-// E in either case. Its weights are within 2^-20 of E / sum E (docs/arithmetic.md, "Depth"), and
-// its sum of three products rounds by less than 2^-22 Z; so with all of these
-//     (its z) * sum E <= sum of E * z + 2^-19 Z * sum E,
-//     sum of E * z    <= N + 3 bound Z,         sum E <= S + 3 bound.
-// N as computed is off by less than 2^-21 S Z. Together
-//     (its z) * sum E <= N + Z * ((2^-19 + 2^-21) S + 3.01 bound),
-// and the rounding of the right side has room in Z * (2^-18 S + 4 bound). If that is negative, so
-// is its z. With a positive direction along z, t is then negative: no hit. With a negative
+// Behind the origin (proofs/near.g). Let e be the triangle's edge functions as fast_edges gives
+// them, bound as there, z the vertices' z, Z the largest |z|, S the sum of the |e|, and N = sum of
+// |e| * z. Let E be the magnitudes of the accurate edge functions, |E - |e|| <= bound. A hit has a
+// z of certain sign (docs/design/arithmetic.md, "In front"), so that sum of E * z has the sign of
+// dir.z. But
+//     sum of E * z <= N + 3 bound Z,
+// and N as computed is off by at most 3 * 2^-24 S Z. So if N + Z * (kBehindError S + 4 bound) is
+// negative, a ray with a positive direction along z does not hit the triangle; with a negative
 // direction the same holds for -z. N is below 2^127 for vertices within kSceneExtent and any
 // origin. Products may underflow here, unlike in the rule: three in N, by 2^-126 each, and in the
-// right side 2^-18 S and the product with Z, of which the first does not matter to a bound of at
-// least 2^-97. So kBehindUnderflow is added.
+// right side kBehindError S and the product with Z, of which the first does not matter to a bound
+// of at least 2^-97. So kBehindUnderflow is added.
 #if defined(MORPHRAY_CPU_WIDE_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_WIDE_RULE_INL_H
 #undef MORPHRAY_CPU_WIDE_RULE_INL_H
@@ -31,6 +28,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/interop/packet_bounds.h"
 #include "common/interop/triangle.h"
 #include "cpu/exact_rule-inl.h"
 #include "cpu/ray_stream-inl.h"
@@ -117,8 +115,6 @@ HWY_INLINE TriangleLanes plain_triangles(const LeafPoints& points, const CornerG
     return t;
 }
 
-// Of S in the proof above: 2^-18.
-inline constexpr float kBehindError = 3.814697265625e-06f;
 // More than what underflow takes from the products there: 2^-120.
 inline constexpr float kBehindUnderflow = 0x1p-120f;
 
@@ -138,19 +134,6 @@ HWY_INLINE FloatMask possible_lanes(const TriangleLanes& t, FloatVec dz) {
 /// The lanes of vector v that are triangles.
 HWY_INLINE FloatMask used_lanes(UintVec corners, std::size_t v) {
     return hn::RebindMask(kFloats, hn::Lt(slots_of_vector(v), hn::ShiftRight<24>(corners)));
-}
-
-/// The vertices' own positions (with rotated axes) at the corners of vector v.
-HWY_INLINE void gather_corners(const LeafLanes& lanes, const CornerGathers& at, FloatVec a[3],
-                               FloatVec b[3], FloatVec c[3]) {
-    const FloatVec* const positions[3] = {lanes.x, lanes.y, lanes.z};
-    for (int k = 0; k < 3; ++k) {
-        VertexValues values;
-        for (std::size_t v = 0; v < kVectors; ++v) values.set(v, positions[k][v]);
-        a[k] = at.a(values);
-        b[k] = at.b(values);
-        c[k] = at.c(values);
-    }
 }
 
 HWY_INLINE FloatMask finite_lanes(const LeafLanes& lanes, const CornerGathers& at) {
@@ -197,16 +180,12 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
         const RulePoints a{at.a(points.x), at.a(points.y), at.a(points.z)};
         const RulePoints b{at.b(points.x), at.b(points.y), at.b(points.z)};
         const RulePoints c{at.c(points.x), at.c(points.y), at.c(points.z)};
-        const RuleEdges e = exact_edge_functions(a, b, c);
         RuleHits hit;
-        const FloatMask in_range = weighted_hits(rays, broadcast(stream.tnear[ray]),
-                                                 broadcast(tfar), e, a.z, b.z, c.z, hit);
-        FloatMask hits = hn::And(mask_of(bits), hn::And(may_be_inside_lanes(e), in_range));
+        FloatMask hits = exact_hits(rays, exact_edge_functions(a, b, c), a.z, b.z, c.z, hit);
+        hits = hn::And(hits, in_range(hit.t, broadcast(stream.tnear[ray]), broadcast(tfar)));
+        hits = hn::And(hits, mask_of(bits));
         if (hn::AllFalse(kFloats, hits)) continue;
-        FloatVec va[3], vb[3], vc[3];
-        gather_corners(lanes, at, va, vb, vc);
-        hits = hn::And(hits, hn::And(have_area(va, vb, vc), finite_triangles(va[0], vb[0], vc[0])));
-        if (visit_lanes(v, hits, hit, visit)) return true;
+        if (visit_lanes(v, hn::And(hits, finite_lanes(lanes, at)), hit, visit)) return true;
     }
     return false;
 }
@@ -226,11 +205,11 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         const FloatMask possible =
             hn::And(possible_lanes(t, rays.dir[2]), used_lanes(lanes.corners[v], v));
         if (hn::AllFalse(kFloats, possible)) continue;
-        const FloatMask sure = surely_inside_lanes(rays, t.edges);
         RuleHits hit;
-        const FloatMask in_range = weighted_hits(rays, broadcast(stream.tnear[ray]),
-                                                 broadcast(tfar), t.edges, t.za, t.zb, t.zc, hit);
-        const FloatMask hits = hn::And(hn::And(possible, sure), in_range);
+        const FloatMask certain = weighted_hits(rays, t.edges, t.za, t.zb, t.zc, hit);
+        const FloatMask sure = hn::And(certain, surely_inside_lanes(rays, t.edges));
+        const FloatMask reached = in_range(hit.t, broadcast(stream.tnear[ray]), broadcast(tfar));
+        const FloatMask hits = hn::And(hn::And(possible, sure), reached);
         if (!hn::AllFalse(kFloats, hits) &&
             visit_lanes(v, hn::And(hits, finite_lanes(lanes, at)), hit, visit)) {
             return true;

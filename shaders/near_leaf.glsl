@@ -4,6 +4,7 @@
 #ifndef SHADERS_NEAR_LEAF_GLSL
 #define SHADERS_NEAR_LEAF_GLSL
 
+#include "common/interop/packet_bounds.h"
 #include "common/interop/triangle.h"
 #include "shaders/near_rays.glsl"
 
@@ -48,7 +49,7 @@ float spread;
 /// with 79 l S + 81 l^2 to spare, and hence through the displaced one.
 ///
 /// a.N - org.N, N = e x f, is the ray's distance from the plane times |N|, and off by less than 13 S
-/// |e| |f|. If it is beyond 512 S |e| |f| and the rule has a hit, then the plane is met in front
+/// |e| |f|. If it is beyond 64 S |e| |f| and the rule has a hit, then the plane is met in front
 /// (cpu/shared_leaf-inl.h, "Behind the origin"), so that the sum of the three has its sign; those of
 /// the displaced triangle have one sign, and so none of the three has the other one by more than
 /// 2 (7 l S + 42 l^2) and the roundings, which is less than 128 l (l + S) again.
@@ -100,9 +101,8 @@ Facing facing_of(vec3 vertices[kSlots], uint words, bool is_triangle) {
     float length_e = sum_of(t.e);
     float length_f = sum_of(t.f);
     float edges = length_e + length_f;
-    // 2^-17 and 2^-15.
-    t.bound = 7.62939453125e-06f * edges * (edges + size + spread);
-    t.side_bound = 3.0517578125e-05f * (size + spread) * length_e * length_f;
+    t.bound = kNearEdgeError * edges * (edges + size + spread);
+    t.side_bound = kNearSideError * (size + spread) * length_e * length_f;
     t.extent = greater(largest_of(t.e), greater(largest_of(t.f), largest_of(t.f - t.e)));
     t.is_usable = is_triangle && size < kFarAway;
     return t;

@@ -2,7 +2,7 @@
 // fetched once for all rays that got there; lanes are its children, and rays come in turn.
 //
 // What is computed of a ray and a box is not the slab test's bits, but no box is missed that holds a
-// hit. A hit at t lies within 9/16 D of its triangle's box on each axis (docs/arithmetic.md,
+// hit. A hit at t lies within 9/16 D of its triangle's box on each axis (docs/design/arithmetic.md,
 // "Boxes", step 1), so that 7/16 D are left for what is rounded here, D = 2^-13 E, E = max(2^20,
 // |org|), t <= 2 E. In units of D:
 // - plane * r - org * r instead of (plane - org) * r: 2^-22 E, less than 2^-8;

@@ -20,6 +20,7 @@
 
 #extension GL_EXT_control_flow_attributes : require
 
+#include "common/interop/packet_bounds.h"
 #include "common/interop/slab.h"
 #include "common/interop/triangle.h"
 #include "shaders/cluster.glsl"
@@ -46,8 +47,10 @@ struct PacketFrame {
     /// leave out.
     vec3 own_row;
     vec3 own_row_error;
-    /// Sums of the magnitudes of each row.
+    /// Sums of the magnitudes of each row; and what covers the products that row_x and row_y are made
+    /// with, times kExtentError or kBoxError.
     vec3 row_size;
+    float row_shift;
     vec2 lower;
     vec2 upper;
     /// How far x and y of a ray may be from those it is taken for.
@@ -121,9 +124,9 @@ void set_planes(vec3 row_x, vec3 row_y, vec2 lower, vec2 upper, vec2 size) {
         plane_factors[i] = largest ? max(sides[i], vec3(0.0f)) : min(sides[i], vec3(0.0f));
         other_factors[i] = largest ? min(sides[i], vec3(0.0f)) : max(sides[i], vec3(0.0f));
         float terms = i < 2u ? size.x : i < 4u ? size.y : frame.row_size.z;
-        // 2^-19 of the largest terms: 8 * 2^-24 of rounding (rows, differences, products, sums),
-        // and 8 * 2^-24 by which the rule displaces vertices, twice over.
-        plane_errors[i] = 1.9073486328125e-06f * terms * reach;
+        // 8 u of rounding (rows, differences, products, sums), and 8 u by which the rule displaces
+        // vertices (proofs/packet_rectangles.g).
+        plane_errors[i] = kBoxError * terms * reach;
     }
 }
 
@@ -208,7 +211,7 @@ vec4 fetch_planes(uint at, float org) {
 /// 1/z for the nearest that a hit may be which the rule finds from `z` on.
 float nearest_q(float z) {
     float near = z - frame.depth_error;
-    return near > 1.0e-20f ? 1.00001f / near : kAnyDepth;
+    return near > 1.0e-20f ? kNearestByDepth / near : kAnyDepth;
 }
 
 /// Leaves the children that the packet may meet in keys and children. Lane l has boxes 4 (l % 4) to

@@ -2,6 +2,7 @@
 #ifndef SHADERS_PACKET_DEPTH_GLSL
 #define SHADERS_PACKET_DEPTH_GLSL
 
+#include "common/interop/packet_bounds.h"
 #include "shaders/packet.glsl"
 
 /// The rays of a packet have the directions D = middle + x step_x + y step_y at z = 1, in scene
@@ -66,12 +67,13 @@ struct RuleDepth {
     float by_q2;
 };
 
-/// The rule's z, on its own axis, is off by at most 2 B R / S + 2^-20 Z (docs/arithmetic.md,
-/// "Depth"). R and Z are the range and the largest size of the vertices' z, B = r (m + 2 r) the
-/// bound of fast_edges, S the sum of the edge functions: S = |dir.z dir.N|, N the cross product of
-/// two edges. Where the ray meets the plane z dir.N = dir.z a.N, and a.N is the packet's n.p /
-/// volume. So with m = |dir.z| m' the error, relative to z, is at most
-///     2 r (m' + 2 r) R volume scale + 2^-20 Z / z,   r = kFastProjectionError (4 m' + Z) + floor.
+/// The rule's z, on its own axis, is off by at most (2 B / S + kWeightRounding) R + kMeanRounding Z
+/// (docs/design/arithmetic.md, "Depth"). R and Z are the range and the largest size of the vertices' z, B =
+/// r (m + 2 r) the bound of fast_edges, S the sum of the edge functions: S = |dir.z dir.N|, N the
+/// cross product of two edges. Where the ray meets the plane z dir.N = dir.z a.N, and a.N is the
+/// packet's n.p / volume. So with m = |dir.z| m' the error, relative to z, is at most
+///     2 r (m' + 2 r) R volume scale + (kWeightRounding R + kMeanRounding Z) / z,
+///     r = kFastProjectionError (4 m' + Z) + floor.
 /// A vertex is D z + x step_x + y step_y seen from a ray D, which bounds R and Z. Of this, the
 /// rule's |x| + |y| has |dir.z| times what x step_x + y step_y has, where z counts twice at most:
 /// |D.x| + |D.y| <= 2 |D.z|. A ray through the triangle is the mean of its vertices under weights w,
@@ -92,14 +94,14 @@ RuleDepth rule_depth(Extents t, float q_most, float z_error) {
     float weights = 2.0f * r * (m + 2.0f * r) * directions.volume * t.scale;
     RuleDepth d;
     d.by_q = 1.75f * weights * range;
-    // 1.25 * 2^-20; row_size.z is at least the packet's z by the rule's.
-    d.by_q2 = 1.1920928955078125e-06f * frame.row_size.z * depth + z_error;
+    // row_size.z is at least the packet's z by the rule's.
+    d.by_q2 = frame.row_size.z * (kWeightRounding * range + kRuleDepthError * depth) + z_error;
     bool is_apart = 128.0f * t.error * t.size * t.z_size * t.scale < 1.0f;
     float relative = d.by_q + d.by_q2 * q_most;
     bool is_narrow = is_apart && weights * depth <= 0.03125f &&
-                     relative <= lesser(0.25f, frame.depth_error * q_most);
+                     relative <= lesser(kNarrowDepth, frame.depth_error * q_most);
     d.by_q = is_narrow ? d.by_q : 0.0f;
-    d.by_q2 = is_narrow ? d.by_q2 : frame.depth_error;
+    d.by_q2 = is_narrow ? d.by_q2 : kRuleDepthFactor * frame.depth_error;
     return d;
 }
 

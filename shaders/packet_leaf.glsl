@@ -2,6 +2,7 @@
 #ifndef SHADERS_PACKET_LEAF_GLSL
 #define SHADERS_PACKET_LEAF_GLSL
 
+#include "common/interop/packet_bounds.h"
 #include "shaders/packet_depth.glsl"
 
 /// The leaf's vertices, projected; x is kFarAway where they are not finite.
@@ -11,10 +12,21 @@ uint corner_words[kSlots];
 /// How far x, y and z of a projected vertex, displaced as the rule does, may be off in all.
 float leaf_error;
 
+/// What a step in x, y and z of scene space adds to x - X z and y - Y z together, at most, for |X|,
+/// |Y| up to 17 (or else ray_error is as large).
+float row_sizes() {
+    return frame.row_size.x + frame.row_size.y + 34.0f * frame.row_size.z + frame.row_shift;
+}
+
+/// The largest |X| or |Y| of a ray of the packet.
+float plane_reach() {
+    vec2 reach = greater(frame.upper, -frame.lower);
+    return greater(reach.x, reach.y);
+}
+
 /// The reference, the leaf's first vertex, is projected accurately; the others by rows * (v -
-/// reference), off by at most 6 * 2^-24 row_size extent and 2 * 2^-24 of the result. The rule
-/// displaces a vertex by 2^-22 of its distance from the ray, for a ray through the triangle at most
-/// 8 * 2^-24 row_size extent.
+/// reference), off by at most 6 u row_size extent and 2 u of the result (docs/design/arithmetic.md,
+/// "Packets").
 void project_vertices(uint leaf) {
     vec3 v[kSlots];
     [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
@@ -42,10 +54,9 @@ void project_vertices(uint leaf) {
         projected[h] = is_finite ? moved : vec3(kFarAway);
     }
     extent = cluster_max(extent);
-    float row_sum = frame.row_size.x + frame.row_size.y + 34.0f * frame.row_size.z;
-    // 2^-20 and 2^-41.
-    leaf_error =
-        row_sum * (9.5367431640625e-07f * extent + 4.547473508864641e-13f * largest_component(p));
+    leaf_error = row_sizes() * (kExtentError * extent +
+                                (kDistanceError * largest_component(p) + kGridError)) +
+                 kPlaneFloor;
 }
 
 vec3 projected_corner(uint slot) {
@@ -92,18 +103,16 @@ uint concerned_groups(Corners t, bool on_grid) {
     float z_least = least(t.z);
     float z_most = most(t.z);
     float z_size = greater(abs(z_least), abs(z_most));
-    // 2^-22.
-    float z_error = 2.384185791015625e-07f * z_size + leaf_error;
+    float z_error = kDepthError * z_size + leaf_error;
     bool in_front = is_in_front(z_least, z_size, leaf_error);
     vec3 rz = vec3(1.0f) / t.z;
     vec3 x = t.x * rz;
     vec3 y = t.y * rz;
     vec2 low = vec2(least(x), least(y));
     vec2 high = vec2(most(x), most(y));
-    // 2^-19 of the value for roundings, and 2^-16.
-    float margin = 2.0f * leaf_error * most(rz) + 1.52587890625e-05f;
-    low = low - 1.9073486328125e-06f * abs(low) - margin;
-    high = high + 1.9073486328125e-06f * abs(high) + margin;
+    float margin = kRectangleError * leaf_error * most(rz) + kRectangleRounding;
+    low = low - kDeviceQuotientError * abs(low) - margin;
+    high = high + kDeviceQuotientError * abs(high) + margin;
     uint groups = 0u;
     if (on_grid) {
         // Most small triangles cover no pixel's middle, x = k + 0.5 for whole k, at all.
@@ -163,87 +172,136 @@ struct Setup {
     float win_error;
 };
 
-/// q and its errors, from the vertices as seen from the ray at `middle`.
+/// A triangle as the ray at `middle` sees it.
+struct SeenTriangle {
+    Corners corners;
+    vec2 middle;
+    /// The largest |x| + |y|; the largest range of x or y; and |x| + |y| of a vertex as a ray sees
+    /// it that goes through the triangle, at most.
+    float size;
+    float edge;
+    float hit_reach;
+    float z_least;
+    float z_size;
+    float z_range;
+    /// How far x and y may be off together from those of the vertices that the rule displaces.
+    float error;
+    /// Of that, what grows with the extent and the distance.
+    float leaf_error;
+    /// The cross product of two edges, its product with a vertex (6 times the volume that the
+    /// triangle and the origin span, with its sign), and how far that may be off from what a hit of
+    /// the rule sees.
+    vec3 normal;
+    float volume;
+    float volume_error;
+    bool in_front;
+};
+
+/// Edges are as long for a ray through the triangle as for any: 2 edge, and the way to that ray
+/// times their range of z. The rounding of the normal is 8 u edge (z_range, z_range, edge), which
+/// makes 16 u edge (2 z_range size + edge z_size) of the volume.
+SeenTriangle see_triangle(Corners t, float triangle_error) {
+    SeenTriangle s;
+    s.z_least = least(t.z);
+    s.z_size = most(abs(t.z));
+    s.z_range = most(t.z) - s.z_least;
+    s.leaf_error = triangle_error;
+    s.in_front = is_in_front(s.z_least, s.z_size, triangle_error);
+    float rz = t.z.x > 0.0f ? 1.0f / t.z.x : 0.0f;
+    s.middle = clamp(vec2(t.x.x, t.y.x) * rz, frame.lower, frame.upper);
+    vec3 px = t.x - s.middle.x * t.z;
+    vec3 py = t.y - s.middle.y * t.z;
+    s.corners = Corners(px, py, t.z);
+    s.size = most(abs(px) + abs(py));
+    s.edge = greater(most(px) - least(px), most(py) - least(py));
+    vec2 span = frame.upper - frame.lower;
+    s.error = kLateralError * s.size + kShearError * plane_reach() * s.z_size + triangle_error;
+    s.hit_reach = lesser(s.size + (span.x + span.y) * s.z_size,
+                         2.0f * s.edge + (span.x + span.y) * s.z_range) + s.error;
+    vec3 e = vec3(px.y, py.y, t.z.y) - vec3(px.x, py.x, t.z.x);
+    vec3 f = vec3(px.z, py.z, t.z.z) - vec3(px.x, py.x, t.z.x);
+    s.normal = cross(e, f);
+    s.volume = s.normal.x * px.x + s.normal.y * py.x + s.normal.z * t.z.x;
+    float z_error = kDepthError * s.z_size + triangle_error * directions.depth_share;
+    s.volume_error = s.hit_reach * (kVolumeError * s.error * s.z_size + 3.0f * s.hit_reach * z_error) +
+                     kDeviceVolumeRounding * s.edge *
+                         (2.0f * s.z_range * s.size + s.edge * s.z_size);
+    return s;
+}
+
+/// q and its errors. Where |volume| is not more than kKnownVolume times its error nothing is known of q.
 ///
 /// The plane of the float vertices is n.(x, y, 1) / n.p in 1/z. The weights of a hit, taken of
 /// these vertices, give a point of the plane that is `error` from the ray at most, and off in z by
-/// z's part of leaf_error. Then there are roundings: of n by 2^-21 edge (z_range, z_range, edge),
-/// which is 2^-20 edge (2 z_range size + edge z_size) in n.p, and over a ray of the packet half as
-/// much relative to 1/z, but for what is z_range's; and of the sum over x and y, with |x|, |y| <=
-/// 17 (or else ray_error is as large) in some 20 steps.
-void set_up_depth(inout Setup setup, Corners t, vec2 middle, float size, float error,
-                  float leaf_error) {
-    float z_least = least(t.z);
-    float z_size = most(abs(t.z));
-    float z_range = most(t.z) - z_least;
-    float edge = greater(most(t.x) - least(t.x), most(t.y) - least(t.y));
-    vec3 e = vec3(t.x.y, t.y.y, t.z.y) - vec3(t.x.x, t.y.x, t.z.x);
-    vec3 f = vec3(t.x.z, t.y.z, t.z.z) - vec3(t.x.x, t.y.x, t.z.x);
-    vec3 n = cross(e, f);
-    float volume = n.x * t.x.x + n.y * t.y.x + n.z * t.z.x;
-    float scale = 1.0f / greater(abs(volume), 1.0e-30f);
-    setup.q = n * (volume < 0.0f ? -scale : scale);
-    setup.q.z -= setup.q.x * middle.x + setup.q.y * middle.y;
+/// z's part of leaf_error. Then there are roundings: of n, which make `rounding` relative to 1/z,
+/// and over a ray of the packet half as much, but for what is z_range's; and of the sum over x and
+/// y, with |x|, |y| <= 17 (or else ray_error is as large) in some 20 steps.
+void set_up_depth(inout Setup setup, SeenTriangle t) {
+    float scale = 1.0f / greater(abs(t.volume), 1.0e-30f);
+    setup.q = t.normal * (t.volume < 0.0f ? -scale : scale);
+    setup.q.z -= setup.q.x * t.middle.x + setup.q.y * t.middle.y;
     vec2 slope = abs(setup.q.xy);
-    bool in_front = is_in_front(z_least, z_size, leaf_error);
     float q_most = greater(setup.q.z + dot(slope, greater(frame.upper, -frame.lower)), 0.0f);
-    q_most = in_front ? lesser(q_most, 1.001f / z_least) : q_most;
+    q_most = t.in_front ? lesser(q_most, 1.001f / t.z_least) : q_most;
 
     vec2 span = frame.upper - frame.lower;
-    float longest = 2.0f * edge + (span.x + span.y) * z_range;
-    Extents extents = Extents(size, edge, longest, z_range, z_size, error, scale);
-    RuleDepth rule = rule_depth(extents, q_most, leaf_error * directions.depth_share);
-    float by_q2 = in_front ? rule.by_q2 : frame.depth_error;
+    float longest = 2.0f * t.edge + (span.x + span.y) * t.z_range;
+    Extents extents = Extents(t.size, t.edge, longest, t.z_range, t.z_size, t.error, scale);
+    RuleDepth rule = rule_depth(extents, q_most, t.leaf_error * directions.depth_share);
+    float by_q2 = t.in_front ? rule.by_q2 : kRuleDepthFactor * frame.depth_error;
     // 2^-20.
-    float edge_rounding = 9.5367431640625e-07f * edge * scale;
-    float rounding = edge_rounding * (4.0f * z_range * size + 2.0f * edge * z_size);
-    slope += vec2(2.0f * edge_rounding * z_range);
-    // 2^-15 and 2^-19.
+    float edge_rounding = 9.5367431640625e-07f * t.edge * scale;
+    float rounding = edge_rounding * (4.0f * t.z_range * t.size + 2.0f * t.edge * t.z_size);
+    slope += vec2(2.0f * edge_rounding * t.z_range);
+    // 2^-15.
     float c0 = dot(slope, frame.ray_error + vec2(3.0517578125e-05f)) +
-               edge_rounding * (span.x + span.y) * z_range;
-    float c1 = 1.9073486328125e-06f + 2.0f * error * (slope.x + slope.y) + rounding +
-               (in_front ? rule.by_q : 0.0f);
-    bool is_known = setup.bound < 1.0e28f && rounding < 0.03125f;
+               edge_rounding * (span.x + span.y) * t.z_range;
+    float c1 = kReciprocalRounding + kSteepError * t.error * (slope.x + slope.y) + rounding +
+               (t.in_front ? rule.by_q : 0.0f);
+    bool is_known = setup.bound < 1.0e28f && abs(t.volume) > kKnownVolume * t.volume_error &&
+                    rounding < 0.03125f && q_most * by_q2 <= kFarDepth;
     setup.q = is_known ? setup.q : vec3(0.0f);
     setup.q_error = is_known ? c0 + q_most * (c1 + q_most * by_q2) : 1.0e35f;
     // Steep triangles, whose error would be that of all that were hit: 2^-10.
     setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
 }
 
-/// Edge functions are taken in the point of the packet nearest to the first vertex. Let s bound |x|
-/// + |y| of the vertices there, Z |z|, and `reach` both |x| and |y| as seen from any ray of the
-/// packet. There x and y of a vertex are off by `error` together (x - X z for |X| + |Y| <= 32 rounds
-/// by 2^-18 Z), so that a.x b.y - a.y b.x moves by at most 2 error reach + error^2. Its own
-/// roundings are at most frame.rounding s Z + 2^-20 s^2.
-Setup set_up_triangle(Corners t, float leaf_error) {
-    float z_size = most(abs(t.z));
-    float rz = t.z.x > 0.0f ? 1.0f / t.z.x : 0.0f;
-    vec2 middle = clamp(vec2(t.x.x, t.y.x) * rz, frame.lower, frame.upper);
-    vec3 px = t.x - middle.x * t.z;
-    vec3 py = t.y - middle.y * t.z;
-    float size = most(abs(px) + abs(py));
+/// Edge functions are taken in the point of the packet nearest to the first vertex. `reach` bounds
+/// both |x| and |y| of the vertices as seen from any ray of the packet, so that an edge function
+/// moves by at most 2 error reach + error^2. Its own roundings are at most frame.rounding size
+/// z_size + 16 u size^2.
+///
+/// The sign of the volume is that of the edge functions of a hit where it is certain. Elsewhere they
+/// may have either sign, and add up to the volume by z, with z no nearer than a vertex; so a larger
+/// bound covers both signs where all vertices are well in front of the origin. Where they are not,
+/// and where something overflows, nothing is known of the triangle: the rule is asked for every
+/// ray. As in cpu/packet_setup-inl.h.
+Setup set_up_triangle(Corners corners, float triangle_error) {
+    SeenTriangle t = see_triangle(corners, triangle_error);
+    vec3 px = t.corners.x;
+    vec3 py = t.corners.y;
+    vec3 z = t.corners.z;
     vec2 span = frame.upper - frame.lower;
-    float reach = greater(span.x, span.y) * z_size + size;
-    // 2^-21 and 2^-18.
-    float error = 4.76837158203125e-07f * size + 3.814697265625e-06f * z_size + leaf_error;
-    // 2^-20.
-    float rounding = size * (frame.rounding * z_size + 9.5367431640625e-07f * size);
-    vec3 a = py.yzx * t.z.zxy - t.z.yzx * py.zxy;
-    vec3 b = t.z.yzx * px.zxy - px.yzx * t.z.zxy;
+    float reach = greater(span.x, span.y) * t.z_size + t.size;
+    float rounding = t.size * (frame.rounding * t.z_size + kEdgeRounding * t.size);
+    vec3 a = py.yzx * z.zxy - z.yzx * py.zxy;
+    vec3 b = z.yzx * px.zxy - px.yzx * z.zxy;
     vec3 c = px.yzx * py.zxy - py.yzx * px.zxy;
-    float det = px.x * a.x + py.x * b.x + t.z.x * c.x;
     float moved = most(abs(a) * frame.ray_error.x + abs(b) * frame.ray_error.y);
-    float bound = 2.0f * error * (reach + error) + rounding + moved;
-    // What overflows (eyes and vertices very far away) leaves everything in doubt.
-    bool sane = bound < 1.0e28f && abs(det) < 1.0e34f;
-    float orientation = det < 0.0f ? -1.0f : 1.0f;
+    float bound = 2.0f * t.error * (reach + t.error) + rounding + moved;
+    bool is_oriented = abs(t.volume) > t.volume_error;
+    float either_sign = kEitherSign * t.volume_error / greater(t.z_least, 1.0e-20f);
+    bound += is_oriented ? 0.0f : either_sign;
+    bool is_known =
+        (is_oriented || t.in_front) && bound < 1.0e28f && abs(t.volume) < 1.0e34f;
+    float orientation = t.volume < 0.0f ? -1.0f : 1.0f;
     Setup setup;
-    setup.a = sane ? orientation * a : vec3(0.0f);
-    setup.b = sane ? orientation * b : vec3(0.0f);
-    setup.c = sane ? orientation * c : vec3(0.0f);
-    setup.c -= setup.a * middle.x + setup.b * middle.y;
-    setup.bound = sane ? bound : 1.0e35f;
-    set_up_depth(setup, Corners(px, py, t.z), middle, size, error, leaf_error);
+    setup.a = is_known ? orientation * a : vec3(0.0f);
+    setup.b = is_known ? orientation * b : vec3(0.0f);
+    setup.c = is_known ? orientation * c : vec3(0.0f);
+    setup.c -= setup.a * t.middle.x + setup.b * t.middle.y;
+    setup.bound = is_known ? bound : 1.0e35f;
+    set_up_depth(setup, t);
     return setup;
 }
 

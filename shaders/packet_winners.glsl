@@ -10,11 +10,10 @@
 ///
 /// Plain edge functions have the signs of the accurate ones if they are beyond their bound, and the
 /// accurate ones are known to be alike, so that magnitudes are all there is to test
-/// (surely_inside). The bound is that of fast_edges with z_size >= the largest |z| and z_range >=
-/// the range of z (at most twice as large), and larger by 2^-16 to make up for roundings, which add
-/// up to less than 16 * 2^-24. With m the sum of |x| + |y| it is more than 2^-20 m^2, and the edge
-/// functions add up to less than m^2: their weights are neither 0 nor below 2^-21, so that
-/// scaled_weight is a product.
+/// (surely_inside). The bound is that of fast_edges, larger by 2^-16 to make up for roundings, 35 *
+/// 2^-24 at most (proofs/fast_hits.g). All z have one sign where their range is less than their size
+/// (weighted_hit). scaled_weight() drops nothing, because such functions are beyond 2^-20 m^2, and
+/// their sum is less than m^2.
 bool finish_hit(ShearedRay s, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
     precise float u0 = b.x * c.y;
     precise float u1 = b.y * c.x;
@@ -26,23 +25,24 @@ bool finish_hit(ShearedRay s, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
     precise float v = v0 - v1;
     precise float w = w0 - w1;
     precise float sum = (abs(u) + abs(v)) + abs(w);
-    precise float divisor = sum * s.dir.z;
-    float scale = rcp(divisor);
-    precise float wa = abs(u) * scale;
+    float scale = rcp(sum);
     precise float wb = abs(v) * scale;
     precise float wc = abs(w) * scale;
-    precise float t = (wa * a.z + wb * b.z) + wc * c.z;
-    precise float hit_u = wb * s.dir.z;
-    precise float hit_v = wc * s.dir.z;
-    hit = TriangleHit(t, hit_u, hit_v);
+    precise float rest = 1.0f - (wb + wc);
+    float wa = greater(rest, 0.0f);
+    precise float z = (wa * a.z + wb * b.z) + wc * c.z;
+    precise float t = z * rcp(s.dir.z);
+    hit = TriangleHit(t, wb, wc);
 
     float m = abs(a.x) + abs(a.y) + abs(b.x) + abs(b.y) + abs(c.x) + abs(c.y);
-    float z_range = abs(b.z - a.z) + abs(c.z - a.z);
-    float z_size = abs(a.z) + z_range;
+    float nearest = lesser(a.z, lesser(b.z, c.z));
+    float farthest = greater(a.z, greater(b.z, c.z));
+    precise float z_range = farthest - nearest;
+    float z_size = greater(abs(nearest), abs(farthest));
     float r = kFastProjectionError * (2.0f * m + z_size) + kFastProjectionFloor;
     float bound = 1.0000152587890625f * r * (m + 2.0f * r);
     return lesser(abs(u), lesser(abs(v), abs(w))) > bound &&
-           bound * greater(z_range, 1.0f) <= s.depth_slack * sum;
+           bound * greater(z_range, 1.0f) <= s.depth_slack * sum && z_range < z_size;
 }
 
 #endif  // SHADERS_PACKET_WINNERS_GLSL

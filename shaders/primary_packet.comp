@@ -91,14 +91,15 @@ vec2 find_ray_error(vec3 row_x, vec3 row_y, vec2 middle) {
     vec3 sums = abs(before) + 8.0f * du + size;
     vec3 products = (middle.x + 8.0f) * du + (middle.y + 8.0f) * dv;
     // 1.03 * 2^-24 each; 2^-44.
-    vec3 error = 6.139279e-08f * (products + sums + 9.5367431640625e-07f * largest_component(size));
-    vec3 given = 6.139279e-08f * size;
+    vec3 error = kDirectionRounding * (products + sums + 9.5367431640625e-07f * largest_component(size));
+    vec3 given = kDirectionRounding * size;
     vec3 along = abs(frame.row_z);
     float e2 = dot(along, error + given);
     float e0 = dot(abs(frame.row_x), error) + dot(abs(row_x) + middle.x * along, given);
     float e1 = dot(abs(frame.row_y), error) + dot(abs(row_y) + middle.y * along, given);
-    // Where that is 2^-7 nothing is known.
-    return e2 < 0.0078125f ? vec2(e0, e1) + 9.0f * e2 : vec2(1.0e9f);
+    vec2 off = vec2(e0, e1) + 9.0f * e2;
+    // Where that is 2^-7, or a ray is off by 8 pixels, nothing is known.
+    return e2 < 0.0078125f && greater(off.x, off.y) <= 8.0f ? off : vec2(1.0e9f);
 }
 
 /// The plane's unit is a pixel, its origin the middle of the packet. Rays are taken for the middles
@@ -117,6 +118,8 @@ void set_frame() {
     frame.own_row_error = lane == 0u ? x_error : lane == 1u ? y_error : vec3(0.0f);
     frame.row_size =
         vec3(magnitude_sum(frame.row_x), magnitude_sum(frame.row_y), magnitude_sum(row_z));
+    // The products of move_row round by u of them, a 16th of kBoxError.
+    frame.row_shift = 0.07f * (middle.x + middle.y) * frame.row_size.z;
     frame.ray_error = find_ray_error(row_x, row_y, middle);
     set_directions(camera.corner + middle.x * camera.du + middle.y * camera.dv, camera.du,
                    camera.dv, vec2(9.0f));
@@ -127,7 +130,7 @@ void set_frame() {
     // 2^-14: coefficients up to 2 s Z with 3 roundings each, times distances up to 16, at the ray
     // and at the point where the edge functions are taken (192 * 2^-24); products of them and sums
     // (96 and 128); two steps from vector to vector (128).
-    frame.rounding = 6.103515625e-05f;
+    frame.rounding = kCameraRounding;
 }
 
 void begin_packet(uint packet) {
@@ -135,7 +138,7 @@ void begin_packet(uint packet) {
                     uvec2(kPacketWidth, PACKET_HEIGHT);
     set_frame();
     set_planes(frame.row_x, frame.row_y, frame.lower, frame.upper,
-               frame.row_size.xy + 32.0f * frame.row_size.z);
+               frame.row_size.xy + 32.0f * frame.row_size.z + frame.row_shift);
     begin_traversal();
 }
 

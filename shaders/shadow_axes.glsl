@@ -16,7 +16,7 @@ vec2 sheared_point(vec3 d, vec2 shear, float rz) {
 /// difference, the division (2.5 ulp) and what follows. Axes have a length of 1, which makes that
 /// sqrt(2) times as much of both coordinates; two products and a sum add 2^-22 of them. In all
 /// less than 2^-22 and 2^-19.
-float point_error(float most) { return 2.384185791015625e-07f + 1.9073486328125e-06f * most; }
+float point_error(float most) { return kPointError + kPointErrorOfPlace * most; }
 
 /// Sums over the rays of a packet: of their points in the plane, of their pixels, and of the points
 /// times x and y of the pixels.

@@ -81,7 +81,7 @@ void set_frame(bool is_last) {
         add_point(sums, k, at, is_traced);
     }
     // 2^-18.
-    end_error = 3.814697265625e-06f * cluster_max(most_q);
+    end_error = kEndError * cluster_max(most_q);
     waiting &= ~(traced | left_out);
     mat2 axes = plane_axes(sums);
     vec2 low = vec2(1.0e30f);
@@ -132,6 +132,7 @@ void set_frame(bool is_last) {
     frame.own_row = lane == 0u ? frame.row_x : lane == 1u ? frame.row_y : frame.row_z;
     float row_error = lane == 0u ? x_row.y : lane == 1u ? y_row.y : 0.0f;
     frame.own_row_error = rotate_axes(vec3(0.0f, 0.0f, scale * row_error), back);
+    frame.row_shift = 0.0f;
     frame.row_size = vec3(scale * sum_of_abs(vec3(axes[0], x_row.x)),
                           scale * sum_of_abs(vec3(axes[1], y_row.x)), 1.0f);
     // 2^-18, for roundings of values up to 16.
@@ -151,7 +152,7 @@ void set_frame(bool is_last) {
                rotate_axes(vec3(0.0f, 1.0f, -shear.y), back), box_low, box_high,
                vec2(6.0f) + abs(shear));
     // 2^-13: as in `primary_packet`, with distances up to 64.
-    frame.rounding = 1.220703125e-04f;
+    frame.rounding = kShadowRounding;
 }
 
 void trace_triangle(uint group, Setup s, uint name, uint bit) {
@@ -176,7 +177,8 @@ float least_q(uint group) {
     [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) {
         least = lesser(least, q_end[vector_of(group, k)]);
     }
-    return least < kDone ? least - end_error : kDone;
+    // Not negative: keys are compared as bits.
+    return least < kDone ? greater(least - end_error, 0.0f) : kDone;
 }
 
 /// The rule for all doubts that are queued, one of each lane at a time.

@@ -187,14 +187,13 @@ void take_hit(inout Traversal t, TriangleHit hit, uint prim_id, bool is_hit) {
     t.best_prim = is_better ? prim_id : t.best_prim;
 }
 
-/// The rule's plain path for a triangle that surely_inside holds for.
+/// The rule's fast path for a triangle that surely_inside holds for and whose z have one sign.
 bool plain_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
     vec3 pa = project_fast(sheared, a);
     vec3 pb = project_fast(sheared, b);
     vec3 pc = project_fast(sheared, c);
-    bool in_range = weighted_hit(sheared, ray.tnear, ray.tfar, fast_edges(pa, pb, pc), pa.z, pb.z,
-                                 pc.z, hit);
-    return in_range && finite_vertices(a, b, c);
+    weighted_hit(sheared, fast_edges(pa, pb, pc), pa.z, pb.z, pc.z, hit);
+    return hit.t > 0.0f && hit.t >= ray.tnear && hit.t <= ray.tfar && finite_vertices(a, b, c);
 }
 
 /// Takes the triangles that the ray surely goes through, and notes those that it may go through.
@@ -210,7 +209,8 @@ uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
         leaf_triangle(at, i, a, b, c);
         Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
                              project_fast(sheared, c));
-        bool is_sure = surely_inside(sheared, e);
+        // Of triangles that reach behind the origin the rule decides whether it takes its fast path.
+        bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
         inside |= is_sure ? 1u << i : 0u;
         doubtful |= may_be_inside(e) && !is_sure ? 1u << i : 0u;
         ++i;

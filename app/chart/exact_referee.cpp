@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "app/chart/parallel_view.h"
@@ -12,7 +13,7 @@ namespace {
 
 constexpr double kCloseUlps = 4;
 // Of the size of a triangle across the ray, and of the distance of its corners: twice what the rule
-// displaces vertices by (docs/arithmetic.md, "A vertex is one point").
+// displaces vertices by (docs/design/arithmetic.md, "A vertex is one point").
 constexpr double kDisplacement = 0x1p-21;
 constexpr double kFarDisplacement = 0x1p-43;
 // Of a triangle's size. Nearer to an edge than this a surface that is missed is one that was
@@ -110,7 +111,11 @@ bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t
         const uvec3 t = topology_->triangles[id];
         if (usable_[id] != 0) view.add(id, positions_[t.x], positions_[t.y], positions_[t.z]);
     }
-    return view.shows(prim_id, shift, kCloseUlps);
+    if (view.shows(prim_id, shift, kCloseUlps)) return true;
+    if (prim_id == kNoPrim || triangle(ray, prim_id).has_t()) return false;
+    const uvec3 t = topology_->triangles[prim_id];
+    return view.grazes(positions_[t.x], positions_[t.y], positions_[t.z], shift,
+                       truth.hit() ? truth.t : std::numeric_limits<double>::infinity(), kCloseUlps);
 }
 
 Judgement ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {

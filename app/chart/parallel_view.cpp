@@ -187,6 +187,24 @@ void ParallelView::add(std::uint32_t prim_id, vec3 a, vec3 b, vec3 c) {
     if (double_area(corner) != 0) triangles_.push_back({prim_id, corner});
 }
 
+bool ParallelView::grazes(vec3 a, vec3 b, vec3 c, double radius, double most_t, double ulps) const {
+    const std::array<Double3, 3> corner{seen(a), seen(b), seen(c)};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Double3& p = corner[i];
+        const Double3& q = corner[(i + 1) % 3];
+        const double dx = q[0] - p[0];
+        const double dy = q[1] - p[1];
+        const double length2 = dx * dx + dy * dy;
+        const double at = length2 > 0 ? -(p[0] * dx + p[1] * dy) / length2 : 0;
+        const double part = std::clamp(at, 0.0, 1.0);
+        const double t = p[2] + part * (q[2] - p[2]);
+        if (std::hypot(p[0] + part * dx, p[1] + part * dy) <= radius && t > 0 && t >= ray_.tnear &&
+            t <= ray_.tfar && t <= most_t + ulps * ulp_of(t))
+            return true;
+    }
+    return false;
+}
+
 bool ParallelView::shows(std::uint32_t prim_id, double radius, double ulps) const {
     Polygon circle;
     for (int i = 0; i < kCircleCorners; ++i) {

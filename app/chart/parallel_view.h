@@ -23,6 +23,11 @@ public:
     /// is none.
     bool shows(std::uint32_t prim_id, double radius, double ulps) const;
 
+    /// Whether an edge of a triangle is at most `radius` away from the ray at a t that counts and
+    /// that is no more than `ulps` larger than most_t: what a triangle without an extent across the
+    /// ray can show.
+    bool grazes(vec3 a, vec3 b, vec3 c, double radius, double most_t, double ulps) const;
+
 private:
     struct Seen {
         std::uint32_t prim_id;

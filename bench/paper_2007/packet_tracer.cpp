@@ -27,9 +27,8 @@ EdgePlanes edge_planes(const Triangle& triangle, vec3 org) {
     const vec3 b = triangle.b - org;
     const vec3 c = triangle.c - org;
     // Differences times sums lose less than products of the vertices, of which they are twice.
-    EdgePlanes planes = {{cross(b - c, b + c), cross(c - a, c + a), cross(a - b, a + b)},
-                         cross(b - a, c - a),
-                         0};
+    EdgePlanes planes = {
+        {cross(b - c, b + c), cross(c - a, c + a), cross(a - b, a + b)}, cross(b - a, c - a), 0};
     planes.depth = dot(a, planes.normal);
     if (planes.depth < 0) {
         for (vec3& n : planes.n) n = -n;

@@ -1,6 +1,6 @@
 // The arithmetic that every conformant device rounds alike: + - * on floats under round-to-nearest,
 // comparisons, selects, integers and bit casts. No division, square root, fma or built-in dot.
-// docs/arithmetic.md derives the bounds that are quoted here.
+// docs/design/arithmetic.md derives the bounds that are quoted here.
 #ifndef COMMON_INTEROP_ARITHMETIC_H
 #define COMMON_INTEROP_ARITHMETIC_H
 
@@ -31,8 +31,9 @@ SHARED vec3 cross3(vec3 a, vec3 b) {
     return r;
 }
 
-/// 1/x to 1.2 ulp for 2^-125 <= |x| <= 2^125: a linear guess on the bits, two Newton steps, and one
+/// 1/x to 1.2 ulp for 2^-126 <= |x| <= 2^102: a linear guess on the bits, two Newton steps, and one
 /// in residual form. Outside that range the result is unspecified but the same everywhere.
+/// Checked: proofs/reciprocals.cpp.
 SHARED float rcp(float x) {
     PRECISE float ax = abs(x);
     PRECISE float y = uintBitsToFloat(0x7EF311C7u - floatBitsToUint(ax));
@@ -47,6 +48,7 @@ SHARED float rcp(float x) {
 
 /// 1/sqrt(x) to 2 ulp for 2^-100 <= x <= 2^100: a guess on the bits and three Newton steps, the
 /// last in residual form.
+/// Checked: proofs/reciprocals.cpp.
 SHARED float rsqrt(float x) {
     PRECISE float h = 0.5f * x;
     PRECISE float y = uintBitsToFloat(0x5F375A86u - (floatBitsToUint(x) >> 1u));

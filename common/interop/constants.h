@@ -10,7 +10,7 @@ SHARED_BEGIN
 
 // Scene space: every finite vertex coordinate of the clip lies in [-2^20, 2^20] on the grid 2^-40,
 // so 60 binary digits separate the largest coordinate from the smallest step, and no product of
-// the hit rule is a denormal (docs/arithmetic.md, "No denormals").
+// the hit rule is a denormal (docs/design/arithmetic.md, "No denormals").
 SHARED_CONST float kSceneExtent = 1048576.0f;  // 2^20
 // A vertex that is not finite is stored as (kInvalidCoordinate, same, same): 2^40.
 SHARED_CONST float kInvalidCoordinate = 1099511627776.0f;
@@ -29,8 +29,10 @@ SHARED_CONST float kProjectedSnap = 2.7284841053187847e-12f;    // 1.5 * 2^-39
 SHARED_CONST float kFastProjectionError = 5.066394805908203125e-07f;
 SHARED_CONST float kFastProjectionFloor = 1.7763568394002505e-15f;
 
-// Rounding of the average of three z, relative to the largest: 2^-20.
-SHARED_CONST float kDepthRounding = 9.5367431640625e-07f;
+// Rounding of the mean of three z: of the weights, by the range of the z, 2^-21; and of the mean,
+// by the largest z, 2^-21.
+SHARED_CONST float kWeightRounding = 4.76837158203125e-07f;
+SHARED_CONST float kMeanRounding = 4.76837158203125e-07f;
 
 // An empty box is inverted: lower = +kEmptyPlane, upper = -kEmptyPlane (2^48). The slab test
 // rejects it for every ray because it takes its near and far planes by the sign of the direction.
@@ -42,7 +44,7 @@ SHARED_CONST float kHugeReciprocal = 18446744073709551616.0f;
 // Boxes are dilated by kBoxDilation * max(kSceneExtent, |org|) in the slab test: 2^-13.
 SHARED_CONST float kBoxDilation = 0.0001220703125f;
 // Secondary rays start off the surface by this times the size of the rounding error of the hit
-// point (docs/arithmetic.md, "Secondary rays"): 2^-16.
+// point (docs/design/arithmetic.md, "Secondary rays"): 2^-16.
 SHARED_CONST float kSurfaceOffset = 1.52587890625e-05f;
 
 // 2^100, the tfar of rays without an end.

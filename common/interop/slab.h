@@ -6,7 +6,7 @@
 // one multiplication by a per-ray constant, and rounding is monotone, so for a box inside another
 // the interval lies inside the other's interval bit for bit. No epsilon is needed for a tree of
 // boxes to answer as its triangles' own boxes do, and a box with t_enter > t of the best hit so far
-// holds nothing better (docs/arithmetic.md, "Boxes").
+// holds nothing better (docs/design/arithmetic.md, "Boxes").
 #ifndef COMMON_INTEROP_SLAB_H
 #define COMMON_INTEROP_SLAB_H
 
@@ -26,6 +26,7 @@ struct SlabRay {
 SHARED float slab_reciprocal(float d) { return d == 0.0f ? kHugeReciprocal : rcp(d); }
 
 /// D for rays from org.
+/// Checked: proofs/boxes.g.
 SHARED float box_dilation(vec3 org) {
     PRECISE float d = kBoxDilation * greater(largest_component(org), kSceneExtent);
     return d;

@@ -14,13 +14,16 @@
 // Depth is the average of the vertices' z under weights that are accurate to a few ulp, so a hit
 // lies between its vertices however thin the triangle is or however much along the ray it lies.
 // Hence a hit is never outside its triangle's box by more than rounding, and the answer cannot
-// depend on the tree that led to it (docs/arithmetic.md, "Boxes").
+// depend on the tree that led to it (docs/design/arithmetic.md, "Boxes").
 //
-// The displacement is some 2^-23 of a triangle's own size.
+// The displacement is some 2^-23 of a triangle's own size. A triangle without area is a sliver as
+// narrow as that, and is hit there: it fills the crack that the displacement opens between its
+// neighbours.
 //
-// That arithmetic is for the rays that pass close to an edge, and for steep triangles. Elsewhere
-// plain floats with a bound of their error are certain of the signs, and give the weights too; a
-// tracer may sort out misses by any test that never rejects a hit, such as may_hit_triangle.
+// That arithmetic is for the rays that pass close to an edge, for steep triangles, and for rays
+// that start next to a triangle. Elsewhere plain floats with a bound of their error are certain of
+// the signs, and give the weights too; a tracer may sort out misses by any test that never rejects
+// a hit, such as may_hit_triangle.
 #ifndef COMMON_INTEROP_TRIANGLE_H
 #define COMMON_INTEROP_TRIANGLE_H
 
@@ -55,6 +58,7 @@ SHARED ShearedRay shear_ray(vec3 org, vec3 dir) {
 
 /// The rounding error of the product p = a * b, exact (T. J. Dekker. A floating-point technique for
 /// extending the available precision. 1971; with Veltkamp's splitting into 12 + 12 bits).
+/// Exact: proofs/small_floats.cpp.
 SHARED float product_error(float a, float b, float p) {
     PRECISE float ca = 4097.0f * a;
     PRECISE float cb = 4097.0f * b;
@@ -76,6 +80,7 @@ SHARED float product_error(float a, float b, float p) {
 }
 
 /// The rounding error of the difference d = a - b, exact (D. E. Knuth. TAOCP 2, 4.2.2, theorem B).
+/// Exact: proofs/small_floats.cpp.
 SHARED float difference_error(float a, float b, float d) {
     PRECISE float bv = a - d;
     PRECISE float av = d + bv;
@@ -86,6 +91,7 @@ SHARED float difference_error(float a, float b, float d) {
 }
 
 /// a * b - c * d with the errors of both products: relative error of about 3 ulp, and exact sign.
+/// proofs/difference_of_products.g, proofs/small_floats.cpp.
 SHARED float difference_of_products(float a, float b, float c, float d) {
     PRECISE float left = a * b;
     PRECISE float right = c * d;
@@ -116,6 +122,7 @@ SHARED float project_axis(float ax, float ax_error, float az, float az_error, fl
 
 /// A vertex (scene space) as the ray sees it, to 2^-22 of its distance from the ray and 2^-44 of
 /// that from the origin.
+/// Checked: proofs/project.g.
 SHARED vec3 project(ShearedRay s, vec3 vertex) {
     vec3 v = rotate_axes(vertex, s.axis);
     PRECISE vec3 a = v - s.org;
@@ -162,8 +169,9 @@ SHARED void measure_depth(float za, float zb, float zc, INOUT(Edges) e) {
 ///
 /// With m the sum of |x| + |y| over the vertices and Z the largest |z|, each x and y is within
 /// r = 2^-21 (2 m + Z) + 2^-49 of that of `project`, rounding of the functions included, so each
-/// function is within r (m + 2 r): docs/arithmetic.md, "Plain floats where they suffice". Products
-/// may underflow, which the 2^-49 makes too small to matter to a function beyond its bound.
+/// function is within r (m + 2 r): docs/design/arithmetic.md, "Plain floats where they suffice".
+/// Products may underflow, which the 2^-49 makes too small to matter to a function beyond its
+/// bound. Checked: proofs/fast_edges.g.
 SHARED Edges fast_edges(vec3 a, vec3 b, vec3 c) {
     PRECISE float ma = abs(a.x) + abs(a.y);
     PRECISE float mb = abs(b.x) + abs(b.y);
@@ -209,6 +217,7 @@ SHARED bool may_be_inside(Edges e) {
 /// Their errors move z by at most 2 * bound / sum of depth_range; that must stay a part of the
 /// dilation D of boxes for a hit never to lie before its box. (Of D, 2^-5 is left to other errors,
 /// a quarter goes here twice over.)
+/// Checked: proofs/fast_edges.g, depth.g, boxes.g.
 SHARED bool surely_inside(ShearedRay s, Edges e) {
     PRECISE float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
     // A range below 1 cannot matter, and its product with the bound might be a denormal.
@@ -218,6 +227,13 @@ SHARED bool surely_inside(ShearedRay s, Edges e) {
            (lesser(e.u, lesser(e.v, e.w)) > e.bound || greater(e.u, greater(e.v, e.w)) < -e.bound);
 }
 
+/// t and the barycentric weights u of b and v of c.
+struct TriangleHit {
+    float t;
+    float u;
+    float v;
+};
+
 /// weight * scale for 0 <= weight <= sum, where scale is 1 / sum up to a factor of 2; and 0 if
 /// weight / sum is below 2^-60, when the product might be a denormal.
 SHARED float scaled_weight(float weight, float sum, float scale) {
@@ -226,37 +242,28 @@ SHARED float scaled_weight(float weight, float sum, float scale) {
     return weight == 0.0f || gap > 60u ? 0.0f : w;
 }
 
-/// t and the barycentric weights u of b and v of c.
-struct TriangleHit {
-    float t;
-    float u;
-    float v;
-};
-
-/// The hit of a ray that goes through a triangle, from its edge functions and the vertices' z.
-/// Whether there is one with tnear <= t <= tfar and z certainly in front of the origin: an origin
-/// in the plane of the triangle, up to the rounding of z, does not hit it. Nor is there one where
-/// all three functions are 0 (edge-on). z is off by at most 2 * bound / sum of its range and a few
-/// ulp of its size.
-SHARED bool weighted_hit(ShearedRay s, float tnear, float tfar, Edges e, float za, float zb,
-                         float zc, OUT(TriangleHit) hit) {
+/// The hit of a ray that goes through a triangle, from its edge functions and the vertices' z. The
+/// weights add up to 1, so that their errors move z by parts of its range only: by 2 * bound / sum
+/// and kWeightRounding of that, and kMeanRounding of the vertices' size (proofs/depth.g). Whether
+/// the sign of z is certain: z is beyond its error, or the vertices' z have one sign, so that z has
+/// it (a sum of products of that sign; their range is less than their size then).
+SHARED bool weighted_hit(ShearedRay s, Edges e, float za, float zb, float zc,
+                         OUT(TriangleHit) hit) {
     PRECISE float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
-    // One reciprocal for two divisions: the weights are 1 / dir.z times those of a mean.
-    PRECISE float divisor = sum > 0.0f ? sum * s.dir.z : 1.0f;
-    float scale = rcp(divisor);
-    PRECISE float wa = scaled_weight(abs(e.u), sum, scale);
-    PRECISE float wb = scaled_weight(abs(e.v), sum, scale);
-    PRECISE float wc = scaled_weight(abs(e.w), sum, scale);
-    PRECISE float t = (wa * za + wb * zb) + wc * zc;
-    PRECISE float u = wb * s.dir.z;
-    PRECISE float v = wc * s.dir.z;
-    PRECISE float z = t * s.dir.z;
-    PRECISE float rsum = scale * s.dir.z;
-    PRECISE float error = ((2.0f * e.bound) * rsum) * e.depth_range + kDepthRounding * e.depth_size;
+    bool is_any = sum > 0.0f;
+    float scale = rcp(is_any ? sum : 1.0f);
+    float wb = scaled_weight(abs(e.v), sum, scale);
+    float wc = scaled_weight(abs(e.w), sum, scale);
+    PRECISE float rest = 1.0f - (wb + wc);
+    float wa = greater(rest, 0.0f);
+    PRECISE float z = (wa * za + wb * zb) + wc * zc;
+    PRECISE float t = z * rcp(is_any ? s.dir.z : 1.0f);
+    PRECISE float by_range = 2.0f * (e.bound * scale) + kWeightRounding;
+    PRECISE float error = by_range * e.depth_range + kMeanRounding * e.depth_size;
     hit.t = t;
-    hit.u = u;
-    hit.v = v;
-    return sum > 0.0f && abs(z) > error && t > 0.0f && t >= tnear && t <= tfar;
+    hit.u = wb;
+    hit.v = wc;
+    return e.depth_range < e.depth_size || abs(z) > error;
 }
 
 /// A vertex that is not finite is stored as kInvalidCoordinate; its triangles are never hit.
@@ -264,49 +271,30 @@ SHARED bool finite_vertices(vec3 a, vec3 b, vec3 c) {
     return greater(a.x, greater(b.x, c.x)) <= kSceneExtent;
 }
 
-/// Whether (e1 + r1) * (f2 + s2) - (e2 + r2) * (f1 + s1) is 0 because every product that a rounding
-/// error r or s takes part in is 0 and the others cancel exactly.
-SHARED bool products_cancel(float e1, float r1, float e2, float r2, float f1, float s1, float f2,
-                            float s2) {
-    return difference_of_products(e1, f2, e2, f1) == 0.0f && (r1 == 0.0f || f2 == 0.0f) &&
-           (s2 == 0.0f || e1 == 0.0f) && (r2 == 0.0f || f1 == 0.0f) && (s1 == 0.0f || e2 == 0.0f);
-}
-
-/// Whether a triangle has an area. It has none where its vertices are collinear and the differences
-/// of their coordinates are floats or do not matter, and then certainly so; elsewhere it counts as
-/// having one.
-SHARED bool has_area(vec3 a, vec3 b, vec3 c) {
-    PRECISE vec3 e = b - a;
-    PRECISE vec3 f = c - a;
-    vec3 r = vec3(difference_error(b.x, a.x, e.x), difference_error(b.y, a.y, e.y),
-                  difference_error(b.z, a.z, e.z));
-    vec3 s = vec3(difference_error(c.x, a.x, f.x), difference_error(c.y, a.y, f.y),
-                  difference_error(c.z, a.z, f.z));
-    return !products_cancel(e.y, r.y, e.z, r.z, f.y, s.y, f.z, s.z) ||
-           !products_cancel(e.z, r.z, e.x, r.x, f.z, s.z, f.x, s.x) ||
-           !products_cancel(e.x, r.x, e.y, r.y, f.x, s.x, f.y, s.y);
-}
-
 /// Whether intersect_triangle may be true: cheap, and never wrong when it says no.
 SHARED bool may_hit_triangle(ShearedRay s, vec3 a, vec3 b, vec3 c) {
     return may_be_inside(fast_edges(project_fast(s, a), project_fast(s, b), project_fast(s, c)));
 }
 
-/// Whether the ray hits the triangle a, b, c (scene space), and where. Triangles without area and
-/// those with a vertex that is not finite are never hit.
+/// Whether the ray hits the triangle a, b, c (scene space), and where. Triangles with a vertex that
+/// is not finite are never hit; those without area only where their projected vertices are not
+/// collinear. An origin in the plane of a triangle, up to the error of z, does not hit it, nor does
+/// a ray that sees it edge-on (all three functions are 0).
 SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
                                OUT(TriangleHit) hit) {
     vec3 pa = project_fast(s, a);
     vec3 pb = project_fast(s, b);
     vec3 pc = project_fast(s, c);
     Edges e = fast_edges(pa, pb, pc);
-    bool inside = surely_inside(s, e);
-    if (!inside) {
+    bool is_certain = weighted_hit(s, e, pa.z, pb.z, pc.z, hit);
+    bool is_hit = surely_inside(s, e) && is_certain;
+    if (!is_hit) {
         e = exact_edges(project(s, a), project(s, b), project(s, c));
-        inside = may_be_inside(e) && has_area(a, b, c);
+        is_certain = weighted_hit(s, e, pa.z, pb.z, pc.z, hit);
+        is_hit =
+            may_be_inside(e) && is_certain && greater(abs(e.u), greater(abs(e.v), abs(e.w))) > 0.0f;
     }
-    bool in_range = weighted_hit(s, tnear, tfar, e, pa.z, pb.z, pc.z, hit);
-    return inside && in_range && finite_vertices(a, b, c);
+    return is_hit && hit.t > 0.0f && hit.t >= tnear && hit.t <= tfar && finite_vertices(a, b, c);
 }
 
 /// Whether a hit beats the best so far: nearer, or as near with a smaller id. Before the first hit

@@ -25,6 +25,22 @@ struct Crossing {
     Real t = 0;
 };
 
+/// The distance of the line through the origin in the direction d from the edge p + s * e, 0 <= s
+/// <= 1; t: where the line is nearest.
+Real distance_to_edge(Vector d, Vector p, Vector e, Real& t) {
+    const Real dd = dot(d, d);
+    const auto across = [&](Vector v) {
+        const Real along = dot(v, d) / dd;
+        return Vector{v.x - along * d.x, v.y - along * d.y, v.z - along * d.z};
+    };
+    const Vector q = across(p);
+    const Vector f = across(e);
+    const Real ff = dot(f, f);
+    const Real s = ff > 0 ? std::clamp(-dot(q, f) / ff, Real{0}, Real{1}) : Real{0};
+    t = (dot(p, d) + s * dot(e, d)) / dd;
+    return length({q.x + s * f.x, q.y + s * f.y, q.z + s * f.z});
+}
+
 Crossing cross_triangle(const Ray& ray, vec3 a, vec3 b, vec3 c) {
     constexpr Real kEdge = 1e-6L;
     const Vector d{ray.dir.x, ray.dir.y, ray.dir.z};
@@ -34,8 +50,20 @@ Crossing cross_triangle(const Ray& ray, vec3 a, vec3 b, vec3 c) {
     const Real size = length(n);
     const Real facing = dot(d, n);
     Crossing result;
-    if (size == 0) return result;
     const Vector oa = minus(a, ray.org);
+    if (size == 0) {
+        // Without an area it is hit only where rounding gives it one.
+        const Vector edges[3][2] = {
+            {oa, ab}, {minus(b, ray.org), minus(c, b)}, {minus(c, ray.org), minus(a, c)}};
+        for (const auto& edge : edges) {
+            const Real slack = kEdge * length(edge[1]) + 1e-13L * length(edge[0]);
+            if (distance_to_edge(d, edge[0], edge[1], result.t) <= slack) {
+                result.grazing = true;
+                return result;
+            }
+        }
+        return result;
+    }
     if (std::abs(facing) <= 1e-12L * size * length(d)) {
         // Edge-on: it may be grazed only if the ray runs in its plane.
         result.grazing = std::abs(dot(oa, n)) <= 1e-6L * size * (length(oa) + 1);

@@ -1,0 +1,126 @@
+// The constants of the bounds that let a packet decide about a triangle without the hit rule, for
+// both backends: docs/design/arithmetic.md, "Packets", derives each by the name that it has here,
+// and proofs/ checks it. u stands for 2^-24.
+#ifndef COMMON_INTEROP_PACKET_BOUNDS_H
+#define COMMON_INTEROP_PACKET_BOUNDS_H
+
+#include "common/interop/platform.h"
+
+SHARED_BEGIN
+
+// ---- How far x - X z and y - Y z of a vertex, as a ray (X, Y) sees them, are together from those
+// of the vertex that the rule displaces (for a ray through the triangle).
+
+// By the extent of the triangle from its leaf's first vertex, times row_sizes: 24 u.
+SHARED_CONST float kExtentError = 1.430511474609375e-06f;
+// By the distance of that vertex from the origin, times row_sizes: 2^-42.
+SHARED_CONST float kDistanceError = 2.2737367544323206e-13f;
+// Times row_sizes: 2^-61.
+SHARED_CONST float kGridError = 4.336808689942018e-19f;
+// In units of the plane, so that no product of errors underflows: 2^-50.
+SHARED_CONST float kPlaneFloor = 8.881784197001252e-16f;
+// By |x - X z| + |y - Y z| themselves: 4 u.
+SHARED_CONST float kLateralError = 2.384185791015625e-07f;
+// By z, times the largest |X| or |Y| of the packet: 12 u.
+SHARED_CONST float kShearError = 7.152557373046875e-07f;
+// How far z is off by itself, besides the first four: 4 u.
+SHARED_CONST float kDepthError = 2.384185791015625e-07f;
+
+// ---- Rays.
+
+// Of each rounding of a camera's direction on a device: 1.03 u.
+SHARED_CONST float kDirectionRounding = 6.139279e-08f;
+// Of how far a ray may be from where it is taken for, times the slope of what is evaluated there.
+SHARED_CONST float kRayError = 1.01f;
+// Of a point in the plane of a device's shadow rays: 2^-23, and 2^-20 of its coordinates.
+SHARED_CONST float kPointError = 1.1920928955078125e-07f;
+SHARED_CONST float kPointErrorOfPlace = 9.5367431640625e-07f;
+// Of 1 / z at a ray's end: 2^-18.
+SHARED_CONST float kEndError = 3.814697265625e-06f;
+
+// ---- Rectangles.
+
+// Times the errors of vertices and of rays.
+SHARED_CONST float kRectangleError = 1.0625f;
+// By the quotients themselves: 8 u, and 16 u where a division is off by up to 2.5 ulp. By sums with
+// places in the packet: 2^-16.
+SHARED_CONST float kQuotientError = 4.76837158203125e-07f;
+SHARED_CONST float kDeviceQuotientError = 9.5367431640625e-07f;
+SHARED_CONST float kRectangleRounding = 1.52587890625e-05f;
+
+// Of a box's planes in a row, times its size and the largest coordinate: 16 u.
+SHARED_CONST float kBoxError = 9.5367431640625e-07f;
+
+// ---- Edge functions of vertices up to `size` from the ray in the middle, and up to `reach` from
+// any: their rounding is kEdgeRounding size (reach + kShearRounding z), 14 u.
+SHARED_CONST float kEdgeRounding = 8.344650268554688e-07f;
+// Times the largest |X| or |Y|.
+SHARED_CONST float kShearRounding = 1.5f;
+// On a device, where the packet is 16 wide and z counts for more than reach: 2^-15 for a camera,
+// 2^-14 for a light.
+SHARED_CONST float kCameraRounding = 3.0517578125e-05f;
+SHARED_CONST float kShadowRounding = 6.103515625e-05f;
+
+// ---- The volume of triangle and origin.
+
+// Times the error of a vertex, the reach of a hit and z.
+SHARED_CONST float kVolumeError = 6.5f;
+// By the reach of a hit squared times z: 128 u; and times the part of z in the extent: 64 u.
+SHARED_CONST float kVolumeRounding = 7.62939453125e-06f;
+SHARED_CONST float kVolumeExtentError = 3.814697265625e-06f;
+// Of the volume by edges that are no difference of exact products: 16 u times edge (2 z_range size
+// + edge z).
+SHARED_CONST float kDeviceVolumeRounding = 9.5367431640625e-07f;
+// 1 / z is known where the volume is more than this many times its error.
+SHARED_CONST float kKnownVolume = 4.0f;
+// What the edge functions of a hit add up to where the volume's sign is uncertain, times the
+// volume's error by the nearest z.
+SHARED_CONST float kEitherSign = 2.125f;
+
+// ---- 1 / z of the plane.
+
+// What the roundings of the plane add to the error of a vertex: 6 u of size.
+SHARED_CONST float kPlaneError = 3.5762786865234375e-07f;
+// Times a vertex's error and the gradient of 1 / z, relative to 1 / z.
+SHARED_CONST float kSteepError = 2.25f;
+// Roundings by the gradient, in a packet of 64 rays across: 2^-14; and by 1 / z itself: 32 u.
+SHARED_CONST float kGradientRounding = 6.103515625e-05f;
+SHARED_CONST float kReciprocalRounding = 1.9073486328125e-06f;
+// By the largest z on the rule's axis: kMeanRounding, the rounding of t, and what the packet rounds
+// z itself: 16 u.
+SHARED_CONST float kRuleDepthError = 9.5367431640625e-07f;
+// Of what the rule may place a hit nearer, by all that is left out of it.
+SHARED_CONST float kRuleDepthFactor = 1.5f;
+// Of the rule's z, by the part of z in the extent: 2^-19; and the part of z that the bound of a
+// triangle's own may be.
+SHARED_CONST float kRuleExtentError = 1.9073486328125e-06f;
+SHARED_CONST float kNarrowDepth = 0.0625f;
+// Beyond this part of z, times kRuleDepthFactor, nothing is known of 1 / z: how much nearer the
+// rule may place a hit has a second order.
+SHARED_CONST float kFarDepth = 0.1875f;
+// Of a normal without fused operations, times size: 32 u.
+SHARED_CONST float kUnfusedNormal = 1.9073486328125e-06f;
+// 1 / z at its nearest, times z.
+SHARED_CONST float kNearestByDepth = 1.00001f;
+
+// ---- What certainly loses, by constants that are found once a leaf.
+
+// Of the bound of edge functions: of a ray's, and on top of that of a block's.
+SHARED_CONST float kLosingBound = 1.25f;
+SHARED_CONST float kBlockBound = 0.5f;
+// By the gradient of 1 / z: 2^-18.
+SHARED_CONST float kLosingGradient = 3.814697265625e-06f;
+
+// ---- Rays without a packet.
+
+// Of edge functions of a ray's direction and moment: 2^-17; of the distance from a plane: 2^-18.
+SHARED_CONST float kNearEdgeError = 7.62939453125e-06f;
+SHARED_CONST float kNearSideError = 3.814697265625e-06f;
+// Of a plane's distance, by the magnitudes of all that is added up: 16 u.
+SHARED_CONST float kLeavingError = 9.5367431640625e-07f;
+// Of the mean of depths under plain edge functions, by the sum of their magnitudes: 2^-22.
+SHARED_CONST float kBehindError = 2.384185791015625e-07f;
+
+SHARED_END
+
+#endif  // COMMON_INTEROP_PACKET_BOUNDS_H
