@@ -1,9 +1,10 @@
-# What ./run and ./test share: install what is missing, configure, build. To be sourced by bash with
-# `root` set to the checkout. Exit codes are the program's (README): 4 when packages cannot be had,
+# What ./run, ./test and ./fuzz share: install what is missing, configure, build. To be sourced by
+# bash with `root` set to the checkout. Exit codes are the program's (README): 4 when packages cannot be had,
 # 70 when the build fails.
 
 : "${root:?}"
 build=$root/build/release
+build_targets=()
 log=$build/setup.log
 
 say() { printf 'morphray: %s\n' "$*" >&2; }
@@ -84,9 +85,10 @@ configure() {
 }
 
 # set_up INSTALL TESTS KIND...: everything up to a program that is up to date. One at a time, so
-# that two calls do not build into each other.
+# that two calls do not build into each other. With tests all is built, or what is in the array
+# build_targets; without, the program.
 set_up() {
-    local install=$1 tests=$2 targets=() quiet=(--quiet)
+    local install=$1 tests=$2 targets=("${build_targets[@]}") quiet=(--quiet)
     shift 2
     [ "$tests" = ON ] || targets=(morphray)
     if ! mkdir -p "$build"; then

@@ -1,13 +1,13 @@
 # cmake -D ROOT=checkout -P check_layering.cmake: fails with a line for each #include that points up
 # or sideways in
 #
-#     app  bench  tests -> cpu, gpu -> common -> common/interop        gpu -> shaders -> common/interop
+#     app  bench  tests  proofs -> cpu, gpu -> common -> common/interop        gpu -> shaders -> common/interop
 #
-# or that brings a library outside its one place. tests/app may also see app, tests/bench also
-# bench, tests/gpu and tests/shaders also shaders.
+# or that brings a library outside its one place. tests/app and tests/fuzz may also see app,
+# tests/bench also bench, tests/gpu and tests/shaders also shaders.
 cmake_minimum_required(VERSION 3.25)
 
-set(layers common/interop common cpu gpu shaders app bench tests)
+set(layers common/interop common cpu gpu shaders app bench tests proofs)
 set(may_see_common/interop common/interop)
 set(may_see_common common common/interop)
 set(may_see_cpu cpu common common/interop)
@@ -16,6 +16,7 @@ set(may_see_shaders shaders common/interop)
 set(may_see_app app cpu gpu common common/interop)
 set(may_see_bench bench cpu gpu common common/interop)
 set(may_see_tests tests cpu gpu common common/interop)
+set(may_see_proofs proofs cpu common common/interop)
 
 # Where a library may be included: the regular expression of the header, then that of the files.
 set(places
@@ -63,7 +64,7 @@ endif()
 foreach(file IN LISTS files)
     layer_of(${file} from)
     set(visible ${may_see_${from}})
-    if(file MATCHES "^tests/app/")
+    if(file MATCHES "^tests/(app|fuzz)/")
         list(APPEND visible app)
     elseif(file MATCHES "^tests/bench/")
         list(APPEND visible bench)

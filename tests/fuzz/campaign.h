@@ -1,0 +1,46 @@
+// Case after case.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "tests/fuzz/failure_desk.h"
+#include "tests/fuzz/generator.h"
+#include "tests/fuzz/lanes.h"
+
+namespace morphray::fuzz {
+
+struct CampaignConfig {
+    std::uint64_t seed = 1;
+    /// Of all lanes together; 0: until the time is over.
+    std::uint64_t cases = 0;
+    /// 0: until the cases are done.
+    double seconds = 0;
+    /// After so many failing cases it ends.
+    std::uint64_t most_failures = 10;
+    /// Instead of a campaign, the case of this seed.
+    std::optional<std::uint64_t> only_case;
+    FailureConfig failure;
+};
+
+/// A lane's part. Ends early after SIGINT or SIGTERM. Returns an exit code.
+int run_campaign(const CampaignConfig& config, const Lane& lane, LaneState& state,
+                 std::atomic<std::uint64_t>& failures);
+
+/// "1200 cases, 15600 images (2400 near a plane), ..." for the end and on the way.
+std::string summary(const Tally& tally, double seconds);
+
+/// Tells on stderr every few seconds how far a lane is.
+class LaneProgress {
+public:
+    explicit LaneProgress(const Lane& lane);
+    void update(const Tally& tally);
+    double seconds() const;
+
+private:
+    std::string name_;
+    double next_ = 0;
+    double begin_ = 0;
+};
+
+}  // namespace morphray::fuzz
