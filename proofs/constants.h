@@ -1,0 +1,113 @@
+// The values behind the @names@ of the .g files: read from the code, so that a proof is about the
+// constants that the tracers are compiled with.
+#ifndef PROOFS_CONSTANTS_H
+#define PROOFS_CONSTANTS_H
+
+#include <array>
+#include <string_view>
+
+#include "common/interop/constants.h"
+#include "common/interop/packet_bounds.h"
+#include "common/interop/triangle.h"
+#include "proofs/bounds.h"
+
+namespace morphray::proofs {
+
+struct Constant {
+    std::string_view name;
+    double value;
+};
+
+// NOLINTNEXTLINE(cppcoreguidelines-macro-usage)
+#define PROOFS_CONSTANT(name) \
+    Constant { #name, name }
+
+/// What surely_inside spends of the dilation of boxes, a part of it.
+inline float depth_slack_of_dilation() {
+    const vec3 org(0, 0, 0);
+    return shear_ray(org, vec3(0, 0, 1)).depth_slack / box_dilation(org);
+}
+
+inline const std::array kConstants = {
+    PROOFS_CONSTANT(kSceneExtent),
+    PROOFS_CONSTANT(kOriginExtent),
+    PROOFS_CONSTANT(kProjectedOnGrid),
+    PROOFS_CONSTANT(kProjectedSnap),
+    PROOFS_CONSTANT(kFastProjectionError),
+    PROOFS_CONSTANT(kFastProjectionFloor),
+    PROOFS_CONSTANT(kWeightRounding),
+    PROOFS_CONSTANT(kMeanRounding),
+    PROOFS_CONSTANT(kHugeReciprocal),
+    PROOFS_CONSTANT(kBoxDilation),
+    PROOFS_CONSTANT(kSurfaceOffset),
+    Constant{"kDepthSlackOfDilation", depth_slack_of_dilation()},
+    PROOFS_CONSTANT(kRounding),
+    PROOFS_CONSTANT(kDifferenceOfProducts),
+    PROOFS_CONSTANT(kProjection),
+    PROOFS_CONSTANT(kProjectionOfRange),
+    PROOFS_CONSTANT(kProjectionSnap),
+    PROOFS_CONSTANT(kRcpUlp),
+    PROOFS_CONSTANT(kRsqrtUlp),
+    PROOFS_CONSTANT(kRangeOfDepths),
+    PROOFS_CONSTANT(kSizeOfDepths),
+    PROOFS_CONSTANT(kTravel),
+    PROOFS_CONSTANT(kSpareOfBound),
+    PROOFS_CONSTANT(kExtentError),
+    PROOFS_CONSTANT(kDistanceError),
+    PROOFS_CONSTANT(kGridError),
+    PROOFS_CONSTANT(kPlaneFloor),
+    PROOFS_CONSTANT(kLateralError),
+    PROOFS_CONSTANT(kShearError),
+    PROOFS_CONSTANT(kDepthError),
+    PROOFS_CONSTANT(kRectangleError),
+    PROOFS_CONSTANT(kQuotientError),
+    PROOFS_CONSTANT(kDeviceQuotientError),
+    PROOFS_CONSTANT(kRectangleRounding),
+    PROOFS_CONSTANT(kEdgeRounding),
+    PROOFS_CONSTANT(kShearRounding),
+    PROOFS_CONSTANT(kVolumeError),
+    PROOFS_CONSTANT(kKnownVolume),
+    PROOFS_CONSTANT(kRayError),
+    PROOFS_CONSTANT(kVolumeRounding),
+    PROOFS_CONSTANT(kVolumeExtentError),
+    PROOFS_CONSTANT(kDeviceVolumeRounding),
+    PROOFS_CONSTANT(kEitherSign),
+    PROOFS_CONSTANT(kPlaneError),
+    PROOFS_CONSTANT(kSteepError),
+    PROOFS_CONSTANT(kGradientRounding),
+    PROOFS_CONSTANT(kReciprocalRounding),
+    PROOFS_CONSTANT(kRuleDepthError),
+    PROOFS_CONSTANT(kVertexOfPlace),
+    PROOFS_CONSTANT(kVertexOfEdges),
+    PROOFS_CONSTANT(kVertexOfExtent),
+    PROOFS_CONSTANT(kVertexOfRange),
+    PROOFS_CONSTANT(kFarDepth),
+    PROOFS_CONSTANT(kNearEdgeError),
+    PROOFS_CONSTANT(kNearSideError),
+    PROOFS_CONSTANT(kLeavingError),
+    PROOFS_CONSTANT(kBehindError),
+    PROOFS_CONSTANT(kLosingBound),
+    PROOFS_CONSTANT(kBlockBound),
+    PROOFS_CONSTANT(kLosingGradient),
+    PROOFS_CONSTANT(kDirectionRounding),
+    PROOFS_CONSTANT(kPointError),
+    PROOFS_CONSTANT(kPointErrorOfPlace),
+    PROOFS_CONSTANT(kEndError),
+    PROOFS_CONSTANT(kBoxError),
+    PROOFS_CONSTANT(kRuleExtentError),
+    PROOFS_CONSTANT(kNarrowDepth),
+    PROOFS_CONSTANT(kUnfusedNormal),
+    PROOFS_CONSTANT(kNearestByDepth),
+    PROOFS_CONSTANT(kCameraRounding),
+    PROOFS_CONSTANT(kShadowRounding),
+    PROOFS_CONSTANT(kEdgeLateral),
+    PROOFS_CONSTANT(kEdgeMiddle),
+    PROOFS_CONSTANT(kEdgeConstant),
+    PROOFS_CONSTANT(kRuleDepthFactor),
+};
+
+#undef PROOFS_CONSTANT
+
+}  // namespace morphray::proofs
+
+#endif  // PROOFS_CONSTANTS_H

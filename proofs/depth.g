@@ -1,0 +1,99 @@
+# z of a hit against the mean of the vertices' z under exact weights, its sign, and t.
+#
+#   bounds       |z - mean| <= (2 (1 - kSpareOfBound) bound / sum + kRangeOfDepths) range
+#                + kSizeOfDepths size; the part with bound is at most D / 2 where surely_inside
+#                agrees; beyond `error` z has the sign of the mean, that of a.z before its rounding
+#                included; |t - z / d.z| <= kTravel |z / d.z|
+#   code         weighted_hit, scaled_weight, surely_inside (common/interop/triangle.h)
+#   constants    kWeightRounding, kMeanRounding; kDepthSlackOfDilation is ShearedRay::depth_slack
+#                over D
+#   inputs       edge functions of one sign that are not all 0 (a triangle may have no area), those
+#                of exact_edges (bound = 0) or ones that surely_inside accepts; the vertices' z as
+#                projected; range = zmax - zmin, size = the largest |z|
+#   operations   sum = fl(fl(|u| + |v|) + |w|); scale = rcp(sum); wb = fl(|v| scale),
+#                wc = fl(|w| scale), 0 where below 2^-60; wa = max(fl(1 - fl(wb + wc)), 0)
+#                z = fl(fl(fl(wa za) + fl(wb zb)) + fl(wc zc)); t = fl(z rcp(d.z))
+#                error = fl(fl(fl(2 fl(bound scale) + kWeightRounding) fl(range))
+#                + fl(kMeanRounding size))
+#   used by      boxes.g, surface_offset.g, fast_hits.g
+#   by hand      Three steps lead from the mean to z. (1) The functions as computed against exact
+#                ones. The |z_i - mean| under exact weights have a mean of at most range / 2, which
+#                bounds the effect of relative errors; they add up to at most 2 range, which bounds
+#                that of absolute ones. (2) wb and wc against the functions as computed, with
+#                1 - wb - wc for wa. (3) Roundings. A wa that is clamped makes the weights' sum
+#                exceed 1: that is an error by size, the largest one. There
+#                sum >= fl(|v| + |w|), because fl(|u| + |v|) >= |v|; and 0 + fl(wb zb) is exact.
+#                Signs: fl(range) < size only if all z are beyond 0 on one side, because otherwise
+#                range >= size and rounding is monotone (also small_floats.cpp). The weights add up
+#                to more than 3/4, so one is above 1/4, and all products have one sign: |z| is at
+#                least that product, which is not 0 (grids.cpp). Where |z| > error, |z - mean| < |z|.
+#                Order: rcp(d.z) is one float for all triangles of a ray and rounding is monotone,
+#                so t never decreases (d.z > 0) or never increases (d.z < 0) with z.
+#
+# step: kRangeOfDepths 0.99
+# step: kSizeOfDepths 0.99
+# step: kTravel 0.99
+# step: kWeightRounding 0.5
+# step: kMeanRounding 0.5 (0.92 would do)
+# step: kDepthSlackOfDilation 1.1
+# step: kDifferenceOfProducts 1.1
+# step: kRcpUlp 1.1
+
+## lemma: errors of functions move the mean by the sum of error_i (z_i - mean) / sum
+{ (ea + da) * za + (eb + db) * zb + (ec + dc) * zc - (ea + da + eb + db + ec + dc) * z
+  - (da * (za - z) + db * (zb - z) + dc * (zc - z)) - (ea * za + eb * zb + ec * zc
+  - (ea + eb + ec) * z) in [0, 0] }
+(ea + da) * za + (eb + db) * zb + (ec + dc) * zc - (ea + da + eb + db + ec + dc) * z
+  - (da * (za - z) + db * (zb - z) + dc * (zc - z)) - (ea * za + eb * zb + ec * zc
+  - (ea + eb + ec) * z) -> 0;
+
+## lemma: errors of wb and wc move it by parts of the range
+{ (1 - (b + db) - (c + dc)) * za + (b + db) * zb + (c + dc) * zc
+  - ((1 - b - c) * za + b * zb + c * zc) - (db * (zb - za) + dc * (zc - za)) in [0, 0] }
+(1 - (b + db) - (c + dc)) * za + (b + db) * zb + (c + dc) * zc
+  - ((1 - b - c) * za + b * zb + c * zc) - (db * (zb - za) + dc * (zc - za)) -> 0;
+
+# (1) + (2): b + c <= 1; two dropped weights are less than 2^-59 together
+## lemma: both together are at most kRangeOfDepths range
+rho = @kRcpUlp@ * 0x1p-23;
+functions = @kDifferenceOfProducts@ / (1 - @kDifferenceOfProducts@) / 2;
+factor = (1 + w) * (1 + r * rho) / ((1 + s1) * (1 + s2));
+{ |r| <= 1 /\ |w| <= @kRounding@ /\ |s1| <= @kRounding@ /\ |s2| <= @kRounding@
+  -> |(factor - 1) / (@kRangeOfDepths@ - functions - 0x1p-59)| <= 1 }
+
+## lemma: where wa is not clamped, the weights add up to 1 within 1.5 e (x = wb + wc)
+sum = float<24,-149,ne>(x);
+wa = float<24,-149,ne>(1 - sum);
+{ x in [0, 0x1.000001p0] /\ sum in [0, 1]
+  -> |(wa - (1 - sum)) - (sum - x)| <= 0x1.8p-24 }
+
+## lemma: wa + wb + wc - 1 is that
+{ (wa - (1 - sum)) - (sum - x) - (wa + x - 1) in [0, 0] }
+(wa - (1 - sum)) - (sum - x) - (wa + x - 1) -> 0;
+
+## lemma: that and three roundings of each term are at most kSizeOfDepths size
+up = 1 + @kRounding@;
+{ @kSizeOfDepths@ - ((up * up * up - 1) * (1 + 0x1.8p-24) + 0x1.8p-24) >= 0 }
+
+## lemma: where wa is clamped, so are the excess of wb + wc and two roundings
+up = 1 + @kRounding@;
+excess = up * (1 + @kRcpUlp@ * 0x1p-23) / (1 - @kRounding@) - 1;
+{ @kSizeOfDepths@ - ((up * up - 1) * (1 + excess) + excess) >= 0 }
+
+## lemma: surely_inside: fl(bound range) <= fl(depth_slack sum), so that this is at most D / 2
+e = @kRounding@;
+allowed = (1 + e) * (1 + e) * (1 + e) * @kDepthSlackOfDilation@;    # of D times the sum
+error = (1 - e) * (1 - e);                                          # of bound times range
+{ 2 * (1 - @kSpareOfBound@) * (allowed / error) <= 0.5 }
+
+## lemma: error as computed is beyond the bounds, the rounding of a.z included
+up = 1 + @kRounding@;
+down = 1 - @kRounding@;
+scale = (1 - @kRcpUlp@ * 0x1p-23) / (up * up);    # times the exact sum
+{ scale * (down * down * down * down * down) - (1 - @kSpareOfBound@) >= 0
+  /\ @kWeightRounding@ * (down * down * down * down) - @kRangeOfDepths@ >= 0
+  /\ @kMeanRounding@ * (down * down) - (@kSizeOfDepths@ + @kRounding@) >= 0 }
+
+## lemma: t is within kTravel of z / d.z
+rho = @kRcpUlp@ * 0x1p-23;
+{ |r| <= 1 /\ |e| <= @kRounding@ -> |((1 + r * rho) * (1 + e) - 1) / @kTravel@| <= 1 }

@@ -1,0 +1,40 @@
+# Finishers of packets that ask conservative questions instead of surely_inside and weighted_hit.
+#
+#   bounds       where they agree, bound as fast_edges computes it is no larger than theirs, and
+#                fl(zmax - zmin) < size, so that the rule takes its fast path with the same weights
+#   code         FastHits::project (cpu/rule_vectors-inl.h, margin 2^-18 on r), finish_hit
+#                (shaders/packet_winners.glsl, margin 2^-16 on bound)
+#   inputs       points of project_fast; accurate edge functions that are known to be alike
+#   operations   rule: r = fl(fl(c fl((m + m) + Z)) + f), bound = fl(r fl(m + fl(r + r))),
+#                c, f = kFastProjectionError, kFastProjectionFloor. FastHits: the same m; each sum
+#                and product rounded or fused. finish_hit: any order, at most 5 roundings of a term
+#                of m, 3 more of r, 1 more of m + 2 r, and 3 of the products, with range's
+#   by hand      All terms are positive, and results grow with operands. With a larger bound,
+#                "beyond bound" implies that of the rule; the functions then have the accurate ones'
+#                signs, which are alike. fl(bound max(range, 1)) grows with bound. sum, slack and
+#                range are the rule's own floats. nearest > 2^-20 farthest is false unless both are
+#                positive, because nearest <= farthest; the product is exact; then size = farthest.
+#                No weight is dropped: a function beyond bound is more than 2^-20 m^2, and the sum
+#                of all is less than m^2. The functions weigh in the operations of weighted_hit.
+
+## lemma: FastHits: roundings up of bound, roundings down of their bound, 2^-18 on r
+up = 1 + @kRounding@;
+down = 1 - @kRounding@;
+rule = up * up * up * (up * up * up * up) * up;
+ours = (1 + 0x1p-18) * (down * down * down) * (down * down * down * down) * down;
+{ ours - rule >= 0 }
+
+## lemma: the margin's constants are floats
+c = @kFastProjectionError@ * (1 + 0x1p-18);
+f = @kFastProjectionFloor@ * (1 + 0x1p-18);
+{ float<24,-149,ne>(c) - c in [0, 0] /\ float<24,-149,ne>(f) - f in [0, 0] }
+
+## lemma: nearest > 2^-20 farthest > 0: the range as rounded is less than the size
+{ (1 - 0x1p-20) * (1 + @kRounding@) <= 0x0.ffffffp0 }
+
+## lemma: finish_hit: likewise, with m of another order
+up = 1 + @kRounding@;
+down = 1 - @kRounding@;
+up7 = up * up * up * up * up * up * up;
+down10 = down * down * down * down * down * down * down * down * down * down;
+{ (1 + 0x1p-16) * (down10 * down10) - up7 * up7 * up >= 0 }

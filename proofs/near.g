@@ -1,0 +1,78 @@
+# Rays without a packet that are sorted out before the rule.
+#
+#   bounds       near_leaf: an edge function is within kNearEdgeError l (l + S), a plane's distance
+#                times |N| within kNearSideError S |e| |f|; boxes of near_rays and wide_node within 7/16
+#                of the dilation; rays_leaving: n.w and n.d within kLeavingError of their terms, (r +
+#                extent) m included; project_shared: vertices within those of project_fast;
+#                possible_lanes: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound)
+#   code         facing_of, sort_hit (shaders/near_leaf.glsl), set_ray, visit_node
+#                (shaders/near_rays.glsl), rays_leaving, project_shared (cpu/shared_leaf-inl.h),
+#                possible_lanes (cpu/wide_rule-inl.h), met_slots, rays_meeting (cpu/wide_node-inl.h)
+#   inputs       in units of u: s, w the largest |x| + |y| + |z| of a triangle's vertices and of origins
+#                about the centre, S = s + w, l = |e| + |f| <= 4 s; |d| < 2 on each axis
+#   used by      nothing
+#   by hand      near_leaf: b x c of 1-norm s l off by four roundings, times d by three more; org x d of
+#                oo-norm 2 w by three, times e and f by four; |c - b| <= l. Vertices are off by u s and
+#                displaced by kProjection times 2 l, an edge function by 4 times that times 2 l. A hit at
+#                t has N.(a - org) = t N.d + (N.(a - H) <= |e| |f| times what vertices are off) + t (N'
+#                - N).d, so where the side is wrong N.d, the sum of the three, is less than 4 l times
+#                what vertices are off. 2^47 for 1 / 0 moves a ray by 2^-46 E.
+#                The rule's hit lies at tau > -u r, since it rounds z: n.d of that is 2 u r m.
+#                possible_lanes: a hit has sum(E z) > 0 (depth.g); where weights are dropped, by 2^-58.
+#
+# step: kNearEdgeError 0.5
+# step: kNearSideError 0.5
+# step: kLeavingError 0.5
+# step: kBehindError 0.5
+# step: kBoxDilation 1/64
+# step: kRcpUlp 2
+
+## lemma: near_leaf: edge functions, by l S and l l
+e = @kRounding@;
+once = 1 + 64 * e;
+first = 2 * (2 + 1 + 1) + 2 * 3;              # by s: edges, b x c, product with d
+moment = 6 + 2 * 3 + 2 + 2;                   # by w: org and org x d, products, edges, difference
+one = moment + 2;                             # the larger of both, and the sum
+by_s = one + one + 2 * 2;                     # of two, and two subtractions
+by_l = 2 * (4 + 3) / 4 + 2 / 2;
+vertex_s = 4 * 2 * 2;                         # u s, seen off the ray twice, times 2 l
+vertex_l = 4 * 2 * 2 * @kProjection@ / e;
+{ moment - first >= 0
+  /\ @kNearEdgeError@ - (by_s + 2 * vertex_s) * e * once >= 0
+  /\ @kNearEdgeError@ - (by_l + 2 * vertex_l) * e * once - 0x1p-40 >= 0 }
+
+## lemma: near_leaf: the side: cross product, product with a point, difference; vertices, displacement
+e = @kRounding@;
+off = 4 + 3 + 1 + 1 + 1 + 2 * @kProjection@ / e * 4;
+{ @kNearSideError@ - off * e * (1 + 64 * e) >= 0 }
+
+## lemma: near_rays: planes and products by E; the reciprocals, tfar's and their product by 2.001 E
+e = @kRounding@;
+rcp = @kRcpUlp@ * 0x1p-23;
+slope = (1 + rcp) * (1 + rcp) * (1 + e) - 1;
+{ 0x7p-4 * @kBoxDilation@ - (2.001 * slope + (1 + 1.001 + 1.001 + 2.001) * e * 1.001 + 0x1p-46) >= 0 }
+
+## lemma: wide_node: org +- D, the reciprocal, both products, the difference: of 32 u
+e = @kRounding@;
+rcp = @kRcpUlp@ * 0x1p-23;
+{ 0x1p-6 * @kBoxDilation@ - (2.01 * rcp + (1.001 + 1.001 + 1.001 + 2.1) * e * 1.001) >= 0 }
+
+## lemma: rays_leaving: n by differences, product and difference; with w (or d), product and three sums
+n = (1 + a) * (1 + b) * (1 + c) * (1 + d) - 1;
+{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ /\ |d| <= @kRounding@
+  -> |n| <= 0x4.001p-24 }
+
+## lemma: kLeavingError by m_i |w_i| and m_i |d_i|; by r m what `project` and its z are off
+e = @kRounding@;
+{ @kLeavingError@ * (1 - 8 * e) - (4.001 + 1 + 4) * e >= 0
+  /\ @kLeavingError@ * (1 - 8 * e) - (2 * @kProjection@ + @kProjectionOfRange@ + 2 * e + 0x1p-44) >= 0 }
+
+## lemma: project_shared: both coordinates, reciprocal, slope and its product; the difference, `project`
+e = @kRounding@;
+slope = (1 + @kRcpUlp@ * 0x1p-23) * (1 + e) * (1 + e) - 1;
+{ 8 * e - (2 * e + slope + @kProjectionOfRange@) * (1 + 2 * e) >= 0
+  /\ 5 * e - (e + @kProjection@) * (1 + 2 * e) >= 0 }
+
+## lemma: possible_lanes: N by three roundings of each term; 4 bound of 3
+e = @kRounding@;
+{ @kBehindError@ * (1 - 8 * e) - (3.001 * e + 0x1p-58) >= 0 /\ 4 * (1 - 8 * e) - 3 * (1 + 4 * e) >= 0 }

@@ -1,0 +1,65 @@
+# Where triangles and boxes are seen in a packet's plane.
+#
+#   bounds       a ray of the packet that hits a triangle is taken for one within the rectangle of its
+#                projected vertices, out by kQuotientError of its ends and by kRectangleError
+#                (leaf_error / z_least + ray_error) + kRectangleRounding; rows of boxes hold those of
+#                their triangles' displaced vertices with kBoxError row_size size
+#   code         find_places (cpu/packet_setup-inl.h), PixelRange, to_grid (cpu/packet_blocks-inl.h),
+#                project_boxes, rectangle_of_box (cpu/packet_node-inl.h); concerned_groups
+#                (shaders/packet_leaf.glsl), set_planes, visit_node (shaders/packet.glsl)
+#   inputs       z_least > 2^-10 z_size + 16 leaf_error, so that all displaced z are positive and a ray
+#                is a mean of the x'_k / z'_k; vertices as in packet_vertices.g; |X| <= R = 33
+#   operations   x fl(1 / z), of 2.5 ulp on a device; low - kQuotientError |low| - margin; sums with
+#                places up to 64; six sums of a box's planes times rows
+#   used by      packet_edges.g, packet_volume.g (rays of the rectangle)
+#   by hand      Of a vertex with |x' / z'| > R, R z' in place of x' shows that it stays beyond. Its
+#                errors other than leaf_error are 2 u of x, in kQuotientError, and 2 u R z by X z. The
+#                rule displaces a vertex on two axes by kProjection times its way off the ray, at
+#                most twice its largest coordinate. A camera's middle of up to 15 s_x / s_z has room
+#                in kBoxError. side z is rounded in rectangle_of_box: u R z, less than R times
+#                what z's own error leaves.
+#
+# step: kRectangleError 0.85
+# step: kQuotientError 0.5
+# step: kDeviceQuotientError 0.5
+# step: kRectangleRounding 0.5
+# step: kBoxError 0.5
+# step: kNearestByDepth 0.99999
+
+## lemma: x^ / z^ - X' = (X' e_z - e_x) / z^ where x^ + e_x = X' (z^ + e_z)
+{ (X * (z + ez) - ex) - X * z - (X * ez - ex) in [0, 0] }
+(X * (z + ez) - ex) - X * z - (X * ez - ex) -> 0;
+
+## lemma: the quotient, x itself, and two sums with the end
+c = (1 + x) * (1 + d) * (1 + m) * (1 + s) * (1 + t) - 1;
+{ |x| <= @kVertexOfPlace@ /\ |m| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
+  /\ |d| <= @kRounding@ -> |c / @kQuotientError@| <= 1 }
+
+## lemma: on a device
+c = (1 + x) * (1 + d) * (1 + m) * (1 + s) * (1 + t) - 1;
+{ |x| <= @kVertexOfPlace@ /\ |m| <= @kRounding@ /\ |s| <= @kRounding@ /\ |t| <= @kRounding@
+  /\ |d| <= 0x5p-24 -> |c / @kDeviceQuotientError@| <= 1 }
+
+## lemma: kRectangleError: 1 / z and the margin itself (of 2.5 ulp); kRectangleRounding: X z, the place
+# of a pixel added, and the margin's sum
+e = @kRounding@;
+{ @kRectangleError@ * (1 - 16 * e) - 1 >= 0
+  /\ @kRectangleRounding@ * (1 - 16 * e) - (33 * @kVertexOfPlace@ + 64 * e + 33 * e) >= 0 }
+
+## lemma: boxes: difference, row, product, two sums and that with the error; displacement
+e = @kRounding@;
+five = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
+off = five + 2 * @kProjection@ + @kProjectionOfRange@ + 0x1p-62;
+{ @kBoxError@ * (1 - 4 * e) - off >= 0 }
+
+## lemma: on a device: difference; row (1.5 u), its product and difference; product, three sums; the
+# difference to the error
+e = @kRounding@;
+nine = (1 + e) * (1 + 1.5 * e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
+off = nine + 2 * @kProjection@ + @kProjectionOfRange@ + 0x1p-62;
+{ @kBoxError@ * (1 - 4 * e) - off >= 0 }
+
+## lemma: quotients of boxes: 1.00001 and 0.99999, division and two products
+e = @kRounding@;
+{ @kNearestByDepth@ * (1 - e) * (1 - e) * (1 - e) - 1 >= 0
+  /\ 1 - 0.99999 * (1 + e) * (1 + e) * (1 + e) >= 0 }

@@ -1,0 +1,78 @@
+# The vertices of a packet against those that the rule displaces.
+#
+#   bounds       |x - X z| and |y - Y z| of a vertex, taken together, are off by at most
+#                error = kLateralError size + kShearError R z_size
+#                      + row_sizes (kExtentError extent + kDistanceError distance + kGridError),
+#                z by kDepthError z_size + s_z (the same bracket)
+#   code         project_vertices, find_laterals (cpu/packet_vertices-inl.h, cpu/packet_setup-inl.h);
+#                project_vertices, accurate_dot, see_triangle (shaders/packet_leaf.glsl, packet.glsl)
+#   inputs       rows M, taken for exact; s_x, s_y, s_z the sums of their magnitudes; extent the
+#                largest coordinate of a vertex less the leaf's first one; distance the largest of the
+#                first one; |X|, |Y|, the middle's too, at most R; a ray through the triangle, or
+#                through that of the displaced vertices
+#   operations   d = fl(v - v0); E = sum of fl(row) d, fused or not; H from double, or from
+#                accurate_dot on a device; x = fl(E + fl(H)); x - middle z, fused or not
+#   used by      packet_edges.g, packet_volume.g, packet_depth.g, packet_rectangles.g
+#   by hand      Of the three rows in E one has five factors. A device's row leaves out rho u of
+#                itself: 1.5 for sheared_axis; for move_row 1 + middle s_z / s_x, for which there is
+#                room up to 6.5. A vertex is the mean of its edges to the others, up to 2 extent on
+#                an axis, so it is at most 4 extent off the ray along an axis of space, and the rule
+#                displaces it on two axes by kProjection times that (project.g). |x| is at most |x -
+#                middle z| + R |z|. Second orders of the errors themselves are left to the spare parts.
+#
+# step: kExtentError 0.75
+# step: kDistanceError 0.5
+# step: kGridError 0.49 (kProjectionSnap is doubled itself)
+# step: kLateralError 0.5
+# step: kShearError 0.5
+# step: kDepthError 0.5
+
+## lemma: x by edges and the first vertex: what is relative to x, and what to the edges
+# dE: error of the edges' sum, q: that of the first vertex, f: of the last sum
+{ (E + dE + H * (1 + q)) * (1 + f) - (E + H)
+  - ((E + H) * (f + q * (1 + f)) + (dE - q * E) * (1 + f)) in [0, 0] }
+(E + dE + H * (1 + q)) * (1 + f) - (E + H)
+  - ((E + H) * (f + q * (1 + f)) + (dE - q * E) * (1 + f)) -> 0;
+
+## lemma: their sizes: difference, row (1.5 on a device), product, two sums; the extent is rounded too
+c = (1 + d) * (1 + r) * (1 + p) * (1 + s) * (1 + t) - 1;
+{ |d| <= @kRounding@ /\ |r| <= 0x1.8p-24 /\ |p| <= @kRounding@ /\ |s| <= @kRounding@
+  /\ |t| <= @kRounding@ /\ |q| <= 0x1.0001p-24 /\ |f| <= @kRounding@ /\ |g| <= 0x1p-23
+  -> |f + q * (1 + f)| <= @kVertexOfPlace@
+  /\ |(c - q) * (1 + f) * (1 + g)| <= @kVertexOfEdges@ }
+
+## lemma: with the displacement by four extents
+e = @kRounding@;
+off = @kVertexOfEdges@ + 4 * @kProjection@ * (1 + 0x1p-20) + @kProjectionOfRange@;
+{ @kVertexOfExtent@ - off >= 0 /\ @kExtentError@ * (1 - 16 * e) - @kVertexOfExtent@ >= 0 }
+
+## lemma: the first vertex from double: difference, row times it, sums; and the displacement
+e = 0x1p-53;
+double = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
+{ @kVertexOfRange@ - (double + @kProjectionOfRange@ * (1 + 0x1p-20)) >= 0 }
+
+## lemma: the first vertex from accurate_dot, and the displacement, relative to a row times distance
+# In turn the sums of errors: of two and three products, with those of two sums, of the row (1.5 u)
+# and of the point; each of the six is rounded. Then what both dot3 round, and move_row twice.
+u = @kRounding@;
+once = 1 + 4 * u;
+six = (u + u + 2 * u + 3 * u + 4.5 * u + 5.5 * u) * once;
+others = (3 * 1.5 * u + 3 * u + 2.5 * u) * once;
+{ @kVertexOfRange@ - (u * (six + others) + @kProjectionOfRange@ * (1 + 0x1p-20)) >= 0 }
+
+## lemma: kDistanceError, and kGridError
+e = @kRounding@;
+{ @kDistanceError@ * (1 - 16 * e) - @kVertexOfRange@ >= 0
+  /\ @kGridError@ * (1 - 16 * e) - @kProjectionSnap@ >= 0 }
+
+## lemma: the middle of the triangle's part, fused (p = 0) or not
+{ (x - m * z * (1 + p)) * (1 + f) - (x - m * z) - ((x - m * z) * f - m * z * p * (1 + f)) in [0, 0] }
+(x - m * z * (1 + p)) * (1 + f) - (x - m * z) - ((x - m * z) * f - m * z * p * (1 + f)) -> 0;
+
+## lemma: kLateralError: x itself, moving it, and what `size` rounds; kShearError: x, X z and moving
+# x, for both coordinates; kDepthError
+e = @kRounding@;
+moving = e * (1 + 4 * e);
+{ @kLateralError@ * (1 - 16 * e) - (@kVertexOfPlace@ + moving) >= 0
+  /\ @kShearError@ * (1 - 16 * e) - 2 * (@kVertexOfPlace@ + @kVertexOfPlace@ + moving) >= 0
+  /\ @kDepthError@ * (1 - 16 * e) - @kVertexOfPlace@ >= 0 }
