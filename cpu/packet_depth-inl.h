@@ -112,10 +112,9 @@ private:
     /// largest, S the sum of the edge functions, B = r (m + 2 r) the bound of fast_edges. The rest
     /// puts these into the packet's terms. Let D be the ray's direction at z = 1, L its largest
     /// component, and s the factor of the canonical direction, so that 1 <= s L < 2. A vertex lies
-    /// off the ray by w = (x
-    /// - X z) axis_x + (y - Y z) axis_y. The rule's x and y are s (w.x D.z - D.x w.z) and likewise,
-    /// that is s L times what w measures in its plane, at most `across` times what `lateral` sums
-    /// up. So with M = across * lateral
+    /// off the ray by w = (x - X z) axis_x + (y - Y z) axis_y. The rule's x is s (w.x D.z - D.x
+    /// w.z), y alike, that is s L times what w measures in its plane, at most `across` times what
+    /// `lateral` sums up. So with M = across * lateral
     ///     m <= s L M,   r <= 17/16 2^-21 (2 m + Z) + 2^-49 <= s L r1,
     ///     r1 = 17/16 2^-21 (2 M + Z) + 2^-49.
     /// The edge functions are those of the packet under a linear map of determinant s^2 L volume,
@@ -123,14 +122,14 @@ private:
     /// the rule's, the error is at most
     ///     2 r (m + 2 r) R / (s^2 L^2 volume q / scale) + (kWeightRounding R + kMeanRounding Z) / L
     ///     <= 2 r1 (M + 2 r1) R scale / volume / q + (kWeightRounding R + kMeanRounding Z) / L.
-    /// kRuleDepthError has kMeanRounding and 6 u for what the packet rounds z itself.
-    /// Half as much again is left for `scale`, which of triangles that fit is 12 / 64 off by the
-    /// vertices and 3 / 32 by its rounding (48 * 2^-24 size^2 z_size at most, where 64 * 2^-21
-    /// size^2 z_size is less than det), for other rounding, and because the rule's S is the sum of
-    /// plain functions: where B <= S / 64 that is 3 / 64 away. Other triangles are not narrowed,
-    /// nor errors of more than a sixteenth of z: then a sure hit is one beyond the rule's least
-    /// depth. B / S is at most r1 (M + 2 r1) scale / volume times L / q, the depth of the hit. Then
-    /// there are the packet's own errors of the vertices' z that grow with `extent`.
+    /// kRuleDepthError has kMeanRounding, the rounding of t, and 6 u for what the packet rounds z
+    /// itself. Half as much again is left for `scale`, which of triangles that fit is a quarter of
+    /// itself off at most (kKnownVolume), for other rounding, and because the rule's S is the sum
+    /// of plain functions: where B <= S / 64 that is 3 / 64 away (proofs/packet_depth.g). Other
+    /// triangles are not narrowed, nor errors of more than a sixteenth of z: then a sure hit is one
+    /// beyond the rule's least depth. B / S is at most r1 (M + 2 r1) scale / volume times L / q,
+    /// the depth of the hit. Then there are the packet's own errors of the vertices' z that grow
+    /// with `extent`.
     HWY_INLINE void narrow(RuleDepth& rule, const ProjectedTriangles& t, Mask fit) const {
         const RuleDepths depths = rule_depths(t);
         const VF m = hn::Mul(splat(frame_.across), lateral_sum(t));

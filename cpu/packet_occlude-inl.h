@@ -191,9 +191,9 @@ private:
     }
 
     /// The blocks of a group but for those that have all of their bounds outside of an edge of a
-    /// triangle. The bounds are dilated by twice ray_error, and most_c and 3/4 leave a whole bound
-    /// on top of the plain test: half of it covers four partial sums and what is lost in a block's
-    /// middle and half extent (proofs/packet_any.g).
+    /// triangle. The bounds are dilated by twice ray_error, and most_c and kBlockBound leave three
+    /// quarters of a bound on top of the plain test, which cover four partial sums and what is lost
+    /// in a block's middle and half extent (proofs/packet_any.g).
     HWY_INLINE std::uint32_t blocks_through(std::uint32_t i, std::uint32_t group) const {
         const Floats f;
         const VF half = splat(0.5f);
@@ -237,13 +237,13 @@ private:
 
     /// Whether all rays of a block certainly lose against a triangle, by constants that are found
     /// once a leaf: less than a Position takes, and few pairs that lose are missed. Of the edges,
-    /// most_c is c + 1.25 bound. The plain test is least < -bound; the rounding of most_c, and
-    /// what it adds to those of the sums, is less than bound / 4 (proofs/packet_any.g). A ray
+    /// most_c is c + kLosingBound bound. The plain test is least < -bound; the rounding of most_c,
+    /// and what it adds to those of the sums, is less than the rest (proofs/packet_any.g). A ray
     /// outside the rectangle, of which the bounds say nothing, loses anyway. Of the depth, most_q
     /// is depth_c plus the error c0 + q (c1 + q c2) at q = setup.q: the rule hits nothing nearer
     /// than that, and the error grows with q, so 1/z of a hit is at most a x + b y + most_q. Added
-    /// are 2^-18 of the error for its own roundings and 2^-16 of the gradient for that of the sum:
-    /// depth_c is at most 1/z in the middle and frame.reach times the gradient.
+    /// are 2^-18 of the error for its own roundings and kLosingGradient of the gradient for that of
+    /// the sum: depth_c is at most 1/z in the middle and frame.reach times the gradient.
     HWY_INLINE bool certainly_loses(const LosingPlanes& p, std::uint32_t block) const {
         const Floats f;
         Mask all_lose = hn::Eq(hn::Zero(f), hn::Zero(f));

@@ -57,7 +57,8 @@ struct PacketFrame {
     vec2 ray_error;
     /// How much nearer than exact the rule may place a hit, in z.
     float depth_error;
-    /// Roundings of an edge function over the packet, relative to the size of its coefficients.
+    /// Roundings of an edge function over the packet, relative to the size of its coefficients:
+    /// kCameraRounding or kShadowRounding (proofs/packet_edges.g).
     float rounding;
 };
 

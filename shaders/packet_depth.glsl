@@ -68,9 +68,9 @@ struct RuleDepth {
 };
 
 /// The rule's z, on its own axis, is off by at most (2 B / S + kWeightRounding) R + kMeanRounding Z
-/// (docs/design/arithmetic.md, "Depth"). R and Z are the range and the largest size of the vertices' z, B =
-/// r (m + 2 r) the bound of fast_edges, S the sum of the edge functions: S = |dir.z dir.N|, N the
-/// cross product of two edges. Where the ray meets the plane z dir.N = dir.z a.N, and a.N is the
+/// (docs/design/arithmetic.md, "Depth"). R and Z are the range and the largest size of the vertices'
+/// z, B = r (m + 2 r) the bound of fast_edges, S the sum of the edge functions: S = |dir.z dir.N|, N
+/// the cross product of two edges. Where the ray meets the plane z dir.N = dir.z a.N, and a.N is the
 /// packet's n.p / volume. So with m = |dir.z| m' the error, relative to z, is at most
 ///     2 r (m' + 2 r) R volume scale + (kWeightRounding R + kMeanRounding Z) / z,
 ///     r = kFastProjectionError (4 m' + Z) + floor.

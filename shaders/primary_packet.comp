@@ -90,8 +90,9 @@ vec2 find_ray_error(vec3 row_x, vec3 row_y, vec2 middle) {
     vec3 size = abs(before + middle.y * camera.dv) + 8.0f * (du + dv);
     vec3 sums = abs(before) + 8.0f * du + size;
     vec3 products = (middle.x + 8.0f) * du + (middle.y + 8.0f) * dv;
-    // 1.03 * 2^-24 each; 2^-44.
-    vec3 error = kDirectionRounding * (products + sums + 9.5367431640625e-07f * largest_component(size));
+    // The grid: 2^-44.
+    vec3 error = kDirectionRounding *
+                 (products + sums + 9.5367431640625e-07f * largest_component(size));
     vec3 given = kDirectionRounding * size;
     vec3 along = abs(frame.row_z);
     float e2 = dot(along, error + given);
@@ -127,9 +128,6 @@ void set_frame() {
     frame.lower = -extent;
     frame.upper = extent;
     frame.depth_error = box_dilation(frame.org) * max(frame.row_size.z, 1.0f);
-    // 2^-14: coefficients up to 2 s Z with 3 roundings each, times distances up to 16, at the ray
-    // and at the point where the edge functions are taken (192 * 2^-24); products of them and sums
-    // (96 and 128); two steps from vector to vector (128).
     frame.rounding = kCameraRounding;
 }
 

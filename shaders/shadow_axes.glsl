@@ -11,11 +11,10 @@ vec2 sheared_point(vec3 d, vec2 shear, float rz) {
 }
 
 /// How far such points, and dot products of them with plane_axes, may be off in x or y, given the
-/// largest of their coordinates. Directions have components below 2, shears up to 1, z is 1/2 or
+/// largest of their coordinates (proofs/packet_rays.g). Directions have components below 2, shears up to 1, z is 1/2 or
 /// more: a product is off by 2^-24, a point by 2^-23 for that, and by 2^-21 of itself for the
 /// difference, the division (2.5 ulp) and what follows. Axes have a length of 1, which makes that
-/// sqrt(2) times as much of both coordinates; two products and a sum add 2^-22 of them. In all
-/// less than 2^-22 and 2^-19.
+/// sqrt(2) times as much of both coordinates; two products and a sum add 2^-22 of them.
 float point_error(float most) { return kPointError + kPointErrorOfPlace * most; }
 
 /// Sums over the rays of a packet: of their points in the plane, of their pixels, and of the points

@@ -80,7 +80,6 @@ void set_frame(bool is_last) {
         q_end[k] = is_traced ? q : kDone;
         add_point(sums, k, at, is_traced);
     }
-    // 2^-18.
     end_error = kEndError * cluster_max(most_q);
     waiting &= ~(traced | left_out);
     mat2 axes = plane_axes(sums);
@@ -151,7 +150,6 @@ void set_frame(bool is_last) {
     set_planes(rotate_axes(vec3(1.0f, 0.0f, -shear.x), back),
                rotate_axes(vec3(0.0f, 1.0f, -shear.y), back), box_low, box_high,
                vec2(6.0f) + abs(shear));
-    // 2^-13: as in `primary_packet`, with distances up to 64.
     frame.rounding = kShadowRounding;
 }
 
