@@ -23,7 +23,7 @@ Candidate judge(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab, 
     result.may_hit = may_hit_triangle(sheared, a, b, c);
     result.inside = may_be_inside(edges);
     result.has_area = has_area(a, b, c);
-    result.in_range = hit.t > 0 && hit.t >= ray.tnear && hit.t <= ray.tfar;
+    result.in_range = is_in_range(hit.t, ray.tnear, ray.tfar);
     result.finite = finite_vertices(a, b, c);
     const vec3 lower(lesser(a.x, lesser(b.x, c.x)), lesser(a.y, lesser(b.y, c.y)),
                      lesser(a.z, lesser(b.z, c.z)));

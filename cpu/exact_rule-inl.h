@@ -230,7 +230,7 @@ HWY_INLINE Mask exact_hits(const RuleRays& rays, const RuleEdges& e, VF za, VF z
     return hn::And(certain, hn::And(any, may_be_inside_lanes(e)));
 }
 
-/// Whether the rays reach as far as t, and no farther.
+/// is_in_range.
 HWY_INLINE Mask in_range(VF t, VF tnear, VF tfar) {
     return hn::And(hn::Gt(t, hn::Zero(Floats())), hn::And(hn::Ge(t, tnear), hn::Le(t, tfar)));
 }

@@ -5,9 +5,11 @@
 // A file is comments (the table of inputs, operations and bound) and lemmas, each opened by a line
 // "## lemma: what it says". @kName@ stands for a constant of proofs/constants.h.
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -107,14 +109,16 @@ int run(const std::vector<std::string>& arguments) {
         if (value == values.end()) throw std::runtime_error("no constant named " + arguments[2]);
         value->second *= factor_of(arguments[3]);
     }
-    char scratch[] = "/tmp/proof_XXXXXX";
-    const int file = ::mkstemp(scratch);
-    if (file < 0) throw std::runtime_error("cannot make a file in /tmp");
+    const std::filesystem::path folder = std::filesystem::temp_directory_path();
+    std::string scratch = folder / "proof_XXXXXX";
+    const int file = ::mkstemp(scratch.data());
+    if (file < 0) throw std::runtime_error("cannot make a file in " + folder.string());
+    ::close(file);
     std::size_t proved = 0;
     const std::vector<Lemma> lemmas = read_lemmas(arguments[1], values);
     for (const Lemma& lemma : lemmas)
         proved += ask(arguments[0], lemma, scratch) == Verdict::proved;
-    std::remove(scratch);
+    std::remove(scratch.c_str());
     std::cout << proved << " of " << lemmas.size() << " lemmas proved\n";
     return (proved == lemmas.size()) == is_changed ? 1 : 0;
 }

@@ -2,7 +2,7 @@
 #
 #   bounds       |1/z of the rule - q| <= c0 + q (c1 + q c2), q = n.(X, Y, 1) / det as computed
 #   code         store_depth (cpu/packet_setup-inl.h), narrow (cpu/packet_depth-inl.h), nearest_q
-#                (cpu/packet_blocks-inl.h); set_up_depth (shaders/packet_leaf.glsl), rule_depth
+#                (cpu/packet_blocks-inl.h); set_up_depth (shaders/packet_setup.glsl), rule_depth
 #                (shaders/packet_depth.glsl), nearest_q (shaders/packet.glsl)
 #   constants    kSteepError, kPlaneError (of c1, by gradient), kGradientRounding (c0, by gradient),
 #                kReciprocalRounding (c1), kRuleDepthFactor, kRuleExtentError, kNarrowDepth (by_q,

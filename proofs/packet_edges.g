@@ -7,7 +7,7 @@
 #                z_size + kEdgeRounding size) + ray_error slope, met_groups included
 #   code         find_planes, store_edges (cpu/packet_setup-inl.h), Planes, Position
 #                (cpu/packet_pairs-inl.h), BlockPlanes, WindowPlanes, RowPlanes (cpu/packet_grid-inl.h);
-#                set_up_triangle, met_groups (shaders/packet_leaf.glsl), trace_triangle
+#                set_up_triangle, met_groups (shaders/packet_setup.glsl), trace_triangle
 #                (shaders/primary_packet.comp, shadow_packet.comp)
 #   constants    kEdgeRounding, kShearRounding; frame.rounding is kCameraRounding, kShadowRounding
 #   inputs       vertices as the ray in the middle m sees them, |x| + |y| <= size, |z| <= z_size; a ray

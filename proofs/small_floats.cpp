@@ -51,8 +51,9 @@ bool product_errors_are_exact() {
     return report("product_error", kDigits, all.size() * all.size(), wrong);
 }
 
-template <int kDigits>
-bool difference_errors_are_exact() {
+/// Calls is_wrong(a, b) for all pairs up to 2^(digits + 4) apart, of either sign.
+template <int kDigits, class IsWrong>
+bool holds_for_pairs(const char* what, IsWrong is_wrong) {
     const auto all = mantissas<kDigits>();
     std::size_t wrong = 0;
     std::size_t cases = 0;
@@ -60,15 +61,22 @@ bool difference_errors_are_exact() {
         for (const double scale : {std::ldexp(1.0, k), -std::ldexp(1.0, k)}) {
             for (const auto a : all) {
                 for (const auto b : all) {
-                    const SmallFloat<kDigits> c(b.value * scale);
-                    const auto d = a - c;
-                    wrong += difference_error(a, c, d).value != a.value - c.value - d.value;
+                    wrong += is_wrong(a, SmallFloat<kDigits>(b.value * scale));
                     ++cases;
                 }
             }
         }
     }
-    return report("difference_error", kDigits, cases, wrong);
+    return report(what, kDigits, cases, wrong);
+}
+
+template <int kDigits>
+bool difference_errors_are_exact() {
+    using Float = SmallFloat<kDigits>;
+    return holds_for_pairs<kDigits>("difference_error", [](Float a, Float b) {
+        const Float d = a - b;
+        return difference_error(a, b, d).value != a.value - b.value - d.value;
+    });
 }
 
 struct Search {
@@ -115,25 +123,14 @@ bool products_have_signs(int apart) {
 /// The comparison of weighted_hit.
 template <int kDigits>
 bool small_ranges_are_beyond_zero() {
-    const auto all = mantissas<kDigits>();
-    std::size_t wrong = 0;
-    std::size_t cases = 0;
-    for (int k = -kDigits - 4; k <= kDigits + 4; ++k) {
-        for (const double scale : {std::ldexp(1.0, k), -std::ldexp(1.0, k)}) {
-            for (const auto a : all) {
-                for (const auto b : all) {
-                    const double nearest = std::fmin(a.value, b.value * scale);
-                    const double farthest = std::fmax(a.value, b.value * scale);
-                    const double range =
-                        (SmallFloat<kDigits>(farthest) - SmallFloat<kDigits>(nearest)).value;
-                    const double size = std::fmax(std::fabs(nearest), std::fabs(farthest));
-                    wrong += range < size && !(nearest > 0 || farthest < 0);
-                    ++cases;
-                }
-            }
-        }
-    }
-    return report("range < size", kDigits, cases, wrong);
+    using Float = SmallFloat<kDigits>;
+    return holds_for_pairs<kDigits>("range < size", [](Float a, Float b) {
+        const double nearest = std::fmin(a.value, b.value);
+        const double farthest = std::fmax(a.value, b.value);
+        const double range = (Float(farthest) - Float(nearest)).value;
+        const double size = std::fmax(std::fabs(nearest), std::fabs(farthest));
+        return range < size && !(nearest > 0 || farthest < 0);
+    });
 }
 
 bool all_hold() {

@@ -4,6 +4,7 @@
 #define SHADERS_PACKET_TRAVERSAL_GLSL
 
 #include "shaders/packet_doubts.glsl"
+#include "shaders/packet_setup.glsl"
 
 const uint kAllTriangles = 0xFFFFu;
 

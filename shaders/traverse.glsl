@@ -193,7 +193,7 @@ bool plain_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out Triangle
     vec3 pb = project_fast(sheared, b);
     vec3 pc = project_fast(sheared, c);
     weighted_hit(sheared, fast_edges(pa, pb, pc), pa.z, pb.z, pc.z, hit);
-    return hit.t > 0.0f && hit.t >= ray.tnear && hit.t <= ray.tfar && finite_vertices(a, b, c);
+    return is_in_range(hit.t, ray.tnear, ray.tfar) && finite_vertices(a, b, c);
 }
 
 /// Takes the triangles that the ray surely goes through, and notes those that it may go through.

@@ -276,6 +276,11 @@ SHARED bool may_hit_triangle(ShearedRay s, vec3 a, vec3 b, vec3 c) {
     return may_be_inside(fast_edges(project_fast(s, a), project_fast(s, b), project_fast(s, c)));
 }
 
+/// Whether a hit at t counts for a ray from tnear to tfar.
+SHARED bool is_in_range(float t, float tnear, float tfar) {
+    return t > 0.0f && t >= tnear && t <= tfar;
+}
+
 /// Whether the ray hits the triangle a, b, c (scene space), and where. Triangles with a vertex that
 /// is not finite are never hit; those without area only where their projected vertices are not
 /// collinear. An origin in the plane of a triangle, up to the error of z, does not hit it, nor does
@@ -294,7 +299,7 @@ SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, ve
         is_hit =
             may_be_inside(e) && is_certain && greater(abs(e.u), greater(abs(e.v), abs(e.w))) > 0.0f;
     }
-    return is_hit && hit.t > 0.0f && hit.t >= tnear && hit.t <= tfar && finite_vertices(a, b, c);
+    return is_hit && is_in_range(hit.t, tnear, tfar) && finite_vertices(a, b, c);
 }
 
 /// Whether a hit beats the best so far: nearer, or as near with a smaller id. Before the first hit

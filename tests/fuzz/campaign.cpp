@@ -3,24 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 
 #include "app/interrupt.h"
 #include "cpu/cpu_backend.h"
 
 namespace morphray::fuzz {
-namespace {
-
-constexpr double kProgressSeconds = 5;
-
-double now() {
-    using std::chrono::steady_clock;
-    return std::chrono::duration<double>(steady_clock::now().time_since_epoch()).count();
-}
-
-}  // namespace
-
 std::string summary(const Tally& tally, double seconds) {
     return fmt::format(
         "{} cases ({} without a picture), {} images ({} near a plane), {} rays, {:.1f} s ({:.0f} "
@@ -30,14 +18,13 @@ std::string summary(const Tally& tally, double seconds) {
         tally.failed_images);
 }
 
-LaneProgress::LaneProgress(const Lane& lane)
-    : name_(lane.name()), next_(now() + kProgressSeconds), begin_(now()) {}
+LaneProgress::LaneProgress(const Lane& lane) : name_(lane.name()) {}
 
-double LaneProgress::seconds() const { return now() - begin_; }
+double LaneProgress::seconds() const { return watch_.ms() / 1000; }
 
 void LaneProgress::update(const Tally& tally) {
-    if (now() < next_) return;
-    next_ = now() + kProgressSeconds;
+    if (seconds() < next_) return;
+    next_ = seconds() + kSeconds;
     std::fprintf(stderr, "fuzz: %s: %s\n", name_.c_str(), summary(tally, seconds()).c_str());
 }
 

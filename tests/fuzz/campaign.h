@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "common/stopwatch.h"
 #include "tests/fuzz/failure_desk.h"
 #include "tests/fuzz/generator.h"
 #include "tests/fuzz/lanes.h"
@@ -38,9 +39,11 @@ public:
     double seconds() const;
 
 private:
+    static constexpr double kSeconds = 5;
+
     std::string name_;
-    double next_ = 0;
-    double begin_ = 0;
+    Stopwatch watch_;
+    double next_ = kSeconds;
 };
 
 }  // namespace morphray::fuzz

@@ -1,7 +1,6 @@
 #include "tests/fuzz/lanes.h"
 
 #include <fmt/format.h>
-#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,6 +10,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "app/chart/guarded_run.h"
 #include "common/error.h"
 
 namespace morphray::fuzz {
@@ -24,24 +24,6 @@ struct Shared {
     std::array<LaneState, kMostLanes> lanes = {};
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free);  // or it could not be shared
-
-class SharedMemory {
-public:
-    SharedMemory()
-        : memory_(mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS,
-                       -1, 0)) {
-        if (memory_ == MAP_FAILED) throw Error(ExitCode::kLimit, "no memory to share");
-        shared_ = new (memory_) Shared;
-    }
-    ~SharedMemory() { munmap(memory_, sizeof(Shared)); }
-    SharedMemory(const SharedMemory&) = delete;
-    SharedMemory& operator=(const SharedMemory&) = delete;
-    Shared& operator*() { return *shared_; }
-
-private:
-    void* memory_;
-    Shared* shared_ = nullptr;
-};
 
 [[noreturn]] void work_in_child(const Lane& lane, Shared& shared, const LaneWork& work) {
     if (lane.width != 0) setenv("LP_NATIVE_VECTOR_WIDTH", std::to_string(lane.width).c_str(), 1);
@@ -60,7 +42,7 @@ private:
         complain(error.what());
     }
     std::fflush(nullptr);
-    // Without destructors: they would wait for threads and drivers of no use to anyone.
+    // Without destructors, which would wait for threads and drivers.
     _exit(code);
 }
 
@@ -85,8 +67,8 @@ std::vector<Lane> make_lanes(bool vulkan, std::uint32_t jobs) {
 }
 
 LanesResult run_lanes(const std::vector<Lane>& lanes, const LaneWork& work) {
-    SharedMemory memory;
-    Shared& shared = *memory;
+    const app::SharedMemory memory(sizeof(Shared));
+    Shared& shared = *new (memory.as<Shared>(1).data()) Shared;
     std::fflush(nullptr);
     std::vector<pid_t> children;
     for (const Lane& lane : lanes) {
