@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/memory_budget.h"
-#include "common/error.h"
+#include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 
 namespace morphray::app {
@@ -16,14 +16,14 @@ std::unique_ptr<Backend> make_vulkan([[maybe_unused]] const BackendOptions& opti
     require_driver_memory();
     return gpu::make_vulkan_backend({.device = options.device, .validate = options.validate});
 #else
-    throw Error(ExitCode::kUnavailable,
+    throw Error(ErrorKind::kUnavailable,
                 "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
 #endif
 }
 
 /// What leaves us without Vulkan, where that is no fault of ours.
 bool is_lack_of_vulkan(const Error& error) {
-    return error.code() == ExitCode::kUnavailable || error.code() == ExitCode::kLimit;
+    return error.kind() == ErrorKind::kUnavailable || error.kind() == ErrorKind::kLimit;
 }
 
 /// Whether options of Vulkan rule the CPU out.
@@ -74,7 +74,7 @@ std::vector<gpu::DeviceInfo> vulkan_devices() {
 #ifdef MORPHRAY_HAS_VULKAN
     return gpu::list_devices();
 #else
-    throw Error(ExitCode::kUnavailable, "Vulkan: not built in; build with -DMORPHRAY_VULKAN=ON");
+    throw Error(ErrorKind::kUnavailable, "Vulkan: not built in; build with -DMORPHRAY_VULKAN=ON");
 #endif
 }
 
@@ -94,6 +94,30 @@ std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions
     }
     std::unique_ptr<Backend> vulkan = try_vulkan(options, messages);
     return vulkan != nullptr ? std::move(vulkan) : cpu::make_cpu_backend(cpu_config);
+}
+
+SessionConfig session_config(const Options& options) {
+    return {.update = options.tree.update,
+            .update_config = options.tree.update_config,
+            .split = options.tree.split,
+            .threads = options.backend.threads,
+            .build_at = options.tree.build_at};
+}
+
+Session open_session(const Options& options, SceneFrames& frames, double first_frame,
+                     const Messages& messages) {
+    std::unique_ptr<Backend> tracer = make_backend(options.backend, messages);
+    std::unique_ptr<Backend> refitter;
+    const bool traces_on_vulkan = tracer->name() == "vulkan";
+    if (options.tree.refit_on == RefitOn::kVulkan && !traces_on_vulkan) {
+        refitter = make_backend(BackendChoice::kVulkan, options.backend, messages);
+    }
+    if (options.tree.refit_on == RefitOn::kCpu && traces_on_vulkan) {
+        refitter = make_backend(BackendChoice::kCpu, options.backend, messages);
+    }
+    messages.note("tracing on " + tracer->name() + ": " + tracer->description());
+    return Session(frames, session_config(options), first_frame, std::move(tracer),
+                   std::move(refitter));
 }
 
 std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages) {

@@ -4,9 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include "app/messages.h"
-#include "app/options.h"
+#include "app/cli/options.h"
+#include "app/terminal/messages.h"
 #include "common/backend.h"
+#include "common/update/session.h"
 #include "gpu/vulkan_backend.h"
 
 namespace morphray::app {
@@ -24,6 +25,13 @@ std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messa
 /// Likewise for a backend other than the one asked for.
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages);
+
+/// How the options say that the tree is built and kept up to date.
+SessionConfig session_config(const Options& options);
+
+/// The session that the options ask for: makes the backends and builds at the first frame.
+Session open_session(const Options& options, SceneFrames& frames, double first_frame,
+                     const Messages& messages);
 
 /// CPU and Vulkan unless one is asked for; without Vulkan the CPU alone is still worth a table.
 std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages);

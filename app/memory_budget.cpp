@@ -10,8 +10,8 @@
 #include <optional>
 #include <sstream>
 
-#include "common/error.h"
-#include "common/interop/layout.h"
+#include "common/base/errors.h"
+#include "common/interop/bvh_layout.h"
 
 namespace morphray::app {
 namespace {
@@ -152,7 +152,7 @@ void require_driver_memory() {
     apply_process_limit(limit, RLIMIT_AS, kStatmSize, "the address space limit (ulimit -v)");
     if (limit.available_bytes >= kDriverAddressBytes) return;
     throw Error(
-        ExitCode::kLimit,
+        ErrorKind::kLimit,
         fmt::format("a Vulkan driver needs about {} of addresses, but {} leaves {}; raise "
                     "the limit or use --backend cpu",
                     in_mib(kDriverAddressBytes), limit.source, in_mib(limit.available_bytes)));
@@ -164,7 +164,7 @@ void require_memory(const Workload& workload) {
 
 void require_memory(std::uint64_t bytes, const MemoryLimit& limit) {
     if (bytes <= limit.available_bytes) return;
-    throw Error(ExitCode::kLimit,
+    throw Error(ErrorKind::kLimit,
                 fmt::format("this needs about {} of memory, but {} leaves {}; choose a smaller "
                             "scene, a smaller picture or fewer frames",
                             in_mib(bytes), limit.source, in_mib(limit.available_bytes)));

@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "app/command_line.h"
-#include "app/commands.h"
-#include "app/interrupt.h"
-#include "app/messages.h"
+#include "app/cli/command_line.h"
+#include "app/commands/commands.h"
+#include "app/terminal/interrupt.h"
+#include "app/terminal/messages.h"
 
 namespace morphray::app {
 namespace {
@@ -33,7 +33,7 @@ ExitCode run_command(const Options& options, const Messages& messages) {
         case Command::kDevices:
             return run_devices(options, messages);
     }
-    throw Error(ExitCode::kInternal, "no such command");
+    throw Error(ErrorKind::kInternal, "no such command");
 }
 
 }  // namespace
@@ -43,7 +43,8 @@ ExitCode explain_failure(std::exception_ptr failure, const Messages& messages) {
         std::rethrow_exception(failure);
     } catch (const Error& error) {
         messages.error(error.what());
-        return error.code();
+        return error.kind() == ErrorKind::kCancelled ? interrupt_exit_code()
+                                                     : exit_code_of(error.kind());
     } catch (const std::bad_alloc&) {
         messages.error("out of memory; choose a smaller scene or picture, or raise the limit");
         return ExitCode::kLimit;

@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "app/messages.h"
-#include "common/error.h"
+#include "app/cli/exit_code.h"
+#include "app/terminal/messages.h"
 
 namespace morphray::app {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/bvh_builder.h"
-#include "common/scene_source.h"
-#include "common/scene_space.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/scene/scene_source.h"
+#include "common/scene/scene_space.h"
 
 namespace morphray::bench {
 namespace {

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "bench/fill_view.h"
-#include "common/bvh.h"
-#include "common/camera_setup.h"
-#include "common/clip.h"
-#include "cpu/image_tracer.h"
+#include "common/bvh/bvh.h"
+#include "common/scene/camera_setup.h"
+#include "common/scene/clip.h"
+#include "cpu/image/image_tracer.h"
 
 namespace morphray::bench {
 

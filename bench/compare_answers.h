@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "bench/trace_work.h"
+#include "bench/works/trace_work.h"
 
 namespace morphray::bench {
 

@@ -7,7 +7,7 @@
 
 #include "bench/full_window.h"
 #include "common/interop/camera.h"
-#include "cpu/scalar_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
 
 namespace morphray::bench {
 namespace {

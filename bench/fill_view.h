@@ -1,9 +1,9 @@
 // What of a scene the picture shows.
 #pragma once
 
-#include "common/bvh.h"
-#include "common/camera_setup.h"
-#include "common/scene_space.h"
+#include "common/bvh/bvh.h"
+#include "common/scene/camera_setup.h"
+#include "common/scene/scene_space.h"
 
 namespace morphray::bench {
 

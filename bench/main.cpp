@@ -5,11 +5,11 @@
 
 #include "bench/machine.h"
 #include "bench/options.h"
-#include "bench/ours.h"
 #include "bench/report.h"
-#include "bench/works.h"
-#include "common/error.h"
-#include "common/output_file.h"
+#include "bench/works/ours.h"
+#include "bench/works/works.h"
+#include "common/base/errors.h"
+#include "common/base/output_file.h"
 #include "common/version.h"
 
 namespace morphray::bench {
@@ -115,9 +115,9 @@ int main(int argc, char** argv) {
         return 0;
     } catch (const morphray::Error& error) {
         fmt::print(stderr, "morphray_bench: {}\n", error.what());
-        return static_cast<int>(error.code());
+        return static_cast<int>(error.kind());
     } catch (const std::exception& error) {
         fmt::print(stderr, "morphray_bench: {}\n", error.what());
-        return static_cast<int>(morphray::ExitCode::kInternal);
+        return static_cast<int>(morphray::ErrorKind::kInternal);
     }
 }

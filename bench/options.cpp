@@ -5,17 +5,17 @@
 #include <algorithm>
 #include <optional>
 
-#include "bench/trace_work.h"
-#include "common/error.h"
-#include "common/number_text.h"
+#include "bench/works/trace_work.h"
+#include "common/base/errors.h"
+#include "common/base/number_text.h"
 
 namespace morphray::bench {
 namespace {
 
 [[noreturn]] void refuse(const std::string& option, const std::string& value,
                          const std::string& expected) {
-    throw Error(ExitCode::kUsage, fmt::format("{}{}{}: expected {}", option,
-                                              value.empty() ? "" : " ", value, expected));
+    throw Error(ErrorKind::kBadArgument, fmt::format("{}{}{}: expected {}", option,
+                                                     value.empty() ? "" : " ", value, expected));
 }
 
 std::vector<std::string> split_list(const std::string& text) {
@@ -135,7 +135,7 @@ const Setting& find_setting(const std::string& option) {
     const auto found = std::find_if(std::begin(kSettings), std::end(kSettings),
                                     [&](const Setting& s) { return option == s.option; });
     if (found == std::end(kSettings)) {
-        throw Error(ExitCode::kUsage, fmt::format("{}: no such option; see --help", option));
+        throw Error(ErrorKind::kBadArgument, fmt::format("{}: no such option; see --help", option));
     }
     return *found;
 }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "bench/fill_view.h"
-#include "common/camera_setup.h"
-#include "cpu/simd_target.h"
+#include "common/scene/camera_setup.h"
+#include "common/simd/simd_target.h"
 
 namespace morphray::bench {
 
@@ -42,7 +42,7 @@ struct BenchOptions {
     bool wants(const std::string& work) const;
 };
 
-/// Throws Error: kUsage, kUnavailable (a SIMD target that this machine lacks).
+/// Throws Error: kBadArgument, kUnavailable (a SIMD target that this machine lacks).
 BenchOptions parse_options(std::span<const std::string> arguments);
 
 std::string usage();

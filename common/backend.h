@@ -6,11 +6,11 @@
 #include <span>
 #include <string>
 
-#include "common/bvh.h"
-#include "common/frame.h"
-#include "common/mesh.h"
-#include "common/pose.h"
-#include "common/restructure.h"
+#include "common/bvh/bvh.h"
+#include "common/image/frame.h"
+#include "common/scene/mesh.h"
+#include "common/scene/pose.h"
+#include "common/update/restructure.h"
 
 namespace morphray {
 

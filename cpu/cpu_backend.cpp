@@ -7,16 +7,16 @@
 #include <algorithm>
 #include <cassert>
 
-#include "common/refit_plan.h"
-#include "common/stopwatch.h"
-#include "common/thread_arena.h"
-#include "common/tree_cost.h"
-#include "cpu/brute_tracer.h"
-#include "cpu/image_tracer.h"
-#include "cpu/packet_tiles.h"
-#include "cpu/refit.h"
-#include "cpu/scalar_tracer.h"
-#include "cpu/simd_target.h"
+#include "common/base/stopwatch.h"
+#include "common/base/thread_arena.h"
+#include "common/simd/simd_target.h"
+#include "common/update/refit_plan.h"
+#include "common/update/tree_cost.h"
+#include "cpu/image/image_tracer.h"
+#include "cpu/image/tile_tracer.h"
+#include "cpu/reference/brute_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
+#include "cpu/refit/refit.h"
 
 namespace morphray::cpu {
 namespace {

@@ -21,8 +21,8 @@ inline constexpr const char* kSimdOff = "off";
 /// Whether make_cpu_backend takes it; throws Error as find_simd_target does if not.
 void check_simd(const std::string& simd);
 
-/// The fastest CPU tracer for the instruction set. name() is "cpu". Throws Error: kUsage for an
-/// instruction set that is none, kUnavailable for one that this machine lacks.
+/// The fastest CPU tracer for the instruction set. name() is "cpu". Throws Error: kBadArgument for
+/// an instruction set that is none, kUnavailable for one that this machine lacks.
 std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config = {});
 
 /// Single rays over the shared layout in portable C++, whatever config.simd says: what every

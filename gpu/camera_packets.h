@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "gpu/device_info.h"
 #include "gpu/tuning.h"
+#include "gpu/vulkan/device_info.h"
 
 namespace morphray::gpu {
 

@@ -7,7 +7,7 @@
 #include "gpu/kernels.h"
 #include "gpu/ray_passes.h"
 #include "gpu/scene_buffers.h"
-#include "gpu/transfer.h"
+#include "gpu/vulkan/transfer.h"
 
 namespace morphray::gpu {
 

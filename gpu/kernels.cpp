@@ -6,18 +6,18 @@
 #include <cstdint>
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
-#include "shaders/deform_spirv.h"
-#include "shaders/occlusion_packet_spirv.h"
-#include "shaders/occlusion_spirv.h"
-#include "shaders/primary_packet_spirv.h"
-#include "shaders/primary_spirv.h"
-#include "shaders/rays_spirv.h"
-#include "shaders/refit_leaves_spirv.h"
-#include "shaders/refit_nodes_spirv.h"
-#include "shaders/resume_spirv.h"
-#include "shaders/select_spirv.h"
-#include "shaders/shade_spirv.h"
-#include "shaders/shadow_packet_spirv.h"
+#include "shaders/occlusion/occlusion_packet_spirv.h"
+#include "shaders/occlusion/occlusion_spirv.h"
+#include "shaders/packet/camera_packet_spirv.h"
+#include "shaders/packet/light_packet_spirv.h"
+#include "shaders/refit/deform_spirv.h"
+#include "shaders/refit/refit_leaves_spirv.h"
+#include "shaders/refit/refit_nodes_spirv.h"
+#include "shaders/shade/compact_spirv.h"
+#include "shaders/shade/shade_spirv.h"
+#include "shaders/single_ray/primary_spirv.h"
+#include "shaders/single_ray/rays_spirv.h"
+#include "shaders/single_ray/resume_spirv.h"
 
 namespace morphray::gpu {
 namespace {
@@ -44,7 +44,7 @@ Pipeline packets(Context& context, const Pipeline::Source& source, const Tuning&
 
 Pipeline::Source shadow_source(const char* name) {
     return {name,
-            k_shadow_packet_spirv,
+            k_light_packet_spirv,
             {kBindNodes, kBindLeaves, kBindPositions, kBindTriangles, kBindFoundHits,
              kBindOcclusion, kBindWork},
             sizeof(RegionArguments)};
@@ -62,7 +62,7 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                         tuning)),
       primary_packet(packets(context,
                              {"primary packets",
-                              k_primary_packet_spirv,
+                              k_camera_packet_spirv,
                               {kBindNodes, kBindLeaves, kBindHits, kBindWork},
                               sizeof(PacketArguments)},
                              tuning, packet_lanes)),
@@ -76,7 +76,7 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
                       sizeof(RaysArguments)},
                      tuning)),
       select(context, {"select",
-                       k_select_spirv,
+                       k_compact_spirv,
                        {kBindFoundHits, kBindOcclusion, kBindSeenOut, kBindWork},
                        sizeof(RegionArguments)}),
       occlusion(traversal(context,

@@ -1,7 +1,7 @@
 // All kernels of the backend.
 #pragma once
 
-#include "gpu/pipeline.h"
+#include "gpu/vulkan/pipeline.h"
 
 namespace morphray::gpu {
 

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "common/scene_keyframes.h"
+#include "common/scene/scene_keyframes.h"
 #include "gpu/texel_buffer.h"
-#include "gpu/transfer.h"
+#include "gpu/vulkan/transfer.h"
 
 namespace morphray::gpu {
 

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <utility>
 
-#include "gpu/transfer.h"
+#include "gpu/vulkan/transfer.h"
 
 namespace morphray::gpu {
 

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "common/refit_plan.h"
-#include "gpu/buffer.h"
+#include "common/update/refit_plan.h"
+#include "gpu/vulkan/buffer.h"
 
 namespace morphray::gpu {
 

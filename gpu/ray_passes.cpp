@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstring>
 
-#include "common/error.h"
+#include "common/base/errors.h"
 
 namespace morphray::gpu {
 namespace {
@@ -96,8 +96,8 @@ WorkHeader RayPasses::header(const char* what, std::uint32_t number) const {
     std::memcpy(&header, headers_.mapped().data() + number * sizeof(WorkHeader),
                 sizeof(WorkHeader));
     if ((header.status & kStatusStackOverflow) != 0) {
-        throw Error(ExitCode::kInternal, "Vulkan: a traversal stack overflowed while trying to " +
-                                             std::string(what) + "; the tree is not sound");
+        throw Error(ErrorKind::kInternal, "Vulkan: a traversal stack overflowed while trying to " +
+                                              std::string(what) + "; the tree is not sound");
     }
     return header;
 }
@@ -120,7 +120,7 @@ double RayPasses::resume(const Kernels& kernels, const SceneBuffers& scene, bool
         std::uint64_t rounds = 0;
         for (bool unfinished = true; unfinished; arguments.fresh = 0) {
             if (++rounds > max_rounds) {
-                throw Error(ExitCode::kInternal,
+                throw Error(ErrorKind::kInternal,
                             "Vulkan: a traversal does not end; the tree is not sound");
             }
             const char* const what = "resume rays";

@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "gpu/kernels.h"
-#include "gpu/limits.h"
 #include "gpu/scene_buffers.h"
+#include "gpu/vulkan/limits.h"
 
 namespace morphray::gpu {
 

@@ -1,7 +1,7 @@
 // A refit on the device.
 #pragma once
 
-#include "common/refit_plan.h"
+#include "common/update/refit_plan.h"
 #include "gpu/kernels.h"
 #include "gpu/scene_buffers.h"
 

@@ -6,14 +6,14 @@
 #include <span>
 #include <vector>
 
-#include "common/bvh.h"
-#include "common/mesh.h"
-#include "common/refit_plan.h"
+#include "common/bvh/bvh.h"
+#include "common/scene/mesh.h"
+#include "common/update/refit_plan.h"
 #include "gpu/keyframe_slots.h"
-#include "gpu/pipeline.h"
 #include "gpu/position_ring.h"
 #include "gpu/texel_buffer.h"
-#include "gpu/transfer.h"
+#include "gpu/vulkan/pipeline.h"
+#include "gpu/vulkan/transfer.h"
 
 namespace morphray::gpu {
 

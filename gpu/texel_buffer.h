@@ -1,7 +1,7 @@
 // A buffer that kernels read as texels.
 #pragma once
 
-#include "gpu/buffer.h"
+#include "gpu/vulkan/buffer.h"
 
 namespace morphray::gpu {
 

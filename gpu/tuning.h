@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "gpu/validation_log.h"
-#include "gpu/vulkan_api.h"
+#include "gpu/vulkan/validation_log.h"
+#include "gpu/vulkan/vulkan_api.h"
 #include "shaders/kernel_interface.h"
 
 namespace morphray::gpu {

@@ -8,14 +8,14 @@
 #include <optional>
 #include <utility>
 
-#include "common/error.h"
-#include "common/refit_plan.h"
-#include "common/tree_cost.h"
+#include "common/base/errors.h"
+#include "common/update/refit_plan.h"
+#include "common/update/tree_cost.h"
 #include "gpu/image_tracer.h"
 #include "gpu/kernels.h"
-#include "gpu/limits.h"
 #include "gpu/ray_passes.h"
 #include "gpu/refit_pass.h"
+#include "gpu/vulkan/limits.h"
 #include "gpu/vulkan_backend_internal.h"
 
 namespace morphray::gpu {

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "common/interop/constants.h"
+#include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
-#include "common/interop/triangle.h"
 #include "proofs/bounds.h"
 
 namespace morphray::proofs {

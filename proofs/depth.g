@@ -4,7 +4,7 @@
 #                + kSizeOfDepths size; the part with bound is at most D / 2 where surely_inside
 #                agrees; beyond `error` z has the sign of the mean, that of a.z before its rounding
 #                included; |t - z / d.z| <= kTravel |z / d.z|
-#   code         weighted_hit, scaled_weight, surely_inside (common/interop/triangle.h)
+#   code         weighted_hit, scaled_weight, surely_inside (common/interop/hit_rule.h)
 #   constants    kWeightRounding, kMeanRounding; kDepthSlackOfDilation is ShearedRay::depth_slack
 #                over D
 #   inputs       edge functions of one sign that are not all 0 (a triangle may have no area), those

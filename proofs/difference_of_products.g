@@ -1,7 +1,7 @@
 # a * b - c * d with the errors of both products.
 #
 #   bounds       |result - (a b - c d)| <= kDifferenceOfProducts |a b - c d|: 2^-23 to first order
-#   code         difference_of_products (common/interop/triangle.h)
+#   code         difference_of_products (common/interop/hit_rule.h)
 #   inputs       any floats whose products are far from under- and overflow (grids.cpp)
 #   operations   left = fl(a b), right = fl(c d); their errors el, er, exact (small_floats.cpp);
 #                major = fl(left - right); minor = fl(el - er); fl(major + minor)

@@ -2,9 +2,9 @@
 // (docs/design/arithmetic.md, "No denormals").
 //
 //   bounds       every result is 0 or at least 2^-126, and finite
-//   code         common/interop/triangle.h, slab.h, and rcp (arithmetic.h). Functions that take
+//   code         common/interop/hit_rule.h, slab.h, and rcp (arithmetic.h). Functions that take
 //                floats are the code's text (rule_functions.h), others are written out here
-//   inputs       vertices, origins and directions as common/scene_space.h promises
+//   inputs       vertices, origins and directions as common/scene/scene_space.h promises
 //   method       grid.h: multiples of powers of two and largest magnitudes
 //   by hand      What a comment below says. Plain products x y may underflow and do not matter
 //                (fast_edges.g, last lemma). surely_inside: where fl(depth_slack * sum) is a

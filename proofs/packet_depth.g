@@ -1,9 +1,9 @@
 # 1/z of a triangle in a packet against that of the rule's hit.
 #
 #   bounds       |1/z of the rule - q| <= c0 + q (c1 + q c2), q = n.(X, Y, 1) / det as computed
-#   code         store_depth (cpu/packet_setup-inl.h), narrow (cpu/packet_depth-inl.h), nearest_q
-#                (cpu/packet_blocks-inl.h); set_up_depth (shaders/packet_setup.glsl), rule_depth
-#                (shaders/packet_depth.glsl), nearest_q (shaders/packet.glsl)
+#   code         store_depth (cpu/packet/triangle_setup-inl.h), narrow (cpu/packet/depth_bounds-inl.h), nearest_q
+#                (cpu/packet/packet_blocks-inl.h); set_up_depth (shaders/packet/triangle_setup.glsl), rule_depth
+#                (shaders/packet/depth_bounds.glsl), nearest_q (shaders/packet/packet.glsl)
 #   constants    kSteepError, kPlaneError (of c1, by gradient), kGradientRounding (c0, by gradient),
 #                kReciprocalRounding (c1), kRuleDepthFactor, kRuleExtentError, kNarrowDepth (by_q,
 #                by_q2), kNearestByDepth
@@ -17,7 +17,7 @@
 #                displacement of z is kProjection times 8/3 extent, and 2 u of z_k makes 2 u of z.
 #                The cross product without fused operations: 16 u and 24 u of kUnfusedNormal's 32.
 #                The rule's error is (kRangeOfDepths R + (kSizeOfDepths + kTravel) Z) / D_r + K z, K = 2 r1 (M + 2 r1) R scale / volume:
-#                cpu/packet_depth-inl.h. X, Y and the middle are up to R = 33.
+#                cpu/packet/depth_bounds-inl.h. X, Y and the middle are up to R = 33.
 #
 # step: kSteepError 0.75
 # step: kPlaneError 0.5

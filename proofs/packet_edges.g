@@ -5,10 +5,10 @@
 #                (reach + kShearRounding R z_size) + 1.01 ray_error slope from that of the vertices
 #                displaced by the rule; on a device 2 error (reach + error) + size (frame.rounding
 #                z_size + kEdgeRounding size) + ray_error slope, met_groups included
-#   code         find_planes, store_edges (cpu/packet_setup-inl.h), Planes, Position
-#                (cpu/packet_pairs-inl.h), BlockPlanes, WindowPlanes, RowPlanes (cpu/packet_grid-inl.h);
-#                set_up_triangle, met_groups (shaders/packet_setup.glsl), trace_triangle
-#                (shaders/primary_packet.comp, shadow_packet.comp)
+#   code         find_planes, store_edges (cpu/packet/triangle_setup-inl.h), Planes, Position
+#                (cpu/packet/packet_items-inl.h), BlockPlanes, WindowPlanes, RowPlanes (cpu/packet/camera_packet_grid-inl.h);
+#                set_up_triangle, met_groups (shaders/packet/triangle_setup.glsl), trace_triangle
+#                (shaders/packet/camera_packet.comp, shadow_packet.comp)
 #   constants    kEdgeRounding, kShearRounding; frame.rounding is kCameraRounding, kShadowRounding
 #   inputs       vertices as the ray in the middle m sees them, |x| + |y| <= size, |z| <= z_size; a ray
 #                (X, Y) with |X|, |Y|, |m| <= R; X' = (X, Y) - m, and size + |X'| z_size <= reach

@@ -4,7 +4,7 @@
 #                               + kProjectionSnap, where
 #                exact = a.x * d.z - d.x * a.z in real numbers, a = vertex - org without rounding,
 #                r = the largest |component| of a as rounded
-#   code         project, project_axis, snap_projected (common/interop/triangle.h)
+#   code         project, project_axis, snap_projected (common/interop/hit_rule.h)
 #   inputs       |a.x|, |a.z| <= r, their errors ex and ez exact and at most half an ulp;
 #                1 <= d.z < 2, |d.x| <= d.z
 #   operations   major = difference_of_products(a.x, d.z, d.x, a.z)

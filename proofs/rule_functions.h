@@ -1,4 +1,4 @@
-// Functions of common/interop/triangle.h as templates over the type of their floats: their text,
+// Functions of common/interop/hit_rule.h as templates over the type of their floats: their text,
 // taken from the header by extract.cmake when the proofs are built.
 #ifndef PROOFS_RULE_FUNCTIONS_H
 #define PROOFS_RULE_FUNCTIONS_H

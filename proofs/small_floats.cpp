@@ -1,4 +1,4 @@
-// product_error, difference_error and difference_of_products (common/interop/triangle.h) on floats
+// product_error, difference_error and difference_of_products (common/interop/hit_rule.h) on floats
 // of few digits, for all of them. The text is the code's (rule_functions.h).
 //
 //   bounds       product_error and difference_error are exact; difference_of_products has the sign

@@ -4,7 +4,7 @@
 #ifndef SHADERS_KERNEL_INTERFACE_H
 #define SHADERS_KERNEL_INTERFACE_H
 
-#include "common/interop/layout.h"
+#include "common/interop/bvh_layout.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
 

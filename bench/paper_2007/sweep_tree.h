@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "common/box.h"
-#include "common/mesh.h"
+#include "common/bvh/box.h"
+#include "common/scene/mesh.h"
 
 namespace morphray::bench::paper_2007 {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/paper_2007/sweep_tree.h"
-#include "bench/trace_work.h"
+#include "bench/works/trace_work.h"
 
 namespace morphray::bench::paper_2007 {
 

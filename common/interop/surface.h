@@ -104,7 +104,7 @@ SHARED Ray ao_ray(Surface s, uint x, uint y, uint sample_index, float tfar) {
     float drawn_length2 = 0.0f;
     uint attempt = 0u;
     do {
-        // Always so, but see shaders/cluster.glsl.
+        // Always so, but see shaders/base/cluster.glsl.
         if (drawn_length2 == 0.0f && attempt < 8u) {
             seed = mix_bits(seed);
             PRECISE float rx = signed_unit(seed);

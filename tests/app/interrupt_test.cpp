@@ -1,4 +1,4 @@
-#include "app/interrupt.h"
+#include "app/terminal/interrupt.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -24,7 +24,8 @@ int exit_code_when_interrupted() {
     try {
         throw_if_interrupted();
     } catch (const Error& error) {
-        return static_cast<int>(error.code());
+        EXPECT_EQ(error.kind(), ErrorKind::kCancelled);
+        return static_cast<int>(interrupt_exit_code());
     }
     return 0;
 }

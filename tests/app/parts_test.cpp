@@ -3,18 +3,18 @@
 
 #include <cmath>
 
-#include "app/command_line.h"
-#include "app/cross_checker.h"
-#include "app/crosscheck_text.h"
-#include "app/junit.h"
+#include "app/cli/command_line.h"
+#include "app/cli/nearest.h"
+#include "app/cli/numbers.h"
+#include "app/commands/cross_checker.h"
+#include "app/frames.h"
 #include "app/memory_budget.h"
-#include "app/nearest.h"
-#include "app/numbers.h"
 #include "app/program.h"
-#include "app/scene_frames.h"
-#include "app/shell_text.h"
-#include "app/table.h"
-#include "common/error.h"
+#include "app/report/crosscheck_text.h"
+#include "app/report/junit.h"
+#include "common/base/errors.h"
+#include "common/base/table.h"
+#include "common/process/shell_text.h"
 
 namespace morphray::app {
 namespace {
@@ -146,9 +146,9 @@ TEST(Failure, HasTheExitCodeOfItsKind) {
     const auto code_of = [](const auto& failure) {
         return explain_failure(std::make_exception_ptr(failure), Messages());
     };
-    EXPECT_EQ(code_of(Error(ExitCode::kUsage, "usage")), ExitCode::kUsage);
-    EXPECT_EQ(code_of(Error(ExitCode::kDeviceLost, "lost")), ExitCode::kDeviceLost);
-    EXPECT_EQ(code_of(Error(ExitCode::kTerminated, "stop")), ExitCode::kTerminated);
+    EXPECT_EQ(code_of(Error(ErrorKind::kBadArgument, "usage")), ExitCode::kUsage);
+    EXPECT_EQ(code_of(Error(ErrorKind::kDeviceLost, "lost")), ExitCode::kDeviceLost);
+    EXPECT_EQ(code_of(Error(ErrorKind::kCancelled, "stop")), ExitCode::kInterrupted);
     EXPECT_EQ(code_of(std::bad_alloc()), ExitCode::kLimit);
     EXPECT_EQ(code_of(std::length_error("vector")), ExitCode::kLimit);
     EXPECT_EQ(code_of(std::system_error(EAGAIN, std::generic_category())), ExitCode::kLimit);
@@ -242,7 +242,7 @@ TEST(MemoryBudget, MoreThanThereIsIsALimitWithNumbers) {
         require_memory(300 << 20, {200 << 20, "the machine"});
         FAIL();
     } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ExitCode::kLimit);
+        EXPECT_EQ(error.kind(), ErrorKind::kLimit);
         const std::string text = error.what();
         EXPECT_NE(text.find("300 MiB"), std::string::npos) << text;
         EXPECT_NE(text.find("the machine leaves 200 MiB"), std::string::npos) << text;

@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "bench/full_window.h"
-#include "common/bvh_builder.h"
+#include "common/bvh/bvh_builder.h"
 #include "common/interop/camera.h"
-#include "cpu/scalar_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray::bench {

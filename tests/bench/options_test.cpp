@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/error.h"
+#include "common/base/errors.h"
 
 namespace morphray::bench {
 namespace {
@@ -13,7 +13,7 @@ std::string refusal_of(const std::vector<std::string>& arguments) {
     try {
         parse(arguments);
     } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ExitCode::kUsage);
+        EXPECT_EQ(error.kind(), ErrorKind::kBadArgument);
         return error.what();
     }
     return "none";

@@ -1,4 +1,4 @@
-#include "bench/packet_sweep.h"
+#include "bench/works/packet_sweep.h"
 
 #include <gtest/gtest.h>
 

@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "bench/ours.h"
-#include "bench/trace_work.h"
-#include "common/bvh_builder.h"
-#include "common/camera_setup.h"
+#include "bench/works/ours.h"
+#include "bench/works/trace_work.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/scene/camera_setup.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray::bench {

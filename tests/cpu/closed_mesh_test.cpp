@@ -4,13 +4,13 @@
 
 #include <cstdlib>
 
-#include "common/bvh_builder.h"
+#include "common/bvh/bvh_builder.h"
 #include "common/interop/surface.h"
-#include "common/triangle_area.h"
-#include "cpu/brute_tracer.h"
-#include "cpu/refit.h"
-#include "cpu/scalar_tracer.h"
-#include "cpu/wide_tracer.h"
+#include "common/scene/polygons/triangle_area.h"
+#include "cpu/reference/brute_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
+#include "cpu/refit/refit.h"
+#include "cpu/single_ray/single_ray_tracer.h"
 #include "tests/support/closed_joints.h"
 #include "tests/support/closed_poses.h"
 

@@ -1,8 +1,8 @@
 // The picture of a clip does not depend on how its tree followed it: the CPU.
 #include <gtest/gtest.h>
 
-#include "common/error.h"
-#include "common/tree_updater.h"
+#include "common/base/errors.h"
+#include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
 #include "tests/support/motion_checks.h"
 

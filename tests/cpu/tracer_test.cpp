@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/bvh_builder.h"
-#include "common/camera_setup.h"
+#include "common/bvh/bvh_builder.h"
 #include "common/interop/camera.h"
-#include "cpu/brute_tracer.h"
+#include "common/scene/camera_setup.h"
+#include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
-#include "cpu/refit.h"
-#include "cpu/scalar_tracer.h"
-#include "cpu/simd_target.h"
+#include "cpu/reference/brute_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
+#include "cpu/refit/refit.h"
 #include "tests/support/oracle.h"
 #include "tests/support/test_scene.h"
 

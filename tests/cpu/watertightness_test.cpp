@@ -4,15 +4,15 @@
 
 #include <cmath>
 
-#include "common/bvh_builder.h"
-#include "common/camera_setup.h"
+#include "common/bvh/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
-#include "common/procedural/procedural.h"
+#include "common/scene/camera_setup.h"
+#include "common/scene/procedural/procedural.h"
 #include "cpu/cpu_backend.h"
-#include "cpu/refit.h"
-#include "cpu/scalar_tracer.h"
-#include "cpu/wide_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
+#include "cpu/refit/refit.h"
+#include "cpu/single_ray/single_ray_tracer.h"
 #include "tests/support/closed_poses.h"
 
 namespace morphray::test {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "common/error.h"
-#include "gpu/device_info.h"
+#include "common/base/errors.h"
+#include "gpu/vulkan/device_info.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"
 
@@ -19,7 +19,7 @@ std::string error_text(const std::function<void()>& action) {
     try {
         action();
     } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ExitCode::kUnavailable) << error.what();
+        EXPECT_EQ(error.kind(), ErrorKind::kUnavailable) << error.what();
         return error.what();
     }
     ADD_FAILURE() << "no error";

@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "common/error.h"
-#include "gpu/result.h"
+#include "common/base/errors.h"
+#include "gpu/vulkan/result.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
@@ -56,7 +56,7 @@ void fail_each_call(VkResult result, bool force_staging, bool (*counts)(std::str
         const std::optional<Error> error = session_error(faults, force_staging);
         ASSERT_EQ(error.has_value(), !faults.failed_name.empty()) << faults.failed_name;
         if (!error) break;
-        EXPECT_EQ(error->code(), gpu::result_code(result))
+        EXPECT_EQ(error->kind(), gpu::error_kind_of(result))
             << faults.failed_name << ": " << error->what();
     }
     EXPECT_GT(failures, 20u);
@@ -76,23 +76,23 @@ TEST(FaultInjection, EverySubmissionThatLosesTheDeviceGivesADeviceLostError) {
 struct Case {
     const char* call;
     VkResult result;
-    ExitCode code;
+    ErrorKind kind;
 };
 
-TEST(FaultInjection, EachKindOfFailureHasItsExitCode) {
+TEST(FaultInjection, EachKindOfFailureHasItsErrorKind) {
     const Case cases[] = {
-        {"vkAllocateMemory", VK_ERROR_OUT_OF_DEVICE_MEMORY, ExitCode::kLimit},
-        {"vkAllocateMemory", VK_ERROR_OUT_OF_HOST_MEMORY, ExitCode::kLimit},
-        {"vkSetDebugUtilsObjectNameEXT", VK_ERROR_OUT_OF_HOST_MEMORY, ExitCode::kLimit},
-        {"vkGetQueryPoolResults", VK_ERROR_DEVICE_LOST, ExitCode::kDeviceLost},
-        {"vkQueueSubmit", VK_ERROR_DEVICE_LOST, ExitCode::kDeviceLost},
-        {"vkWaitForFences", VK_ERROR_DEVICE_LOST, ExitCode::kDeviceLost},
-        {"vkCreateComputePipelines", VK_ERROR_INVALID_SHADER_NV, ExitCode::kInternal},
-        {"vkCreateDevice", VK_ERROR_FEATURE_NOT_PRESENT, ExitCode::kUnavailable},
-        {"vkCreateDevice", VK_ERROR_INITIALIZATION_FAILED, ExitCode::kUnavailable},
-        {"vkCreateInstance", VK_ERROR_INCOMPATIBLE_DRIVER, ExitCode::kUnavailable},
-        {"vkCreateInstance", VK_ERROR_OUT_OF_HOST_MEMORY, ExitCode::kUnavailable},
-        {"vkEnumeratePhysicalDevices", VK_ERROR_INITIALIZATION_FAILED, ExitCode::kUnavailable},
+        {"vkAllocateMemory", VK_ERROR_OUT_OF_DEVICE_MEMORY, ErrorKind::kLimit},
+        {"vkAllocateMemory", VK_ERROR_OUT_OF_HOST_MEMORY, ErrorKind::kLimit},
+        {"vkSetDebugUtilsObjectNameEXT", VK_ERROR_OUT_OF_HOST_MEMORY, ErrorKind::kLimit},
+        {"vkGetQueryPoolResults", VK_ERROR_DEVICE_LOST, ErrorKind::kDeviceLost},
+        {"vkQueueSubmit", VK_ERROR_DEVICE_LOST, ErrorKind::kDeviceLost},
+        {"vkWaitForFences", VK_ERROR_DEVICE_LOST, ErrorKind::kDeviceLost},
+        {"vkCreateComputePipelines", VK_ERROR_INVALID_SHADER_NV, ErrorKind::kInternal},
+        {"vkCreateDevice", VK_ERROR_FEATURE_NOT_PRESENT, ErrorKind::kUnavailable},
+        {"vkCreateDevice", VK_ERROR_INITIALIZATION_FAILED, ErrorKind::kUnavailable},
+        {"vkCreateInstance", VK_ERROR_INCOMPATIBLE_DRIVER, ErrorKind::kUnavailable},
+        {"vkCreateInstance", VK_ERROR_OUT_OF_HOST_MEMORY, ErrorKind::kUnavailable},
+        {"vkEnumeratePhysicalDevices", VK_ERROR_INITIALIZATION_FAILED, ErrorKind::kUnavailable},
     };
     for (const Case& c : cases) {
         Faults faults;
@@ -100,7 +100,7 @@ TEST(FaultInjection, EachKindOfFailureHasItsExitCode) {
         faults.result = c.result;
         const std::optional<Error> error = session_error(faults);
         ASSERT_TRUE(error.has_value()) << c.call;
-        EXPECT_EQ(error->code(), c.code) << error->what();
+        EXPECT_EQ(error->kind(), c.kind) << error->what();
     }
 }
 
@@ -116,7 +116,7 @@ TEST(FaultInjection, AFenceThatNeverSignalsIsALostDevice) {
         gpu::make_vulkan_backend({}, tuning);
         FAIL();
     } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ExitCode::kDeviceLost);
+        EXPECT_EQ(error.kind(), ErrorKind::kDeviceLost);
         EXPECT_NE(std::string(error.what()).find("within 3500 ms"), std::string::npos);
     }
 }

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "gpu/vulkan_api.h"
+#include "gpu/vulkan/vulkan_api.h"
 
 namespace morphray::test {
 

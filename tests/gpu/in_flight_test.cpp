@@ -1,9 +1,9 @@
 // An update and its picture are one submission, and the next pose can be handed over meanwhile.
 #include <gtest/gtest.h>
 
-#include "common/bvh_builder.h"
-#include "common/error.h"
-#include "common/frame.h"
+#include "common/base/errors.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/image/frame.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/pose.h"
-#include "common/scene_keyframes.h"
-#include "common/scene_space.h"
+#include "common/scene/pose.h"
+#include "common/scene/scene_keyframes.h"
+#include "common/scene/scene_space.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/support/listed_clip.h"
 

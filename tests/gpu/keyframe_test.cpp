@@ -5,9 +5,9 @@
 #include <cmath>
 #include <random>
 
-#include "common/bvh_builder.h"
-#include "common/error.h"
-#include "common/tree_updater.h"
+#include "common/base/errors.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"

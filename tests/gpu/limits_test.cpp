@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "common/error.h"
-#include "gpu/limits.h"
+#include "common/base/errors.h"
+#include "gpu/vulkan/limits.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
@@ -32,7 +32,7 @@ std::string refusal(const std::function<void()>& action) {
     try {
         action();
     } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ExitCode::kLimit);
+        EXPECT_EQ(error.kind(), ErrorKind::kLimit);
         return error.what();
     }
     return "accepted";

@@ -1,7 +1,7 @@
 // A machine without a Vulkan library: this program's dlopen finds nothing.
 #include <gtest/gtest.h>
 
-#include "common/error.h"
+#include "common/base/errors.h"
 #include "gpu/vulkan_backend.h"
 
 extern "C" void* dlopen(const char*, int) { return nullptr; }
@@ -14,7 +14,7 @@ TEST(NoVulkanLibrary, IsSaidInTheError) {
         gpu::list_devices();
         FAIL();
     } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ExitCode::kUnavailable);
+        EXPECT_EQ(error.kind(), ErrorKind::kUnavailable);
         EXPECT_NE(std::string(error.what()).find("no Vulkan library"), std::string::npos);
     }
 }

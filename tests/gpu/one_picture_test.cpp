@@ -6,8 +6,8 @@
 #include <cstring>
 #include <random>
 
-#include "common/bvh_builder.h"
-#include "common/frame.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/image/frame.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"

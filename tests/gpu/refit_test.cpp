@@ -5,10 +5,10 @@
 #include <cmath>
 #include <span>
 
-#include "common/bvh_builder.h"
-#include "common/restructure.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/update/restructure.h"
 #include "cpu/cpu_backend.h"
-#include "cpu/refit.h"
+#include "cpu/refit/refit.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
 

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "common/bvh_refit.h"
+#include "common/bvh/bvh_refit.h"
 #include "common/interop/arithmetic.h"
 
 namespace morphray::test {

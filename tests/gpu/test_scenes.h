@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "common/bvh.h"
+#include "common/bvh/bvh.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
-#include "common/mesh.h"
+#include "common/scene/mesh.h"
 
 namespace morphray::test {
 

@@ -1,9 +1,9 @@
 // The validation layer is heard: planted mistakes become errors, and a whole session has none.
 #include <gtest/gtest.h>
 
-#include "common/error.h"
-#include "gpu/pipeline.h"
-#include "gpu/transfer.h"
+#include "common/base/errors.h"
+#include "gpu/vulkan/pipeline.h"
+#include "gpu/vulkan/transfer.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/keyframe_scene.h"
 #include "tests/shaders/hazard_spirv.h"
@@ -63,7 +63,7 @@ void expect_internal_error(const std::function<void()>& action, const char* part
         action();
         FAIL() << "no error";
     } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ExitCode::kInternal);
+        EXPECT_EQ(error.kind(), ErrorKind::kInternal);
         EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
     }
 }

@@ -1,32 +1,35 @@
 # cmake -D ROOT=checkout -P check_layering.cmake: fails with a line for each #include that points up
 # or sideways in
 #
-#     app  bench  tests  proofs -> cpu, gpu -> common -> common/interop        gpu -> shaders -> common/interop
+#     app  accuracy  bench  tests  proofs -> cpu, gpu -> common -> common/interop
+#     app -> accuracy        gpu -> shaders -> common/interop
 #
 # or that brings a library outside its one place. tests/app and tests/fuzz may also see app,
-# tests/bench also bench, tests/gpu and tests/shaders also shaders.
+# tests/bench also bench, tests/accuracy also
+# accuracy, tests/gpu and tests/shaders also shaders.
 cmake_minimum_required(VERSION 3.25)
 
-set(layers common/interop common cpu gpu shaders app bench tests proofs)
+set(layers common/interop common cpu gpu shaders accuracy app bench tests proofs)
 set(may_see_common/interop common/interop)
 set(may_see_common common common/interop)
 set(may_see_cpu cpu common common/interop)
 set(may_see_gpu gpu shaders common common/interop)
 set(may_see_shaders shaders common/interop)
-set(may_see_app app cpu gpu common common/interop)
+set(may_see_accuracy accuracy cpu gpu common common/interop)
+set(may_see_app app accuracy cpu gpu common common/interop)
 set(may_see_bench bench cpu gpu common common/interop)
 set(may_see_tests tests cpu gpu common common/interop)
 set(may_see_proofs proofs cpu common common/interop)
 
 # Where a library may be included: the regular expression of the header, then that of the files.
 set(places
-    "^hwy/"                     "^(cpu/.*-inl\\.h|tests/cpu/.*)$"
+    "^hwy/"                     "^((cpu|common/simd|common/bvh)/.*-inl\\.h|tests/cpu/.*)$"
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu)/"
     "^(gtest|gmock)/|^png\\.h$" "^tests/"
     "^benchmark/"               "^bench/"
-    "^embree"                   "^(bench|tests|app/chart/contenders)/"
-    "^gmp(xx)?\\.h$"            "^app/chart/"
-    "^xxhash\\.h$"              "^common/hash\\.h$"
+    "^embree"                   "^(bench|tests|accuracy/methods)/"
+    "^gmp(xx)?\\.h$"            "^accuracy/"
+    "^xxhash\\.h$"              "^common/base/hash\\.h$"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each, besides tests for those listed after.
 set(one_source_each tiny_obj_loader stb_image_write nlohmann/ CLI/)
@@ -66,6 +69,8 @@ foreach(file IN LISTS files)
     set(visible ${may_see_${from}})
     if(file MATCHES "^tests/(app|fuzz)/")
         list(APPEND visible app)
+    elseif(file MATCHES "^tests/accuracy/")
+        list(APPEND visible accuracy)
     elseif(file MATCHES "^tests/bench/")
         list(APPEND visible bench)
     elseif(file MATCHES "^tests/(gpu|shaders)/")
@@ -74,7 +79,7 @@ foreach(file IN LISTS files)
     file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*[<\"]")
     # The file that Highway compiles once for each target.
     set(dispatches FALSE)
-    if(file MATCHES "^cpu/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
+    if(file MATCHES "^(cpu|common/simd|common/bvh)/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
         set(dispatches TRUE)
     endif()
     foreach(line IN LISTS lines)

@@ -43,7 +43,7 @@ check(accepts tests/bench/x.cpp "\"bench/y.h\"" "\"cpu/y.h\"")
 check(accepts tests/gpu/x.cpp "\"gpu/y.h\"" "\"cpu/y.h\"" "<volk/volk.h>" "\"tests/y.h\"")
 check(accepts tests/shaders/x.comp "\"shaders/y.glsl\"" "\"common/interop/a.h\"")
 check(accepts bench/x.cpp "\"bench/y.h\"" "\"cpu/y.h\"" "\"gpu/y.h\"" "<embree3/rtcore.h>")
-check(accepts common/hash.h "<xxhash.h>")
+check(accepts common/base/hash.h "<xxhash.h>")
 check(accepts common/png.cpp "<stb/stb_image_write.h>")
 
 check(rejects common/interop/x.h "\"common/y.h\"")

@@ -5,8 +5,8 @@
 
 #include <cstring>
 
-#include "gpu/pipeline.h"
-#include "gpu/transfer.h"
+#include "gpu/vulkan/pipeline.h"
+#include "gpu/vulkan/transfer.h"
 #include "tests/shaders/cases.h"
 #include "tests/shaders/evaluate_changed_spirv.h"
 #include "tests/shaders/evaluate_contracted_spirv.h"

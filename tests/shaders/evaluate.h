@@ -3,9 +3,9 @@
 #define TESTS_SHADERS_EVALUATE_H
 
 #include "common/interop/camera.h"
+#include "common/interop/hit_rule.h"
 #include "common/interop/keyframes.h"
-#include "common/interop/shade.h"
-#include "common/interop/triangle.h"
+#include "common/interop/shading.h"
 
 SHARED_BEGIN
 

@@ -3,18 +3,18 @@
 
 #include <cstdint>
 
-#include "shaders/deform_spirv.h"
-#include "shaders/occlusion_packet_spirv.h"
-#include "shaders/occlusion_spirv.h"
-#include "shaders/primary_packet_spirv.h"
-#include "shaders/primary_spirv.h"
-#include "shaders/rays_spirv.h"
-#include "shaders/refit_leaves_spirv.h"
-#include "shaders/refit_nodes_spirv.h"
-#include "shaders/resume_spirv.h"
-#include "shaders/select_spirv.h"
-#include "shaders/shade_spirv.h"
-#include "shaders/shadow_packet_spirv.h"
+#include "shaders/occlusion/occlusion_packet_spirv.h"
+#include "shaders/occlusion/occlusion_spirv.h"
+#include "shaders/packet/camera_packet_spirv.h"
+#include "shaders/packet/light_packet_spirv.h"
+#include "shaders/refit/deform_spirv.h"
+#include "shaders/refit/refit_leaves_spirv.h"
+#include "shaders/refit/refit_nodes_spirv.h"
+#include "shaders/shade/compact_spirv.h"
+#include "shaders/shade/shade_spirv.h"
+#include "shaders/single_ray/primary_spirv.h"
+#include "shaders/single_ray/rays_spirv.h"
+#include "shaders/single_ray/resume_spirv.h"
 #include "tests/shaders/evaluate_contracted_spirv.h"
 #include "tests/shaders/evaluate_spirv.h"
 #include "tests/support/spirv.h"
@@ -35,7 +35,7 @@ const Kernel kKernels[] = {
     {"refit_leaves", k_refit_leaves_spirv},
     {"refit_nodes", k_refit_nodes_spirv},
     {"resume", k_resume_spirv},
-    {"select", k_select_spirv},
+    {"select", k_compact_spirv},
     {"shade", k_shade_spirv},
     {"evaluate", k_evaluate_spirv},
 };
@@ -43,8 +43,8 @@ const Kernel kKernels[] = {
 /// What these compute outside the rule has bounds that hold in any order and fused or not.
 const Kernel kPacketKernels[] = {
     {"occlusion_packet", k_occlusion_packet_spirv},
-    {"primary_packet", k_primary_packet_spirv},
-    {"shadow_packet", k_shadow_packet_spirv},
+    {"primary_packet", k_camera_packet_spirv},
+    {"shadow_packet", k_light_packet_spirv},
 };
 
 class EveryKernel : public testing::TestWithParam<Kernel> {};

@@ -1,7 +1,7 @@
 // Copies one word through separate read-only and write-only bindings.
 #version 460
 #extension GL_GOOGLE_include_directive : require
-#include "shaders/exact.glsl"
+#include "shaders/base/exact.glsl"
 
 #include "shaders/kernel_interface.h"
 

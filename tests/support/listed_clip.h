@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/clip.h"
 #include "common/interop/keyframes.h"
+#include "common/scene/clip.h"
 
 namespace morphray::test {
 

@@ -6,10 +6,10 @@
 #include <cctype>
 #include <cstring>
 
-#include "common/bvh_builder.h"
-#include "common/bvh_stats.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/bvh/bvh_stats.h"
 #include "common/interop/arithmetic.h"
-#include "common/tree_updater.h"
+#include "common/update/tree_updater.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray::test {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <memory>
 
-#include "common/procedural/procedural.h"
-#include "common/scene_space.h"
+#include "common/scene/procedural/procedural.h"
+#include "common/scene/scene_space.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray::test {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/mesh.h"
+#include "common/scene/mesh.h"
 
 namespace morphray::test {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "common/interop/arithmetic.h"
-#include "common/mesh.h"
-#include "common/scene_space.h"
-#include "common/user_bounds.h"
+#include "common/scene/mesh.h"
+#include "common/scene/scene_space.h"
+#include "common/scene/world_bounds.h"
 
 namespace morphray::test {
 

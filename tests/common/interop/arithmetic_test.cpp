@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/interop/hit_rule.h"
 #include "common/interop/keyframes.h"
-#include "common/interop/triangle.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray {

@@ -1,0 +1,85 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "accuracy/charts/charts.h"
+#include "accuracy/measure/measure.h"
+#include "accuracy/methods/quantised_nodes.h"
+
+namespace morphray::accuracy {
+namespace {
+
+constexpr std::uint32_t kMostSide = 512;
+
+std::size_t node_bytes(const std::string& contender) {
+    if (contender.ends_with("16 bit")) return sizeof(QuantisedNode<std::uint16_t>);
+    return contender.ends_with("8 bit") ? sizeof(QuantisedNode<std::uint8_t>) : sizeof(Node);
+}
+
+}  // namespace
+
+std::size_t box_steps() { return 2; }
+
+Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix) {
+    const ChartScene scene =
+        make_chart_scene(input.name, input.topology, input.positions, {},
+                         std::min(context.effort.side, kMostSide), context.effort.placed_rays);
+    const Judge judge(scene, scene.scene_space);
+    const std::vector<Contender> contenders = box_contenders(scene);
+    std::vector<Hit> hits(scene.scene_space.camera_rays.size());
+    std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
+    context.step();
+    std::vector<std::function<void()>> runs;
+    for (const Contender& contender : contenders)
+        runs.emplace_back([&] { trace_camera(contender, scene, hits); });
+    const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
+    Table table({"contender", "row", "Mray/s", "bytes a node", "camera wrong", "aimed wrong",
+                 "leaks", "false misses", "wrong triangles", "not as over ours"});
+    std::vector<Hit> ours;
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+        trace_camera(contenders[i], scene, hits);
+        trace_aimed(contenders[i], scene, aimed);
+        std::vector<Hit> all = hits;
+        all.insert(all.end(), aimed.begin(), aimed.end());
+        if (i == 0) ours = all;
+        std::size_t different = 0;
+        for (std::size_t ray = 0; ray < all.size(); ++ray) {
+            const Hit& a = all[ray];
+            const Hit& b = ours[ray];
+            different += a.prim_id != b.prim_id || a.t != b.t || a.u != b.u || a.v != b.v;
+        }
+        const VerdictCounts seen = judge.camera(hits);
+        const VerdictCounts met = judge.aimed(aimed);
+        const auto both = [&](Verdict verdict) {
+            return fmt::format("{}", seen[verdict] + met[verdict]);
+        };
+        table.add({contenders[i].name, fmt::format("{}", i),
+                   fmt::format("{:.4g}", static_cast<double>(hits.size()) / (times[i] * 1e3)),
+                   fmt::format("{}", node_bytes(contenders[i].name)),
+                   fmt::format("{}", seen.wrong()), fmt::format("{}", met.wrong()),
+                   both(Verdict::kLeak), both(Verdict::kFalseMiss), both(Verdict::kWrongTriangle),
+                   fmt::format("{}", different)});
+    }
+    context.step();
+
+    const std::string name = "boxes" + suffix;
+    PlotScript script;
+    script.title = fmt::format("Box tests and nodes: {}, {} triangles", input.name,
+                               input.topology.triangles.size());
+    script.footer = context.footer;
+    script.height = 480;
+    script.body = fmt::format(
+        "unset key\nset yrange [{0}:-0.6]\nset xrange [0:*]\nset style fill solid 0.7\n"
+        "set xlabel 'Mray/s (camera rays, one scalar traversal)'\nset ytics noenhanced\n"
+        "plot '{1}.csv' skip 1 using ($3/2):2:($3/2):(0.35):ytic(1) with boxxyerror lc rgb "
+        "'#1f5fbf', '' skip 1 using (0):2:(sprintf('  %d B a node; wrong: %d of {2} pixels, %d of "
+        "{3} aimed rays; %d not as over ours', $4, $5, $6, $10)) with labels left tc rgb "
+        "'#000000'\n",
+        static_cast<double>(contenders.size()) - 0.4, name, hits.size(), aimed.size());
+    return {name,
+            "Our rule over one plain traversal; only the test of boxes differs, or what the boxes "
+            "are made of.",
+            table, script};
+}
+
+}  // namespace morphray::accuracy

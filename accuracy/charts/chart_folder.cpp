@@ -1,0 +1,89 @@
+#include "accuracy/charts/chart_folder.h"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "common/base/errors.h"
+#include "common/base/output_file.h"
+#include "common/process/shell_command.h"
+#include "common/process/shell_text.h"
+
+namespace morphray::accuracy {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& why) {
+    throw Error(ErrorKind::kOutput, fmt::format("{}: {}", path.string(), why));
+}
+
+}  // namespace
+
+ChartFolder::ChartFolder(const fs::path& path)
+    // "a/b/" would otherwise have the parent "a/b".
+    : path_(path.has_filename() ? path : path.parent_path()) {
+    std::error_code error;
+    if (fs::exists(path_, error)) {
+        if (!fs::is_directory(path_, error))
+            fail(path_, "is not a folder; name one that is not there yet");
+        if (!fs::is_empty(path_, error))
+            fail(path_, "is not empty; name another folder, or empty this one");
+    }
+    const fs::path parent = path_.has_parent_path() ? path_.parent_path() : ".";
+    make_output_folder(parent);
+    std::string name = (parent / (path_.filename().string() + ".partial-XXXXXX")).string();
+    if (mkdtemp(name.data()) == nullptr)
+        fail(path_, fmt::format("{}; choose another folder", std::strerror(errno)));
+    temporary_ = name;
+    // As any new folder, not as a secret one.
+    const mode_t mask = umask(0);
+    umask(mask);
+    chmod(name.c_str(), 0777 & ~mask);
+}
+
+ChartFolder::~ChartFolder() {
+    std::error_code error;
+    if (!temporary_.empty()) fs::remove_all(temporary_, error);
+}
+
+void ChartFolder::write(const std::string& name, std::string_view text) const {
+    write_file(temporary_ / name, text);
+}
+
+std::string ChartFolder::read(const std::string& name) const {
+    std::ifstream file(temporary_ / name, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+void ChartFolder::plot(const std::string& script) const {
+    const ShellResult finished = run_shell(fmt::format(
+        "cd {} && gnuplot {} 2>&1", shell_quoted(temporary_.string()), shell_quoted(script)));
+    if (finished.status == 0) return;
+    std::string why = finished.text;
+    std::replace(why.begin(), why.end(), '\n', ' ');
+    throw Error(ErrorKind::kInternal, fmt::format("{}: gnuplot: {}", script, why));
+}
+
+void ChartFolder::keep() {
+    std::error_code error;
+    fs::rename(temporary_, path_, error);
+    if (error) fail(path_, fmt::format("{}; choose another folder", error.message()));
+    temporary_.clear();
+}
+
+void require_gnuplot() {
+    if (run_shell("command -v gnuplot").status == 0) return;
+    throw Error(ErrorKind::kUnavailable,
+                "chart: there is no gnuplot; install the package gnuplot-nox");
+}
+
+}  // namespace morphray::accuracy

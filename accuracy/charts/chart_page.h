@@ -1,0 +1,21 @@
+// The page that shows all charts.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "accuracy/charts/charts.h"
+
+namespace morphray::accuracy {
+
+/// A chart with its picture as SVG.
+struct PagedChart {
+    const Chart* chart;
+    std::string svg;
+};
+
+/// HTML that needs nothing else, no other file and no network.
+std::string chart_page(const std::vector<PagedChart>& charts, const std::string& machine,
+                       const std::string& command);
+
+}  // namespace morphray::accuracy

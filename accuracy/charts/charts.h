@@ -1,0 +1,105 @@
+// The charts of `morphray chart`: each measures, and becomes a table and a picture.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "accuracy/charts/chart_scene.h"
+#include "accuracy/charts/plot_script.h"
+#include "accuracy/measure/failure_scenes.h"
+#include "accuracy/methods/method.h"
+#include "common/base/table.h"
+#include "common/scene/scene_frames.h"
+
+namespace morphray::accuracy {
+
+struct Chart {
+    /// Of its files, without an ending.
+    std::string name;
+    /// What a reader should see in it, in a sentence or two.
+    std::string caption;
+    Table table;
+    /// Without a body where there is nothing to draw.
+    PlotScript script;
+};
+
+/// How much work goes into the charts.
+struct Effort {
+    /// Pixels of a side, a multiple of kChartTileSide.
+    std::uint32_t side;
+    std::size_t aimed_rays;
+    int rounds;
+    /// Of the scene moved or scaled, each, and of each failure scene.
+    std::size_t placed_rays;
+    std::vector<double> offsets;
+    std::vector<double> scales;
+    /// Of a clip, at most.
+    std::size_t policy_frames;
+    /// Points that cones of 1,024 rays start from.
+    std::size_t cone_points;
+    std::vector<std::uint64_t> triangle_counts;
+};
+/// Within a minute for a scene on two cores, or within ten.
+const Effort& quick_effort();
+const Effort& full_effort();
+
+struct ChartContext {
+    const Effort& effort;
+    /// CPU threads of builds; 0: as many as the machine has.
+    int threads = 0;
+    /// Makes the CPU backend.
+    MakeBackend make_cpu_backend;
+    /// Makes the Vulkan backend; throws Error(kUnavailable) where there is none.
+    MakeBackend make_vulkan_backend;
+    /// What every picture says below: machine, command.
+    std::string footer;
+    /// To be called after each step.
+    std::function<void()> step;
+    /// Called often during long work; throws to end it.
+    std::function<void()> check = [] {};
+};
+
+/// One frame of a scene as the charts take it, in the user's units.
+struct ChartInput {
+    std::string name;
+    Topology topology;
+    std::vector<vec3> positions;
+};
+
+// Steps that each takes.
+std::size_t accuracy_steps();
+std::size_t placement_steps(const Effort& effort);
+std::size_t packet_steps();
+std::size_t cone_steps();
+std::size_t policy_steps();
+std::size_t tree_steps();
+std::size_t box_steps();
+std::size_t scaling_steps(const Effort& effort);
+std::size_t failure_steps();
+
+/// Mray/s against wrong answers per million rays, all contenders, at the origin; `suffix` makes the
+/// file's name one of its own.
+Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
+                     const std::string& suffix);
+/// Wrong answers far from the origin and at small and large scales, contenders with one ray.
+Chart placement_chart(const ChartContext& context, const ChartInput& input,
+                      const std::string& suffix);
+/// The size of a packet of camera rays against Mray/s.
+Chart packet_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
+/// The angle of cones of any-hit rays against Mray/s: packets, streams, single rays.
+Chart cone_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
+/// Frames of a clip against trace, quality of the tree and update, for each update policy. Of a
+/// scene with one frame, no table and no picture: the caption says so.
+Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
+/// Kinds of trees against Mray/s of our tracers.
+Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
+/// Box tests and precisions of nodes: Mray/s, bytes and wrong answers.
+Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
+/// The number of triangles against build, refit and trace.
+Chart scaling_chart(const ChartContext& context);
+/// Failure scenes against contenders; `more` are scenes besides the program's own.
+Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
+
+}  // namespace morphray::accuracy

@@ -1,0 +1,233 @@
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <span>
+
+#include "accuracy/charts/charts.h"
+#include "accuracy/measure/measure.h"
+#include "common/interop/surface.h"
+#include "cpu/image/image_tracer.h"
+#include "cpu/packet/packet_tracer.h"
+#include "cpu/single_ray/single_ray_tracer.h"
+
+namespace morphray::accuracy {
+namespace {
+
+constexpr double kAngles[] = {0, 2, 5, 10, 15, 20, 30, 45, 60, 75, 90};
+constexpr std::uint32_t kSide = 256;
+// Ambient occlusion as pictures have it: so many rays of each of many points side by side.
+constexpr std::size_t kFew = 16;
+// As many as a square of a packet has.
+constexpr std::size_t kMany = cpu::kSquareRays;
+
+/// Some rays of each point, one point after the other.
+struct Cones {
+    std::size_t rays_of_point;
+    std::vector<Ray> rays;
+    /// The same as packets take them.
+    std::vector<cpu::PointRays> blocks;
+};
+
+/// What the camera sees, in the order of its tiles.
+std::vector<Surface> seen_surfaces(const ChartScene& scene, const cpu::WideTracer& tracer) {
+    const std::vector<Ray>& rays = scene.scene_space.camera_rays;
+    const std::vector<vec3>& positions = scene.scene_space.positions;
+    std::vector<Hit> hits(rays.size());
+    tracer.intersect(rays, hits);
+    std::vector<Surface> surfaces;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        if (hits[i].prim_id == kNoPrim) continue;
+        const uvec3 t = scene.topology.triangles[hits[i].prim_id];
+        surfaces.push_back(
+            surface_at(rays[i], hits[i], positions[t.x], positions[t.y], positions[t.z]));
+    }
+    return surfaces;
+}
+
+/// At the angle `radius` * `largest` from the normal, the way `turn` around it.
+Ray cone_ray(const Surface& surface, double largest, double radius, double turn, float tfar) {
+    const vec3 n = surface.normal;
+    // Two directions across (T. Duff et al. Building an Orthonormal Basis, Revisited. 2017).
+    const double sign = n.z < 0 ? -1 : 1;
+    const double a = -1 / (sign + n.z);
+    const double b = a * n.x * n.y;
+    const std::array<double, 3> x{1 + sign * a * n.x * n.x, sign * b, -sign * n.x};
+    const std::array<double, 3> y{b, sign + a * n.y * n.y, -n.y};
+    const double sine = std::sin(radius * largest);
+    vec3 dir;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<std::size_t>(axis);
+        dir[axis] = static_cast<float>(std::cos(radius * largest) * n[axis] +
+                                       sine * (std::cos(turn) * x[i] + std::sin(turn) * y[i]));
+    }
+    return {off_surface(surface, surface.size), 0, canonical_direction(dir),
+            tfar * power_of_two_below(largest_component(dir))};
+}
+
+/// `count` points out of the surfaces, all over them or side by side, with rays in cells of a
+/// square that is bent to a disc (P. Shirley, K. Chiu. A low distortion map between disk and
+/// square. 1997), so that neighbours in a packet are neighbours in the cone.
+Cones make_cones(std::span<const Surface> surfaces, std::size_t count, std::size_t rays_of_point,
+                 double degrees, float tfar) {
+    Cones cones{rays_of_point, {}, {}};
+    if (surfaces.empty()) return cones;
+    const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(rays_of_point)));
+    const double largest = degrees * std::numbers::pi / 180;
+    std::mt19937_64 random(5);
+    const auto unit = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+    cones.rays.resize(count * rays_of_point);
+    for (std::size_t point = 0; point < count; ++point) {
+        const Surface& surface = surfaces[rays_of_point == kMany ? point * surfaces.size() / count
+                                                                 : point % surfaces.size()];
+        for (std::uint32_t y = 0; y < side; ++y) {
+            for (std::uint32_t x = 0; x < side; ++x) {
+                const double u = 2 * (x + unit()) / side - 1;
+                const double v = 2 * (y + unit()) / side - 1;
+                const bool wide = std::abs(u) > std::abs(v);
+                const double radius = wide ? u : v;
+                const double turn = wide ? std::numbers::pi / 4 * v / u
+                                         : std::numbers::pi / 4 * (2 - u / (v == 0 ? 1 : v));
+                const std::size_t ray = rays_of_point == kMany ? cpu::point_packet_ray(x, y)
+                                                               : std::size_t{y} * side + x;
+                cones.rays[point * rays_of_point + ray] =
+                    cone_ray(surface, largest, radius, turn, tfar);
+            }
+        }
+    }
+    cones.blocks.resize(cones.rays.size() / cpu::kBlockRays);
+    for (std::size_t i = 0; i < cones.rays.size(); ++i)
+        cones.blocks[i / cpu::kBlockRays].set(i % cpu::kBlockRays, cones.rays[i]);
+    return cones;
+}
+
+/// What became of all rays.
+struct Answers {
+    std::atomic<std::size_t> occluded{0};
+    std::atomic<std::size_t> undecided{0};
+};
+
+/// answer(rays, occluded, answers) for batches of rays; counts what is occluded.
+template <class Answer>
+void for_each_packet(const Cones& cones, Answers& answers, Answer answer) {
+    answers.occluded = answers.undecided = 0;
+    tbb::parallel_for(std::size_t{0}, cones.rays.size() / kMany, [&](std::size_t i) {
+        std::array<std::uint8_t, kMany> occluded;
+        answer(std::span(cones.rays).subspan(i * kMany, kMany), std::span(occluded), answers);
+        answers.occluded +=
+            static_cast<std::size_t>(std::count(occluded.begin(), occluded.end(), std::uint8_t{1}));
+    });
+}
+
+void trace_one_by_one(const Cones& cones, const cpu::WideTracer& tracer, Answers& answers) {
+    for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers&) {
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            tracer.occluded(rays.subspan(i, 1), occluded.subspan(i, 1));
+    });
+}
+
+void trace_streams(const Cones& cones, const cpu::WideTracer& tracer, Answers& answers) {
+    for_each_packet(cones, answers,
+                    [&](auto rays, auto occluded, Answers&) { tracer.occluded(rays, occluded); });
+}
+
+/// Each point's rays as a packet, those that it leaves undecided as streams: what the program does
+/// with shadow rays.
+void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
+                   const cpu::WideTracer& others, Answers& answers) {
+    for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
+        thread_local const auto packet = std::make_unique<cpu::Packet>();
+        std::array<std::uint16_t, cpu::kSquareRays> undecided;
+        const auto first = static_cast<std::size_t>(&rays[0] - cones.rays.data());
+        const auto blocks =
+            std::span(cones.blocks).subspan(first / cpu::kBlockRays, kMany / cpu::kBlockRays);
+        const std::size_t count = tracer.occluded_from_point(rays[0].org, blocks, *packet,
+                                                             occluded.data(), undecided.data());
+        counts.undecided += count;
+        cpu::occluded_among(others, rays[0].org, blocks, std::span(undecided).first(count),
+                            occluded);
+    });
+}
+
+}  // namespace
+
+std::size_t cone_steps() { return std::size(kAngles); }
+
+Chart cone_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix) {
+    const ChartScene scene =
+        make_chart_scene(input.name, input.topology, input.positions, {}, kSide, 0);
+    const cpu::SimdTarget target = cpu::supported_simd_targets().front();
+    const cpu::WideTracer wide(scene.scene_space.bvh, target);
+    const cpu::PacketTracer packets(scene.scene_space.bvh, target);
+    const std::vector<Surface> surfaces = seen_surfaces(scene, wide);
+    const std::size_t points = context.effort.cone_points;
+    constexpr const char* kWays[] = {"packets (1024 rays a point)", "streams (1024 rays a point)",
+                                     "one by one (1024 rays a point)", "streams (16 rays a point)",
+                                     "one by one (16 rays a point)"};
+    Table table({"way", "degrees", "Mray/s", "occluded %", "undecided %"});
+    std::vector<std::vector<std::vector<std::string>>> rows(std::size(kWays));
+    for (const double degrees : kAngles) {
+        const Cones many = make_cones(surfaces, points, kMany, degrees, scene.params.ao_tfar);
+        const Cones few =
+            make_cones(surfaces, points * kMany / kFew, kFew, degrees, scene.params.ao_tfar);
+        std::array<Answers, std::size(kWays)> answers;
+        const std::vector<std::function<void()>> runs{
+            [&] { trace_packets(many, packets, wide, answers[0]); },
+            [&] { trace_streams(many, wide, answers[1]); },
+            [&] { trace_one_by_one(many, wide, answers[2]); },
+            [&] { trace_streams(few, wide, answers[3]); },
+            [&] { trace_one_by_one(few, wide, answers[4]); }};
+        const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
+        const auto count = static_cast<double>(std::max<std::size_t>(1, many.rays.size()));
+        for (std::size_t i = 0; i < runs.size(); ++i) {
+            rows[i].push_back(
+                {kWays[i], fmt::format("{}", degrees),
+                 fmt::format("{:.4g}", count / (times[i] * 1e3)),
+                 fmt::format("{:.1f}", 100 * static_cast<double>(answers[i].occluded) / count),
+                 fmt::format("{:.1f}", 100 * static_cast<double>(answers[i].undecided) / count)});
+        }
+        context.step();
+    }
+    // A line's points stand together.
+    for (const auto& of_way : rows) {
+        for (const std::vector<std::string>& row : of_way) table.add(row);
+    }
+
+    const std::string name = "cones" + suffix;
+    PlotScript script;
+    script.title = fmt::format("Where coherence ends: rays in a cone, {}, {} triangles, {}",
+                               input.name, input.topology.triangles.size(), target.name);
+    script.footer = context.footer;
+    script.body =
+        "set logscale y\nset xrange [-2:92]\nset xtics 15\nset key top right noenhanced\n"
+        "set xlabel 'half the angle of the cone about the normal, degrees'\n"
+        "set ylabel 'Mray/s (any hit)'\nplot ";
+    for (std::size_t i = 0; i < std::size(kWays); ++i) {
+        script.body += fmt::format(
+            "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' ? $2 : NaN):3 with linespoints pt {3} "
+            "dt {4} lw 2 lc {5} title '{2}'",
+            i == 0 ? "" : ", ", name, kWays[i],
+            i == 0       ? 7
+            : i % 2 == 1 ? 5
+                         : 9,
+            i < 3 ? 1 : 2,
+            i == 0       ? 1
+            : i % 2 == 1 ? 2
+                         : 3);
+    }
+    script.body += "\n";
+    return {name,
+            "Rays of ambient occlusion, on all threads. Packets need rays from one point: they pay "
+            "to the left of where their line meets that of the streams, into which 64 rays go "
+            "whatever they have in common. Dashed: few rays of each of many points side by side, "
+            "as pictures have them.",
+            table, script};
+}
+
+}  // namespace morphray::accuracy

@@ -1,0 +1,160 @@
+#include <fmt/format.h>
+
+#include <ctime>
+
+#include "accuracy/charts/charts.h"
+#include "accuracy/measure/measure.h"
+#include "common/process/guarded_run.h"
+
+namespace morphray::accuracy {
+namespace {
+
+// Of the effort's pixels a side.
+constexpr std::uint32_t kLessSide = 8;
+// Some thousand times what it takes.
+constexpr unsigned kLimitS = 60;
+
+struct Cell {
+    std::size_t row = 0;
+    std::size_t column = 0;
+    std::string scene;
+    std::string contender;
+    VerdictCounts camera;
+    VerdictCounts aimed;
+    RunEnd end = RunEnd::kDone;
+    double mrays = 0;
+
+    std::uint64_t rays() const { return camera.rays + aimed.rays; }
+    std::uint64_t wrong() const { return camera.wrong() + aimed.wrong(); }
+    std::uint64_t operator[](Verdict verdict) const { return camera[verdict] + aimed[verdict]; }
+};
+
+const char* name_of(RunEnd end) {
+    return end == RunEnd::kDone ? "ok" : end == RunEnd::kCrashed ? "crash" : "no end";
+}
+
+/// Who differs in what they answer, and the program's own tracer for its speed.
+std::vector<Contender> columns_of(const ChartScene& scene) {
+    std::vector<Contender> columns{single_contender(scene)};
+    std::vector<Contender> boxes = box_contenders(scene);
+    // The first is our rule with our boxes once more.
+    boxes.erase(boxes.begin());
+    for (std::vector<Contender> more :
+         {rule_contenders(scene), std::move(boxes), embree_contenders(scene)})
+        std::move(more.begin(), more.end(), std::back_inserter(columns));
+    return columns;
+}
+
+/// Traces all rays on one thread, timed by its processor, where neither a crash nor a loop without
+/// an end does harm.
+void measure(const ChartContext& context, const Contender& contender, const ChartSpace& space,
+             const Judge& judge, Cell& cell) {
+    const std::size_t pixels = space.camera_rays.size();
+    const std::size_t rays = pixels + space.aimed_rays.size();
+    const SharedMemory hits(rays * sizeof(Hit));
+    const SharedMemory time(sizeof(double));
+    cell.end = run_guarded(
+        [&] {
+            const std::clock_t begin = std::clock();
+            contender.trace(space.camera_rays, hits.as<Hit>(pixels));
+            contender.trace(space.aimed_rays, hits.as<Hit>(rays).subspan(pixels));
+            time.as<double>(1)[0] =
+                1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+        },
+        kLimitS, context.check);
+    if (cell.end != RunEnd::kDone) return;
+    cell.mrays = static_cast<double>(rays) / (1e3 * time.as<double>(1)[0]);
+    cell.camera = judge.camera(hits.as<Hit>(pixels));
+    cell.aimed = judge.aimed(hits.as<Hit>(rays).subspan(pixels));
+}
+
+void add_cells(const ChartContext& context, const ChartInput& input, std::size_t row,
+               std::vector<Cell>& cells) {
+    const ChartScene scene = make_chart_scene(
+        input.name, input.topology, input.positions, {},
+        std::max(kChartTileSide, context.effort.side / kLessSide), context.effort.placed_rays);
+    const Judge in_scene_space(scene, scene.scene_space);
+    const Judge in_user_space(scene, scene.user_space);
+    std::size_t column = 0;
+    for (const Contender& contender : columns_of(scene)) {
+        Cell& cell = cells.emplace_back();
+        cell.row = row;
+        cell.column = column++;
+        cell.scene = input.name;
+        cell.contender = contender.name;
+        measure(context, contender, contender.space(scene),
+                contender.in_scene_space ? in_scene_space : in_user_space, cell);
+    }
+    context.step();
+}
+
+Table table_of(const std::vector<Cell>& cells) {
+    Table table({"scene", "contender", "row", "column", "rays", "wrong", "wrong/M", "leaks",
+                 "false misses", "false hits", "wrong triangles", "close", "displaced", "beside",
+                 "worst ulps", "end", "Mray/s"});
+    for (const Cell& cell : cells) {
+        std::vector<std::string> text{
+            cell.scene,
+            cell.contender,
+            fmt::format("{}", cell.row),
+            fmt::format("{}", cell.column),
+            fmt::format("{}", cell.rays()),
+            fmt::format("{}", cell.wrong()),
+            fmt::format("{:.4g}",
+                        1e6 * static_cast<double>(cell.wrong()) /
+                            static_cast<double>(std::max<std::uint64_t>(1, cell.rays())))};
+        for (const Verdict verdict :
+             {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
+              Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside}) {
+            text.push_back(fmt::format("{}", cell[verdict]));
+        }
+        text.push_back(
+            fmt::format("{:.3g}", std::max(cell.camera.worst_ulps, cell.aimed.worst_ulps)));
+        text.emplace_back(name_of(cell.end));
+        text.push_back(fmt::format("{:.3g}", cell.mrays));
+        table.add(text);
+    }
+    return table;
+}
+
+}  // namespace
+
+std::size_t failure_steps() { return failure_scenes().size(); }
+
+Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more) {
+    std::vector<ChartInput> inputs;
+    for (FailureScene& scene : failure_scenes())
+        inputs.push_back({scene.name, std::move(scene.topology), std::move(scene.positions)});
+    inputs.insert(inputs.end(), more.begin(), more.end());
+    std::vector<Cell> cells;
+    for (std::size_t row = 0; row < inputs.size(); ++row)
+        add_cells(context, inputs[row], row, cells);
+
+    const std::string name = "failures";
+    PlotScript script;
+    script.title =
+        "Failure map: wrong answers per million rays (none: green), million rays a second below";
+    script.footer = context.footer;
+    script.width = 1500;
+    script.height = static_cast<int>(260 + 46 * inputs.size());
+    script.body = fmt::format(
+        "set bmargin 9\nset lmargin 16\nunset key\nunset grid\n"
+        "set palette defined (0 '#a5d6a7', 0.01 '#fff59d', 3 '#ffb74d', 6 '#e53935', 7 '#9c27b0')\n"
+        "set cbrange [0:7]\nunset colorbox\nset yrange [{0}:-0.5]\nset xrange [-0.5:{1}]\n"
+        "set xtics rotate by 25 right noenhanced\nset ytics noenhanced\nset tics out nomirror\n"
+        "colour(e, wrong) = e ne 'ok' ? 7 : wrong > 0 ? 0.2 + (wrong > 1 ? log10(wrong) : 0) : "
+        "0\n"
+        "told(e, wrong, speed) = e ne 'ok' ? e : sprintf(\"%.0f\\n%.2g\", wrong, speed)\n"
+        "plot '{2}.csv' skip 1 using 4:3:($4-0.48):($4+0.48):($3-0.45):($3+0.45):"
+        "(colour(strcol(16), $7)):ytic(1):xtic(2) with boxxyerror fc palette fs solid, "
+        "'' skip 1 using 4:3:(told(strcol(16), $7, $17)) with labels font ',10'\n",
+        static_cast<double>(inputs.size()) - 0.5,
+        static_cast<double>(cells.empty() ? 0 : cells.back().column) + 0.5, name);
+    return {name,
+            "A row a scene, a column a contender, each cell traced by one thread. Most rays aim at "
+            "vertices, edges and faces, some of them along an axis. Red cells are scenes that a "
+            "contender cannot be used for; violet ones ended in a crash, or not in time.",
+            table_of(cells), script};
+}
+
+}  // namespace morphray::accuracy

@@ -1,0 +1,131 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "accuracy/charts/charts.h"
+#include "accuracy/measure/measure.h"
+
+namespace morphray::accuracy {
+namespace {
+
+constexpr std::uint32_t kSide = 32;
+
+struct Row {
+    /// "offset" or "scale", and how much of it.
+    std::string series;
+    double x;
+    /// Its place among the contenders.
+    std::size_t order;
+    std::string contender;
+    VerdictCounts counts;
+};
+
+/// Those that differ in what they answer: all of ours give the same bits.
+std::vector<Contender> different_contenders(const ChartScene& scene) {
+    std::vector<Contender> all = rule_contenders(scene);
+    for (Contender& contender : embree_contenders(scene)) all.push_back(std::move(contender));
+    return all;
+}
+
+void add_rows(const ChartContext& context, const ChartInput& input, const std::string& series,
+              double x, std::vector<Row>& rows) {
+    const Placement placement{.offset = series == "offset" ? x : 0,
+                              .scale = series == "scale" ? x : 1};
+    const ChartScene scene = make_chart_scene(input.name, input.topology, input.positions,
+                                              placement, kSide, context.effort.placed_rays);
+    const Judge in_scene_space(scene, scene.scene_space);
+    const Judge in_user_space(scene, scene.user_space);
+    std::vector<Hit> hits(scene.scene_space.aimed_rays.size());
+    std::size_t order = 0;
+    for (const Contender& contender : different_contenders(scene)) {
+        trace_aimed(contender, scene, hits);
+        const Judge& judge = contender.in_scene_space ? in_scene_space : in_user_space;
+        rows.push_back({series, x, order++, contender.name, judge.aimed(hits)});
+    }
+    context.step();
+}
+
+Table table_of(const std::vector<Row>& rows) {
+    Table table({"contender", "series", "x", "rays", "wrong", "wrong/M", "leaks", "false misses",
+                 "false hits", "wrong triangles", "close", "displaced", "beside"});
+    for (const Row& row : rows) {
+        std::vector<std::string> cells{row.contender,
+                                       row.series,
+                                       fmt::format("{:g}", row.x),
+                                       fmt::format("{}", row.counts.rays),
+                                       fmt::format("{}", row.counts.wrong()),
+                                       fmt::format("{:.4g}", row.counts.wrong_per_million())};
+        for (const Verdict verdict :
+             {Verdict::kLeak, Verdict::kFalseMiss, Verdict::kFalseHit, Verdict::kWrongTriangle,
+              Verdict::kClose, Verdict::kDisplaced, Verdict::kBeside}) {
+            cells.push_back(fmt::format("{}", row.counts[verdict]));
+        }
+        table.add(cells);
+    }
+    return table;
+}
+
+/// The lines of one series; an x of 0 is drawn at `zero`.
+std::string panel(const std::string& title, const std::string& file,
+                  const std::vector<std::string>& contenders, const std::string& series,
+                  double zero, double largest) {
+    std::string text = fmt::format(
+        "set title '{}' font ',12'\nunset logscale\nset yrange [0.1:1.5e6]\nset xrange "
+        "[{}:{}]\nset logscale xy\nset xlabel '{}'\nset ylabel 'wrong answers per million rays'\n"
+        "set xtics autofreq format '10^{{%T}}'\nset ytics autofreq format '10^{{%T}}'\nset ytics "
+        "add "
+        "('none' 0.2)\nset key at graph 0.03,0.55 left Left reverse noenhanced\n",
+        title, zero / 10, largest * 10, series == "offset" ? "offset / size" : "scale");
+    if (series == "offset") text += fmt::format("set xtics add ('none' {})\n", zero);
+    text += "plot ";
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+        text += fmt::format(
+            "{0}'{1}.csv' skip 1 using (strcol(1) eq {2} && strcol(2) eq '{3}' ? ($3 > 0 ? $3 : "
+            "{4}) : NaN):($6 > 0 ? $6 : 0.2) with linespoints pt {5} ps 1.1 lw 2 lc {5} title {2}",
+            i == 0 ? "" : ", ", file, plot_quoted(contenders[i]), series, zero, i + 1);
+    }
+    return text + "\n";
+}
+
+}  // namespace
+
+std::size_t placement_steps(const Effort& effort) {
+    return 1 + effort.offsets.size() + effort.scales.size();
+}
+
+Chart placement_chart(const ChartContext& context, const ChartInput& input,
+                      const std::string& suffix) {
+    std::vector<Row> rows;
+    add_rows(context, input, "offset", 0, rows);
+    std::vector<std::string> contenders;
+    for (const Row& row : rows) contenders.push_back(row.contender);
+    for (const double offset : context.effort.offsets)
+        add_rows(context, input, "offset", offset, rows);
+    for (const double scale : context.effort.scales) add_rows(context, input, "scale", scale, rows);
+    // A line's points stand together, in their order.
+    std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+        return std::tie(a.series, a.order, a.x) < std::tie(b.series, b.order, b.x);
+    });
+
+    const std::string name = "placement" + suffix;
+    PlotScript script;
+    script.title = fmt::format("Far from the origin, tiny and huge: {}, {} triangles", input.name,
+                               input.topology.triangles.size());
+    script.footer = context.footer;
+    script.width = 1500;
+    script.height = 700;
+    script.layout = "1,2";
+    script.body = panel("moved along (1, 1, 1)", name, contenders, "offset",
+                        context.effort.offsets[0] / 10, context.effort.offsets.back()) +
+                  "unset label 1\n" +
+                  panel("scaled", name, contenders, "scale", context.effort.scales[0],
+                        context.effort.scales.back());
+    return {name,
+            "Rays at vertices, edges and faces. Every answer is held against the exact one for the "
+            "floats that the contender was given, so coordinates that were rounded away by the "
+            "offset are nobody's mistake.",
+            table_of(rows), script};
+}
+
+}  // namespace morphray::accuracy

@@ -1,0 +1,57 @@
+// How fast contenders are and how often they are wrong.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "accuracy/methods/method.h"
+#include "accuracy/referee/exact_referee.h"
+
+namespace morphray::accuracy {
+
+struct VerdictCounts {
+    std::array<std::uint64_t, kVerdictCount> of{};
+    std::uint64_t rays = 0;
+    /// The largest difference of t among the close and the wrong triangles, in ulps.
+    double worst_ulps = 0;
+
+    std::uint64_t operator[](Verdict verdict) const {
+        return of[static_cast<std::size_t>(verdict)];
+    }
+    std::uint64_t wrong() const;
+    double wrong_per_million() const;
+};
+
+/// The exact answers to all rays of a scene in one of its spaces. The scene outlives it.
+class Judge {
+public:
+    /// Asks the referee in parallel, and about each thousandth ray by all triangles besides: throws
+    /// Error(kInternal) should they differ.
+    Judge(const ChartScene& scene, const ChartSpace& space);
+
+    VerdictCounts camera(std::span<const Hit> hits) const;
+    VerdictCounts aimed(std::span<const Hit> hits) const;
+
+private:
+    std::vector<Truth> truths_of(std::span<const Ray> rays) const;
+    VerdictCounts count(std::span<const Ray> rays, std::span<const Truth> truths,
+                        std::span<const Hit> hits) const;
+
+    const ChartSpace* space_;
+    ExactReferee referee_;
+    std::vector<Truth> camera_;
+    std::vector<Truth> aimed_;
+};
+
+/// All rays of a kind, with all threads.
+void trace_camera(const Contender& contender, const ChartScene& scene, std::span<Hit> hits);
+void trace_aimed(const Contender& contender, const ChartScene& scene, std::span<Hit> hits);
+
+/// The least milliseconds of `rounds` runs of each in turn, after one to warm up: what disturbs the
+/// machine only adds. Calls `check` before each run, which may throw to end the work.
+std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds,
+                                const std::function<void()>& check);
+
+}  // namespace morphray::accuracy

@@ -1,0 +1,45 @@
+// What the lines see that run beside a ray: parallel to it, at most so far away.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "accuracy/measure/candidate_search.h"
+
+namespace morphray::accuracy {
+
+/// Triangles as seen along one ray, by regions of a plane across it, in double. A vertex has one
+/// place in that plane, whichever triangle it is a corner of, so what is closed stays closed.
+class ParallelView {
+public:
+    explicit ParallelView(const Ray& ray);
+
+    /// A triangle; those without an extent across the ray count for nothing.
+    void add(std::uint32_t prim_id, vec3 a, vec3 b, vec3 c);
+
+    /// Whether, in a spot at most `radius` away from the ray, no triangle is more than `ulps` (of a
+    /// float) of t in front of prim_id, or, if that is kNoPrim, there is no triangle at all. Hits
+    /// count at t > 0 within the ray's [tnear, tfar]. A spot narrower than some 2^-16 of the radius
+    /// is none.
+    bool shows(std::uint32_t prim_id, double radius, double ulps) const;
+
+    /// Whether an edge of a triangle is at most `radius` away from the ray at a t that counts and
+    /// that is no more than `ulps` larger than most_t: what a triangle without an extent across the
+    /// ray can show.
+    bool grazes(vec3 a, vec3 b, vec3 c, double radius, double most_t, double ulps) const;
+
+private:
+    struct Seen {
+        std::uint32_t prim_id;
+        /// x, y across the ray; z along it in units of t.
+        std::array<Double3, 3> corner;
+    };
+
+    Double3 seen(vec3 p) const;
+
+    Ray ray_;
+    Double3 x_, y_, along_;
+    std::vector<Seen> triangles_;
+};
+
+}  // namespace morphray::accuracy

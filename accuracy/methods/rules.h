@@ -1,0 +1,176 @@
+// Intersection rules that others use, each as its authors give it, in float.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "common/interop/hit_rule.h"
+
+namespace morphray::accuracy {
+
+/// a * b - c * d and sums of three products, with fused multiply-add or without.
+template <bool kFused>
+struct Products {
+    static float difference(float a, float b, float c, float d) {
+        if constexpr (kFused) return __builtin_fmaf(a, b, -(c * d));
+        return a * b - c * d;
+    }
+    static float dot(vec3 a, vec3 b) {
+        if constexpr (kFused) return __builtin_fmaf(a.x, b.x, __builtin_fmaf(a.y, b.y, a.z * b.z));
+        return a.x * b.x + a.y * b.y + a.z * b.z;
+    }
+    static vec3 cross(vec3 a, vec3 b) {
+        return vec3(difference(a.y, b.z, a.z, b.y), difference(a.z, b.x, a.x, b.z),
+                    difference(a.x, b.y, a.y, b.x));
+    }
+    static float minus_product(float a, float b, float c) {
+        if constexpr (kFused) return __builtin_fmaf(-b, c, a);
+        return a - b * c;
+    }
+};
+
+/// Whether no two of them have opposite signs, and not all are 0.
+inline bool alike(float u, float v, float w) {
+    return !((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) &&
+           (u != 0 || v != 0 || w != 0);
+}
+
+template <bool kFused>
+class MoellerTrumbore {
+public:
+    explicit MoellerTrumbore(const Ray& ray) : org_(ray.org), dir_(ray.dir) {}
+
+    bool intersect(vec3 a, vec3 b, vec3 c, float& t, float& u, float& v) const {
+        using P = Products<kFused>;
+        const vec3 e1 = b - a;
+        const vec3 e2 = c - a;
+        const vec3 p = P::cross(dir_, e2);
+        const float determinant = P::dot(e1, p);
+        if (!(determinant != 0)) return false;
+        const float inverse = 1 / determinant;
+        const vec3 s = org_ - a;
+        u = P::dot(s, p) * inverse;
+        if (!(u >= 0 && u <= 1)) return false;
+        const vec3 q = P::cross(s, e1);
+        v = P::dot(dir_, q) * inverse;
+        if (!(v >= 0 && u + v <= 1)) return false;
+        t = P::dot(e2, q) * inverse;
+        return t > 0;
+    }
+
+private:
+    vec3 org_;
+    vec3 dir_;
+};
+
+/// With the double precision that the paper falls back to where an edge function is 0.
+template <bool kFused>
+class WoopWatertight {
+public:
+    explicit WoopWatertight(const Ray& ray) : org_(ray.org) {
+        const vec3 d = ray.dir;
+        const vec3 size(std::abs(d.x), std::abs(d.y), std::abs(d.z));
+        kz_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        kx_ = (kz_ + 1) % 3;
+        ky_ = (kx_ + 1) % 3;
+        if (d[kz_] < 0) std::swap(kx_, ky_);
+        sx_ = d[kx_] / d[kz_];
+        sy_ = d[ky_] / d[kz_];
+        sz_ = 1 / d[kz_];
+    }
+
+    bool intersect(vec3 va, vec3 vb, vec3 vc, float& t, float& u, float& v) const {
+        using P = Products<kFused>;
+        const vec3 a = va - org_;
+        const vec3 b = vb - org_;
+        const vec3 c = vc - org_;
+        const float ax = P::minus_product(a[kx_], sx_, a[kz_]);
+        const float ay = P::minus_product(a[ky_], sy_, a[kz_]);
+        const float bx = P::minus_product(b[kx_], sx_, b[kz_]);
+        const float by = P::minus_product(b[ky_], sy_, b[kz_]);
+        const float cx = P::minus_product(c[kx_], sx_, c[kz_]);
+        const float cy = P::minus_product(c[ky_], sy_, c[kz_]);
+        float eu = P::difference(cx, by, cy, bx);
+        float ev = P::difference(ax, cy, ay, cx);
+        float ew = P::difference(bx, ay, by, ax);
+        if (eu == 0 || ev == 0 || ew == 0) {
+            const auto exact = [](float p, float q, float r, float s) {
+                return static_cast<float>(double{p} * q - double{r} * s);
+            };
+            eu = exact(cx, by, cy, bx);
+            ev = exact(ax, cy, ay, cx);
+            ew = exact(bx, ay, by, ax);
+        }
+        if (!alike(eu, ev, ew)) return false;
+        const float determinant = eu + ev + ew;
+        if (!(determinant != 0)) return false;
+        const float scaled =
+            P::dot(vec3(eu, ev, ew), vec3(sz_ * a[kz_], sz_ * b[kz_], sz_ * c[kz_]));
+        const float inverse = 1 / determinant;
+        t = scaled * inverse;
+        u = ev * inverse;
+        v = ew * inverse;
+        return t > 0;
+    }
+
+private:
+    vec3 org_;
+    int kx_, ky_, kz_;
+    float sx_, sy_, sz_;
+};
+
+/// Signs of d . (b x c): each edge spans a plane with the origin.
+template <bool kFused>
+class EdgePlanes {
+public:
+    explicit EdgePlanes(const Ray& ray) : org_(ray.org), dir_(ray.dir) {}
+
+    bool intersect(vec3 va, vec3 vb, vec3 vc, float& t, float& u, float& v) const {
+        using P = Products<kFused>;
+        const vec3 a = va - org_;
+        const vec3 b = vb - org_;
+        const vec3 c = vc - org_;
+        const float eu = P::dot(dir_, P::cross(b, c));
+        const float ev = P::dot(dir_, P::cross(c, a));
+        const float ew = P::dot(dir_, P::cross(a, b));
+        if (!alike(eu, ev, ew)) return false;
+        const vec3 normal = P::cross(b - a, c - a);
+        const float facing = P::dot(normal, dir_);
+        if (!(facing != 0)) return false;
+        const float inverse = 1 / (eu + ev + ew);
+        t = P::dot(normal, a) / facing;
+        u = ev * inverse;
+        v = ew * inverse;
+        return t > 0;
+    }
+
+private:
+    vec3 org_;
+    vec3 dir_;
+};
+
+/// That of the program.
+class OurRule {
+public:
+    explicit OurRule(const Ray& ray)
+        : sheared_(shear_ray(ray.org, ray.dir)), tnear_(ray.tnear), tfar_(ray.tfar) {}
+
+    bool intersect(vec3 a, vec3 b, vec3 c, float& t, float& u, float& v) const {
+        TriangleHit hit;
+        if (!may_hit_triangle(sheared_, a, b, c) ||
+            !intersect_triangle(sheared_, tnear_, tfar_, a, b, c, hit)) {
+            return false;
+        }
+        t = hit.t;
+        u = hit.u;
+        v = hit.v;
+        return true;
+    }
+
+private:
+    ShearedRay sheared_;
+    float tnear_;
+    float tfar_;
+};
+
+}  // namespace morphray::accuracy

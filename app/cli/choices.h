@@ -1,0 +1,67 @@
+// Options that take one of a few names.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "app/cli/nearest.h"
+#include "app/cli/options.h"
+#include "common/base/errors.h"
+
+namespace morphray::app {
+
+template <class T>
+struct Choice {
+    const char* name;
+    T value;
+};
+
+/// "a|b|c".
+template <class T>
+std::string names_of(std::span<const Choice<T>> choices) {
+    std::string names;
+    for (const Choice<T>& choice : choices) {
+        if (!names.empty()) names += '|';
+        names += choice.name;
+    }
+    return names;
+}
+
+/// The value of the name; throws Error(kBadArgument) with the nearest name for any other text.
+template <class T>
+T parse_choice(const std::string& option, const std::string& text,
+               std::type_identity_t<std::span<const Choice<T>>> choices) {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : choices) {
+        if (text == name) return value;
+        names.emplace_back(name);
+    }
+    const std::string nearest = nearest_name(text, names);
+    throw Error(ErrorKind::kBadArgument,
+                fmt::format("{}: '{}' is not one of {}{}", option, text, fmt::join(names, ", "),
+                            nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
+}
+
+inline constexpr Choice<BackendChoice> kBackends[] = {{"auto", BackendChoice::kAuto},
+                                                      {"cpu", BackendChoice::kCpu},
+                                                      {"vulkan", BackendChoice::kVulkan},
+                                                      {"brute", BackendChoice::kBrute}};
+inline constexpr Choice<BackendChoice> kCheckedBackends[] = {{"all", BackendChoice::kAuto},
+                                                             {"cpu", BackendChoice::kCpu},
+                                                             {"vulkan", BackendChoice::kVulkan}};
+inline constexpr Choice<std::uint32_t> kRays[] = {
+    {"primary", kRaysPrimary}, {"shadow", kRaysShadow}, {"ao", kRaysAo}};
+inline constexpr Choice<SplitMethod> kSplits[] = {{"binned", SplitMethod::kBinned},
+                                                  {"sweep", SplitMethod::kSweep}};
+inline constexpr Choice<MissingFrames> kMissing[] = {
+    {"fail", MissingFrames::kFail}, {"hold", MissingFrames::kHold}, {"skip", MissingFrames::kSkip}};
+inline constexpr Choice<RefitOn> kRefitOn[] = {{"cpu", RefitOn::kCpu},
+                                               {"vulkan", RefitOn::kVulkan}};
+inline constexpr Choice<Reference> kReferences[] = {
+    {"auto", Reference::kAuto}, {"brute", Reference::kBrute}, {"cpu", Reference::kCpu}};
+
+}  // namespace morphray::app

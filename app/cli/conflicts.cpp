@@ -1,0 +1,37 @@
+#include "app/cli/conflicts.h"
+
+#include <fmt/format.h>
+
+#include "app/terminal/messages.h"
+#include "common/base/errors.h"
+
+namespace morphray::app {
+
+void check_conflicts(const Options& options) {
+    if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {
+        throw Error(ErrorKind::kBadArgument,
+                    "--update rebuild, --refit-on: a tree that is rebuilt is not refitted; leave "
+                    "one of them out");
+    }
+    for (const auto& [name, file] :
+         {std::pair("--trace-events", &options.trace_events), std::pair("--plot", &options.plot)}) {
+        if (file->empty() || !options.policies.empty() || !options.tree.update.empty()) continue;
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("{}: shows how policies compare; give --policies too", name));
+    }
+    const char* taken_by = nullptr;
+    for (const auto& [name, file] :
+         {std::pair("--json", &options.json), std::pair("--junit", &options.junit),
+          std::pair("--csv", &options.csv), std::pair("--trace-events", &options.trace_events)}) {
+        if (!is_stdout(*file)) continue;
+        if (taken_by != nullptr) {
+            throw Error(ErrorKind::kBadArgument,
+                        fmt::format("{}, {}: both go to stdout, which takes one report; give one "
+                                    "of them a file",
+                                    taken_by, name));
+        }
+        taken_by = name;
+    }
+}
+
+}  // namespace morphray::app

@@ -1,0 +1,27 @@
+// Exit codes of the program (README, "Exit codes").
+#pragma once
+
+#include "common/base/errors.h"
+
+namespace morphray::app {
+
+enum class ExitCode : int {
+    kOk = 0,
+    kCheckFailed = 1,
+    kUsage = 2,
+    kBadInput = 3,
+    kUnavailable = 4,
+    kOutput = 5,
+    kLimit = 6,
+    kDeviceLost = 7,
+    kPartial = 8,
+    kInternal = 70,
+    kInterrupted = 130,
+    kTerminated = 143,
+};
+
+/// The exit code of a command that an error of this kind ended. kCancelled gives kInterrupted; a
+/// caller that knows the signal gives its code instead.
+ExitCode exit_code_of(ErrorKind kind);
+
+}  // namespace morphray::app

@@ -1,0 +1,45 @@
+// Numbers on the command line, read without the locale and never silently clamped.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "common/scene/camera_setup.h"
+
+namespace morphray::app {
+
+/// The whole of `text` as a number; nothing for anything else. Accepts inf and nan; a decimal
+/// number beyond the range of double becomes inf.
+std::optional<double> read_number(std::string_view text);
+
+// The functions below throw Error(kBadArgument) that names the option.
+
+/// A whole number in [lower, upper].
+std::uint64_t parse_count(std::string_view option, std::string_view text, std::uint64_t lower,
+                          std::uint64_t upper);
+
+/// A finite number of at least `lower`.
+double parse_finite(std::string_view option, std::string_view text, double lower);
+
+/// Any number, also one that is not finite: whether a camera can use it is for camera_setup to say.
+double parse_number(std::string_view option, std::string_view text);
+
+/// `x,y,z`, each as in parse_number.
+Point parse_point(std::string_view option, std::string_view text);
+
+struct Size {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+};
+/// `WxH`; 0 and what is not a number is kUsage, more than 65536 a side Error(kLimit).
+Size parse_size(std::string_view option, std::string_view text);
+
+struct Pixel {
+    std::uint32_t x = 0;
+    std::uint32_t y = 0;
+};
+/// `X,Y`, each at most 65535.
+Pixel parse_pixel(std::string_view option, std::string_view text);
+
+}  // namespace morphray::app

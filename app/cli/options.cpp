@@ -1,0 +1,14 @@
+#include "app/cli/options.h"
+
+namespace morphray::app {
+
+const char* name_of_rays(std::uint32_t rays) {
+    if (rays == kRaysShadow) return "shadow";
+    return rays == kRaysAo ? "ao" : "primary";
+}
+
+const char* name_of(SplitMethod split) {
+    return split == SplitMethod::kBinned ? "binned" : "sweep";
+}
+
+}  // namespace morphray::app

@@ -1,0 +1,148 @@
+// morphray chart: speed against accuracy, as pictures and as data.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <thread>
+
+#include "accuracy/charts/chart_folder.h"
+#include "accuracy/charts/chart_page.h"
+#include "accuracy/charts/charts.h"
+#include "app/backends.h"
+#include "app/commands/commands.h"
+#include "app/frames.h"
+#include "app/memory_budget.h"
+#include "app/terminal/interrupt.h"
+#include "app/terminal/progress.h"
+#include "common/base/errors.h"
+#include "common/process/shell_text.h"
+
+namespace morphray::app {
+namespace {
+
+using namespace accuracy;  // the charts
+
+std::string machine_text() {
+    std::string model = "unknown processor";
+    std::ifstream file("/proc/cpuinfo");
+    for (std::string line; std::getline(file, line);) {
+        if (!line.starts_with("model name") || line.find(": ") == std::string::npos) continue;
+        model = line.substr(line.find(": ") + 2);
+        break;
+    }
+    return fmt::format("{}, {} threads", model, std::thread::hardware_concurrency());
+}
+
+std::string command_text(const Options& options) {
+    std::vector<std::string> arguments{"morphray", "chart"};
+    arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
+    arguments.insert(arguments.end(), {"--out", options.out});
+    if (options.quick) arguments.emplace_back("--quick");
+    return shell_line(arguments);
+}
+
+SceneFrames open_scene_of(const Options& options, const std::string& scene,
+                          const Messages& messages) {
+    Options one = options;
+    one.scene = scene;
+    return open_frames(one, messages);
+}
+
+/// The middle frame of a scene.
+ChartInput middle_frame(const Options& options, const SceneFrames& frames) {
+    const Clip& clip = frames.clip();
+    const Topology& topology = clip.topology();
+    const Effort& effort = options.quick ? quick_effort() : full_effort();
+    require_memory({.triangles = topology.triangles.size(),
+                    .vertices = topology.vertex_count,
+                    .pixels = std::uint64_t{effort.side} * effort.side,
+                    .backends = 6});
+    std::vector<vec3> positions(topology.vertex_count);
+    clip.positions(std::floor((clip.first_frame() + clip.last_frame()) / 2), positions);
+    return {std::filesystem::path(clip.name()).filename().string(), topology, std::move(positions)};
+}
+
+std::vector<Chart> make_charts(const Options& options, std::vector<SceneFrames>& scenes,
+                               const ChartContext& context) {
+    std::vector<ChartInput> inputs;
+    for (SceneFrames& scene : scenes) inputs.push_back(middle_frame(options, scene));
+    std::vector<Chart> charts;
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const std::string suffix = inputs.size() == 1 ? "" : fmt::format("_{}", i + 1);
+        charts.push_back(accuracy_chart(context, inputs[i], suffix));
+        charts.push_back(placement_chart(context, inputs[i], suffix));
+        charts.push_back(packet_chart(context, inputs[i], suffix));
+        charts.push_back(cone_chart(context, inputs[i], suffix));
+        charts.push_back(policy_chart(context, scenes[i], suffix));
+        charts.push_back(tree_chart(context, scenes[i], suffix));
+        charts.push_back(box_chart(context, inputs[i], suffix));
+    }
+    charts.push_back(failure_chart(context, inputs));
+    charts.push_back(scaling_chart(context));
+    return charts;
+}
+
+std::size_t steps_of(std::size_t scenes, const Effort& effort) {
+    return scenes * (accuracy_steps() + placement_steps(effort) + packet_steps() + cone_steps() +
+                     policy_steps() + tree_steps() + box_steps() + 1) +
+           failure_steps() + scaling_steps(effort);
+}
+
+ExitCode write_charts(const Options& options, const Messages& messages) {
+    require_gnuplot();
+    ChartFolder folder(options.out);
+    std::vector<SceneFrames> scenes;
+    for (const std::string& scene : options.scenes)
+        scenes.push_back(open_scene_of(options, scene, messages));
+
+    const Effort& effort = options.quick ? quick_effort() : full_effort();
+    const std::string machine = machine_text();
+    const std::string command = command_text(options);
+    Progress progress("charting", steps_of(scenes.size(), effort), progress_mode(options.quiet));
+    std::uint64_t done = 0;
+    const auto backend_maker = [&options](BackendChoice choice) {
+        return [&options, choice] { return make_backend(choice, options.backend, Messages()); };
+    };
+    const ChartContext context{.effort = effort,
+                               .threads = options.backend.threads,
+                               .make_cpu_backend = backend_maker(BackendChoice::kCpu),
+                               .make_vulkan_backend = backend_maker(BackendChoice::kVulkan),
+                               .footer = fmt::format("{}; {}", machine, command),
+                               .step =
+                                   [&] {
+                                       throw_if_interrupted();
+                                       progress.update(++done);
+                                   },
+                               .check = throw_if_interrupted};
+    const std::vector<Chart> charts = make_charts(options, scenes, context);
+    progress.hide();
+    std::vector<PagedChart> paged;
+    for (const Chart& chart : charts) {
+        if (chart.script.body.empty()) {
+            paged.push_back({&chart, ""});
+            continue;
+        }
+        folder.write(chart.name + ".csv", chart.table.csv());
+        folder.write(chart.name + ".gp", script_text(chart.script, chart.name));
+        folder.plot(chart.name + ".gp");
+        paged.push_back({&chart, folder.read(chart.name + ".svg")});
+    }
+    folder.write("index.html", chart_page(paged, machine, command));
+    folder.keep();
+    messages.print(fmt::format("{} charts: {}\n", charts.size(),
+                               (std::filesystem::path(options.out) / "index.html").string()));
+    return ExitCode::kOk;
+}
+
+}  // namespace
+
+ExitCode run_chart(const Options& options, const Messages& messages) {
+    try {
+        return write_charts(options, messages);
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kCancelled) throw;
+        throw Error(error.kind(), "chart: interrupted; nothing is kept");
+    }
+}
+
+}  // namespace morphray::app

@@ -1,0 +1,28 @@
+// morphray devices: what Vulkan offers.
+#include <fmt/format.h>
+
+#include "app/backends.h"
+#include "app/commands/commands.h"
+#include "app/report/report_json.h"
+#include "common/base/table.h"
+
+namespace morphray::app {
+
+ExitCode run_devices(const Options& options, const Messages& messages) {
+    check_reports({options.json});
+    const std::vector<gpu::DeviceInfo> devices = vulkan_devices();
+    if (!options.json.empty()) write_report(options.json, to_json(devices));
+    if (takes_stdout({options.json})) return ExitCode::kOk;
+    Table table({"index", "name", "type", "vulkan", "driver", "MiB", "subgroup", "uuid", "usable"});
+    for (const gpu::DeviceInfo& device : devices) {
+        table.add({fmt::format("{}", device.index), device.name, device.type,
+                   fmt::format("{}.{}", device.api_major, device.api_minor), device.driver,
+                   fmt::format("{}", device.memory_bytes >> 20),
+                   fmt::format("{}", device.subgroup_size), device.uuid,
+                   device.unusable.empty() ? "yes" : "no: " + device.unusable});
+    }
+    messages.print(table.text());
+    return ExitCode::kOk;
+}
+
+}  // namespace morphray::app

@@ -1,0 +1,159 @@
+// morphray info: what a scene is made of, or what this program is.
+#include <fmt/format.h>
+
+#include "app/backends.h"
+#include "app/commands/commands.h"
+#include "app/frames.h"
+#include "app/memory_budget.h"
+#include "app/report/report_json.h"
+#include "app/report/reports.h"
+#include "common/base/stopwatch.h"
+#include "common/base/table.h"
+#include "common/scene/procedural/procedural.h"
+#include "common/simd/simd_target.h"
+#include "common/version.h"
+#include "common/base/number_text.h"
+
+namespace morphray::app {
+namespace {
+
+const char* build_description() {
+#if defined(__clang__)
+    return "clang " __clang_version__
+#elif defined(__GNUC__)
+    return "g++ " __VERSION__
+#endif
+#ifdef NDEBUG
+           ", without assertions";
+#else
+           ", with assertions";
+#endif
+}
+
+std::string describe_vulkan() {
+    try {
+        std::size_t usable = 0;
+        for (const gpu::DeviceInfo& device : vulkan_devices()) usable += device.unusable.empty();
+        return fmt::format("Vulkan: {} usable device{}", usable, usable == 1 ? "" : "s");
+    } catch (const Error& error) {
+        // The text begins with the name.
+        return error.what();
+    }
+}
+
+ProgramReport describe_program() {
+    ProgramReport report;
+    report.build = build_description();
+    for (const ProceduralScene& scene : procedural_scenes()) {
+        report.builtins.push_back({scene.name, scene.description, scene.default_triangles});
+    }
+    report.backends = {"cpu: " + cpu::names_of(cpu::supported_simd_targets()),
+                       "brute: every ray against every triangle", describe_vulkan()};
+    return report;
+}
+
+std::string text_of(const ProgramReport& report) {
+    std::string text = fmt::format("morphray {}, {}\n\nbackends\n", kVersionDetail, report.build);
+    for (const std::string& backend : report.backends) text += "  " + backend + '\n';
+    text += "\nbuilt-in scenes\n";
+    Table table({"  name", "triangles", "what"});
+    for (const auto& scene : report.builtins) {
+        table.add({"  builtin:" + scene.name, fmt::format("{}", scene.default_triangles),
+                   scene.description});
+    }
+    return text + table.text();
+}
+
+SceneReport::Tree describe_tree(SplitMethod split, const Topology& topology,
+                                std::span<const vec3> positions, int threads) {
+    SceneReport::Tree tree;
+    tree.build = name_of(split);
+    const Stopwatch watch;
+    const Bvh bvh = build_bvh(topology, positions, {.split = split, .threads = threads});
+    tree.build_ms = watch.ms();
+    tree.stats = bvh_stats(bvh);
+    tree.bvh_hash = bvh_hash(bvh);
+    return tree;
+}
+
+SceneReport describe_scene(const Options& options, const Messages& messages) {
+    SceneFrames scene = open_frames(options, messages);
+    const Topology& topology = scene.clip().topology();
+    require_memory({.triangles = topology.triangles.size(),
+                    .vertices = topology.vertex_count,
+                    .backends = options.tree_facts ? 1u : 0u});
+    const double frame = select_frames(options, scene.clip(), DefaultFrames::kFirst).front();
+    warn_of_damage(options, scene.clip(), {&frame, 1}, messages);
+    const std::span<const vec3> positions = scene.positions(frame);
+    SceneReport report;
+    report.head.command = "info";
+    report.head.scene = scene.clip().name();
+    report.head.triangles = topology.triangles.size();
+    report.head.vertices = topology.vertex_count;
+    report.first_frame = scene.clip().first_frame();
+    report.last_frame = scene.clip().last_frame();
+    report.bounds = scene.clip().bounds();
+    report.exponent = scene.space().exponent();
+    report.degenerate = count_degenerate(topology, positions);
+    report.topology_hash = topology_hash(topology);
+    if (options.tree_facts) {
+        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
+            report.trees.push_back(
+                describe_tree(split, topology, positions, options.backend.threads));
+        }
+    }
+    return report;
+}
+
+std::string text_of(const SceneReport& report) {
+    const auto corner = [](const double p[3]) {
+        return fmt::format("{:.6g}, {:.6g}, {:.6g}", p[0], p[1], p[2]);
+    };
+    std::string text = fmt::format("scene           {}\n", report.head.scene);
+    text +=
+        fmt::format("triangles       {} ({} without area, {} not finite)\n", report.head.triangles,
+                    report.degenerate.zero_area, report.degenerate.not_finite);
+    text += fmt::format("vertices        {}\n", report.head.vertices);
+    text += fmt::format("frames          {} to {}\n", report.first_frame, report.last_frame);
+    text += report.bounds.empty()
+                ? "bounds          none\n"
+                : fmt::format("bounds          ({}) to ({})\n", corner(report.bounds.lower),
+                              corner(report.bounds.upper));
+    text += fmt::format("scene space     user units * 2^{}\n", report.exponent);
+    text += fmt::format("topology hash   {}\n", hash_text(report.topology_hash));
+    if (report.trees.empty()) return text;
+    Table table({"tree", "build ms", "SAH cost", "nodes", "leaves", "depth", "children",
+                 "triangles", "vertices", "MiB", "hash"});
+    for (const SceneReport::Tree& tree : report.trees) {
+        const BvhStats& s = tree.stats;
+        table.add({tree.build, fmt::format("{:.2f}", tree.build_ms),
+                   fmt::format("{:.3f}", s.sah_cost), fmt::format("{}", s.node_count),
+                   fmt::format("{}", s.leaf_count), fmt::format("{}", s.depth),
+                   fmt::format("{:.2f}", s.children_per_node),
+                   fmt::format("{:.2f}", s.triangles_per_leaf),
+                   fmt::format("{:.2f}", s.vertices_per_leaf),
+                   fmt::format("{:.2f}", static_cast<double>(s.bytes) / 0x1p20),
+                   hash_text(tree.bvh_hash)});
+    }
+    return text + "\n" + table.text();
+}
+
+template <class Report>
+void publish(const Report& report, const Options& options, const Messages& messages) {
+    if (!options.json.empty()) write_report(options.json, to_json(report));
+    if (!takes_stdout({options.json})) messages.print(text_of(report));
+}
+
+}  // namespace
+
+ExitCode run_info(const Options& options, const Messages& messages) {
+    check_reports({options.json});
+    if (options.scene.empty()) {
+        publish(describe_program(), options, messages);
+    } else {
+        publish(describe_scene(options, messages), options, messages);
+    }
+    return ExitCode::kOk;
+}
+
+}  // namespace morphray::app

@@ -1,0 +1,105 @@
+// morphray probe: what happens in one pixel, in words.
+#include <fmt/format.h>
+
+#include "app/commands/commands.h"
+#include "app/commands/pixel_probe.h"
+#include "app/report/report_json.h"
+#include "common/base/table.h"
+#include "common/base/number_text.h"
+
+namespace morphray::app {
+namespace {
+
+std::string hex(float x) { return fmt::format("{:a}", x); }
+
+// Every bit, and a number to read.
+std::string both(float x) { return fmt::format("{:a} ({:.6g})", x, x); }
+
+std::string point(vec3 p) {
+    return fmt::format("{}  {}  {}   ({:.6g}, {:.6g}, {:.6g})", hex(p.x), hex(p.y), hex(p.z), p.x,
+                       p.y, p.z);
+}
+
+std::string hit_text(const Hit& hit, double user_depth) {
+    if (hit.prim_id == kNoPrim) return "miss";
+    return fmt::format("prim {}  t {}  u {}  v {}  depth {:.9g} in user units", hit.prim_id,
+                       both(hit.t), both(hit.u), both(hit.v), hit.t * user_depth);
+}
+
+std::string ray_text(const ProbeReport& report) {
+    const Ray& ray = report.ray;
+    std::string text = "ray in scene space\n";
+    text += "  org    " + point(ray.org) + "\n  dir    " + point(ray.dir) + "\n";
+    text += fmt::format("  tnear  {}\n  tfar   {}\n", both(ray.tnear), both(ray.tfar));
+    text += fmt::format(
+        "ray in user units\n  org    ({:.9g}, {:.9g}, {:.9g})\n  depth of t = 1   {:.9g}\n",
+        report.user_org[0], report.user_org[1], report.user_org[2], report.user_depth);
+    return text;
+}
+
+std::string secondary_text(const ProbeReport& report) {
+    if (report.rays == "primary") return {};
+    std::string text =
+        fmt::format("secondary rays   {} occluded in the picture\n", report.occlusion);
+    if (report.rays == "shadow" && report.picture.prim_id != kNoPrim && !report.faces_light) {
+        text += "  the surface faces away from the light: in shadow without a ray\n";
+    }
+    for (std::size_t i = 0; i < report.secondary.size(); ++i) {
+        const ProbeReport::Secondary& s = report.secondary[i];
+        const std::string hit = s.hit.prim_id == kNoPrim
+                                    ? std::string("free")
+                                    : fmt::format("prim {} at t {}", s.hit.prim_id, hex(s.hit.t));
+        text += fmt::format("  {:<3}  org {} {} {}  dir {} {} {}  tfar {}  {}\n", i,
+                            hex(s.ray.org.x), hex(s.ray.org.y), hex(s.ray.org.z), hex(s.ray.dir.x),
+                            hex(s.ray.dir.y), hex(s.ray.dir.z), hex(s.ray.tfar), hit);
+    }
+    return text;
+}
+
+std::string candidates_text(const ProbeReport& report) {
+    if (report.candidates.empty()) return "no triangle comes near\n";
+    Table table({"prim", "verdict", "t", "u", "v", "edge U", "edge V", "edge W", "inside", "area",
+                 "range", "finite", "box", "may hit"});
+    const auto mark = [](bool condition) { return condition ? "yes" : "no"; };
+    for (const Candidate& c : report.candidates) {
+        const bool first = &c == &report.candidates.front();
+        table.add({fmt::format("{}", c.prim_id),
+                   !c.is_hit ? "no hit"
+                   : first   ? "wins"
+                             : "hit",
+                   hex(c.t), hex(c.u), hex(c.v), hex(c.edge_u), hex(c.edge_v), hex(c.edge_w),
+                   mark(c.inside), mark(c.has_area), mark(c.in_range), mark(c.finite),
+                   mark(c.meets_box), mark(c.may_hit)});
+    }
+    return "triangles by brute force, the answer first\n" + table.text();
+}
+
+std::string text_of(const ProbeReport& report) {
+    const BvhStats& tree = report.tree;
+    std::string text = fmt::format("{}, frame {}, pixel {},{} of {}x{}, {} rays\n",
+                                   report.head.scene, report.frame, report.pixel.x, report.pixel.y,
+                                   report.head.width, report.head.height, report.rays);
+    text += fmt::format("backend {}: {}\n", report.backend, report.device);
+    text += fmt::format("tree    {}{}: {} nodes, {} leaves, depth {}, SAH cost {:.3f}, hash {}\n\n",
+                        report.update, report.refit_on.empty() ? "" : " on " + report.refit_on,
+                        tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
+                        hash_text(report.bvh_hash));
+    text += ray_text(report) + "\n";
+    text += "hit in the picture    " + hit_text(report.picture, report.user_depth) + "\n";
+    text += "hit of the ray alone  " + hit_text(report.alone, report.user_depth) + "\n";
+    text += fmt::format("colour                #{:02x}{:02x}{:02x}\n", report.colour & 0xFF,
+                        (report.colour >> 8) & 0xFF, (report.colour >> 16) & 0xFF);
+    return text + secondary_text(report) + "\n" + candidates_text(report);
+}
+
+}  // namespace
+
+ExitCode run_probe(const Options& options, const Messages& messages) {
+    check_reports({options.json});
+    const ProbeReport report = probe_pixel(options, messages);
+    if (!options.json.empty()) write_report(options.json, to_json(report));
+    if (!takes_stdout({options.json})) messages.print(text_of(report));
+    return ExitCode::kOk;
+}
+
+}  // namespace morphray::app

@@ -1,0 +1,98 @@
+#include "app/commands/profile_policies.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "app/backends.h"
+#include "app/commands/profile_head.h"
+#include "app/frames.h"
+#include "app/report/plot.h"
+#include "app/report/policy_report.h"
+#include "app/report/report_json.h"
+#include "app/terminal/interrupt.h"
+#include "app/terminal/progress.h"
+#include "common/update/policy_runs.h"
+
+namespace morphray::app {
+namespace {
+
+/// Refits of the built-in scene at up to its own size, on each backend. Nothing of files, which
+/// have one size only.
+std::vector<RefitScaling> measure_scaling(const Options& options,
+                                          const std::vector<BackendChoice>& choices,
+                                          std::uint64_t triangles, const Messages& messages) {
+    if (!options.scene.starts_with("builtin:")) return {};
+    const std::string name = options.scene.substr(0, options.scene.find(':', 8));
+    std::vector<RefitScaling> scaling;
+    for (const std::uint64_t divisor : {64, 16, 4, 1}) {
+        SceneFrames scene(open_scene(
+            fmt::format("{}:{}", name, std::max<std::uint64_t>(1, triangles / divisor))));
+        const Topology& topology = scene.clip().topology();
+        for (const BackendChoice choice : choices) {
+            const auto backend = make_backend(choice, options.backend, messages);
+            const std::span<const vec3> start = scene.positions(scene.clip().first_frame());
+            backend->set_scene(topology, start, build_bvh(topology, start));
+            std::vector<double> times;
+            for (int i = 0; i <= options.repeat; ++i) {
+                throw_if_interrupted();
+                backend->refit(scene.positions(i % 2 == 0 ? 1 : 2), RefitExtent::kAll);
+                times.push_back(backend->times().upload_ms + backend->times().refit_ms);
+            }
+            // The first one warms up.
+            std::sort(times.begin() + 1, times.end());
+            scaling.push_back(
+                {backend->name(), topology.triangles.size(), times[1 + (times.size() - 1) / 2]});
+        }
+    }
+    return scaling;
+}
+
+void publish(const PolicyReport& report, const Options& options, const Messages& messages) {
+    if (!options.json.empty()) write_report(options.json, to_json(report));
+    if (!options.csv.empty()) write_report(options.csv, policy_frames_table(report.backends).csv());
+    if (!options.trace_events.empty()) write_report(options.trace_events, trace_events(report));
+    if (!options.plot.empty()) plot_policies(report, options.plot);
+    if (!takes_stdout({options.json, options.csv, options.trace_events}))
+        messages.print(policy_table(report).text());
+}
+
+}  // namespace
+
+ExitCode profile_policies(const Options& options, const Messages& messages) {
+    check_reports({options.json, options.csv, options.trace_events, options.plot});
+    if (!options.plot.empty()) require_plotter(options.plot);
+    SceneFrames scene = open_frames(options, messages);
+    const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kAll);
+    warn_of_damage(options, scene.clip(), frames, messages);
+    PolicyReport report;
+    report.head = profile_head(options, scene.clip());
+    report.rays = name_of_rays(options.view.rays);
+    report.repeat = options.repeat;
+    const std::vector<BackendChoice> choices = profiled_backends(options, messages);
+    const std::vector<std::string> policies =
+        options.policies.empty() ? std::vector{options.tree.update} : options.policies;
+    std::optional<Progress> progress;
+    std::uint64_t done = 0;
+    for (const BackendChoice choice : choices) {
+        PolicyRunner runner(scene, frames,
+                            make_image_params(options.view, scene.clip().bounds(), scene.space()),
+                            session_config(options), options.repeat,
+                            make_backend(choice, options.backend, messages));
+        const std::size_t expected = runner.expected_frames(policies.size());
+        if (!progress)
+            progress.emplace("measuring", expected * choices.size(), progress_mode(options.quiet));
+        report.backends.push_back(runner.compare(policies, [&] {
+            throw_if_interrupted();
+            progress->update(done++);
+        }));
+    }
+    progress->hide();
+    if (!options.plot.empty())
+        report.scaling = measure_scaling(options, choices, report.head.triangles, messages);
+    publish(report, options, messages);
+    return ExitCode::kOk;
+}
+
+}  // namespace morphray::app

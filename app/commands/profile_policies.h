@@ -1,0 +1,12 @@
+// morphray profile --policies: what each update policy makes of a clip.
+#pragma once
+
+#include "app/cli/options.h"
+#include "app/terminal/messages.h"
+#include "app/cli/exit_code.h"
+
+namespace morphray::app {
+
+ExitCode profile_policies(const Options& options, const Messages& messages);
+
+}  // namespace morphray::app

@@ -1,0 +1,107 @@
+#include "app/files/ray_reader.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <system_error>
+
+#include "common/base/errors.h"
+#include "common/base/input_file.h"
+#include "common/base/message_text.h"
+#include "common/base/number_text.h"
+
+namespace morphray::app {
+namespace {
+
+constexpr std::string_view kBlank = " \t\r";
+constexpr std::size_t kMostNumbers = 8;
+
+UserRay to_ray(const std::array<double, kMostNumbers>& n) {
+    return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]};
+}
+
+}  // namespace
+
+bool RayTextReader::next(UserRay& ray) {
+    const auto fail = [&](const std::string& what) {
+        throw Error(
+            ErrorKind::kBadInput,
+            fmt::format("{}:{}: {}; write `ox oy oz dx dy dz [tnear tfar]`", name_, line_, what));
+    };
+    while (!rest_.empty()) {
+        ++line_;
+        const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+        std::string_view line = rest_.substr(0, end);
+        rest_.remove_prefix(std::min(end + 1, rest_.size()));
+        line = line.substr(0, line.find('#'));
+        std::array<double, kMostNumbers> numbers = {
+            0, 0, 0, 0, 0, 0, 0, std::numeric_limits<double>::infinity()};
+        std::size_t count = 0;
+        for (;;) {
+            line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
+            if (line.empty()) break;
+            const std::string_view word = line.substr(0, line.find_first_of(kBlank));
+            line.remove_prefix(word.size());
+            const std::optional<float> number = parse_float(word);
+            if (!number) fail(in_quotes(word) + " is not a number");
+            if (count == kMostNumbers) fail("more than 8 numbers");
+            numbers[count++] = *number;
+        }
+        if (count == 0) continue;
+        if (count != 6 && count != kMostNumbers) fail(fmt::format("{} numbers", count));
+        ray = to_ray(numbers);
+        return true;
+    }
+    return false;
+}
+
+RayBinaryReader::RayBinaryReader(std::string_view name, std::string_view bytes) : rest_(bytes) {
+    constexpr std::size_t kRayBytes = kMostNumbers * sizeof(float);
+    if (bytes.size() % kRayBytes == 0) return;
+    throw Error(
+        ErrorKind::kBadInput,
+        fmt::format("{}: {} bytes are not a whole number of rays of {} bytes; write 8 floats "
+                    "a ray",
+                    name, bytes.size(), kRayBytes));
+}
+
+bool RayBinaryReader::next(UserRay& ray) {
+    static_assert(std::endian::native == std::endian::little, "read as memory is");
+    if (rest_.empty()) return false;
+    std::array<float, kMostNumbers> floats;
+    std::memcpy(floats.data(), rest_.data(), sizeof(floats));
+    rest_.remove_prefix(sizeof(floats));
+    std::array<double, kMostNumbers> numbers;
+    std::copy(floats.begin(), floats.end(), numbers.begin());
+    ray = to_ray(numbers);
+    return true;
+}
+
+std::string read_rays(const std::string& file) {
+    if (file != "-") return read_input_file(file);
+    std::string text;
+    std::array<char, 1 << 16> buffer;
+    for (;;) {
+        const ssize_t got = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) {
+            throw Error(ErrorKind::kBadInput,
+                        fmt::format("<stdin>: cannot be read ({}); give a file of rays",
+                                    std::generic_category().message(errno)));
+        }
+        if (got == 0) return text;
+        text.append(buffer.data(), static_cast<std::size_t>(got));
+        if (text.size() > kMaxInputBytes) {
+            throw Error(ErrorKind::kLimit, "<stdin>: more than 4 GiB of rays; give them in parts");
+        }
+    }
+}
+
+}  // namespace morphray::app

@@ -1,0 +1,102 @@
+#include "app/frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+
+#include "app/memory_budget.h"
+#include "common/base/errors.h"
+#include "common/scene/frame_range.h"
+
+namespace morphray::app {
+namespace {
+
+// Before the scene is opened its size shows in its name or in its files. A text of OBJ becomes
+// about as many bytes of arrays while the text itself is still there.
+void require_memory_to_open(const std::string& spec) {
+    constexpr std::string_view kBuiltin = "builtin:";
+    if (spec.starts_with(kBuiltin)) {
+        const std::size_t colon = spec.find(':', kBuiltin.size());
+        if (colon == std::string::npos) return;
+        std::uint64_t triangles = 0;
+        std::from_chars(spec.data() + colon + 1, spec.data() + spec.size(), triangles);
+        // More is refused by the scene itself.
+        constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
+        triangles = std::min(triangles, kMaxTriangles);
+        require_memory({.triangles = triangles, .vertices = triangles / 2});
+        return;
+    }
+    std::error_code error;
+    const std::uint64_t bytes = std::filesystem::file_size(spec, error);
+    if (!error && std::filesystem::is_regular_file(spec, error)) {
+        require_memory({.kept_bytes = 2 * bytes});
+    }
+}
+
+std::vector<double> whole_frames(const Clip& clip) {
+    std::vector<double> frames;
+    for (double f = std::ceil(clip.first_frame()); f <= clip.last_frame(); ++f) frames.push_back(f);
+    if (frames.empty()) frames.push_back(clip.first_frame());
+    return frames;
+}
+
+std::vector<double> few_of(const std::vector<double>& all) {
+    constexpr std::size_t kFew = 4;
+    if (all.size() <= kFew) return all;
+    const std::size_t last = all.size() - 1;
+    // The middle, and a quarter, where something moves already but not everything has.
+    return {all.front(), all[last / 4], all[last / 2], all.back()};
+}
+
+}  // namespace
+
+SceneFrames open_frames(const Options& options, const Messages& messages) {
+    require_memory_to_open(options.scene);
+    SceneOptions scene_options;
+    scene_options.lenient = options.lenient;
+    scene_options.allow_empty = options.allow_empty;
+    scene_options.missing = options.missing;
+    scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
+    return SceneFrames(open_scene(options.scene, scene_options));
+}
+
+std::vector<double> select_frames(const Options& options, const Clip& clip,
+                                  DefaultFrames otherwise) {
+    if (options.frames.empty()) {
+        if (otherwise == DefaultFrames::kFirst) return {clip.first_frame()};
+        const std::vector<double> all = whole_frames(clip);
+        return otherwise == DefaultFrames::kFew ? few_of(all) : all;
+    }
+    const std::vector<double> frames = parse_frame_range(options.frames);
+    for (const double frame : {frames.front(), frames.back()})
+        require_in_clip("--frames", frame, clip);
+    return frames;
+}
+
+void warn_of_damage(const Options& options, const Clip& clip, std::span<const double> frames,
+                    const Messages& messages) {
+    const std::optional<Warning> damage = clip.damage();
+    const auto usable = [&clip](double frame) { return clip.usable(frame); };
+    if (!damage || !usable(options.tree.build_at.value_or(frames.front()))) return;
+    if (std::all_of(frames.begin(), frames.end(), usable)) messages.warn(*damage);
+}
+
+void require_in_clip(const char* option, double frame, const Clip& clip) {
+    if (frame >= clip.first_frame() && frame <= clip.last_frame()) return;
+    throw Error(ErrorKind::kBadArgument,
+                fmt::format("{}: frame {} is not in the scene, which has {} to {}", option, frame,
+                            clip.first_frame(), clip.last_frame()));
+}
+
+std::string frame_label(double frame) {
+    std::string label = fmt::format("{:.6f}", frame);
+    label.erase(label.find_last_not_of('0') + 1);
+    if (label.ends_with('.')) label.pop_back();
+    const std::size_t digits = std::min(label.find('.'), label.size());
+    return digits < 4 ? std::string(4 - digits, '0') + label : label;
+}
+
+}  // namespace morphray::app

@@ -1,0 +1,19 @@
+// Charts of a comparison of policies, drawn by gnuplot.
+#pragma once
+
+#include <string>
+
+#include "app/report/reports.h"
+
+namespace morphray::app {
+
+/// Throws Error: kBadArgument for a file that ends neither in .svg nor in .png, kUnavailable
+/// without gnuplot.
+void require_plotter(const std::string& file);
+
+/// For each backend: trace time and cost ratio by frame for each policy; total cost by the period
+/// of rebuilds with the policies' own; and, of a built-in scene, refit with transfer by triangles.
+/// Throws as require_plotter, and Error(kOutput).
+void plot_policies(const PolicyReport& report, const std::string& file);
+
+}  // namespace morphray::app

@@ -1,0 +1,24 @@
+// Reports as JSON. The only place that knows the JSON library.
+//
+// Every report is one object with "schema": "morphray/1", "command" and "version". Hashes are 16
+// hexadecimal digits, times are milliseconds, and no number is ever NaN or infinite (null instead).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/commands/pixel_probe.h"
+#include "app/report/reports.h"
+
+namespace morphray::app {
+
+std::string to_json(const RenderReport& report);
+std::string to_json(const CheckReport& report);
+std::string to_json(const ProfileReport& report);
+std::string to_json(const PolicyReport& report);
+std::string to_json(const ProbeReport& report);
+std::string to_json(const SceneReport& report);
+std::string to_json(const ProgramReport& report);
+std::string to_json(const std::vector<gpu::DeviceInfo>& devices);
+
+}  // namespace morphray::app

@@ -1,0 +1,174 @@
+// What the commands find out, before it becomes a table or JSON.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/bvh/bvh_stats.h"
+#include "common/image/compare.h"
+#include "common/scene/clip.h"
+#include "common/update/policy_runs.h"
+#include "common/update/session.h"
+#include "gpu/vulkan_backend.h"
+
+namespace morphray::app {
+
+/// What every report begins with.
+struct ReportHead {
+    std::string command;
+    std::string scene;
+    std::uint64_t triangles = 0;
+    std::uint64_t vertices = 0;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+};
+
+struct FrameReport {
+    double frame = 0;
+    std::string backend;
+    /// name_of(TreeStep), and why.
+    std::string update;
+    std::string reason;
+    double cost_ratio = 1;
+    /// The backend that refitted, or empty.
+    std::string refit_on;
+    std::uint64_t hits_hash = 0;
+    std::uint64_t image_hash = 0;
+    std::uint64_t bvh_hash = 0;
+    StepTimes times;
+    std::uint64_t hits = 0;
+    std::uint64_t misses = 0;
+    std::uint64_t occluded = 0;
+    double sah_cost = 0;
+    /// The picture's file name, if there is one.
+    std::string file;
+};
+
+/// Hashes, counts and times of the frame that the session has just traced. The tree, which has to
+/// be read back, is looked at only `with_tree`.
+FrameReport report_frame(Session& session, double frame_number, const Frame& frame, bool with_tree);
+
+struct RenderReport {
+    ReportHead head;
+    std::string backend;
+    std::string device;
+    std::string rays;
+    /// False when an error or a signal ended it early.
+    bool complete = true;
+    std::vector<FrameReport> frames;
+};
+
+/// One variant of one frame held against the reference.
+struct CheckRow {
+    double frame = 0;
+    std::string backend;
+    /// The CPU's instruction set; empty for the CPU without SIMD and for other backends.
+    std::string simd;
+    /// "refit" or "rebuild", and the backend that refitted.
+    std::string update;
+    std::string refit_on;
+    std::string rays;
+    /// "brute" or "cpu".
+    std::string reference;
+    FrameDifference difference;
+    std::uint64_t expected_hits_hash = 0;
+    std::uint64_t hits_hash = 0;
+    std::uint64_t expected_image_hash = 0;
+    std::uint64_t image_hash = 0;
+    double trace_ms = 0;
+
+    bool equal() const {
+        return difference.total() == 0 && hits_hash == expected_hits_hash &&
+               image_hash == expected_image_hash;
+    }
+    /// "vulkan, refit on cpu" or "cpu avx2, rebuild".
+    std::string variant() const;
+};
+
+/// Fills in the difference and the hashes.
+void compare(const Frame& expected, const Frame& actual, CheckRow& row);
+
+/// The trees of one frame, refitted on two backends.
+struct TreeRow {
+    double frame = 0;
+    std::uint64_t cpu_hash = 0;
+    std::uint64_t vulkan_hash = 0;
+    bool equal() const { return cpu_hash == vulkan_hash; }
+};
+
+struct CheckReport {
+    ReportHead head;
+    std::string device;
+    bool complete = true;
+    std::vector<CheckRow> rows;
+    std::vector<TreeRow> trees;
+
+    bool equal() const;
+};
+
+/// Medians of one frame on one backend.
+struct ProfileRow {
+    double frame = 0;
+    std::string backend;
+    StepTimes times;
+    /// Tracing the rebuilt tree instead of the refitted one.
+    double trace_rebuilt_ms = 0;
+    double sah_cost = 0;
+    double rebuilt_sah_cost = 0;
+};
+
+struct ProfileReport {
+    ReportHead head;
+    std::string rays;
+    int repeat = 0;
+    bool complete = true;
+    std::vector<ProfileRow> rows;
+};
+
+/// Refitting all of a scene, transfer included, at one size.
+struct RefitScaling {
+    std::string backend;
+    std::uint64_t triangles = 0;
+    double ms = 0;
+};
+
+/// A clip under several policies on each backend.
+struct PolicyReport {
+    ReportHead head;
+    std::string rays;
+    int repeat = 0;
+    std::vector<PolicyComparison> backends;
+    /// Of built-in scenes, when charts are asked for.
+    std::vector<RefitScaling> scaling;
+};
+
+struct SceneReport {
+    ReportHead head;
+    double first_frame = 0;
+    double last_frame = 0;
+    UserBounds bounds;
+    int exponent = 0;
+    DegenerateCount degenerate;
+    std::uint64_t topology_hash = 0;
+    struct Tree {
+        std::string build;
+        double build_ms = 0;
+        BvhStats stats;
+        std::uint64_t bvh_hash = 0;
+    };
+    std::vector<Tree> trees;
+};
+
+struct ProgramReport {
+    std::string build;
+    struct Builtin {
+        std::string name;
+        std::string description;
+        std::uint32_t default_triangles = 0;
+    };
+    std::vector<Builtin> builtins;
+    std::vector<std::string> backends;
+};
+
+}  // namespace morphray::app

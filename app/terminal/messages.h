@@ -1,0 +1,49 @@
+// What goes to the terminal: results to stdout, everything else to stderr.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/cli/options.h"
+#include "common/base/warning.h"
+
+namespace morphray::app {
+
+class Messages {
+public:
+    Messages() = default;
+    explicit Messages(const Options& options);
+
+    /// One line on stderr, as it is when it begins with a file of the command line, otherwise after
+    /// "morphray: ". A failure to write it is nobody's concern.
+    void error(std::string_view message) const;
+    /// One line on stderr, after "morphray: " where the warning has no place.
+    void warn(const Warning& warning) const;
+    /// As error(), only under --verbose.
+    void note(std::string_view message) const;
+
+    /// Results, unless --quiet. Throws Error(kOutput) when stdout does not take them.
+    void print(std::string_view text) const;
+
+private:
+    bool names_file(std::string_view message) const;
+
+    /// What a message may begin with instead of the program's name.
+    std::vector<std::string> files_ = {"/dev/stdout", "<stdin>"};
+    bool quiet_ = false;
+    bool verbose_ = false;
+};
+
+/// Writes to the file, or to stdout for "-". Throws Error(kOutput).
+void write_report(const std::string& file, std::string_view text);
+
+/// check_writable for each that is neither empty nor "-".
+void check_reports(std::initializer_list<std::string> files);
+
+/// Whether the report takes stdout: "-" or /dev/stdout.
+bool is_stdout(std::string_view file);
+/// Whether one of the reports takes stdout.
+bool takes_stdout(std::initializer_list<std::string> files);
+
+}  // namespace morphray::app

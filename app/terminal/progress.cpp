@@ -1,0 +1,114 @@
+#include "app/terminal/progress.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string_view>
+#include <utility>
+
+namespace morphray::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kQuietStart = 200ms;
+constexpr auto kInterval = 100ms;
+constexpr int kMaxBar = 40;
+constexpr int kMinBar = 4;
+constexpr int kDefaultColumns = 80;
+constexpr std::string_view kClearLine = "\r\x1b[K";
+
+std::string_view environment(const char* name) {
+    const char* value = std::getenv(name);
+    return value == nullptr ? std::string_view() : value;
+}
+
+int terminal_columns(int fd) {
+    winsize size = {};
+    return ::ioctl(fd, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kDefaultColumns;
+}
+
+std::string remaining_time(double seconds) {
+    constexpr double kMinute = 60;
+    constexpr double kHour = 3600;
+    if (seconds < kMinute) return fmt::format("{:.0f} s left", seconds);
+    if (seconds < kHour) return fmt::format("{:.0f} min left", seconds / kMinute);
+    return fmt::format("{:.1f} h left", seconds / kHour);
+}
+
+/// "[###...]" of `width` characters in all.
+std::string bar(double fraction, int width, ProgressMode mode) {
+    const auto cells = static_cast<std::size_t>(width - 2);
+    const auto full = static_cast<std::size_t>(fraction * static_cast<double>(cells));
+    const std::string done(full, '#');
+    const std::string open(cells - full, '.');
+    if (mode == ProgressMode::kColour) return fmt::format("[\x1b[32m{}\x1b[0m{}]", done, open);
+    return fmt::format("[{}{}]", done, open);
+}
+
+// A bar is no reason to fail: what cannot be drawn is not drawn.
+void draw(int fd, std::string_view text) {
+    [[maybe_unused]] const ssize_t ignored = ::write(fd, text.data(), text.size());
+}
+
+}  // namespace
+
+ProgressMode progress_mode(bool quiet, int fd) {
+    const std::string_view terminal = environment("TERM");
+    if (quiet || ::isatty(fd) == 0 || terminal.empty() || terminal == "dumb") {
+        return ProgressMode::kOff;
+    }
+    return environment("NO_COLOR").empty() ? ProgressMode::kColour : ProgressMode::kPlain;
+}
+
+std::string progress_line(const std::string& label, std::uint64_t done, std::uint64_t total,
+                          double elapsed_s, int columns, ProgressMode mode) {
+    done = std::min(done, total);
+    const double fraction =
+        total == 0 ? 1.0 : static_cast<double>(done) / static_cast<double>(total);
+    const std::string count = fmt::format("{}/{}", done, total);
+    std::string estimate;
+    if (done > 0 && done < total) {
+        estimate = "  " + remaining_time(elapsed_s * (1 - fraction) / fraction);
+    }
+    const auto room = static_cast<std::size_t>(std::max(columns, 0));
+    std::size_t fixed = label.size() + 1 + count.size();
+    if (fixed > room) return (label + ' ' + count).substr(0, room);
+    if (fixed + estimate.size() > room) estimate.clear();
+    fixed += estimate.size() + 1;
+    const int bar_width = std::min(kMaxBar, static_cast<int>(room) - static_cast<int>(fixed));
+    if (bar_width < kMinBar) return fmt::format("{} {}{}", label, count, estimate);
+    return fmt::format("{} {} {}{}", label, bar(fraction, bar_width, mode), count, estimate);
+}
+
+Progress::Progress(std::string label, std::uint64_t total, ProgressMode mode, int fd)
+    : label_(std::move(label)),
+      total_(total),
+      mode_(mode),
+      fd_(fd),
+      next_draw_(begin_ + kQuietStart) {}
+
+void Progress::update(std::uint64_t done) {
+    if (mode_ == ProgressMode::kOff) return;
+    const Clock::time_point now = Clock::now();
+    if (now < next_draw_) return;
+    next_draw_ = now + kInterval;
+    const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
+    // In the last column many terminals wrap.
+    const int columns = terminal_columns(fd_) - 1;
+    draw(fd_, fmt::format("{}{}", kClearLine,
+                          progress_line(label_, done, total_, elapsed_s, columns, mode_)));
+    visible_ = true;
+}
+
+void Progress::hide() {
+    if (!visible_) return;
+    draw(fd_, kClearLine);
+    visible_ = false;
+    next_draw_ = Clock::now();
+}
+
+}  // namespace morphray::app

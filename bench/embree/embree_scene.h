@@ -1,0 +1,78 @@
+// Embree as a peer: a device, and a scene that is built or refitted as it does best.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/scene/mesh.h"
+
+struct RTCDeviceTy;
+struct RTCSceneTy;
+struct RTCGeometryTy;
+
+namespace morphray::bench {
+
+/// One at a time: a second device in the process would change the threads of the first.
+class EmbreeDevice {
+public:
+    /// config: of rtcNewDevice, added to the number of threads; may be empty.
+    EmbreeDevice(int threads, const std::string& config);
+
+    RTCDeviceTy* handle() const { return handle_.get(); }
+    /// Throws Error(kInternal) with `action` if a call on this device has failed since last asked.
+    void check(const char* action) const;
+
+    /// "3.13.5"
+    static std::string version();
+
+private:
+    struct Release {
+        void operator()(RTCDeviceTy* device) const;
+    };
+    std::unique_ptr<RTCDeviceTy, Release> handle_;
+};
+
+/// The triangles in memory that Embree's scenes share. The topology outlives it.
+class EmbreeMesh {
+public:
+    EmbreeMesh(const Topology& topology, std::span<const vec3> positions);
+
+    /// Scenes over this mesh see the positions after their next update().
+    void set_positions(std::span<const vec3> positions);
+
+    const Topology& topology() const { return *topology_; }
+    const vec3* vertices() const { return vertices_.data(); }
+
+private:
+    const Topology* topology_;
+    std::vector<vec3> vertices_;
+};
+
+/// How a tree is made: Embree's Morton build; binned SAH; SAH with spatial splits; and a tree that
+/// update() refits. A refit that is one needs all of: scene quality LOW, the flag DYNAMIC, and
+/// geometry quality REFIT; otherwise Embree rebuilds without a word.
+enum class EmbreeTree { kLow, kMedium, kHigh, kRefitted };
+
+/// Built once constructed. The device and the mesh outlive it.
+class EmbreeScene {
+public:
+    EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, EmbreeTree tree);
+
+    /// Follows the mesh's positions: refits, or builds again.
+    void update();
+
+    RTCSceneTy* handle() const { return scene_.get(); }
+
+private:
+    struct Release {
+        void operator()(RTCSceneTy* scene) const;
+        void operator()(RTCGeometryTy* geometry) const;
+    };
+    const EmbreeDevice* device_;
+    std::unique_ptr<RTCGeometryTy, Release> geometry_;
+    std::unique_ptr<RTCSceneTy, Release> scene_;
+};
+
+}  // namespace morphray::bench

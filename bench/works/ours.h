@@ -1,0 +1,63 @@
+// What of ours is measured. A tracer, refit or builder is added here and nowhere else.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bench/works/trace_work.h"
+#include "common/bvh/bvh.h"
+#include "common/scene/mesh.h"
+#include "common/simd/simd_target.h"
+
+namespace morphray::bench {
+
+/// What a tracer works on; all of it outlives the tracer.
+struct TracedScene {
+    const Topology& topology;
+    std::span<const vec3> positions;
+    const Bvh& bvh;
+};
+
+struct OurTracer {
+    std::string name;
+    /// The instruction set.
+    std::string target;
+    /// Which works it can do: the kRays values.
+    std::vector<std::uint32_t> works;
+    /// Answers a whole work, in the calling thread's arena. Timed.
+    std::function<void(const TraceWork&, TraceAnswers&)> trace;
+    /// `trace` leaves primary hits row by row as in a picture, not ray by ray.
+    bool in_picture_order = false;
+};
+
+/// Those for each target, best first; if "scalar" is among them also the reference. At least one
+/// target.
+std::vector<OurTracer> our_tracers(const TracedScene& scene,
+                                   std::span<const cpu::SimdTarget> targets);
+
+/// "wide": every ray on its own.
+OurTracer single_rays(const Bvh& bvh, const cpu::SimdTarget& target);
+
+/// The closest hits of a primary work by the scalar reference, in the calling thread's arena.
+std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work);
+
+struct OurRefit {
+    std::string name;
+    std::string target;
+    /// In the calling thread's arena.
+    std::function<void(Bvh&, std::span<const vec3> positions)> refit;
+};
+
+std::vector<OurRefit> our_refits();
+
+struct OurBuild {
+    std::string name;
+    std::string target;
+    std::function<Bvh(const Topology&, std::span<const vec3> positions, int threads)> build;
+};
+
+std::vector<OurBuild> our_builds();
+
+}  // namespace morphray::bench

@@ -1,0 +1,179 @@
+#include <algorithm>
+
+#include "bench/embree/embree_pixels.h"
+#include "bench/embree/embree_tracer.h"
+#include "bench/works/ours.h"
+#include "bench/works/works.h"
+#include "common/base/errors.h"
+#include "common/base/thread_arena.h"
+#include "gpu/vulkan_backend.h"
+
+namespace morphray::bench {
+namespace {
+
+/// What each run of a contender took by its device's own account; the first one warms up.
+struct DeviceClock {
+    Samples samples;
+
+    void add(double ms) { samples.push_back(ms); }
+    Samples without_warm_up() const { return {samples.begin() + 1, samples.end()}; }
+};
+
+/// Pixels are the rays of `primary`, and as many of a shadow work.
+TraceAnswers answers_of(const TraceWork& work, const Frame& frame) {
+    TraceAnswers answers(work);
+    std::size_t i = 0;
+    for (const TileRays& rays : work.tiles) {
+        for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
+            const std::size_t pixel = std::size_t{y} * work.params.width + x;
+            if (work.any_hit()) {
+                answers.occluded[i] = frame.occlusion[pixel] != 0;
+            } else {
+                answers.hits[i] = frame.hits[pixel];
+            }
+            ++i;
+        });
+    }
+    return answers;
+}
+
+/// Differences in how many of a pixel's ambient-occlusion rays are occluded, which is all that a
+/// picture tells.
+Mismatches compare_occlusion(const TraceWork& work, const Frame& frame,
+                             const TraceAnswers& answers) {
+    Mismatches mismatches;
+    for (const TileRays& rays : work.tiles) {
+        std::size_t i = rays.begin;
+        for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {
+            const std::size_t pixel = std::size_t{y} * work.params.width + x;
+            if (frame.hits[pixel].prim_id == kNoPrim) return;
+            std::uint32_t occluded = 0;
+            for (std::uint32_t k = 0; k < work.params.ao_count; ++k, ++i) {
+                occluded += answers.occluded[i];
+            }
+            const std::uint32_t mine = frame.occlusion[pixel];
+            mismatches.hit += std::max(mine, occluded) - std::min(mine, occluded);
+        });
+    }
+    return mismatches;
+}
+
+Mismatches compare_frame(const TraceWork& work, const Frame& frame, const TraceAnswers& answers) {
+    if (work.params.rays == kRaysAo) return compare_occlusion(work, frame, answers);
+    return compare_answers(work, answers_of(work, frame), answers);
+}
+
+Mismatches compare_frames(const TraceWork& work, const Frame& a, const Frame& b) {
+    if (work.params.rays != kRaysAo) {
+        return compare_answers(work, answers_of(work, a), answers_of(work, b));
+    }
+    Mismatches mismatches;
+    for (std::size_t i = 0; i < a.occlusion.size(); ++i) {
+        mismatches.hit +=
+            std::max(a.occlusion[i], b.occlusion[i]) - std::min(a.occlusion[i], b.occlusion[i]);
+    }
+    return mismatches;
+}
+
+EmbreeWay single_ray_way(std::uint32_t rays) {
+    const std::vector<EmbreeWay> ways = embree_ways(rays);
+    return *std::find_if(ways.begin(), ways.end(), [](const EmbreeWay& way) {
+        return way.name == "Intersect1" || way.name == "Occluded1";
+    });
+}
+
+void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const TraceWork& work) {
+    ThreadArena arena(rig.threads);
+    const cpu::SimdTarget scalar[] = {cpu::find_simd_target("scalar")};
+    const std::vector<OurTracer> tracers =
+        our_tracers({scene.topology(), scene.positions, scene.bvh}, scalar);
+    const OurTracer& reference = tracers.back();
+    TraceAnswers reference_answers(work);
+    const EmbreeMesh mesh(scene.topology(), scene.positions);
+    const EmbreeScene medium(rig.device, mesh, EmbreeTree::kMedium);
+    const EmbreeWay way = single_ray_way(work.params.rays);
+    const std::unique_ptr<EmbreeTracer> embree = way.make(work);
+
+    Frame frame;
+    vulkan.trace_image(work.params, frame);
+    // What Embree makes of hits, its rays made of them within the time as the device's are.
+    Frame pixels = frame;
+    const cpu::PixelShader shader(cpu::best_simd_target());
+    DeviceClock clock;
+    std::vector<Contender> contenders = {
+        {"vulkan",
+         {},
+         [&] {
+             vulkan.trace_image(work.params, frame);
+             const BackendTimes& t = vulkan.times();
+             clock.add(work.any_hit() ? t.secondary_ms : t.trace_ms - t.secondary_ms - t.shade_ms);
+         }},
+        {"cpu-scalar",
+         {},
+         [&] { arena.execute([&] { reference.trace(work, reference_answers); }); }},
+        {work.any_hit() ? "embree-occluded1" : "embree-intersect1",
+         [&] { arena.execute([&] { embree->reset(); }); },
+         [&] { arena.execute([&] { embree->trace(medium); }); }}};
+    if (work.any_hit()) {
+        contenders.push_back(
+            {"embree-occluded1-pixels", {}, [&] {
+                 arena.execute([&] { trace_pixels(medium, work, scene.mesh(), shader, pixels); });
+             }});
+    }
+    const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+
+    if (reference.in_picture_order && !work.any_hit()) {
+        to_ray_order(work, reference_answers.hits);
+    }
+    const TraceAnswers theirs = embree->answers();
+    for (std::size_t peer = 1; peer < contenders.size(); ++peer) {
+        Row row = row_of(rig, scene, work, theirs);
+        row.tracer = "packets";
+        row.target = "vulkan";
+        row.peer = contenders[peer].name;
+        row.mismatches = peer == 1   ? compare_frame(work, frame, reference_answers)
+                         : peer == 2 ? compare_frame(work, frame, theirs)
+                                     : compare_frames(work, frame, pixels);
+        set_times(row, clock.without_warm_up(), samples[peer], Unit::kMrayPerSecond,
+                  work.active_count);
+        rig.report(row);
+    }
+}
+
+/// With the upload, by the clock on the wall.
+void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan) {
+    ThreadArena one_thread(1);
+    const OurRefit refit = our_refits().front();
+    Bvh bvh = scene.bvh;
+    std::size_t round = 0;
+    const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
+    const Contender contenders[] = {{"vulkan",
+                                     {},
+                                     [&] {
+                                         vulkan.refit(frame());
+                                         vulkan.finish();
+                                     }},
+                                    {"cpu-refit-1t", {}, [&] {
+                                         one_thread.execute([&] { refit.refit(bvh, frame()); }),
+                                             ++round;
+                                     }}};
+    const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+    Row row = row_of(rig, scene, "refit");
+    row.tracer = "levels";
+    row.target = "vulkan";
+    row.peer = contenders[1].name;
+    set_times(row, samples[0], samples[1], Unit::kNsPerTriangle, row.triangles);
+    rig.report(row);
+}
+
+}  // namespace
+
+void bench_vulkan(const Rig& rig, const BenchScene& scene,
+                  std::span<const TraceWork* const> works) {
+    const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend();
+    vulkan->set_scene(scene.topology(), scene.positions, scene.bvh);
+    for (const TraceWork* work : works) bench_rays(rig, scene, *vulkan, *work);
+    bench_device_refit(rig, scene, *vulkan);
+}
+
+}  // namespace morphray::bench

@@ -1,0 +1,30 @@
+#include "bench/works/works.h"
+
+namespace morphray::bench {
+
+Row row_of(const Rig& rig, const BenchScene& scene, const char* work) {
+    Row row;
+    row.scene = scene.name;
+    row.triangles = scene.topology().triangles.size();
+    row.view = name_of(scene.view_kind);
+    row.work = work;
+    row.threads = rig.threads;
+    return row;
+}
+
+Row row_of(const Rig& rig, const BenchScene& scene, const TraceWork& work,
+           const TraceAnswers& answers) {
+    const std::uint32_t rays = work.params.rays;
+    Row row = row_of(rig, scene,
+                     rays == kRaysPrimary  ? "primary"
+                     : rays == kRaysShadow ? "shadow"
+                                           : "ao");
+    row.rays = work.active_count;
+    if (row.rays != 0) {
+        row.hit_share =
+            static_cast<double>(count_hits(work, answers)) / static_cast<double>(row.rays);
+    }
+    return row;
+}
+
+}  // namespace morphray::bench

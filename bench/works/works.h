@@ -1,0 +1,54 @@
+// The works: each measures everything of ours against every peer.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "bench/bench_scene.h"
+#include "bench/embree/embree_scene.h"
+#include "bench/row.h"
+#include "bench/works/trace_work.h"
+#include "common/simd/simd_target.h"
+
+namespace morphray::bench {
+
+/// One device and the same number of threads for both sides.
+struct Rig {
+    const EmbreeDevice& device;
+    int threads;
+    int repeat;
+    /// Those that our tracers are measured with.
+    std::vector<cpu::SimdTarget> targets;
+    /// Receives the rows as they are done.
+    std::function<void(const Row&)> report;
+};
+
+/// What all rows of a work share.
+Row row_of(const Rig& rig, const BenchScene& scene, const char* work);
+/// Likewise, with the rays of the work and how many of them hit something, as `answers` has it.
+Row row_of(const Rig& rig, const BenchScene& scene, const TraceWork& work,
+           const TraceAnswers& answers);
+
+/// Traces a work with every tracer of ours that can, against each group of Embree's ways. The peer
+/// is the best way of its group over the best of Embree's trees.
+void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work);
+
+/// Refits back and forth between two frames, against Embree's refit and a copy of the tree's bytes.
+/// `primary` checks the trees: mismatches count its rays, traced through both.
+void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
+
+/// Builds from nothing, against Embree's Morton, binned and spatial-split builds; `primary` as
+/// above.
+void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
+
+/// Traces the works on the Vulkan device, timed by its clock, against our scalar tracer and
+/// Embree's single rays; then refits there, upload included, against the CPU on one thread. Throws
+/// Error(kUnavailable) where there is no device.
+void bench_vulkan(const Rig& rig, const BenchScene& scene, std::span<const TraceWork* const> works);
+
+/// Traces a work with packets (ambient occlusion: batches) of every size, against single rays over
+/// the same tree.
+void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work);
+
+}  // namespace morphray::bench

@@ -1,0 +1,136 @@
+#include "common/base/input_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+#include "common/base/errors.h"
+#include "common/base/message_text.h"
+
+namespace morphray {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FileDescriptor {
+public:
+    explicit FileDescriptor(int fd) : fd_(fd) {}
+    ~FileDescriptor() {
+        if (fd_ >= 0) close(fd_);
+    }
+    FileDescriptor(const FileDescriptor&) = delete;
+    FileDescriptor& operator=(const FileDescriptor&) = delete;
+    int fd() const { return fd_; }
+
+private:
+    int fd_;
+};
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what) {
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path), what));
+}
+
+std::string why_not_opened(int error) {
+    switch (error) {
+        case ENOENT:
+        case ENOTDIR:
+            return "no such file; check the path";
+        case EACCES:
+        case EPERM:
+            return "may not be read; check its permissions";
+        case ELOOP:
+            return "is a loop of symbolic links; give the file itself";
+        case ENAMETOOLONG:
+            return "name too long; check the path";
+        default:
+            return fmt::format("cannot be opened: {}; check the path",
+                               std::generic_category().message(error));
+    }
+}
+
+void require_regular(const fs::path& path, const struct stat& status) {
+    if (S_ISREG(status.st_mode)) return;
+    fail(path, S_ISDIR(status.st_mode) ? "is a folder; give a file"
+                                       : "is a pipe or device; give a regular file");
+}
+
+std::size_t read_up_to(int fd, char* out, std::size_t size, const fs::path& path) {
+    std::size_t done = 0;
+    while (done < size) {
+        // Linux reads at most 2 GiB less a page a call.
+        const ssize_t count = read(fd, out + done, std::min<std::size_t>(size - done, 1u << 30));
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) {
+            fail(path, fmt::format("cannot be read: {}; check the disk",
+                                   std::generic_category().message(errno)));
+        }
+        if (count == 0) break;
+        done += static_cast<std::size_t>(count);
+    }
+    return done;
+}
+
+}  // namespace
+
+std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
+    // O_NONBLOCK: opening a pipe without a writer returns at once; a regular file does not mind.
+    const FileDescriptor file(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+    if (file.fd() < 0) {
+        // A socket answers ENXIO.
+        if (errno == ENXIO) fail(path, "is a pipe or device; give a regular file");
+        fail(path, why_not_opened(errno));
+    }
+    struct stat before = {};
+    if (fstat(file.fd(), &before) != 0) fail(path, why_not_opened(errno));
+    require_regular(path, before);
+    const auto size = static_cast<std::uint64_t>(before.st_size);
+    if (size > max_bytes) {
+        throw Error(ErrorKind::kLimit,
+                    fmt::format("{}: {} bytes are more than the {} that are read; split the scene",
+                                shown(path), size, max_bytes));
+    }
+
+    std::string bytes(size, '\0');
+    char beyond = 0;
+    struct stat after = {};
+    if (read_up_to(file.fd(), bytes.data(), size, path) != size ||
+        read_up_to(file.fd(), &beyond, 1, path) != 0 || fstat(file.fd(), &after) != 0 ||
+        after.st_size != before.st_size || after.st_mtim.tv_sec != before.st_mtim.tv_sec ||
+        after.st_mtim.tv_nsec != before.st_mtim.tv_nsec) {
+        fail(path, "changed while it was read; wait until it is complete");
+    }
+    return bytes;
+}
+
+fs::path side_file(const fs::path& scene_file, const std::string& name) {
+    const fs::path given(name);
+    if (given.is_absolute() || name.find('\0') != std::string::npos) {
+        fail(scene_file, fmt::format("names {} by an absolute path, which is not followed; put the "
+                                     "file beside the scene and name it alone",
+                                     in_quotes(name)));
+    }
+    std::error_code error;
+    const fs::path parent = scene_file.has_parent_path() ? scene_file.parent_path() : ".";
+    const fs::path folder = fs::canonical(parent, error);
+    if (error) fail(parent, why_not_opened(error.value()));
+    const fs::path real = fs::canonical(folder / given, error);
+    const auto [folder_end, inside] =
+        std::mismatch(folder.begin(), folder.end(), real.begin(), real.end());
+    // Of a missing file nothing is told but that, wherever it would have been.
+    const bool leaves = std::find(given.begin(), given.end(), "..") != given.end();
+    if (leaves || (!error && folder_end != folder.end())) {
+        fail(scene_file, fmt::format("names {}, which lies outside of the scene's folder and is "
+                                     "not followed; put the file beside the scene",
+                                     in_quotes(name)));
+    }
+    if (error) fail(folder / given, why_not_opened(error.value()));
+    return real;
+}
+
+}  // namespace morphray

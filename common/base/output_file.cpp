@@ -1,0 +1,235 @@
+#include "common/base/output_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <ctime>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "common/base/errors.h"
+
+namespace morphray {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what, const char* remedy) {
+    throw Error(ErrorKind::kOutput, fmt::format("{}: {}; {}", path.native(), what, remedy));
+}
+
+[[noreturn]] void fail_with_errno(const fs::path& path, int error) {
+    const char* remedy = "choose another place for the output";
+    if (error == ENOSPC || error == EDQUOT) remedy = "free some space or choose another place";
+    if (error == EFBIG) remedy = "raise the file size limit (ulimit -f) or choose a smaller output";
+    if (error == ENOENT) remedy = "create the folder first";
+    if (error == ENAMETOOLONG) remedy = "choose a shorter name";
+    if (error == EPIPE) remedy = "whatever read the output has ended";
+    fail(path, "cannot be written (" + std::generic_category().message(error) + ")", remedy);
+}
+
+/// A file descriptor that is closed on the way out.
+class Descriptor {
+public:
+    explicit Descriptor(int fd) : fd_(fd) {}
+    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    Descriptor& operator=(Descriptor&&) = delete;
+    ~Descriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    int fd() const { return fd_; }
+    /// Some file systems report a failed write only here. Returns errno or 0.
+    int close() {
+        const int result = ::close(std::exchange(fd_, -1));
+        return result == 0 || errno == EINTR ? 0 : errno;
+    }
+
+private:
+    int fd_;
+};
+
+/// While it lives, a write past the file size limit or into a pipe that nobody reads fails with
+/// EFBIG or EPIPE in this thread instead of ending the process. Both signals go to the thread that
+/// writes, so what became pending meanwhile is ours and is taken back before they are let in again.
+class WriteSignalsHeldBack {
+public:
+    WriteSignalsHeldBack() {
+        sigset_t pending;
+        sigpending(&pending);
+        sigemptyset(&ours_);
+        for (const int signal : {SIGXFSZ, SIGPIPE}) {
+            if (!sigismember(&pending, signal)) sigaddset(&ours_, signal);
+        }
+        pthread_sigmask(SIG_BLOCK, &ours_, &before_);
+    }
+    ~WriteSignalsHeldBack() {
+        const int error = errno;
+        const timespec at_once = {};
+        while (sigtimedwait(&ours_, nullptr, &at_once) > 0) {
+        }
+        pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+        errno = error;
+    }
+    WriteSignalsHeldBack(const WriteSignalsHeldBack&) = delete;
+    WriteSignalsHeldBack& operator=(const WriteSignalsHeldBack&) = delete;
+
+private:
+    sigset_t ours_;
+    sigset_t before_;
+};
+
+/// A new empty file in `folder`, removed unless renamed. Its name does not grow with the target's,
+/// which may be as long as names can be. Errors name `output`.
+class Temporary {
+public:
+    Temporary(const fs::path& folder, const fs::path& output) : file_(create(folder)) {
+        if (file_.fd() < 0) fail_with_errno(output, errno);
+    }
+    ~Temporary() {
+        if (!renamed_) ::unlink(path_.c_str());
+    }
+    Temporary(const Temporary&) = delete;
+    Temporary& operator=(const Temporary&) = delete;
+
+    Descriptor& file() { return file_; }
+    /// Returns whether the target now is this file; else errno is set.
+    bool rename_to(const fs::path& target) {
+        renamed_ = ::rename(path_.c_str(), target.c_str()) == 0;
+        return renamed_;
+    }
+
+private:
+    // O_EXCL makes the name ours; the mode is left to the umask, as for any new file.
+    int create(const fs::path& folder) {
+        for (int attempt = 0;; ++attempt) {
+            path_ = folder / fmt::format(".morphray-{}-{}.partial", ::getpid(), attempt);
+            const int fd = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+            if (fd >= 0 || errno != EEXIST) return fd;
+        }
+    }
+
+    fs::path path_;
+    bool renamed_ = false;
+    Descriptor file_;
+};
+
+/// Returns errno, or 0 when all bytes were taken.
+int write_all(int fd, std::span<const std::byte> bytes) {
+    const WriteSignalsHeldBack guard;
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) return errno;
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    return 0;
+}
+
+/// The descriptor that /dev/stdout, /dev/stderr and /dev/fd/N name. A file that one of them was
+/// redirected to must be written through the descriptor: a rename would part the two.
+std::optional<int> named_descriptor(const fs::path& path) {
+    const std::string& name = path.native();
+    if (name == "/dev/stdout") return STDOUT_FILENO;
+    if (name == "/dev/stderr") return STDERR_FILENO;
+    for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
+        if (!name.starts_with(folder)) continue;
+        int fd = -1;
+        const char* end = name.data() + name.size();
+        const auto parsed = std::from_chars(name.data() + folder.size(), end, fd);
+        if (parsed.ec == std::errc() && parsed.ptr == end && fd >= 0) return fd;
+    }
+    return std::nullopt;
+}
+
+/// What `path` leads to: links are followed to their last target, which need not exist.
+fs::path follow_links(const fs::path& path) {
+    constexpr int kMaxLinks = 40;  // as many as the kernel follows
+    fs::path target = path;
+    for (int i = 0; i < kMaxLinks; ++i) {
+        std::error_code error;
+        const fs::path link = fs::read_symlink(target, error);
+        if (error) return target;
+        target = target.parent_path() / link;
+    }
+    fail_with_errno(path, ELOOP);
+}
+
+enum class Target { kFile, kDescriptor, kStream };
+
+/// How `path` is to be written; throws when it cannot be, as far as that shows from outside.
+Target classify(const fs::path& path) {
+    if (path.empty()) fail("''", "an output needs a name", "give a file name");
+    if (named_descriptor(path)) return Target::kDescriptor;
+    struct stat status = {};
+    if (::stat(path.c_str(), &status) != 0) {
+        if (!path.has_filename()) fail(path, "is the name of a folder", "give a file name");
+        if (errno == ENOENT) return Target::kFile;  // the temporary finds out whether it can be
+        fail_with_errno(path, errno);
+    }
+    if (S_ISDIR(status.st_mode)) fail(path, "is a folder", "give a file name");
+    // An existing file that may not be written is not replaced behind its owner's back either.
+    if (::access(path.c_str(), W_OK) != 0) fail_with_errno(path, errno);
+    return S_ISREG(status.st_mode) ? Target::kFile : Target::kStream;
+}
+
+void write_regular_file(const fs::path& path, std::span<const std::byte> bytes) {
+    const fs::path target = follow_links(path);
+    Temporary temporary(target.parent_path(), path);
+    struct stat old = {};
+    if (::stat(target.c_str(), &old) == 0) {
+        ::fchmod(temporary.file().fd(), old.st_mode & 07777);
+    }
+    if (const int error = write_all(temporary.file().fd(), bytes)) fail_with_errno(path, error);
+    if (::fsync(temporary.file().fd()) != 0) fail_with_errno(path, errno);
+    if (const int error = temporary.file().close()) fail_with_errno(path, error);
+    if (!temporary.rename_to(target)) fail_with_errno(path, errno);
+}
+
+void write_stream(const fs::path& path, int fd, std::span<const std::byte> bytes) {
+    Descriptor stream(fd);
+    if (fd < 0) fail_with_errno(path, errno);
+    if (const int error = write_all(fd, bytes)) fail_with_errno(path, error);
+    if (const int error = stream.close()) fail_with_errno(path, error);
+}
+
+}  // namespace
+
+void write_file(const fs::path& path, std::span<const std::byte> bytes) {
+    switch (classify(path)) {
+        case Target::kFile:
+            return write_regular_file(path, bytes);
+        case Target::kDescriptor:
+            return write_stream(path, ::dup(*named_descriptor(path)), bytes);
+        case Target::kStream:
+            return write_stream(path, ::open(path.c_str(), O_WRONLY | O_CLOEXEC), bytes);
+    }
+}
+
+void write_file(const fs::path& path, std::string_view text) {
+    write_file(path, std::as_bytes(std::span(text)));
+}
+
+void check_writable(const fs::path& path) {
+    // A folder's mode does not tell (root, read-only and virtual file systems): try it.
+    if (classify(path) == Target::kFile) Temporary(follow_links(path).parent_path(), path);
+}
+
+void make_output_folder(const fs::path& path) {
+    if (path.empty()) fail("''", "an output folder needs a name", "give a folder name");
+    std::error_code error;
+    fs::create_directories(path, error);
+    if (error) {
+        fail(path, "cannot be made a folder (" + error.message() + ")",
+             "choose another place for the output");
+    }
+    Temporary(path, path);
+}
+
+}  // namespace morphray

@@ -1,0 +1,37 @@
+// Many warnings of one kind as one.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+
+#include "common/base/warning.h"
+
+namespace morphray {
+
+/// Keeps the first warning of a kind and counts the rest, so that a file of a million odd lines
+/// does not print a million lines.
+class WarningCount {
+public:
+    /// `make` returns the Warning; it is called for the first one only.
+    template <class Make>
+    void add(const Make& make) {
+        if (count_++ == 0) first_ = make();
+    }
+    void tell(const WarnFunction& warn) const {
+        if (count_ == 0 || !warn) return;
+        warn(together());
+    }
+    /// Of at least one.
+    Warning together() const {
+        if (count_ == 1) return first_;
+        return {first_.place, fmt::format("{} (and {} more)", first_.text, count_ - 1)};
+    }
+    bool none() const { return count_ == 0; }
+
+private:
+    Warning first_;
+    std::uint64_t count_ = 0;
+};
+
+}  // namespace morphray

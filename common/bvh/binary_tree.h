@@ -1,0 +1,78 @@
+// The binary tree that a build makes first. It is collapsed to the shared layout and forgotten.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/base/aligned_vector.h"
+#include "common/bvh/box.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/bvh/meshlet.h"
+#include "common/bvh/prim_ref.h"
+#include "common/scene/mesh.h"
+
+namespace morphray {
+
+struct BinaryNode {
+    /// In a union, so that making a node writes nothing: a tree has room for far more of them than
+    /// it needs.
+    union {
+        Box box;
+    };
+    /// The triangles below: prim_ids[begin .. end).
+    std::uint32_t begin;
+    std::uint32_t end;
+    /// The left child; the right one is the next. 0 for a leaf.
+    std::uint32_t children;
+    /// Levels below; 0 for a leaf. At most kMaxBinaryHeight.
+    std::uint32_t height;
+
+    BinaryNode() {}
+
+    bool is_leaf() const { return children == 0; }
+    std::uint32_t size() const { return end - begin; }
+};
+
+/// Four binary levels fit into one wide level in any case.
+inline constexpr std::uint32_t kMaxBinaryHeight = 4 * kMaxDepth;
+
+class BinaryTree {
+public:
+    /// The triangles of a leaf, ascending.
+    std::span<const std::uint32_t> triangles(const BinaryNode& leaf) const {
+        return std::span(prim_ids).subspan(leaf.begin, leaf.size());
+    }
+
+    /// Of a leaf that is no part.
+    LeafShape shape(const BinaryNode& leaf) const;
+    void set_shape(const BinaryNode& leaf, const LeafShape& shape);
+
+    /// Ascending in every leaf.
+    AlignedVector<std::uint32_t> prim_ids;
+    /// The root first. Where else a node stands is chance, and some are not used at all: only what
+    /// is referred to counts.
+    AlignedVector<BinaryNode> nodes;
+    /// What the build began with. Leaves keep their shapes in the room of their triangles, which
+    /// are not looked at any more.
+    AlignedVector<PrimRef> refs;
+    /// Memory that the build has used, for the costs of the collapse and then for leaves: the
+    /// system takes as long to clear fresh memory as a split takes to fill it.
+    AlignedVector<Leaf> spare;
+};
+
+/// Every leaf fits a meshlet: at most kLeafTriangles triangles over at most kLeafVertices vertices.
+/// No nodes for no triangles. Runs in the calling thread's arena; the tree (but for the places of
+/// its nodes) does not depend on the threads.
+BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
+                             SplitMethod method);
+
+/// The box of a triangle, without vertices that are not finite.
+PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id);
+
+/// Likewise over triangles and, above them, parts of any kind that are left as they are: a ref's
+/// prim_id is that of a triangle, or of a part if it is at least topology.triangles.size(). A part
+/// is a leaf of its own. The refs ascend by prim_id.
+BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
+                             SplitMethod method);
+
+}  // namespace morphray

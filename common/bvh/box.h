@@ -1,0 +1,64 @@
+// Axis-aligned boxes in scene space.
+#pragma once
+
+#include "common/interop/bvh_layout.h"
+#include "common/interop/constants.h"
+
+namespace morphray {
+
+/// Empty when made: inverted, so that it is the neutral element of `extend`.
+struct Box {
+    vec3 lower = {kEmptyPlane, kEmptyPlane, kEmptyPlane};
+    vec3 upper = {-kEmptyPlane, -kEmptyPlane, -kEmptyPlane};
+
+    bool empty() const { return lower.x > upper.x; }
+
+    void extend(vec3 p) {
+        lower = {lesser(lower.x, p.x), lesser(lower.y, p.y), lesser(lower.z, p.z)};
+        upper = {greater(upper.x, p.x), greater(upper.y, p.y), greater(upper.z, p.z)};
+    }
+    void extend(const Box& b) {
+        lower = {lesser(lower.x, b.lower.x), lesser(lower.y, b.lower.y),
+                 lesser(lower.z, b.lower.z)};
+        upper = {greater(upper.x, b.upper.x), greater(upper.y, b.upper.y),
+                 greater(upper.z, b.upper.z)};
+    }
+
+    bool operator==(const Box&) const = default;
+};
+
+/// Half the surface area; 0 for an empty box. In double: the products of scene-space extents are
+/// exact enough there for ties to be ties.
+inline double half_area(const Box& b) {
+    if (b.empty()) return 0;
+    const double dx = static_cast<double>(b.upper.x) - b.lower.x;
+    const double dy = static_cast<double>(b.upper.y) - b.lower.y;
+    const double dz = static_cast<double>(b.upper.z) - b.lower.z;
+    return dx * dy + dy * dz + dz * dx;
+}
+
+/// Whether a vertex in scene space is finite (see SceneSpace::to_scene).
+inline bool is_finite_vertex(vec3 p) { return p.x <= kSceneExtent; }
+
+inline Box slot_box(const Node& node, std::uint32_t slot) {
+    return {{node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]},
+            {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]}};
+}
+
+inline void set_slot_box(Node& node, std::uint32_t slot, const Box& box) {
+    node.lower_x[slot] = box.lower.x;
+    node.lower_y[slot] = box.lower.y;
+    node.lower_z[slot] = box.lower.z;
+    node.upper_x[slot] = box.upper.x;
+    node.upper_y[slot] = box.upper.y;
+    node.upper_z[slot] = box.upper.z;
+}
+
+/// The union of a node's slots.
+inline Box node_box(const Node& node) {
+    Box box;
+    for (std::uint32_t slot = 0; slot < kWidth; ++slot) box.extend(slot_box(node, slot));
+    return box;
+}
+
+}  // namespace morphray

@@ -1,0 +1,28 @@
+// SAH construction of the shared layout.
+#pragma once
+
+#include <span>
+
+#include "common/bvh/bvh.h"
+#include "common/scene/mesh.h"
+
+namespace morphray {
+
+enum class SplitMethod {
+    kBinned,  // bins over the centroid bounds: fast
+    kSweep,   // every split position of all three axes: slow, the best tree
+};
+
+struct BuildConfig {
+    SplitMethod split = SplitMethod::kBinned;
+    /// 0: all the threads that there are. The tree is the same for any number.
+    int threads = 0;
+};
+
+/// Builds a tree over all triangles of the topology at these positions (scene space, one per
+/// vertex). Any input builds: no triangles, coinciding ones, vertices that are not finite
+/// (kInvalidCoordinate, left out of all boxes). Throws Error(kLimit) above 2^28 triangles.
+Bvh build_bvh(const Topology& topology, std::span<const vec3> positions,
+              const BuildConfig& config = {});
+
+}  // namespace morphray

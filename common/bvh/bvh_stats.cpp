@@ -1,0 +1,60 @@
+#include "common/bvh/bvh_stats.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/bvh/box.h"
+#include "common/interop/hit_rule.h"
+#include "common/scene/polygons/triangle_area.h"
+
+namespace morphray {
+
+BvhStats bvh_stats(const Bvh& bvh) {
+    BvhStats stats;
+    stats.node_count = static_cast<std::uint32_t>(bvh.nodes.size());
+    stats.leaf_count = static_cast<std::uint32_t>(bvh.leaves.size());
+    stats.depth = bvh.depth();
+    stats.bytes = bvh.nodes.size() * sizeof(Node) + bvh.leaves.size() * sizeof(Leaf);
+    const double root_area = half_area(node_box(bvh.nodes.front()));
+    double area_sum = root_area;
+    std::uint64_t children = 0;
+    std::uint64_t vertices = 0;
+    for (const Node& node : bvh.nodes) {
+        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
+            ++children;
+            const double area = half_area(slot_box(node, slot));
+            if ((node.child[slot] & kLeafBit) == 0) {
+                area_sum += area;
+                continue;
+            }
+            const std::uint32_t leaf = node.child[slot] & ~kLeafBit;
+            area_sum += area * corner_triangle_count(bvh.leaves[leaf].vertex[0].corners);
+            const auto first = bvh.leaf_vertices.begin() + std::ptrdiff_t{leaf} * kLeafVertices;
+            vertices += std::set<std::uint32_t>(first, first + kLeafVertices).size();
+        }
+    }
+    stats.sah_cost = root_area > 0 ? area_sum / root_area : 0;
+    stats.children_per_node = static_cast<double>(children) / stats.node_count;
+    if (stats.leaf_count > 0) {
+        stats.triangles_per_leaf = static_cast<double>(bvh.triangle_count) / stats.leaf_count;
+        stats.vertices_per_leaf = static_cast<double>(vertices) / stats.leaf_count;
+    }
+    return stats;
+}
+
+DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions) {
+    DegenerateCount count;
+    for (const uvec3& t : topology.triangles) {
+        const vec3 a = positions[t.x];
+        const vec3 b = positions[t.y];
+        const vec3 c = positions[t.z];
+        if (!finite_vertices(a, b, c)) {
+            ++count.not_finite;
+            continue;
+        }
+        if (!has_area(a, b, c)) ++count.zero_area;
+    }
+    return count;
+}
+
+}  // namespace morphray

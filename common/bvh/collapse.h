@@ -1,0 +1,56 @@
+// Which descendants of a binary node become the children of a wide one.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "common/bvh/binary_tree.h"
+
+namespace morphray {
+
+/// The children of a wide node, left to right.
+class WideChildren {
+public:
+    void add(std::uint32_t binary_node) { nodes_[size_++] = binary_node; }
+    std::span<const std::uint32_t> nodes() const { return {nodes_.data(), size_}; }
+
+private:
+    std::array<std::uint32_t, kWidth> nodes_;
+    std::size_t size_ = 0;
+};
+
+/// For every binary node the cheapest way to cut its subtree into wide nodes, where the cost is the
+/// sum of the areas of the wide nodes: what a random ray pays in node visits (after H. Ylitie, T.
+/// Karras, S. Laine. Efficient incoherent ray traversal on GPUs through compressed wide BVHs. HPG
+/// 2017, section 3).
+class Collapse {
+public:
+    /// Works in `room`, which is nobody else's as long as this lives, where that suffices. Runs in
+    /// the calling thread's arena.
+    explicit Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room = {});
+
+    /// The children of the wide node made of an inner binary node; 2 to 16. When `levels_left` wide
+    /// levels (this one included) must suffice for its height, which they can if
+    /// height <= 4 * levels_left, they will.
+    WideChildren children(std::uint32_t node, std::uint32_t levels_left) const;
+
+private:
+    struct Costs {
+        /// cost[i]: of the subtree's wide nodes when it may fill up to i + 1 slots of its parent.
+        alignas(16) std::array<float, kWidth> cost;
+        /// How many of those slots the left child gets; 0: the node takes a single slot.
+        std::array<std::uint8_t, kWidth> left_slots;
+    };
+
+    void find_costs(std::uint32_t node);
+    void add_optimal(std::uint32_t node, std::uint32_t slots, WideChildren& out) const;
+    void add_levels(std::uint32_t node, std::uint32_t height_limit, WideChildren& out) const;
+
+    std::span<const BinaryNode> nodes_;
+    /// Of every node: in the room, or here.
+    AlignedVector<Costs> own_costs_;
+    Costs* costs_;
+};
+
+}  // namespace morphray

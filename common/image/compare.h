@@ -1,0 +1,51 @@
+// Two frames that should be one, held against each other bit by bit.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/image/frame.h"
+#include "common/image/png.h"
+
+namespace morphray {
+
+/// One differing pixel.
+struct PixelDifference {
+    std::uint32_t x = 0;
+    std::uint32_t y = 0;
+    Hit expected;
+    Hit actual;
+    std::uint32_t expected_occlusion = 0;
+    std::uint32_t actual_occlusion = 0;
+    std::uint32_t expected_pixel = 0;
+    std::uint32_t actual_pixel = 0;
+};
+
+/// Pixels by the first thing that differs, in this order; a pixel is counted once.
+struct FrameDifference {
+    std::uint64_t false_miss = 0;  // expected hits, actual does not
+    std::uint64_t false_hit = 0;   // the other way round
+    std::uint64_t prim_id = 0;
+    std::uint64_t t = 0;
+    std::uint64_t uv = 0;
+    std::uint64_t occlusion = 0;
+    std::uint64_t colour = 0;
+    /// The first ones by row, at most as many as asked for.
+    std::vector<PixelDifference> first;
+
+    std::uint64_t total() const {
+        return false_miss + false_hit + prim_id + t + uv + occlusion + colour;
+    }
+};
+
+/// Floats are compared as bits. Both frames have the same size (asserted).
+FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep = 10);
+
+/// The actual picture in grey with each differing pixel in the colour of its kind, enlarged to 3x3.
+Image difference_image(const Frame& expected, const Frame& actual);
+
+/// "12 pixels differ: 3 false misses, 9 prim_id" or "equal".
+std::string describe(const FrameDifference& difference);
+
+}  // namespace morphray

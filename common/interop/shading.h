@@ -1,0 +1,53 @@
+// Colour: from a hit and its occlusion to an 8-bit pixel, in the same exact operations.
+#ifndef COMMON_INTEROP_SHADING_H
+#define COMMON_INTEROP_SHADING_H
+
+#include "common/interop/params.h"
+#include "common/interop/surface.h"
+
+SHARED_BEGIN
+
+/// Linear intensity in [0, 1] to 8 bits with gamma 2, rounding to nearest.
+SHARED uint encode_channel(float x) {
+    PRECISE float c = lesser(greater(x, 0.0f), 1.0f);
+    PRECISE float root = c > 0.00000095367431640625f ? c * rsqrt(c) : 0.0f;  // 2^-20
+    PRECISE float scaled = root * 255.0f + 0.5f;
+    return uint(scaled);
+}
+
+/// R in bits 0-7, then G, B and 255 for opaque.
+SHARED uint pack_rgb(uint r, uint g, uint b) { return r | (g << 8u) | (b << 16u) | 0xFF000000u; }
+
+/// Behind the scene: a vertical blend of two greys.
+SHARED uint background(uint y, uint height) {
+    uint s = (64u * y) / height;
+    return pack_rgb(58u + s / 2u, 62u + s / 2u, 72u + s / 2u);
+}
+
+/// The colour of a hit. albedo is packed as by pack_rgb, linear. occlusion is the number of
+/// occluded secondary rays (0 or 1 for a shadow ray, 0 to ao_count for ambient occlusion).
+SHARED uint shade(ImageParams params, Ray ray, Surface s, uint albedo, uint occlusion) {
+    PRECISE float intensity = 0.0f;
+    if (params.rays == kRaysAo) {
+        PRECISE float open = float(params.ao_count - occlusion);
+        intensity = open * rcp(float(params.ao_count));
+    } else {
+        // One unit vector for both: some devices compute all branches.
+        bool is_shadow = params.rays == kRaysShadow;
+        PRECISE vec3 to_light = params.light - s.point;
+        vec3 towards = unit(is_shadow ? to_light : ray.dir);
+        PRECISE float cosine = dot3(s.normal, towards);
+        PRECISE float facing = is_shadow ? greater(cosine, 0.0f) : abs(cosine);
+        bool is_lit = !is_shadow || occlusion == 0u;
+        intensity = is_lit ? 0.125f + 0.875f * facing : 0.125f;
+    }
+    PRECISE float k = intensity * 0.0039215688593685626983642578125f;  // 1/255
+    PRECISE float r = float(albedo & 0xFFu) * k;
+    PRECISE float g = float((albedo >> 8u) & 0xFFu) * k;
+    PRECISE float b = float((albedo >> 16u) & 0xFFu) * k;
+    return pack_rgb(encode_channel(r), encode_channel(g), encode_channel(b));
+}
+
+SHARED_END
+
+#endif  // COMMON_INTEROP_SHADING_H

@@ -1,0 +1,261 @@
+#include "common/scene/camera_setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+#include "common/base/errors.h"
+#include "common/interop/ray.h"
+
+namespace morphray {
+namespace {
+
+using glm::dvec3;
+
+constexpr double kPi = 3.14159265358979323846;
+// Where the eye is, seen from the target, unless it is given: in front, to the right, above.
+const dvec3 kDefaultSide(0.45, 0.4, 1);
+// Free room around the scene in the picture.
+constexpr double kFramingMargin = 1.04;
+constexpr std::uint32_t kMaxSide = 65536;
+// A pixel's ambient-occlusion rays (common/interop/params.h).
+constexpr std::uint32_t kMaxAoCount = 256;
+constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
+// Directions of rays may have components up to 2^42 (common/interop/ray.h); the picture's corner is
+// the largest.
+constexpr double kMaxSlope = 0x1p40;
+// Sine of the angle between up and the view below which they count as parallel: far above the
+// rounding of a cross product, far below any angle that is meant.
+constexpr double kParallel = 1e-9;
+// Smaller components of a direction change no pixel's ray and would make denormal products.
+constexpr double kNegligible = 0x1p-60;
+
+dvec3 to_vec(const Point& p) { return {p[0], p[1], p[2]}; }
+Point to_point(const dvec3& v) { return {v.x, v.y, v.z}; }
+
+bool finite(const dvec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// The unit vector in v's direction, or 0 for a vector without one. Any finite length will do.
+dvec3 direction_of(dvec3 v) {
+    const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    if (!(largest > 0) || !std::isfinite(largest)) return {0, 0, 0};
+    // First by a power of two, so that no square overflows or vanishes.
+    const int exponent = std::ilogb(largest);
+    for (int axis = 0; axis < 3; ++axis) v[axis] = std::ldexp(v[axis], -exponent);
+    return v / glm::length(v);
+}
+
+// The scene as framing sees it: a box around a middle.
+struct SceneBox {
+    dvec3 centre = {0, 0, 0};
+    dvec3 half = dvec3(1, 1, 1) / std::sqrt(3.0);
+    double radius() const { return std::hypot(half.x, half.y, half.z); }
+};
+
+// A point gets its distance from the origin for a size, as SceneSpace does it; the empty scene and
+// the origin alone get a radius of 1.
+SceneBox scene_box(const UserBounds& bounds) {
+    SceneBox unit;
+    if (bounds.empty()) return unit;
+    SceneBox box;
+    for (int axis = 0; axis < 3; ++axis) {
+        box.centre[axis] = bounds.lower[axis] / 2 + bounds.upper[axis] / 2;
+        box.half[axis] = bounds.upper[axis] / 2 - bounds.lower[axis] / 2;
+    }
+    if (box.radius() == 0) {
+        const double size = std::hypot(box.centre.x, box.centre.y, box.centre.z);
+        box.half = unit.half * (size > 0 ? size : 1);
+    }
+    return box;
+}
+
+bool valid_fov(double fov) { return fov > 0 && fov < 180; }
+
+// Right, up and forward of a view, of length 1 and at right angles.
+struct Axes {
+    dvec3 right;
+    dvec3 up;
+    dvec3 forward;
+};
+
+// right and up are 0 when up is parallel to the view or has no direction.
+Axes axes_of(const dvec3& forward, const dvec3& up) {
+    const dvec3 across = glm::cross(forward, direction_of(up));
+    if (!(glm::length(across) > kParallel)) return {{0, 0, 0}, {0, 0, 0}, forward};
+    const dvec3 right = across / glm::length(across);
+    return {right, glm::cross(right, forward), forward};
+}
+
+// How far before the target the eye must be for all corners of the box to be in the picture.
+double framing_distance(const ViewSpec& view, const Axes& axes, const SceneBox& scene,
+                        const dvec3& target) {
+    const double fov = valid_fov(view.fov) ? view.fov : ViewSpec{}.fov;
+    const double slope_up = std::tan(fov * (kPi / 360));
+    const double aspect =
+        view.width > 0 && view.height > 0 ? static_cast<double>(view.width) / view.height : 1.0;
+    double distance = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const dvec3 sign((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1);
+        const dvec3 p = scene.centre + sign * scene.half - target;
+        const double aside =
+            std::max(std::abs(glm::dot(p, axes.up)), std::abs(glm::dot(p, axes.right)) / aspect);
+        distance = std::max(distance, aside / slope_up - glm::dot(p, axes.forward));
+    }
+    return distance;
+}
+
+// Above left of the eye by the eye's distance from the middle, or farther where that would be in
+// the scene.
+dvec3 default_light(const dvec3& eye, const Axes& axes, const SceneBox& scene) {
+    const dvec3 aside = 0.7 * axes.up - 0.6 * axes.right;
+    const double radius = scene.radius();
+    double reach = std::max(glm::length(eye - scene.centre), 2 * radius);
+    // A line leaves a sphere of 1.5 times the radius for good within a few doublings. Without axes
+    // (an invalid view) there is no way to go.
+    for (int i = 0; i < 4; ++i) {
+        if (glm::length(eye + reach * aside - scene.centre) > 1.5 * radius) break;
+        reach *= 2;
+    }
+    return eye + reach * aside;
+}
+
+void require_finite(const dvec3& v, const char* what) {
+    if (!finite(v)) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("the {} ({}, {}, {}) is not finite; give three "
+                                "finite numbers",
+                                what, v.x, v.y, v.z));
+    }
+}
+
+void check_size(const ViewSpec& view) {
+    if (view.width == 0 || view.height == 0 || view.ao_count == 0) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("an image of {} x {} pixels with {} ambient-occlusion rays each is "
+                                "asked for; each number must be at least 1",
+                                view.width, view.height, view.ao_count));
+    }
+    const std::uint64_t pixels = std::uint64_t{view.width} * view.height;
+    if (view.width > kMaxSide || view.height > kMaxSide || pixels > kMaxPixels) {
+        throw Error(ErrorKind::kLimit,
+                    fmt::format("an image of {} x {} pixels is too large; at most {} a side and {} "
+                                "in all are possible",
+                                view.width, view.height, kMaxSide, kMaxPixels));
+    }
+    if (view.ao_count > kMaxAoCount) {
+        throw Error(ErrorKind::kLimit,
+                    fmt::format("{} ambient-occlusion rays a pixel are too many; at most {} are "
+                                "possible",
+                                view.ao_count, kMaxAoCount));
+    }
+}
+
+void check_view(const ViewSpec& view, const ResolvedView& resolved) {
+    require_finite(to_vec(resolved.eye), "eye");
+    require_finite(to_vec(resolved.target), "target");
+    require_finite(to_vec(view.up), "up vector");
+    require_finite(to_vec(resolved.light), "light");
+    if (!valid_fov(view.fov)) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("a field of view of {} degrees is impossible; give one above 0 and "
+                                "below 180",
+                                view.fov));
+    }
+    if (!(resolved.ao_distance > 0) || !std::isfinite(resolved.ao_distance)) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("an ambient-occlusion distance of {} is impossible; give a finite "
+                                "one that is not negative",
+                                view.ao_distance));
+    }
+}
+
+Axes checked_axes(const ViewSpec& view, const ResolvedView& resolved) {
+    const dvec3 forward = direction_of(to_vec(resolved.target) - to_vec(resolved.eye));
+    if (forward == dvec3(0, 0, 0)) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("eye and target are both ({}, {}, {}); move one of them",
+                                resolved.eye[0], resolved.eye[1], resolved.eye[2]));
+    }
+    const Axes axes = axes_of(forward, to_vec(view.up));
+    if (axes.right == dvec3(0, 0, 0)) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("the up vector ({}, {}, {}) is parallel to the view; give another",
+                                view.up[0], view.up[1], view.up[2]));
+    }
+    return axes;
+}
+
+vec3 to_direction(const dvec3& v) {
+    vec3 direction;
+    for (int axis = 0; axis < 3; ++axis) {
+        direction[axis] = std::abs(v[axis]) < kNegligible ? 0.0f : static_cast<float>(v[axis]);
+    }
+    return direction;
+}
+
+Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
+    const double half_height = std::tan(view.fov * (kPi / 360));
+    const double half_width = half_height * view.width / view.height;
+    if (!(std::max(half_width, half_height) <= kMaxSlope)) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("a field of view of {} degrees is too wide for an image of {} x {} "
+                                "pixels; give a smaller one",
+                                view.fov, view.width, view.height));
+    }
+    const double pixel = 2 * half_height / view.height;
+    Camera camera = {};
+    camera.org = org;
+    camera.corner = to_direction(axes.forward - half_width * axes.right + half_height * axes.up);
+    camera.du = to_direction(pixel * axes.right);
+    camera.dv = to_direction(-pixel * axes.up);
+    return camera;
+}
+
+}  // namespace
+
+ResolvedView resolve_view(const ViewSpec& view, const UserBounds& bounds) {
+    const SceneBox scene = scene_box(bounds);
+    dvec3 target = view.target ? to_vec(*view.target) : scene.centre;
+    dvec3 eye;
+    if (view.eye) {
+        eye = to_vec(*view.eye);
+        if (!view.target && eye == target) target.z -= scene.radius();
+    } else {
+        const dvec3 from = direction_of(kDefaultSide);
+        const Axes axes = axes_of(-from, to_vec(view.up));
+        eye = target + kFramingMargin * framing_distance(view, axes, scene, target) * from;
+    }
+    const Axes axes = axes_of(direction_of(target - eye), to_vec(view.up));
+    const dvec3 light = view.light ? to_vec(*view.light) : default_light(eye, axes, scene);
+    const double ao_distance = view.ao_distance == 0 ? scene.radius() / 2 : view.ao_distance;
+    return {to_point(eye), to_point(target), to_point(light), ao_distance};
+}
+
+ImageParams make_image_params(const ViewSpec& view, const UserBounds& bounds,
+                              const SceneSpace& space) {
+    assert(view.rays <= kRaysAo);
+    check_size(view);
+    const ResolvedView resolved = resolve_view(view, bounds);
+    check_view(view, resolved);
+    const Axes axes = checked_axes(view, resolved);
+    const vec3 org = space.point_to_scene(resolved.eye.data(), "the eye");
+
+    ImageParams params = {};
+    params.camera = make_camera(view, axes, org);
+    params.light = space.point_to_scene(resolved.light.data(), "the light");
+    params.ao_tfar = static_cast<float>(
+        std::clamp(space.length_to_scene(resolved.ao_distance), 0x1p-100, double(kInfiniteT)));
+    params.width = view.width;
+    params.height = view.height;
+    params.rays = view.rays;
+    params.ao_count = view.ao_count;
+    return params;
+}
+
+}  // namespace morphray

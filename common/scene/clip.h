@@ -1,0 +1,58 @@
+// A deforming scene: one topology, vertex positions as a function of the frame.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "common/base/warning.h"
+#include "common/scene/mesh.h"
+#include "common/scene/world_bounds.h"
+
+namespace morphray {
+
+/// A frame between two keyframes of a clip, by their indices: positions are interpolate() of theirs
+/// at f in [0, 1). A keyframe is itself twice, at 0.
+struct KeyframeBlend {
+    std::size_t before = 0;
+    std::size_t after = 0;
+    float f = 0;
+    bool operator==(const KeyframeBlend&) const = default;
+};
+
+/// Frames are numbers in [first_frame(), last_frame()]; between whole numbers positions are
+/// interpolated (files) or evaluated (procedural scenes). Implementations are immutable after
+/// construction and may be used by several threads at once.
+class Clip {
+public:
+    virtual ~Clip() = default;
+
+    virtual const Topology& topology() const = 0;
+    virtual double first_frame() const = 0;
+    virtual double last_frame() const = 0;
+
+    /// Writes the vertex positions of a frame, in the user's units; out has topology().vertex_count
+    /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame
+    /// when this frame could not be read or is not finite although the clip was opened strictly.
+    virtual void positions(double frame, std::span<vec3> out) const = 0;
+
+    /// Which keyframes positions() of this frame come from, bit for bit; nothing for clips without
+    /// keyframes, and for frames whose positions() throws.
+    virtual std::optional<KeyframeBlend> keyframes_at(double) const { return std::nullopt; }
+    /// Positions of one of those keyframes, in the user's units; valid as long as the clip.
+    virtual std::span<const vec3> keyframe(std::size_t) const { return {}; }
+
+    /// Whether positions() of this frame does not throw.
+    virtual bool usable(double) const { return true; }
+    /// What makes frames unusable, the first of it; nothing if all are usable.
+    virtual std::optional<Warning> damage() const { return std::nullopt; }
+
+    /// Bounds of all finite vertices over the whole clip, whatever frames are asked for.
+    virtual UserBounds bounds() const = 0;
+
+    /// What to call the scene in reports: the builtin's name or the path as given.
+    virtual const std::string& name() const = 0;
+};
+
+}  // namespace morphray

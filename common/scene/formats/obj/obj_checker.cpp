@@ -1,0 +1,306 @@
+#include "common/scene/formats/obj/obj_checker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string_view>
+
+#include "common/base/errors.h"
+#include "common/base/message_text.h"
+#include "common/base/number_text.h"
+
+namespace morphray {
+namespace {
+
+using namespace std::string_view_literals;
+
+// Statements of the format (Alias|Wavefront, "Object Files (.obj)", and the skinning and tag
+// extensions of tinyobjloader) that say nothing about triangles.
+constexpr std::array kUnusedKeywords = {
+    "vn"sv,     "vt"sv,    "vp"sv,    "g"sv,        "o"sv,          "s"sv,         "l"sv,
+    "p"sv,      "mg"sv,    "deg"sv,   "bmat"sv,     "step"sv,       "cstype"sv,    "curv"sv,
+    "curv2"sv,  "surf"sv,  "parm"sv,  "trim"sv,     "hole"sv,       "scrv"sv,      "sp"sv,
+    "end"sv,    "con"sv,   "bevel"sv, "c_interp"sv, "d_interp"sv,   "lod"sv,       "usemap"sv,
+    "maplib"sv, "ctech"sv, "stech"sv, "call"sv,     "shadow_obj"sv, "trace_obj"sv, "t"sv,
+    "vw"sv,     "fo"sv};
+
+constexpr std::size_t kMaxVertexNumbers = 8;  // x y z w r g b a
+
+bool blank(char c) { return c == ' ' || c == '\t'; }
+bool line_end(char c) { return c == '\n' || c == '\r'; }
+
+// Bytes that no text has: NUL, and control characters but for tab, the line ends and form feed.
+constexpr std::array<bool, 256> make_control_table() {
+    std::array<bool, 256> table = {};
+    for (std::size_t c = 0; c < 32; ++c)
+        table[c] = c != '\t' && c != '\n' && c != '\r' && c != '\f';
+    return table;
+}
+constexpr std::array<bool, 256> kControl = make_control_table();
+
+class Checker {
+public:
+    Checker(std::string& text, const std::string& name, const ObjCheckOptions& options)
+        : name_(name),
+          lenient_(options.lenient),
+          max_triangles_(options.max_triangles),
+          begin_(text.data()),
+          at_(text.data()),
+          end_(text.data() + text.size()) {}
+
+    CheckedObj run(const WarnFunction& warn) {
+        skip_byte_order_mark();
+        while (at_ != end_) check_statement();
+        if (!lenient_ && largest_index_ > static_cast<std::int64_t>(checked_.positions.size())) {
+            line_ = largest_index_line_;
+            fail(
+                fmt::format("vertex {} of {}; indices start at 1 and end at the number of vertices",
+                            largest_index_, checked_.positions.size()));
+        }
+        unknown_.tell(warn);
+        skipped_.tell(warn);
+        not_finite_.tell(warn);
+        return std::move(checked_);
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
+    }
+    std::string place() const { return fmt::format("{}:{}", name_, line_); }
+
+    void skip_byte_order_mark() {
+        const std::string_view text(begin_, static_cast<std::size_t>(end_ - begin_));
+        if (text.starts_with("\xEF\xBB\xBF")) {
+            std::fill_n(begin_, 3, ' ');
+        } else if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+            fail("is UTF-16 text; save it as UTF-8 or ASCII");
+        }
+    }
+
+    // Moves at_ past the line and returns its end.
+    char* scan_line() {
+        while (at_ != end_ && !line_end(*at_)) {
+            if (kControl[static_cast<unsigned char>(*at_)]) {
+                fail(*at_ == '\0' ? "NUL byte; this is binary data or UTF-16, save it as UTF-8 text"
+                                  : fmt::format("control character 0x{:02X}; this is no text file",
+                                                static_cast<unsigned>(*at_)));
+            }
+            ++at_;
+        }
+        char* const line_end_at = at_;
+        if (at_ != end_) {
+            if (*at_ == '\r' && at_ + 1 != end_ && at_[1] == '\n') ++at_;
+            ++at_;
+        }
+        return line_end_at;
+    }
+
+    // A statement is a line, or several where a backslash is the last character but of the last.
+    void check_statement() {
+        line_ = next_line_;
+        char* first = at_;
+        char* last = scan_line();
+        ++next_line_;
+        while (first != last && (blank(*first) || *first == '\f')) *first++ = ' ';
+        if (first == last) return;
+        if (*first == '#') {
+            require_short(first, last);
+            return;
+        }
+        while (last != first && last[-1] == '\\' && at_ != end_) {
+            std::fill(last - 1, at_, ' ');
+            last = scan_line();
+            ++next_line_;
+        }
+        dispatch(first, last);
+    }
+
+    void require_short(const char* first, const char* last) const {
+        if (static_cast<std::size_t>(last - first) <= kMaxLineBytes) return;
+        fail(fmt::format("line of {} bytes; at most {} are read, is this an OBJ file?",
+                         last - first, kMaxLineBytes));
+    }
+
+    void dispatch(char* first, char* last) {
+        char* arguments = std::find_if(first, last, blank);
+        const std::string_view keyword(first, static_cast<std::size_t>(arguments - first));
+        if (keyword == "v") {
+            check_vertex(arguments, last);
+        } else if (keyword == "f") {
+            check_face(first, arguments, last);
+        } else if (keyword == "usemtl" || keyword == "mtllib") {
+            require_short(first, last);
+            if (std::all_of(arguments, last, blank)) hide(first);
+        } else {
+            require_short(first, last);
+            if (std::find(kUnusedKeywords.begin(), kUnusedKeywords.end(), keyword) ==
+                kUnusedKeywords.end()) {
+                unknown_.add([&] {
+                    return Warning{
+                        place(), fmt::format("unknown statement {}; ignored", in_quotes(keyword))};
+                });
+            }
+            hide(first);
+        }
+    }
+
+    // Makes a comment of a statement. Its other lines are joined to the first one.
+    static void hide(char* first) { *first = '#'; }
+
+    // The next token, empty at the end of the statement or at a comment, which is blanked.
+    static std::string_view next_token(char*& at, char* last) {
+        at = std::find_if_not(at, last, blank);
+        if (at != last && *at == '#') {
+            std::fill(at, last, ' ');
+            at = last;
+        }
+        char* const token = at;
+        at = std::find_if(at, last, blank);
+        return {token, static_cast<std::size_t>(at - token)};
+    }
+
+    void check_vertex(char* at, char* last) {
+        require_short(at, last);
+        vec3 position(0.0f);
+        int count = 0;
+        for (;;) {
+            const std::string_view token = next_token(at, last);
+            if (token.empty()) break;
+            const std::optional<float> number = parse_float(token);
+            if (!number) fail_number(token);
+            if (count < 3) position[count] = checked_coordinate(*number, token);
+            if (++count > static_cast<int>(kMaxVertexNumbers)) {
+                fail("vertex of more than 8 numbers; one line holds one vertex");
+            }
+        }
+        if (count < 3) {
+            fail(fmt::format("vertex of {} numbers where 3 are needed; is the file complete?",
+                             count));
+        }
+        checked_.positions.push_back(position);
+    }
+
+    [[noreturn]] void fail_number(std::string_view token) const {
+        if (token.find(',') != std::string_view::npos) {
+            fail(fmt::format("{} is not a number; write decimals with a point, not a comma",
+                             in_quotes(token)));
+        }
+        fail(fmt::format("{} is not a number; is the file complete?", in_quotes(token)));
+    }
+
+    float checked_coordinate(float value, std::string_view token) {
+        if (std::abs(value) <= kMaxCoordinate) return value;
+        const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
+        if (!lenient_) {
+            fail(fmt::format("coordinate {} {}; repair it or accept it with --lenient",
+                             in_quotes(token), what));
+        }
+        not_finite_.add([&] {
+            return Warning{place(),
+                           fmt::format("coordinate {} {}; kept as it is", in_quotes(token), what)};
+        });
+        return value;
+    }
+
+    void check_face(char* first, char* at, char* last) {
+        std::uint64_t corners = 0;
+        for (;;) {
+            const std::string_view token = next_token(at, last);
+            if (token.empty()) break;
+            if (!check_corner(token)) {
+                hide(first);
+                return;
+            }
+            ++corners;
+        }
+        if (corners < 3) {
+            // Two corners in mid file are an edge that some exporters leave behind; as the last
+            // thing in a file without a final line end they are a file that was cut.
+            const bool cut = last == end_;
+            const std::string what =
+                fmt::format("face of {} corner{}", corners, corners == 1 ? "" : "s");
+            if (!lenient_ && cut) fail(what + " at the end; the file was cut, write it again");
+            if (!lenient_ && corners < 2) fail(what + "; a face needs 3, is the file complete?");
+            skipped_.add([&] { return Warning{place(), what + "; left out"}; });
+            hide(first);
+            return;
+        }
+        ++checked_.face_count;
+        checked_.corner_count += corners;
+        if (checked_.corner_count - 2 * checked_.face_count > max_triangles_) {
+            throw Error(ErrorKind::kLimit,
+                        fmt::format("{}: more than {} triangles; split or simplify the scene",
+                                    place(), max_triangles_));
+        }
+    }
+
+    // A corner is v, v/vt, v//vn or v/vt/vn. Blanks all but v. Whether the face can be kept.
+    bool check_corner(std::string_view token) {
+        const std::size_t slash = std::min(token.find('/'), token.size());
+        const std::optional<std::int64_t> index = parse_integer(token.substr(0, slash));
+        const auto vertex_count = static_cast<std::int64_t>(checked_.positions.size());
+        std::string problem;
+        if (!index || !check_attributes(token.substr(slash))) {
+            problem = fmt::format("{} is not a corner; write v, v/vt, v//vn or v/vt/vn",
+                                  in_quotes(token));
+        } else if (*index == 0) {
+            problem = "vertex 0; indices start at 1";
+        } else if (*index < -vertex_count) {
+            problem = fmt::format("vertex {} relative to {} so far; is the file complete?", *index,
+                                  vertex_count);
+        } else if (*index > std::numeric_limits<int>::max()) {
+            problem = fmt::format("vertex {}; no scene has that many vertices",
+                                  in_quotes(token.substr(0, slash)));
+        }
+        if (!problem.empty()) {
+            if (!lenient_) fail(problem);
+            skipped_.add([&] { return Warning{place(), problem + "; face left out"}; });
+            return false;
+        }
+        if (*index > largest_index_) {
+            largest_index_ = *index;
+            largest_index_line_ = line_;
+        }
+        char* const rest = begin_ + (token.data() - begin_) + slash;
+        std::fill_n(rest, token.size() - slash, ' ');
+        return true;
+    }
+
+    // "", "/vt", "//vn" or "/vt/vn" with any integers: their values are not used.
+    static bool check_attributes(std::string_view text) {
+        if (text.empty()) return true;
+        text.remove_prefix(1);
+        const std::size_t slash = text.find('/');
+        if (slash == std::string_view::npos) return parse_integer(text).has_value();
+        return (slash == 0 || parse_integer(text.substr(0, slash))) &&
+               parse_integer(text.substr(slash + 1)).has_value();
+    }
+
+    const std::string& name_;
+    const bool lenient_;
+    const std::uint64_t max_triangles_;
+    char* const begin_;
+    char* at_;
+    char* const end_;
+    std::uint64_t line_ = 1;
+    std::uint64_t next_line_ = 1;
+    std::int64_t largest_index_ = 0;
+    std::uint64_t largest_index_line_ = 0;
+    CheckedObj checked_;
+    WarningCount unknown_;
+    WarningCount skipped_;
+    WarningCount not_finite_;
+};
+
+}  // namespace
+
+CheckedObj check_obj(std::string& text, const std::string& name, const ObjCheckOptions& options) {
+    return Checker(text, name, options).run(options.warn);
+}
+
+}  // namespace morphray

@@ -1,0 +1,159 @@
+#include "common/scene/formats/obj/obj_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "common/base/errors.h"
+#include "common/base/input_file.h"
+#include "common/base/message_text.h"
+#include "common/scene/formats/obj/mtl_reader.h"
+#include "common/scene/formats/obj/obj_checker.h"
+#include "common/scene/formats/obj/tiny_obj.h"
+
+namespace morphray {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Builds the mesh from what tinyobjloader finds in checked text.
+class MeshBuilder : public ObjEvents {
+public:
+    MeshBuilder(const fs::path& path, const ObjOptions& options, const CheckedObj& checked,
+                ObjMesh& mesh)
+        : path_(path), options_(options), vertex_total_(checked.positions.size()), mesh_(mesh) {
+        mesh.faces.corners.reserve(checked.corner_count);
+        mesh.faces.corner_counts.reserve(checked.face_count);
+        mesh.albedo.reserve(checked.face_count);
+    }
+
+    void vertex() override { ++vertex_count_; }
+
+    void face(std::span<const int> indices) override {
+        const std::size_t first = mesh_.faces.corners.size();
+        for (const int index : indices) {
+            const std::int64_t vertex =
+                index > 0 ? std::int64_t{index} - 1
+                          : static_cast<std::int64_t>(vertex_count_) + std::int64_t{index};
+            if (vertex < 0 || vertex >= static_cast<std::int64_t>(vertex_total_)) {
+                // A lenient check lets indices pass that are too large.
+                out_of_range_.add([&] {
+                    return Warning{shown(path_), fmt::format("face with vertex {} of {}; left out",
+                                                             index, vertex_total_)};
+                });
+                mesh_.faces.corners.resize(first);
+                return;
+            }
+            mesh_.faces.corners.push_back(static_cast<std::uint32_t>(vertex));
+        }
+        mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(indices.size()));
+        mesh_.albedo.push_back(albedo_);
+    }
+
+    void use_material(std::string_view text) override {
+        if (!options_.materials) return;
+        const std::string name = trimmed(text);
+        const auto material = materials_.find(name);
+        albedo_ = material == materials_.end() ? kDefaultAlbedo : material->second;
+        if (material == materials_.end() && unknown_names_.size() < kMaxNamesTold &&
+            unknown_names_.insert(name).second) {
+            unknown_.add([&] {
+                return Warning{shown(path_),
+                               fmt::format("material {} is in no library; faces that use it are "
+                                           "grey",
+                                           in_quotes(name))};
+            });
+        }
+    }
+
+    void material_library(const std::string& text) override {
+        const std::string name = trimmed(text);
+        if (!options_.materials || name.empty()) return;
+        fs::path file;
+        std::string bytes;
+        try {
+            file = side_file(path_, name);
+            if (!libraries_.insert(file.native()).second) return;
+            bytes = read_input_file(file, kMaxMtlBytes);
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            unread_.add([&] {
+                return Warning{shown(path_),
+                               fmt::format("{}; its materials are grey",
+                                           as_warning(error.what(), shown(path_)).text)};
+            });
+            return;
+        }
+        read_mtl_text(bytes, shown(file), options_.lenient, options_.warn, materials_);
+    }
+
+    std::size_t vertex_count() const { return vertex_count_; }
+
+    void tell_warnings() const {
+        unread_.tell(options_.warn);
+        unknown_.tell(options_.warn);
+        out_of_range_.tell(options_.warn);
+    }
+
+private:
+    static constexpr std::size_t kMaxNamesTold = 1000;
+
+    static std::string trimmed(std::string_view text) {
+        const std::size_t first = text.find_first_not_of(" \t");
+        if (first == std::string_view::npos) return {};
+        return std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
+    }
+
+    const fs::path& path_;
+    const ObjOptions& options_;
+    const std::size_t vertex_total_;
+    ObjMesh& mesh_;
+    std::size_t vertex_count_ = 0;
+    Albedo albedo_ = kDefaultAlbedo;
+    MaterialMap materials_;
+    std::set<std::string> libraries_;
+    std::set<std::string> unknown_names_;
+    WarningCount unread_;
+    WarningCount unknown_;
+    WarningCount out_of_range_;
+};
+
+void require_content(const ObjMesh& mesh, const std::string& name, const ObjOptions& options) {
+    if (!mesh.faces.corner_counts.empty()) return;
+    const char* const missing = mesh.positions.empty() ? "no vertices" : "no faces";
+    if (!options.lenient && !options.allow_empty) {
+        throw Error(
+            ErrorKind::kBadInput,
+            fmt::format("{}: {}; is it an OBJ file? --allow-empty accepts it", name, missing));
+    }
+    options.warn({name, fmt::format("{}; the picture will be empty", missing)});
+}
+
+}  // namespace
+
+ObjMesh read_obj(const fs::path& path, const ObjOptions& options) {
+    const std::string name = shown(path);
+    std::vector<Warning> warnings;
+    ObjOptions held = options;
+    held.warn = [&](const Warning& warning) { warnings.push_back(warning); };
+
+    std::string text = read_input_file(path);
+    ObjMesh mesh;
+    CheckedObj checked = check_obj(text, name, {held.lenient, kMaxTriangles, held.warn});
+    MeshBuilder builder(path, held, checked, mesh);
+    parse_obj_text(text, builder);
+    assert(builder.vertex_count() == checked.positions.size());
+    assert(held.lenient || mesh.faces.corners.size() == checked.corner_count);
+    builder.tell_warnings();
+    mesh.positions = std::move(checked.positions);
+    require_content(mesh, name, held);
+
+    if (options.warn) std::for_each(warnings.begin(), warnings.end(), options.warn);
+    return mesh;
+}
+
+}  // namespace morphray

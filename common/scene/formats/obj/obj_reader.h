@@ -1,0 +1,41 @@
+// An OBJ file as positions, faces and colours.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "common/base/warning_count.h"
+#include "common/interop/platform.h"
+#include "common/scene/mesh.h"
+#include "common/scene/polygons/polygons.h"
+
+namespace morphray {
+
+struct ObjOptions {
+    /// Accept, with a warning each, coordinates that are not finite or beyond 1e30, files without
+    /// vertices or faces, and leave out faces that cannot be read.
+    bool lenient = false;
+    /// Accept a file without faces, or without anything.
+    bool allow_empty = false;
+    /// Read the material libraries. Without, every albedo is kDefaultAlbedo.
+    bool materials = true;
+    WarnFunction warn;
+};
+
+/// Face i of the file that has three corners or more is faces' face i.
+struct ObjMesh {
+    /// Each `v` of the file, in the file's units, correctly rounded to float.
+    std::vector<vec3> positions;
+    Polygons faces;
+    /// One a face.
+    std::vector<Albedo> albedo;
+};
+
+/// Reads positions, faces (position indices only) and, from the material libraries beside the file,
+/// diffuse colours. Every token is checked before tinyobjloader parses the text. Faces of two
+/// corners are left out with a warning, degenerate ones kept. Warnings are told only where nothing
+/// is thrown. Throws Error: kBadInput with file and line, kLimit (4 GiB, 2^28 triangles). Threads
+/// may call it at once, each with its own options.
+ObjMesh read_obj(const std::filesystem::path& path, const ObjOptions& options = {});
+
+}  // namespace morphray

@@ -1,0 +1,91 @@
+#include "common/scene/formats/obj/tiny_obj.h"
+
+#include <istream>
+#include <map>
+#include <streambuf>
+
+#define TINYOBJLOADER_IMPLEMENTATION
+#include <tiny_obj_loader.h>
+
+namespace morphray {
+namespace {
+
+// Reads from memory without a copy of it. The buffer is never written to.
+class TextBuffer : public std::streambuf {
+public:
+    explicit TextBuffer(std::string_view text) {
+        char* const begin = const_cast<char*>(text.data());
+        setg(begin, begin, begin + text.size());
+    }
+};
+
+struct Parse {
+    ObjEvents& events;
+    std::vector<int> indices;
+};
+
+Parse& parse_of(void* user_data) { return *static_cast<Parse*>(user_data); }
+
+void on_vertex(void* user_data, float, float, float, float) { parse_of(user_data).events.vertex(); }
+
+void on_face(void* user_data, tinyobj::index_t* corners, int count) {
+    Parse& parse = parse_of(user_data);
+    parse.indices.resize(static_cast<std::size_t>(count));
+    for (std::size_t i = 0; i < parse.indices.size(); ++i) {
+        parse.indices[i] = corners[i].vertex_index;
+    }
+    parse.events.face(parse.indices);
+}
+
+void on_material(void* user_data, const char* name, int) {
+    parse_of(user_data).events.use_material(name);
+}
+
+// tinyobjloader would open any path; here the events decide. They keep the materials themselves,
+// for their names need trimming before they are looked up. tinyobjloader is told of a failure each
+// time, for it would stop at the first library of a line that is there.
+class LibraryEvents : public tinyobj::MaterialReader {
+public:
+    explicit LibraryEvents(ObjEvents& events) : events_(events) {}
+    bool operator()(const std::string& name, std::vector<tinyobj::material_t>*,
+                    std::map<std::string, int>*, std::string*, std::string*) override {
+        events_.material_library(name);
+        return false;
+    }
+
+private:
+    ObjEvents& events_;
+};
+
+}  // namespace
+
+void parse_obj_text(std::string_view text, ObjEvents& events) {
+    TextBuffer buffer(text);
+    std::istream stream(&buffer);
+    LibraryEvents libraries(events);
+    Parse parse{events, {}};
+    tinyobj::callback_t callbacks;
+    callbacks.vertex_cb = on_vertex;
+    callbacks.index_cb = on_face;
+    callbacks.usemtl_cb = on_material;
+    tinyobj::LoadObjWithCallback(stream, callbacks, &parse, &libraries);
+}
+
+std::vector<ParsedMaterial> parse_mtl_text(std::string_view text) {
+    TextBuffer buffer(text);
+    std::istream stream(&buffer);
+    std::map<std::string, int> index_of;
+    std::vector<tinyobj::material_t> parsed;
+    std::string warnings;
+    std::string errors;
+    tinyobj::LoadMtl(&index_of, &parsed, &stream, &warnings, &errors);
+    std::vector<ParsedMaterial> materials;
+    materials.reserve(parsed.size());
+    for (const tinyobj::material_t& material : parsed) {
+        const float* const kd = material.diffuse;
+        materials.push_back({material.name, {kd[0], kd[1], kd[2]}});
+    }
+    return materials;
+}
+
+}  // namespace morphray

@@ -1,0 +1,246 @@
+#include "common/scene/formats/sequence/keyframe_clip.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <exception>
+#include <optional>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/base/message_text.h"
+#include "common/interop/keyframes.h"
+#include "common/scene/formats/obj/obj_reader.h"
+#include "common/scene/polygons/triangulate.h"
+
+namespace morphray {
+namespace {
+
+// Files that are read before errors are looked at: all but the last core stay busy, and a sequence
+// that is wrong from its second frame on is refused soon.
+constexpr std::size_t kFilesAtOnce = 64;
+
+struct Keyframe {
+    double frame = 0;
+    std::vector<vec3> positions;
+    UserBounds bounds;
+    /// Why the file could not be used; empty when it could.
+    std::string problem;
+    std::optional<Warning> warning;
+    /// An error that refuses the whole clip.
+    std::exception_ptr error;
+};
+
+// What tells a frame's mesh from the first frame's; empty for nothing.
+std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t vertex_count) {
+    if (mesh.positions.size() != vertex_count) {
+        return fmt::format("{} vertices instead of {}", mesh.positions.size(), vertex_count);
+    }
+    if (mesh.faces.corner_counts.size() != faces.corner_counts.size()) {
+        return fmt::format("{} faces instead of {}", mesh.faces.corner_counts.size(),
+                           faces.corner_counts.size());
+    }
+    if (mesh.faces == faces) return {};
+    std::size_t face = 0;
+    std::size_t first = 0;
+    for (; face < faces.corner_counts.size(); ++face) {
+        const std::size_t count = faces.corner_counts[face];
+        const auto corner = faces.corners.begin() + static_cast<std::ptrdiff_t>(first);
+        if (mesh.faces.corner_counts[face] != count ||
+            !std::equal(corner, corner + static_cast<std::ptrdiff_t>(count),
+                        mesh.faces.corners.begin() + static_cast<std::ptrdiff_t>(first))) {
+            break;
+        }
+        first += count;
+    }
+    return fmt::format("other vertices in face {}", face + 1);
+}
+
+// Of one file that is not the first.
+void load(const KeyframeFile& file, const Polygons& faces, std::size_t vertex_count,
+          const SceneOptions& options, Keyframe& keyframe) {
+    ObjOptions obj;
+    obj.lenient = options.lenient;
+    obj.allow_empty = options.allow_empty;
+    obj.materials = false;
+    obj.warn = [&](const Warning& warning) {
+        if (!keyframe.warning) keyframe.warning = warning;
+    };
+    ObjMesh mesh;
+    try {
+        mesh = read_obj(file.path, obj);
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kBadInput) throw;
+        keyframe.problem = fmt::format("{} (frame {})", error.what(), file.frame);
+        return;
+    }
+    const std::string differs = difference(mesh, faces, vertex_count);
+    if (!differs.empty()) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("{}: frame {} has {}; all frames of a clip share one topology, "
+                                "render sequences that change it in separate runs",
+                                shown(file.path), file.frame, differs));
+    }
+    keyframe.positions = std::move(mesh.positions);
+    keyframe.bounds = bounds_of(keyframe.positions);
+}
+
+void require_memory(const std::string& name, std::size_t frames, std::size_t vertex_count) {
+    const double needed = static_cast<double>(frames) * static_cast<double>(vertex_count) *
+                          static_cast<double>(sizeof(vec3));
+    const double there =
+        static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+    if (needed <= there) return;
+    throw Error(ErrorKind::kLimit,
+                fmt::format("{}: {} frames of {} vertices need {:.0f} GiB of memory; render the "
+                            "sequence in parts",
+                            name, frames, vertex_count, needed / 0x1p30));
+}
+
+class KeyframeClip : public Clip {
+public:
+    KeyframeClip(const std::vector<KeyframeFile>& files, const std::string& name,
+                 const SceneOptions& options)
+        : name_(name), hold_(options.missing == MissingFrames::kHold), keyframes_(files.size()) {
+        assert(!files.empty());
+        for (std::size_t i = 0; i < files.size(); ++i) keyframes_[i].frame = files[i].frame;
+        ObjMesh first = read_first(files[0], options);
+        require_memory(name, files.size(), first.positions.size());
+        keyframes_[0].positions = std::move(first.positions);
+        keyframes_[0].bounds = bounds_of(keyframes_[0].positions);
+        read_others(files, first.faces, options);
+        for (const Keyframe& keyframe : keyframes_) {
+            if (!keyframe.bounds.empty()) {
+                bounds_.extend(keyframe.bounds.lower, keyframe.bounds.upper);
+            }
+        }
+    }
+
+    const Topology& topology() const override { return topology_; }
+    double first_frame() const override { return keyframes_.front().frame; }
+    double last_frame() const override { return keyframes_.back().frame; }
+    UserBounds bounds() const override { return bounds_; }
+    const std::string& name() const override { return name_; }
+
+    void positions(double frame, std::span<vec3> out) const override {
+        assert(out.size() == topology_.vertex_count);
+        const KeyframeBlend blend = blend_at(frame);
+        const std::vector<vec3>& a = required(blend.before);
+        const std::vector<vec3>& b = required(blend.after);
+        if (blend.before == blend.after) {
+            std::copy(a.begin(), a.end(), out.begin());
+            return;
+        }
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            for (int axis = 0; axis < 3; ++axis) {
+                out[i][axis] = interpolate(a[i][axis], b[i][axis], blend.f);
+            }
+        }
+    }
+
+    std::optional<KeyframeBlend> keyframes_at(double frame) const override {
+        if (!usable(frame)) return std::nullopt;
+        return blend_at(frame);
+    }
+    std::span<const vec3> keyframe(std::size_t index) const override { return required(index); }
+
+    bool usable(double frame) const override {
+        const KeyframeBlend blend = blend_at(frame);
+        return keyframes_[blend.before].problem.empty() && keyframes_[blend.after].problem.empty();
+    }
+    std::optional<Warning> damage() const override { return damage_; }
+
+private:
+    ObjMesh read_first(const KeyframeFile& file, const SceneOptions& options) {
+        ObjMesh mesh =
+            read_obj(file.path, {options.lenient, options.allow_empty, true, options.warn});
+        topology_.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
+        topology_.triangles = triangulate(mesh.faces, mesh.positions, shown(file.path),
+                                          options.lenient, options.warn);
+        topology_.albedo.reserve(topology_.triangles.size());
+        for (std::size_t face = 0; face < mesh.albedo.size(); ++face) {
+            topology_.albedo.insert(topology_.albedo.end(), mesh.faces.corner_counts[face] - 2,
+                                    mesh.albedo[face]);
+        }
+        return mesh;
+    }
+
+    void read_others(const std::vector<KeyframeFile>& files, const Polygons& faces,
+                     const SceneOptions& options) {
+        WarningCount damage;
+        WarningCount warnings;
+        for (std::size_t begin = 1; begin < files.size(); begin += kFilesAtOnce) {
+            const std::size_t end = std::min(begin + kFilesAtOnce, files.size());
+            tbb::parallel_for(begin, end, [&](std::size_t i) {
+                try {
+                    load(files[i], faces, topology_.vertex_count, options, keyframes_[i]);
+                } catch (...) {
+                    keyframes_[i].error = std::current_exception();
+                }
+            });
+            for (std::size_t i = begin; i < end; ++i) {
+                Keyframe& keyframe = keyframes_[i];
+                if (keyframe.error) std::rethrow_exception(keyframe.error);
+                if (!keyframe.problem.empty()) {
+                    damage.add([&] { return as_warning(keyframe.problem, shown(files[i].path)); });
+                }
+                if (keyframe.warning) warnings.add([&] { return *keyframe.warning; });
+            }
+        }
+        if (!damage.none()) damage_ = damage.together();
+        warnings.tell(options.warn);
+    }
+
+    // The last keyframe at or before a frame of the clip.
+    std::size_t at_or_before(double frame) const {
+        const auto after =
+            std::upper_bound(keyframes_.begin(), keyframes_.end(), frame,
+                             [](double f, const Keyframe& keyframe) { return f < keyframe.frame; });
+        return static_cast<std::size_t>(after - keyframes_.begin()) - 1;
+    }
+
+    KeyframeBlend blend_at(double frame) const {
+        // NaN becomes the first frame.
+        if (!(frame > first_frame())) frame = first_frame();
+        frame = std::min(frame, last_frame());
+
+        const double base = hold_ ? std::floor(frame) : frame;
+        const std::size_t before = at_or_before(base);
+        const std::size_t after =
+            hold_ ? at_or_before(base + 1) : std::min(before + 1, keyframes_.size() - 1);
+        const double from = hold_ ? base : keyframes_[before].frame;
+        const double to = hold_ ? base + 1 : keyframes_[after].frame;
+        const float f = frame == from ? 0.0f : static_cast<float>((frame - from) / (to - from));
+        if (f == 0.0f || before == after) return {before, before, 0.0f};
+        // So little before a keyframe that a float does not tell: the keyframe.
+        if (f == 1.0f) return {after, after, 0.0f};
+        return {before, after, f};
+    }
+
+    const std::vector<vec3>& required(std::size_t keyframe) const {
+        if (!keyframes_[keyframe].problem.empty()) {
+            throw Error(ErrorKind::kBadInput, keyframes_[keyframe].problem);
+        }
+        return keyframes_[keyframe].positions;
+    }
+
+    std::string name_;
+    bool hold_;
+    Topology topology_;
+    std::vector<Keyframe> keyframes_;
+    UserBounds bounds_;
+    std::optional<Warning> damage_;
+};
+
+}  // namespace
+
+std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
+                                     const std::string& name, const SceneOptions& options) {
+    return std::make_unique<KeyframeClip>(files, name, options);
+}
+
+}  // namespace morphray

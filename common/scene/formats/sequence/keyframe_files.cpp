@@ -1,0 +1,165 @@
+#include "common/scene/formats/sequence/keyframe_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <string_view>
+#include <system_error>
+
+#include "common/base/errors.h"
+#include "common/base/message_text.h"
+#include "common/base/number_text.h"
+#include "common/scene/formats/sequence/frame_pattern.h"
+
+namespace morphray {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NumberedName {
+    std::string name;
+    std::string prefix;
+    std::string digits;
+    std::string suffix;
+    std::uint64_t number = 0;
+};
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what) {
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path), what));
+}
+
+bool has_obj_extension(const std::string& name) {
+    constexpr std::string_view kExtension = ".obj";
+    if (name.size() <= kExtension.size() || name[0] == '.') return false;
+    return std::equal(kExtension.begin(), kExtension.end(), name.end() - kExtension.size(),
+                      [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
+}
+
+std::vector<std::string> file_names(const fs::path& folder) {
+    std::vector<std::string> names;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        std::error_code ignored;
+        if (!entry->is_directory(ignored)) names.push_back(entry->path().filename().native());
+    }
+    if (error) {
+        fail(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
+    }
+    // The order of a folder is that of its file system.
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+NumberedName split_name(const fs::path& folder, const std::string& name) {
+    constexpr std::string_view kDigits = "0123456789";
+    const std::size_t stem = name.rfind('.');
+    const std::size_t last = name.find_last_of(kDigits, stem);
+    if (last == std::string::npos) return {name, name, "", "", 0};
+    const std::size_t before = name.find_last_not_of(kDigits, last);
+    const std::size_t first = before == std::string::npos ? 0 : before + 1;
+    NumberedName result{name, name.substr(0, first), name.substr(first, last + 1 - first),
+                        name.substr(last + 1), 0};
+    if (result.digits.size() > 18) {
+        fail(folder, fmt::format("number of {} has more than 18 digits; rename it", shown(name)));
+    }
+    result.number = static_cast<std::uint64_t>(*parse_integer(result.digits));
+    return result;
+}
+
+void require_alike(const fs::path& folder, const std::vector<NumberedName>& names) {
+    for (const NumberedName& name : names) {
+        if (name.prefix != names[0].prefix || name.suffix != names[0].suffix ||
+            (name.digits.empty() && names.size() > 1)) {
+            fail(folder,
+                 fmt::format("{} and {} are not frames of one sequence; give a pattern such "
+                             "as frame_%04d.obj, or one file",
+                             shown(names[0].name), shown(name.name)));
+        }
+    }
+    for (std::size_t i = 1; i < names.size(); ++i) {
+        if (names[i].number == names[i - 1].number) {
+            fail(folder, fmt::format("{} and {} are the same frame; remove one",
+                                     shown(names[i - 1].name), shown(names[i].name)));
+        }
+    }
+}
+
+// One message for all missing files, with the name of the first.
+void report_missing(const fs::path& folder, const std::string& first, std::uint64_t count,
+                    const SceneOptions& options) {
+    const std::string more = count > 1 ? fmt::format(" and {} more", count - 1) : "";
+    if (options.missing == MissingFrames::kFail) {
+        fail(folder / first, fmt::format("frame is missing{}; add it, or use --missing hold or "
+                                         "--missing skip",
+                                         more));
+    }
+    if (options.warn) {
+        options.warn({shown(folder / first), fmt::format("frame is missing{}; {}", more,
+                                                         options.missing == MissingFrames::kHold
+                                                             ? "the frame before is held"
+                                                             : "its neighbours are interpolated")});
+    }
+}
+
+}  // namespace
+
+std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const SceneOptions& options) {
+    std::vector<NumberedName> names;
+    for (const std::string& name : file_names(folder)) {
+        if (has_obj_extension(name)) names.push_back(split_name(folder, name));
+    }
+    if (names.empty()) fail(folder, "no .obj file in this folder; check the path");
+    std::stable_sort(names.begin(), names.end(), [](const NumberedName& a, const NumberedName& b) {
+        return a.number < b.number;
+    });
+    require_alike(folder, names);
+
+    std::uint64_t step = 0;
+    for (std::size_t i = 1; i < names.size(); ++i) {
+        step = std::gcd(step, names[i].number - names[i - 1].number);
+    }
+    std::vector<KeyframeFile> files;
+    std::string first_missing;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const std::uint64_t offset = names[i].number - names[0].number;
+        files.push_back(
+            {step == 0 ? 0 : static_cast<double>(offset / step), folder / names[i].name});
+        if (i > 0 && first_missing.empty() && names[i].number - names[i - 1].number > step) {
+            first_missing = fmt::format("{}{:0{}}{}", names[i].prefix, names[i - 1].number + step,
+                                        names[i - 1].digits.size(), names[i].suffix);
+        }
+    }
+    const auto missing =
+        static_cast<std::uint64_t>(files.back().frame) + 1 - std::uint64_t{files.size()};
+    if (missing > 0) report_missing(folder, first_missing, missing, options);
+    return files;
+}
+
+std::vector<KeyframeFile> files_of_pattern(const std::string& text, const SceneOptions& options) {
+    const FramePattern pattern(text);
+    const fs::path folder = pattern.folder().empty() ? "." : pattern.folder();
+    std::vector<std::uint64_t> numbers;
+    for (const std::string& name : file_names(folder)) {
+        if (const auto number = pattern.number_of(name)) numbers.push_back(*number);
+    }
+    if (numbers.empty()) fail(text, "no file matches this pattern; check the path");
+    std::sort(numbers.begin(), numbers.end());
+
+    std::vector<KeyframeFile> files;
+    for (const std::uint64_t number : numbers) {
+        files.push_back(
+            {static_cast<double>(number), fs::path(pattern.folder()) / pattern.file_name(number)});
+    }
+    const std::uint64_t missing = numbers.back() - numbers.front() + 1 - numbers.size();
+    if (missing > 0) {
+        const auto gap = std::adjacent_find(numbers.begin(), numbers.end(),
+                                            [](auto a, auto b) { return b != a + 1; });
+        report_missing(pattern.folder(), pattern.file_name(*gap + 1), missing, options);
+    }
+    return files;
+}
+
+}  // namespace morphray

@@ -1,0 +1,106 @@
+#include "common/scene/procedural/procedural.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/scene/procedural/scenes.h"
+
+namespace morphray {
+namespace {
+
+// Leaves of the BVH and prim_ids of the hit rule allow that many (common/bvh/bvh_builder.h).
+constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
+
+struct Entry {
+    ProceduralScene scene;
+    DeformingMesh (*make)(std::uint64_t triangles);
+};
+
+constexpr std::array kEntries = {
+    Entry{{"cloth", "a sheet that comes down waving over a ball", 60000}, make_cloth},
+    Entry{{"twist", "a column of boxes twisted by up to 4 turns", 40000}, make_twist},
+    Entry{{"herd", "animals walking on static hills", 80000}, make_herd},
+    Entry{{"explode", "a hollow sphere bursting into turning chunks", 60000}, make_explode},
+    Entry{{"shuffle", "a torus whose triangles change places", 40000}, make_shuffle},
+    Entry{{"soup", "separate small triangles in motion", 30000}, make_soup},
+    Entry{{"spikes", "a closed ball with pulsing spikes", 60000}, make_spikes},
+    Entry{{"collapse", "a closed mesh shrinking to a plane and to a point", 20000}, make_collapse},
+    Entry{{"wave", "a sheet that waves run over", 40000}, make_wave},
+    Entry{{"orbits", "balls on crossing orbits", 40000}, make_orbits},
+    Entry{{"gather", "chunks of a sphere flying apart and back", 60000}, make_gather},
+    Entry{{"mirror", "a closed mesh turning inside out", 20000}, make_mirror},
+    Entry{{"teleport", "balls that leap elsewhere all at once", 40000}, make_teleport},
+    Entry{{"swing", "balls that step aside and back", 40000}, make_swing},
+};
+
+constexpr auto kScenes = [] {
+    std::array<ProceduralScene, kEntries.size()> scenes{};
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = kEntries[i].scene;
+    return scenes;
+}();
+
+// Levenshtein distance: insertions, deletions and replacements of single characters.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replace = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replace, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row[b.size()];
+}
+
+const char* nearest_name(std::string_view name) {
+    // No builtin's name is longer than this; it bounds the work for any input.
+    name = name.substr(0, 32);
+    return std::min_element(kScenes.begin(), kScenes.end(),
+                            [&](const ProceduralScene& a, const ProceduralScene& b) {
+                                return edit_distance(name, a.name) < edit_distance(name, b.name);
+                            })
+        ->name;
+}
+
+// A name as it can stand in a message of one line.
+std::string quoted(std::string_view name) {
+    constexpr std::size_t kLongest = 40;
+    std::string text(name.substr(0, kLongest));
+    for (char& c : text) {
+        if (c < ' ' || c > '~') c = '?';
+    }
+    return name.size() > kLongest ? fmt::format("'{}...'", text) : fmt::format("'{}'", text);
+}
+
+}  // namespace
+
+std::span<const ProceduralScene> procedural_scenes() { return kScenes; }
+
+std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t triangles) {
+    const auto entry = std::find_if(kEntries.begin(), kEntries.end(),
+                                    [&](const Entry& e) { return name == e.scene.name; });
+    if (entry == kEntries.end()) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("there is no built-in scene {}; the nearest "
+                                "name is '{}'",
+                                quoted(name), nearest_name(name)));
+    }
+    if (triangles > kMaxTriangles) {
+        throw Error(ErrorKind::kLimit,
+                    fmt::format("{} triangles are asked of the built-in scene '{}'; at most {} are "
+                                "possible",
+                                triangles, name, kMaxTriangles));
+    }
+    if (triangles == 0) triangles = entry->scene.default_triangles;
+    return make_clip(name, entry->make(triangles));
+}
+
+}  // namespace morphray

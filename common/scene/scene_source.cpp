@@ -1,0 +1,97 @@
+#include "common/scene/scene_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+
+#include "common/base/errors.h"
+#include "common/base/message_text.h"
+#include "common/base/number_text.h"
+#include "common/scene/formats/sequence/keyframe_clip.h"
+#include "common/scene/formats/sequence/keyframe_files.h"
+#include "common/scene/procedural/procedural.h"
+
+namespace morphray {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kBuiltinPrefix = "builtin:";
+
+std::string builtin_names() {
+    std::string names;
+    for (const ProceduralScene& scene : procedural_scenes()) {
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", scene.name);
+    }
+    return names;
+}
+
+// What builtin:NAME:TRIANGLES may look like, with the name as given if there is such a scene.
+std::string builtin_example(const std::string& name) {
+    const std::span<const ProceduralScene> scenes = procedural_scenes();
+    const bool exists =
+        std::any_of(scenes.begin(), scenes.end(),
+                    [&](const ProceduralScene& scene) { return name == scene.name; });
+    return fmt::format("builtin:{}:100000", exists ? name : scenes.front().name);
+}
+
+std::unique_ptr<Clip> open_builtin(const std::string& spec) {
+    const std::string_view rest = std::string_view(spec).substr(kBuiltinPrefix.size());
+    const std::size_t colon = rest.find(':');
+    const std::string name(rest.substr(0, colon));
+    if (name.empty()) {
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("scene {}: the name is missing; write builtin:NAME[:TRIANGLES] with "
+                        "one of {}",
+                        in_quotes(spec), builtin_names()));
+    }
+    if (colon == std::string_view::npos) return make_procedural(name);
+    const auto triangles = parse_integer(rest.substr(colon + 1));
+    if (!triangles || *triangles <= 0) {
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("scene {}: {} is not a number of triangles; write "
+                        "builtin:NAME:TRIANGLES, such as {}",
+                        in_quotes(spec), in_quotes(rest.substr(colon + 1)), builtin_example(name)));
+    }
+    return make_procedural(name, static_cast<std::uint64_t>(*triangles));
+}
+
+bool obj_extension(const fs::path& path) {
+    const std::string extension = path.extension().native();
+    return extension == ".obj" || extension == ".OBJ";
+}
+
+}  // namespace
+
+std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& options) {
+    if (spec.empty()) {
+        throw Error(ErrorKind::kBadArgument,
+                    "empty scene name; give builtin:NAME, a file, a folder or a pattern");
+    }
+    if (spec.starts_with(kBuiltinPrefix)) return open_builtin(spec);
+
+    // A file that is there is that file, whatever its name looks like.
+    std::error_code error;
+    const fs::path path(spec);
+    const fs::file_status status = fs::status(path, error);
+    if (fs::is_directory(status)) {
+        return open_keyframes(files_of_folder(path, options), spec, options);
+    }
+    if (status.type() == fs::file_type::not_found && spec.find('%') != std::string::npos) {
+        return open_keyframes(files_of_pattern(spec, options), spec, options);
+    }
+    if (fs::is_regular_file(status) && !obj_extension(path)) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("{}: no kind of scene that is read; give an .obj file, a folder "
+                                "of them, a pattern or builtin:NAME",
+                                shown(path)));
+    }
+    return open_keyframes({{0.0, path}}, spec, options);
+}
+
+}  // namespace morphray

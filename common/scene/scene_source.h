@@ -1,0 +1,28 @@
+// From what the user names to a clip.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/base/warning.h"
+#include "common/scene/clip.h"
+
+namespace morphray {
+
+enum class MissingFrames { kFail, kHold, kSkip };
+
+struct SceneOptions {
+    /// Accept vertices that are not finite, faces that cannot be read as triangles, and scenes
+    /// without faces (with a warning each) instead of refusing them.
+    bool lenient = false;
+    /// Accept a scene without faces.
+    bool allow_empty = false;
+    MissingFrames missing = MissingFrames::kFail;
+    WarnFunction warn;
+};
+
+/// Opens `builtin:NAME[:TRIANGLES]`, an .obj file, a folder of .obj files, or a pattern such as
+/// `frame_%04d.obj`. Throws Error: kBadArgument (unknown builtin, bad pattern), kBadInput, kLimit.
+std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& options = {});
+
+}  // namespace morphray

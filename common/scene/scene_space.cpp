@@ -1,0 +1,126 @@
+#include "common/scene/scene_space.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "common/base/errors.h"
+#include "common/interop/arithmetic.h"
+
+namespace morphray {
+namespace {
+
+constexpr int kExtentExponent = 20;
+static_assert(kSceneExtent == 1 << kExtentExponent);
+
+bool finite(vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+// Sterbenz: x - c is exact for floats with c/2 <= x <= 2c. The midpoint c of [lower, upper] has
+// that for both ends if upper <= 3 * lower (or mirrored); rounding c to float needs a little room.
+double exact_centre(double lower, double upper) {
+    const double nearer = std::min(std::abs(lower), std::abs(upper));
+    const double farther = std::max(std::abs(lower), std::abs(upper));
+    if (lower * upper <= 0 || farther > 2.9 * nearer) return 0;
+    return static_cast<float>((lower + upper) / 2);
+}
+
+}  // namespace
+
+SceneSpace::SceneSpace(const UserBounds& bounds) {
+    if (bounds.empty()) return;
+    double extent = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        centre_[axis] = exact_centre(bounds.lower[axis], bounds.upper[axis]);
+        extent = std::max({extent, std::abs(bounds.lower[axis] - centre_[axis]),
+                           std::abs(bounds.upper[axis] - centre_[axis])});
+    }
+    // All points coincide: their own size gives the scale.
+    if (extent == 0) {
+        for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, std::abs(centre_[axis]));
+    }
+    if (extent == 0) return;
+    int exponent = 0;
+    const double mantissa = std::frexp(extent, &exponent);  // extent = mantissa * 2^exponent
+    if (mantissa == 0.5) --exponent;                        // exactly 2^20 is inside
+    exponent_ = kExtentExponent - exponent;
+}
+
+vec3 SceneSpace::to_scene(vec3 user) const {
+    if (!finite(user)) return {kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate};
+    vec3 scene;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double scaled =
+            std::ldexp(static_cast<double>(user[axis]) - centre_[axis], exponent_);
+        // A value below the grid must not round to a float denormal on the way to it.
+        scene[axis] =
+            std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));
+    }
+    return scene;
+}
+
+void SceneSpace::to_scene(std::span<const vec3> user, std::span<vec3> scene) const {
+    for (std::size_t i = 0; i < user.size(); ++i) scene[i] = to_scene(user[i]);
+}
+
+vec3 SceneSpace::to_user(vec3 scene) const {
+    vec3 user;
+    for (int axis = 0; axis < 3; ++axis) {
+        user[axis] = static_cast<float>(std::ldexp(static_cast<double>(scene[axis]), -exponent_) +
+                                        centre_[axis]);
+    }
+    return user;
+}
+
+double SceneSpace::length_to_scene(double user) const { return std::ldexp(user, exponent_); }
+double SceneSpace::length_to_user(double scene) const { return std::ldexp(scene, -exponent_); }
+
+vec3 SceneSpace::point_to_scene(const double user[3], const char* what) const {
+    vec3 scene;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double scaled = std::ldexp(user[axis] - centre_[axis], exponent_);
+        if (!(std::abs(scaled) <= kOriginExtent)) {
+            throw Error(ErrorKind::kBadInput, std::string(what) +
+                                                  " is not finite or is more than a million scene "
+                                                  "sizes away; move it closer");
+        }
+        scene[axis] =
+            std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));
+    }
+    return scene;
+}
+
+SceneRay to_scene(const SceneSpace& space, const UserRay& user) {
+    SceneRay result;
+    double largest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!std::isfinite(user.org[axis]) || !std::isfinite(user.dir[axis])) return result;
+        largest = std::max(largest, std::abs(user.dir[axis]));
+    }
+    if (largest == 0 || !(user.tnear <= user.tfar) || !(user.tfar >= 0)) return result;
+    int dir_exponent = std::ilogb(largest);
+    // What rounds up to 2 belongs to the next exponent.
+    if (static_cast<float>(std::ldexp(largest, -dir_exponent)) == 2.0f) ++dir_exponent;
+    try {
+        result.ray.org = space.point_to_scene(user.org, "ray origin");
+    } catch (const Error&) {
+        return result;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        const double scaled = std::ldexp(user.dir[axis], -dir_exponent);
+        result.ray.dir[axis] = snap_direction_component(
+            std::abs(scaled) < 0x1p-60 ? 0.0f : static_cast<float>(scaled));
+    }
+    // org + t * dir in both spaces: t_scene * 2^-dir_exponent... = t_user * 2^exponent *
+    // 2^dir_exponent.
+    result.t_exponent = -(space.exponent() + dir_exponent);
+    const double tnear = std::ldexp(std::max(user.tnear, 0.0), -result.t_exponent);
+    const double tfar = std::ldexp(user.tfar, -result.t_exponent);
+    result.ray.tnear = static_cast<float>(std::min(tnear, static_cast<double>(kInfiniteT)));
+    result.ray.tfar = static_cast<float>(std::min(tfar, static_cast<double>(kInfiniteT)));
+    if (result.ray.tnear < 0x1p-100f) result.ray.tnear = 0;
+    if (result.ray.tfar < 0x1p-100f) return result;
+    result.valid = true;
+    return result;
+}
+
+}  // namespace morphray

@@ -1,0 +1,64 @@
+// Scene space: where the hit rule's arithmetic is exact. The only place that knows scale and grid.
+#pragma once
+
+#include <span>
+
+#include "common/interop/params.h"
+#include "common/interop/ray.h"
+#include "common/scene/clip.h"
+
+namespace morphray {
+
+/// The map between the user's units and scene space: scene = (user - centre) * 2^exponent, rounded
+/// once to float and snapped to the grid of 2^-40. The exponent brings the clip's bounds into
+/// [-2^20, 2^20]. centre is 0 on an axis unless the clip lies so far to one side of 0 that
+/// user - centre is exact for every float in the bounds (Sterbenz's lemma), so the map of every
+/// vertex of at least 2^-36 of the extent is exact and exactly invertible.
+class SceneSpace {
+public:
+    /// Of the empty bounds: the identity.
+    explicit SceneSpace(const UserBounds& bounds);
+
+    int exponent() const { return exponent_; }
+    /// In the user's units.
+    double centre(int axis) const { return centre_[axis]; }
+
+    /// A vertex that is not finite becomes kInvalidCoordinate on all axes.
+    vec3 to_scene(vec3 user) const;
+    /// The two may be the same.
+    void to_scene(std::span<const vec3> user, std::span<vec3> scene) const;
+    vec3 to_user(vec3 scene) const;
+
+    /// A length in the user's units in scene space, and back; exact but for overflow.
+    double length_to_scene(double user) const;
+    double length_to_user(double scene) const;
+
+    /// A point such as an eye or a light, which may lie outside the bounds. Throws Error(kBadInput)
+    /// with `what` when it is not finite or farther than 2^20 extents.
+    vec3 point_to_scene(const double user[3], const char* what) const;
+
+private:
+    double centre_[3] = {0, 0, 0};
+    int exponent_ = 0;
+};
+
+/// A ray in the user's units as read from a file, made fit for the hit rule.
+struct UserRay {
+    double org[3];
+    double dir[3];
+    double tnear;
+    double tfar;
+};
+
+/// `ray` is the ray in scene space with dir scaled by a power of two to a largest component in
+/// [1, 2); user_t = ray_t * 2^t_exponent. valid is false for a ray that is not finite, has no
+/// direction, starts farther than 2^20 extents from the scene, or an empty interval: it hits
+/// nothing.
+struct SceneRay {
+    Ray ray;
+    int t_exponent = 0;
+    bool valid = false;
+};
+SceneRay to_scene(const SceneSpace& space, const UserRay& ray);
+
+}  // namespace morphray

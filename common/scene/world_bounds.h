@@ -1,0 +1,24 @@
+// Boxes in the user's units.
+#pragma once
+
+#include <span>
+
+#include "common/scene/mesh.h"
+
+namespace morphray {
+
+/// Lower and upper corner of a set of points in the user's units, in double so that no extent of
+/// floats overflows. Empty (of no finite point): lower > upper.
+struct UserBounds {
+    double lower[3] = {1, 1, 1};
+    double upper[3] = {-1, -1, -1};
+    bool empty() const { return lower[0] > upper[0]; }
+
+    /// By a box that is not empty.
+    void extend(const double other_lower[3], const double other_upper[3]);
+};
+
+/// The bounds of those points that are finite.
+UserBounds bounds_of(std::span<const vec3> points);
+
+}  // namespace morphray

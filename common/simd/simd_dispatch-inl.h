@@ -1,0 +1,40 @@
+// How code that is written once with Highway is called for a chosen target. A tracer has
+//
+//   cpu/x_tracer-inl.h  functions in morphray::cpu::HWY_NAMESPACE, compiled once for each target;
+//                       SIMD types stay in there, and its entry points take whole batches or tiles
+//   cpu/x_tracer.cpp    HWY_TARGET_INCLUDE, <hwy/foreach_target.h>, <hwy/highway.h>, the -inl.h,
+//                       and then, under HWY_ONCE, HWY_EXPORT(function), which makes a table of the
+//                       function for all targets, and SIMD_FUNCTION(function, target)
+//   cpu/x_tracer.h      a class that is made for a SimdTarget and keeps the function pointers
+//
+// Types in the signature of an exported function are declared outside of HWY_NAMESPACE.
+// cpu/wide_tracer.* is the example. Which targets are compiled is decided in cpu/CMakeLists.txt
+// (morphray_simd), the same for every user of Highway.
+#pragma once
+
+#include <hwy/targets.h>
+
+#include <bit>
+#include <cassert>
+#include <cstddef>
+
+#include "common/simd/simd_target.h"
+
+namespace morphray::cpu {
+
+/// The entry of a target in a table of HWY_EXPORT: entry 0 dispatches by itself and is not used
+/// here, then come the SIMD targets from the best on, last the one without SIMD. A program compiled
+/// for one target has a table of one.
+template <class Function, std::size_t N>
+Function simd_function(const Function (&table)[N], const SimdTarget& target) {
+    if constexpr (N == 1) return table[0];
+    const auto simd = static_cast<std::uint64_t>(HWY_CHOSEN_TARGET_SHIFT(target.bit));
+    const auto entry = simd == 0 ? N - 1 : static_cast<std::size_t>(std::countr_zero(simd));
+    assert(entry < N && table[entry] != nullptr);
+    return table[entry];
+}
+
+}  // namespace morphray::cpu
+
+#define SIMD_FUNCTION(function, target) \
+    ::morphray::cpu::simd_function(HWY_DISPATCH_TABLE(function), target)

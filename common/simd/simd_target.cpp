@@ -1,0 +1,62 @@
+#include "common/simd/simd_target.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "common/base/errors.h"
+#include "common/simd/simd_dispatch-inl.h"
+
+namespace morphray::cpu {
+namespace {
+
+constexpr std::int64_t kWithoutSimd = HWY_SCALAR | HWY_EMU128;
+
+// Best first.
+constexpr SimdTarget kTargets[] = {
+    {"avx512", HWY_AVX3}, {"avx2", HWY_AVX2}, {"sse4", HWY_SSE4},
+    {"ssse3", HWY_SSSE3}, {"neon", HWY_NEON}, {"scalar", HWY_TARGETS& kWithoutSimd},
+};
+
+bool is_supported(const SimdTarget& target) {
+    if ((target.bit & HWY_TARGETS) == 0) return false;
+    return (target.bit & (hwy::SupportedTargets() | kWithoutSimd)) != 0;
+}
+
+}  // namespace
+
+std::vector<SimdTarget> supported_simd_targets() {
+    std::vector<SimdTarget> targets;
+    std::copy_if(std::begin(kTargets), std::end(kTargets), std::back_inserter(targets),
+                 is_supported);
+    return targets;
+}
+
+std::string names_of(const std::vector<SimdTarget>& targets) {
+    std::string names;
+    for (const SimdTarget& target : targets) {
+        if (!names.empty()) names += ", ";
+        names += target.name;
+    }
+    return names;
+}
+
+SimdTarget find_simd_target(std::string_view name) {
+    const std::vector<SimdTarget> supported = supported_simd_targets();
+    if (name.empty() || name == "best") return supported.front();
+    const auto is_it = [name](const SimdTarget& target) { return target.name == name; };
+    const auto found = std::find_if(supported.begin(), supported.end(), is_it);
+    if (found != supported.end()) return *found;
+    const bool known = std::any_of(std::begin(kTargets), std::end(kTargets), is_it);
+    throw Error(known ? ErrorKind::kUnavailable : ErrorKind::kBadArgument,
+                fmt::format("SIMD target '{}' {}; there are {}", name,
+                            known ? "is not available on this machine" : "is unknown",
+                            names_of(supported)));
+}
+
+const SimdTarget& best_simd_target() {
+    static const SimdTarget best = supported_simd_targets().front();
+    return best;
+}
+
+}  // namespace morphray::cpu

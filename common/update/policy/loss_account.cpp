@@ -1,0 +1,37 @@
+#include "common/update/policy/loss_account.h"
+
+#include <algorithm>
+
+namespace morphray {
+namespace {
+
+// A scene that changes its ways is noticed after so many times the price.
+constexpr double kMostPatience = 16;
+
+}  // namespace
+
+bool LossAccount::is_due(double loss, double price) const {
+    if (loss <= 0) return false;
+    // In whole frames, both rules count half of the frame to come.
+    const double lost = lost_ + loss / 2;
+    const double threshold = patience_ * price;
+    return (frames_ + 1) * loss - lost >= threshold || lost >= threshold;
+}
+
+void LossAccount::add(double loss) {
+    frames_ += 1;
+    lost_ += loss;
+    saved_ += loss_before_ - loss;
+    last_loss_ = loss;
+}
+
+void LossAccount::start_over(double price) {
+    if (loss_before_ > 0) {
+        const bool paid = saved_ >= price / 2;
+        patience_ = std::clamp(paid ? patience_ / 2 : patience_ * 2, 1.0, kMostPatience);
+    }
+    loss_before_ = last_loss_;
+    frames_ = lost_ = saved_ = 0;
+}
+
+}  // namespace morphray

@@ -1,0 +1,307 @@
+#include "common/update/restructure.h"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include "common/bvh/binary_tree.h"
+#include "common/bvh/collapse.h"
+#include "common/bvh/meshlet.h"
+
+namespace morphray {
+namespace {
+
+// With more triangles to be sorted anew than this part of all, a build is not much dearer.
+constexpr double kMostLoose = 0.5;
+
+bool is_leaf(std::uint32_t child) { return (child & kLeafBit) != 0; }
+std::uint32_t leaf_of(std::uint32_t child) { return child & ~kLeafBit; }
+
+template <class Use>
+void for_each_child(const Node& node, Use use) {
+    for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
+        use(slot, node.child[slot]);
+}
+
+/// What of a tree is sound: boxes that have kept their size, and nodes above nothing but such.
+class Soundness {
+public:
+    Soundness(const Bvh& bvh, const BuiltAreas& areas, double growth)
+        : areas_(areas), limit_(kSoundGrowth * growth), whole_(bvh.nodes.size(), 1) {
+        // Children come after their parents.
+        for (std::size_t i = bvh.nodes.size(); i-- > 0;) {
+            for_each_child(bvh.nodes[i], [&](std::uint32_t slot, std::uint32_t child) {
+                if (!is_sound(bvh.nodes[i], slot, child)) whole_[i] = 0;
+            });
+        }
+    }
+
+    /// All below a node, whatever its own box.
+    bool is_whole(std::uint32_t node) const { return whole_[node] != 0; }
+
+    /// A child with all that is below it.
+    bool is_sound(const Node& node, std::uint32_t slot, std::uint32_t child) const {
+        if (!is_leaf(child) && !is_whole(child)) return false;
+        const float built = is_leaf(child) ? areas_.leaves[leaf_of(child)] : areas_.nodes[child];
+        return half_area(slot_box(node, slot)) <= limit_ * double{built};
+    }
+
+private:
+    const BuiltAreas& areas_;
+    double limit_;
+    std::vector<std::uint8_t> whole_;
+};
+
+/// What the new levels are made of; nothing where a build would not be much dearer.
+struct Parts {
+    /// The child entries of subtrees that stay as they are, in the old tree.
+    std::vector<std::uint32_t> subtrees;
+    std::vector<std::uint32_t> rotten_leaves;
+    /// Of the triangles of rotten leaves, ascending, then of the subtrees.
+    AlignedVector<PrimRef> refs;
+};
+
+Parts find_parts(const Topology& topology, std::span<const vec3> positions, const Bvh& bvh,
+                 const Soundness& soundness) {
+    Parts parts;
+    std::vector<Box> boxes;
+    std::vector<std::uint8_t> is_open(bvh.nodes.size());
+    is_open[0] = 1;
+    for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
+        if (is_open[i] == 0) continue;
+        const Node& node = bvh.nodes[i];
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            if (soundness.is_sound(node, slot, child)) {
+                parts.subtrees.push_back(child);
+                boxes.push_back(slot_box(node, slot));
+            } else if (is_leaf(child)) {
+                parts.rotten_leaves.push_back(leaf_of(child));
+            } else {
+                is_open[child] = 1;
+            }
+        });
+    }
+    std::vector<std::uint32_t> loose;
+    const double most = kMostLoose * static_cast<double>(topology.triangles.size());
+    for (const std::uint32_t leaf : parts.rotten_leaves) {
+        for (const std::uint32_t prim_id : bvh.leaves[leaf].prim_id) {
+            if (prim_id != kNoPrim) loose.push_back(prim_id);
+        }
+        if (static_cast<double>(loose.size()) > most) return {};
+    }
+    std::sort(loose.begin(), loose.end());
+    for (const std::uint32_t prim_id : loose)
+        parts.refs.push_back(make_ref(topology, positions, prim_id));
+    for (const Box& box : boxes) {
+        const auto id = static_cast<std::uint32_t>(topology.triangles.size() + parts.refs.size() -
+                                                   loose.size());
+        parts.refs.push_back({{load3(box.lower), load3(box.upper)}, id});
+    }
+    return parts;
+}
+
+/// Lays new nodes, new leaves and old subtrees out, nodes breadth first.
+class Relayout {
+public:
+    Relayout(const Topology& topology, std::span<const vec3> positions, const Bvh& old,
+             const BuiltAreas& old_areas, const Parts& parts, const BinaryTree& binary,
+             double growth)
+        : topology_(topology),
+          positions_(positions),
+          old_(old),
+          old_areas_(old_areas),
+          parts_(parts),
+          binary_(binary),
+          collapse_(binary.nodes),
+          growth_(growth),
+          free_(parts.rotten_leaves),
+          leaf_count_(static_cast<std::uint32_t>(old.leaves.size())) {
+        std::sort(free_.begin(), free_.end(), std::greater<>());
+    }
+
+    /// Finds the place of everything. False if the tree becomes too deep.
+    bool arrange() {
+        leaf_parents_ = old_.leaf_parents;
+        areas_.leaves = old_areas_.leaves;
+        sources_ = {{true, 0}};
+        node_parents_ = {kNoParent};
+        level_begin_ = {0};
+        areas_.nodes = {area_of(binary_.nodes.front())};
+        for (std::uint32_t begin = 0; begin < sources_.size();) {
+            if (level_begin_.size() > kMaxDepth) return false;
+            const auto end = static_cast<std::uint32_t>(sources_.size());
+            nodes_.resize(end);
+            for (std::uint32_t i = begin; i < end; ++i) {
+                sources_[i].is_new ? add_new(i) : add_old(i);
+            }
+            level_begin_.push_back(end);
+            begin = end;
+        }
+        return true;
+    }
+
+    void commit(Bvh& bvh, BuiltAreas& areas) {
+        resize_leaves(bvh, std::max(leaf_count_, static_cast<std::uint32_t>(bvh.leaves.size())));
+        for (const auto& [leaf, source] : new_leaves_) {
+            fill_leaf(binary_.shape(source), binary_.triangles(source), positions_,
+                      bvh.leaves[leaf], &bvh.leaf_vertices[std::size_t{leaf} * kLeafVertices]);
+        }
+        bvh.nodes = std::move(nodes_);
+        bvh.node_parents = std::move(node_parents_);
+        bvh.leaf_parents = std::move(leaf_parents_);
+        bvh.level_begin = std::move(level_begin_);
+        areas = std::move(areas_);
+        // Holes are filled from the end.
+        for (const std::uint32_t hole : free_) {
+            move_leaf(bvh, areas, static_cast<std::uint32_t>(bvh.leaf_parents.size()) - 1, hole);
+            bvh.leaf_parents.pop_back();
+            areas.leaves.pop_back();
+        }
+        resize_leaves(bvh, static_cast<std::uint32_t>(bvh.leaf_parents.size()));
+    }
+
+private:
+    /// A node of the binary tree, or of the old one.
+    struct Source {
+        bool is_new;
+        std::uint32_t index;
+    };
+
+    float area_of(const BinaryNode& node) const {
+        return static_cast<float>(half_area(node.box) / growth_);
+    }
+
+    static void resize_leaves(Bvh& bvh, std::uint32_t count) {
+        bvh.leaves.resize(count);
+        bvh.leaf_vertices.resize(std::size_t{count} * kLeafVertices);
+    }
+
+    static void move_leaf(Bvh& bvh, BuiltAreas& areas, std::uint32_t from, std::uint32_t to) {
+        if (from == to) return;
+        const auto vertices = bvh.leaf_vertices.begin();
+        bvh.leaves[to] = bvh.leaves[from];
+        std::copy_n(vertices + std::ptrdiff_t{from} * kLeafVertices, kLeafVertices,
+                    vertices + std::ptrdiff_t{to} * kLeafVertices);
+        const std::uint32_t parent = bvh.leaf_parents[from];
+        bvh.leaf_parents[to] = parent;
+        bvh.nodes[parent / kWidth].child[parent % kWidth] = kLeafBit | to;
+        areas.leaves[to] = areas.leaves[from];
+    }
+
+    /// Gives the next free node to a source and returns its index.
+    std::uint32_t place(Source source, std::uint32_t parent_slot, float area) {
+        sources_.push_back(source);
+        node_parents_.push_back(parent_slot);
+        areas_.nodes.push_back(area);
+        return static_cast<std::uint32_t>(sources_.size()) - 1;
+    }
+
+    std::uint32_t place_old(std::uint32_t child, std::uint32_t parent_slot) {
+        if (!is_leaf(child)) return place({false, child}, parent_slot, old_areas_.nodes[child]);
+        leaf_parents_[leaf_of(child)] = parent_slot;
+        return child;
+    }
+
+    std::uint32_t place_leaf(const BinaryNode& source, std::uint32_t parent_slot) {
+        std::uint32_t leaf = leaf_count_;
+        if (free_.empty()) {
+            ++leaf_count_;
+            leaf_parents_.push_back(parent_slot);
+            areas_.leaves.push_back(0);
+        } else {
+            leaf = free_.back();
+            free_.pop_back();
+        }
+        leaf_parents_[leaf] = parent_slot;
+        areas_.leaves[leaf] = area_of(source);
+        new_leaves_.emplace_back(leaf, source);
+        return kLeafBit | leaf;
+    }
+
+    void add_old(std::uint32_t index) {
+        nodes_[index] = old_.nodes[sources_[index].index];
+        for_each_child(nodes_[index], [&](std::uint32_t slot, std::uint32_t child) {
+            nodes_[index].child[slot] = place_old(child, index * kWidth + slot);
+        });
+    }
+
+    void add_new(std::uint32_t index) {
+        const auto depth = static_cast<std::uint32_t>(level_begin_.size()) - 1;
+        const WideChildren children = collapse_.children(sources_[index].index, kMaxDepth - depth);
+        Node& node = nodes_[index];
+        std::uint32_t slot = 0;
+        for (const std::uint32_t child : children.nodes()) {
+            set_slot_box(node, slot, binary_.nodes[child].box);
+            node.child[slot] = place_new(child, index * kWidth + slot);
+            ++slot;
+        }
+        for (; slot < kWidth; ++slot) {
+            set_slot_box(node, slot, Box());
+            node.child[slot] = kEmptyChild;
+        }
+    }
+
+    std::uint32_t place_new(std::uint32_t child, std::uint32_t parent_slot) {
+        const BinaryNode& source = binary_.nodes[child];
+        const auto area = area_of(source);
+        if (!source.is_leaf()) return place({true, child}, parent_slot, area);
+        const std::uint32_t id = binary_.prim_ids[source.begin];
+        const auto triangles = static_cast<std::uint32_t>(topology_.triangles.size());
+        if (id >= triangles) return place_old(parts_.subtrees[id - triangles], parent_slot);
+        return place_leaf(source, parent_slot);
+    }
+
+    const Topology& topology_;
+    std::span<const vec3> positions_;
+    const Bvh& old_;
+    const BuiltAreas& old_areas_;
+    const Parts& parts_;
+    const BinaryTree& binary_;
+    Collapse collapse_;
+    double growth_;
+    std::vector<Source> sources_;
+    /// Leaves whose place nothing has taken yet, descending.
+    std::vector<std::uint32_t> free_;
+    std::uint32_t leaf_count_;
+    std::vector<std::pair<std::uint32_t, BinaryNode>> new_leaves_;
+
+    AlignedVector<Node> nodes_;
+    std::vector<std::uint32_t> node_parents_;
+    std::vector<std::uint32_t> leaf_parents_;
+    std::vector<std::uint32_t> level_begin_;
+    BuiltAreas areas_;
+};
+
+}  // namespace
+
+BuiltAreas built_areas(const Bvh& bvh) {
+    BuiltAreas areas;
+    areas.nodes.resize(bvh.node_parents.size());
+    areas.leaves.resize(bvh.leaf_parents.size());
+    areas.nodes[0] = static_cast<float>(half_area(node_box(bvh.nodes.front())));
+    for (const Node& node : bvh.nodes) {
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            const auto area = static_cast<float>(half_area(slot_box(node, slot)));
+            (is_leaf(child) ? areas.leaves[leaf_of(child)] : areas.nodes[child]) = area;
+        });
+    }
+    return areas;
+}
+
+std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
+                        Bvh& bvh, BuiltAreas& areas) {
+    const Soundness soundness(bvh, areas, growth);
+    if (soundness.is_whole(0)) return 0;
+    Parts parts = find_parts(topology, positions, bvh, soundness);
+    const std::size_t count = parts.refs.size();
+    if (count < 2) return 0;
+    const BinaryTree binary =
+        build_binary_tree(topology, std::move(parts.refs), SplitMethod::kBinned);
+    if (binary.nodes.front().is_leaf()) return 0;
+    Relayout relayout(topology, positions, bvh, areas, parts, binary, growth);
+    if (!relayout.arrange()) return 0;
+    relayout.commit(bvh, areas);
+    return count;
+}
+
+}  // namespace morphray

@@ -1,0 +1,270 @@
+#include "common/update/tree_updater.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "common/base/errors.h"
+#include "common/base/stopwatch.h"
+
+namespace morphray {
+namespace {
+
+// What things are taken to cost where clocks may not decide: about the milliseconds of one core of
+// a server (docs/layout.md, docs/cpu_tracer.md), a tracer between the CPU's packets and a device.
+constexpr double kRefitPerTriangle = 1.5e-6;
+constexpr double kBuildPerTriangle = 100e-6;
+constexpr double kRestructurePerTriangle = 10e-6;
+constexpr double kTracePerRay = 20e-6;
+constexpr double kTraceExponent = 0.3;
+
+}  // namespace
+
+const char* name_of(TreeStep step) {
+    switch (step) {
+        case TreeStep::kBuilt:
+            return "build";
+        case TreeStep::kKept:
+            return "keep";
+        case TreeStep::kRefitted:
+            return "refit";
+        case TreeStep::kRestructured:
+            return "restructure";
+        case TreeStep::kRebuilt:
+            return "rebuild";
+        default:
+            return "swap";
+    }
+}
+
+TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
+                         Backend* refitter, std::unique_ptr<UpdatePolicy> policy,
+                         const BuildConfig& build_config, const UpdateConfig& config)
+    : topology_(topology),
+      tracer_(tracer),
+      refitter_(refitter),
+      policy_(std::move(policy)),
+      build_config_(build_config),
+      deterministic_(config.deterministic),
+      follows_ratio_(config.record_cost_ratio || policy_->needs_cost_ratio()),
+      sample_(topology) {
+    build(positions);
+    tracer_.set_scene(topology_, positions, bvh_);
+    last_.upload_ms = tracer_.times().upload_ms;
+    if (refitter_ != nullptr) refitter_->set_scene(topology_, positions, bvh_);
+    last_.reason = "the first tree";
+    policy_->built(cost_of_frame().rebuild);
+}
+
+void TreeUpdater::build(std::span<const vec3> positions) {
+    const Stopwatch watch;
+    bvh_ = build_bvh(topology_, positions, build_config_);
+    last_.rebuild_ms = watch.ms();
+    took_tree(follows_ratio_ ? sample_.area(positions) : 0);
+    last_.cost_ratio = 1;
+}
+
+/// bvh_ is going to be in use, and has been built at a pose of that triangle_area.
+void TreeUpdater::took_tree(double triangle_area) {
+    if (follows_ratio_) built_fit_ = {tree_cost(bvh_.nodes), triangle_area};
+    if (policy_->may_restructure()) areas_ = built_areas(bvh_);
+}
+
+void TreeUpdater::hand_over(std::span<const vec3> positions) {
+    take_refit_times();
+    tracer_.set_frame(positions, bvh_);
+    last_.upload_ms += tracer_.times().upload_ms;
+    if (refitter_ != nullptr) refitter_->set_frame(positions, bvh_);
+}
+
+void TreeUpdater::refit(Pose& pose, RefitExtent extent) {
+    Backend& refitter = refitter_ != nullptr ? *refitter_ : tracer_;
+    const std::uint64_t leaves = refitter.refit_to(pose, extent);
+    refitted_ = true;
+    const bool moved = extent == RefitExtent::kAll || leaves > 0;
+    if (last_.step != TreeStep::kSwapped) {
+        last_.step = moved ? TreeStep::kRefitted : TreeStep::kKept;
+    }
+    // A tracer that refits may do so while it traces: frame_done() looks at what it took.
+    if (refitter_ == nullptr) return;
+    take_refit_times();
+    if (!moved) return;
+    const Stopwatch upload;
+    refitter_->read_bvh(bvh_);
+    tracer_.set_frame(pose.positions(), bvh_);
+    last_.upload_ms += upload.ms();
+}
+
+void TreeUpdater::take_refit_times() {
+    if (!std::exchange(refitted_, false)) return;
+    const BackendTimes& times = (refitter_ != nullptr ? *refitter_ : tracer_).times();
+    last_.refit_ms += times.refit_ms;
+    last_.upload_ms += times.upload_ms;
+}
+
+/// Has a refit done that would have waited for the trace. How long that took beyond the refit
+/// itself.
+double TreeUpdater::wait_for_refit() {
+    const Stopwatch watch;
+    tracer_.finish();
+    const double refit_ms = last_.refit_ms;
+    take_refit_times();
+    return std::max(0.0, watch.ms() - (last_.refit_ms - refit_ms));
+}
+
+/// What is being built behind is of an older pose than the tree that was built just now. Only where
+/// clocks must not count is it waited for; otherwise it is taken when it is ready, and dropped.
+void TreeUpdater::forget_behind() {
+    if (deterministic_ && behind_.pending()) behind_.take();
+    behind_is_stale_ = behind_.pending();
+}
+
+bool TreeUpdater::swap_is_due() {
+    if (behind_is_stale_ && behind_.ready()) {
+        behind_.take();
+        behind_is_stale_ = false;
+    }
+    if (!behind_.pending() || behind_is_stale_) return false;
+    return deterministic_ ? behind_frames_left_ == 0 : behind_.ready();
+}
+
+void TreeUpdater::swap(Pose& pose) {
+    BackgroundBuild::Result result = behind_.take();
+    bvh_ = std::move(result.bvh);
+    took_tree(behind_triangle_area_);
+    hand_over(pose.positions());
+    last_.step = TreeStep::kSwapped;
+    last_.reason = fmt::format("for the tree that was built behind in {:.1f} ms", result.build_ms);
+    refit(pose, RefitExtent::kAll);
+}
+
+bool TreeUpdater::needs_positions() const {
+    return follows_ratio_ || refitter_ != nullptr || !tracer_.interpolates();
+}
+
+const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
+    Pose pose(positions);
+    return update(pose);
+}
+
+const TreeUpdate& TreeUpdater::update(Pose& pose) {
+    if (pose.vertex_count() != topology_.vertex_count) {
+        throw Error(ErrorKind::kBadInput,
+                    fmt::format("{} vertices for a tree over {}: the topology has changed, which "
+                                "takes a new scene",
+                                pose.vertex_count(), topology_.vertex_count));
+    }
+    last_ = {};
+    restructured_ = refitted_ = false;
+    if (behind_frames_left_ > 0) --behind_frames_left_;
+    const UpdateDecision plan = policy_->plan();
+    if (plan.step == UpdateStep::kRebuild) {
+        follow(plan, pose);
+        return last_;
+    }
+    if (swap_is_due()) {
+        swap(pose);
+    } else {
+        refit(pose, RefitExtent::kMoved);
+        last_.reason = plan.reason;
+    }
+    UpdateDecision decision = review(pose, false);
+    if (decision.step == UpdateStep::kRestructure) {
+        last_.reason = decision.reason;
+        restructure(pose);
+        decision = review(pose, true);
+    }
+    follow(decision, pose);
+    return last_;
+}
+
+double TreeUpdater::growth(std::span<const vec3> positions) const {
+    const double now = sample_.area(positions);
+    return now > 0 && built_fit_.triangle_area > 0 ? now / built_fit_.triangle_area : 1;
+}
+
+UpdateDecision TreeUpdater::review(Pose& pose, bool restructured) {
+    const double waited_ms = follows_ratio_ ? wait_for_refit() : 0;
+    const Stopwatch watch;
+    if (follows_ratio_) {
+        last_.cost_ratio =
+            cost_ratio(built_fit_, {tracer_.tree_cost(), sample_.area(pose.positions())});
+    }
+    UpdateDecision decision = policy_->review({.cost_ratio = last_.cost_ratio,
+                                               .build_pending = behind_.pending(),
+                                               .new_tree = last_.step == TreeStep::kSwapped,
+                                               .restructured = restructured});
+    // What is found only for the record is nobody's cost.
+    if (policy_->needs_cost_ratio()) last_.decide_ms += waited_ms + watch.ms();
+    return decision;
+}
+
+void TreeUpdater::restructure(Pose& pose) {
+    const Stopwatch watch;
+    Backend& refitter = refitter_ != nullptr ? *refitter_ : tracer_;
+    const std::size_t parts = refitter.restructure(topology_, growth(pose.positions()), areas_);
+    if (parts > 0) {
+        last_.step = TreeStep::kRestructured;
+        last_.reason += fmt::format(", of {} parts", parts);
+        if (refitter_ != nullptr) {
+            refitter_->read_bvh(bvh_);
+            tracer_.set_frame(pose.positions(), bvh_);
+        }
+    }
+    last_.restructure_ms = watch.ms();
+    restructured_ = true;
+}
+
+void TreeUpdater::follow(const UpdateDecision& decision, Pose& pose) {
+    const bool has_reason =
+        last_.step == TreeStep::kSwapped || last_.step == TreeStep::kRestructured;
+    if (!has_reason || decision.step != UpdateStep::kRefit) last_.reason = decision.reason;
+    if (decision.step == UpdateStep::kRebuild) {
+        forget_behind();
+        build(pose.positions());
+        hand_over(pose.positions());
+        last_.step = TreeStep::kRebuilt;
+    } else if (decision.step == UpdateStep::kRebuildBehind && !behind_.pending()) {
+        behind_.start(topology_, pose.positions(), build_config_.split);
+        behind_triangle_area_ = sample_.area(pose.positions());
+        behind_frames_left_ = decision.build_frames;
+    }
+    last_.build_pending = behind_.pending();
+}
+
+FrameCost TreeUpdater::cost_of_frame() const {
+    FrameCost cost;
+    cost.cost_ratio = last_.cost_ratio;
+    const bool built = last_.step == TreeStep::kBuilt || last_.step == TreeStep::kRebuilt;
+    cost.new_tree = built || last_.step == TreeStep::kSwapped;
+    cost.build_pending = last_.build_pending;
+    if (deterministic_) {
+        const auto triangles = static_cast<double>(topology_.triangles.size());
+        cost.refit = kRefitPerTriangle * triangles;
+        cost.restructure = restructured_ ? kRestructurePerTriangle * triangles : 0;
+        cost.rebuild = built ? kBuildPerTriangle * triangles : 0;
+        cost.trace = kTracePerRay * static_cast<double>(tracer_.times().rays) *
+                     std::pow(std::max(1.0, last_.cost_ratio), kTraceExponent);
+        return cost;
+    }
+    cost.refit = last_.refit_ms + last_.decide_ms + (built ? 0 : last_.upload_ms);
+    cost.restructure = last_.restructure_ms;
+    cost.rebuild = built ? last_.rebuild_ms + last_.upload_ms : 0;
+    cost.trace = tracer_.times().trace_ms;
+    return cost;
+}
+
+void TreeUpdater::frame_done() {
+    if (refitter_ == nullptr) take_refit_times();
+    policy_->frame_done(cost_of_frame());
+}
+
+const Bvh& TreeUpdater::tree() {
+    tracer_.read_bvh(bvh_);
+    return bvh_;
+}
+
+}  // namespace morphray

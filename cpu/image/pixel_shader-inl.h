@@ -1,0 +1,374 @@
+// Blocks of 4 x 4 pixels from hits to rays and colours.
+
+#if defined(MORPHRAY_CPU_IMAGE_PIXEL_SHADER_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_IMAGE_PIXEL_SHADER_INL_H
+#undef MORPHRAY_CPU_IMAGE_PIXEL_SHADER_INL_H
+#else
+#define MORPHRAY_CPU_IMAGE_PIXEL_SHADER_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+
+#include "cpu/image/pixel_shader.h"
+#include "cpu/image/pixel_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+using Ints = hn::RebindToSigned<Floats>;
+
+constexpr auto kLanes = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
+
+/// A block's pixels are as a packet of shadow rays has its rays: column by column.
+constexpr std::uint32_t kColumnShift = 2;
+constexpr std::uint32_t kRowMask = kBlockSide - 1;
+static_assert(kBlockSide == 1u << kColumnShift);
+
+/// Some pixels of a block, one a lane.
+struct PixelLanes {
+    VW x, y;
+    /// Where the part has a pixel, and where that shows something.
+    Mask seen;
+    /// Triangle 0 and any t where it does not.
+    VW prim;
+    VF t;
+};
+
+/// A block of a part; only its first columns and rows may be pixels of it.
+struct PixelBlock {
+    std::uint32_t x, y;
+    std::uint32_t columns, rows;
+
+    std::size_t begin(const PixelPart& part) const {
+        return std::size_t{y} * part.params.width + x;
+    }
+    /// Among those of a point's packet.
+    std::uint32_t ray_index(const PixelPart& part) const {
+        return point_packet_ray(x - part.tile.x0, y - part.tile.y0);
+    }
+};
+
+/// Calls visit(block) for the blocks of a part, row by row.
+template <class Visit>
+HWY_INLINE void for_each_block(const PixelPart& part, Visit visit) {
+    const Tile& tile = part.tile;
+    for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
+        for (std::uint32_t x = tile.x0; x < tile.x1; x += kBlockSide) {
+            visit(PixelBlock{x, y, std::min(kBlockSide, tile.x1 - x),
+                             std::min(kBlockSide, tile.y1 - y)});
+        }
+    }
+}
+
+#if HWY_TARGET != HWY_SCALAR
+/// In each 16 bytes, the first words of the four vectors, then their second ones, and so on.
+template <class D>
+HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) {
+    const hn::Repartition<std::uint64_t, D> pairs;
+    const auto lower = hn::BitCast(pairs, hn::InterleaveLower(d, in[0], in[1]));
+    const auto next_lower = hn::BitCast(pairs, hn::InterleaveLower(d, in[2], in[3]));
+    const auto upper = hn::BitCast(pairs, hn::InterleaveUpper(d, in[0], in[1]));
+    const auto next_upper = hn::BitCast(pairs, hn::InterleaveUpper(d, in[2], in[3]));
+    out[0] = hn::BitCast(d, hn::InterleaveLower(pairs, lower, next_lower));
+    out[1] = hn::BitCast(d, hn::InterleaveUpper(pairs, lower, next_lower));
+    out[2] = hn::BitCast(d, hn::InterleaveLower(pairs, upper, next_upper));
+    out[3] = hn::BitCast(d, hn::InterleaveUpper(pairs, upper, next_upper));
+}
+
+/// Threes of words, by 16 bytes from each: one word after the last is read, too.
+template <class D>
+HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::uint32_t* at,
+                                    hn::Vec<D> out[3]) {
+    const hn::CappedTag<hn::TFromD<D>, 4> four;
+    const auto load = [&](std::size_t lane)
+                          HWY_ATTR { return hn::LoadU(four, from + 3 * std::size_t{at[lane]}); };
+    hn::Vec<D> in[4];
+    for (std::size_t j = 0; j < 4; ++j) {
+        // Lanes j, 4 + j and so on, 16 bytes each.
+        if constexpr (kLanes == 16) {
+            const hn::Half<D> half;
+            in[j] = hn::Combine(d, hn::Combine(half, load(12 + j), load(8 + j)),
+                                hn::Combine(half, load(4 + j), load(j)));
+        } else if constexpr (kLanes == 8) {
+            in[j] = hn::Combine(d, load(4 + j), load(j));
+        } else {
+            in[j] = load(j);
+        }
+    }
+    hn::Vec<D> words[4];
+    transpose_fours(d, in, words);
+    for (int k = 0; k < 3; ++k) out[k] = words[k];
+}
+#endif
+
+/// t and prim_id of those pixels of a block that are in these columns and rows, one a lane.
+HWY_INLINE void load_hits(const PixelPart& part, const PixelBlock& block, std::uint32_t first,
+                          VW column, VW row, VF& t, VW& prim) {
+    const Floats f;
+    static_assert(sizeof(Hit) == 4 * sizeof(float));
+    const float* const hits = &part.frame.hits[block.begin(part)].t;
+#if HWY_TARGET != HWY_SCALAR
+    if (HWY_LIKELY(block.columns == kBlockSide && block.rows == kBlockSide)) {
+        VF in[4], words[4];
+        for (std::size_t j = 0; j < 4; ++j)
+            in[j] = hn::LoadU(f, hits + 4 * (j * part.params.width + first / kBlockSide));
+        transpose_fours(f, in, words);
+        t = words[0];
+        prim = bits_of(words[3]);
+        return;
+    }
+#else
+    (void)first;
+#endif
+    const Ints ints;
+    const VW pixel = hn::Add(hn::Mul(row, splat_word(part.params.width)), column);
+    const auto at = hn::BitCast(ints, hn::ShiftLeft<2>(pixel));
+    t = hn::GatherIndex(f, hits, at);
+    prim = bits_of(hn::GatherIndex(f, hits, hn::Add(at, hn::Set(ints, 3))));
+}
+
+/// Pixels `first` and following of a block.
+HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block,
+                                  std::uint32_t first) {
+    const Words w;
+    const Floats f;
+    const VW lane = hn::Iota(w, first);
+    const VW column = hn::ShiftRight<kColumnShift>(lane);
+    const VW row = hn::And(lane, splat_word(kRowMask));
+    PixelLanes pixels;
+    pixels.x = hn::Add(column, splat_word(block.x));
+    pixels.y = hn::Add(row, splat_word(block.y));
+    // Those that are not there are read from the last column or row.
+    const VW in_column = hn::Min(column, splat_word(block.columns - 1));
+    const VW in_row = hn::Min(row, splat_word(block.rows - 1));
+    VW prim;
+    load_hits(part, block, first, in_column, in_row, pixels.t, prim);
+    const auto is_there = hn::And(hn::Eq(in_column, column), hn::Eq(in_row, row));
+    const auto is_seen = hn::And(is_there, hn::Ne(prim, splat_word(kNoPrim)));
+    pixels.seen = hn::RebindMask(f, is_seen);
+    pixels.prim = hn::IfThenElseZero(is_seen, prim);
+    return pixels;
+}
+
+/// Of `count` threes of words, one after the other, those with these indices.
+template <class D>
+HWY_INLINE void load_threes(D d, const hn::TFromD<D>* from, VW index, std::size_t count,
+                            hn::Vec<D> out[3]) {
+    alignas(64) std::uint32_t at[kLanes];
+    hn::Store(index, Words(), at);
+#if HWY_TARGET != HWY_SCALAR
+    const VW last = splat_word(static_cast<std::uint32_t>(count - 1));
+    if (HWY_LIKELY(hn::AllFalse(Words(), hn::Eq(index, last))))
+        return load_threes_at_once(d, from, at, out);
+#else
+    (void)count;
+#endif
+    for (std::size_t k = 0; k < 3; ++k) {
+        alignas(64) hn::TFromD<D> words[kLanes];
+        for (std::size_t l = 0; l < kLanes; ++l) words[l] = from[3 * std::size_t{at[l]} + k];
+        out[k] = hn::Load(d, words);
+    }
+}
+
+HWY_INLINE VW load_albedo(const PixelPart& part, const PixelLanes& pixels) {
+    return hn::GatherIndex(Words(), part.mesh.topology->albedo.data(),
+                           hn::BitCast(Ints(), pixels.prim));
+}
+
+HWY_INLINE VF middle_of(VW pixel) {
+    return hn::Add(hn::ConvertTo(Floats(), hn::BitCast(Ints(), pixel)), splat(0.5f));
+}
+
+HWY_INLINE V3 directions_of(const PixelPart& part, const PixelLanes& pixels) {
+    return camera_directions(part.params.camera, middle_of(pixels.x), middle_of(pixels.y));
+}
+
+/// Only where there is a hit: the mesh has triangles then.
+HWY_INLINE SurfaceLanes load_surfaces(const PixelPart& part, const PixelLanes& pixels,
+                                      const V3& dir) {
+    const Topology& topology = *part.mesh.topology;
+    const std::span<const vec3> positions = part.mesh.positions;
+    VW vertices[3];
+    load_threes(Words(), &topology.triangles.front().x, pixels.prim, topology.triangles.size(),
+                vertices);
+    V3 corners[3];
+    for (int k = 0; k < 3; ++k) {
+        VF at[3];
+        load_threes(Floats(), &positions.front().x, vertices[k], positions.size(), at);
+        corners[k] = {at[0], at[1], at[2]};
+    }
+    return surfaces_at(part.params.camera.org, dir, pixels.t, corners);
+}
+
+/// What lies behind the rows of a block.
+struct BackgroundColumn {
+    alignas(64) std::uint32_t colours[kBlockRays];
+
+    BackgroundColumn(const PixelPart& part, std::uint32_t y) {
+        for (std::uint32_t i = 0; i < kBlockRays; ++i)
+            colours[i] = background(y + (i & kRowMask), part.params.height);
+    }
+};
+
+/// Writes a number for each pixel of a block to where the picture has them.
+HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
+                            const std::uint32_t* from, std::uint32_t* picture) {
+    std::uint32_t* to = picture + block.begin(part);
+    for (std::uint32_t row = 0; row < block.rows; ++row, to += part.params.width) {
+        for (std::uint32_t column = 0; column < block.columns; ++column)
+            to[column] = from[column * kBlockSide + row];
+    }
+}
+
+/// Occlusion and colours of a part. intensity(block, i, pixels, occlusion) says how light pixels i
+/// and following of a block are, of which some are seen, and may write by how many rays they are
+/// occluded.
+template <class Intensity>
+HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
+    const Floats f;
+    const Words w;
+    Tile row = part.tile;
+    for (; row.y0 < part.tile.y1; row.y0 += kBlockSide) {
+        row.y1 = std::min(row.y0 + kBlockSide, part.tile.y1);
+        const BackgroundColumn behind(part, row.y0);
+        for_each_block(
+            {part.params, part.mesh, row, part.frame}, [&](const PixelBlock& block) HWY_ATTR {
+                alignas(64) std::uint32_t colours[kBlockRays];
+                alignas(64) std::uint32_t occlusion[kBlockRays] = {};
+                for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+                    const PixelLanes pixels = load_pixels(part, block, i);
+                    VW colour = hn::Load(w, behind.colours + i);
+                    if (!hn::AllFalse(f, pixels.seen)) {
+                        const VF value = intensity(block, i, pixels, occlusion + i);
+                        colour =
+                            hn::IfThenElse(hn::RebindMask(w, pixels.seen),
+                                           colours_of(value, load_albedo(part, pixels)), colour);
+                    }
+                    hn::Store(colour, w, colours + i);
+                }
+                write_block(part, block, occlusion, part.frame.occlusion.data());
+                write_block(part, block, colours, part.frame.pixels.data());
+            });
+    }
+}
+
+void shade_camera_part(const PixelPart& part) {
+    shade_part(part, [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels, std::uint32_t*)
+                         HWY_ATTR {
+                             const V3 dir = directions_of(part, pixels);
+                             const SurfaceLanes s = load_surfaces(part, pixels, dir);
+                             return lit_intensity(hn::Abs(dot_of(s.normal, unit_of(dir))));
+                         });
+}
+
+bool make_shadow_rays_of_part(const PixelPart& part, PointRays* rays, float* lit) {
+    const Floats f;
+    bool any = false;
+    for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
+        const std::uint32_t index = block.ray_index(part);
+        PointRays& to = rays[index / kBlockRays];
+        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+            const PixelLanes pixels = load_pixels(part, block, i);
+            V3 dir{splat(0.0f), splat(0.0f), splat(0.0f)};
+            VF tfar = splat(-1.0f);
+            VF intensity = splat(0.0f);
+            if (!hn::AllFalse(f, pixels.seen)) {
+                const SurfaceLanes s = load_surfaces(part, pixels, directions_of(part, pixels));
+                const V3 to_light = minus(splat3(part.params.light), s.point);
+                const Mask traced =
+                    hn::And(pixels.seen, hn::Gt(dot_of(s.normal, to_light), splat(0.0f)));
+                const DirectionLanes ray = shadow_rays(s, to_light, part.params.light);
+                dir = select(traced, ray.dir, dir);
+                tfar = hn::IfThenElse(traced, ray.tfar, tfar);
+                intensity =
+                    lit_intensity(hn::Max(dot_of(s.normal, unit_of(to_light)), splat(0.0f)));
+                any = any || !hn::AllFalse(f, traced);
+            }
+            hn::Store(dir.x, f, to.dir[0] + i);
+            hn::Store(dir.y, f, to.dir[1] + i);
+            hn::Store(dir.z, f, to.dir[2] + i);
+            hn::Store(tfar, f, to.tfar + i);
+            hn::StoreU(intensity, f, lit + index + i);
+        }
+    });
+    return any;
+}
+
+void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded, const float* lit) {
+    const Floats f;
+    const Words w;
+    const hn::Rebind<std::uint8_t, Words> bytes;
+    shade_part(part, [&](const PixelBlock& block, std::uint32_t i, const PixelLanes& pixels,
+                         std::uint32_t* occlusion) HWY_ATTR {
+        const std::uint32_t index = block.ray_index(part) + i;
+        const VW is_occluded = hn::PromoteTo(w, hn::LoadU(bytes, occluded + index));
+        hn::Store(hn::IfThenElseZero(hn::RebindMask(w, pixels.seen), is_occluded), w, occlusion);
+        const auto is_lit = hn::RebindMask(f, hn::Eq(is_occluded, hn::Zero(w)));
+        return hn::IfThenElse(is_lit, hn::LoadU(f, lit + index), splat(0.125f));
+    });
+}
+
+/// What comes first of a ray, and what comes last.
+struct alignas(16) HalfRay {
+    float words[4];
+};
+static_assert(2 * sizeof(HalfRay) == sizeof(Ray));
+
+void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
+    const Floats f;
+    const std::uint32_t count = part.params.ao_count;
+    rays.clear();
+    for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
+        for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
+            const PixelLanes pixels = load_pixels(part, block, i);
+            const std::uint32_t seen = mask_bits(pixels.seen);
+            if (seen == 0) continue;
+            const SurfaceLanes s = load_surfaces(part, pixels, directions_of(part, pixels));
+            const V3 org = off_surfaces(s, s.size);
+            alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
+            hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), f, starts[0].words);
+            const std::size_t begin = rays.size();
+            const auto seen_count = static_cast<std::size_t>(hwy::PopCount(std::uint64_t{seen}));
+            rays.resize(begin + seen_count * count);
+            for (std::uint32_t sample = 0; sample < count; ++sample) {
+                const DirectionLanes ray =
+                    ao_rays(s, pixels.x, pixels.y, sample, part.params.ao_tfar);
+                hn::StoreInterleaved4(ray.dir.x, ray.dir.y, ray.dir.z, ray.tfar, f, ends[0].words);
+                std::size_t at = begin + sample;
+                for (std::uint32_t left = seen; left != 0; left &= left - 1, at += count) {
+                    const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
+                    const HalfRay both[2] = {starts[lane], ends[lane]};
+                    std::memcpy(&rays[at], both, sizeof both);
+                }
+            }
+        }
+    });
+}
+
+void shade_ao_of_part(const PixelPart& part, const std::uint8_t* occluded) {
+    const std::uint32_t count = part.params.ao_count;
+    const VF per_ray = splat(rcp(static_cast<float>(count)));
+    shade_part(part, [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels,
+                         std::uint32_t* occlusion) HWY_ATTR {
+        for (std::uint32_t left = mask_bits(pixels.seen); left != 0; left &= left - 1) {
+            std::uint32_t& sum = occlusion[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
+            for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
+        }
+        const VW open = hn::Sub(splat_word(count), hn::Load(Words(), occlusion));
+        return hn::Mul(hn::ConvertTo(Floats(), hn::BitCast(Ints(), open)), per_ray);
+    });
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

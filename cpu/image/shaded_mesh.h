@@ -1,0 +1,22 @@
+// The surfaces of a mesh.
+#pragma once
+
+#include <span>
+
+#include "common/interop/surface.h"
+#include "common/scene/mesh.h"
+
+namespace morphray::cpu {
+
+/// What shading needs besides hits.
+struct ShadedMesh {
+    const Topology* topology;
+    std::span<const vec3> positions;
+
+    Surface surface(const Ray& ray, const Hit& hit) const {
+        const uvec3 t = topology->triangles[hit.prim_id];
+        return surface_at(ray, hit, positions[t.x], positions[t.y], positions[t.z]);
+    }
+};
+
+}  // namespace morphray::cpu

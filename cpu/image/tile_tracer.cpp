@@ -1,0 +1,60 @@
+#include "cpu/image/tile_tracer.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace morphray::cpu {
+namespace {
+
+/// Of ambient-occlusion rays that are traced together, so that they stay in the cache; a block's
+/// may be more.
+constexpr std::uint32_t kMostAoRays = 1024;
+
+void trace_shadows(const PacketTiles& tracer, const PixelPart& part) {
+    const Tile& tile = part.tile;
+    const std::size_t count =
+        point_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * std::size_t{kSquareRays};
+    std::vector<PointRays> rays(count / kBlockRays, PointRays::none());
+    std::vector<float> lit(count);
+    std::vector<std::uint8_t> occluded(count, 1);
+    if (tracer.shader().make_shadow_rays(part, rays.data(), lit.data()))
+        tracer.occluded_from_point(part.params.light, rays, occluded);
+    tracer.shader().shade_shadows(part, occluded.data(), lit.data());
+}
+
+void trace_ao(const PacketTiles& tracer, const PixelPart& part) {
+    const Tile& tile = part.tile;
+    const std::uint32_t blocks = std::max(kMostAoRays / (kBlockRays * part.params.ao_count), 1u);
+    const std::uint32_t width = blocks * kBlockSide;
+    std::vector<Ray> rays;
+    std::vector<std::uint8_t> occluded;
+    for (std::uint32_t y = tile.y0; y < tile.y1; y += kBlockSide) {
+        for (std::uint32_t x = tile.x0; x < tile.x1; x += width) {
+            const Tile run{x, y, std::min(x + width, tile.x1), std::min(y + kBlockSide, tile.y1)};
+            const PixelPart pixels{part.params, part.mesh, run, part.frame};
+            tracer.shader().make_ao_rays(pixels, rays);
+            occluded.resize(rays.size());
+            tracer.occluded(rays, occluded);
+            tracer.shader().shade_ao(pixels, occluded.data());
+        }
+    }
+}
+
+}  // namespace
+
+void trace_tile(const PacketTiles& tracer, const ShadedMesh& mesh, const ImageParams& params,
+                const Tile& tile, Frame& frame) {
+    tracer.intersect_camera(
+        params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
+    const PixelPart part{params, mesh, tile, frame};
+    if (params.rays == kRaysShadow) {
+        trace_shadows(tracer, part);
+    } else if (params.rays == kRaysAo) {
+        trace_ao(tracer, part);
+    } else {
+        tracer.shader().shade_camera(part);
+    }
+}
+
+}  // namespace morphray::cpu

@@ -1,0 +1,66 @@
+// Packets where rays share an origin, single rays with SIMD where they do not.
+#pragma once
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "cpu/image/image_tracer.h"
+#include "cpu/image/pixel_shader.h"
+#include "cpu/packet/packet_tracer.h"
+#include "cpu/single_ray/single_ray_tracer.h"
+
+namespace morphray::cpu {
+
+/// The fastest tracer of tiles that a SIMD target has, with the bits of all others. Threads may
+/// share one.
+class PacketTiles {
+public:
+    PacketTiles(const Bvh& bvh, SimdTarget target)
+        : packets_(bvh, target), wide_(bvh, target), shader_(target) {}
+
+    const PixelShader& shader() const { return shader_; }
+
+    void intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
+                          std::size_t stride) const {
+        packets_.intersect_camera(params, tile, scratch(), hits, stride);
+    }
+
+    void occluded_from_point(vec3 org, std::span<const PointRays> rays,
+                             std::span<std::uint8_t> occluded) const {
+        std::array<std::uint16_t, kPointRays> left;
+        const std::size_t count =
+            packets_.occluded_from_point(org, rays, scratch(), occluded.data(), left.data());
+        if (count != 0) occluded_among(wide_, org, rays, std::span(left).first(count), occluded);
+    }
+
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+        wide_.intersect(rays, hits);
+    }
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+        wide_.occluded(rays, occluded);
+    }
+
+private:
+    /// One a thread: a packet is too large to be made for each tile.
+    Packet& scratch() const {
+        std::unique_ptr<Packet>& packet = packets_of_threads_.local();
+        if (packet == nullptr) packet = std::make_unique<Packet>();
+        return *packet;
+    }
+
+    PacketTracer packets_;
+    WideTracer wide_;
+    PixelShader shader_;
+    mutable tbb::enumerable_thread_specific<std::unique_ptr<Packet>> packets_of_threads_;
+};
+
+/// As trace_tile() of other tracers, with the same bits; SIMD also for what comes after the hits.
+void trace_tile(const PacketTiles& tracer, const ShadedMesh& mesh, const ImageParams& params,
+                const Tile& tile, Frame& frame);
+
+}  // namespace morphray::cpu

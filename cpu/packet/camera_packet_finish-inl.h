@@ -1,0 +1,315 @@
+// The end of a closest-hit packet: t, u and v of each winner by the hit rule, for many rays at
+// once.
+
+#if defined(MORPHRAY_CPU_PACKET_CAMERA_PACKET_FINISH_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_CAMERA_PACKET_FINISH_INL_H
+#undef MORPHRAY_CPU_PACKET_CAMERA_PACKET_FINISH_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_CAMERA_PACKET_FINISH_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cpu/packet/camera_packet_maker-inl.h"
+#include "cpu/packet/hit_leaves-inl.h"
+#include "cpu/packet/packet.h"
+#include "cpu/packet/packet_hit_rule-inl.h"
+#include "cpu/simd/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Hits as vectors.
+struct HitLanes {
+    VF t, u, v;
+    VW prim_ids;
+};
+
+HWY_INLINE HitLanes no_hits() {
+    const VF none = hn::Zero(Floats());
+    return {none, none, none, hn::Set(Words(), kNoPrim)};
+}
+
+/// Writes the hits of a packet whose rays have found their winners.
+class PacketFinish {
+public:
+    /// rows: the pixels of the packet's blocks, row by row.
+    PacketFinish(const Packet& packet, Hit* rows, std::size_t stride)
+        : packet_(packet), rows_(rows), stride_(stride), camera_(packet.camera) {
+        const PacketFrame& frame = packet.frame;
+        if (frame.axis == kMixedAxes) return;
+        // All largest components have the sign of the middle one's, and become positive.
+        const float sign = frame.depth_rows[0][2] < 0 ? -1.0f : 1.0f;
+        const float scale = morphray::scale_to_unit(frame.depth_least);
+        one_scale_ = scale == morphray::scale_to_unit(frame.depth_most);
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const std::uint32_t axis = (frame.axis + 1 + k) % 3;
+            camera_.corner[k] = sign * packet.camera.corner[axis];
+            camera_.du[k] = sign * packet.camera.du[axis];
+            camera_.dv[k] = sign * packet.camera.dv[axis];
+            one_scale_ = one_scale_ && least_size(k) * scale >= 2 * kDirectionOnGrid;
+        }
+        if (!one_scale_) return;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            camera_.corner[k] *= scale;
+            camera_.du[k] *= scale;
+            camera_.dv[k] *= scale;
+        }
+    }
+
+    void run() {
+        point_columns();
+        if (HWY_LIKELY(packet_.frame.axis != kMixedAxes)) {
+            finish_all<false>();
+        } else {
+            finish_all<true>();
+        }
+        if (HWY_UNLIKELY(left_count_ != 0)) finish_left();
+    }
+
+private:
+    static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
+    static constexpr std::size_t kRowRays = kGridSide * kBlockRays;
+
+    Hit* place(std::size_t ray) const {
+        const std::size_t block = ray / kBlockRays;
+        const std::size_t x = block % kGridSide * kBlockSide + ray % kBlockRays / kBlockSide;
+        const std::size_t y = block / kGridSide * kBlockSide + ray % kBlockSide;
+        return rows_ + y * stride_ + x;
+    }
+
+    /// A lower bound of the size of a component of the directions, before they are scaled.
+    float least_size(std::uint32_t k) const {
+        constexpr float kHalf = 0.5f * kCameraSide;
+        const float middle = camera_.corner[k] + camera_.du[k] * (camera_.first_x + kHalf) +
+                             camera_.dv[k] * (camera_.first_y + kHalf);
+        const float spread = (kHalf + 1) * (std::abs(camera_.du[k]) + std::abs(camera_.dv[k]));
+        const float rounding =
+            0x1p-20f * (std::abs(camera_.corner[k]) + std::abs(camera_.du[k] * camera_.first_x) +
+                        std::abs(camera_.dv[k] * camera_.first_y) + spread);
+        return std::abs(middle) - spread - rounding;
+    }
+
+    /// corner + du x of each column's rays.
+    void point_columns() {
+        const Floats f;
+        for (std::uint32_t column = 0; column < kGridSide; ++column) {
+            for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+                const VF x = pixel(kGridRays.x[column] + l, packet_.camera.first_x);
+                for (int k = 0; k < 3; ++k) {
+                    const VF part = hn::Mul(splat(camera_.du[k]), x);
+                    hn::Store(hn::Add(splat(camera_.corner[k]), part), f,
+                              columns_[k] + column * kBlockRays + l);
+                }
+            }
+        }
+    }
+
+    /// The parts of a row of blocks' directions that dir() adds up: camera_direction() and
+    /// canonical_direction(), in their operations, but for the common sign. Where one scale holds
+    /// for all rays it has been taken into the camera's vectors, which changes no bit; and what no
+    /// direction has to be put on the grid for is left out.
+    HWY_INLINE void point_row(std::size_t row) {
+        const Floats f;
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+            const VF y = pixel(kGridRays.y[row] + l, packet_.camera.first_y);
+            VF part[3];
+            for (int k = 0; k < 3; ++k) part[k] = hn::Mul(splat(camera_.dv[k]), y);
+            if (HWY_LIKELY(one_scale_)) {
+                for (int k = 0; k < 3; ++k) hn::Store(part[k], f, row_[k] + l);
+                continue;
+            }
+            for (int k = 0; k < 3; ++k) hn::Store(hn::Zero(f), f, row_[k] + l);
+            for (std::size_t r = l; r < kRowRays; r += kBlockRays) {
+                VF d[3];
+                for (int k = 0; k < 3; ++k) d[k] = hn::Add(hn::Load(f, columns_[k] + r), part[k]);
+                canonical_directions(d);
+                for (int k = 0; k < 3; ++k) hn::Store(d[k], f, scaled_[k] + r);
+            }
+        }
+    }
+
+    /// A component of the directions of as many rays of the row as there are lanes.
+    HWY_INLINE VF dir(int k, std::size_t in_row) const {
+        const Floats f;
+        const float* const parts = one_scale_ ? columns_[k] : scaled_[k];
+        return hn::Add(hn::Load(f, parts + in_row), hn::Load(f, row_[k] + in_row % kBlockRays));
+    }
+
+    static HWY_INLINE VF pixel(const float* offsets, float first) {
+        // From the middle of the packet to its first pixel's, and to the pixel's own.
+        constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
+        return hn::Add(hn::Add(hn::Load(Floats(), offsets), splat(first + kMiddle)), splat(0.5f));
+    }
+
+    /// Writes the hits of some columns of a block from its first row on: four rows side by side.
+    HWY_INLINE void write(const HitLanes& hits, Hit* out) const {
+        const Floats f;
+        const VF prim_ids = hn::BitCast(f, hits.prim_ids);
+#if HWY_TARGET == HWY_SCALAR
+        hn::StoreInterleaved4(hits.t, hits.u, hits.v, prim_ids, f, &out->t);
+#else
+        static_assert(kBlockSide == 4 && sizeof(Hit) == 16);
+        const VF tv0 = hn::InterleaveLower(f, hits.t, hits.v);
+        const VF tv2 = hn::InterleaveUpper(f, hits.t, hits.v);
+        const VF ui0 = hn::InterleaveLower(f, hits.u, prim_ids);
+        const VF ui2 = hn::InterleaveUpper(f, hits.u, prim_ids);
+        hn::StoreU(hn::InterleaveLower(f, tv0, ui0), f, &out[0 * stride_].t);
+        hn::StoreU(hn::InterleaveUpper(f, tv0, ui0), f, &out[1 * stride_].t);
+        hn::StoreU(hn::InterleaveLower(f, tv2, ui2), f, &out[2 * stride_].t);
+        hn::StoreU(hn::InterleaveUpper(f, tv2, ui2), f, &out[3 * stride_].t);
+#endif
+    }
+
+    /// As many rays as there are lanes, from `first` on, on the way to their hits.
+    struct Approach {
+        FastHits fast;
+        VW prim_ids;
+        Mask sufficed;
+        std::size_t first;
+        std::uint32_t rays;  // those that have a winner, as bits
+    };
+
+    /// kMixed: the packet has no axis.
+    ///
+    /// To end a vector of rays is one long chain of operations, and a processor has no room for
+    /// those of many at a time. So where registers allow it the first half of a chain is done
+    /// together with the second half of the one before.
+    template <bool kMixed>
+    void finish_all() {
+        constexpr bool kByHalves = kLanes == kBlockRays;
+        const std::size_t row_rays = packet_.frame.grid_columns * kBlockRays;
+        Winners winners = find_winners(packet_.winner);
+        Approach before;
+        before.rays = 0;
+        for (std::size_t row = 0; row < packet_.frame.grid_rows; ++row) {
+            point_row(row);
+            const std::size_t begin = row * kRowRays;
+            for (std::size_t first = begin; first < begin + row_rays; first += kLanes) {
+                // The winners of the next rays are looked for before these are finished: masks take
+                // long to get to where branches and addresses wait for them.
+                const std::size_t after = first + kLanes;
+                const std::size_t next =
+                    after < begin + row_rays ? after : (begin + kRowRays) % kCameraRays;
+                const Winners next_winners = find_winners(packet_.winner + next);
+                Approach now;
+                now.first = first;
+                now.rays = winners.rays;
+                if (winners.rays != 0) {
+                    approach<kMixed>(winners, now);
+                } else {
+                    write(no_hits(), place(first));
+                }
+                if constexpr (kByHalves) {
+                    if (HWY_LIKELY(before.rays != 0)) conclude(before);
+                    before = now;
+                } else {
+                    if (HWY_LIKELY(now.rays != 0)) conclude(now);
+                }
+                winners = next_winners;
+            }
+        }
+        if (kByHalves && before.rays != 0) conclude(before);
+    }
+
+    template <bool kMixed>
+    HWY_INLINE void approach(const Winners& found, Approach& rays) const {
+        const std::size_t in_row = rays.first % kRowRays;
+        const WinnerLanes winners = spread_winners(packet_, packet_.winner + rays.first, found);
+        const VF d[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
+        const VF slack = splat(0.25f * packet_.frame.dilation);
+        rays.prim_ids = winners.prim_ids;
+        rays.sufficed = kMixed ? project_turned(d, slack, winners, rays.fast)
+                               : rays.fast.project(d, slack, winners.corners);
+    }
+
+    /// In a packet of mixed axes nearly all neighbours still have one.
+    HWY_INLINE Mask project_turned(const VF d[3], VF slack, const WinnerLanes& winners,
+                                   FastHits& fast) const {
+        const Floats f;
+        const VF size[3] = {hn::Abs(d[0]), hn::Abs(d[1]), hn::Abs(d[2])};
+        const Mask is_x = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
+        const Mask is_y = hn::AndNot(is_x, hn::Ge(size[1], size[2]));
+        const std::uint32_t axis = hn::AllTrue(f, is_x) ? 0 : hn::AllTrue(f, is_y) ? 1 : 2;
+        const bool one_axis = axis != 2 || hn::AllFalse(f, hn::Or(is_x, is_y));
+        const Mask away = hn::Lt(d[axis], hn::Zero(f));
+        const bool one_sign = hn::AllTrue(f, away) || hn::AllFalse(f, away);
+        const VF sign = hn::And(d[axis], splat(-0.0f));
+        // Corners are rotated for axis 0.
+        VF directions[3], corners[3][3];
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            directions[k] = hn::Xor(d[(axis + 1 + k) % 3], sign);
+            for (int i = 0; i < 3; ++i)
+                corners[i][k] = hn::Xor(winners.corners[i][(axis + k) % 3], sign);
+        }
+        const Mask sufficed = fast.project(directions, slack, corners);
+        return hn::And(sufficed, mask_of(one_axis && one_sign ? ~0u : 0u));
+    }
+
+    /// Writes those of these hits that the rule's plain path suffices for; the others are left.
+    HWY_INLINE void conclude(const Approach& rays) {
+        const Floats f;
+        const Mask done = hn::And(rays.sufficed, mask_of(rays.rays));
+        // Not a constant of all ones, which compilers make from a register's old contents: then
+        // each ray would wait for the last.
+        const VW not_done = hn::BitCast(Words(), hn::VecFromMask(f, hn::Not(done)));
+        VF t, u, v;
+        rays.fast.weigh(t, u, v);
+        write({hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u),
+               hn::IfThenElseZero(done, v), hn::Or(rays.prim_ids, not_done)},
+              place(rays.first));
+        for (std::uint32_t left = rays.rays & ~mask_bits(done); left != 0; left &= left - 1) {
+            left_[left_count_++] = static_cast<std::uint16_t>(
+                rays.first + static_cast<std::size_t>(__builtin_ctz(left)));
+        }
+    }
+
+    /// The hits that are left, by the whole rule.
+    HWY_NOINLINE void finish_left() const {
+        const Floats f;
+        for (std::size_t i = 0; i < left_count_; i += kLanes) {
+            const std::size_t count = std::min(kLanes, left_count_ - i);
+            alignas(64) std::uint32_t rays[kLanes] = {};
+            alignas(64) std::uint32_t winners[kLanes] = {};
+            for (std::size_t l = 0; l < count; ++l) {
+                rays[l] = left_[i + l];
+                winners[l] = packet_.winner[rays[l]];
+            }
+            const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
+            const TriangleLanes triangles = winning_triangles(packet_, winners, lanes);
+            VF dir[3];
+            directions_of(packet_.camera, hn::Load(Words(), rays), dir);
+            RuleHits hit;
+            PacketRule(packet_.frame.org, dir).intersect(triangles, splat(kInfiniteT), lanes, hit);
+            Hit hits[kLanes];
+            hn::StoreInterleaved4(hit.t, hit.u, hit.v, hn::BitCast(f, triangles.prim_ids), f,
+                                  &hits->t);
+            for (std::size_t l = 0; l < count; ++l) *place(left_[i + l]) = hits[l];
+        }
+    }
+
+    const Packet& packet_;
+    Hit* rows_;
+    std::size_t stride_;
+    /// Rotated for the packet's axis, if it has one, and turned.
+    CameraRays camera_;
+    /// Whether one scale holds for all directions, and none has a component that is nearly 0.
+    bool one_scale_ = false;
+    alignas(64) float columns_[3][kRowRays];
+    /// Of a row of blocks.
+    alignas(64) float row_[3][kBlockRays];
+    alignas(64) float scaled_[3][kRowRays];
+    /// The rays that the plain path does not suffice for.
+    std::uint16_t left_[kCameraRays];
+    std::size_t left_count_ = 0;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,148 @@
+// Where rays from a point go: the plane of their packet, and their places there.
+
+#if defined(MORPHRAY_CPU_PACKET_LIGHT_PACKET_DIRECTIONS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_LIGHT_PACKET_DIRECTIONS_INL_H
+#undef MORPHRAY_CPU_PACKET_LIGHT_PACKET_DIRECTIONS_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_LIGHT_PACKET_DIRECTIONS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/packet/packet.h"
+#include "cpu/simd/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+// The plane's unit is such that no |x|, |y| is more.
+constexpr float kPlaneHalf = 0.5f * kPointSide;
+
+/// The unit for |x|, |y| up to `extent`, a power of two.
+inline double plane_unit(double extent) {
+    return std::exp2(std::ceil(std::log2(std::max(extent, 0x1p-16) / kPlaneHalf)));
+}
+
+/// Directions of some rays of a packet.
+struct Samples {
+    vec3 dirs[kPointBlocks];
+    std::size_t count = 0;
+};
+
+/// Of a ray each of every step-th block.
+HWY_INLINE void take_samples(const PointRays* rays, std::uint32_t squares, std::uint32_t step,
+                             Samples& samples) {
+    for (std::uint32_t block = 0; block < squares * kSquareBlocks; block += step) {
+        for (std::uint32_t i = 0; i < kBlockRays; ++i) {
+            if (!rays[block].has(i)) continue;
+            samples.dirs[samples.count++] = rays[block].direction(i);
+            break;
+        }
+    }
+}
+
+/// A unit vector near all active directions, axes[2], and two across; centre: the first again, of
+/// about the length of the directions. False if there is none.
+HWY_INLINE bool choose_axes(const Samples& samples, double axes[3][3], float centre[3]) {
+    double sum[3] = {0, 0, 0};
+    for (std::size_t i = 0; i < samples.count; ++i) {
+        for (int axis = 0; axis < 3; ++axis) sum[axis] += samples.dirs[i][axis];
+    }
+    const double length = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+    if (!(length > 0)) return false;
+    double* mean = axes[2];
+    for (int axis = 0; axis < 3; ++axis) {
+        mean[axis] = sum[axis] / length;
+        centre[axis] = static_cast<float>(mean[axis]);
+    }
+    int least = 0;
+    for (int axis = 1; axis < 3; ++axis) {
+        if (std::abs(mean[axis]) < std::abs(mean[least])) least = axis;
+    }
+    double size = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        axes[0][axis] = (axis == least ? 1.0 : 0.0) - mean[axis] * mean[least];
+        size += axes[0][axis] * axes[0][axis];
+    }
+    for (int axis = 0; axis < 3; ++axis) axes[0][axis] /= std::sqrt(size);
+    for (int axis = 0; axis < 3; ++axis) {
+        const int next = (axis + 1) % 3;
+        const int last = (axis + 2) % 3;
+        axes[1][axis] = mean[next] * axes[0][last] - mean[last] * axes[0][next];
+    }
+    return true;
+}
+
+/// The largest |x / z| or |y / z| of some rays.
+HWY_INLINE double sampled_extent(const Samples& samples, const double axes[3][3]) {
+    double extent = 0;
+    for (std::size_t i = 0; i < samples.count; ++i) {
+        double h[3] = {0, 0, 0};
+        for (int k = 0; k < 3; ++k) {
+            for (int axis = 0; axis < 3; ++axis) h[k] += axes[k][axis] * samples.dirs[i][axis];
+        }
+        if (h[2] > 0) extent = std::max(extent, std::max(std::abs(h[0]), std::abs(h[1])) / h[2]);
+    }
+    return extent;
+}
+
+/// axes * d for directions d near the multiples of `centre`. With c the centre and l = d.k / c.k on
+/// its largest axis k, that is axes * (d - l c) + l (axes * c): the difference is small and, fused,
+/// rounds by 2^-24 of itself, and axes * c comes from double. In units of 2^-24, each row of the
+/// first product is off by at most 5 |d - l c|: the difference, the row, three sums. d differs from
+/// z axes[2] by at most sqrt(2) z s across if |x / z|, |y / z| <= s, and the difference by sqrt(3)
+/// as much again along c: |d - l c| <= 3.9 z s. z is off by that part and by 5 units of itself,
+/// axes * c and sums, and division makes 2; so with 19.5 units of s from x itself and 19.5 s of
+/// each from z, x / z and y / z are off by (28 + 20 s) s units of 2^-24. Without fused operations
+/// 2^-23 of |d| comes on top.
+class NearDirections {
+public:
+    /// scale: of x and y, a power of two, so that nothing is rounded.
+    NearDirections(const double axes[3][3], const float centre[3], double scale) {
+        for (int axis = 0; axis < 3; ++axis) {
+            centre_[axis] = centre[axis];
+            if (std::abs(centre[axis]) > std::abs(centre[largest_])) largest_ = axis;
+        }
+        for (int k = 0; k < 3; ++k) {
+            double sum = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                const double row = axes[k][axis] * (k < 2 ? scale : 1);
+                rows_[k][axis] = static_cast<float>(row);
+                sum += row * centre[axis];
+            }
+            at_centre_[k] = static_cast<float>(sum);
+        }
+        reciprocal_ = 1.0f / centre_[largest_];
+    }
+
+    HWY_INLINE void project(const VF d[3], VF h[3]) const {
+        const VF l = hn::Mul(d[largest_], splat(reciprocal_));
+        VF across[3];
+        for (int axis = 0; axis < 3; ++axis)
+            across[axis] = hn::NegMulAdd(l, splat(centre_[axis]), d[axis]);
+        for (int k = 0; k < 3; ++k) {
+            h[k] = hn::Mul(l, splat(at_centre_[k]));
+            for (int axis = 0; axis < 3; ++axis)
+                h[k] = hn::MulAdd(splat(rows_[k][axis]), across[axis], h[k]);
+        }
+    }
+
+private:
+    float rows_[3][3];
+    float at_centre_[3];
+    float centre_[3];
+    float reciprocal_;
+    int largest_ = 0;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,43 @@
+// A point's rays as vectors.
+
+#if defined(MORPHRAY_CPU_PACKET_LIGHT_PACKET_RAYS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_LIGHT_PACKET_RAYS_INL_H
+#undef MORPHRAY_CPU_PACKET_LIGHT_PACKET_RAYS_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_LIGHT_PACKET_RAYS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/packet/packet.h"
+#include "cpu/simd/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// As many rays of a block as there are lanes, from `first` on.
+HWY_INLINE void load_rays(const PointRays& rays, std::size_t first, VF d[3], VF& tfar) {
+    const Floats f;
+    for (int axis = 0; axis < 3; ++axis) d[axis] = hn::Load(f, rays.dir[axis] + first);
+    tfar = hn::Load(f, rays.tfar + first);
+}
+
+/// Those of a block that were put together anew, from packet.place[first] on.
+HWY_INLINE void gather_rays(const Packet& packet, std::uint32_t first, PointRays& rays) {
+    rays = PointRays::none();
+    for (std::uint32_t i = 0; i < kBlockRays; ++i) {
+        const std::uint16_t place = packet.place[first + i];
+        if (place == kNoPlace) continue;
+        rays.set(i, packet.rays[place / kBlockRays].ray({}, place % kBlockRays));
+    }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,194 @@
+// Which rays of a point's packet are neighbours: where a surface ends in the picture, those of one
+// block are not.
+
+#if defined(MORPHRAY_CPU_PACKET_LIGHT_PACKET_REGROUP_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_LIGHT_PACKET_REGROUP_INL_H
+#undef MORPHRAY_CPU_PACKET_LIGHT_PACKET_REGROUP_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_LIGHT_PACKET_REGROUP_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/packet/packet.h"
+#include "cpu/packet/packet_blocks-inl.h"
+#include "cpu/simd/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Blocks of a point's packet, those of a group in a mask.
+struct PointBlocks {
+    std::uint32_t of_group[kPointGroups];
+};
+
+/// Those in place of some squares.
+HWY_INLINE PointBlocks all_blocks(std::uint32_t squares) {
+    PointBlocks blocks = {};
+    std::fill_n(blocks.of_group, squares * kSquareBlocks / kGroupBlocks, 0xFFFFu);
+    return blocks;
+}
+
+HWY_INLINE bool has_block(const PointBlocks& blocks, std::uint32_t block) {
+    return (blocks.of_group[block / kGroupBlocks] >> block % kGroupBlocks & 1) != 0;
+}
+
+/// Calls visit(block) for each.
+template <class Visit>
+HWY_INLINE void for_each_block(const PointBlocks& blocks, Visit visit) {
+    for (std::uint32_t group = 0; group < kPointGroups; ++group) {
+        for (std::uint32_t own = blocks.of_group[group]; own != 0; own &= own - 1)
+            visit(group * kGroupBlocks + static_cast<std::uint32_t>(__builtin_ctz(own)));
+    }
+}
+
+/// The least of `used` positive numbers among `count` that no more than half of them are below, up
+/// to an eighth too small; the others are infinite. Found bit by bit: sorting takes as long as a
+/// tenth of a packet of a bunny's shadow rays.
+HWY_INLINE float median_of_blocks(const float* values, std::size_t count, std::size_t used) {
+    const Floats f;
+    constexpr int kHighest = 30, kLowest = 20;  // all of the exponent and 3 bits behind it
+    std::uint32_t median = 0;
+    for (int bit = kHighest; bit >= kLowest; --bit) {
+        const std::uint32_t trial = median | std::uint32_t{1} << bit;
+        const VF bound = splat(std::bit_cast<float>(trial));
+        std::size_t below = 0;
+        for (std::size_t b = 0; b < count; b += hn::Lanes(f))
+            below += hn::CountTrue(f, hn::Lt(hn::Load(f, values + b), bound));
+        if (below <= used / 2) median = trial;
+    }
+    return std::bit_cast<float>(median);
+}
+
+/// How far the active rays of each block spread in x and y together; infinite where there are none.
+struct Spreads {
+    alignas(64) float of_block[kAllPointBlocks];
+    std::size_t used = 0;
+};
+
+/// Of whole groups.
+HWY_INLINE void measure_spreads(const Packet& packet, std::uint32_t first, std::uint32_t end,
+                                Spreads& spreads) {
+    const Floats f;
+    spreads.used = 0;
+    for (std::size_t b = first; b < end; b += hn::Lanes(f)) {
+        const VF own = hn::Add(
+            hn::Sub(hn::Load(f, packet.block_upper_x + b), hn::Load(f, packet.block_lower_x + b)),
+            hn::Sub(hn::Load(f, packet.block_upper_y + b), hn::Load(f, packet.block_lower_y + b)));
+        const Mask is_used = hn::Ge(own, hn::Zero(f));
+        spreads.used += hn::CountTrue(f, is_used);
+        hn::Store(hn::IfThenElse(is_used, own, splat(kDone)), f, spreads.of_block + b);
+    }
+}
+
+/// The blocks of whole groups with rays that spread farther than this; how many.
+HWY_INLINE std::size_t blocks_wider(const Spreads& spreads, std::uint32_t first, std::uint32_t end,
+                                    float width, PointBlocks& wide) {
+    const Floats f;
+    std::size_t count = 0;
+    for (std::size_t b = first; b < end; b += hn::Lanes(f)) {
+        const VF own = hn::Load(f, spreads.of_block + b);
+        const Mask wider = hn::And(hn::Gt(own, splat(width)), hn::Lt(own, splat(kDone)));
+        wide.of_group[b / kGroupBlocks] |= mask_bits(wider) << b % kGroupBlocks;
+        count += hn::CountTrue(f, wider);
+    }
+    return count;
+}
+
+/// A square of cells of the plane, numbered in Morton order.
+struct Cells {
+    static constexpr std::uint32_t kPerSide = 16;
+    static constexpr std::uint32_t kCount = kPerSide * kPerSide;
+
+    float lower_x, lower_y;
+    float scale_x, scale_y;
+
+    /// The cells of some points, or the nearest.
+    HWY_INLINE VW of(VF x, VF y) const {
+        const Words w;
+        // The bits of a number, each two places from the next.
+        const auto spread = [w](VW v) HWY_ATTR {
+            v = hn::And(hn::Or(v, hn::ShiftLeft<2>(v)), hn::Set(w, 0x33u));
+            return hn::And(hn::Or(v, hn::ShiftLeft<1>(v)), hn::Set(w, 0x55u));
+        };
+        const auto number = [](VF v) HWY_ATTR {
+            const VF inside = hn::Min(hn::Max(v, hn::Zero(Floats())), splat(kPerSide - 1));
+            return hn::BitCast(Words(), hn::ConvertTo(hn::RebindToSigned<Floats>(), inside));
+        };
+        const VW column = number(hn::Mul(hn::Sub(x, splat(lower_x)), splat(scale_x)));
+        const VW row = number(hn::Mul(hn::Sub(y, splat(lower_y)), splat(scale_y)));
+        return hn::Or(spread(column), hn::ShiftLeft<1>(spread(row)));
+    }
+};
+
+/// Those that the active rays of some blocks are in.
+HWY_INLINE Cells cells_around(const Packet& packet, const PointBlocks& blocks) {
+    float lower_x = 1e30f, upper_x = -1e30f, lower_y = 1e30f, upper_y = -1e30f;
+    for_each_block(blocks, [&](std::uint32_t block) {
+        lower_x = std::min(lower_x, packet.block_lower_x[block]);
+        upper_x = std::max(upper_x, packet.block_upper_x[block]);
+        lower_y = std::min(lower_y, packet.block_lower_y[block]);
+        upper_y = std::max(upper_y, packet.block_upper_y[block]);
+    });
+    constexpr float kSide = Cells::kPerSide;
+    return {lower_x, lower_y, kSide / std::max(upper_x - lower_x, 1e-20f),
+            kSide / std::max(upper_y - lower_y, 1e-20f)};
+}
+
+/// Rays of a packet in the order of cells.
+struct CellOrder {
+    std::uint16_t rays[kPointRays];
+    std::size_t count = 0;
+};
+
+/// The active rays of some blocks.
+HWY_INLINE void sort_by_cell(const Packet& packet, const PointBlocks& blocks, CellOrder& order) {
+    const Floats f;
+    constexpr std::uint32_t kLanes = hn::MaxLanes(f);
+    const Cells square = cells_around(packet, blocks);
+    std::uint16_t rays[kPointRays];
+    std::uint32_t cells[kPointRays];
+    // Where the rays of a cell begin.
+    std::uint16_t next[Cells::kCount + 1] = {};
+    std::size_t count = 0;
+    for_each_block(blocks, [&](std::uint32_t block) HWY_ATTR {
+        const std::uint32_t first = block * kBlockRays;
+        for (std::uint32_t r = first; r < first + kBlockRays; r += kLanes) {
+            alignas(64) std::uint32_t own[kLanes];
+            hn::Store(square.of(hn::Load(f, packet.x + r), hn::Load(f, packet.y + r)), Words(),
+                      own);
+            for (std::uint32_t l = 0; l < kLanes; ++l) {
+                const bool is_active = packet.rays[block].has(r - first + l);
+                rays[count] = static_cast<std::uint16_t>(r + l);
+                cells[count] = own[l];
+                next[own[l] + 1] = static_cast<std::uint16_t>(next[own[l] + 1] + is_active);
+                count += is_active;
+            }
+        }
+    });
+    for (std::uint32_t cell = 1; cell < Cells::kCount; ++cell)
+        next[cell] = static_cast<std::uint16_t>(next[cell] + next[cell - 1]);
+    for (std::size_t i = 0; i < count; ++i) order.rays[next[cells[i]]++] = rays[i];
+    order.count = count;
+}
+
+/// Makes blocks inactive.
+HWY_INLINE void leave_out_blocks(Packet& packet, const PointBlocks& blocks) {
+    for_each_block(blocks, [&](std::uint32_t block) {
+        packet.block_lower_x[block] = packet.block_lower_y[block] = 1e30f;
+        packet.block_upper_x[block] = packet.block_upper_y[block] = -1e30f;
+        packet.block_q[block] = kDone;
+    });
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,131 @@
+// Any hits of rays from a point: a packet's way through the tree. What is left of the packet at a
+// node are quads of blocks, each of which takes one comparison with a box where its blocks took
+// four; blocks are looked at in leaves alone.
+
+#if defined(MORPHRAY_CPU_PACKET_LIGHT_PACKET_TRAVERSAL_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_LIGHT_PACKET_TRAVERSAL_INL_H
+#undef MORPHRAY_CPU_PACKET_LIGHT_PACKET_TRAVERSAL_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_LIGHT_PACKET_TRAVERSAL_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "common/bvh/bvh.h"
+#include "cpu/packet/light_packet_leaf-inl.h"
+#include "cpu/packet/packet.h"
+#include "cpu/packet/packet_blocks-inl.h"
+#include "cpu/packet/packet_node-inl.h"
+#include "cpu/simd/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Marks what occludes the rays of a packet as done.
+class alignas(kPage) PointTraversal {
+public:
+    PointTraversal(const Bvh& bvh, Packet& packet)
+        : bvh_(bvh), packet_(packet), occlusion_(packet) {}
+
+    void run() {
+        constexpr float kAll = 1e6f;
+        // The root, which the whole packet may concern.
+        stack_[0] = {kAnyDepth, 0, {{kAllBlocks, kAllBlocks}}, {-kAll, kAll, -kAll, kAll}};
+        size_ = 1;
+        while (size_ > 0) {
+            const Entry entry = stack_[--size_];
+            const QuadSet quads = quads_beyond(packet_, entry.q, entry.quads);
+            if (!quads.any()) continue;
+            if ((entry.child & kLeafBit) == 0) {
+                visit_node(bvh_.nodes[entry.child], quads);
+            } else {
+                occlusion_.trace(bvh_.leaves[entry.child & ~kLeafBit], entry.rectangle, entry.q,
+                                 quads);
+            }
+        }
+    }
+
+private:
+    /// What there is still to visit: a child that is seen in a rectangle (lower x, upper x, lower
+    /// y, upper y), no nearer than q (nearest_q), and the quads that it may concern.
+    struct Entry {
+        float q;
+        std::uint32_t child;
+        QuadSet quads;
+        float rectangle[4];
+    };
+
+    void visit_node(const Node& node, const QuadSet& quads) {
+        NodeChildren children;
+        std::uint32_t hits = project_node(packet_.frame, node, children) & used_slots(node);
+        const Rectangles& r = children.rectangles;
+        QuadSet quads_of[kWidth];
+        std::uint32_t kept = 0;
+        for (; hits != 0; hits &= hits - 1) {
+            const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
+            quads_of[slot] = quads_in(packet_, r, children.q[slot], slot, quads);
+            kept |= (quads_of[slot].any() ? 1u : 0u) << slot;
+        }
+        alignas(64) std::int32_t order[kWidth];
+        order_of(children.q, order);
+        for (std::uint32_t rest = kept; rest != 0; rest &= rest - 1) {
+            const auto slot = static_cast<std::uint32_t>(__builtin_ctz(rest));
+            stack_[size_ + hwy::PopCount(kept & slots_before(order, order[slot]))] = {
+                children.q[slot],
+                node.child[slot],
+                quads_of[slot],
+                {r.lower_x[slot], r.upper_x[slot], r.lower_y[slot], r.upper_y[slot]}};
+            prefetch_child(bvh_, node.child[slot]);
+        }
+        size_ += static_cast<std::uint32_t>(hwy::PopCount(kept));
+    }
+
+    static HWY_INLINE std::uint32_t used_slots(const Node& node) {
+        const Words words;
+        std::uint32_t used = 0;
+        for (std::size_t l = 0; l < kWidth; l += hn::Lanes(words)) {
+            const auto is_used =
+                hn::Ne(hn::LoadU(words, node.child + l), hn::Set(words, kEmptyChild));
+            used |= mask_bits(hn::RebindMask(Floats(), is_used)) << l;
+        }
+        return used;
+    }
+
+    /// Different numbers in the order of 1/z, but for its last bits: those of floats that are not
+    /// negative, and the slot.
+    static HWY_INLINE void order_of(const float* q, std::int32_t* order) {
+        const hn::RebindToSigned<Floats> ints;
+        for (std::size_t l = 0; l < kWidth; l += hn::Lanes(ints)) {
+            const auto bits = hn::BitCast(ints, hn::Load(Floats(), q + l));
+            const auto slots = hn::Iota(ints, static_cast<std::int32_t>(l));
+            hn::Store(hn::Or(hn::AndNot(hn::Set(ints, 15), bits), slots), ints, order + l);
+        }
+    }
+
+    /// The children that are farther than one.
+    static HWY_INLINE std::uint32_t slots_before(const std::int32_t* order, std::int32_t own) {
+        const hn::RebindToSigned<Floats> ints;
+        std::uint32_t before = 0;
+        for (std::size_t l = 0; l < kWidth; l += hn::Lanes(ints)) {
+            const auto is_before = hn::Lt(hn::Load(ints, order + l), hn::Set(ints, own));
+            before |= mask_bits(hn::RebindMask(Floats(), is_before)) << l;
+        }
+        return before;
+    }
+
+    const Bvh& bvh_;
+    Packet& packet_;
+    LeafOcclusion occlusion_;
+    std::uint32_t size_ = 0;
+    Entry stack_[kMaxStack];
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,133 @@
+// The hit rule for those rays of a packet that its bounds leave in doubt: lanes are rays, with one
+// triangle for all of them or with one each.
+
+#if defined(MORPHRAY_CPU_PACKET_PACKET_HIT_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_PACKET_HIT_RULE_INL_H
+#undef MORPHRAY_CPU_PACKET_PACKET_HIT_RULE_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_PACKET_HIT_RULE_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "cpu/packet/packet.h"
+#include "cpu/simd/exact_hit_rule-inl.h"
+#include "cpu/simd/rule_vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Triangles, a lane each.
+struct TriangleLanes {
+    VF corner[3][3];
+    VW prim_ids;
+};
+
+HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
+    TriangleLanes out;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+        const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
+        out.corner[k][0] = splat(v.x);
+        out.corner[k][1] = splat(v.y);
+        out.corner[k][2] = splat(v.z);
+    }
+    out.prim_ids = hn::Set(Words(), leaf.prim_id[slot]);
+    return out;
+}
+
+/// The triangles of some of as many winners as there are lanes, at least of one; other lanes hold
+/// anything.
+HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint32_t* winners,
+                                           std::uint32_t lanes) {
+    constexpr std::size_t kLanes = hn::MaxLanes(Floats());
+    const auto leaf_of = [&](std::uint32_t winner) -> const Leaf& {
+        return *packet.won_leaves[winner / kLeafTriangles].leaf;
+    };
+    const std::uint32_t any = winners[__builtin_ctz(lanes)];
+    const auto same = hn::Eq(hn::Load(Words(), winners), hn::Set(Words(), any));
+    if ((lanes & ~mask_bits(hn::RebindMask(Floats(), same))) == 0)
+        return same_triangle(leaf_of(any), any % kLeafTriangles);
+    alignas(64) float corners[3][3][kLanes] = {};
+    alignas(64) std::uint32_t prim_ids[kLanes] = {};
+    for (; lanes != 0; lanes &= lanes - 1) {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+        const Leaf& leaf = leaf_of(winners[lane]);
+        const std::uint32_t slot = winners[lane] % kLeafTriangles;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
+            corners[k][0][lane] = v.x;
+            corners[k][1][lane] = v.y;
+            corners[k][2][lane] = v.z;
+        }
+        prim_ids[lane] = leaf.prim_id[slot];
+    }
+    TriangleLanes out;
+    for (int k = 0; k < 3; ++k) {
+        for (int axis = 0; axis < 3; ++axis)
+            out.corner[k][axis] = hn::Load(Floats(), corners[k][axis]);
+    }
+    out.prim_ids = hn::Load(Words(), prim_ids);
+    return out;
+}
+
+/// Keeps a leaf of which a triangle has won, or may win, a ray.
+HWY_INLINE void add_won_leaf(Packet& packet, const Leaf& leaf) {
+    const Floats f;
+    packet.won_leaves.emplace_back();
+    WonLeaf& won = packet.won_leaves.back();
+    won.leaf = &leaf;
+    std::memcpy(won.prim_id, leaf.prim_id, sizeof won.prim_id);
+    const VF away = packet.frame.axis == kMixedAxes
+                        ? hn::Zero(f)
+                        : hn::And(splat(packet.frame.depth_rows[0][2]), splat(-0.0f));
+    alignas(64) float values[3][kLeafVertices];
+    alignas(64) std::uint32_t corners[kLeafTriangles];
+    for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
+        VF v[3], w;
+        hn::LoadInterleaved4(f, &leaf.vertex[l].x, v[0], v[1], v[2], w);
+        for (int axis = 0; axis < 3; ++axis)
+            hn::Store(hn::Xor(hn::Sub(v[axis], splat(packet.frame.org[axis])), away), f,
+                      values[axis] + l);
+        hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
+    }
+    const std::uint32_t z = packet.frame.axis % kMixedAxes;
+    for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
+        const VW packed = hn::Load(Words(), corners + l);
+        for (std::uint32_t axis = 0; axis < 3; ++axis) {
+            VF at_corners[3];
+            gather_corners(values[(z + 1 + axis) % 3], packed, at_corners);
+            for (int k = 0; k < 3; ++k) hn::Store(at_corners[k], f, won.corner[k][axis] + l);
+        }
+    }
+}
+
+/// The rule for rays of a packet.
+class PacketRule {
+public:
+    HWY_INLINE PacketRule(vec3 origin, const VF (&dir)[3]) {
+        const VF org[3] = {splat(origin.x), splat(origin.y), splat(origin.z)};
+        rays_ = shear_rays(org, dir);
+    }
+
+    /// Which of some lanes are hit up to tfar, and where.
+    HWY_INLINE Mask intersect(const TriangleLanes& triangles, VF tfar, std::uint32_t lanes,
+                              RuleHits& hits) const {
+        return intersect_triangles(rays_, mask_of(lanes), hn::Zero(Floats()), tfar,
+                                   triangles.corner[0], triangles.corner[1], triangles.corner[2],
+                                   hits);
+    }
+
+private:
+    ShearedRays rays_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

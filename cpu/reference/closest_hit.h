@@ -1,0 +1,42 @@
+// The running answer of a closest-hit query over any sequence of triangles.
+#pragma once
+
+#include "common/interop/hit_rule.h"
+
+namespace morphray::cpu {
+
+class ClosestHit {
+public:
+    explicit ClosestHit(const Ray& ray)
+        : sheared_(shear_ray(ray.org, ray.dir)), tnear_(ray.tnear), tfar_(ray.tfar), t_(ray.tfar) {}
+
+    void test(vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+        TriangleHit hit;
+        if (may_hit_triangle(sheared_, a, b, c) &&
+            intersect_triangle(sheared_, tnear_, tfar_, a, b, c, hit) &&
+            wins(hit.t, prim_id, t_, hit_.prim_id)) {
+            t_ = hit.t;
+            hit_ = make_hit(hit, prim_id);
+        }
+    }
+
+    /// A box entered later than this holds nothing that could win.
+    float t() const { return t_; }
+    Hit hit() const { return hit_; }
+
+private:
+    ShearedRay sheared_;
+    float tnear_;
+    float tfar_;
+    float t_;
+    Hit hit_ = no_hit();
+};
+
+/// Whether the ray hits this triangle at all.
+inline bool hits_triangle(const ShearedRay& sheared, const Ray& ray, vec3 a, vec3 b, vec3 c) {
+    TriangleHit hit;
+    return may_hit_triangle(sheared, a, b, c) &&
+           intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+}
+
+}  // namespace morphray::cpu

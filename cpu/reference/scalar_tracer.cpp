@@ -1,0 +1,106 @@
+#include "cpu/reference/scalar_tracer.h"
+
+#include <cassert>
+
+#include "common/interop/bvh_layout.h"
+#include "cpu/reference/closest_hit.h"
+
+namespace morphray::cpu {
+namespace {
+
+struct Entry {
+    float t_enter;
+    std::uint32_t child;
+};
+
+/// Children still to visit, nearest on top. The builder bounds the depth, and with it the size.
+class Stack {
+public:
+    Stack() { entries_[0] = {0, 0}; }
+
+    bool empty() const { return size_ == 0; }
+    Entry pop() { return entries_[--size_]; }
+
+    /// Pushes the children of a node that the ray meets, sorted so that the nearest is popped
+    /// first.
+    void push_children(const Node& node, const SlabRay& slab, float t) {
+        const std::uint32_t base = size_;
+        for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
+            const vec3 lower = {node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]};
+            const vec3 upper = {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]};
+            float t_enter;
+            if (!hits_box(slab, lower, upper, t_enter) || t_enter > t) continue;
+            assert(size_ < kMaxStack);
+            std::uint32_t place = size_++;
+            for (; place > base && entries_[place - 1].t_enter < t_enter; --place) {
+                entries_[place] = entries_[place - 1];
+            }
+            entries_[place] = {t_enter, node.child[slot]};
+        }
+    }
+
+private:
+    std::uint32_t size_ = 1;
+    Entry entries_[kMaxStack];
+};
+
+vec3 position(const LeafVertex& v) { return {v.x, v.y, v.z}; }
+
+/// Calls visit(a, b, c, prim_id) for each triangle of a leaf until it returns false.
+template <class Visit>
+void for_each_triangle(const Leaf& leaf, Visit visit) {
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const std::uint32_t corners = leaf.vertex[i].corners;
+        if (!visit(position(leaf.vertex[corner(corners, 0)]),
+                   position(leaf.vertex[corner(corners, 1)]),
+                   position(leaf.vertex[corner(corners, 2)]), leaf.prim_id[i])) {
+            return;
+        }
+    }
+}
+
+}  // namespace
+
+Hit ScalarTracer::intersect(const Ray& ray) const {
+    const SlabRay slab = slab_ray(ray.org, ray.dir);
+    ClosestHit closest(ray);
+    Stack stack;
+    while (!stack.empty()) {
+        const Entry entry = stack.pop();
+        if (entry.t_enter > closest.t()) continue;
+        if ((entry.child & kLeafBit) == 0) {
+            stack.push_children(bvh_->nodes[entry.child], slab, closest.t());
+            continue;
+        }
+        for_each_triangle(bvh_->leaves[entry.child & ~kLeafBit],
+                          [&](vec3 a, vec3 b, vec3 c, std::uint32_t prim_id) {
+                              closest.test(a, b, c, prim_id);
+                              return true;
+                          });
+    }
+    return closest.hit();
+}
+
+bool ScalarTracer::occluded(const Ray& ray) const {
+    const SlabRay slab = slab_ray(ray.org, ray.dir);
+    const ShearedRay sheared = shear_ray(ray.org, ray.dir);
+    Stack stack;
+    while (!stack.empty()) {
+        const Entry entry = stack.pop();
+        if ((entry.child & kLeafBit) == 0) {
+            stack.push_children(bvh_->nodes[entry.child], slab, ray.tfar);
+            continue;
+        }
+        bool found = false;
+        for_each_triangle(bvh_->leaves[entry.child & ~kLeafBit],
+                          [&](vec3 a, vec3 b, vec3 c, std::uint32_t) {
+                              found = hits_triangle(sheared, ray, a, b, c);
+                              return !found;
+                          });
+        if (found) return true;
+    }
+    return false;
+}
+
+}  // namespace morphray::cpu

@@ -1,0 +1,22 @@
+// Single rays over the shared layout, in portable C++: the reference that every faster tracer is
+// held against, and the fallback where none of them runs.
+#pragma once
+
+#include "common/bvh/bvh.h"
+#include "common/interop/ray.h"
+
+namespace morphray::cpu {
+
+/// Closest and any hit over a tree that outlives it. Threads may share one.
+class ScalarTracer {
+public:
+    explicit ScalarTracer(const Bvh& bvh) : bvh_(&bvh) {}
+
+    Hit intersect(const Ray& ray) const;
+    bool occluded(const Ray& ray) const;
+
+private:
+    const Bvh* bvh_;
+};
+
+}  // namespace morphray::cpu

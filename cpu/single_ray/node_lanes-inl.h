@@ -1,0 +1,112 @@
+// Rays against the boxes of a node: one ray against all 16, or many against each.
+//
+// Every box that holds a triangle which the ray hits is met, and entered no later than that hit, as
+// by hits_box; only which of the other boxes are met, and the last bits of where, may differ. A
+// plane is met at fl(plane * rdir - k) with k = fl(fl(org +- D) * rdir), fused or not. In units of
+// 2^-24 E (docs/design/arithmetic.md, "Boxes") and as a distance, that is divided by rdir, it is
+// off by at most
+//
+//     1    the rounding of org +- D
+//     4.7  the reciprocal, 2.31 * 2^-24 of |plane - org| < 2.01 E
+//     1    the product k
+//     1    the product with the plane, unless it is fused
+//     2.1  the difference
+//
+// in all 9.8 < 32, the D/64 that are allowed for there. And k is a constant of the ray and rounding
+// is monotone, so a box within a box is still met within the interval of the other, bit for bit.
+#if defined(MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
+#undef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
+#else
+#define MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
+#endif
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/simd/wide_vector-inl.h"
+#include "cpu/single_ray/ray_stream-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Vector v of the planes at this many bytes into the node.
+HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_t v) {
+    const std::byte* planes = reinterpret_cast<const std::byte*>(&node) + offset;
+    return hn::LoadU(kFloats, reinterpret_cast<const float*>(planes) + v * kLanes);
+}
+
+/// The slots whose boxes the ray meets no later than t, as bits, and where it enters each box.
+HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, float t,
+                                   const Node& node, FloatVec* HWY_RESTRICT t_enter) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        FloatVec enter[3];
+        FloatVec leave[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::size_t near_offset = stream.near_offset[axis][ray];
+            const FloatVec near = load_planes(node, near_offset, v);
+            const FloatVec far = load_planes(node, near_offset ^ kPlaneBytes, v);
+            const FloatVec rdir = broadcast(stream.rdir[axis][ray]);
+            enter[axis] = hn::MulSub(near, rdir, broadcast(stream.k_near[axis][ray]));
+            leave[axis] = hn::MulSub(far, rdir, broadcast(stream.k_far[axis][ray]));
+        }
+        t_enter[v] = hn::Max(hn::Max(enter[0], enter[1]), hn::Max(enter[2], hn::Zero(kFloats)));
+        const FloatVec end = hn::Min(hn::Min(leave[0], leave[1]), hn::Min(leave[2], broadcast(t)));
+        slots |= bits_of(hn::Le(t_enter[v], end)) << (v * kLanes);
+    }
+    return slots;
+}
+
+/// The slots that hold leaves, as bits; empty slots count as such.
+HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const auto children = hn::BitCast(kInts, hn::LoadU(kUints, node.child + v * kLanes));
+        const auto is_leaf = hn::Lt(children, hn::Zero(kInts));
+        slots |= bits_of(hn::RebindMask(kFloats, is_leaf)) << (v * kLanes);
+    }
+    return slots;
+}
+
+/// Which of some rays of the stream (as bits) meet the box in each slot before their tfar; sets one
+/// element for each used slot, and returns how many.
+HWY_INLINE std::size_t rays_meeting(const RayStream& stream, std::uint64_t rays, const Node& node,
+                                    std::uint64_t* HWY_RESTRICT met) {
+    std::size_t count = 0;
+    for (; count < kWidth && node.child[count] != kEmptyChild; ++count) met[count] = 0;
+    const float* const planes = node.lower_x;
+    for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
+        if ((rays >> first & kLaneBits) == 0) continue;
+        FloatVec rdir[3];
+        FloatVec k_lower[3];
+        FloatVec k_upper[3];
+        for (int axis = 0; axis < 3; ++axis) {
+            rdir[axis] = hn::Load(kFloats, stream.rdir[axis] + first);
+            k_lower[axis] = hn::Load(kFloats, stream.k_lower[axis] + first);
+            k_upper[axis] = hn::Load(kFloats, stream.k_upper[axis] + first);
+        }
+        const FloatVec tfar = hn::Load(kFloats, stream.tfar + first);
+        for (std::size_t slot = 0; slot < count; ++slot) {
+            FloatVec enter = hn::Zero(kFloats);
+            FloatVec leave = tfar;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const float* const lower = planes + 2 * axis * kWidth + slot;
+                const FloatVec t0 = hn::MulSub(broadcast(*lower), rdir[axis], k_lower[axis]);
+                const FloatVec t1 = hn::MulSub(broadcast(lower[kWidth]), rdir[axis], k_upper[axis]);
+                enter = hn::Max(enter, hn::Min(t0, t1));
+                leave = hn::Min(leave, hn::Max(t0, t1));
+            }
+            met[slot] |= std::uint64_t{bits_of(hn::Le(enter, leave))} << first;
+        }
+    }
+    for (std::size_t slot = 0; slot < count; ++slot) met[slot] &= rays;
+    return count;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

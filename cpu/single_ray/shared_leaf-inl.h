@@ -1,0 +1,205 @@
+// Many rays against the triangles of a leaf: lanes are rays. For rays that have a leaf in common,
+// such as ambient occlusion around one place, this takes a third of the instructions of one ray
+// after the other.
+//
+// Which rays may go through a triangle. Vertices are projected as in project_fast, but for a factor
+// 1 / d.z, by slopes: x' = a.x - (d.x / d.z) a.z, fused or not. How far is it from x / d.z, with x
+// of the accurate projection? In the notation of docs/design/arithmetic.md, "Plain floats where
+// they suffice", for x' and with e = 2^-24:
+//
+//     2 e r          rounding of a.x and a.z
+//     3.4 e r        the slope: 2.4 e of the reciprocal and e of the product
+//     e r            its product with a.z, unless it is fused
+//     e X            the difference
+//     4 e X + 2^-62  error of `project`
+//
+// so delta <= e (6.4 r + 5 X) + 2^-62 and terms 2^-19 as large, less than the e (8 r + 5 X) + 2^-62
+// there. Edge functions are computed with at most as many roundings. So each is within the bound
+// derived there of the accurate one, divided by d.z^2; and that bound grows with m and Z, so those
+// of all of the leaf's vertices will do: 3 M with M the largest |x'| + |y'|, and Z the largest |z|.
+// x' is not on a grid, and a product may underflow by 2^-126 or a part of it; of the bound, which
+// is at least 2^-97, enough is left for that.
+//
+// Behind the origin. What is left is mostly the triangle that a secondary ray starts from. Let n =
+// (b - a) x (c - a), w = a - org and r the largest |component| of w and of b and c likewise. A hit
+// has a point H in the triangle's plane with H - org = tau d + delta, tau > 0 ("In front"), and
+// delta, the error of the projection, 0 along the largest axis of d and at most 2^-22 * 2 r + 2^-62
+// along the others. n . (H - a) = 0, so
+//
+//     n . w = tau n . d + n . delta.
+//
+// Hence there is none if n . w and n . d have opposite signs and |n . w| > |n . delta|. Let m_i be
+// the sum of the magnitudes of the two products of n_i. In units of 2^-24, a component of n is off
+// by less than 4.1 m_i (the roundings of both factors, of the product, of the difference); n . w
+// by 9.1 of the sum of m_i |w_i|, and n . d by as much of the sum of m_i |d_i|; and |n . delta| is
+// at most 12.1 r (m_x + m_y + m_z), since r is at least 2^-40. So 16 units of all these sums will
+// do. Nothing underflows that could count: n . w is a multiple of 2^-120.
+#if defined(MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H
+#undef MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H
+#else
+#define MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H
+#endif
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "common/interop/packet_bounds.h"
+#include "cpu/simd/exact_hit_rule-inl.h"
+#include "cpu/single_ray/leaf_lanes-inl.h"
+#include "cpu/single_ray/ray_stream-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// A triangle and n, m of its plane.
+struct LeafTriangle {
+    vec3 a;
+    vec3 b;
+    vec3 c;
+    float n[3];
+    float m[3];
+    /// The largest |component| of b - a and c - a.
+    float extent;
+};
+
+HWY_INLINE LeafTriangle leaf_triangle(const Leaf& leaf, std::uint32_t i) {
+    LeafTriangle t;
+    t.a = leaf_position(leaf, i, 0);
+    t.b = leaf_position(leaf, i, 1);
+    t.c = leaf_position(leaf, i, 2);
+    const vec3 e = t.b - t.a;
+    const vec3 f = t.c - t.a;
+    for (int k = 0; k < 3; ++k) {
+        const float p = e[(k + 1) % 3] * f[(k + 2) % 3];
+        const float q = e[(k + 2) % 3] * f[(k + 1) % 3];
+        t.n[k] = p - q;
+        t.m[k] = std::abs(p) + std::abs(q);
+    }
+    t.extent = std::max(largest_component(e), largest_component(f));
+    return t;
+}
+
+/// The rays from `first` on that certainly have the triangle's plane behind their origins.
+HWY_INLINE std::uint32_t rays_leaving(const RayStream& stream, std::size_t first,
+                                      const LeafTriangle& t) {
+    FloatVec distance = hn::Zero(kFloats), along = distance;
+    FloatVec distance_size = distance, along_size = distance, r = distance;
+    for (int k = 0; k < 3; ++k) {
+        const FloatVec n = broadcast(t.n[k]);
+        const FloatVec m = broadcast(t.m[k]);
+        const FloatVec w = hn::Sub(broadcast(t.a[k]), hn::Load(kFloats, stream.org[k] + first));
+        const FloatVec d = hn::Load(kFloats, stream.dir[k] + first);
+        distance = hn::MulAdd(n, w, distance);
+        along = hn::MulAdd(n, d, along);
+        distance_size = hn::MulAdd(m, hn::Abs(w), distance_size);
+        along_size = hn::MulAdd(m, hn::Abs(d), along_size);
+        r = hn::Max(r, hn::Abs(w));
+    }
+    const FloatVec m = broadcast(t.m[0] + t.m[1] + t.m[2]);
+    distance_size = hn::MulAdd(hn::Add(r, broadcast(t.extent)), m, distance_size);
+    const FloatVec error = broadcast(kLeavingError);
+    const FloatMask certain = hn::And(hn::Gt(hn::Abs(distance), hn::Mul(error, distance_size)),
+                                      hn::Gt(hn::Abs(along), hn::Mul(error, along_size)));
+    const FloatMask opposite =
+        hn::Lt(hn::Xor(distance, hn::And(along, broadcast(-0.0f))), hn::Zero(kFloats));
+    return bits_of(hn::And(certain, opposite));
+}
+
+/// Those of some rays from `first` on (as bits) that hit triangle i of the leaf.
+HWY_NOINLINE inline std::uint32_t rays_hitting_triangle(const RayStream& stream, std::size_t first,
+                                                        std::uint32_t rays, const Leaf& leaf,
+                                                        std::uint32_t i) {
+    const LeafTriangle t = leaf_triangle(leaf, i);
+    rays &= ~rays_leaving(stream, first, t);
+    if (rays == 0) return 0;
+    FloatVec a[3], b[3], c[3];
+    for (int k = 0; k < 3; ++k) {
+        a[k] = broadcast(t.a[k]);
+        b[k] = broadcast(t.b[k]);
+        c[k] = broadcast(t.c[k]);
+    }
+    RuleHits hit;
+    return bits_of(intersect_triangles(sheared_rays(stream, first), mask_of(rays),
+                                       hn::Load(kFloats, stream.tnear + first),
+                                       hn::Load(kFloats, stream.tfar + first), a, b, c, hit));
+}
+
+/// A leaf's vertices as a vector of rays sees them, and the bound of the edge functions.
+struct SharedPoints {
+    FloatVec x[kLeafVertices];
+    FloatVec y[kLeafVertices];
+    FloatVec bound;
+};
+
+/// The first `count` vertices for the rays from `first` on.
+HWY_INLINE void project_shared(const RayStream& stream, std::size_t first, const Leaf& leaf,
+                               std::uint32_t count, SharedPoints& points) {
+    const ShearedRays sheared = sheared_rays(stream, first);
+    const FloatVec slope_x = hn::Load(kFloats, stream.slope[0] + first);
+    const FloatVec slope_y = hn::Load(kFloats, stream.slope[1] + first);
+    FloatVec m = hn::Zero(kFloats), depth = m;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const FloatVec vertex[3] = {broadcast(leaf.vertex[i].x), broadcast(leaf.vertex[i].y),
+                                    broadcast(leaf.vertex[i].z)};
+        FloatVec a[3];
+        sheared.rotate_axes(vertex, a);
+        for (int k = 0; k < 3; ++k) a[k] = hn::Sub(a[k], sheared.rays.org[k]);
+        points.x[i] = hn::NegMulAdd(slope_x, a[2], a[0]);
+        points.y[i] = hn::NegMulAdd(slope_y, a[2], a[1]);
+        m = hn::Max(m, hn::Add(hn::Abs(points.x[i]), hn::Abs(points.y[i])));
+        depth = hn::Max(depth, hn::Abs(a[2]));
+    }
+    points.bound = edge_bounds(hn::Mul(broadcast(3.0f), m), depth);
+}
+
+/// The number of vertex slots that the leaf's triangles use: the first ones.
+HWY_INLINE std::uint32_t used_vertices(const Leaf& leaf, std::uint32_t triangle_count) {
+    std::uint32_t last = 0;
+    for (std::uint32_t i = 0; i < triangle_count; ++i) {
+        const std::uint32_t c = leaf.vertex[i].corners;
+        last = std::max(last, std::max(corner(c, 0), std::max(corner(c, 1), corner(c, 2))));
+    }
+    return last + 1;
+}
+
+/// Those of some rays (as bits) that hit a triangle of the leaf.
+HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t rays,
+                                      const Leaf& leaf) {
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    const std::uint32_t vertex_count = used_vertices(leaf, count);
+    std::uint64_t hits = 0;
+    for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
+        auto left = static_cast<std::uint32_t>(rays >> first & kLaneBits);
+        if (left == 0) continue;
+        SharedPoints p;
+        project_shared(stream, first, leaf, vertex_count, p);
+        for (std::uint32_t i = 0; i < count && left != 0; ++i) {
+            const std::uint32_t corners = leaf.vertex[i].corners;
+            const std::uint32_t a = corner(corners, 0);
+            const std::uint32_t b = corner(corners, 1);
+            const std::uint32_t c = corner(corners, 2);
+            const auto edge = [&p](std::uint32_t i0, std::uint32_t i1) {
+                return hn::MulSub(p.x[i0], p.y[i1], hn::Mul(p.y[i0], p.x[i1]));
+            };
+            const FloatVec u = edge(b, c), v = edge(c, a), w = edge(a, b);
+            const FloatMask inside =
+                hn::Or(hn::Ge(min3(u, v, w), hn::Neg(p.bound)), hn::Le(max3(u, v, w), p.bound));
+            const std::uint32_t possible = bits_of(inside) & left;
+            if (possible == 0) continue;
+            const std::uint32_t hit = rays_hitting_triangle(stream, first, possible, leaf, i);
+            hits |= std::uint64_t{hit} << first;
+            left &= ~hit;
+        }
+    }
+    return hits;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

@@ -1,0 +1,34 @@
+// Single rays over the shared layout with SIMD across the 16 children of a node and the 16
+// triangles of a leaf: for rays that have nothing in common.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/bvh/bvh.h"
+#include "common/interop/ray.h"
+#include "common/simd/simd_target.h"
+
+namespace morphray::cpu {
+
+/// Closest and any hit over a tree that outlives it, with the bits of ScalarTracer. Threads may
+/// share one.
+class WideTracer {
+public:
+    WideTracer(const Bvh& bvh, SimdTarget target);
+
+    /// hits[i] answers rays[i]; as many of both.
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
+    /// occluded[i] is 1 if rays[i] hits anything, else 0; as many of both.
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+
+private:
+    using Intersect = void (*)(const Bvh&, std::span<const Ray>, std::span<Hit>);
+    using Occluded = void (*)(const Bvh&, std::span<const Ray>, std::span<std::uint8_t>);
+
+    const Bvh* bvh_;
+    Intersect intersect_;
+    Occluded occluded_;
+};
+
+}  // namespace morphray::cpu

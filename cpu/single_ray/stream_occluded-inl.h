@@ -1,0 +1,221 @@
+// Whether rays hit anything: many rays at once, in no order.
+//
+// The 64 rays of a stream go down the tree together as long as enough of them are left to fill the
+// lanes of vectors: a node or a leaf is then tested for all of them at a time (rays_meeting,
+// rays_hitting). Rays that are few in a node or leaf go on one by one, with its 16 boxes or
+// triangles for lanes.
+//
+// That work is a stack of (ray, node). The topmost kChunk are taken together and tested in a loop
+// without a branch that depends on data, which neither waits for one node to know the next nor
+// mispredicts; met leaves are gathered and tested in a second such loop.
+//
+// The size of this stack. Call what comes from the shared part generation 0, and children one more
+// than their parents. Generations do not decrease from bottom to top: a chunk's children are pushed
+// in the order of their parents, on what is left, which is no later than the first of the chunk. So
+// when an entry of generation g - 1 is taken, all of g and later are taken with it, and at most
+// kWidth * kChunk of g and later come back. By induction from the last generation, at most kWidth *
+// kChunk of each but the first are on the stack at a time, and kSeeds of that.
+#if defined(MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H
+#undef MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H
+#else
+#define MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H
+#endif
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cstddef>
+#include <cstring>
+#include <span>
+
+#include "common/bvh/bvh.h"
+#include "cpu/single_ray/leaf_hit_rule-inl.h"
+#include "cpu/single_ray/node_lanes-inl.h"
+#include "cpu/single_ray/ray_stream-inl.h"
+#include "cpu/single_ray/shared_leaf-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+inline constexpr std::size_t kChunk = 32;
+inline constexpr std::size_t kSeeds = 1024;
+inline constexpr std::size_t kItems = kSeeds + (kMaxDepth - 1) * kWidth * kChunk;
+
+// A node or a leaf is tested for many rays at a time if there are more than this many for each
+// vector with any of them (docs/cpu_tracer.md has the figures).
+inline constexpr std::size_t kSharedByNode = kLanes == 1   ? 1
+                                             : kLanes == 4 ? 2
+                                             : kLanes == 8 ? 4
+                                                           : 6;
+inline constexpr std::size_t kSharedByLeaf = kLanes < 8 ? 1 : kLanes == 8 ? 2 : 5;
+
+/// Entries of two parallel arrays. Reading whole chunks may go below the first entry, and writing
+/// whole vectors beyond the last one.
+template <std::size_t kCapacity>
+struct WorkItems {
+    std::uint32_t child[kChunk + kCapacity + kWidth];
+    std::uint32_t ray[kChunk + kCapacity + kWidth];
+};
+
+/// Adds the children in these slots; returns the new size.
+template <std::size_t kCapacity>
+HWY_INLINE std::size_t append(const Node& node, std::uint32_t slots, std::uint32_t ray,
+                              WorkItems<kCapacity>& items, std::size_t size) {
+    std::uint32_t* child = items.child + kChunk + size;
+    std::uint32_t* of_ray = items.ray + kChunk + size;
+    const auto count = static_cast<std::size_t>(std::popcount(slots));
+    assert(size + count <= kCapacity);
+    if constexpr (kVectors == 1) {
+        const auto bits = static_cast<std::uint16_t>(slots);
+        std::uint8_t bytes[8] = {};
+        std::memcpy(bytes, &bits, sizeof bits);
+        const UintMask which = hn::LoadMaskBits(kUints, bytes);
+        hn::StoreU(hn::Compress(hn::LoadU(kUints, node.child), which), kUints, child);
+        hn::StoreU(hn::Set(kUints, ray), kUints, of_ray);
+        return size + count;
+    }
+    // Two without a branch, more seldom follow.
+    for (std::size_t i = 0; i < 2; ++i) {
+        child[i] = node.child[std::countr_zero(slots | 1u << (kWidth - 1))];
+        of_ray[i] = ray;
+        slots &= slots - 1;
+    }
+    for (std::size_t i = 2; slots != 0; ++i) {
+        child[i] = node.child[std::countr_zero(slots)];
+        of_ray[i] = ray;
+        slots &= slots - 1;
+    }
+    return size + count;
+}
+
+class OccludedStream {
+public:
+    /// At most kStreamRays rays.
+    HWY_INLINE OccludedStream(const Bvh& bvh, std::span<const Ray> rays)
+        : bvh_(bvh), left_(~std::uint64_t{0} >> (kStreamRays - rays.size())) {
+        fill_stream(stream_, rays);
+    }
+
+    /// The rays that hit anything, as bits.
+    HWY_INLINE std::uint64_t trace() {
+        const std::uint64_t all = left_;
+        Entry stack[kMaxStack];
+        stack[0] = {left_, 0};
+        for (std::size_t size = 1; size > 0;) {
+            const Entry entry = stack[--size];
+            const std::uint64_t rays = entry.rays & left_;
+            if ((entry.child & kLeafBit) != 0) {
+                trace_leaf(rays, bvh_.leaves[entry.child & ~kLeafBit]);
+                continue;
+            }
+            if (!is_worth_sharing(rays, kSharedByNode)) {
+                add_seeds(rays, entry.child);
+                continue;
+            }
+            const Node& node = bvh_.nodes[entry.child];
+            std::uint64_t met[kWidth];
+            const std::size_t count = rays_meeting(stream_, rays, node, met);
+            for (std::size_t slot = 0; slot < count; ++slot) {
+                assert(size < kMaxStack);
+                stack[size] = {met[slot], node.child[slot]};
+                size += met[slot] != 0;
+            }
+        }
+        trace_seeds();
+        return all & ~left_;
+    }
+
+private:
+    struct Entry {
+        std::uint64_t rays;
+        std::uint32_t child;
+    };
+
+    HWY_INLINE static bool is_worth_sharing(std::uint64_t rays, std::size_t rays_of_vector) {
+        std::size_t vectors = 0;
+        for (std::size_t first = 0; first < kStreamRays; first += kLanes)
+            vectors += (rays >> first & kLaneBits) != 0;
+        return static_cast<std::size_t>(std::popcount(rays)) > vectors * rays_of_vector;
+    }
+
+    HWY_INLINE void trace_leaf(std::uint64_t rays, const Leaf& leaf) {
+        if (is_worth_sharing(rays, kSharedByLeaf)) {
+            left_ &= ~rays_hitting(stream_, rays, leaf);
+            return;
+        }
+        for (; rays != 0; rays &= rays - 1)
+            trace_leaf_alone(static_cast<std::uint32_t>(std::countr_zero(rays)), leaf);
+    }
+
+    HWY_INLINE void trace_leaf_alone(std::uint32_t ray, const Leaf& leaf) {
+        const bool hit = intersect_leaf(stream_, ray, stream_.tfar[ray], leaf,
+                                        [](std::uint32_t, const TriangleHit&) { return true; });
+        left_ &= ~(std::uint64_t{hit} << ray);
+    }
+
+    HWY_INLINE void add_seeds(std::uint64_t rays, std::uint32_t child) {
+        if (seed_count_ + kStreamRays > kSeeds) trace_seeds();
+        for (; rays != 0; rays &= rays - 1) {
+            inner_.child[kChunk + seed_count_] = child;
+            inner_.ray[kChunk + seed_count_++] = static_cast<std::uint32_t>(std::countr_zero(rays));
+        }
+    }
+
+    HWY_INLINE void trace_seeds() {
+        std::size_t size = seed_count_;
+        seed_count_ = 0;
+        while (size > 0) {
+            std::uint32_t child[kChunk];
+            std::uint32_t ray[kChunk];
+            std::memcpy(child, inner_.child + size, sizeof child);
+            std::memcpy(ray, inner_.ray + size, sizeof ray);
+            const std::size_t count = std::min(size, kChunk);
+            size -= count;
+            std::size_t leaf_count = 0;
+            for (std::size_t i = kChunk - count; i < kChunk; ++i) {
+                if ((left_ >> ray[i] & 1) == 0) continue;
+                const Node& node = bvh_.nodes[child[i]];
+                FloatVec t_enter[kVectors];
+                const std::uint32_t met =
+                    met_slots(stream_, ray[i], stream_.tfar[ray[i]], node, t_enter);
+                const std::uint32_t leaves = leaf_slots(node);
+                size = append(node, met & ~leaves, ray[i], inner_, size);
+                leaf_count = append(node, met & leaves, ray[i], outer_, leaf_count);
+            }
+            trace_gathered_leaves(leaf_count);
+        }
+    }
+
+    HWY_INLINE void trace_gathered_leaves(std::size_t count) {
+        constexpr std::size_t kCacheLine = 64;
+        const auto leaf = [this](std::size_t i) -> const Leaf& {
+            return bvh_.leaves[outer_.child[kChunk + i] & ~kLeafBit];
+        };
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto* const vertices = reinterpret_cast<const std::byte*>(leaf(i).vertex);
+            for (std::size_t at = 0; at < sizeof(Leaf::vertex); at += kCacheLine)
+                __builtin_prefetch(vertices + at);
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            // A ray often meets several leaves of a chunk, and what it hits is in an earlier one.
+            const std::uint32_t ray = outer_.ray[kChunk + i];
+            if ((left_ >> ray & 1) != 0) trace_leaf_alone(ray, leaf(i));
+        }
+    }
+
+    const Bvh& bvh_;
+    RayStream stream_;
+    /// Those that have hit nothing yet.
+    std::uint64_t left_;
+    std::size_t seed_count_ = 0;
+    WorkItems<kItems> inner_;
+    WorkItems<kWidth * kChunk> outer_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

@@ -1,0 +1,106 @@
+#include "gpu/vulkan/buffer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <optional>
+#include <vector>
+
+#include "gpu/vulkan/result.h"
+
+namespace morphray::gpu {
+namespace {
+
+constexpr VkMemoryPropertyFlags kMapped =
+    VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+constexpr VkMemoryPropertyFlags kCached = kMapped | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+
+/// In order of preference; the last of each is one that Vulkan promises.
+std::vector<VkMemoryPropertyFlags> preferences(Memory memory) {
+    if (memory == Memory::kHost) return {kCached, kMapped};
+    return {kLocal | kCached, kLocal, 0};
+}
+
+std::uint32_t memory_type(const VkPhysicalDeviceMemoryProperties& properties,
+                          std::uint32_t allowed_bits, Memory memory) {
+    for (const VkMemoryPropertyFlags wanted : preferences(memory)) {
+        for (std::uint32_t i = 0; i < properties.memoryTypeCount; ++i) {
+            const bool is_allowed = (allowed_bits >> i & 1u) != 0;
+            if (is_allowed && (properties.memoryTypes[i].propertyFlags & wanted) == wanted) {
+                return i;
+            }
+        }
+    }
+    throw Error(ErrorKind::kUnavailable, "Vulkan: the device has no memory for buffers");
+}
+
+/// A multiple of 16, and no power of two: lavapipe compiles a kernel once more when it meets a
+/// texel buffer of such a size for the first time, which would fall into somebody's timing.
+VkDeviceSize padded(VkDeviceSize size) {
+    const VkDeviceSize rounded = std::max<VkDeviceSize>((size + 15) / 16 * 16, 48);
+    return std::has_single_bit(rounded) ? rounded + 16 : rounded;
+}
+
+}  // namespace
+
+Buffer::Buffer(Context& context, const std::string& name, VkDeviceSize size,
+               VkBufferUsageFlags usage, Memory memory)
+    : size_(padded(size)) {
+    const VkBufferCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = size_,
+        .usage = usage | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT,
+        .sharingMode = VK_SHARING_MODE_EXCLUSIVE,
+    };
+    VkBuffer buffer = VK_NULL_HANDLE;
+    check(vkCreateBuffer(context.device(), &info, nullptr, &buffer), "create a buffer");
+    buffer_ = UniqueBuffer(context.device(), buffer);
+    context.name(VK_OBJECT_TYPE_BUFFER, buffer, name);
+
+    VkMemoryRequirements needs = {};
+    vkGetBufferMemoryRequirements(context.device(), buffer, &needs);
+    const VkPhysicalDeviceMemoryProperties& properties = context.physical().memory;
+    const std::uint32_t type = memory_type(properties, needs.memoryTypeBits, memory);
+    const VkMemoryAllocateInfo allocation = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+        .allocationSize = needs.size,
+        .memoryTypeIndex = type,
+    };
+    VkDeviceMemory device_memory = VK_NULL_HANDLE;
+    const VkResult result =
+        vkAllocateMemory(context.device(), &allocation, nullptr, &device_memory);
+    if (result != VK_SUCCESS) {
+        throw_result(
+            result, fmt::format("allocate {} bytes for the buffer '{}'", needs.size, name).c_str());
+    }
+    memory_ = UniqueMemory(context.device(), device_memory);
+    check(vkBindBufferMemory(context.device(), buffer, device_memory, 0), "bind a buffer");
+
+    const VkMemoryPropertyFlags flags = properties.memoryTypes[type].propertyFlags;
+    const VkMemoryPropertyFlags needed = memory == Memory::kHost ? kMapped : kCached;
+    const bool is_staged = memory == Memory::kDevice && context.force_staging();
+    if ((flags & needed) != needed || is_staged) return;
+    void* data = nullptr;
+    check(vkMapMemory(context.device(), device_memory, 0, VK_WHOLE_SIZE, 0, &data), "map a buffer");
+    mapped_ = {static_cast<std::byte*>(data), static_cast<std::size_t>(size_)};
+}
+
+UniqueBufferView texel_view(Context& context, const std::string& name, const Buffer& buffer,
+                            VkFormat format) {
+    const VkBufferViewCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
+        .buffer = buffer.get(),
+        .format = format,
+        .offset = 0,
+        .range = buffer.size(),
+    };
+    VkBufferView view = VK_NULL_HANDLE;
+    check(vkCreateBufferView(context.device(), &info, nullptr, &view), "create a buffer view");
+    UniqueBufferView owner(context.device(), view);
+    context.name(VK_OBJECT_TYPE_BUFFER_VIEW, view, name);
+    return owner;
+}
+
+}  // namespace morphray::gpu

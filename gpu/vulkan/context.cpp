@@ -1,0 +1,262 @@
+#include "gpu/vulkan/context.h"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+#include <utility>
+
+#include "gpu/vulkan/result.h"
+
+namespace morphray::gpu {
+namespace {
+
+// The start, what was deferred, and the stages.
+constexpr std::uint32_t kStampCount = Context::kMostStages + 2;
+
+using Clock = std::chrono::steady_clock;
+
+PhysicalDevice pick(const Instance& instance, const std::string& wanted) {
+    std::vector<PhysicalDevice> devices = physical_devices(instance);
+    std::vector<DeviceInfo> infos;
+    for (const PhysicalDevice& d : devices) infos.push_back(d.info);
+    return devices[choose_device(infos, wanted)];
+}
+
+VkDevice create_device(const PhysicalDevice& physical) {
+    const float priority = 1.0f;
+    const VkDeviceQueueCreateInfo queue = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+        .queueFamilyIndex = physical.queue_family,
+        .queueCount = 1,
+        .pQueuePriorities = &priority,
+    };
+    const char* const float_controls = VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME;
+    const VkDeviceCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+        .queueCreateInfoCount = 1,
+        .pQueueCreateInfos = &queue,
+        .enabledExtensionCount = physical.float_controls_is_extension ? 1u : 0u,
+        .ppEnabledExtensionNames = &float_controls,
+    };
+    VkDevice device = VK_NULL_HANDLE;
+    check(vkCreateDevice(physical.handle, &info, nullptr, &device), "create the device");
+    return device;
+}
+
+UniqueCommandPool create_pool(VkDevice device, std::uint32_t family) {
+    const VkCommandPoolCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+        .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+        .queueFamilyIndex = family,
+    };
+    VkCommandPool pool = VK_NULL_HANDLE;
+    check(vkCreateCommandPool(device, &info, nullptr, &pool), "create a command pool");
+    return {device, pool};
+}
+
+VkCommandBuffer allocate_commands(VkDevice device, VkCommandPool pool) {
+    const VkCommandBufferAllocateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = pool,
+        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+        .commandBufferCount = 1,
+    };
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    check(vkAllocateCommandBuffers(device, &info, &commands), "allocate a command buffer");
+    return commands;
+}
+
+UniqueFence create_fence(VkDevice device) {
+    const VkFenceCreateInfo info = {.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO};
+    VkFence fence = VK_NULL_HANDLE;
+    check(vkCreateFence(device, &info, nullptr, &fence), "create a fence");
+    return {device, fence};
+}
+
+UniqueQueryPool create_queries(VkDevice device, std::uint32_t timestamp_bits) {
+    if (timestamp_bits == 0) return {};
+    const VkQueryPoolCreateInfo info = {
+        .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+        .queryType = VK_QUERY_TYPE_TIMESTAMP,
+        .queryCount = kStampCount,
+    };
+    VkQueryPool pool = VK_NULL_HANDLE;
+    check(vkCreateQueryPool(device, &info, nullptr, &pool), "create a query pool");
+    return {device, pool};
+}
+
+double ms_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+Context::Context(const VulkanConfig& config, const Tuning& tuning)
+    : tuning_(tuning),
+      log_(tuning.log != nullptr ? *tuning.log : own_log_),
+      instance_(config.validate, tuning.loader, log_),
+      physical_(pick(instance_, config.device)),
+      device_(create_device(physical_)),
+      pool_(create_pool(device(), physical_.queue_family)),
+      commands_(allocate_commands(device(), pool_.get())),
+      fence_(create_fence(device())),
+      queries_(create_queries(device(), physical_.timestamp_bits)) {
+    vkGetDeviceQueue(device(), physical_.queue_family, 0, &queue_);
+    name(VK_OBJECT_TYPE_QUEUE, queue_, "compute");
+    name(VK_OBJECT_TYPE_COMMAND_BUFFER, commands_, "commands");
+    throw_on_validation_errors();
+}
+
+void Context::record_all(const Record& record) {
+    constexpr VkPipelineStageFlags kWork =
+        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+    constexpr VkAccessFlags kWrites = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
+    constexpr VkAccessFlags kReads = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
+    // Writer: kernels and copies of earlier submissions; reader: those of this one. The host has
+    // waited for them, which makes their writes available but not visible to the device.
+    barrier(commands_, kWork, kWrites, kWork, kReads | kWrites);
+    if (queries_.get() != VK_NULL_HANDLE) {
+        vkCmdResetQueryPool(commands_, queries_.get(), 0, kStampCount);
+        vkCmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, queries_.get(), 0);
+    }
+    stamp_count_ = 1;
+    if (under_way_) {
+        under_way_->record(commands_);
+        // Writer: what was deferred; reader: the rest.
+        barrier(commands_, kWork, kWrites, kWork, kReads | kWrites);
+        stamp(commands_);
+    }
+    record(commands_);
+    stamp(commands_);
+    // Writer: kernels and copies of this submission; reader: the host, after the fence.
+    barrier(commands_, kWork, kWrites, VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+}
+
+void Context::stamp(VkCommandBuffer commands) {
+    assert(stamp_count_ < kStampCount);
+    if (queries_.get() != VK_NULL_HANDLE) {
+        vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_.get(),
+                            stamp_count_);
+    }
+    ++stamp_count_;
+}
+
+void Context::begin(const char* what, const Record& record, Deferred deferred) {
+    assert(!is_under_way());
+    under_way_.reset();
+    if (deferred == Deferred::kTaken) under_way_.swap(deferred_);
+    check(vkResetCommandPool(device(), pool_.get(), 0), "reset the command pool");
+    const VkCommandBufferBeginInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+        .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
+    };
+    check(vkBeginCommandBuffer(commands_, &info), "begin a command buffer");
+    record_all(record);
+    check(vkEndCommandBuffer(commands_), "end a command buffer");
+    const VkFence fence = fence_.get();
+    check(vkResetFences(device(), 1, &fence), "reset a fence");
+    const VkSubmitInfo submission = {
+        .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
+        .commandBufferCount = 1,
+        .pCommandBuffers = &commands_,
+    };
+    begin_time_ = Clock::now();
+    check(vkQueueSubmit(queue_, 1, &submission, fence), "submit work");
+    what_ = what;
+}
+
+std::vector<double> Context::end() {
+    assert(is_under_way());
+    // Gone if anything fails, and so is what counts on it.
+    const std::optional<DeferredWork> first = std::exchange(under_way_, std::nullopt);
+    std::optional<DeferredWork> next = std::exchange(deferred_, std::nullopt);
+    wait(std::exchange(what_, nullptr));
+    std::vector<double> stages = stage_ms(ms_since(begin_time_));
+    throw_on_validation_errors();
+    deferred_ = std::move(next);
+    if (first) {
+        first->done(stages.front());
+        stages.erase(stages.begin());
+    }
+    return stages;
+}
+
+double Context::submit(const char* what, const Record& record, Deferred deferred) {
+    begin(what, record, deferred);
+    const std::vector<double> stages = end();
+    return std::accumulate(stages.begin(), stages.end(), 0.0);
+}
+
+void Context::defer(Record record, std::function<void(double)> done) {
+    assert(!has_deferred());
+    deferred_ = {std::move(record), std::move(done)};
+}
+
+void Context::abandon() {
+    if (std::exchange(what_, nullptr) != nullptr) vkDeviceWaitIdle(device());
+}
+
+void Context::wait(const char* what) {
+    constexpr std::uint64_t kSliceMs = 1000;
+    const VkFence fence = fence_.get();
+    std::uint64_t left_ms = tuning_.submit_timeout_ms;
+    VkResult result = VK_TIMEOUT;
+    do {
+        const std::uint64_t slice_ms = std::min(left_ms, kSliceMs);
+        result = vkWaitForFences(device(), 1, &fence, VK_TRUE, slice_ms * 1'000'000);
+        left_ms -= slice_ms;
+    } while (result == VK_TIMEOUT && left_ms > 0);
+    if (result == VK_SUCCESS) return;
+    // What the device may still be writing to is destroyed by whoever catches the error, so wait
+    // for it: a device that hangs is reset by its driver within seconds.
+    vkDeviceWaitIdle(device());
+    if (result == VK_TIMEOUT) {
+        throw Error(ErrorKind::kDeviceLost, "Vulkan: the device did not finish to " +
+                                                std::string(what) + " within " +
+                                                std::to_string(tuning_.submit_timeout_ms) + " ms");
+    }
+    throw_result(result, what);
+}
+
+std::vector<double> Context::stage_ms(double wall_ms) const {
+    std::vector<double> stages(stamp_count_ - 1);
+    if (queries_.get() == VK_NULL_HANDLE) {
+        stages.back() = wall_ms;
+        return stages;
+    }
+    std::uint64_t ticks[kStampCount] = {};
+    check(vkGetQueryPoolResults(device(), queries_.get(), 0, stamp_count_, sizeof(ticks), ticks,
+                                sizeof(ticks[0]), VK_QUERY_RESULT_64_BIT),
+          "read timestamps");
+    const std::uint32_t bits = physical_.timestamp_bits;
+    const std::uint64_t mask = bits >= 64 ? ~0ull : (1ull << bits) - 1;
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+        const std::uint64_t elapsed = (ticks[i + 1] - ticks[i]) & mask;
+        stages[i] =
+            static_cast<double>(elapsed) * static_cast<double>(limits().timestampPeriod) * 1e-6;
+    }
+    return stages;
+}
+
+void Context::name_object(VkObjectType type, std::uint64_t handle, const std::string& text) {
+    if (!instance_.has_debug_utils()) return;
+    const VkDebugUtilsObjectNameInfoEXT info = {
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = type,
+        .objectHandle = handle,
+        .pObjectName = text.c_str(),
+    };
+    check(vkSetDebugUtilsObjectNameEXT(device(), &info), "name an object");
+}
+
+void barrier(VkCommandBuffer commands, VkPipelineStageFlags from_stage, VkAccessFlags from,
+             VkPipelineStageFlags to_stage, VkAccessFlags to) {
+    const VkMemoryBarrier memory = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+        .srcAccessMask = from,
+        .dstAccessMask = to,
+    };
+    vkCmdPipelineBarrier(commands, from_stage, to_stage, 0, 1, &memory, 0, nullptr, 0, nullptr);
+}
+
+}  // namespace morphray::gpu

@@ -1,0 +1,137 @@
+#include "gpu/vulkan/instance.h"
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "gpu/vulkan/result.h"
+
+namespace morphray::gpu {
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+[[noreturn]] void unavailable(const std::string& text) {
+    throw Error(ErrorKind::kUnavailable, "Vulkan: " + text);
+}
+
+/// Where a loader meets a driver that it cannot start or a manifest that it cannot parse, it
+/// reports these two, at whichever call comes first.
+void check_loader(VkResult result, const char* action) {
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_INITIALIZATION_FAILED) {
+        unavailable(
+            "a driver on this machine is broken: it cannot be started, or its manifest "
+            "cannot be read (" +
+            result_name(result) + "); see VK_DRIVER_FILES and VK_ICD_FILENAMES");
+    }
+    check(result, action);
+}
+
+void load_library(PFN_vkGetInstanceProcAddr loader) {
+    if (loader != nullptr) {
+        volkInitializeCustom(loader);
+    } else if (volkInitialize() != VK_SUCCESS) {
+        unavailable("no Vulkan library (libvulkan.so.1) on this machine; install libvulkan1");
+    }
+    // Missing in loaders of Vulkan 1.0.
+    std::uint32_t version = VK_API_VERSION_1_0;
+    if (vkEnumerateInstanceVersion != nullptr) {
+        check_loader(vkEnumerateInstanceVersion(&version), "query the instance version");
+    }
+    if (version < VK_API_VERSION_1_1) {
+        unavailable("the Vulkan library on this machine is older than 1.1; install a newer one");
+    }
+}
+
+bool has_extension(const char* name) {
+    std::uint32_t count = 0;
+    check_loader(vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr),
+                 "list instance extensions");
+    std::vector<VkExtensionProperties> extensions(count);
+    check_loader(vkEnumerateInstanceExtensionProperties(nullptr, &count, extensions.data()),
+                 "list instance extensions");
+    for (const VkExtensionProperties& e : extensions) {
+        if (std::strcmp(e.extensionName, name) == 0) return true;
+    }
+    return false;
+}
+
+bool has_layer(const char* name) {
+    std::uint32_t count = 0;
+    check_loader(vkEnumerateInstanceLayerProperties(&count, nullptr), "list instance layers");
+    std::vector<VkLayerProperties> layers(count);
+    check_loader(vkEnumerateInstanceLayerProperties(&count, layers.data()), "list instance layers");
+    for (const VkLayerProperties& l : layers) {
+        if (std::strcmp(l.layerName, name) == 0) return true;
+    }
+    return false;
+}
+
+VkInstance create_instance(const VkInstanceCreateInfo& info) {
+    VkInstance instance = VK_NULL_HANDLE;
+    const VkResult result = vkCreateInstance(&info, nullptr, &instance);
+    if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
+        unavailable(
+            "no driver on this machine (VK_ERROR_INCOMPATIBLE_DRIVER); install one, for example "
+            "mesa-vulkan-drivers");
+    }
+    check_loader(result, "create an instance");
+    return instance;
+}
+
+}  // namespace
+
+Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog& log) {
+    load_library(loader);
+    std::vector<const char*> extensions;
+    has_debug_utils_ = has_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    if (has_debug_utils_) extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    if (validate && !(has_layer(kValidationLayer) && has_debug_utils_)) {
+        unavailable("validation was asked for, but " + std::string(kValidationLayer) +
+                    " is not installed; install vulkan-validationlayers");
+    }
+
+    const VkApplicationInfo application = {
+        .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+        .pApplicationName = "morphray",
+        .apiVersion = VK_API_VERSION_1_2,
+    };
+    VkDebugUtilsMessengerCreateInfoEXT messenger = log.messenger_info();
+    // The messenger in the chain hears what happens while the instance is created and destroyed.
+    const VkValidationFeatureEnableEXT enabled[] = {
+        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
+    };
+    const VkValidationFeaturesEXT features = {
+        .sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
+        .pNext = &messenger,
+        .enabledValidationFeatureCount = 1,
+        .pEnabledValidationFeatures = enabled,
+    };
+    handle_ = create_instance({
+        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+        .pNext = validate ? &features : nullptr,
+        .pApplicationInfo = &application,
+        .enabledLayerCount = validate ? 1u : 0u,
+        .ppEnabledLayerNames = &kValidationLayer,
+        .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
+        .ppEnabledExtensionNames = extensions.data(),
+    });
+    // volkLoadInstance, and never volkLoadDevice: these pointers serve any number of instances and
+    // devices at once.
+    volkLoadInstance(handle_);
+    if (!validate) return;
+    VkDebugUtilsMessengerEXT created = VK_NULL_HANDLE;
+    const VkResult result = vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &created);
+    if (result != VK_SUCCESS) {
+        vkDestroyInstance(handle_, nullptr);
+        throw_result(result, "create the validation messenger");
+    }
+    messenger_ = UniqueMessenger(handle_, created);
+}
+
+Instance::~Instance() {
+    messenger_ = UniqueMessenger();
+    vkDestroyInstance(handle_, nullptr);
+}
+
+}  // namespace morphray::gpu

@@ -1,0 +1,30 @@
+// The Vulkan instance.
+#pragma once
+
+#include "gpu/tuning.h"
+#include "gpu/vulkan/unique_handle.h"
+
+namespace morphray::gpu {
+
+/// Owns a VkInstance and, with validation, the messenger that fills `log`. Creating one fills
+/// volk's global function pointers, so no two threads may do so at once.
+class Instance {
+public:
+    /// Throws Error(kUnavailable), each with its own text: no Vulkan library, a library older than
+    /// 1.1, no driver, a broken driver, no validation layer although validate is set.
+    Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog& log);
+    ~Instance();
+    Instance(const Instance&) = delete;
+    Instance& operator=(const Instance&) = delete;
+
+    VkInstance get() const { return handle_; }
+    /// Whether objects can be given names.
+    bool has_debug_utils() const { return has_debug_utils_; }
+
+private:
+    VkInstance handle_ = VK_NULL_HANDLE;
+    bool has_debug_utils_ = false;
+    UniqueMessenger messenger_;
+};
+
+}  // namespace morphray::gpu

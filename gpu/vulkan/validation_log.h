@@ -1,0 +1,31 @@
+// What the validation layer has to say.
+#pragma once
+
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "gpu/vulkan/vulkan_api.h"
+
+namespace morphray::gpu {
+
+/// Collects messages of error severity, from any thread.
+class ValidationLog {
+public:
+    void add(const char* message);
+    /// Number of messages so far.
+    std::size_t size() const;
+    std::vector<std::string> messages() const;
+    /// Throws Error(kInternal) with the first message since the last call that threw.
+    void throw_if_new();
+
+    /// For vkCreateDebugUtilsMessengerEXT; must outlive the messenger.
+    VkDebugUtilsMessengerCreateInfoEXT messenger_info();
+
+private:
+    mutable std::mutex mutex_;
+    std::vector<std::string> messages_;
+    std::size_t reported_ = 0;
+};
+
+}  // namespace morphray::gpu

@@ -1,0 +1,31 @@
+// From a lane to its pixel: workgroups are tiles of 8x8 pixels, and each power of two of lanes
+// covers a block as square as can be, whatever the width of a subgroup.
+#ifndef SHADERS_BASE_REGION_GLSL
+#define SHADERS_BASE_REGION_GLSL
+
+#include "shaders/kernel_interface.h"
+#include "shaders/base/spread.glsl"
+
+layout(local_size_x = kGroupSize) in;
+
+layout(push_constant) uniform Arguments { RegionArguments args; };
+
+/// The lane's pixel of an 8x8 tile.
+uvec2 tile_pixel() {
+    uint lane = gl_LocalInvocationID.x;
+    uint x = (lane & 3u) | ((lane >> 1u) & 4u);
+    uint y = ((lane >> 2u) & 1u) | ((lane >> 3u) & 6u);
+    return uvec2(x, y);
+}
+
+/// The lane's pixel within the region.
+uvec2 region_pixel() {
+    uint tile = spread_group(gl_WorkGroupID.x, args.tile_count);
+    return uvec2(tile % args.tile_columns, tile / args.tile_columns) * kTileSize + tile_pixel();
+}
+
+bool within_region(uvec2 pixel) { return pixel.x < args.width && pixel.y < args.height; }
+
+uint answer_index(uvec2 pixel) { return pixel.y * args.width + pixel.x; }
+
+#endif  // SHADERS_BASE_REGION_GLSL

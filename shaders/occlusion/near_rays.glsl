@@ -1,0 +1,210 @@
+// Rays that start near one another on a cluster of lanes, and the nodes that they meet. A node is
+// fetched once for all rays that got there; lanes are its children, and rays come in turn.
+//
+// What is computed of a ray and a box is not the slab test's bits, but no box is missed that holds a
+// hit. A hit at t lies within 9/16 D of its triangle's box on each axis (docs/design/arithmetic.md,
+// "Boxes", step 1), so that 7/16 D are left for what is rounded here, D = 2^-13 E, E = max(2^20,
+// |org|), t <= 2 E. In units of D:
+// - plane * r - org * r instead of (plane - org) * r: 2^-22 E, less than 2^-8;
+// - r is 1 / dir to 4 ulp, and so is the unit of t, which moves planes by 2^-21 * 2 E: 2^-7;
+// - D is the largest of all rays' and not a ray's own, which is no less.
+// Where a component of the direction is 0, 2^47 stands for its reciprocal instead of 2^64: as if it
+// were 2^-47, which moves the ray by less than 2^-47 * 2 E.
+#ifndef SHADERS_OCCLUSION_NEAR_RAYS_GLSL
+#define SHADERS_OCCLUSION_NEAR_RAYS_GLSL
+
+#extension GL_EXT_control_flow_attributes : require
+
+#include "common/interop/slab.h"
+#include "shaders/base/cluster.glsl"
+
+layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
+
+const uint kVectors = kPacketRays / kLanes;
+
+/// The rays: lane l has those of numbers l, l + kLanes, ...
+vec3 orgs[kVectors];
+vec3 dirs[kVectors];
+float tfars[kVectors];
+/// Reciprocals of the directions, in units of t such that the ray ends at 1, and these times the
+/// origin.
+vec3 slopes[kVectors];
+vec3 starts[kVectors];
+/// Of the boxes, enough for all rays.
+float dilation;
+/// Rays that have not been found to be occluded, as bits.
+uint alive;
+
+void set_ray(uint k, Ray ray) {
+    orgs[k] = ray.org;
+    dirs[k] = ray.dir;
+    tfars[k] = ray.tfar;
+    // 2^-20 to 2^42: a ray may be taken for longer, and no hit is farther.
+    float unit_of_t = lesser(greater(ray.tfar, 9.5367431640625e-07f), 4398046511104.0f);
+    // 2^47
+    const float kSteepest = 140737488355328.0f;
+    vec3 r = vec3(slab_reciprocal(ray.dir.x), slab_reciprocal(ray.dir.y),
+                  slab_reciprocal(ray.dir.z));
+    slopes[k] = min(r, vec3(kSteepest)) * rcp(unit_of_t);
+    starts[k] = ray.org * slopes[k];
+}
+
+vec3 read_ray(vec3 values[kVectors], uint ray) {
+    vec3 v = read_lane(values[0], ray & (kLanes - 1u));
+    [[unroll]] for (uint k = 1u; k < kVectors; ++k) {
+        vec3 other = read_lane(values[k], ray & (kLanes - 1u));
+        v = ray / kLanes == k ? other : v;
+    }
+    return v;
+}
+
+float read_ray(float values[kVectors], uint ray) {
+    float v = read_lane(values[0], ray & (kLanes - 1u));
+    [[unroll]] for (uint k = 1u; k < kVectors; ++k) {
+        float other = read_lane(values[k], ray & (kLanes - 1u));
+        v = ray / kLanes == k ? other : v;
+    }
+    return v;
+}
+
+/// The node that was visited last, and for each child of this lane the rays that meet it and have
+/// not been there; and the same of the nodes above it.
+uint node;
+uint children[kSlots];
+uint waiting[kSlots];
+uint level;
+uint level_nodes[kMaxDepth + 1u];
+uint level_masks[kSlots * (kMaxDepth + 1u)];
+
+/// Which of the four boxes of a quarter of a node is this lane's k-th.
+uint own_of_four(uint k) { return kLanes == 4u ? k : (lane >> 2u) * kSlots + k; }
+
+void fetch_children() {
+    uvec4 child = imageLoad(nodes, int(node * kNodeVec4s + kNodeChild + (lane & 3u)));
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        uint own = own_of_four(k);
+        children[k] = own < 2u ? (own == 0u ? child.x : child.y) : (own == 2u ? child.z : child.w);
+    }
+}
+
+void push_level() {
+    uint any = 0u;
+    level_nodes[level] = node;
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        level_masks[level * kSlots + k] = waiting[k];
+        any |= waiting[k];
+    }
+    level += cluster_or(any) != 0u ? 1u : 0u;
+}
+
+void pop_level() {
+    --level;
+    node = level_nodes[level];
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) waiting[k] = level_masks[level * kSlots + k];
+    fetch_children();
+}
+
+/// What to visit next, a node or leaf or kEmptyChild, and which rays go there.
+uint current;
+uint current_rays;
+
+/// A child that the last of the rays meets, so that one ray after the other comes to its end.
+void take_child(inout uint steps) {
+    current = kEmptyChild;
+    bool more = true;
+    do {
+        uint best = 0u;
+        [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+            waiting[k] &= alive;
+            uint key = (waiting[k] & ~511u) | 256u | k << 4u | lane;
+            best = max(best, waiting[k] != 0u ? key : 0u);
+        }
+        best = cluster_max(best);
+        if (best != 0u) {
+            uint owner = best & 15u;
+            uint slot = best >> 4u & 15u;
+            uint child = children[0];
+            uint rays = waiting[0];
+            [[unroll]] for (uint k = 1u; k < kSlots; ++k) {
+                child = slot == k ? children[k] : child;
+                rays = slot == k ? waiting[k] : rays;
+            }
+            current = read_lane(child, owner);
+            current_rays = read_lane(rays, owner);
+            [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+                waiting[k] = slot == k && lane == owner ? 0u : waiting[k];
+            }
+            more = false;
+        } else if (level > 0u) {
+            pop_level();
+        } else {
+            more = false;
+        }
+        ++steps;
+    } while (more);
+}
+
+float own_plane(vec4 v, uint k) {
+    uint own = own_of_four(k);
+    return own < 2u ? (own == 0u ? v.x : v.y) : (own == 2u ? v.z : v.w);
+}
+
+/// Of one axis, both planes of each of this lane's dilated boxes; which is which does not matter.
+void fetch_planes(uint offset, out float planes[kSlots], out float others[kSlots]) {
+    uint at = node * kNodeVec4s + offset + (lane & 3u);
+    if (kLanes == 8u) {
+        // One half fetches the lower planes, the other the upper ones, and they swap two each.
+        bool is_upper = lane >= 4u;
+        vec4 v = uintBitsToFloat(imageLoad(nodes, int(is_upper ? at + 4u : at))) +
+                 vec4(is_upper ? dilation : -dilation);
+        vec2 own = is_upper ? v.zw : v.xy;
+        vec2 other = subgroupShuffleXor(is_upper ? v.xy : v.zw, 4u);
+        planes[0] = own.x;
+        planes[kSlots - 1u] = own.y;
+        others[0] = other.x;
+        others[kSlots - 1u] = other.y;
+        return;
+    }
+    vec4 l = uintBitsToFloat(imageLoad(nodes, int(at))) - vec4(dilation);
+    vec4 u = uintBitsToFloat(imageLoad(nodes, int(at + 4u))) + vec4(dilation);
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        planes[k] = own_plane(l, k);
+        others[k] = own_plane(u, k);
+    }
+}
+
+void visit_node(inout uint steps) {
+    push_level();
+    node = current;
+    fetch_children();
+    float ax[kSlots], bx[kSlots], ay[kSlots], by[kSlots], az[kSlots], bz[kSlots];
+    fetch_planes(kNodeLowerX, ax, bx);
+    fetch_planes(kNodeLowerY, ay, by);
+    fetch_planes(kNodeLowerZ, az, bz);
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) waiting[k] = 0u;
+    uint left = current_rays;
+    steps += 1u + uint(bitCount(left));
+    do {
+        uint r = uint(findLSB(left)) & (kPacketRays - 1u);
+        vec3 slope = read_ray(slopes, r);
+        vec3 start = read_ray(starts, r);
+        [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+            float px = ax[k] * slope.x - start.x;
+            float qx = bx[k] * slope.x - start.x;
+            float py = ay[k] * slope.y - start.y;
+            float qy = by[k] * slope.y - start.y;
+            float pz = az[k] * slope.z - start.z;
+            float qz = bz[k] * slope.z - start.z;
+            // The nearer plane is that of the lesser distance, boxes that are empty aside.
+            float enter = greater(greater(lesser(px, qx), lesser(py, qy)), lesser(pz, qz));
+            float leave = lesser(lesser(greater(px, qx), greater(py, qy)), greater(pz, qz));
+            waiting[k] |= enter <= leave && enter <= 1.0f && leave >= 0.0f ? 1u << r : 0u;
+        }
+        left &= left - 1u;
+    } while (left != 0u);
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        waiting[k] = children[k] == kEmptyChild ? 0u : waiting[k];
+    }
+}
+
+#endif  // SHADERS_OCCLUSION_NEAR_RAYS_GLSL

@@ -1,0 +1,44 @@
+// Secondary rays of the pixels that show something, one ray a lane: their shadow rays, or all of
+// their ambient-occlusion rays.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/base/exact.glsl"
+
+#include "shaders/single_ray/found_hits.glsl"
+#include "shaders/shade/pixel_surface.glsl"
+#include "shaders/base/spread.glsl"
+#include "shaders/single_ray/traverse.glsl"
+#include "shaders/single_ray/work.glsl"
+
+layout(local_size_x = kGroupSize) in;
+
+layout(push_constant) uniform Arguments { OcclusionArguments args; };
+layout(binding = kBindSeen) uniform usamplerBuffer seen;
+layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
+
+void main() {
+    uint i = args.ray_first +
+             spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x) * kGroupSize +
+             gl_LocalInvocationID.x;
+    if (i >= args.ray_end) return;
+    bool is_shadow = args.params.rays == kRaysShadow;
+    uint samples = is_shadow ? 1u : args.params.ao_count;
+    uint index = texelFetch(seen, int(i / samples)).x;
+    uint x = args.x + index % args.width;
+    uint y = args.y + index / args.width;
+    Hit hit = found_hit(index);
+    Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit,
+                              scene_triangle(hit.prim_id));
+    Ray ray = shadow_ray(s, args.params.light);
+    if (!is_shadow) ray = ao_ray(s, x, y, i % samples, args.params.ao_tfar);
+    bool is_traced = !is_shadow || faces_light(s, args.params.light);
+    bool is_occluded = !is_traced;
+    if (is_traced) {
+        Traversal t = begin_traversal(ray);
+        traverse(t, ray, true);
+        is_occluded = t.best_prim != kNoPrim;
+        report(t.status);
+        if (!finished(t)) suspend(ray, index);
+    }
+    if (is_occluded) atomicAdd(occlusion[index], 1u);
+}

@@ -1,0 +1,358 @@
+// The closest hit of each camera ray of a region, a packet of 16x16 pixels a cluster of lanes.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/base/exact.glsl"
+
+#include "common/interop/camera.h"
+#define PACKET_HEIGHT (kLanes == 4u ? 8u : kCameraPacketHeight)
+#define PACKET_ON_GRID true
+#include "shaders/packet/packet_traversal.glsl"
+#include "shaders/packet/hit_leaves.glsl"
+#include "shaders/base/spread.glsl"
+
+layout(local_size_x = kGroupSize) in;
+
+layout(push_constant) uniform Arguments { PacketArguments args; };
+/// Hits as vectors, which some devices store and load faster than structures.
+layout(std430, binding = kBindHits) buffer Hits { uvec4 hits[]; };
+layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
+
+/// Loops in a loop over what a packet still has to do.
+const uint kRoundSteps = 8u;
+const uint kAllVectors = 0xFFFFFFFFu >> (32u - kVectors);
+
+/// 1/z of the best hits so far, and how far each of them may be off.
+float best_q[kVectors];
+float best_error;
+uint winners[kVectors];
+
+// One bit for each vector of this lane's rays: those of which the rule's plain path could not
+// finish the winner, and those that have a hit in `hits`.
+uint unfinished;
+uint written;
+
+layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
+
+uvec2 packet_origin;  // its first pixel, in the region
+
+// Arguments, read once: some devices read them lane by lane where control flow may diverge.
+Camera camera;
+uvec2 region_origin;
+uvec2 region_size;
+
+void read_arguments() {
+    camera = args.camera;
+    region_origin = uvec2(args.x, args.y);
+    region_size = uvec2(args.width, args.height);
+}
+
+uvec2 ray_pixel(uint v) {
+    return packet_origin +
+           uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
+}
+
+bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region_size.y; }
+
+uint answer_index(uvec2 pixel) { return pixel.y * region_size.x + pixel.x; }
+
+Ray ray_of(uvec2 pixel) {
+    return camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
+}
+
+float magnitude_sum(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
+
+/// A row of the whole picture's frame moved to the packet's: row - middle * row_z, and what its
+/// floats leave out.
+vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
+    precise vec3 product = middle * row_z;
+    precise vec3 moved = row - product;
+    precise vec3 error = vec3(difference_error(row.x, product.x, moved.x),
+                              difference_error(row.y, product.y, moved.y),
+                              difference_error(row.z, product.z, moved.z));
+    error = error - vec3(product_error(middle, row_z.x, product.x),
+                         product_error(middle, row_z.y, product.y),
+                         product_error(middle, row_z.z, product.z));
+    row_error = error;
+    return moved;
+}
+
+/// How far from the middle of its pixel a ray may be, in x and y.
+///
+/// A component of a direction, (corner + du x) + dv y, is made by two products and two sums, each
+/// off by 2^-24 of what comes out, and put on a grid, off by 2^-45 of the largest. The rows that
+/// came from the host are off by 2^-24 of their components, and the middle times that of row_z.
+/// What that comes to in the frame's rows is e = (e0, e1, e2), and a ray at (X, Y, 1) is off by
+/// (e0 - X e2) / (1 + e2) in x, y alike. The factors make up for roundings here, 1 - e2 included.
+vec2 find_ray_error(vec3 row_x, vec3 row_y, vec2 middle) {
+    vec3 du = abs(camera.du);
+    vec3 dv = abs(camera.dv);
+    vec3 before = camera.corner + middle.x * camera.du;
+    vec3 size = abs(before + middle.y * camera.dv) + 8.0f * (du + dv);
+    vec3 sums = abs(before) + 8.0f * du + size;
+    vec3 products = (middle.x + 8.0f) * du + (middle.y + 8.0f) * dv;
+    // The grid: 2^-44.
+    vec3 error = kDirectionRounding *
+                 (products + sums + 9.5367431640625e-07f * largest_component(size));
+    vec3 given = kDirectionRounding * size;
+    vec3 along = abs(frame.row_z);
+    float e2 = dot(along, error + given);
+    float e0 = dot(abs(frame.row_x), error) + dot(abs(row_x) + middle.x * along, given);
+    float e1 = dot(abs(frame.row_y), error) + dot(abs(row_y) + middle.y * along, given);
+    vec2 off = vec2(e0, e1) + 9.0f * e2;
+    // Where that is 2^-7, or a ray is off by 8 pixels, nothing is known.
+    return e2 < 0.0078125f && greater(off.x, off.y) <= 8.0f ? off : vec2(1.0e9f);
+}
+
+/// The plane's unit is a pixel, its origin the middle of the packet. Rays are taken for the middles
+/// of their pixels.
+void set_frame() {
+    vec2 middle = vec2(region_origin + packet_origin + uvec2(kPacketWidth, PACKET_HEIGHT) / 2u);
+    vec3 row_x = vec3(args.row_x[0], args.row_x[1], args.row_x[2]);
+    vec3 row_y = vec3(args.row_y[0], args.row_y[1], args.row_y[2]);
+    vec3 row_z = vec3(args.row_z[0], args.row_z[1], args.row_z[2]);
+    vec3 x_error, y_error;
+    frame.org = camera.org;
+    frame.row_x = move_row(row_x, row_z, middle.x, x_error);
+    frame.row_y = move_row(row_y, row_z, middle.y, y_error);
+    frame.row_z = row_z;
+    frame.own_row = lane == 0u ? frame.row_x : lane == 1u ? frame.row_y : row_z;
+    frame.own_row_error = lane == 0u ? x_error : lane == 1u ? y_error : vec3(0.0f);
+    frame.row_size =
+        vec3(magnitude_sum(frame.row_x), magnitude_sum(frame.row_y), magnitude_sum(row_z));
+    // The products of move_row round by u of them, a 16th of kBoxError.
+    frame.row_shift = 0.07f * (middle.x + middle.y) * frame.row_size.z;
+    frame.ray_error = find_ray_error(row_x, row_y, middle);
+    set_directions(camera.corner + middle.x * camera.du + middle.y * camera.dv, camera.du,
+                   camera.dv, vec2(9.0f));
+    vec2 extent = vec2(7.5f, float(kGroups) - 0.5f) + frame.ray_error;
+    frame.lower = -extent;
+    frame.upper = extent;
+    frame.depth_error = box_dilation(frame.org) * max(frame.row_size.z, 1.0f);
+    frame.rounding = kCameraRounding;
+}
+
+void begin_packet(uint packet) {
+    packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
+                    uvec2(kPacketWidth, PACKET_HEIGHT);
+    set_frame();
+    set_planes(frame.row_x, frame.row_y, frame.lower, frame.upper,
+               frame.row_size.xy + 32.0f * frame.row_size.z + frame.row_shift);
+    begin_traversal();
+}
+
+void begin_rays() {
+    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+        best_q[v] = is_active(ray_pixel(v)) ? 0.0f : kDone;
+        winners[v] = kNoTriangle;
+    }
+    best_error = 0.0f;
+    unfinished = 0u;
+    written = 0u;
+    clear_pending();
+}
+
+void trace_triangle(uint group, Setup s, uint name, uint bit) {
+    float x = float(lane & 3u) - 7.5f + 8.0f * float(group & 1u);
+    float y = float(lane >> 2u) + 0.5f - float(kGroups) + 4.0f * float(group >> 1u);
+    vec3 row = s.a * x + s.b * y + s.c;
+    float row_q = s.q.x * x + s.q.y * y + s.q.z;
+    [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
+        uint v = vector_of(group, k);
+        vec3 e = row;
+        float q = row_q;
+        if ((k & 1u) != 0u) {
+            e += 4.0f * s.a;
+            q += 4.0f * s.q.x;
+            row += float(kVectorHeight) * s.b;
+            row_q += float(kVectorHeight) * s.q.y;
+        }
+        float least = lesser(e.x, lesser(e.y, e.z));
+        float nearer = q - best_q[v];
+        bool sure = least > s.bound && nearer > s.win_error;
+        bool possible = least >= -s.bound && nearer >= -s.q_error;
+        pending_doubts[group] |= possible && !sure ? bit << (k * kLanes) : 0u;
+        best_q[v] = sure ? q : best_q[v];
+        winners[v] = sure ? name : winners[v];
+    }
+}
+
+void add_ray_error(inout Setup s) {
+    best_error = greater(best_error, cluster_max(s.win_error < kDone ? s.win_error : 0.0f));
+    s.q_error += best_error;
+    s.win_error += best_error;
+}
+
+float least_q(uint group) {
+    float least = best_q[vector_of(group, 0u)];
+    [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) {
+        least = lesser(least, best_q[vector_of(group, k)]);
+    }
+    return greater(least - best_error, 0.0f);
+}
+
+uvec4 hit_words(TriangleHit hit, uint prim_id) {
+    return uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v), prim_id);
+}
+
+/// To this lane's rays of the vectors that are given as bits, of which `excluded` are left out.
+void write_misses(uint vectors, uint excluded, uint prim_id) {
+    do {
+        uint v = uint(findLSB(vectors)) & (kVectors - 1u);
+        uvec2 pixel = ray_pixel(v);
+        if (((vectors & ~excluded) >> v & 1u) != 0u && is_active(pixel)) {
+            hits[answer_index(pixel)] = uvec4(0u, 0u, 0u, prim_id);
+        }
+        vectors &= vectors - 1u;
+    } while (vectors != 0u);
+}
+
+/// winners[4 * row + i], but an array that is indexed so is slow wherever it is used.
+uint winner_of(uint row, uint i) {
+    uint name = winners[i];
+    [[unroll]] for (uint r = 1u; r < kRows; ++r) name = row == r ? winners[4u * r + i] : name;
+    return name;
+}
+
+uint any_winner_of(uint v) {
+    uint name = winners[0];
+    [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? winners[k] : name;
+    return name;
+}
+
+/// t, u and v of the winners by the rule's plain path; where that does not do, or another hit is
+/// there from doubts that were settled, they are unfinished.
+void finish_winners() {
+    uint own = 0u;
+    [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
+        own |= winners[v] != kNoTriangle ? 1u << v : 0u;
+    }
+    uint any = cluster_or(own);
+    // Vectors of the rows that have some.
+    uint rows = ((any | any >> 1u | any >> 2u | any >> 3u) & 0x11111111u) * kFirstRow;
+    uint settled = written;
+    uint left = any;
+    do {
+        uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint v = 4u * row + i;
+            uvec2 pixel = ray_pixel(v);
+            Ray ray = ray_of(pixel);
+            bool is_hit = (own >> v & 1u) != 0u;
+            bool is_new = (settled >> v & 1u) == 0u;
+            vec3 a, b, c;
+            uint prim_id = named_triangle(is_hit ? winner_of(row, i) : 0u, a, b, c);
+            ShearedRay sheared = shear_ray(ray.org, ray.dir);
+            TriangleHit hit;
+            bool is_sure = finish_hit(sheared, project_fast(sheared, a), project_fast(sheared, b),
+                                      project_fast(sheared, c), hit);
+            is_sure = is_sure && is_hit && is_new;
+            unfinished |= is_hit && !is_sure ? 1u << v : 0u;
+            written |= is_sure ? 1u << v : 0u;
+            uvec4 words = is_sure ? hit_words(hit, prim_id) : uvec4(0u, 0u, 0u, kNoPrim);
+            if (left != 0u && is_new && is_active(pixel)) hits[answer_index(pixel)] = words;
+        }
+        left &= ~(kFirstRow << (4u * row));
+    } while (left != 0u);
+    write_misses(kAllVectors & ~rows, settled, kNoPrim);
+}
+
+/// The rule for all doubts and unfinished winners, one of each lane at a time, as long as there are
+/// steps.
+void settle_doubts(inout uint steps) {
+    bool more = true;
+    do {
+        bool is_winner = unfinished != 0u;
+        uint name;
+        bool is_any = is_winner || doubt_vectors[0] != 0u;
+        uint v = pop_doubt(!is_winner, name);
+        v = is_winner ? uint(findLSB(unfinished)) & (kVectors - 1u) : v;
+        name = is_winner ? any_winner_of(v) : name;
+        unfinished &= unfinished - 1u;
+        uvec2 pixel = ray_pixel(v);
+        Ray ray = ray_of(pixel);
+        vec3 a, b, c;
+        uint prim_id = named_triangle(is_any ? name : 0u, a, b, c);
+        TriangleHit hit;
+        bool is_hit =
+            intersect_triangle(shear_ray(ray.org, ray.dir), ray.tnear, ray.tfar, a, b, c, hit);
+        if (is_any && is_hit) {
+            uint index = answer_index(pixel);
+            uvec4 best = hits[index];
+            bool is_first = (written >> v & 1u) == 0u;
+            if (is_first || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w)) {
+                hits[index] = hit_words(hit, prim_id);
+            }
+            written |= 1u << v;
+        }
+        more = cluster_or(unfinished | doubt_vectors[0]) != 0u;
+        ++steps;
+    } while (more && steps < kSteps);
+}
+
+/// The first packet of the run that sees something, if there is one: its root is visited. Pixels of
+/// those before it are written.
+void find_packet(inout uint packet, uint end, inout uint steps) {
+    bool sees_something = false;
+    do {
+        // Always so, but see cluster.glsl.
+        if (!sees_something) {
+            begin_packet(packet);
+            visit_node(0u);
+            uint any = 0u;
+            [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
+            sees_something = cluster_or(any) != 0u;
+            write_misses(sees_something ? 0u : kAllVectors, 0u, kNoPrim);
+        }
+        ++packet;
+        ++steps;
+    } while (!sees_something && packet < end);
+}
+
+/// Each cluster has a run of packets, so that those that see nothing end before the bodies of the
+/// loops that follow, and those that leave no doubts before that of the rule.
+void main() {
+    find_lane();
+    uint group = spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x);
+    uint cluster = group * (kGroupSize / kLanes) + gl_SubgroupID * (gl_SubgroupSize / kLanes) +
+                   gl_SubgroupInvocationID / kLanes;
+    uint packet = cluster * kPacketRun;
+    uint end = min(packet + kPacketRun, args.tile_count);
+    if (packet >= end) return;
+    read_arguments();
+    Traversal t;
+    t.current = kEmptyChild;
+    t.triangles = kAllTriangles;
+    t.steps = 0u;
+    t.most_steps = kSteps;
+    clear_pending();
+    bool is_complete = true;
+    bool is_done = false;
+    do {
+        bool is_settled = false;
+        do {
+            if (is_finished(t)) {
+                find_packet(packet, end, t.steps);
+                begin_rays();
+                t.current = take_child(t.steps);
+                t.triangles = kAllTriangles;
+            }
+            // What is counted nowhere else: each loop that the round runs once.
+            t.steps += kRoundSteps;
+            traverse(t);
+            if (is_finished(t)) finish_winners();
+            is_settled = cluster_or(unfinished | doubt_vectors[0]) == 0u;
+            is_complete = t.steps < kSteps && level <= kMaxDepth;
+            is_done = is_finished(t) && packet >= end;
+        } while (is_settled && is_complete && !is_done);
+        settle_doubts(t.steps);
+        is_complete = is_complete && t.steps < kSteps;
+    } while (is_complete && !is_done);
+    if (is_complete) return;
+    atomicOr(work.header.status, kStatusUnfinished);
+    --packet;
+    do {
+        begin_packet(packet);
+        write_misses(kAllVectors, 0u, kUnfinishedPrim);
+        ++packet;
+    } while (packet < end);
+}

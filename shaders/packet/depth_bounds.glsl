@@ -1,0 +1,108 @@
+// How far from the plane of its triangle the rule may place a hit, in the terms of a packet.
+#ifndef SHADERS_PACKET_DEPTH_BOUNDS_GLSL
+#define SHADERS_PACKET_DEPTH_BOUNDS_GLSL
+
+#include "common/interop/packet_bounds.h"
+#include "shaders/packet/packet.glsl"
+
+/// The rays of a packet have the directions D = middle + x step_x + y step_y at z = 1, in scene
+/// space.
+struct Directions {
+    /// The largest component of any D.
+    float depth;
+    /// The largest component of a step in x and y: on any axis, and on that of the largest
+    /// component of D, the rule's z.
+    float step;
+    float axis_step;
+    /// The largest sum of a step's components, that on the rule's z counted twice.
+    float lateral;
+    /// 1 / |det(step_x, step_y, D)|.
+    float volume;
+    /// z's part of the errors of projected vertices.
+    float depth_share;
+};
+
+Directions directions;
+
+/// For |x|, |y| <= reach. After the rows are set.
+void set_directions(vec3 middle, vec3 step_x, vec3 step_y, vec2 reach) {
+    vec3 size_x = abs(step_x);
+    vec3 size_y = abs(step_y);
+    // 2^-20, for the rounding of directions.
+    vec3 spread = reach.x * size_x + reach.y * size_y + 9.5367431640625e-07f * abs(middle);
+    vec3 lower = abs(middle) - spread;
+    vec3 upper = abs(middle) + spread;
+    bool is_x = lower.x > greater(upper.y, upper.z);
+    bool is_y = lower.y > greater(upper.z, upper.x);
+    bool is_z = lower.z > greater(upper.x, upper.y);
+    vec3 steps = size_x + size_y;
+    directions.depth = largest_component(upper);
+    directions.step = largest_component(steps);
+    directions.axis_step = is_x ? steps.x : is_y ? steps.y : is_z ? steps.z : directions.step;
+    vec3 weights =
+        vec3(is_y || is_z ? 1.0f : 2.0f, is_z || is_x ? 1.0f : 2.0f, is_x || is_y ? 1.0f : 2.0f);
+    directions.lateral = greater(dot(weights, size_x), dot(weights, size_y));
+    directions.volume = 1.0f / greater(abs(dot(middle, cross(step_x, step_y))), 1.0e-30f);
+    directions.depth_share =
+        frame.row_size.z / (frame.row_size.x + frame.row_size.y + 34.0f * frame.row_size.z);
+}
+
+/// Of a triangle's vertices, seen from a ray of the packet: the largest |x| + |y|, the largest
+/// range of x or y, and |x| + |y| of an edge seen from any ray of the packet; of z the range and
+/// the largest size; how far x and y may be off; and 1 / (n.p), n the cross product of two edges
+/// and p a vertex.
+struct Extents {
+    float size;
+    float edge;
+    float longest;
+    float z_range;
+    float z_size;
+    float error;
+    float scale;
+};
+
+/// by_q * q + by_q2 * q^2 in q = 1/z.
+struct RuleDepth {
+    float by_q;
+    float by_q2;
+};
+
+/// The rule's z, on its own axis, is off by at most (2 B / S + kWeightRounding) R + kMeanRounding Z
+/// (docs/design/arithmetic.md, "Depth"). R and Z are the range and the largest size of the vertices'
+/// z, B = r (m + 2 r) the bound of fast_edges, S the sum of the edge functions: S = |dir.z dir.N|, N
+/// the cross product of two edges. Where the ray meets the plane z dir.N = dir.z a.N, and a.N is the
+/// packet's n.p / volume. So with m = |dir.z| m' the error, relative to z, is at most
+///     2 r (m' + 2 r) R volume scale + (kWeightRounding R + kMeanRounding Z) / z,
+///     r = kFastProjectionError (4 m' + Z) + floor.
+/// A vertex is D z + x step_x + y step_y seen from a ray D, which bounds R and Z. Of this, the
+/// rule's |x| + |y| has |dir.z| times what x step_x + y step_y has, where z counts twice at most:
+/// |D.x| + |D.y| <= 2 |D.z|. A ray through the triangle is the mean of its vertices under weights w,
+/// so it sees each of them within 1 - w of its longest edge, all three within 2 of it: 2 longest
+/// lateral is a bound of m'.
+///
+/// Less than half as much again is needed for the errors of all this, where the vertices are as far
+/// apart as is asked for here (edges an eighth, n.p a tenth) and B <= S / 64 (S of accurate and of
+/// plain functions a twentieth). Elsewhere, and where it were a quarter of z, what counts is that
+/// the rule takes these functions only if B's part is less than the dilation of boxes.
+RuleDepth rule_depth(Extents t, float q_most, float z_error) {
+    float depth = directions.depth * t.z_size + directions.step * t.size;
+    // 2^-20.
+    float range =
+        directions.depth * t.z_range + directions.axis_step * t.edge + 9.5367431640625e-07f * depth;
+    float m = 2.0f * directions.lateral * t.longest;
+    float r = kFastProjectionError * (4.0f * m + depth) + kFastProjectionFloor;
+    float weights = 2.0f * r * (m + 2.0f * r) * directions.volume * t.scale;
+    RuleDepth d;
+    d.by_q = 1.75f * weights * range;
+    // row_size.z is at least the packet's z by the rule's.
+    d.by_q2 = frame.row_size.z * (kWeightRounding * range + kRuleDepthError * depth) + z_error;
+    bool is_apart = 128.0f * t.error * t.size * t.z_size * t.scale < 1.0f;
+    float relative = d.by_q + d.by_q2 * q_most;
+    bool is_narrow = is_apart && weights * depth <= 0.03125f &&
+                     relative <= lesser(kNarrowDepth, frame.depth_error * q_most);
+    d.by_q = is_narrow ? d.by_q : 0.0f;
+    d.by_q2 = is_narrow ? d.by_q2 : kRuleDepthFactor * frame.depth_error;
+    return d;
+}
+
+#endif  // SHADERS_PACKET_DEPTH_BOUNDS_GLSL

@@ -1,0 +1,255 @@
+// Packets of rays with a common origin over the shared layout, one packet a cluster of lanes. Lanes
+// are in turn a node's children, a leaf's vertices, its triangles, and rays.
+//
+// Based on: I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes Using Dynamic Bounding
+// Volume Hierarchies. ACM TOG 26(1), 2007: packets far larger than a vector, one conservative test
+// of the whole packet a node, ordered descent. Triangles are set up as homogeneous edge functions
+// of the packet's own plane (M. Olano, T. Greer. Triangle scan conversion using 2D homogeneous
+// coordinates. 1997), so that no vertex beside or behind the eye needs clipping.
+//
+// Nothing here decides a hit. Edge functions and 1/z carry bounds of their distance from what the
+// hit rule (common/interop/hit_rule.h) computes; where a bound leaves a doubt, the rule is asked.
+// So all arithmetic but that of accurate_dot may be fused and reordered.
+//
+// Some devices mask branches instead of jumping over them, and run the body of a loop at least
+// once. So loops here are nested such that each body has something to do most times it is run.
+//
+// Whoever includes this defines PACKET_HEIGHT in pixels, 8 or 16.
+#ifndef SHADERS_PACKET_PACKET_GLSL
+#define SHADERS_PACKET_PACKET_GLSL
+
+#extension GL_EXT_control_flow_attributes : require
+
+#include "common/interop/packet_bounds.h"
+#include "common/interop/slab.h"
+#include "common/interop/hit_rule.h"
+#include "shaders/base/cluster.glsl"
+
+layout(constant_id = kConstantStepBudget) const uint kSteps = kPacketStepBudget;
+
+layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
+layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
+
+/// In place of 1/z: of rays that want no more, and of what reaches to the eye.
+const float kDone = 1.0e38f;
+const float kAnyDepth = 3.0e37f;
+/// In place of x, of vertices that are not finite.
+const float kFarAway = 1.0e36f;
+
+/// The packet's projection: a point p relative to the origin has (x, y, z) = rows * p and is seen
+/// at (x / z, y / z). Every ray has z > 0 and passes the plane within [lower, upper].
+struct PacketFrame {
+    vec3 org;
+    vec3 row_x;
+    vec3 row_y;
+    vec3 row_z;
+    /// The row that this lane computes accurately (lane 0: x, 1: y, else z), and what its floats
+    /// leave out.
+    vec3 own_row;
+    vec3 own_row_error;
+    /// Sums of the magnitudes of each row; and what covers the products that row_x and row_y are made
+    /// with, times kExtentError or kBoxError.
+    vec3 row_size;
+    float row_shift;
+    vec2 lower;
+    vec2 upper;
+    /// How far x and y of a ray may be from those it is taken for.
+    vec2 ray_error;
+    /// How much nearer than exact the rule may place a hit, in z.
+    float depth_error;
+    /// Roundings of an edge function over the packet, relative to the size of its coefficients:
+    /// kCameraRounding or kShadowRounding (proofs/packet_edges.g).
+    float rounding;
+};
+
+PacketFrame frame;
+
+/// A packet's rays are vectors of a ray a lane, 4 in a row, each 4 pixels wide and kVectorHeight
+/// high; and groups of 8x4, two in a row.
+const uint kVectors = kPacketWidth * PACKET_HEIGHT / kLanes;
+const uint kVectorHeight = kLanes / 4u;
+const uint kGroups = PACKET_HEIGHT / 2u;
+const uint kAllGroups = (1u << kGroups) - 1u;
+const uint kGroupVectors = 32u / kLanes;
+
+/// Rows of 4 vectors, and the vectors of the first row, as bits.
+const uint kRows = kVectors / 4u;
+const uint kFirstRow = 15u;
+
+/// The k-th vector of a group, two in a row.
+uint vector_of(uint group, uint k) {
+    return 2u * (group & 1u) + (k & 1u) + 4u * (k >> 1u) + 2u * kGroupVectors * (group >> 1u);
+}
+
+/// row_error * p and row * p_error added to row * p, so that about 2^-44 of the sum of magnitudes
+/// remains (T. Ogita, S. Rump, S. Oishi. Accurate sum and dot product. 2005, algorithm Dot2).
+float accurate_dot(vec3 row, vec3 row_error, vec3 p, vec3 p_error) {
+    precise float x = row.x * p.x;
+    precise float y = row.y * p.y;
+    precise float z = row.z * p.z;
+    precise float xy = x + y;
+    precise float xyz = xy + z;
+    precise float e = product_error(row.x, p.x, x) + product_error(row.y, p.y, y);
+    e = e + product_error(row.z, p.z, z);
+    e = e + difference_error(x, -y, xy);
+    e = e + difference_error(xy, -z, xyz);
+    e = e + dot3(row_error, p);
+    e = e + dot3(row, p_error);
+    precise float sum = xyz + e;
+    return sum;
+}
+
+/// Largest coordinate of a point of the scene relative to the origin.
+float scene_reach() { return kSceneExtent + largest_component(frame.org); }
+
+/// Of six sums over a box's planes, what this lane's planes are multiplied by: four sides, the far
+/// end, the near end. With 4 lanes each has lower and upper planes, else lanes 4 to 7 (12 to 15)
+/// the upper ones.
+vec3 plane_factors[6];
+vec3 other_factors[6];
+/// What the sums may be off by, the triangles' reach out of their boxes included.
+float plane_errors[6];
+
+/// For rays that pass within [lower, upper] of a plane, where a point p is at (row_x, row_y) * p /
+/// (row_z * p). `size` bounds the sums of magnitudes of row_x and row_y, each with its part of
+/// lower and upper.
+void set_planes(vec3 row_x, vec3 row_y, vec2 lower, vec2 upper, vec2 size) {
+    vec3 row_z = frame.row_z;
+    vec3 sides[6] = vec3[6](row_x - lower.x * row_z, upper.x * row_z - row_x,
+                            row_y - lower.y * row_z, upper.y * row_z - row_y, row_z, row_z);
+    float reach = scene_reach();
+    bool is_upper = kLanes >= 8u && (lane & 4u) != 0u;
+    [[unroll]] for (uint i = 0u; i < 6u; ++i) {
+        // The last is the least z; it wants the other corner.
+        bool largest = (i < 5u) == is_upper;
+        plane_factors[i] = largest ? max(sides[i], vec3(0.0f)) : min(sides[i], vec3(0.0f));
+        other_factors[i] = largest ? min(sides[i], vec3(0.0f)) : max(sides[i], vec3(0.0f));
+        float terms = i < 2u ? size.x : i < 4u ? size.y : frame.row_size.z;
+        // 8 u of rounding (rows, differences, products, sums), and 8 u by which the rule displaces
+        // vertices (proofs/packet_rectangles.g).
+        plane_errors[i] = kBoxError * terms * reach;
+    }
+}
+
+/// What is to be visited in the node that was visited last: for each child of this lane that is
+/// left its key (bits of 1/z at its nearest, the slot in the last four; 0: none) and its index.
+uint keys[kSlots];
+uint children[kSlots];
+/// Keys and children of the nodes above.
+const uint kLevelWords = (kSlots + 1u) / 2u;
+uvec4 levels[kLevelWords * (kMaxDepth + 1u)];
+uint level;
+
+/// Least 1/z of what the rays have found, of all and of each group; farther ones do not matter.
+float packet_q;
+float group_q[kGroups];
+
+void begin_traversal() {
+    packet_q = 0.0f;
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) group_q[g] = 0.0f;
+    level = 0u;
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        keys[k] = 0u;
+        children[k] = kEmptyChild;
+    }
+}
+
+void push_level() {
+    [[unroll]] for (uint w = 0u; w < kLevelWords; ++w) {
+        uint i = 2u * w;
+        uint j = min(2u * w + 1u, kSlots - 1u);
+        levels[level * kLevelWords + w] = uvec4(keys[i], keys[j], children[i], children[j]);
+    }
+    ++level;
+}
+
+void pop_level() {
+    --level;
+    [[unroll]] for (uint w = 0u; w < kLevelWords; ++w) {
+        uvec4 words = levels[level * kLevelWords + w];
+        uint i = 2u * w;
+        uint j = min(2u * w + 1u, kSlots - 1u);
+        keys[i] = words.x;
+        keys[j] = words.y;
+        children[i] = words.z;
+        children[j] = words.w;
+    }
+}
+
+/// The nearest child that is left and may still matter, or kEmptyChild.
+uint take_child(inout uint steps) {
+    uint child = kEmptyChild;
+    bool more = true;
+    do {
+        uint best = keys[0];
+        [[unroll]] for (uint k = 1u; k < kSlots; ++k) best = max(best, keys[k]);
+        best = cluster_max(best);
+        if (best != 0u && (best | 15u) >= floatBitsToUint(packet_q)) {
+            uint slot = best & 15u;
+            uint part = slot & 3u;
+            uint owner = (slot >> 2u) + 4u * (part / kSlots);
+            uint own = children[0];
+            [[unroll]] for (uint k = 1u; k < kSlots; ++k) {
+                own = part % kSlots == k ? children[k] : own;
+            }
+            child = read_lane(own, owner);
+            [[unroll]] for (uint k = 0u; k < kSlots; ++k) keys[k] = keys[k] == best ? 0u : keys[k];
+            more = false;
+        } else if (level > 0u) {
+            pop_level();
+        } else {
+            more = false;
+        }
+        ++steps;
+    } while (more);
+    return child;
+}
+
+vec4 fetch_planes(uint at, float org) {
+    return uintBitsToFloat(imageLoad(nodes, int(at))) - vec4(org);
+}
+
+/// 1/z for the nearest that a hit may be which the rule finds from `z` on.
+float nearest_q(float z) {
+    float near = z - frame.depth_error;
+    return near > 1.0e-20f ? kNearestByDepth / near : kAnyDepth;
+}
+
+/// Leaves the children that the packet may meet in keys and children. Lane l has boxes 4 (l % 4) to
+/// 4 (l % 4) + 3 to compute, and keeps kSlots of them.
+void visit_node(uint node) {
+    push_level();
+    uint at = node * kNodeVec4s + (lane & 3u);
+    uint half_at = kLanes >= 8u ? at + (lane & 4u) : at;
+    vec4 x = fetch_planes(half_at + kNodeLowerX, frame.org.x);
+    vec4 y = fetch_planes(half_at + kNodeLowerY, frame.org.y);
+    vec4 z = fetch_planes(half_at + kNodeLowerZ, frame.org.z);
+    vec4 sums[6];
+    [[unroll]] for (uint i = 0u; i < 6u; ++i) {
+        sums[i] = x * plane_factors[i].x + y * plane_factors[i].y + z * plane_factors[i].z;
+    }
+    if (kLanes >= 8u) {
+        [[unroll]] for (uint i = 0u; i < 6u; ++i) sums[i] += subgroupShuffleXor(sums[i], 4u);
+    } else {
+        x = fetch_planes(at + kNodeUpperX, frame.org.x);
+        y = fetch_planes(at + kNodeUpperY, frame.org.y);
+        z = fetch_planes(at + kNodeUpperZ, frame.org.z);
+        [[unroll]] for (uint i = 0u; i < 6u; ++i) {
+            sums[i] += x * other_factors[i].x + y * other_factors[i].y + z * other_factors[i].z;
+        }
+    }
+    uvec4 child = imageLoad(nodes, int(at + kNodeChild));
+    uint part = (lane >> 2u) * kSlots;
+    [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
+        uint own = kLanes == 4u ? k : part + k;
+        bool meets = child[own] != kEmptyChild;
+        [[unroll]] for (uint i = 0u; i < 5u; ++i) meets = meets && sums[i][own] >= -plane_errors[i];
+        float q = nearest_q(sums[5][own] - plane_errors[5]);
+        meets = meets && q >= packet_q;
+        uint slot = 4u * (lane & 3u) + own;
+        keys[k] = meets ? (floatBitsToUint(q) & ~15u) | slot : 0u;
+        children[k] = child[own];
+    }
+}
+
+#endif  // SHADERS_PACKET_PACKET_GLSL

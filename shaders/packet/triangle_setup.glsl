@@ -1,0 +1,202 @@
+// Triangles of a packet set up as edge functions and 1/z of its plane, with the bounds of every error:
+// docs/design/arithmetic.md, "Packets". As cpu/packet/triangle_setup-inl.h.
+#ifndef SHADERS_PACKET_TRIANGLE_SETUP_GLSL
+#define SHADERS_PACKET_TRIANGLE_SETUP_GLSL
+
+#include "common/interop/packet_bounds.h"
+#include "shaders/packet/depth_bounds.glsl"
+#include "shaders/packet/packet_leaf.glsl"
+
+/// The largest |X| or |Y| of a ray of the packet.
+float plane_reach() {
+    vec2 reach = greater(frame.upper, -frame.lower);
+    return greater(reach.x, reach.y);
+}
+
+/// Edge functions a x + b y + c of the packet's plane, positive inside; their bound; 1/z likewise
+/// as a function of x and y, and its bound.
+struct Setup {
+    vec3 a;
+    vec3 b;
+    vec3 c;
+    vec3 q;
+    float bound;
+    float q_error;
+    /// q_error, or kDone where it is too large for a hit to be certain.
+    float win_error;
+};
+
+/// A triangle as the ray at `middle` sees it.
+struct SeenTriangle {
+    Corners corners;
+    vec2 middle;
+    /// The largest |x| + |y|; the largest range of x or y; and |x| + |y| of a vertex as a ray sees
+    /// it that goes through the triangle, at most.
+    float size;
+    float edge;
+    float hit_reach;
+    float z_least;
+    float z_size;
+    float z_range;
+    /// How far x and y may be off together from those of the vertices that the rule displaces.
+    float error;
+    /// Of that, what grows with the extent and the distance.
+    float leaf_error;
+    /// The cross product of two edges, its product with a vertex (6 times the volume that the
+    /// triangle and the origin span, with its sign), and how far that may be off from what a hit of
+    /// the rule sees.
+    vec3 normal;
+    float volume;
+    float volume_error;
+    bool in_front;
+};
+
+/// Edges are as long for a ray through the triangle as for any: 2 edge, and the way to that ray
+/// times their range of z. The rounding of the normal is 8 u edge (z_range, z_range, edge), which
+/// makes 16 u edge (2 z_range size + edge z_size) of the volume.
+SeenTriangle see_triangle(Corners t, float triangle_error) {
+    SeenTriangle s;
+    s.z_least = least(t.z);
+    s.z_size = most(abs(t.z));
+    s.z_range = most(t.z) - s.z_least;
+    s.leaf_error = triangle_error;
+    s.in_front = is_in_front(s.z_least, s.z_size, triangle_error);
+    float rz = t.z.x > 0.0f ? 1.0f / t.z.x : 0.0f;
+    s.middle = clamp(vec2(t.x.x, t.y.x) * rz, frame.lower, frame.upper);
+    vec3 px = t.x - s.middle.x * t.z;
+    vec3 py = t.y - s.middle.y * t.z;
+    s.corners = Corners(px, py, t.z);
+    s.size = most(abs(px) + abs(py));
+    s.edge = greater(most(px) - least(px), most(py) - least(py));
+    vec2 span = frame.upper - frame.lower;
+    s.error = kLateralError * s.size + kShearError * plane_reach() * s.z_size + triangle_error;
+    s.hit_reach = lesser(s.size + (span.x + span.y) * s.z_size,
+                         2.0f * s.edge + (span.x + span.y) * s.z_range) + s.error;
+    vec3 e = vec3(px.y, py.y, t.z.y) - vec3(px.x, py.x, t.z.x);
+    vec3 f = vec3(px.z, py.z, t.z.z) - vec3(px.x, py.x, t.z.x);
+    s.normal = cross(e, f);
+    s.volume = s.normal.x * px.x + s.normal.y * py.x + s.normal.z * t.z.x;
+    float z_error = kDepthError * s.z_size + triangle_error * directions.depth_share;
+    s.volume_error = s.hit_reach * (kVolumeError * s.error * s.z_size + 3.0f * s.hit_reach * z_error) +
+                     kDeviceVolumeRounding * s.edge *
+                         (2.0f * s.z_range * s.size + s.edge * s.z_size);
+    return s;
+}
+
+/// q and its errors. Where |volume| is not more than kKnownVolume times its error nothing is known of
+/// q.
+///
+/// The plane of the float vertices is n.(x, y, 1) / n.p in 1/z. The weights of a hit, taken of
+/// these vertices, give a point of the plane that is `error` from the ray at most, and off in z by
+/// z's part of leaf_error. Then there are roundings: of n, which make `rounding` relative to 1/z,
+/// and over a ray of the packet half as much, but for what is z_range's; and of the sum over x and
+/// y, with |x|, |y| <= 17 (or else ray_error is as large) in some 20 steps.
+void set_up_depth(inout Setup setup, SeenTriangle t) {
+    float scale = 1.0f / greater(abs(t.volume), 1.0e-30f);
+    setup.q = t.normal * (t.volume < 0.0f ? -scale : scale);
+    setup.q.z -= setup.q.x * t.middle.x + setup.q.y * t.middle.y;
+    vec2 slope = abs(setup.q.xy);
+    float q_most = greater(setup.q.z + dot(slope, greater(frame.upper, -frame.lower)), 0.0f);
+    q_most = t.in_front ? lesser(q_most, 1.001f / t.z_least) : q_most;
+
+    vec2 span = frame.upper - frame.lower;
+    float longest = 2.0f * t.edge + (span.x + span.y) * t.z_range;
+    Extents extents = Extents(t.size, t.edge, longest, t.z_range, t.z_size, t.error, scale);
+    RuleDepth rule = rule_depth(extents, q_most, t.leaf_error * directions.depth_share);
+    float by_q2 = t.in_front ? rule.by_q2 : kRuleDepthFactor * frame.depth_error;
+    // 2^-20.
+    float edge_rounding = 9.5367431640625e-07f * t.edge * scale;
+    float rounding = edge_rounding * (4.0f * t.z_range * t.size + 2.0f * t.edge * t.z_size);
+    slope += vec2(2.0f * edge_rounding * t.z_range);
+    // 2^-15.
+    float c0 = dot(slope, frame.ray_error + vec2(3.0517578125e-05f)) +
+               edge_rounding * (span.x + span.y) * t.z_range;
+    float c1 = kReciprocalRounding + kSteepError * t.error * (slope.x + slope.y) + rounding +
+               (t.in_front ? rule.by_q : 0.0f);
+    bool is_known = setup.bound < 1.0e28f && abs(t.volume) > kKnownVolume * t.volume_error &&
+                    rounding < 0.03125f && q_most * by_q2 <= kFarDepth;
+    setup.q = is_known ? setup.q : vec3(0.0f);
+    setup.q_error = is_known ? c0 + q_most * (c1 + q_most * by_q2) : 1.0e35f;
+    // Steep triangles, whose error would be that of all that were hit: 2^-10.
+    setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
+}
+
+/// Edge functions are taken in the point of the packet nearest to the first vertex. `reach` bounds
+/// both |x| and |y| of the vertices as seen from any ray of the packet, so that an edge function
+/// moves by at most 2 error reach + error^2. Its own roundings are at most frame.rounding size
+/// z_size + kEdgeRounding size^2.
+///
+/// The sign of the volume is that of the edge functions of a hit where it is certain. Elsewhere they
+/// may have either sign, and add up to the volume by z, with z no nearer than a vertex; so a larger
+/// bound covers both signs where all vertices are well in front of the origin. Where they are not,
+/// and where something overflows, nothing is known of the triangle: the rule is asked for every
+/// ray. As in cpu/packet/triangle_setup-inl.h.
+Setup set_up_triangle(Corners corners, float triangle_error) {
+    SeenTriangle t = see_triangle(corners, triangle_error);
+    vec3 px = t.corners.x;
+    vec3 py = t.corners.y;
+    vec3 z = t.corners.z;
+    vec2 span = frame.upper - frame.lower;
+    float reach = greater(span.x, span.y) * t.z_size + t.size;
+    float rounding = t.size * (frame.rounding * t.z_size + kEdgeRounding * t.size);
+    vec3 a = py.yzx * z.zxy - z.yzx * py.zxy;
+    vec3 b = z.yzx * px.zxy - px.yzx * z.zxy;
+    vec3 c = px.yzx * py.zxy - py.yzx * px.zxy;
+    float moved = most(abs(a) * frame.ray_error.x + abs(b) * frame.ray_error.y);
+    float bound = 2.0f * t.error * (reach + t.error) + rounding + moved;
+    bool is_oriented = abs(t.volume) > t.volume_error;
+    float either_sign = kEitherSign * t.volume_error / greater(t.z_least, 1.0e-20f);
+    bound += is_oriented ? 0.0f : either_sign;
+    bool is_known =
+        (is_oriented || t.in_front) && bound < 1.0e28f && abs(t.volume) < 1.0e34f;
+    float orientation = t.volume < 0.0f ? -1.0f : 1.0f;
+    Setup setup;
+    setup.a = is_known ? orientation * a : vec3(0.0f);
+    setup.b = is_known ? orientation * b : vec3(0.0f);
+    setup.c = is_known ? orientation * c : vec3(0.0f);
+    setup.c -= setup.a * t.middle.x + setup.b * t.middle.y;
+    setup.bound = is_known ? bound : 1.0e35f;
+    set_up_depth(setup, t);
+    return setup;
+}
+
+/// The groups of which some ray may hit a triangle, as bits: somewhere in their rectangles each
+/// edge function is not below its bound, and 1/z not surely less than what all rays have found. A
+/// maximum over a rectangle is a sum as of a ray at its corner with three roundings more, of values
+/// up to 32 times the coefficients; frame.rounding is 1.8 times what rays need, so it covers these.
+uint met_groups(Setup s, bool on_grid) {
+    vec3 reach = s.c + s.bound;
+    float q_reach = s.q.z + s.q_error;
+    uint groups = 0u;
+    if (on_grid) {
+        // 8x4 pixels, of which the outermost middles are 3.5 and 1.5 from the group's.
+        reach += 3.5f * abs(s.a) + 1.5f * abs(s.b);
+        q_reach += 3.5f * abs(s.q.x) + 1.5f * abs(s.q.y);
+    }
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
+        vec3 e;
+        float q;
+        if (on_grid) {
+            float x = (g & 1u) == 0u ? -4.0f : 4.0f;
+            float y = 4.0f * float(g >> 1u) + 2.0f - float(kGroups);
+            e = reach + x * s.a + y * s.b;
+            q = q_reach + x * s.q.x + y * s.q.y;
+        } else {
+            vec2 l = group_lower[g];
+            vec2 u = group_upper[g];
+            e = reach + greater(s.a * l.x, s.a * u.x) + greater(s.b * l.y, s.b * u.y);
+            q = q_reach + greater(s.q.x * l.x, s.q.x * u.x) + greater(s.q.y * l.y, s.q.y * u.y);
+        }
+        groups |= least(e) >= 0.0f && q >= group_q[g] ? 1u << g : 0u;
+    }
+    return groups;
+}
+
+/// The set-up of lane `from`, on all lanes.
+Setup read_setup(Setup own, uint from) {
+    return Setup(read_lane(own.a, from), read_lane(own.b, from), read_lane(own.c, from),
+                 read_lane(own.q, from), read_lane(own.bound, from), read_lane(own.q_error, from),
+                 read_lane(own.win_error, from));
+}
+
+#endif  // SHADERS_PACKET_TRIANGLE_SETUP_GLSL

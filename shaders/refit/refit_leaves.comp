@@ -1,0 +1,38 @@
+// Gives leaves their vertices' new positions, and their parents' slots the new boxes.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#include "shaders/base/exact.glsl"
+
+#include "shaders/refit/refit.glsl"
+
+layout(binding = kBindPose) uniform usamplerBuffer positions;
+layout(binding = kBindLeafVertices) uniform usamplerBuffer leaf_vertices;
+layout(binding = kBindLeafParents) uniform usamplerBuffer leaf_parents;
+layout(binding = kBindLeavesOut, r32ui) writeonly uniform uimageBuffer leaves_out;
+
+void main() {
+    if (gl_GlobalInvocationID.x >= args.count) return;
+    uint leaf = args.first + gl_GlobalInvocationID.x;
+    // All are asked for before the first is used: each may be far away.
+    uvec3 bits[kLeafVertices];
+    [[unroll]] for (uint quarter = 0u; quarter < kLeafVertices / 4u; ++quarter) {
+        uvec4 vertices = texelFetch(leaf_vertices, int(leaf * kLeafVertices / 4u + quarter));
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            bits[4u * quarter + i] = texelFetch(positions, int(vertices[i])).xyz;
+        }
+    }
+    vec3 lower = vec3(kEmptyPlane);
+    vec3 upper = vec3(-kEmptyPlane);
+    [[unroll]] for (uint i = 0u; i < kLeafVertices; ++i) {
+        int at = int(4u * (leaf * kLeafVec4s + i));
+        imageStore(leaves_out, at, uvec4(bits[i].x));
+        imageStore(leaves_out, at + 1, uvec4(bits[i].y));
+        imageStore(leaves_out, at + 2, uvec4(bits[i].z));
+        vec3 p = uintBitsToFloat(bits[i]);
+        bool is_finite = p.x <= kSceneExtent;
+        lower = is_finite ? min(lower, p) : lower;
+        upper = is_finite ? max(upper, p) : upper;
+    }
+    store_box(texelFetch(leaf_parents, int(leaf)).x, lower, upper);
+}

@@ -1,0 +1,76 @@
+// From hits and occlusion to the pixels of a region.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#include "shaders/base/exact.glsl"
+
+#include "common/interop/shading.h"
+#include "shaders/single_ray/found_hits.glsl"
+#include "shaders/shade/pixel_surface.glsl"
+#include "shaders/base/region.glsl"
+
+layout(binding = kBindFoundOcclusion) uniform usamplerBuffer found_occlusion;
+layout(std430, binding = kBindPixels) writeonly buffer Pixels { uint pixels[]; };
+
+/// Four pixels a lane, in stages: some devices work on a few hundred instructions at a time, and a
+/// pixel alone is one long chain of them.
+void main() {
+    // Read here: some devices read arguments lane by lane where control flow may diverge.
+    ImageParams params = args.params;
+    uvec2 origin = uvec2(args.x, args.y);
+    uvec2 size = uvec2(args.width, args.height);
+    // Four pixels of each lane lie in a row of 32 for 8 lanes. Tiles are taken as they come: the
+    // work is the same everywhere, and each thread of a CPU reads on where it was.
+    uint tile = gl_WorkGroupID.x;
+    uint lane = gl_LocalInvocationID.x;
+    uint begin = (lane & ~7u) * 4u;
+    uvec2 tile_size = uvec2(1u << args.tile_bits, kShadedTilePixels >> args.tile_bits);
+    uvec2 first = uvec2(tile % args.tile_columns, tile / args.tile_columns) * tile_size +
+                  uvec2((begin & (tile_size.x - 1u)) + (lane & 7u), begin >> args.tile_bits);
+    uint index[4];
+    uvec2 at[4];
+    bool is_within[4];
+    bool is_hit[4];
+    Hit hits[4];
+    uvec4 triangle[4];
+    uint occluded[4];
+    vec3 a[4];
+    vec3 b[4];
+    vec3 c[4];
+    Ray rays[4];
+    Surface surfaces[4];
+    uint colours[4];
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        uvec2 pixel = first + uvec2(8u * i, 0u);
+        is_within[i] = pixel.x < size.x && pixel.y < size.y;
+        index[i] = is_within[i] ? pixel.y * size.x + pixel.x : 0u;
+        at[i] = origin + pixel;
+        hits[i] = found_hit(index[i]);
+        is_hit[i] = is_within[i] && hits[i].prim_id < kUnfinishedPrim;
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        triangle[i] = scene_triangle(is_hit[i] ? hits[i].prim_id : 0u);
+        // Not read where there is none: it is in no cache.
+        uint from = params.rays == kRaysPrimary ? 0u : index[i];
+        occluded[i] = texelFetch(found_occlusion, int(from)).x;
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        a[i] = scene_vertex(triangle[i].x);
+        b[i] = scene_vertex(triangle[i].y);
+        c[i] = scene_vertex(triangle[i].z);
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        rays[i] = camera_ray(params.camera, at[i].x, at[i].y);
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        surfaces[i] = surface_at(rays[i], hits[i], a[i], b[i], c[i]);
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        uint count = params.rays == kRaysPrimary ? 0u : occluded[i];
+        uint colour = shade(params, rays[i], surfaces[i], triangle[i].w, count);
+        colours[i] = is_hit[i] ? colour : background(at[i].y, params.height);
+    }
+    [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+        if (is_within[i]) pixels[index[i]] = colours[i];
+    }
+}

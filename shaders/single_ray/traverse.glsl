@@ -1,0 +1,287 @@
+// One ray a lane over the shared layout, depth first, nearest child next. The answer is that of the
+// hit rule (common/interop/hit_rule.h); the order in which boxes are visited cannot change it.
+//
+// Some devices mask branches instead of jumping over them and run the body of a loop at least once,
+// a `while` once more than that: hence `do`, and nests in which most bodies have something to do.
+#ifndef SHADERS_SINGLE_RAY_TRAVERSE_GLSL
+#define SHADERS_SINGLE_RAY_TRAVERSE_GLSL
+
+#extension GL_EXT_control_flow_attributes : require
+
+#include "common/interop/slab.h"
+#include "common/interop/hit_rule.h"
+#include "shaders/kernel_interface.h"
+
+layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
+
+layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
+layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
+
+/// (child, bits of t_enter). One entry more than can be used: where nothing is to be pushed, the
+/// entry above the top is overwritten all the same, which saves a branch.
+uvec2 stack[kMaxStack + 1u];
+
+/// Where a traversal stands. current is what to visit next, kEmptyChild when it is finished.
+struct Traversal {
+    uint current;
+    uint stack_size;
+    uint best_prim;
+    /// Before the first hit t is the ray's tfar.
+    TriangleHit best;
+    uint status;
+};
+
+Traversal begin_traversal(Ray ray) {
+    Traversal t;
+    t.current = 0u;
+    t.stack_size = 0u;
+    t.best_prim = kNoPrim;
+    t.best.t = ray.tfar;
+    t.best.u = 0.0f;
+    t.best.v = 0.0f;
+    t.status = 0u;
+    return t;
+}
+
+bool finished(Traversal t) { return t.current == kEmptyChild; }
+
+Hit closest_hit(Traversal t) {
+    return t.best_prim == kNoPrim ? no_hit() : make_hit(t.best, t.best_prim);
+}
+
+/// The planes that the ray meets first and last on each axis: their offsets in a node, and the
+/// origins that they are taken relative to. As in hits_box.
+struct NodeRay {
+    uvec3 near_planes;
+    uvec3 far_planes;
+    vec3 near_org;
+    vec3 far_org;
+    vec3 rdir;
+};
+
+NodeRay node_ray(SlabRay s) {
+    bvec3 negative = lessThan(s.rdir, vec3(0.0f));
+    uvec3 lower = uvec3(kNodeLowerX, kNodeLowerY, kNodeLowerZ);
+    uvec3 upper = uvec3(kNodeUpperX, kNodeUpperY, kNodeUpperZ);
+    NodeRay n;
+    n.near_planes = mix(lower, upper, negative);
+    n.far_planes = mix(upper, lower, negative);
+    n.near_org = mix(s.org_lower, s.org_upper, negative);
+    n.far_org = mix(s.org_upper, s.org_lower, negative);
+    n.rdir = s.rdir;
+    return n;
+}
+
+/// Where the ray meets four planes.
+vec4 distances(uint at, float org, float rdir) {
+    precise vec4 relative = uintBitsToFloat(imageLoad(nodes, int(at))) - vec4(org);
+    precise vec4 t = relative * vec4(rdir);
+    return t;
+}
+
+/// A child that is hit becomes the next to visit if it is the nearest so far; the other is pushed.
+void consider(inout Traversal t, inout float nearest, uint child, float t_enter, bool is_hit) {
+    bool nearer = is_hit && t_enter < nearest;
+    stack[t.stack_size] = nearer ? uvec2(t.current, floatBitsToUint(nearest))
+                                 : uvec2(child, floatBitsToUint(t_enter));
+    t.stack_size += is_hit && t.current != kEmptyChild ? 1u : 0u;
+    t.current = nearer ? child : t.current;
+    nearest = nearer ? t_enter : nearest;
+}
+
+/// Slots 4 * quarter to 4 * quarter + 3 of a node: hits_box, four boxes at a time. (max
+/// and min meet no NaN, and which of two zeros they return does not matter to a comparison.)
+void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint node, uint quarter) {
+    uint at = node * kNodeVec4s + quarter;
+    vec4 near_x = distances(at + ray.near_planes.x, ray.near_org.x, ray.rdir.x);
+    vec4 near_y = distances(at + ray.near_planes.y, ray.near_org.y, ray.rdir.y);
+    vec4 near_z = distances(at + ray.near_planes.z, ray.near_org.z, ray.rdir.z);
+    vec4 far_x = distances(at + ray.far_planes.x, ray.far_org.x, ray.rdir.x);
+    vec4 far_y = distances(at + ray.far_planes.y, ray.far_org.y, ray.rdir.y);
+    vec4 far_z = distances(at + ray.far_planes.z, ray.far_org.z, ray.rdir.z);
+    vec4 enter = max(max(near_x, near_y), max(near_z, vec4(0.0f)));
+    vec4 leave = min(min(far_x, far_y), far_z);
+    uvec4 child = imageLoad(nodes, int(at + kNodeChild));
+    consider(t, nearest, child.x, enter.x, enter.x <= min(leave.x, t.best.t));
+    consider(t, nearest, child.y, enter.y, enter.y <= min(leave.y, t.best.t));
+    consider(t, nearest, child.z, enter.z, enter.z <= min(leave.z, t.best.t));
+    consider(t, nearest, child.w, enter.w, enter.w <= min(leave.w, t.best.t));
+}
+
+/// Takes the topmost entry that may still hold the answer. Returns the iterations it took.
+uint pop(inout Traversal t) {
+    uint steps = 0u;
+    t.current = kEmptyChild;
+    do {
+        bool is_any = t.stack_size > 0u;
+        t.stack_size -= is_any ? 1u : 0u;
+        uvec2 entry = stack[t.stack_size];
+        bool is_near = is_any && uintBitsToFloat(entry.y) <= t.best.t;
+        t.current = is_near ? entry.x : kEmptyChild;
+        ++steps;
+    } while (t.current == kEmptyChild && t.stack_size > 0u);
+    return steps;
+}
+
+uint visit_node(inout Traversal t, NodeRay ray) {
+    if (t.stack_size + kWidth - 1u > kMaxStack) {
+        t.status |= kStatusStackOverflow;
+        t.current = kEmptyChild;
+        t.stack_size = 0u;
+        return 1u;
+    }
+    uint node = t.current;
+    float nearest = 3.0e38f;
+    t.current = kEmptyChild;
+    visit_quarter(t, nearest, ray, node, 0u);
+    visit_quarter(t, nearest, ray, node, 1u);
+    visit_quarter(t, nearest, ray, node, 2u);
+    visit_quarter(t, nearest, ray, node, 3u);
+    return t.current == kEmptyChild ? 1u + pop(t) : 1u;
+}
+
+vec3 leaf_vertex(uint leaf_at, uint slot) {
+    return uintBitsToFloat(imageLoad(leaves, int(leaf_at + slot)).xyz);
+}
+
+void leaf_triangle(uint leaf_at, uint i, out vec3 a, out vec3 b, out vec3 c) {
+    uint corners = imageLoad(leaves, int(leaf_at + i)).w;
+    a = leaf_vertex(leaf_at, corner(corners, 0u));
+    b = leaf_vertex(leaf_at, corner(corners, 1u));
+    c = leaf_vertex(leaf_at, corner(corners, 2u));
+}
+
+/// Leaves with triangles (as bits) of which plain floats cannot tell whether the ray hits them: a
+/// queue in registers, its end 0 as long as there is room. To ask the rule at once would cost all
+/// lanes its full price for the few that need it, where branches are masks.
+const uint kMaxDoubts = 4u;
+uint doubt_leaves[kMaxDoubts];
+uint doubt_triangles[kMaxDoubts];
+
+bool has_room() { return doubt_triangles[kMaxDoubts - 1u] == 0u; }
+
+void clear_doubts() {
+    [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_triangles[i] = 0u;
+}
+
+void note_doubts(uint leaf, uint triangles) {
+    bool is_any = triangles != 0u;
+    [[unroll]] for (uint i = 1u; i < kMaxDoubts; ++i) {
+        uint to = kMaxDoubts - i;
+        doubt_leaves[to] = is_any ? doubt_leaves[to - 1u] : doubt_leaves[to];
+        doubt_triangles[to] = is_any ? doubt_triangles[to - 1u] : doubt_triangles[to];
+    }
+    doubt_leaves[0] = is_any ? leaf : doubt_leaves[0];
+    doubt_triangles[0] = is_any ? triangles : doubt_triangles[0];
+}
+
+uint leaf_prim(uint leaf_at, uint i) {
+    return imageLoad(leaves, int(leaf_at + kLeafPrimIds + i / 4u))[i % 4u];
+}
+
+void take_hit(inout Traversal t, TriangleHit hit, uint prim_id, bool is_hit) {
+    bool is_better = is_hit && wins(hit.t, prim_id, t.best.t, t.best_prim);
+    t.best.t = is_better ? hit.t : t.best.t;
+    t.best.u = is_better ? hit.u : t.best.u;
+    t.best.v = is_better ? hit.v : t.best.v;
+    t.best_prim = is_better ? prim_id : t.best_prim;
+}
+
+/// The rule's fast path for a triangle that surely_inside holds for and whose z have one sign.
+bool plain_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
+    vec3 pa = project_fast(sheared, a);
+    vec3 pb = project_fast(sheared, b);
+    vec3 pc = project_fast(sheared, c);
+    weighted_hit(sheared, fast_edges(pa, pb, pc), pa.z, pb.z, pc.z, hit);
+    return is_in_range(hit.t, ray.tnear, ray.tfar) && finite_vertices(a, b, c);
+}
+
+/// Takes the triangles that the ray surely goes through, and notes those that it may go through.
+uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
+    uint leaf = t.current & ~kLeafBit;
+    uint at = leaf * kLeafVec4s;
+    uint count = corner_triangle_count(imageLoad(leaves, int(at)).w);
+    uint inside = 0u;
+    uint doubtful = 0u;
+    vec3 a, b, c;
+    uint i = 0u;
+    do {
+        leaf_triangle(at, i, a, b, c);
+        Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
+                             project_fast(sheared, c));
+        // Of triangles that reach behind the origin the rule decides whether it takes its fast path.
+        bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
+        inside |= is_sure ? 1u << i : 0u;
+        doubtful |= may_be_inside(e) && !is_sure ? 1u << i : 0u;
+        ++i;
+    } while (i < count);
+    uint steps = 2u + count;
+    do {
+        i = uint(findLSB(inside)) & 15u;
+        leaf_triangle(at, i, a, b, c);
+        TriangleHit hit;
+        bool is_hit = plain_hit(ray, sheared, a, b, c, hit);
+        take_hit(t, hit, leaf_prim(at, i), is_hit && inside != 0u);
+        inside &= inside - 1u;
+        ++steps;
+    } while (inside != 0u);
+    note_doubts(leaf, doubtful);
+    if (any_hit && t.best_prim != kNoPrim) t.stack_size = 0u;
+    return steps + pop(t);
+}
+
+/// The rule for the triangles in doubt.
+uint settle_doubts(inout Traversal t, Ray ray, ShearedRay sheared) {
+    uint steps = 0u;
+    do {
+        uint triangles = doubt_triangles[0];
+        bool is_any = triangles != 0u;
+        uint i = uint(findLSB(triangles)) & 15u;
+        uint at = is_any ? doubt_leaves[0] * kLeafVec4s : 0u;
+        doubt_triangles[0] = triangles & (triangles - 1u);
+        bool is_next = doubt_triangles[0] == 0u;
+        [[unroll]] for (uint k = 1u; k < kMaxDoubts; ++k) {
+            doubt_leaves[k - 1u] = is_next ? doubt_leaves[k] : doubt_leaves[k - 1u];
+            doubt_triangles[k - 1u] = is_next ? doubt_triangles[k] : doubt_triangles[k - 1u];
+        }
+        doubt_triangles[kMaxDoubts - 1u] = is_next ? 0u : doubt_triangles[kMaxDoubts - 1u];
+        vec3 a, b, c;
+        leaf_triangle(at, i, a, b, c);
+        TriangleHit hit;
+        bool is_hit = intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+        take_hit(t, hit, leaf_prim(at, i), is_hit && is_any);
+        ++steps;
+    } while (doubt_triangles[0] != 0u);
+    return steps;
+}
+
+/// Continues until the answer is known or the lane's steps are used up; see finished(). Any-hit
+/// traversals end with some best_prim, not the closest.
+void traverse(inout Traversal t, Ray ray, bool any_hit) {
+    NodeRay boxes = node_ray(slab_ray(ray.org, ray.dir));
+    ShearedRay sheared = shear_ray(ray.org, ray.dir);
+    clear_doubts();
+    uint steps = 0u;
+    do {
+        do {
+            // kEmptyChild has kLeafBit set.
+            do {
+                if ((t.current & kLeafBit) == 0u) steps += visit_node(t, boxes);
+            } while ((t.current & kLeafBit) == 0u && steps < kSteps);
+            do {
+                if ((t.current & kLeafBit) != 0u && t.current != kEmptyChild) {
+                    steps += visit_leaf(t, ray, sheared, any_hit);
+                }
+            } while ((t.current & kLeafBit) != 0u && t.current != kEmptyChild && has_room() &&
+                     steps < kSteps);
+            steps += 3u;
+        } while (t.current != kEmptyChild && has_room() && steps < kSteps);
+        steps += 1u + settle_doubts(t, ray, sheared);
+        if (any_hit && t.best_prim != kNoPrim) {
+            t.current = kEmptyChild;
+            t.stack_size = 0u;
+        }
+    } while (t.current != kEmptyChild && steps < kSteps);
+}
+
+#endif  // SHADERS_SINGLE_RAY_TRAVERSE_GLSL

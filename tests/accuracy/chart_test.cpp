@@ -1,0 +1,198 @@
+// morphray chart: what it refuses, and charts of little effort.
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "accuracy/charts/charts.h"
+#include "accuracy/measure/measure.h"
+#include "accuracy/methods/median_tree.h"
+#include "accuracy/methods/quantised_nodes.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/base/errors.h"
+#include "common/bvh/bvh_stats.h"
+#include "common/scene/procedural/procedural.h"
+#include "common/scene/scene_source.h"
+#include "cpu/cpu_backend.h"
+#include "tests/app/program.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray::test {
+namespace {
+
+const accuracy::Effort kLittle{.side = 64,
+                               .aimed_rays = 600,
+                               .rounds = 1,
+                               .placed_rays = 300,
+                               .offsets = {1e3},
+                               .scales = {1e-6, 1},
+                               .policy_frames = 3,
+                               .cone_points = 2,
+                               .triangle_counts = {500}};
+
+accuracy::ChartInput cloth() {
+    const auto clip = make_procedural("cloth", 500);
+    std::vector<vec3> positions(clip->topology().vertex_count);
+    clip->positions(12, positions);
+    return {"cloth", clip->topology(), std::move(positions)};
+}
+
+std::size_t rows_of(const Table& table) {
+    std::istringstream text(table.csv());
+    std::size_t count = 0;
+    for (std::string line; std::getline(text, line);) ++count;
+    return count - 1;
+}
+
+std::unique_ptr<Backend> no_vulkan() { throw Error(ErrorKind::kUnavailable, "not in this test"); }
+
+/// A context that counts its steps.
+struct Counted {
+    std::size_t steps = 0;
+    accuracy::ChartContext context{.effort = kLittle,
+                                   .make_cpu_backend = [] { return cpu::make_cpu_backend({}); },
+                                   .make_vulkan_backend = no_vulkan,
+                                   .footer = "machine; command",
+                                   .step = [this] { ++steps; }};
+};
+
+TEST(Chart, TakesAsManyStepsAsItSays) {
+    Counted accuracy;
+    EXPECT_GT(rows_of(accuracy::accuracy_chart(accuracy.context, cloth(), "").table), 5u);
+    EXPECT_EQ(accuracy.steps, accuracy::accuracy_steps());
+    Counted placement;
+    EXPECT_GT(rows_of(accuracy::placement_chart(placement.context, cloth(), "").table), 11u);
+    EXPECT_EQ(placement.steps, accuracy::placement_steps(kLittle));
+    Counted packets;
+    EXPECT_GT(rows_of(accuracy::packet_chart(packets.context, cloth(), "").table), 9u);
+    EXPECT_EQ(packets.steps, accuracy::packet_steps());
+    Counted cones;
+    EXPECT_EQ(rows_of(accuracy::cone_chart(cones.context, cloth(), "").table),
+              5 * accuracy::cone_steps());
+    EXPECT_EQ(cones.steps, accuracy::cone_steps());
+    Counted policies;
+    SceneFrames clip(make_procedural("cloth", 500));
+    EXPECT_EQ(rows_of(accuracy::policy_chart(policies.context, clip, "").table), 4 * 3u);
+    EXPECT_EQ(policies.steps, accuracy::policy_steps());
+    Counted trees;
+    EXPECT_EQ(rows_of(accuracy::tree_chart(trees.context, clip, "").table), 6u);
+    EXPECT_EQ(trees.steps, accuracy::tree_steps());
+    Counted boxes;
+    EXPECT_EQ(rows_of(accuracy::box_chart(boxes.context, cloth(), "").table), 5u);
+    EXPECT_EQ(boxes.steps, accuracy::box_steps());
+    Counted scaling;
+    EXPECT_GE(rows_of(accuracy::scaling_chart(scaling.context).table), 1u);
+    EXPECT_EQ(scaling.steps, accuracy::scaling_steps(kLittle));
+    Counted failures;
+    const std::size_t scenes = accuracy::failure_steps();
+    // Embree's come on top where it is installed.
+    EXPECT_GE(rows_of(accuracy::failure_chart(failures.context, {cloth()}).table),
+              12 * (scenes + 1));
+    EXPECT_EQ(failures.steps, scenes + 1);
+}
+
+TEST(Chart, FindsOurTracersNeverWrongOnACloth) {
+    const accuracy::ChartInput input = cloth();
+    const accuracy::ChartScene scene =
+        accuracy::make_chart_scene(input.name, input.topology, input.positions, {}, 64, 3000);
+    const accuracy::Judge judge(scene, scene.scene_space);
+    std::vector<Hit> camera(scene.scene_space.camera_rays.size());
+    std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
+    for (const accuracy::Contender& contender : accuracy::our_contenders(scene, no_vulkan)) {
+        accuracy::trace_camera(contender, scene, camera);
+        EXPECT_EQ(judge.camera(camera).wrong(), 0u) << contender.name;
+        accuracy::trace_aimed(contender, scene, aimed);
+        EXPECT_EQ(judge.aimed(aimed).wrong(), 0u) << contender.name;
+    }
+}
+
+TEST(Chart, TracesTheSameRaysInBothSpaces) {
+    const accuracy::ChartInput input = cloth();
+    const accuracy::ChartScene scene = accuracy::make_chart_scene(
+        input.name, input.topology, input.positions, {.offset = 1e3}, 64, 500);
+    ASSERT_EQ(scene.scene_space.aimed_rays.size(), scene.user_space.aimed_rays.size());
+    const accuracy::ExactReferee ours(scene.topology, scene.scene_space.positions,
+                                      scene.scene_space.bvh);
+    const accuracy::ExactReferee theirs(scene.topology, scene.user_space.positions,
+                                        scene.user_space.bvh);
+    for (std::size_t i = 0; i < scene.scene_space.aimed_rays.size(); ++i) {
+        EXPECT_EQ(ours.closest(scene.scene_space.aimed_rays[i]).prim_id,
+                  theirs.closest(scene.user_space.aimed_rays[i]).prim_id);
+    }
+}
+
+TEST(Chart, SaysInsteadOfDrawingPoliciesThatASceneDoesNotMove) {
+    const TemporaryFolder folder;
+    folder.write("still.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    Counted policies;
+    SceneFrames still(open_scene(folder.file("still.obj")));
+    const accuracy::Chart chart = accuracy::policy_chart(policies.context, still, "");
+    EXPECT_TRUE(chart.script.body.empty());
+    EXPECT_TRUE(chart.table.empty());
+    EXPECT_NE(chart.caption.find("one frame"), std::string::npos);
+    EXPECT_EQ(policies.steps, accuracy::policy_steps());
+}
+
+TEST(MedianTree, IsSound) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Topology& topology = named.scene.topology();
+        const Bvh bvh = accuracy::build_median_tree(topology, named.scene.positions());
+        EXPECT_EQ(check_bvh(bvh, topology, named.scene.positions()), std::vector<std::string>{})
+            << named.name;
+    }
+}
+
+TEST(QuantisedNode, ContainsTheBoxesThatItIsMadeOf) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
+        for (const Node& node : bvh.nodes) {
+            const auto coarse = accuracy::quantised<std::uint8_t>(node);
+            const auto fine = accuracy::quantised<std::uint16_t>(node);
+            for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+                const Box box = slot_box(node, slot);
+                if (box.empty()) continue;
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const int a = static_cast<int>(axis);
+                    EXPECT_LE(coarse.plane(axis, coarse.lower[axis][slot]), box.lower[a]);
+                    EXPECT_GE(coarse.plane(axis, coarse.upper[axis][slot]), box.upper[a]);
+                    EXPECT_LE(fine.plane(axis, fine.lower[axis][slot]), box.lower[a]);
+                    EXPECT_GE(fine.plane(axis, fine.upper[axis][slot]), box.upper[a]);
+                }
+            }
+        }
+    }
+}
+
+TEST(ChartCommand, RefusesAFolderThatIsNotEmpty) {
+    const TemporaryFolder folder;
+    folder.write("out.txt", "x");
+    const Outcome outcome =
+        run({"chart", "builtin:cloth:500", "--quick", "--out", folder.path().string()});
+    EXPECT_EQ(outcome.code, 5) << outcome.err;
+    EXPECT_NE(outcome.err.find("is not empty"), std::string::npos) << outcome.err;
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"out.txt"});
+}
+
+TEST(ChartCommand, RefusesASceneThatIsNotThereAndLeavesNothing) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run({"chart", "builtin:cloth:500", "none.obj", "--quick", "--out", folder.file("charts")});
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(ChartCommand, SaysThatThereIsNoGnuplot) {
+    const TemporaryFolder folder;
+    const Outcome outcome =
+        run({"chart", "builtin:cloth:500", "--quick", "--out", folder.file("charts")},
+            {.environment = {"PATH=" + folder.path().string()}});
+    EXPECT_EQ(outcome.code, 4) << outcome.err;
+    EXPECT_NE(outcome.err.find("gnuplot-nox"), std::string::npos) << outcome.err;
+}
+
+TEST(ChartCommand, NeedsAFolderAndAScene) {
+    EXPECT_EQ(run({"chart", "builtin:cloth:500"}).code, 2);
+    EXPECT_EQ(run({"chart", "--out", "x"}).code, 2);
+}
+
+}  // namespace
+}  // namespace morphray::test

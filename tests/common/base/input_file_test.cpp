@@ -1,0 +1,183 @@
+#include "common/base/input_file.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "tests/common/base/temp_folder.h"
+
+namespace morphray {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<ErrorKind> kind_of_reading(const fs::path& path) {
+    return kind_of([&] { read_input_file(path); });
+}
+
+std::string message_of_reading(const fs::path& path) {
+    return message_of([&] { read_input_file(path); });
+}
+
+TEST(InputFile, ReturnsTheWholeFile) {
+    const TempFolder folder;
+    const std::string bytes("a\0b\r\n\xFF", 6);
+    EXPECT_EQ(read_input_file(folder.write("a", bytes)), bytes);
+    EXPECT_EQ(read_input_file(folder.write("empty", "")), "");
+}
+
+TEST(InputFile, MissingFileIsBadInput) {
+    const TempFolder folder;
+    EXPECT_EQ(kind_of_reading(folder.path() / "none.obj"), ErrorKind::kBadInput);
+    EXPECT_NE(message_of_reading(folder.path() / "none.obj").find("none.obj: no such file; "),
+              std::string::npos);
+    EXPECT_EQ(kind_of_reading(folder.write("a", "") / "b"), ErrorKind::kBadInput);
+    EXPECT_EQ(kind_of_reading(std::string(5000, 'a')), ErrorKind::kBadInput);
+    EXPECT_EQ(kind_of_reading(""), ErrorKind::kBadInput);
+}
+
+TEST(InputFile, FolderIsBadInput) {
+    const TempFolder folder;
+    EXPECT_EQ(kind_of_reading(folder.path()), ErrorKind::kBadInput);
+    EXPECT_NE(message_of_reading(folder.path()).find("is a folder"), std::string::npos);
+}
+
+TEST(InputFile, FileWithoutReadPermissionIsBadInput) {
+    const TempFolder folder;
+    const fs::path path = folder.write("secret.obj", "v 0 0 0\n");
+    chmod(path.c_str(), 0);
+    // Root may read everything.
+    const uid_t user = geteuid();
+    constexpr uid_t kNobody = 65534;
+    if (user == 0) {
+        ASSERT_EQ(seteuid(kNobody), 0);
+    }
+    const std::string message = message_of_reading(path);
+    if (user == 0) {
+        ASSERT_EQ(seteuid(0), 0);
+    }
+    EXPECT_NE(message.find("may not be read"), std::string::npos) << message;
+}
+
+TEST(InputFile, PipesDevicesAndSocketsAreRefusedAtOnce) {
+    const TempFolder folder;
+    const fs::path pipe = folder.path() / "pipe.obj";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0644), 0);
+    const fs::path socket_path = folder.path() / "s";
+    const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+    sockaddr_un address = {};
+    address.sun_family = AF_UNIX;
+    socket_path.native().copy(address.sun_path, sizeof(address.sun_path) - 1);
+    ASSERT_EQ(bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+
+    const auto start = std::chrono::steady_clock::now();
+    for (const fs::path& path : {pipe, socket_path, fs::path("/dev/zero"), fs::path("/dev/random"),
+                                 fs::path("/dev/null")}) {
+        EXPECT_EQ(kind_of_reading(path), ErrorKind::kBadInput) << path;
+        EXPECT_NE(message_of_reading(path).find("pipe or device"), std::string::npos) << path;
+    }
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+    close(fd);
+}
+
+TEST(InputFile, LoopOfLinksIsBadInput) {
+    const TempFolder folder;
+    fs::create_symlink("b.obj", folder.path() / "a.obj");
+    fs::create_symlink("a.obj", folder.path() / "b.obj");
+    EXPECT_EQ(kind_of_reading(folder.path() / "a.obj"), ErrorKind::kBadInput);
+    EXPECT_NE(message_of_reading(folder.path() / "a.obj").find("loop"), std::string::npos);
+}
+
+TEST(InputFile, MoreThanFourGibibytesAreRefusedBeforeReading) {
+    const TempFolder folder;
+    const fs::path path = folder.write("huge.obj", "");
+    fs::resize_file(path, kMaxInputBytes + 1);  // sparse
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_EQ(kind_of_reading(path), ErrorKind::kLimit);
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1));
+}
+
+TEST(InputFile, LimitIsOfBytesAndInclusive) {
+    const TempFolder folder;
+    const fs::path path = folder.write("a", "12345");
+    EXPECT_EQ(read_input_file(path, 5), "12345");
+    EXPECT_EQ(kind_of([&] { read_input_file(path, 4); }), ErrorKind::kLimit);
+}
+
+// Reads while `change` is called over and over: each reading is refused or whole, and in time one
+// is refused.
+template <class Change>
+void expect_change_noticed(const fs::path& path, const Change& change) {
+    std::atomic<bool> stop = false;
+    std::thread writer([&] {
+        while (!stop) change();
+    });
+    bool noticed = false;
+    for (int attempt = 0; attempt < 200 && !noticed; ++attempt) {
+        noticed = message_of_reading(path).find("changed while it was read") != std::string::npos;
+    }
+    stop = true;
+    writer.join();
+    EXPECT_TRUE(noticed);
+}
+
+TEST(InputFile, FileThatGrowsWhileItIsReadIsRefused) {
+    const TempFolder folder;
+    const fs::path path = folder.write("grows.obj", std::string(std::size_t{16} << 20, 'x'));
+    std::ofstream file(path, std::ios::app);
+    int appended = 0;
+    expect_change_noticed(path, [&] {
+        if (++appended < 10'000'000) file << "x" << std::flush;
+    });
+}
+
+TEST(InputFile, FileThatShrinksWhileItIsReadIsRefused) {
+    const TempFolder folder;
+    const fs::path path = folder.write("shrinks.obj", std::string(std::size_t{16} << 20, 'x'));
+    bool small = false;
+    expect_change_noticed(path, [&] {
+        small = !small;
+        fs::resize_file(path, (std::size_t{16} << 20) - (small ? 4096 : 0));
+    });
+}
+
+TEST(InputFile, ControlCharactersInNamesDoNotBreakTheMessage) {
+    const std::string message = message_of_reading("no\nsuch\x1B[31mfile");
+    EXPECT_EQ(message.find_first_of("\n\x1B"), std::string::npos) << message;
+}
+
+TEST(SideFile, IsFoundBesideTheSceneAndBelowIt) {
+    const TempFolder folder;
+    const fs::path scene = folder.write("scene.obj", "");
+    const fs::path mtl = folder.write("a.mtl", "");
+    const fs::path below = folder.write("materials/b.mtl", "");
+    EXPECT_EQ(side_file(scene, "a.mtl"), fs::canonical(mtl));
+    EXPECT_EQ(side_file(scene, "./materials/b.mtl"), fs::canonical(below));
+}
+
+TEST(SideFile, NeverLeavesTheFolderOfTheScene) {
+    const TempFolder folder;
+    const fs::path scene = folder.write("inside/scene.obj", "");
+    const fs::path outside = folder.write("outside.mtl", "");
+    folder.write("inside_too/c.mtl", "");
+    fs::create_symlink(outside, folder.path() / "inside/link.mtl");
+    fs::create_directory_symlink(folder.path(), folder.path() / "inside/up");
+    for (const std::string& name :
+         {std::string("../outside.mtl"), std::string("../../../../../../etc/passwd"),
+          std::string("/etc/passwd"), outside.native(), std::string("link.mtl"),
+          std::string("up/outside.mtl"), std::string("up/inside_too/c.mtl"),
+          std::string("../inside/none.mtl"), std::string("none.mtl"), std::string("a\0b", 3)}) {
+        EXPECT_EQ(kind_of([&] { side_file(scene, name); }), ErrorKind::kBadInput) << name;
+    }
+}
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,287 @@
+#include "common/base/output_file.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "common/base/errors.h"
+
+namespace morphray {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// An empty folder of its own for each test.
+class OutputFile : public ::testing::Test {
+protected:
+    OutputFile() {
+        std::string name = (fs::temp_directory_path() / "morphray-output-XXXXXX").native();
+        if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
+        folder_ = name;
+    }
+    ~OutputFile() override { fs::remove_all(folder_); }
+
+    std::vector<std::string> names() const {
+        std::vector<std::string> result;
+        for (const auto& entry : fs::directory_iterator(folder_)) {
+            result.push_back(entry.path().filename());
+        }
+        return result;
+    }
+
+    fs::path folder_;
+};
+
+std::string read_back(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The message of the Error(kOutput) that `call` throws; fails the test when it throws nothing
+/// else.
+template <class Call>
+std::string output_error(Call&& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kOutput) << error.what();
+        return error.what();
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return {};
+}
+
+/// Sets a limit of this process for the life of the object.
+class Limit {
+public:
+    Limit(decltype(RLIMIT_FSIZE) which, rlim_t value) : which_(which) {
+        ::getrlimit(which, &before_);
+        const rlimit lowered = {value, before_.rlim_max};
+        ::setrlimit(which, &lowered);
+    }
+    ~Limit() { ::setrlimit(which_, &before_); }
+
+private:
+    decltype(RLIMIT_FSIZE) which_;
+    rlimit before_;
+};
+
+TEST_F(OutputFile, HoldsExactlyTheBytesAndNothingElseIsLeft) {
+    const std::string bytes("a\0b\r\n\xff", 6);
+    write_file(folder_ / "new", bytes);
+    EXPECT_EQ(read_back(folder_ / "new"), bytes);
+    EXPECT_EQ(names(), std::vector<std::string>{"new"});
+}
+
+TEST_F(OutputFile, ReplacesALongerFile) {
+    write_file(folder_ / "file", std::string(10000, 'x'));
+    write_file(folder_ / "file", "short");
+    EXPECT_EQ(read_back(folder_ / "file"), "short");
+}
+
+TEST_F(OutputFile, MayBeEmpty) {
+    write_file(folder_ / "file", "");
+    EXPECT_TRUE(fs::is_empty(folder_ / "file"));
+}
+
+TEST_F(OutputFile, KeepsTheModeOfTheFileThatItReplaces) {
+    write_file(folder_ / "file", "old");
+    ::chmod((folder_ / "file").c_str(), 0640);
+    write_file(folder_ / "file", "new");
+    struct stat status = {};
+    ::stat((folder_ / "file").c_str(), &status);
+    EXPECT_EQ(status.st_mode & 07777, 0640u);
+}
+
+TEST_F(OutputFile, HonoursTheUmaskForANewFile) {
+    const mode_t before = ::umask(027);
+    write_file(folder_ / "file", "new");
+    ::umask(before);
+    struct stat status = {};
+    ::stat((folder_ / "file").c_str(), &status);
+    EXPECT_EQ(status.st_mode & 07777, 0640u);
+}
+
+TEST_F(OutputFile, WithoutAFolderGoesToTheWorkingDirectory) {
+    const fs::path before = fs::current_path();
+    fs::current_path(folder_);
+    write_file("plain", "text");
+    fs::current_path(before);
+    EXPECT_EQ(read_back(folder_ / "plain"), "text");
+}
+
+TEST_F(OutputFile, ReportsAFullDevice) {
+    const std::string message = output_error([] { write_file("/dev/full", "text"); });
+    EXPECT_NE(message.find("/dev/full"), std::string::npos) << message;
+    EXPECT_NE(message.find("No space left"), std::string::npos) << message;
+}
+
+TEST_F(OutputFile, OverTheFileSizeLimitLeavesTheOldFileAndNoTemporary) {
+    write_file(folder_ / "file", "old");
+    {
+        const Limit limit(RLIMIT_FSIZE, 4096);
+        output_error([&] { write_file(folder_ / "file", std::string(100'000, 'x')); });
+    }
+    EXPECT_EQ(read_back(folder_ / "file"), "old");
+    EXPECT_EQ(names(), std::vector<std::string>{"file"});
+}
+
+TEST_F(OutputFile, OverTheFileSizeLimitLeavesTheSignalMaskAsItWas) {
+    sigset_t before;
+    pthread_sigmask(SIG_SETMASK, nullptr, &before);
+    {
+        const Limit limit(RLIMIT_FSIZE, 4096);
+        output_error([&] { write_file(folder_ / "file", std::string(100'000, 'x')); });
+    }
+    sigset_t after;
+    pthread_sigmask(SIG_SETMASK, nullptr, &after);
+    for (const int signal : {SIGXFSZ, SIGPIPE}) {
+        EXPECT_EQ(sigismember(&before, signal), sigismember(&after, signal));
+    }
+}
+
+TEST_F(OutputFile, ReportsAPipeThatNobodyReads) {
+    std::array<int, 2> ends = {};
+    ASSERT_EQ(::pipe(ends.data()), 0);
+    ::close(ends[0]);
+    output_error([&] { write_file("/dev/fd/" + std::to_string(ends[1]), "text"); });
+    ::close(ends[1]);
+}
+
+TEST_F(OutputFile, GoesThroughADescriptorThatWasRedirectedToAFile) {
+    const fs::path path = folder_ / "redirected";
+    const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT, 0600);
+    ASSERT_EQ(::write(fd, "head ", 5), 5);
+    write_file("/dev/fd/" + std::to_string(fd), "body ");
+    ASSERT_EQ(::write(fd, "tail", 4), 4);
+    ::close(fd);
+    EXPECT_EQ(read_back(path), "head body tail");
+}
+
+TEST_F(OutputFile, ReportsADescriptorThatIsClosed) {
+    output_error([] { write_file("/dev/fd/987", "text"); });
+}
+
+TEST_F(OutputFile, WritesThroughALinkToItsTarget) {
+    write_file(folder_ / "target", "old");
+    fs::create_symlink("target", folder_ / "link");
+    write_file(folder_ / "link", "new");
+    EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+    EXPECT_EQ(read_back(folder_ / "target"), "new");
+}
+
+TEST_F(OutputFile, CreatesTheTargetOfADanglingLink) {
+    fs::create_directory(folder_ / "elsewhere");
+    fs::create_symlink("elsewhere/target", folder_ / "first");
+    fs::create_symlink(folder_ / "first", folder_ / "second");
+    write_file(folder_ / "second", "new");
+    EXPECT_EQ(read_back(folder_ / "elsewhere" / "target"), "new");
+    EXPECT_TRUE(fs::is_symlink(folder_ / "first"));
+}
+
+/// Every name that cannot be written, refused alike by the question and by the deed.
+TEST_F(OutputFile, RefusesWhatCannotBeWritten) {
+    write_file(folder_ / "file", "text");
+    fs::create_directory(folder_ / "folder");
+    fs::create_symlink("loop", folder_ / "loop");
+    const std::vector<fs::path> refused = {
+        "",
+        folder_,
+        folder_ / "folder",
+        folder_ / "folder" / "",
+        folder_ / "missing" / "file",
+        folder_ / "missing" / "",
+        folder_ / "file" / "child",
+        folder_ / "loop",
+        folder_ / std::string(256, 'n'),
+        folder_ / std::string(5000, 'n'),
+        "/proc/morphray",
+    };
+    for (const fs::path& path : refused) {
+        SCOPED_TRACE(path);
+        output_error([&] { check_writable(path); });
+        output_error([&] { write_file(path, "text"); });
+    }
+    EXPECT_EQ(read_back(folder_ / "file"), "text");
+    EXPECT_EQ(names().size(), 3u);
+}
+
+TEST_F(OutputFile, TakesTheLongestNameThatAFileCanHave) {
+    const fs::path path = folder_ / std::string(255, 'n');
+    check_writable(path);
+    write_file(path, "text");
+    EXPECT_EQ(read_back(path), "text");
+}
+
+TEST_F(OutputFile, NeedNotBeUtf8) {
+    const fs::path path = folder_ / "\xff\xfe";
+    write_file(path, "text");
+    EXPECT_EQ(read_back(path), "text");
+}
+
+TEST_F(OutputFile, AskingLeavesNothingBehind) {
+    check_writable(folder_ / "file");
+    check_writable("/dev/null");
+    EXPECT_TRUE(names().empty());
+}
+
+TEST_F(OutputFile, KilledAtAnyMomentIsTheOldOrTheNewFile) {
+    const std::array<std::string, 2> texts = {std::string(3'000'000, 'a'),
+                                              std::string(2'000'000, 'b')};
+    const fs::path path = folder_ / "file";
+    write_file(path, texts[0]);
+    for (int round = 0; round < 40; ++round) {
+        const pid_t child = ::fork();
+        ASSERT_GE(child, 0);
+        if (child == 0) {
+            for (std::size_t i = 0;; ++i) write_file(path, texts[i % 2]);
+        }
+        ::usleep(static_cast<useconds_t>(500 + 700 * round));
+        ::kill(child, SIGKILL);
+        ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+        const std::string found = read_back(path);
+        ASSERT_TRUE(found == texts[0] || found == texts[1]) << found.size() << " bytes";
+    }
+}
+
+TEST_F(OutputFile, FolderIsMadeWithItsParents) {
+    make_output_folder(folder_ / "a" / "b" / "c");
+    make_output_folder(folder_ / "a" / "b" / "c");
+    EXPECT_TRUE(fs::is_directory(folder_ / "a" / "b" / "c"));
+    EXPECT_TRUE(fs::is_empty(folder_ / "a" / "b" / "c"));
+}
+
+TEST_F(OutputFile, FolderMayEndInASlashOrBeALink) {
+    make_output_folder(folder_ / "a" / "");
+    fs::create_directory_symlink("a", folder_ / "link");
+    make_output_folder(folder_ / "link");
+    EXPECT_TRUE(fs::is_directory(folder_ / "a"));
+}
+
+TEST_F(OutputFile, FolderThatCannotBeIsRefused) {
+    write_file(folder_ / "file", "text");
+    const std::vector<fs::path> refused = {"",
+                                           folder_ / "file",
+                                           folder_ / "file" / "child",
+                                           folder_ / std::string(256, 'n'),
+                                           "/proc/morphray",
+                                           "/proc"};
+    for (const fs::path& path : refused) {
+        SCOPED_TRACE(path);
+        output_error([&] { make_output_folder(path); });
+    }
+}
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,348 @@
+// The camera against a pinhole camera worked out here, in long double and from angles.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "common/interop/camera.h"
+#include "common/scene/camera_setup.h"
+
+namespace morphray {
+namespace {
+
+using Real = long double;
+using Vec = std::array<Real, 3>;
+
+constexpr Real kPi = 3.141592653589793238462643383279502884L;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Vec minus(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Real inner(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Real norm(const Vec& a) { return std::hypot(a[0], a[1], a[2]); }
+Vec wide(const Point& p) { return {p[0], p[1], p[2]}; }
+Vec wide(vec3 p) { return {p.x, p.y, p.z}; }
+
+// Forward, right and up of a view by Gram and Schmidt.
+struct Basis {
+    Vec forward;
+    Vec right;
+    Vec up;
+};
+
+Basis basis_of(const Point& eye, const Point& target, const Point& up) {
+    Basis b;
+    b.forward = minus(wide(target), wide(eye));
+    const Real length = norm(b.forward);
+    for (Real& x : b.forward) x /= length;
+    b.up = wide(up);
+    const Real along = inner(b.up, b.forward);
+    for (int i = 0; i < 3; ++i) b.up[i] -= along * b.forward[i];
+    const Real rest = norm(b.up);
+    for (Real& x : b.up) x /= rest;
+    b.right = {b.forward[1] * b.up[2] - b.forward[2] * b.up[1],
+               b.forward[2] * b.up[0] - b.forward[0] * b.up[2],
+               b.forward[0] * b.up[1] - b.forward[1] * b.up[0]};
+    return b;
+}
+
+// Where a user's point appears, in pixels from the upper left corner, and how deep.
+struct Projection {
+    Real x;
+    Real y;
+    Real depth;
+};
+
+Projection project(const ViewSpec& view, const ResolvedView& resolved, const Vec& point) {
+    const Basis b = basis_of(resolved.eye, resolved.target, view.up);
+    const Vec to = minus(point, wide(resolved.eye));
+    const Real depth = inner(to, b.forward);
+    // Pixels a unit of slope: half the height subtends half the field of view.
+    const Real focal = view.height / 2.0L / std::tan(Real(view.fov) / 2 * kPi / 180);
+    return {view.width / 2.0L + focal * inner(to, b.right) / depth,
+            view.height / 2.0L - focal * inner(to, b.up) / depth, depth};
+}
+
+UserBounds box(double lower, double upper) {
+    return {{lower, lower, lower}, {upper, upper, upper}};
+}
+
+Vec corner(const UserBounds& bounds, int i) {
+    return {(i & 1) ? bounds.upper[0] : bounds.lower[0],
+            (i & 2) ? bounds.upper[1] : bounds.lower[1],
+            (i & 4) ? bounds.upper[2] : bounds.lower[2]};
+}
+
+ImageParams params_of(const ViewSpec& view, const UserBounds& bounds) {
+    return make_image_params(view, bounds, SceneSpace(bounds));
+}
+
+ViewSpec some_view() {
+    ViewSpec view;
+    view.eye = {3, 2, 5};
+    view.target = {0.5, -0.25, 0.125};
+    view.fov = 50;
+    view.width = 101;
+    view.height = 77;
+    return view;
+}
+
+TEST(MakeImageParams, SendsTheRayOfTheCentrePixelThroughTheTarget) {
+    const ViewSpec view = some_view();
+    const UserBounds bounds = box(-1, 1);
+    const SceneSpace space(bounds);
+    const Camera camera = make_image_params(view, bounds, space).camera;
+    const vec3 d = camera_direction(camera, 50, 38);
+    const Vec to_target = minus(wide(*view.target), wide(*view.eye));
+    const Real t = space.length_to_scene(double(norm(to_target)));
+    const vec3 target = space.to_scene({0.5f, -0.25f, 0.125f});
+    for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_NEAR(double(camera.org[axis] + t * d[axis]), target[axis], double(t) * 2e-7);
+    }
+}
+
+TEST(MakeImageParams, SendsARayOfAPixelThroughWhatIsSeenThere) {
+    const UserBounds bounds = box(-2, 3);
+    const SceneSpace space(bounds);
+    for (const double fov : {1.0, 30.0, 90.0, 150.0}) {
+        ViewSpec view = some_view();
+        view.up = {0.1, 2, -0.3};
+        view.fov = fov;
+        const Camera camera = make_image_params(view, bounds, space).camera;
+        const ResolvedView resolved = resolve_view(view, bounds);
+        const Real scale = space.length_to_scene(1);
+        for (std::uint32_t y = 0; y < view.height; y += 19) {
+            for (std::uint32_t x = 0; x < view.width; x += 25) {
+                const vec3 d = camera_direction(camera, x, y);
+                Vec point;
+                for (int i = 0; i < 3; ++i) point[i] = (*view.eye)[i] + 7 * d[i] / scale;
+                const Projection p = project(view, resolved, point);
+                // Float directions are good to some 2^-23, which is so many pixels.
+                const double tolerance = 1e-3 + 40 / fov * 0x1p-21 * view.height;
+                EXPECT_NEAR(double(p.x), x + 0.5, tolerance) << fov;
+                EXPECT_NEAR(double(p.y), y + 0.5, tolerance) << fov;
+                EXPECT_GT(p.depth, 0);
+            }
+        }
+    }
+}
+
+TEST(MakeImageParams, MeasuresDepthInSceneSpaceWhateverTheSceneIsMeasuredIn) {
+    for (const double scale : {1e-42, 1e-20, 0.01, 1.0, 3e5, 1e37}) {
+        ViewSpec view = some_view();
+        for (double& x : *view.eye) x *= scale;
+        for (double& x : *view.target) x *= scale;
+        const Camera camera = params_of(view, box(-scale, scale)).camera;
+        const Basis b = basis_of(*view.eye, *view.target, view.up);
+        for (const std::uint32_t x : {0u, 50u, 100u}) {
+            for (const std::uint32_t y : {0u, 38u, 76u}) {
+                const vec3 d = camera_direction(camera, x, y);
+                EXPECT_NEAR(double(inner(wide(d), b.forward)), 1, 1e-6) << scale;
+            }
+        }
+    }
+}
+
+TEST(MakeImageParams, LooksAlikeAtEveryScaleThatIsAPowerOfTwo) {
+    const ImageParams expected = params_of(some_view(), box(-1, 1));
+    for (const int exponent : {-100, -3, 7, 90}) {
+        const double scale = std::ldexp(1.0, exponent);
+        ViewSpec view = some_view();
+        for (double& x : *view.eye) x *= scale;
+        for (double& x : *view.target) x *= scale;
+        const ImageParams actual = params_of(view, box(-scale, scale));
+        EXPECT_EQ(actual.camera.org, expected.camera.org);
+        EXPECT_EQ(actual.camera.corner, expected.camera.corner);
+        EXPECT_EQ(actual.camera.du, expected.camera.du);
+        EXPECT_EQ(actual.camera.dv, expected.camera.dv);
+        EXPECT_EQ(actual.light, expected.light);
+        EXPECT_EQ(actual.ao_tfar, expected.ao_tfar);
+    }
+}
+
+TEST(MakeImageParams, CopesWithASceneFarFromTheOrigin) {
+    UserBounds bounds = box(1e7, 1e7 + 8);
+    const SceneSpace space(bounds);
+    ViewSpec view;
+    const ResolvedView resolved = resolve_view(view, bounds);
+    const Camera camera = make_image_params(view, bounds, space).camera;
+    for (int i = 0; i < 8; ++i) {
+        const Vec point = corner(bounds, i);
+        const Projection p = project(view, resolved, point);
+        // The ray of the pixel passes within a pixel of the corner.
+        const vec3 d = camera_direction(camera, static_cast<std::uint32_t>(p.x),
+                                        static_cast<std::uint32_t>(p.y));
+        const vec3 scene = space.to_scene({float(point[0]), float(point[1]), float(point[2])});
+        const Real t = space.length_to_scene(double(p.depth));
+        const Real pixel = t * 2 * std::tan(22.5L * kPi / 180) / view.height;
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_NEAR(double(camera.org[axis] + t * d[axis]), scene[axis], double(pixel));
+        }
+    }
+}
+
+TEST(MakeImageParams, PassesOnWhatIsNotGeometry) {
+    ViewSpec view = some_view();
+    view.rays = kRaysAo;
+    view.ao_count = 256;
+    view.ao_distance = 0.5;
+    view.light = {0, 4, 0};
+    const UserBounds bounds = box(-1, 1);
+    const ImageParams params = params_of(view, bounds);
+    EXPECT_EQ(params.width, 101u);
+    EXPECT_EQ(params.height, 77u);
+    EXPECT_EQ(params.rays, kRaysAo);
+    EXPECT_EQ(params.ao_count, 256u);
+    EXPECT_EQ(params.ao_tfar, 0x1p19f);
+    EXPECT_EQ(params.light, vec3(0, 0x1p22f, 0));
+}
+
+TEST(ResolveView, KeepsWhatIsGiven) {
+    ViewSpec view = some_view();
+    view.light = {9, 8, 7};
+    view.ao_distance = 0.75;
+    const ResolvedView resolved = resolve_view(view, box(-1, 1));
+    EXPECT_EQ(resolved.eye, *view.eye);
+    EXPECT_EQ(resolved.target, *view.target);
+    EXPECT_EQ(resolved.light, *view.light);
+    EXPECT_EQ(resolved.ao_distance, 0.75);
+}
+
+TEST(ResolveView, FillsThePictureWithTheBounds) {
+    const UserBounds shapes[] = {box(-1, 1),
+                                 box(100, 101),
+                                 {{-5, 0, -5}, {5, 0.2, 5}},
+                                 {{0, 0, 0}, {0.1, 9, 0.1}},
+                                 {{-2, -3, -4}, {-1, -2, -3.5}},
+                                 box(-1e-40, 1e-40),
+                                 box(-3e38, 3e38)};
+    for (const UserBounds& bounds : shapes) {
+        for (const double fov : {0.5, 20.0, 45.0, 100.0, 170.0}) {
+            for (const auto& [width, height] :
+                 {std::pair{512u, 512u}, {1920u, 300u}, {40u, 900u}}) {
+                ViewSpec view;
+                view.fov = fov;
+                view.width = width;
+                view.height = height;
+                const ResolvedView resolved = resolve_view(view, bounds);
+                Real fill = 0;
+                for (int i = 0; i < 8; ++i) {
+                    const Projection p = project(view, resolved, corner(bounds, i));
+                    EXPECT_GT(p.depth, 0);
+                    fill = std::max(
+                        {fill, std::abs(2 * p.x / width - 1), std::abs(2 * p.y / height - 1)});
+                }
+                EXPECT_LT(fill, 1) << fov << ' ' << width;
+                if (fov <= 100) {
+                    EXPECT_GT(fill, 0.8) << fov << ' ' << width;
+                }
+            }
+        }
+    }
+}
+
+TEST(ResolveView, LooksFromAboveTheFrontRightAtTheMiddle) {
+    const ResolvedView resolved = resolve_view({}, box(2, 6));
+    EXPECT_EQ(resolved.target, (Point{4, 4, 4}));
+    EXPECT_GT(resolved.eye[0], 6);
+    EXPECT_GT(resolved.eye[1], 6);
+    EXPECT_GT(resolved.eye[2], 6);
+    EXPECT_GT(resolved.eye[2] - 4, resolved.eye[0] - 4);
+}
+
+TEST(ResolveView, LightsFromAboveLeftOfTheEyeAndOutsideOfTheBounds) {
+    const std::optional<Point> eyes[] = {{},
+                                         Point{0, 0, 9},
+                                         Point{0.1, 0, 0.2},
+                                         Point{-0.9, 0.9, 0.9},
+                                         Point{-3, 0, 4},
+                                         Point{4, -4, 4},
+                                         Point{1e6, 5, 0}};
+    for (const auto& eye : eyes) {
+        for (const Point target : {Point{0, 0, 0}, Point{0.5, 0, -9}, Point{8, 0, 0}}) {
+            ViewSpec view;
+            view.eye = eye;
+            view.target = target;
+            const ResolvedView resolved = resolve_view(view, box(-1, 1));
+            const Basis b = basis_of(resolved.eye, resolved.target, view.up);
+            const Vec to = minus(wide(resolved.light), wide(resolved.eye));
+            EXPECT_GT(inner(to, b.up), 0);
+            EXPECT_LT(inner(to, b.right), 0);
+            EXPECT_GT(norm(wide(resolved.light)), std::sqrt(3.0));
+        }
+    }
+}
+
+TEST(ResolveView, LooksStraightAheadFromTheMiddleOfTheBounds) {
+    ViewSpec view;
+    view.eye = {4, 4, 4};
+    const ResolvedView resolved = resolve_view(view, box(2, 6));
+    EXPECT_EQ(resolved.eye, (Point{4, 4, 4}));
+    EXPECT_LT(resolved.target[2], 4);
+    params_of(view, box(2, 6));
+}
+
+TEST(ResolveView, GivesOcclusionAQuarterOfTheDiagonal) {
+    const UserBounds bounds = {{0, 0, 0}, {4, 4, 2}};
+    EXPECT_DOUBLE_EQ(resolve_view({}, bounds).ao_distance, 1.5);
+}
+
+TEST(ResolveView, IsSaneForScenesWithoutExtent) {
+    const UserBounds scenes[] = {
+        {}, box(0, 0), box(5, 5), box(-1e-44f, -1e-44f), box(3e38f, 3e38f)};
+    for (const UserBounds& bounds : scenes) {
+        const ResolvedView resolved = resolve_view({}, bounds);
+        EXPECT_GT(norm(minus(wide(resolved.eye), wide(resolved.target))), 0);
+        EXPECT_GT(resolved.ao_distance, 0);
+        const ImageParams params = params_of({}, bounds);
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_TRUE(std::isfinite(params.camera.org[axis]));
+            EXPECT_TRUE(std::isfinite(params.light[axis]));
+        }
+        EXPECT_GT(params.ao_tfar, 0);
+        EXPECT_LE(params.ao_tfar, kInfiniteT);
+    }
+}
+
+TEST(ResolveView, NeverThrowsForNumbersThatAreNotFinite) {
+    for (const double bad : {kNan, kInfinity, -kInfinity, 1e308}) {
+        for (int what = 0; what < 6; ++what) {
+            ViewSpec view = some_view();
+            if (what == 0) view.eye = {bad, 0, 0};
+            if (what == 1) view.target = {0, bad, 0};
+            if (what == 2) view.up = {0, 0, bad};
+            if (what == 3) view.fov = bad;
+            if (what == 4) view.light = {bad, bad, bad};
+            if (what == 5) view.width = 0;
+            EXPECT_NO_THROW(resolve_view(view, box(-1, 1)));
+            if (what == 3) {
+                view.eye.reset();
+                const ResolvedView resolved = resolve_view(view, box(-1, 1));
+                EXPECT_TRUE(std::isfinite(resolved.eye[0]));
+            }
+        }
+    }
+}
+
+TEST(MakeImageParams, KeepsDirectionsWithinWhatTheHitRuleTakes) {
+    for (const double fov : {1e-300, 1e-30, 1e-9, 45.0, 179.999}) {
+        for (const auto& [width, height] : {std::pair{9u, 9u}, {60000u, 3u}, {3u, 60000u}}) {
+            ViewSpec view = some_view();
+            view.fov = fov;
+            view.width = width;
+            view.height = height;
+            const Camera camera = params_of(view, box(-1, 1)).camera;
+            for (const vec3 v : {camera.corner, camera.du, camera.dv}) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    EXPECT_LE(std::fabs(v[axis]), 0x1p42f);
+                    EXPECT_TRUE(v[axis] == 0 || std::fabs(v[axis]) >= 0x1p-60f);
+                }
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,171 @@
+#include "common/scene/scene_source.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <chrono>
+
+#include "tests/common/base/temp_folder.h"
+
+namespace morphray {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+std::optional<ErrorKind> code_of_opening(const std::string& spec) {
+    return kind_of([&] { open_scene(spec); });
+}
+
+TEST(OpenScene, OpensAFile) {
+    const TempFolder folder;
+    const std::string path = folder.write("a.obj", kTriangle).native();
+    const auto clip = open_scene(path);
+    EXPECT_EQ(clip->name(), path);
+    EXPECT_EQ(clip->topology().vertex_count, 3u);
+    EXPECT_EQ(clip->topology().triangles, std::vector<uvec3>{uvec3(0, 1, 2)});
+    EXPECT_EQ(clip->topology().albedo, std::vector<Albedo>{kDefaultAlbedo});
+    EXPECT_EQ(clip->first_frame(), 0);
+    EXPECT_EQ(clip->last_frame(), 0);
+}
+
+TEST(OpenScene, OpensAFolderFromFrameZero) {
+    const TempFolder folder;
+    folder.write("f_5.obj", kTriangle);
+    folder.write("f_6.obj", kTriangle);
+    const auto clip = open_scene(folder.path().native());
+    EXPECT_EQ(clip->first_frame(), 0);
+    EXPECT_EQ(clip->last_frame(), 1);
+    EXPECT_EQ(open_scene(folder.path().native() + "/")->last_frame(), 1);
+}
+
+TEST(OpenScene, OpensAPatternWithTheNumbersOfItsNames) {
+    const TempFolder folder;
+    folder.write("f_05.obj", kTriangle);
+    folder.write("f_06.obj", kTriangle);
+    const auto clip = open_scene((folder.path() / "f_%02d.obj").native());
+    EXPECT_EQ(clip->first_frame(), 5);
+    EXPECT_EQ(clip->last_frame(), 6);
+}
+
+TEST(OpenScene, FileThatIsThereIsNoPattern) {
+    const TempFolder folder;
+    EXPECT_EQ(open_scene(folder.write("100%.obj", kTriangle).native())->last_frame(), 0);
+}
+
+TEST(OpenScene, BadPatternsAreUsageErrors) {
+    const TempFolder folder;
+    for (const char* pattern : {"%s.obj", "%n.obj", "%d%d.obj", "%99999999d.obj", "100%"}) {
+        EXPECT_EQ(code_of_opening((folder.path() / pattern).native()), ErrorKind::kBadArgument)
+            << pattern;
+    }
+}
+
+TEST(OpenScene, WhatIsNoSceneIsBadInput) {
+    const TempFolder folder;
+    EXPECT_EQ(code_of_opening((folder.path() / "none.obj").native()), ErrorKind::kBadInput);
+    EXPECT_EQ(code_of_opening(folder.path().native()), ErrorKind::kBadInput);
+    EXPECT_EQ(code_of_opening(folder.write("a.png", kTriangle).native()), ErrorKind::kBadInput);
+    EXPECT_EQ(code_of_opening(folder.write("a.obj", "").native()), ErrorKind::kBadInput);
+    EXPECT_EQ(code_of_opening("/dev/zero"), ErrorKind::kBadInput);
+    EXPECT_EQ(code_of_opening("/dev/random"), ErrorKind::kBadInput);
+    const fs::path pipe = folder.path() / "pipe.obj";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0644), 0);
+    EXPECT_EQ(code_of_opening(pipe.native()), ErrorKind::kBadInput);
+    fs::create_symlink("loop.obj", folder.path() / "loop.obj");
+    EXPECT_EQ(code_of_opening((folder.path() / "loop.obj").native()), ErrorKind::kBadInput);
+    EXPECT_EQ(code_of_opening(std::string(10'000, 'x')), ErrorKind::kBadInput);
+}
+
+TEST(OpenScene, MoreThanFourGibibytesAreOverTheLimit) {
+    const TempFolder folder;
+    const fs::path path = folder.write("huge.obj", "");
+    fs::resize_file(path, (std::uint64_t{4} << 30) + 1);
+    EXPECT_EQ(code_of_opening(path.native()), ErrorKind::kLimit);
+}
+
+TEST(OpenScene, BadBuiltinSpecsAreUsageErrors) {
+    for (const char* spec : {"", "builtin:", "builtin:no such scene", "builtin:x:0", "builtin:x:-1",
+                             "builtin:x:1e6", "builtin:x:", "builtin:x:1:2", "builtin:x:nan"}) {
+        EXPECT_EQ(code_of_opening(spec), ErrorKind::kBadArgument) << spec;
+    }
+}
+
+TEST(OpenScene, BuiltinOfNoNumberOfTrianglesIsToldOneThatOpens) {
+    for (const char* spec : {"builtin:herd:abc", "builtin:herd:0",
+                             "builtin:herd:", "builtin:no such scene:abc", "builtin:\n:abc"}) {
+        const std::string message = message_of([&] { open_scene(spec); });
+        const std::size_t example = message.find("such as builtin:");
+        ASSERT_NE(example, std::string::npos) << message;
+        const std::string suggested = message.substr(example + 8);
+        EXPECT_NO_THROW(open_scene(suggested)) << suggested;
+        if (std::string(spec).starts_with("builtin:herd")) {
+            EXPECT_EQ(suggested, "builtin:herd:100000");
+        }
+    }
+}
+
+TEST(OpenScene, BuiltinWithoutANameIsToldAllNames) {
+    for (const char* spec : {"builtin:", "builtin::500"}) {
+        const std::string message = message_of([&] { open_scene(spec); });
+        EXPECT_NE(message.find("the name is missing; "), std::string::npos) << message;
+        EXPECT_NE(message.find("cloth, twist, herd, explode, shuffle, soup, spikes, collapse, "
+                               "wave, orbits, gather, mirror, teleport, swing"),
+                  std::string::npos)
+            << message;
+    }
+}
+
+TEST(OpenScene, AcceptsASceneWithoutFacesWhenAsked) {
+    const TempFolder folder;
+    for (const char* text : {"", "v 1 2 3\n"}) {
+        const std::string path = folder.write("a.obj", text).native();
+        EXPECT_EQ(code_of_opening(path), ErrorKind::kBadInput);
+        for (const bool lenient : {false, true}) {
+            SceneOptions options;
+            options.allow_empty = !lenient;
+            options.lenient = lenient;
+            const auto clip = open_scene(path, options);
+            EXPECT_TRUE(clip->topology().triangles.empty());
+            EXPECT_EQ(clip->bounds().empty(), clip->topology().vertex_count == 0);
+        }
+    }
+}
+
+TEST(OpenScene, PolygonsBecomeTrianglesInTheOrderOfTheFaces) {
+    const TempFolder folder;
+    const auto clip = open_scene(folder
+                                     .write("a.obj",
+                                            "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\n"
+                                            "f 1 1 1\nf 1 2\nf 2 3 4 1\nf 1 2 3\n")
+                                     .native());
+    const std::vector<uvec3>& triangles = clip->topology().triangles;
+    ASSERT_EQ(triangles.size(), 4u);
+    EXPECT_EQ(triangles[0], uvec3(0, 0, 0));
+    EXPECT_EQ(triangles[3], uvec3(0, 1, 2));
+}
+
+TEST(OpenScene, PolygonOfTwoHundredThousandCornersIsReadInTime) {
+    constexpr int kCount = 200'000;
+    std::string text;
+    for (int i = 0; i < kCount; ++i) {
+        text += fmt::format("v {} {} 0\n", i, i % 2 * 100);
+    }
+    text += "f";
+    for (int i = 1; i <= kCount; ++i) text += fmt::format(" {}", i);
+    const TempFolder folder;
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_EQ(open_scene(folder.write("a.obj", text).native())->topology().triangles.size(),
+              kCount - 2u);
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
+}
+
+TEST(OpenScene, NamesThatAreNotUtf8Work) {
+    const TempFolder folder;
+    EXPECT_EQ(open_scene(folder.write("\xE4\xFF \n.obj", kTriangle).native())->last_frame(), 0);
+}
+
+}  // namespace
+}  // namespace morphray

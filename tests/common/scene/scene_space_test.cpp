@@ -1,0 +1,371 @@
+// Scene space against long double, which holds every sum and product here exactly.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/scene/scene_space.h"
+#include "common/scene/world_bounds.h"
+
+namespace morphray {
+namespace {
+
+using Real = long double;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// xorshift64*: a stream of floats of all kinds for the properties below.
+class Stream {
+public:
+    std::uint64_t bits() {
+        state_ ^= state_ >> 12;
+        state_ ^= state_ << 25;
+        state_ ^= state_ >> 27;
+        return state_ * 0x2545F4914F6CDD1Du;
+    }
+    /// In [0, 1).
+    double unit() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
+    float between(double lower, double upper) {
+        const auto x = static_cast<float>(lower + (upper - lower) * unit());
+        return std::min(std::max(x, static_cast<float>(lower)), static_cast<float>(upper));
+    }
+
+private:
+    std::uint64_t state_ = 88172645463325252u;
+};
+
+// Points in boxes of many sizes, shapes and places.
+std::vector<std::vector<vec3>> scenes() {
+    Stream stream;
+    std::vector<std::vector<vec3>> all;
+    const double boxes[][2] = {
+        {-1, 1},           {0, 1},          {1, 2},           {1e7, 1e7 + 3},
+        {-1e7, -9.9e6},    {-1e-39, 1e-39}, {0, 1e-44},       {1e-42, 3e-42},
+        {-3e38, 3e38},     {1e38, 3.4e38},  {-7e5, 1},        {0.3, 0.9},
+        {0.3, 0.8},        {1, 2.9},        {1, 2.9001},      {16777216, 16777218},
+        {-1.0001, 0.9999}, {5e29, 5.1e29},  {-1e-20, -9e-21}, {1e-45, 1e38}};
+    for (const auto& x : boxes) {
+        for (const auto& y : boxes) {
+            std::vector<vec3>& points = all.emplace_back();
+            for (int i = 0; i < 30; ++i) {
+                points.push_back({stream.between(x[0], x[1]), stream.between(y[0], y[1]),
+                                  stream.between(0.25 * x[0], 0.25 * x[1])});
+            }
+        }
+    }
+    return all;
+}
+
+TEST(SceneSpace, PutsEveryPointOfTheBoundsIntoTheExtentAndUsesMoreThanHalfOfIt) {
+    for (const auto& points : scenes()) {
+        const SceneSpace space(bounds_of(points));
+        float largest = 0;
+        for (const vec3& p : points) {
+            const vec3 s = space.to_scene(p);
+            for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, std::fabs(s[axis]));
+        }
+        EXPECT_LE(largest, kSceneExtent);
+        EXPECT_GT(largest, kSceneExtent * 0.49f);
+    }
+}
+
+TEST(SceneSpace, KeepsDifferencesExactlyUpToThePowerOfTwo) {
+    for (const auto& points : scenes()) {
+        const SceneSpace space(bounds_of(points));
+        const UserBounds bounds = bounds_of(points);
+        double extent = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            extent = std::max({extent, std::abs(bounds.lower[axis]), std::abs(bounds.upper[axis])});
+        }
+        for (std::size_t i = 1; i < points.size(); ++i) {
+            for (int axis = 0; axis < 3; ++axis) {
+                const Real a = points[i][axis];
+                const Real b = points[i - 1][axis];
+                const Real expected = std::ldexp(a - b, space.exponent());
+                const Real actual = Real(space.to_scene(points[i])[axis]) -
+                                    Real(space.to_scene(points[i - 1])[axis]);
+                // Only what is below the grid is rounded, to a multiple of 2^-39.
+                EXPECT_NEAR(double(actual), double(expected), 0x1p-39);
+            }
+        }
+    }
+}
+
+TEST(SceneSpace, IsInvertedExactly) {
+    for (const auto& points : scenes()) {
+        const UserBounds bounds = bounds_of(points);
+        const SceneSpace space(bounds);
+        for (const vec3& p : points) {
+            const vec3 back = space.to_user(space.to_scene(p));
+            for (int axis = 0; axis < 3; ++axis) {
+                // 2^-36 of the extent is the least that the contract covers.
+                const Real size = std::ldexp(std::fabs(Real(p[axis])), space.exponent());
+                if (size < 0x1p-16L) continue;
+                EXPECT_EQ(back[axis], p[axis]) << bounds.lower[axis] << ' ' << bounds.upper[axis];
+            }
+        }
+    }
+}
+
+TEST(SceneSpace, IsExactFrom2ToTheMinus36OfTheExtentOn) {
+    for (const double extent : {1.0, 1.0000001, 1.5, 1.9999999}) {
+        const SceneSpace space(UserBounds{{-extent, -extent, -extent}, {extent, extent, extent}});
+        for (const float mantissa : {1.0f, 1.0000001f, 1.3333334f, 1.9999999f}) {
+            for (int exponent = -36; exponent <= 0; ++exponent) {
+                const auto x = static_cast<float>(std::ldexp(mantissa * extent, exponent));
+                if (x > extent) continue;
+                const vec3 s = space.to_scene({x, -x, x});
+                EXPECT_EQ(Real(s.x), std::ldexp(Real(x), space.exponent()));
+                EXPECT_EQ(space.to_user(s).x, x);
+                EXPECT_EQ(space.to_user(s).y, -x);
+            }
+        }
+    }
+}
+
+TEST(SceneSpace, PutsCoordinatesOnTheGridAndHasNoNegativeZero) {
+    Stream stream;
+    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});
+    std::vector<float> values = {0.0f, -0.0f, 1e-45f, -1e-45f, -1e-30f, 0x1p-61f, -0x1p-60f};
+    for (int i = 0; i < 100000; ++i) {
+        values.push_back(static_cast<float>(
+            std::ldexp(2 * stream.unit() - 1, -static_cast<int>(stream.bits() % 90))));
+    }
+    for (const float x : values) {
+        const float s = space.to_scene({x, 1, 1}).x;
+        const Real steps = std::ldexp(Real(s), 40);
+        EXPECT_EQ(steps, std::nearbyint(steps));
+        EXPECT_FALSE(s == 0 && std::signbit(s));
+        EXPECT_LE(std::fabs(Real(s) - std::ldexp(Real(x), 20)), 0x1p-40L);
+    }
+}
+
+TEST(SceneSpace, KeepsTheOrderOfCoordinates) {
+    Stream stream;
+    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});
+    for (int i = 0; i < 100000; ++i) {
+        const auto x = static_cast<float>(
+            std::ldexp(2 * stream.unit() - 1, -static_cast<int>(stream.bits() % 64)));
+        const float next = std::nextafter(x, 2.0f);
+        EXPECT_LE(space.to_scene({x, 0, 0}).x, space.to_scene({next, 0, 0}).x) << x;
+    }
+}
+
+TEST(SceneSpace, MarksVerticesThatAreNotFiniteOnAllAxes) {
+    const SceneSpace space(UserBounds{{5, 5, 5}, {6, 6, 6}});
+    const vec3 invalid(kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate);
+    for (const float bad : {kNan, kInfinity, -kInfinity}) {
+        EXPECT_EQ(space.to_scene({bad, 5, 5}), invalid);
+        EXPECT_EQ(space.to_scene({5, bad, 5}), invalid);
+        EXPECT_EQ(space.to_scene({5, 5, bad}), invalid);
+    }
+}
+
+TEST(SceneSpace, IsTheIdentityForEmptyBounds) {
+    const SceneSpace space{UserBounds{}};
+    EXPECT_EQ(space.exponent(), 0);
+    EXPECT_EQ(space.to_scene({1, -2, 3.5}), vec3(1, -2, 3.5));
+}
+
+TEST(SceneSpace, PutsAPointAtItsOwnSizeOrAtZero) {
+    const SceneSpace zero(UserBounds{{0, 0, 0}, {0, 0, 0}});
+    EXPECT_EQ(zero.to_scene({0, 0, 0}), vec3(0, 0, 0));
+    const SceneSpace point(UserBounds{{3, 3, 3}, {3, 3, 3}});
+    EXPECT_EQ(point.to_scene({3, 3, 3}), vec3(0, 0, 0));
+    EXPECT_EQ(point.to_user({0, 0, 0}), vec3(3, 3, 3));
+    EXPECT_EQ(point.length_to_scene(4), 0x1p20);
+}
+
+TEST(SceneSpace, ConvertsListsAsItConvertsPoints) {
+    const SceneSpace space(UserBounds{{-4, -4, -4}, {9, 9, 9}});
+    const std::vector<vec3> user = {{1, 2, 3}, {kNan, 0, 0}, {-4, 9, 1e-30f}};
+    std::vector<vec3> scene(3);
+    space.to_scene(user, scene);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(scene[i], space.to_scene(user[i]));
+}
+
+TEST(SceneSpace, ConvertsLengthsExactly) {
+    for (const auto& points : scenes()) {
+        const SceneSpace space(bounds_of(points));
+        for (const double length : {0.0, 1.0, 0.1, 3e10}) {
+            EXPECT_EQ(Real(space.length_to_scene(length)),
+                      std::ldexp(Real(length), space.exponent()));
+            EXPECT_EQ(space.length_to_user(space.length_to_scene(length)), length);
+        }
+    }
+}
+
+TEST(SceneSpace, TakesPointsUpToAMillionExtentsAwayAndRefusesOthersByName) {
+    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});
+    const double far[3] = {0x1p20, -0x1p20, 0.1};
+    EXPECT_EQ(space.point_to_scene(far, "it"), vec3(0x1p40f, -0x1p40f, float(0.1 * 0x1p20)));
+    const double bad[] = {0x1.000001p20, -1e30, 1e308, kNan, kInfinity};
+    for (const double x : bad) {
+        const double point[3] = {0, x, 0};
+        try {
+            space.point_to_scene(point, "the lamp");
+            ADD_FAILURE() << x;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kBadInput);
+            EXPECT_EQ(std::string(error.what()).find("the lamp"), 0u);
+        }
+    }
+}
+
+// The point of a ray at a user's t, in scene space, by way of the user's numbers and of the ray's.
+void expect_same_points(const SceneSpace& space, const UserRay& user, double t) {
+    const SceneRay scene = to_scene(space, user);
+    ASSERT_TRUE(scene.valid);
+    const vec3 origin = space.to_scene({0, 0, 0});
+    const Real scene_t = std::ldexp(Real(t), -scene.t_exponent);
+    for (int axis = 0; axis < 3; ++axis) {
+        const Real at = Real(user.org[axis]) + Real(t) * user.dir[axis];
+        const Real expected = std::ldexp(at, space.exponent()) + origin[axis];
+        const Real actual = scene.ray.org[axis] + scene_t * scene.ray.dir[axis];
+        const Real size = std::fabs(Real(scene.ray.org[axis])) + scene_t * 2;
+        EXPECT_LE(std::fabs(actual - expected), size * 0x1p-22L + 0x1p-39L);
+    }
+}
+
+TEST(ToSceneRay, KeepsThePointsOfRaysOfAnyScale) {
+    Stream stream;
+    for (const double scale : {1e-39, 1e-20, 1e-3, 1.0, 7e6, 1e20, 1e38}) {
+        const SceneSpace space(UserBounds{{-scale, -scale, -scale}, {scale, scale, scale}});
+        for (const double speed : {1e-300, 1e-50, 1.0, 1e9, 1e60, 1e300}) {
+            UserRay ray{};
+            for (int axis = 0; axis < 3; ++axis) {
+                ray.org[axis] = scale * (8 * stream.unit() - 4);
+                ray.dir[axis] = speed * (2 * stream.unit() - 1);
+            }
+            ray.tnear = 0;
+            ray.tfar = std::numeric_limits<double>::infinity();
+            const double t = scale / speed;
+            if (t == 0 || !std::isfinite(t)) continue;
+            expect_same_points(space, ray, t);
+            expect_same_points(space, ray, 1e-6 * t);
+        }
+    }
+}
+
+TEST(ToSceneRay, ScalesTheLargestComponentIntoOneToTwo) {
+    Stream stream;
+    const SceneSpace space(UserBounds{{-3, -3, -3}, {3, 3, 3}});
+    for (int i = 0; i < 1000; ++i) {
+        UserRay user{{0, 0, 0}, {0, 0, 0}, 0, 1};
+        for (double& d : user.dir) {
+            d = std::ldexp(2 * stream.unit() - 1, static_cast<int>(stream.bits() % 2000) - 1000);
+        }
+        // An interval that is not empty in scene space either.
+        user.tfar = std::numeric_limits<double>::infinity();
+        const SceneRay scene = to_scene(space, user);
+        ASSERT_TRUE(scene.valid);
+        const vec3 d = scene.ray.dir;
+        const float largest = std::max({std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)});
+        EXPECT_GE(largest, 1.0f);
+        EXPECT_LT(largest, 2.0f);
+        for (int axis = 0; axis < 3; ++axis) {
+            const Real steps = std::ldexp(Real(d[axis]), 46);
+            EXPECT_EQ(steps, std::nearbyint(steps));
+            EXPECT_FALSE(d[axis] == 0 && std::signbit(d[axis]));
+        }
+    }
+}
+
+TEST(ToSceneRay, KeepsTheLargestComponentBelowTwoWhenItsRoundingWouldReachIt) {
+    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});  // 2^20
+    const double almost[] = {std::nextafter(2.0, 0.0), 2 - 0x1p-25, 2 - 0x1p-26};
+    for (const double x : almost) {
+        const SceneRay scene = to_scene(space, {{0, 0, 0}, {0.5, x, 0}, 0, 1});
+        EXPECT_TRUE(scene.valid);
+        EXPECT_EQ(scene.ray.dir, vec3(0.25f, 1.0f, 0.0f));
+        EXPECT_EQ(scene.t_exponent, -21);
+        EXPECT_EQ(scene.ray.tfar, 0x1p21f);
+    }
+    const double below = 2 - 0x1.8p-24;
+    EXPECT_EQ(to_scene(space, {{0, 0, 0}, {0, below, 0}, 0, 1}).ray.dir.y, 0x1.fffffep0f);
+}
+
+TEST(ToSceneRay, ScalesTheIntervalAndClampsItToWhatARayCanHold) {
+    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});  // 2^20
+    UserRay user{{0, 0, 0}, {0, 0, 8}, 0.5, 4};                   // 2^3
+    SceneRay scene = to_scene(space, user);
+    EXPECT_TRUE(scene.valid);
+    EXPECT_EQ(scene.t_exponent, -23);
+    EXPECT_EQ(scene.ray.tnear, 0x1p22f);
+    EXPECT_EQ(scene.ray.tfar, 0x1p25f);
+    user.tnear = -5;
+    user.tfar = std::numeric_limits<double>::infinity();
+    scene = to_scene(space, user);
+    EXPECT_TRUE(scene.valid);
+    EXPECT_EQ(scene.ray.tnear, 0);
+    EXPECT_EQ(scene.ray.tfar, kInfiniteT);
+    user.tnear = -user.tfar;
+    EXPECT_EQ(to_scene(space, user).ray.tnear, 0);
+}
+
+TEST(ToSceneRay, FindsRaysThatCannotHitInvalid) {
+    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});
+    const UserRay good{{0, 0, 5}, {0, 0, -1}, 0, 100};
+    ASSERT_TRUE(to_scene(space, good).valid);
+    for (const double bad : {double(kNan), double(kInfinity), -double(kInfinity)}) {
+        for (int axis = 0; axis < 3; ++axis) {
+            UserRay ray = good;
+            ray.org[axis] = bad;
+            EXPECT_FALSE(to_scene(space, ray).valid);
+            ray = good;
+            ray.dir[axis] = bad;
+            EXPECT_FALSE(to_scene(space, ray).valid);
+        }
+    }
+    UserRay ray = good;
+    ray.dir[2] = 0;
+    EXPECT_FALSE(to_scene(space, ray).valid);
+    ray = good;
+    ray.org[0] = 0x1.01p20;
+    EXPECT_FALSE(to_scene(space, ray).valid);
+    for (const auto& [tnear, tfar] : {std::pair{2.0, 1.0},
+                                      {0.0, -1.0},
+                                      {double(kNan), 1.0},
+                                      {0.0, double(kNan)},
+                                      {-3.0, -2.0}}) {
+        ray = good;
+        ray.tnear = tnear;
+        ray.tfar = tfar;
+        EXPECT_FALSE(to_scene(space, ray).valid) << tnear << ' ' << tfar;
+    }
+}
+
+TEST(ToSceneRay, KeepsRaysWithinWhatTheHitRuleTakes) {
+    Stream stream;
+    for (const double scale : {1e-44, 1e-20, 1.0, 1e20, 3e38}) {
+        const SceneSpace space(UserBounds{{-scale, -scale, -scale}, {scale, scale, scale}});
+        for (int i = 0; i < 20000; ++i) {
+            const auto any = [&] { return std::bit_cast<double>(stream.bits()); };
+            UserRay user{
+                {scale * any(), scale * stream.unit(), 0}, {any(), any(), any()}, any(), any()};
+            if (i % 2 == 0) user.org[0] = 0;
+            if (i % 3 == 0) user.tnear = 0;
+            const SceneRay scene = to_scene(space, user);
+            if (!scene.valid) continue;
+            const Ray& ray = scene.ray;
+            EXPECT_GE(ray.tnear, 0);
+            EXPECT_LE(ray.tnear, ray.tfar);
+            EXPECT_LE(ray.tfar, kInfiniteT);
+            EXPECT_TRUE(ray.tnear == 0 || ray.tnear >= 0x1p-100f);
+            for (int axis = 0; axis < 3; ++axis) {
+                EXPECT_LE(std::fabs(ray.org[axis]), kOriginExtent);
+                const Real steps = std::ldexp(Real(ray.org[axis]), 40);
+                EXPECT_EQ(steps, std::nearbyint(steps));
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,207 @@
+// A refit of what has moved leaves the bytes of a refit of everything.
+#include "common/update/moved_parts.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "common/bvh/box.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/scene/procedural/procedural.h"
+#include "common/scene/scene_space.h"
+#include "common/update/refit_plan.h"
+#include "cpu/cpu_backend.h"
+#include "cpu/refit/refit.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using namespace test;
+
+/// Moves each vertex with this probability.
+std::vector<vec3> partly_moved(const std::vector<vec3>& positions, double probability,
+                               std::uint64_t seed) {
+    Random random(seed);
+    std::vector<vec3> result = positions;
+    for (vec3& p : result) {
+        if (random.real(0, 1) < probability && is_finite_vertex(p)) p = snap_point(0.75f * p);
+    }
+    return result;
+}
+
+std::uint64_t hash_of(Backend& backend, const Bvh& built) {
+    Bvh bvh = built;
+    backend.read_bvh(bvh);
+    return bvh_hash(bvh);
+}
+
+TEST(MovedParts, RefittedAloneGiveTheBytesOfAFullRefit) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        Bvh all = build_bvh(scene.topology(), scene.positions());
+        Bvh parts_only = all;
+        PoseMemory pose(scene.positions());
+        const BlockLeaves block_leaves(all, pose.block_count());
+        std::vector<vec3> positions = scene.positions();
+        for (std::uint64_t step = 0; step < 12; ++step) {
+            positions = partly_moved(positions, step % 4 == 3 ? 1 : 0.01, step);
+            pose.advance(positions);
+            cpu::refit(all, positions);
+            cpu::refit(parts_only, positions, block_leaves.reached(parts_only, pose));
+            ASSERT_EQ(bvh_hash(parts_only), bvh_hash(all)) << named.name << ", step " << step;
+        }
+    }
+}
+
+TEST(MovedParts, OfASingleVertexAreItsLeavesAndTheirPathsToTheRoot) {
+    const TestScene scene = torus(60, 30);
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    PoseMemory pose(scene.positions());
+    const BlockLeaves block_leaves(bvh, pose.block_count());
+    std::vector<vec3> positions = scene.positions();
+    positions[700].x += 0x1p10f;
+    EXPECT_EQ(pose.advance(positions), 1u);
+    const MovedParts parts = block_leaves.reached(bvh, pose);
+    EXPECT_LT(parts.leaves.size(), bvh.leaves.size() / 10);
+    EXPECT_EQ(parts.nodes.front(), 0u);
+    EXPECT_TRUE(std::is_sorted(parts.nodes.begin(), parts.nodes.end()));
+    for (std::uint32_t leaf = 0; leaf < bvh.leaves.size(); ++leaf) {
+        const std::uint32_t* vertices = &bvh.leaf_vertices[std::size_t{leaf} * kLeafVertices];
+        if (std::find(vertices, vertices + kLeafVertices, 700u) == vertices + kLeafVertices)
+            continue;
+        EXPECT_TRUE(std::binary_search(parts.leaves.begin(), parts.leaves.end(), leaf));
+    }
+}
+
+TEST(CoveringRanges, AreFewAndCoverEveryIndex) {
+    Random random(3);
+    for (int trial = 0; trial < 200; ++trial) {
+        std::vector<std::uint32_t> indices;
+        for (std::uint32_t i = 0; i < 400; ++i) {
+            if (random.real(0, 1) < 0.02 * trial) indices.push_back(i);
+        }
+        for (const std::size_t most : {1u, 2u, 8u, 1000u}) {
+            const std::vector<IndexRange> ranges = covering_ranges(indices, most);
+            ASSERT_LE(ranges.size(), most);
+            std::size_t covered = 0;
+            for (const std::uint32_t i : indices) {
+                covered += std::any_of(ranges.begin(), ranges.end(), [i](const IndexRange& r) {
+                    return r.begin <= i && i < r.end;
+                });
+            }
+            ASSERT_EQ(covered, indices.size());
+        }
+    }
+    const std::uint32_t some[] = {1, 2, 5, 6, 90};
+    EXPECT_EQ(covering_ranges(some, 2), (std::vector<IndexRange>{{1, 7}, {90, 91}}));
+    EXPECT_EQ(covering_ranges(some, 9), (std::vector<IndexRange>{{1, 3}, {5, 7}, {90, 91}}));
+}
+
+TEST(PoseMemory, SeesTheSmallestChangeAndNoneWhereThereIsNone) {
+    const TestScene scene = icosphere(3);
+    PoseMemory pose(scene.positions());
+    EXPECT_EQ(pose.advance(scene.positions()), 0u);
+    std::vector<vec3> positions = scene.positions();
+    positions.back().z = std::nextafter(positions.back().z, 2 * kSceneExtent);
+    EXPECT_EQ(pose.advance(positions), 1u);
+    EXPECT_TRUE(pose.moved(pose.block_count() - 1));
+    EXPECT_EQ(pose.advance(positions), 0u);
+    EXPECT_EQ(pose.positions().back(), positions.back());
+}
+
+TEST(PoseMemory, TellsEachBlockWithAMovedVertexAndNoOther) {
+    // Several stretches and tasks, and a last block that is not whole.
+    std::vector<vec3> positions(70005, vec3(0.5f));
+    PoseMemory pose(positions);
+    Random random(7);
+    for (int round = 0; round < 50; ++round) {
+        std::vector<std::uint32_t> expected;
+        for (std::uint32_t block = 0; block < pose.block_count(); ++block) {
+            if (random.real(0, 1) > 0.02) continue;
+            const std::uint32_t vertex = block * kMotionBlock + random.below(kMotionBlock);
+            if (vertex >= positions.size()) continue;
+            positions[vertex].y += 0.25f;
+            expected.push_back(block);
+        }
+        ASSERT_EQ(pose.advance(positions), expected.size());
+        ASSERT_EQ(pose.moved_blocks(), expected);
+        ASSERT_TRUE(std::equal(positions.begin(), positions.end(), pose.positions().begin()));
+    }
+}
+
+TEST(CpuBackend, TenThousandRefitsLeaveTheBytesOfOne) {
+    const TestScene scene = icosphere(3);
+    const Bvh built = build_bvh(scene.topology(), scene.positions());
+    const auto backend = cpu::make_cpu_backend({.threads = 1});
+    backend->set_scene(scene.topology(), scene.positions(), built);
+    std::vector<vec3> positions;
+    for (std::uint32_t i = 0; i < 10000; ++i) {
+        // From a vertex now and then to all of them: refits of parts and of everything.
+        positions = partly_moved(scene.positions(), i % 100 < 50 ? 0.02 : 0.02 * (i % 50), i);
+        backend->refit(positions);
+    }
+    Bvh after = built;
+    backend->read_bvh(after);
+    Bvh once = built;
+    cpu::refit(once, positions);
+    EXPECT_EQ(bvh_hash(after), bvh_hash(once));
+    backend->refit(scene.positions());
+    backend->read_bvh(after);
+    EXPECT_EQ(bvh_hash(after), bvh_hash(built));
+}
+
+TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {
+    const std::unique_ptr<Clip> clip = make_procedural("herd", 20000);
+    const SceneSpace space(clip->bounds());
+    const auto pose_at = [&](double frame) {
+        std::vector<vec3> user(clip->topology().vertex_count);
+        std::vector<vec3> scene(user.size());
+        clip->positions(frame, user);
+        space.to_scene(user, scene);
+        return scene;
+    };
+    const Bvh built = build_bvh(clip->topology(), pose_at(0));
+    const auto partly = cpu::make_cpu_backend();
+    const auto fully = cpu::make_cpu_backend();
+    for (Backend* backend : {partly.get(), fully.get()}) {
+        backend->set_scene(clip->topology(), pose_at(0), built);
+    }
+    partly->refit(pose_at(0));
+    EXPECT_EQ(partly->times().refitted_leaves, 0u);
+    EXPECT_EQ(hash_of(*partly, built), bvh_hash(built));
+    for (const double frame : {1.0, 2.0, 2.0, 7.5, 0.0}) {
+        const std::vector<vec3> pose = pose_at(frame);
+        partly->refit(pose);
+        fully->refit(pose, RefitExtent::kAll);
+        // At least half of the triangles are ground, which never moves.
+        EXPECT_LT(partly->times().refitted_leaves, built.leaves.size() * 6 / 10) << frame;
+        EXPECT_EQ(fully->times().refitted_leaves, built.leaves.size());
+        EXPECT_EQ(hash_of(*partly, built), hash_of(*fully, built)) << frame;
+    }
+}
+
+TEST(CpuBackend, PartsAreThoseOfTheNewTreeAfterAnotherFrame) {
+    const TestScene scene = torus(60, 30);
+    const auto backend = cpu::make_cpu_backend();
+    backend->set_scene(scene.topology(), scene.positions(),
+                       build_bvh(scene.topology(), scene.positions()));
+    std::vector<vec3> positions = scene.positions();
+    positions[3].x += 0x1p12f;
+    backend->refit(positions);
+    std::vector<vec3> folded = scene.positions();
+    for (vec3& p : folded) p.y = p.y < 0 ? -p.y : p.y;
+    const Bvh rebuilt = build_bvh(scene.topology(), folded);
+    backend->set_frame(folded, rebuilt);
+    positions = folded;
+    positions[500].z += 0x1p12f;
+    backend->refit(positions);
+    EXPECT_LT(backend->times().refitted_leaves, rebuilt.leaves.size() / 4);
+    Bvh expected = rebuilt;
+    cpu::refit(expected, positions);
+    EXPECT_EQ(hash_of(*backend, rebuilt), bvh_hash(expected));
+}
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,151 @@
+#include "common/update/restructure.h"
+
+#include <gtest/gtest.h>
+
+#include "common/bvh/bvh_builder.h"
+#include "common/bvh/bvh_stats.h"
+#include "common/update/tree_cost.h"
+#include "cpu/cpu_backend.h"
+#include "cpu/refit/refit.h"
+#include "tests/support/motions.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using namespace test;
+
+const std::vector<std::string> kSound;
+
+/// Bodies (icospheres of 80 triangles) in a grid, each a vertex range of its own.
+struct Bodies {
+    explicit Bodies(int count) {
+        const TestScene body = icosphere(1);
+        topology.vertex_count = 0;
+        for (int i = 0; i < count; ++i) {
+            for (const uvec3& t : body.topology().triangles)
+                topology.triangles.push_back(t + topology.vertex_count);
+            topology.vertex_count += body.topology().vertex_count;
+            shape = body.user_positions();
+        }
+        topology.albedo.assign(topology.triangles.size(), kDefaultAlbedo);
+    }
+
+    /// Each body at a place of its own by the seed.
+    std::vector<vec3> pose(std::uint64_t seed) const {
+        Random random(seed);
+        std::vector<vec3> positions;
+        while (positions.size() < topology.vertex_count) {
+            const vec3 centre = random.point(0.9 * kSceneExtent);
+            for (const vec3& p : shape)
+                positions.push_back(snap_point(centre + 0.03f * kSceneExtent * p));
+        }
+        return positions;
+    }
+
+    Topology topology;
+    std::vector<vec3> shape;
+};
+
+TEST(Restructure, MakesATreeAsGoodAsABuildOfBodiesThatMove) {
+    const Bodies bodies(60);
+    Bvh bvh = build_bvh(bodies.topology, bodies.pose(0));
+    BuiltAreas areas = built_areas(bvh);
+    for (std::uint64_t step = 1; step < 12; ++step) {
+        const std::vector<vec3> positions = bodies.pose(step);
+        cpu::refit(bvh, positions);
+        const double rotten = tree_cost(bvh.nodes);
+        EXPECT_GT(restructure(bodies.topology, positions, 1, bvh, areas), 0u);
+        ASSERT_EQ(check_bvh(bvh, bodies.topology, positions), kSound) << step;
+        const double fresh = tree_cost(build_bvh(bodies.topology, positions).nodes);
+        EXPECT_GT(rotten, 1.5 * fresh);
+        EXPECT_LT(tree_cost(bvh.nodes), 1.15 * fresh) << step;
+    }
+}
+
+TEST(Restructure, AnswersLikeBruteForce) {
+    const Bodies bodies(20);
+    const auto tracer = cpu::make_cpu_backend();
+    const auto brute = cpu::make_brute_backend();
+    const Bvh built = build_bvh(bodies.topology, bodies.pose(0));
+    BuiltAreas areas = built_areas(built);
+    for (Backend* backend : {tracer.get(), brute.get()})
+        backend->set_scene(bodies.topology, bodies.pose(0), built);
+    Random random(3);
+    for (std::uint64_t step = 1; step < 6; ++step) {
+        const std::vector<vec3> positions = bodies.pose(step);
+        for (Backend* backend : {tracer.get(), brute.get()}) backend->refit(positions);
+        EXPECT_GT(tracer->restructure(bodies.topology, 1, areas), 0u);
+        std::vector<Ray> rays;
+        for (int i = 0; i < 500; ++i) {
+            Ray ray = {};
+            ray.org = snap_point(random.point(0.9 * kSceneExtent));
+            ray.dir = canonical_direction(positions[random.below(bodies.topology.vertex_count)] -
+                                          ray.org);
+            ray.tfar = 4 * kSceneExtent;
+            rays.push_back(ray);
+        }
+        std::vector<Hit> expected(rays.size());
+        std::vector<Hit> actual(rays.size());
+        brute->trace_rays(rays, expected);
+        tracer->trace_rays(rays, actual);
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            ASSERT_EQ(actual[i].prim_id, expected[i].prim_id) << step << ' ' << i;
+    }
+}
+
+TEST(Restructure, LeavesASoundTreeAsItIs) {
+    const TestScene scene = torus(40, 20);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    BuiltAreas areas = built_areas(bvh);
+    const std::uint64_t before = bvh_hash(bvh);
+    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 1, bvh, areas), 0u);
+    EXPECT_EQ(bvh_hash(bvh), before);
+}
+
+TEST(Restructure, DoesNotMindTrianglesThatGrow) {
+    const TestScene scene = torus(40, 20);
+    std::vector<vec3> small = scene.positions();
+    for (vec3& p : small) p = snap_point(0.25f * p);
+    Bvh bvh = build_bvh(scene.topology(), small);
+    BuiltAreas areas = built_areas(bvh);
+    cpu::refit(bvh, scene.positions());
+    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 16, bvh, areas), 0u);
+}
+
+TEST(Restructure, KeepsEveryInvariantOnEveryMotion) {
+    for (const Motion& motion : hard_motions()) {
+        const std::vector<vec3>& start = motion.poses[motion.build_at];
+        Bvh bvh = build_bvh(motion.topology, start);
+        BuiltAreas areas = built_areas(bvh);
+        for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {
+            cpu::refit(bvh, motion.poses[pose]);
+            ASSERT_EQ(check_bvh(bvh, motion.topology, motion.poses[pose]), kSound)
+                << motion.name << ", pose " << pose;
+            const Bvh before = bvh;
+            const std::size_t parts =
+                restructure(motion.topology, motion.poses[pose], 1, bvh, areas);
+            ASSERT_EQ(check_bvh(bvh, motion.topology, motion.poses[pose]), kSound)
+                << motion.name << ", pose " << pose;
+            EXPECT_EQ(parts == 0, bvh_hash(bvh) == bvh_hash(before)) << motion.name;
+            EXPECT_EQ(areas.leaves.size(), bvh.leaves.size());
+            EXPECT_EQ(areas.nodes.size(), bvh.nodes.size());
+        }
+    }
+}
+
+TEST(Restructure, OfNoTrianglesAndOfOneLeafDoesNothing) {
+    for (const std::uint32_t count : {0u, 1u, 4u}) {
+        const TestScene scene = random_soup(count, 0.1, 7);
+        Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        BuiltAreas areas = built_areas(bvh);
+        std::vector<vec3> apart = scene.positions();
+        for (std::size_t i = 0; i < apart.size(); ++i)
+            apart[i].x = (i % 2 == 0 ? 1.0f : -1.0f) * kSceneExtent;
+        cpu::refit(bvh, apart);
+        EXPECT_EQ(restructure(scene.topology(), apart, 1, bvh, areas), 0u);
+    }
+}
+
+}  // namespace
+}  // namespace morphray

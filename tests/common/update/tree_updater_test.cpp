@@ -1,0 +1,131 @@
+// The updater keeps a sound tree whatever the policy says.
+#include "common/update/tree_updater.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "common/bvh/bvh_stats.h"
+#include "cpu/cpu_backend.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using namespace test;
+
+/// Does what it is told, frame by frame.
+class Scripted final : public UpdatePolicy {
+public:
+    explicit Scripted(std::vector<UpdateDecision> script) : script_(std::move(script)) {}
+    UpdateDecision plan() override { return {UpdateStep::kRefit, "scripted"}; }
+    UpdateDecision review(const RefittedTree&) override {
+        return next_ < script_.size() ? script_[next_++] : UpdateDecision{};
+    }
+    bool needs_cost_ratio() const override { return true; }
+
+private:
+    std::vector<UpdateDecision> script_;
+    std::size_t next_ = 0;
+};
+
+std::vector<vec3> turned(const TestScene& scene, int step) {
+    std::vector<vec3> positions = scene.positions();
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        const double angle = 0.3 * step * static_cast<double>(i / 3 % 7);
+        const vec3 p = positions[i];
+        positions[i] = snap_point({static_cast<float>(0.5 * (p.x * cos(angle) - p.y * sin(angle))),
+                                   static_cast<float>(0.5 * (p.x * sin(angle) + p.y * cos(angle))),
+                                   0.5f * p.z});
+    }
+    return positions;
+}
+
+struct Rig {
+    explicit Rig(std::vector<UpdateDecision> script, const UpdateConfig& config = {})
+        : updater(scene.topology(), scene.positions(), *tracer, nullptr,
+                  std::make_unique<Scripted>(std::move(script)), {}, config) {}
+
+    TreeStep update(const std::vector<vec3>& positions) {
+        updater.update(positions);
+        EXPECT_EQ(check_bvh(updater.tree(), scene.topology(), positions),
+                  std::vector<std::string>{});
+        updater.frame_done();
+        return updater.last().step;
+    }
+
+    TestScene scene = random_soup(3000, 0.1, 8);
+    std::unique_ptr<Backend> tracer = cpu::make_cpu_backend();
+    TreeUpdater updater;
+};
+
+TEST(TreeUpdater, TreeIsSoundAfterEveryKindOfStep) {
+    const UpdateDecision refit = {UpdateStep::kRefit, ""};
+    const UpdateDecision rebuild = {UpdateStep::kRebuild, ""};
+    const UpdateDecision behind = {UpdateStep::kRebuildBehind, "", 2};
+    Rig rig({refit, rebuild, behind, refit, refit, behind, rebuild, refit, refit},
+            {.deterministic = true});
+    std::vector<TreeStep> steps;
+    for (int step = 0; step < 9; ++step) steps.push_back(rig.update(turned(rig.scene, step)));
+    using enum TreeStep;
+    EXPECT_EQ(steps, (std::vector{kRefitted, kRebuilt, kRefitted, kRefitted, kSwapped, kRefitted,
+                                  kRebuilt, kRefitted, kRefitted}));
+}
+
+TEST(TreeUpdater, UnchangedPoseIsKept) {
+    Rig rig({});
+    EXPECT_EQ(rig.update(rig.scene.positions()), TreeStep::kKept);
+    EXPECT_EQ(rig.update(turned(rig.scene, 1)), TreeStep::kRefitted);
+    EXPECT_EQ(rig.update(turned(rig.scene, 1)), TreeStep::kKept);
+}
+
+TEST(TreeUpdater, BuildBehindIsTakenWhenItIsReady) {
+    Rig rig({{UpdateStep::kRebuildBehind, "", 1}});
+    EXPECT_EQ(rig.update(turned(rig.scene, 1)), TreeStep::kRefitted);
+    EXPECT_TRUE(rig.updater.last().build_pending);
+    int frames = 0;
+    while (rig.update(turned(rig.scene, 2)) != TreeStep::kSwapped) ++frames;
+    EXPECT_FALSE(rig.updater.last().build_pending);
+    EXPECT_FALSE(rig.updater.last().reason.empty());
+}
+
+TEST(TreeUpdater, EndsWhileABuildGoesOnBehind) {
+    Rig rig({{UpdateStep::kRebuildBehind, "", 5}});
+    rig.update(turned(rig.scene, 1));
+    EXPECT_TRUE(rig.updater.last().build_pending);
+}
+
+TEST(TreeUpdater, CostRatioIsThatSinceTheBuildOfTheTreeInUse) {
+    Rig rig({{UpdateStep::kRefit, ""}, {UpdateStep::kRebuild, ""}, {UpdateStep::kRefit, ""}});
+    rig.update(turned(rig.scene, 3));
+    EXPECT_GT(rig.updater.last().cost_ratio, 1.2);
+    rig.update(turned(rig.scene, 4));
+    EXPECT_EQ(rig.updater.last().cost_ratio, 1);
+    rig.update(turned(rig.scene, 4));
+    EXPECT_EQ(rig.updater.last().cost_ratio, 1);
+}
+
+TEST(TreeUpdater, ARefitterBesideTheTracerGivesItTheSameTree) {
+    const TestScene scene = random_soup(2000, 0.1, 9);
+    const auto tracer = cpu::make_cpu_backend();
+    const auto refitter = cpu::make_cpu_backend();
+    const auto alone = cpu::make_cpu_backend();
+    for (const char* policy : {"refit", "rebuild", "every:2", "auto"}) {
+        const UpdateConfig config{.deterministic = true};
+        TreeUpdater with(scene.topology(), scene.positions(), *tracer, refitter.get(),
+                         make_update_policy(policy, config), {}, config);
+        TreeUpdater without(scene.topology(), scene.positions(), *alone, nullptr,
+                            make_update_policy(policy, config), {}, config);
+        for (int step = 0; step < 4; ++step) {
+            EXPECT_EQ(with.update(turned(scene, step)).step,
+                      without.update(turned(scene, step)).step);
+            EXPECT_EQ(bvh_hash(with.tree()), bvh_hash(without.tree())) << policy << step;
+            with.frame_done();
+            without.frame_done();
+        }
+    }
+}
+
+}  // namespace
+}  // namespace morphray

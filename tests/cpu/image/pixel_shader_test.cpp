@@ -1,0 +1,110 @@
+#include "cpu/image/pixel_shader.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "common/bvh/bvh_builder.h"
+#include "common/scene/camera_setup.h"
+#include "cpu/image/image_tracer.h"
+#include "cpu/image/tile_tracer.h"
+#include "cpu/reference/scalar_tracer.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using namespace test;
+
+using ScalarTiles = cpu::BatchTiles<cpu::OneByOne<cpu::ScalarTracer>>;
+
+/// A picture in tiles of some size, traced by trace(tile, frame), with rubbish where that has to
+/// write.
+template <class Trace>
+Frame picture(const ImageParams& params, std::uint32_t side, Trace trace) {
+    Frame frame;
+    frame.width = params.width;
+    frame.height = params.height;
+    const std::size_t count = std::size_t{params.width} * params.height;
+    frame.hits.assign(count, Hit{1, 2, 3, 4});
+    frame.occlusion.assign(count, 77);
+    frame.pixels.assign(count, 99);
+    const cpu::PictureTiles tiles(params.width, params.height, side);
+    for (std::uint32_t i = 0; i < tiles.count(); ++i) trace(tiles[i], frame);
+    return frame;
+}
+
+struct Size {
+    std::uint32_t width, height;
+};
+// With rows and columns of blocks that are not full, and none that are.
+constexpr Size kSizes[] = {{64, 64}, {67, 45}, {1, 1}, {3, 9}, {5, 2}};
+
+class EveryTarget : public testing::TestWithParam<cpu::SimdTarget> {
+protected:
+    /// All kinds of rays, with colours of their own for triangles.
+    void expect_same_pictures(const NamedScene& named, const ViewSpec& view) {
+        const TestScene& scene = named.scene;
+        Topology topology = scene.topology();
+        Random random(5);
+        for (Albedo& albedo : topology.albedo)
+            albedo = static_cast<Albedo>(random.bits()) & 0x00FFFFFFu;
+        const Bvh bvh = build_bvh(topology, scene.positions());
+        const cpu::ShadedMesh mesh{&topology, scene.positions()};
+        ImageParams params =
+            make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+        for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
+            params.rays = rays;
+            const ScalarTiles scalar(cpu::OneByOne{cpu::ScalarTracer(bvh)});
+            const Frame expected = picture(params, 64, [&](const cpu::Tile& tile, Frame& frame) {
+                trace_tile(scalar, mesh, params, tile, frame);
+            });
+            const cpu::PacketTiles packets(bvh, GetParam());
+            const auto expect_same = [&](const Frame& frame, const char* what) {
+                SCOPED_TRACE(named.name + ", rays " + std::to_string(rays) + ", " + what);
+                EXPECT_EQ(hits_hash(frame), hits_hash(expected));
+                EXPECT_EQ(frame.occlusion, expected.occlusion);
+                EXPECT_EQ(frame.pixels, expected.pixels);
+            };
+            const auto in_blocks = [&](const cpu::Tile& tile, Frame& frame) {
+                trace_tile(packets, mesh, params, tile, frame);
+            };
+            expect_same(picture(params, 64, in_blocks), "tiles of 64");
+            expect_same(picture(params, 32, in_blocks), "tiles of 32");
+        }
+    }
+};
+
+TEST_P(EveryTarget, ShadesAsTheSharedTextOnEveryScene) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        for (const Size size : kSizes) {
+            ViewSpec view;
+            view.width = size.width;
+            view.height = size.height;
+            view.ao_count = 1 + size.width % 4;
+            expect_same_pictures(named, view);
+        }
+    }
+}
+
+TEST_P(EveryTarget, ShadesAlikeWithManySamplesAndFromInside) {
+    for (const std::uint32_t samples : {16u, 100u, 256u}) {
+        ViewSpec view;
+        view.width = 37;
+        view.height = 21;
+        view.ao_count = samples;
+        expect_same_pictures({"star", star(3, 7)}, view);
+        view.eye = std::array{0.1, 0.05, -0.02};
+        view.target = std::array{1.0, 0.4, 0.3};
+        view.fov = 120;
+        expect_same_pictures({"star from inside", star(3, 7)}, view);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Shading, EveryTarget, testing::ValuesIn(cpu::supported_simd_targets()),
+                         [](const auto& target) { return std::string(target.param.name); });
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,138 @@
+#include "cpu/refit/refit.h"
+
+#include <gtest/gtest.h>
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/thread_arena.h"
+#include "common/bvh/box.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/bvh/bvh_refit.h"
+#include "common/bvh/bvh_stats.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using namespace test;
+
+std::vector<vec3> moved(const std::vector<vec3>& positions, std::uint64_t seed) {
+    Random random(seed);
+    std::vector<vec3> result = positions;
+    for (vec3& p : result) {
+        const vec3 q = p + random.point(0.1 * kSceneExtent);
+        if (std::max({std::abs(q.x), std::abs(q.y), std::abs(q.z)}) <= kSceneExtent)
+            p = snap_point(q);
+    }
+    return result;
+}
+
+TEST(Refit, KeepsEveryInvariantOnEveryScene) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::vector<vec3> positions = moved(scene.positions(), 3);
+        cpu::refit(bvh, positions);
+        EXPECT_EQ(check_bvh(bvh, scene.topology(), positions), std::vector<std::string>{})
+            << named.name;
+    }
+}
+
+TEST(Refit, ToTheBuildPoseGivesTheBytesOfTheBuild) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::uint64_t built = bvh_hash(bvh);
+        const std::vector<vec3> positions = moved(scene.positions(), 4);
+        cpu::refit(bvh, positions);
+        EXPECT_EQ(bvh_hash(bvh) != built, positions != scene.positions()) << named.name;
+        cpu::refit(bvh, scene.positions());
+        EXPECT_EQ(bvh_hash(bvh), built) << named.name;
+    }
+}
+
+TEST(Refit, GivesTheSameBytesForAnyNumberOfThreads) {
+    const TestScene scene = torus(300, 100);
+    const Bvh built = build_bvh(scene.topology(), scene.positions());
+    const std::vector<vec3> positions = moved(scene.positions(), 5);
+    std::vector<std::uint64_t> hashes;
+    for (const int threads : {1, 2, 4}) {
+        Bvh bvh = built;
+        ThreadArena(threads).execute([&] { cpu::refit(bvh, positions); });
+        hashes.push_back(bvh_hash(bvh));
+    }
+    EXPECT_EQ(hashes[1], hashes[0]);
+    EXPECT_EQ(hashes[2], hashes[0]);
+}
+
+TEST(Refit, GivesTheSameBytesForEveryTarget) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh built = build_bvh(scene.topology(), scene.positions());
+        std::vector<vec3> positions = moved(scene.positions(), 7);
+        if (positions.size() > 2) positions[2] = scene.space().to_scene({0, NAN, 0});
+        MovedParts all;
+        for (std::uint32_t i = 0; i < built.leaves.size(); ++i) all.leaves.push_back(i);
+        for (std::uint32_t i = 0; i < built.nodes.size(); ++i) all.nodes.push_back(i);
+        Bvh expected = built;
+        const RefitArrays tree(expected);
+        for (const std::uint32_t leaf : all.leaves) refit_leaf(tree, leaf, positions);
+        for (std::size_t i = all.nodes.size(); i-- > 0;) refit_node(tree, all.nodes[i]);
+        for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+            Bvh whole = built;
+            cpu::refit(whole, positions, target);
+            EXPECT_EQ(bvh_hash(whole), bvh_hash(expected)) << named.name << ", " << target.name;
+            Bvh in_parts = built;
+            cpu::refit(in_parts, positions, all, target);
+            EXPECT_EQ(bvh_hash(in_parts), bvh_hash(expected)) << named.name << ", " << target.name;
+        }
+    }
+}
+
+TEST(Refit, OfScatteredVerticesKeepsEveryInvariant) {
+    const TestScene scene = random_soup(25000, 0.02, 6);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const std::uint64_t built = bvh_hash(bvh);
+    const std::vector<vec3> positions = moved(scene.positions(), 6);
+    cpu::refit(bvh, positions);
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), positions), std::vector<std::string>{});
+    cpu::refit(bvh, scene.positions());
+    EXPECT_EQ(bvh_hash(bvh), built);
+}
+
+TEST(Refit, OfALeafWithoutAFiniteVertexGivesAnEmptyBox) {
+    const TestScene scene = icosphere(0);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const std::vector<vec3> nowhere(scene.positions().size(), scene.space().to_scene({NAN, 0, 0}));
+    cpu::refit(bvh, nowhere);
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), nowhere), std::vector<std::string>{});
+    EXPECT_TRUE(node_box(bvh.nodes[0]).empty());
+}
+
+TEST(Refit, OfTenThousandPosesDoesNotDrift) {
+    const TestScene scene = star(2, 6);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const std::uint64_t built = bvh_hash(bvh);
+    Bvh once = bvh;
+    constexpr std::uint64_t kPoses = 10000;
+    for (std::uint64_t i = 1; i <= kPoses; ++i) cpu::refit(bvh, moved(scene.positions(), i));
+    cpu::refit(once, moved(scene.positions(), kPoses));
+    EXPECT_EQ(bvh_hash(bvh), bvh_hash(once));
+    cpu::refit(bvh, scene.positions());
+    EXPECT_EQ(bvh_hash(bvh), built);
+}
+
+TEST(Refit, KeepsAVertexThatIsNotFiniteOutOfTheBoxes) {
+    const TestScene scene = icosphere(3);
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    std::vector<vec3> positions = scene.positions();
+    positions[5] = scene.space().to_scene({NAN, 0, 0});
+    cpu::refit(bvh, positions);
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), positions), std::vector<std::string>{});
+    for (const float x : bvh.nodes[0].upper_x) EXPECT_LE(x, kSceneExtent);
+    cpu::refit(bvh, scene.positions());
+    EXPECT_EQ(bvh_hash(bvh), bvh_hash(build_bvh(scene.topology(), scene.positions())));
+}
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,314 @@
+// The parts of the wide tracer against the scalar functions that they stand for, on every target.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "common/bvh/bvh_builder.h"
+#include "common/interop/hit_rule.h"
+#include "common/interop/slab.h"
+#include "common/simd/simd_target.h"
+#include "tests/cpu/single_ray/single_ray_answers.h"
+#include "tests/support/test_scene.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tests/cpu/single_ray/single_ray_parts_test.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "cpu/single_ray/leaf_hit_rule-inl.h"
+#include "cpu/single_ray/node_lanes-inl.h"
+#include "cpu/single_ray/ray_stream-inl.h"
+#include "cpu/single_ray/shared_leaf-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+std::int64_t compiled_target() { return HWY_TARGET; }
+
+bool is(const float (&lanes)[3][kStreamRays], std::size_t i, vec3 v) {
+    const auto same = [](float a, float b) { return floatBitsToUint(a) == floatBitsToUint(b); };
+    return same(lanes[0][i], v.x) && same(lanes[1][i], v.y) && same(lanes[2][i], v.z);
+}
+
+/// Rays whose prepared values differ from those of slab_ray and shear_ray in any bit.
+std::size_t count_stream_differences(std::span<const Ray> rays) {
+    std::size_t count = 0;
+    for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
+        const auto part = rays.subspan(first, std::min(kStreamRays, rays.size() - first));
+        RayStream stream;
+        fill_stream(stream, part);
+        for (std::size_t i = 0; i < part.size(); ++i) {
+            const SlabRay slab = slab_ray(part[i].org, part[i].dir);
+            const ShearedRay sheared = shear_ray(part[i].org, part[i].dir);
+            vec3 k_lower = slab.org_lower * slab.rdir;
+            vec3 k_upper = slab.org_upper * slab.rdir;
+            count += !is(stream.k_lower, i, k_lower) || !is(stream.k_upper, i, k_upper);
+            for (int axis = 0; axis < 3; ++axis) {
+                if (slab.rdir[axis] < 0) std::swap(k_lower[axis], k_upper[axis]);
+            }
+            count += !is(stream.rdir, i, slab.rdir) || !is(stream.k_near, i, k_lower) ||
+                     !is(stream.k_far, i, k_upper) || !is(stream.sheared_org, i, sheared.org) ||
+                     !is(stream.sheared_dir, i, sheared.dir) || stream.axis[i] != sheared.axis ||
+                     stream.depth_slack[i] != sheared.depth_slack ||
+                     stream.tnear[i] != part[i].tnear || stream.tfar[i] != part[i].tfar;
+        }
+    }
+    return count;
+}
+
+/// The answers for at most kStreamRays rays and the node's boxes up to their tfar: by met_slots,
+/// and by rays_meeting for the rays of `asked`.
+void meet_boxes(const Node& node, std::span<const Ray> rays, std::uint64_t asked, BoxAnswers& out) {
+    RayStream stream;
+    fill_stream(stream, rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        FloatVec t_enter[kVectors];
+        out.met[i] = met_slots(stream, i, rays[i].tfar, node, t_enter);
+        for (std::size_t v = 0; v < kVectors; ++v) {
+            hn::StoreU(t_enter[v], kFloats, out.t_enter[i] + v * kLanes);
+        }
+    }
+    out.used = rays_meeting(stream, asked, node, out.met_by);
+}
+
+std::uint32_t leaf_slots_of(const Node& node) { return leaf_slots(node); }
+
+/// Pairs of ray and slot that intersect_leaf answers otherwise than the scalar rule, and rays of
+/// `asked` that rays_hitting does.
+LeafCounts check_leaf(const Leaf& leaf, std::span<const Ray> rays, std::uint64_t asked) {
+    LeafCounts counts;
+    RayStream stream;
+    fill_stream(stream, rays);
+    const std::uint64_t by_leaf = rays_hitting(stream, asked, leaf);
+    const std::uint32_t used = corner_triangle_count(leaf.vertex[0].corners);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        TriangleHit found[kLeafTriangles];
+        std::uint32_t slots = 0;
+        intersect_leaf(stream, i, rays[i].tfar, leaf,
+                       [&](std::uint32_t slot, const TriangleHit& hit) {
+                           counts.differences += slots >> slot & 1;
+                           slots |= 1u << slot;
+                           found[slot] = hit;
+                           return false;
+                       });
+        const ShearedRay sheared = shear_ray(rays[i].org, rays[i].dir);
+        bool any = false;
+        for (std::uint32_t slot = 0; slot < kLeafTriangles; ++slot) {
+            TriangleHit hit;
+            const bool hits =
+                slot < used &&
+                intersect_triangle(sheared, rays[i].tnear, rays[i].tfar,
+                                   leaf_position(leaf, slot, 0), leaf_position(leaf, slot, 1),
+                                   leaf_position(leaf, slot, 2), hit);
+            any |= hits;
+            counts.hits += hits;
+            counts.differences += hits != ((slots >> slot & 1) != 0) ||
+                                  (hits && (hit.t != found[slot].t || hit.u != found[slot].u ||
+                                            hit.v != found[slot].v));
+        }
+        counts.differences += (by_leaf >> i & 1) != (any ? asked >> i & 1 : 0);
+    }
+    return counts;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+#include "common/simd/simd_dispatch-inl.h"
+
+namespace morphray::cpu {
+namespace {
+
+using namespace test;
+
+HWY_EXPORT(compiled_target);
+HWY_EXPORT(count_stream_differences);
+HWY_EXPORT(meet_boxes);
+HWY_EXPORT(leaf_slots_of);
+HWY_EXPORT(check_leaf);
+
+TEST(SimdDispatch, CallsTheFunctionOfTheTarget) {
+    for (const SimdTarget& target : supported_simd_targets()) {
+        EXPECT_EQ(SIMD_FUNCTION(compiled_target, target)(), target.bit) << target.name;
+    }
+}
+
+/// Rays of all sorts, among them some along axes and one without a direction.
+std::vector<Ray> rays_through(const TestScene& scene, std::size_t count, std::uint64_t seed) {
+    std::vector<Ray> rays = mixed_rays(scene, count - 1, seed);
+    rays.push_back({{1, 2, 3}, 0, {0, 0, 0}, kInfiniteT});
+    return rays;
+}
+
+TEST(RayStream, HasTheBitsOfSlabRayAndShearRay) {
+    const TestScene scene = random_soup(100, 0.5, 1);
+    std::vector<Ray> rays = rays_through(scene, 5003, 2);
+    Random random(3);
+    for (Ray& ray : rays) {
+        if (random.below(4) == 0) ray.org = snap_point(random.point(kOriginExtent));
+    }
+    for (const SimdTarget& target : supported_simd_targets()) {
+        EXPECT_EQ(SIMD_FUNCTION(count_stream_differences, target)(rays), 0u) << target.name;
+    }
+}
+
+/// Boxes of any size and place in the first `used` slots, some flat or a point; the rest is empty.
+Node random_node(Random& random, std::uint32_t used) {
+    Node node;
+    float* const lower[3] = {node.lower_x, node.lower_y, node.lower_z};
+    float* const upper[3] = {node.upper_x, node.upper_y, node.upper_z};
+    for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+        const bool is_used = slot < used;
+        const double extent = kSceneExtent / static_cast<double>(1u << random.below(20));
+        const vec3 a = snap_point(random.point(extent));
+        const vec3 b = random.below(6) == 0 ? a : snap_point(random.point(extent));
+        for (int axis = 0; axis < 3; ++axis) {
+            lower[axis][slot] = is_used ? std::min(a[axis], b[axis]) : kEmptyPlane;
+            upper[axis][slot] = is_used ? std::max(a[axis], b[axis]) : -kEmptyPlane;
+        }
+        const std::uint32_t leaf = random.below(2) == 0 ? kLeafBit : 0;
+        node.child[slot] = is_used ? random.below(1000) | leaf : kEmptyChild;
+    }
+    return node;
+}
+
+/// From where to where a line is within a box dilated by `dilation`, from 0 on; in exact arithmetic
+/// but for some units of double.
+struct Interval {
+    double enter = 0;
+    double leave = kInfiniteT;
+};
+
+Interval exact_interval(const Node& node, std::uint32_t slot, const Ray& ray, double dilation) {
+    const float* const lower[3] = {node.lower_x, node.lower_y, node.lower_z};
+    const float* const upper[3] = {node.upper_x, node.upper_y, node.upper_z};
+    Interval result;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double org = ray.org[axis];
+        const double dir = ray.dir[axis];
+        const double from = lower[axis][slot] - dilation - org;
+        const double to = upper[axis][slot] + dilation - org;
+        if (dir == 0) {
+            if (from > 0 || to < 0) result.leave = -1;
+            continue;
+        }
+        result.enter = std::max(result.enter, std::min(from / dir, to / dir));
+        result.leave = std::min(result.leave, std::max(from / dir, to / dir));
+    }
+    return result;
+}
+
+/// Whether this is an answer that the proof in cpu/single_ray/node_lanes-inl.h allows: the dilation
+/// may be off by a 64th, and a hit leaves 9/16 of it.
+bool is_allowed(const Node& node, std::uint32_t slot, const Ray& ray, bool met, float t_enter) {
+    const double dilation = box_dilation(ray.org);
+    const Interval inner = exact_interval(node, slot, ray, dilation * 0.5625);
+    const Interval outer = exact_interval(node, slot, ray, dilation * 1.03125);
+    const auto ends = [&ray](const Interval& i) { return std::min<double>(i.leave, ray.tfar); };
+    if (inner.enter <= ends(inner) && !(met && t_enter <= inner.enter)) return false;
+    // A ray without a direction meets some at once that it is not in, far beyond any t.
+    if (largest_component(ray.dir) == 0) return true;
+    return !met || (outer.enter <= ends(outer) && t_enter >= outer.enter);
+}
+
+TEST(NodeTest, MeetsTheBoxesOfAllHitsAndNoneThatAreFartherThanTheirDilation) {
+    const TestScene scene = random_soup(100, 0.5, 1);
+    Random random(5);
+    std::size_t met_count = 0;
+    for (int round = 0; round < 400; ++round) {
+        const std::uint32_t used = random.below(kWidth + 1);
+        const Node node = random_node(random, used);
+        std::vector<Ray> rays = rays_through(scene, 1 + random.below(64), 1000 + round);
+        for (Ray& ray : rays) {
+            if (round % 2 == 1) ray.tfar = static_cast<float>(random.real(0, 2) * kSceneExtent);
+        }
+        const std::uint64_t all = ~std::uint64_t{0} >> (64 - rays.size());
+        const std::uint64_t asked = round % 3 == 0 ? all : random.bits() & all;
+        std::uint32_t leaves = 0;
+        for (std::uint32_t slot = 0; slot < kWidth; ++slot) {
+            leaves |= node.child[slot] >> 31 << slot;
+        }
+        for (const SimdTarget& target : supported_simd_targets()) {
+            SCOPED_TRACE(target.name);
+            ASSERT_EQ(SIMD_FUNCTION(leaf_slots_of, target)(node), leaves);
+            BoxAnswers answers;
+            SIMD_FUNCTION(meet_boxes, target)(node, rays, asked, answers);
+            ASSERT_EQ(answers.used, used);
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                ASSERT_EQ(answers.met[i] >> used, 0u);
+                for (std::uint32_t slot = 0; slot < used; ++slot) {
+                    const bool met = (answers.met[i] >> slot & 1) != 0;
+                    const float t_enter = answers.t_enter[i][slot];
+                    met_count += met;
+                    ASSERT_TRUE(is_allowed(node, slot, rays[i], met, t_enter));
+                    const std::uint64_t met_by = answers.met_by[slot];
+                    ASSERT_EQ(met_by & ~asked, 0u);
+                    if ((asked >> i & 1) == 0) continue;
+                    // The same operations in the same order.
+                    ASSERT_EQ((met_by >> i & 1) != 0, met);
+                }
+            }
+        }
+    }
+    EXPECT_GT(met_count, 1000u);
+}
+
+/// Rays that leave from just off a triangle, on either side, as secondary rays do.
+std::vector<Ray> rays_off_surfaces(const TestScene& scene, std::size_t count, std::uint64_t seed) {
+    std::vector<Ray> rays = rays_through(scene, count, seed);
+    const auto& triangles = scene.topology().triangles;
+    if (triangles.empty()) return rays;
+    Random random(seed);
+    for (std::size_t i = 0; i < count; i += 2) {
+        const uvec3 t = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))];
+        const vec3 a = scene.positions()[t.x];
+        const vec3 b = scene.positions()[t.y];
+        const vec3 c = scene.positions()[t.z];
+        if (!finite_vertices(a, b, c)) continue;
+        const auto u = static_cast<float>(random.real(0, 1));
+        const auto v = static_cast<float>(random.real(0, 1)) * (1 - u);
+        const auto step = static_cast<float>(1 << random.below(8));
+        rays[i].org = snap_point(a + (b - a) * u + (c - a) * v + random.point(step));
+    }
+    return rays;
+}
+
+TEST(LeafTest, HasTheHitsOfTheScalarRule) {
+    std::size_t hits = 0;
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::size_t step = 1 + bvh.leaves.size() / 12;
+        Random random(11);
+        for (std::size_t leaf = 0; leaf < bvh.leaves.size(); leaf += step) {
+            for (std::uint64_t seed = 0; seed < 12; ++seed) {
+                std::vector<Ray> rays = rays_off_surfaces(scene, 1 + random.below(64), 100 + seed);
+                for (Ray& ray : rays) {
+                    if (random.below(4) == 0) {
+                        ray.tfar = static_cast<float>(random.real(0, 1) * kSceneExtent);
+                        ray.tnear = ray.tfar * static_cast<float>(random.real(0, 1));
+                    }
+                }
+                const std::uint64_t all = ~std::uint64_t{0} >> (64 - rays.size());
+                const std::uint64_t asked = seed % 3 == 0 ? all : random.bits() & all;
+                for (const SimdTarget& target : supported_simd_targets()) {
+                    const LeafCounts counts =
+                        SIMD_FUNCTION(check_leaf, target)(bvh.leaves[leaf], rays, asked);
+                    ASSERT_EQ(counts.differences, 0u) << named.name << ", " << target.name;
+                    hits += counts.hits;
+                }
+            }
+        }
+    }
+    EXPECT_GT(hits, 1000u);
+}
+
+}  // namespace
+}  // namespace morphray::cpu
+
+#endif  // HWY_ONCE

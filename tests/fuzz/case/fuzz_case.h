@@ -1,0 +1,75 @@
+// What the fuzzer tries: a deforming mesh, a picture of it, single rays through it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/bvh/bvh.h"
+#include "common/scene/camera_setup.h"
+#include "common/scene/mesh.h"
+#include "common/scene/scene_frames.h"
+#include "common/scene/scene_space.h"
+
+namespace morphray::fuzz {
+
+/// In the user's units, as a sequence of OBJ files and the program's options give it. Pose k is
+/// frame k.
+struct FuzzCase {
+    /// What it is made of, in one line.
+    std::string cause;
+    std::vector<uvec3> triangles;
+    /// At least one; all of the same number of vertices.
+    std::vector<std::vector<vec3>> poses;
+    /// The pose that the tree is built at before it is refitted to `frame`.
+    std::size_t build_at = 0;
+    double frame = 0;
+    /// Without a picture the width is 0.
+    ViewSpec view;
+    std::vector<UserRay> rays;
+
+    bool has_picture() const { return view.width > 0; }
+};
+
+/// The mesh of a case, ready to be traced. Colours tell triangles apart.
+class FuzzScene {
+public:
+    /// Throws Error(kBadInput) for a case without poses or with indices beyond its vertices.
+    explicit FuzzScene(const FuzzCase& fuzz_case);
+
+    const Topology& topology() const { return frames_->clip().topology(); }
+    const SceneSpace& space() const { return frames_->space(); }
+    const UserBounds& bounds() const { return bounds_; }
+    /// In scene space.
+    std::span<const vec3> built_positions() const { return built_positions_; }
+    std::span<const vec3> positions() const { return positions_; }
+    const Bvh& built() const { return built_; }
+    /// Built at the frame that is traced.
+    const Bvh& rebuilt() const { return rebuilt_; }
+    /// The poses from the one that the tree is built at to the frame, in scene space.
+    const std::vector<std::vector<vec3>>& journey() const { return journey_; }
+    /// The frame's; valid until the next call.
+    Pose pose() const { return frames_->pose(frame_); }
+
+private:
+    std::unique_ptr<SceneFrames> frames_;
+    double frame_ = 0;
+    UserBounds bounds_;
+    std::vector<vec3> built_positions_;
+    std::vector<vec3> positions_;
+    std::vector<std::vector<vec3>> journey_;
+    Bvh built_;
+    Bvh rebuilt_;
+};
+
+/// How far a point in scene space is from the nearest plane of a triangle, relative to the extent
+/// of scene space; infinite without a triangle that has area.
+double distance_to_planes(const vec3& point, const Topology& topology,
+                          std::span<const vec3> positions);
+
+/// A pose as single triangles: what is left of a clip when its frame is taken out.
+std::vector<vec3> user_positions(const FuzzCase& fuzz_case, double frame);
+
+}  // namespace morphray::fuzz

@@ -1,0 +1,24 @@
+#include "tests/fuzz/generate/generator.h"
+
+#include "tests/fuzz/generate/motions.h"
+#include "tests/fuzz/generate/views.h"
+
+namespace morphray::fuzz {
+
+FuzzCase make_case(std::uint64_t seed, const GeneratorConfig& config) {
+    Dice dice(seed);
+    FuzzCase fuzz_case;
+    make_clip(dice, fuzz_case);
+    const std::vector<vec3> positions = user_positions(fuzz_case, fuzz_case.frame);
+    const Surroundings around(positions, fuzz_case.triangles);
+    fuzz_case.view = make_view(dice, around, config.tests, fuzz_case.cause);
+    fuzz_case.rays = make_rays(dice, around, config.rays);
+    return fuzz_case;
+}
+
+std::uint64_t case_seed(std::uint64_t campaign_seed, std::uint64_t index) {
+    test::Random random(campaign_seed + index * 0xD1342543DE82EF95u);
+    return random.bits();
+}
+
+}  // namespace morphray::fuzz

@@ -1,0 +1,22 @@
+// From a seed to a case.
+#pragma once
+
+#include <cstdint>
+
+#include "tests/fuzz/case/fuzz_case.h"
+
+namespace morphray::fuzz {
+
+struct GeneratorConfig {
+    /// Ray-triangle tests that brute force may take for a picture.
+    double tests = 4e5;
+    std::size_t rays = 48;
+};
+
+/// A pure function of seed and config. What it makes may be refused by make_image_params().
+FuzzCase make_case(std::uint64_t seed, const GeneratorConfig& config = {});
+
+/// The seed of a campaign's case.
+std::uint64_t case_seed(std::uint64_t campaign_seed, std::uint64_t index);
+
+}  // namespace morphray::fuzz

@@ -1,0 +1,14 @@
+// From a shape to the poses of a clip, in the user's units.
+#pragma once
+
+#include "tests/fuzz/case/fuzz_case.h"
+#include "tests/fuzz/generate/dice.h"
+#include "tests/fuzz/generate/shapes.h"
+
+namespace morphray::fuzz {
+
+/// Writes triangles, poses, the frame and the pose that the tree is built at: a shape that moves in
+/// some way, at some scale and offset, or a small variant of a built-in scene.
+void make_clip(Dice& dice, FuzzCase& fuzz_case);
+
+}  // namespace morphray::fuzz

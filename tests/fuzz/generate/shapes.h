@@ -1,0 +1,21 @@
+// Meshes on which tracers fail, of about the size of 1.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/scene/mesh.h"
+#include "tests/fuzz/generate/dice.h"
+
+namespace morphray::fuzz {
+
+struct Shape {
+    std::string name;
+    std::vector<dvec3> positions;
+    std::vector<uvec3> triangles;
+};
+
+/// One of all kinds, mostly of 1 to 40 triangles, rarely of up to 2000.
+Shape make_shape(Dice& dice);
+
+}  // namespace morphray::fuzz

@@ -1,0 +1,139 @@
+#include "tests/fuzz/generate/views.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace morphray::fuzz {
+namespace {
+
+Point to_point(const dvec3& p) { return {p.x, p.y, p.z}; }
+
+dvec3 unit(const dvec3& v) {
+    const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    if (!(largest > 0)) return {0, 0, -1};
+    const dvec3 scaled = v / largest;
+    return scaled / glm::length(scaled);
+}
+
+struct Size {
+    std::uint32_t width, height;
+};
+constexpr std::array kSizes = {
+    Size{1, 1},   Size{5, 5},   Size{4, 4},   Size{17, 5},  Size{8, 8},   Size{16, 16},
+    Size{16, 16}, Size{9, 21},  Size{33, 31}, Size{32, 32}, Size{64, 1},  Size{1, 64},
+    Size{3, 257}, Size{257, 3}, Size{64, 64}, Size{65, 63}, Size{31, 33},
+};
+
+void choose_size(Dice& dice, const Surroundings& around, double tests, ViewSpec& view) {
+    const double rays = view.rays == kRaysPrimary  ? 1
+                        : view.rays == kRaysShadow ? 2
+                                                   : 1 + view.ao_count;
+    const double triangles = std::max<double>(1, static_cast<double>(around.triangles.size()));
+    for (int tries = 0; tries < 20; ++tries) {
+        const Size size = dice.pick(kSizes);
+        view.width = size.width;
+        view.height = size.height;
+        if (triangles * rays * size.width * size.height <= tests) return;
+    }
+    view.width = view.height = 4;
+}
+
+double field_of_view(Dice& dice) {
+    if (dice.one_in(6)) return dice.magnitude(1e-4, 1);
+    if (dice.one_in(6)) return 180 - dice.magnitude(1e-3, 10);
+    return dice.real(5, 170);
+}
+
+/// What the eye looks at.
+dvec3 choose_target(Dice& dice, const Surroundings& around, const dvec3& eye, std::string& cause) {
+    switch (dice.from(0, 6)) {
+        case 0:
+            cause += ", along an axis";
+            return eye + dice.axis() * around.extent;
+        case 1:
+            return eye + dice.direction() * around.extent;
+        case 2: {
+            cause += ", from very close";
+            return eye + dice.direction() * (around.extent * dice.magnitude(1e-8, 1));
+        }
+        default:
+            return special_target(dice, around);
+    }
+}
+
+dvec3 choose_up(Dice& dice, const dvec3& forward, std::string& cause) {
+    switch (dice.from(0, 6)) {
+        case 0:
+            cause += ", up almost parallel to the view";
+            return forward * dice.sign() + dice.direction() * dice.magnitude(1e-8, 1e-2);
+        case 1:
+            return dice.axis();
+        case 2:
+        case 3:
+            return dice.direction();
+        default:
+            return {0, 1, 0};
+    }
+}
+
+/// A ray's direction has any length.
+UserRay ray_towards(Dice& dice, const Surroundings& around, const dvec3& org, const dvec3& target) {
+    dvec3 dir = target - org;
+    if (dice.one_in(8)) dir = dice.axis();
+    if (dice.one_in(8)) dir = dice.direction() * around.extent;
+    UserRay ray = {};
+    for (int axis = 0; axis < 3; ++axis) {
+        ray.org[axis] = org[axis];
+        ray.dir[axis] = dir[axis];
+    }
+    ray.tnear = dice.one_in(6) ? dice.real(0, 1) : 0;
+    ray.tfar = dice.one_in(6) ? dice.real(0.5, 2) : std::numeric_limits<double>::infinity();
+    // The target is at 1.
+    if (dice.one_in(8)) ray.tnear = 1;
+    if (dice.one_in(8)) ray.tfar = 1;
+    return ray;
+}
+
+}  // namespace
+
+ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::string& cause) {
+    ViewSpec view;
+    constexpr std::array kKinds = {kRaysPrimary, kRaysShadow, kRaysShadow, kRaysAo};
+    view.rays = dice.pick(kKinds);
+    view.ao_count = static_cast<std::uint32_t>(dice.from(1, 5));
+    if (dice.one_in(2)) view.ao_distance = around.extent * dice.magnitude(1e-5, 10);
+    if (dice.one_in(20)) view.ao_distance = around.extent * dice.magnitude(1, 1e9);
+    choose_size(dice, around, tests, view);
+    const Place eye = special_place(dice, around);
+    cause += fmt::format("; eye {}", eye.what);
+    const dvec3 target = choose_target(dice, around, eye.point, cause);
+    const dvec3 up = choose_up(dice, unit(target - eye.point), cause);
+    view.eye = to_point(eye.point);
+    view.target = to_point(target);
+    view.up = to_point(up);
+    view.fov = field_of_view(dice);
+    Place light = special_place(dice, around);
+    if (dice.one_in(5)) light = {eye.point, "at the eye"};
+    if (dice.one_in(12)) {
+        const int k = dice.from(0, 60);
+        const dvec3 off = dice.direction() * (around.extent * std::exp2(-k));
+        light = {eye.point + off, fmt::format("2^-{} off the eye", k)};
+    }
+    view.light = to_point(light.point);
+    if (view.rays == kRaysShadow) cause += fmt::format("; light {}", light.what);
+    return view;
+}
+
+std::vector<UserRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count) {
+    std::vector<UserRay> rays;
+    while (rays.size() < count) {
+        const dvec3 org = special_place(dice, around).point;
+        const dvec3 target = special_target(dice, around);
+        rays.push_back(ray_towards(dice, around, org, target));
+    }
+    return rays;
+}
+
+}  // namespace morphray::fuzz

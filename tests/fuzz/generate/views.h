@@ -1,0 +1,19 @@
+// Cameras, lights and single rays.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/scene/camera_setup.h"
+#include "common/scene/scene_space.h"
+#include "tests/fuzz/generate/places.h"
+
+namespace morphray::fuzz {
+
+/// A picture of at most `tests` ray-triangle tests of brute force. Adds to `cause` what it is.
+ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::string& cause);
+
+/// Rays at vertices, edges and along planes, many of which start on a surface or hardly off it.
+std::vector<UserRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count);
+
+}  // namespace morphray::fuzz

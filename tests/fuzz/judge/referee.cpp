@@ -1,0 +1,225 @@
+#include "tests/fuzz/judge/referee.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "common/base/errors.h"
+
+namespace morphray::fuzz {
+namespace {
+
+constexpr double kNearAPlane = 0x1p-20;
+
+template <class T>
+bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+    return a.size() == b.size() &&
+           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+bool same(const Frame& a, const Frame& b) {
+    return same_bytes(a.hits, b.hits) && same_bytes(a.occlusion, b.occlusion) &&
+           same_bytes(a.pixels, b.pixels);
+}
+
+bool same(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
+
+std::string hit_text(const Hit& hit) {
+    if (hit.prim_id == kNoPrim && hit.t == 0) return "miss";
+    return fmt::format("prim {} t {:a} (0x{:08x}) u {:a} (0x{:08x}) v {:a} (0x{:08x})", hit.prim_id,
+                       hit.t, std::bit_cast<std::uint32_t>(hit.t), hit.u,
+                       std::bit_cast<std::uint32_t>(hit.u), hit.v,
+                       std::bit_cast<std::uint32_t>(hit.v));
+}
+
+/// Sends some builds behind and decides alike in every run.
+UpdateConfig auto_config() { return {.deterministic = true, .budget = 0.02}; }
+
+/// A ray through the middle of scene space.
+Ray any_ray() {
+    Ray ray;
+    ray.org = vec3(0, 0, kSceneExtent);
+    ray.dir = vec3(0, 0, -1);
+    ray.tnear = 0;
+    ray.tfar = kInfiniteT;
+    return ray;
+}
+
+}  // namespace
+
+void Tally::add(const Tally& other) {
+    cases += other.cases;
+    refused += other.refused;
+    images += other.images;
+    images_near_a_plane += other.images_near_a_plane;
+    rays += other.rays;
+    failed_cases += other.failed_cases;
+    failed_images += other.failed_images;
+}
+
+std::string describe(const Finding& finding) {
+    std::string text = finding.entrant->name() + ": ";
+    if (!finding.is_picture()) {
+        return text + fmt::format("{} single rays differ; ray {}\n  reference {}\n  found     {}",
+                                  finding.ray_count, finding.ray_index, hit_text(finding.expected),
+                                  hit_text(finding.actual));
+    }
+    const PixelDifference& p = finding.picture.first.front();
+    return text + fmt::format(
+                      "{}; pixel {},{}\n"
+                      "  reference {} occluded {} colour 0x{:08x}\n"
+                      "  found     {} occluded {} colour 0x{:08x}",
+                      describe(finding.picture), p.x, p.y, hit_text(p.expected),
+                      p.expected_occlusion, p.expected_pixel, hit_text(p.actual),
+                      p.actual_occlusion, p.actual_pixel);
+}
+
+void Referee::load(std::unique_ptr<FuzzScene> scene, std::span<const Entrant> entrants) {
+    loaded_.clear();
+    scene_ = std::move(scene);
+    entrants_ = entrants;
+    reference_.set_scene(scene_->topology(), scene_->positions(), scene_->rebuilt());
+}
+
+void Referee::prepare(const Entrant& entrant) {
+    Backend& backend = *entrant.backend;
+    Loaded& loaded = loaded_[&backend];
+    if (loaded.entrant == &entrant) return;
+    loaded.updater.reset();
+    loaded.entrant = &entrant;
+    switch (entrant.tree) {
+        case TreeKind::kRefitted: {
+            backend.set_scene(scene_->topology(), scene_->built_positions(), scene_->built());
+            Pose pose = scene_->pose();
+            backend.refit_to(pose);
+            break;
+        }
+        case TreeKind::kRebuilt:
+            backend.set_scene(scene_->topology(), scene_->positions(), scene_->rebuilt());
+            break;
+        case TreeKind::kAuto:
+            loaded.updater = travel(backend);
+            break;
+    }
+}
+
+std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
+    const auto& journey = scene_->journey();
+    auto updater = std::make_unique<TreeUpdater>(scene_->topology(), journey.front(), backend,
+                                                 nullptr, make_update_policy("auto", auto_config()),
+                                                 BuildConfig{.threads = 1}, auto_config());
+    for (const auto& positions : journey) {
+        if (&positions != &journey.front()) updater->update(positions);
+        // The policy decides by what a frame has cost.
+        const Ray ray = any_ray();
+        Hit hit;
+        backend.trace_rays(std::span(&ray, 1), std::span(&hit, 1));
+        updater->frame_done();
+    }
+    return updater;
+}
+
+std::vector<Finding> Referee::compare_pictures(const ViewSpec& view, Tally& tally) {
+    const ImageParams params = make_image_params(view, scene_->bounds(), scene_->space());
+    const bool near = distance_to_planes(params.camera.org, scene_->topology(),
+                                         scene_->positions()) <= kNearAPlane;
+    reference_.trace_image(params, expected_);
+    std::vector<Finding> findings;
+    for (const Entrant& entrant : entrants_) {
+        prepare(entrant);
+        entrant.backend->trace_image(params, actual_);
+        ++tally.images;
+        tally.images_near_a_plane += near ? 1 : 0;
+        tally.rays += entrant.backend->times().rays;
+        if (same(expected_, actual_)) continue;
+        Finding finding;
+        finding.entrant = &entrant;
+        finding.picture = compare_frames(expected_, actual_);
+        findings.push_back(finding);
+    }
+    tally.failed_images += findings.size();
+    return findings;
+}
+
+std::vector<Finding> Referee::compare_rays(std::span<const UserRay> user_rays, Tally& tally) {
+    std::vector<Ray> rays;
+    std::vector<std::size_t> indices;
+    for (std::size_t i = 0; i < user_rays.size(); ++i) {
+        const SceneRay ray = to_scene(scene_->space(), user_rays[i]);
+        if (!ray.valid) continue;
+        rays.push_back(ray.ray);
+        indices.push_back(i);
+    }
+    if (rays.empty()) return {};
+    std::vector<Hit> expected(rays.size());
+    std::vector<Hit> actual(rays.size());
+    reference_.trace_rays(rays, expected);
+    std::vector<Finding> findings;
+    for (const Entrant& entrant : entrants_) {
+        prepare(entrant);
+        entrant.backend->trace_rays(rays, actual);
+        tally.rays += rays.size();
+        if (same_bytes(expected, actual)) continue;
+        Finding finding;
+        finding.entrant = &entrant;
+        for (std::size_t i = rays.size(); i-- > 0;) {
+            if (same(expected[i], actual[i])) continue;
+            ++finding.ray_count;
+            finding.ray_index = indices[i];
+            finding.expected = expected[i];
+            finding.actual = actual[i];
+        }
+        findings.push_back(finding);
+    }
+    return findings;
+}
+
+std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
+                                std::span<const Entrant> entrants, Tally& tally) {
+    ++tally.cases;
+    std::vector<Finding> findings;
+    referee.load(std::make_unique<FuzzScene>(fuzz_case), entrants);
+    if (fuzz_case.has_picture()) {
+        try {
+            findings = referee.compare_pictures(fuzz_case.view, tally);
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            ++tally.refused;
+        }
+    }
+    const std::vector<Finding> of_rays = referee.compare_rays(fuzz_case.rays, tally);
+    findings.insert(findings.end(), of_rays.begin(), of_rays.end());
+    tally.failed_cases += findings.empty() ? 0 : 1;
+    return findings;
+}
+
+std::vector<UserRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case) {
+    const FuzzScene scene(fuzz_case);
+    brute.set_scene(scene.topology(), scene.positions(), scene.rebuilt());
+    std::vector<UserRay> all = fuzz_case.rays;
+    for (const UserRay& user : fuzz_case.rays) {
+        const SceneRay ray = to_scene(scene.space(), user);
+        if (!ray.valid) continue;
+        Hit hit;
+        brute.trace_rays(std::span(&ray.ray, 1), std::span(&hit, 1));
+        if (hit.prim_id == kNoPrim) continue;
+        const float t[] = {hit.t, std::nextafter(hit.t, 0.0f), std::nextafter(hit.t, kInfiniteT)};
+        for (const float end : t) {
+            const double user_t = std::ldexp(static_cast<double>(end), ray.t_exponent);
+            UserRay bounded = user;
+            bounded.tnear = user_t;
+            bounded.tfar = std::max(user.tfar, user_t);
+            all.push_back(bounded);
+            bounded.tnear = std::min(user.tnear, user_t);
+            bounded.tfar = user_t;
+            all.push_back(bounded);
+        }
+    }
+    return all;
+}
+
+}  // namespace morphray::fuzz

@@ -1,0 +1,63 @@
+#include "tests/fuzz/run/campaign.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "app/terminal/interrupt.h"
+#include "cpu/cpu_backend.h"
+
+namespace morphray::fuzz {
+std::string summary(const Tally& tally, double seconds) {
+    return fmt::format(
+        "{} cases ({} without a picture), {} images ({} near a plane), {} rays, {:.1f} s ({:.0f} "
+        "images a second), {} cases and {} images differ",
+        tally.cases, tally.refused, tally.images, tally.images_near_a_plane, tally.rays, seconds,
+        static_cast<double>(tally.images) / std::max(seconds, 1e-3), tally.failed_cases,
+        tally.failed_images);
+}
+
+LaneProgress::LaneProgress(const Lane& lane) : name_(lane.name()) {}
+
+double LaneProgress::seconds() const { return watch_.ms() / 1000; }
+
+void LaneProgress::update(const Tally& tally) {
+    if (seconds() < next_) return;
+    next_ = seconds() + kSeconds;
+    std::fprintf(stderr, "fuzz: %s: %s\n", name_.c_str(), summary(tally, seconds()).c_str());
+}
+
+int run_campaign(const CampaignConfig& config, const Lane& lane, LaneState& state,
+                 std::atomic<std::uint64_t>& failures) {
+    const std::unique_ptr<Backend> brute = cpu::make_brute_backend({.threads = 1});
+    const Entrants entrants = lane.vulkan ? vulkan_entrants() : cpu_entrants();
+    Referee referee(*brute);
+    LaneProgress progress(lane);
+    const auto try_seed = [&](std::uint64_t seed, const std::vector<Entrant>& lineup) {
+        state.current = seed;
+        FuzzCase fuzz_case = make_case(seed);
+        fuzz_case.rays = with_ends_at_hits(*brute, fuzz_case);
+        const std::vector<Finding> findings = check_case(referee, fuzz_case, lineup, state.tally);
+        if (!findings.empty()) {
+            ++failures;
+            report_failure(config.failure, fuzz_case, findings,
+                           fmt::format("{}-{}", lane.name(), seed), referee);
+        }
+        progress.update(state.tally);
+    };
+    if (config.only_case) {
+        for (const auto& lineup : entrants.lineups) try_seed(*config.only_case, lineup);
+        return 0;
+    }
+    for (std::uint64_t index = lane.index;; index += lane.count) {
+        if (config.cases > 0 && index >= config.cases) break;
+        if (config.seconds > 0 && progress.seconds() >= config.seconds) break;
+        if (failures >= config.most_failures || app::interrupted()) break;
+        try_seed(case_seed(config.seed, index),
+                 entrants.lineups[(index / lane.count) % entrants.lineups.size()]);
+    }
+    return 0;
+}
+
+}  // namespace morphray::fuzz

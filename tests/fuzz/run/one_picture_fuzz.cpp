@@ -1,0 +1,111 @@
+// one_picture_fuzz: whether every instruction set, tree, number of threads and device draws one
+// picture. `./fuzz` at the root of the checkout builds and runs it.
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+
+#include "app/cli/exit_code.h"
+#include "app/terminal/interrupt.h"
+#include "common/base/errors.h"
+#include "tests/fuzz/run/campaign.h"
+#include "tests/fuzz/run/options.h"
+#include "tests/fuzz/run/replay.h"
+#include "tests/fuzz/run/sweep.h"
+
+namespace morphray::fuzz {
+namespace {
+
+/// The program that was built beside this one.
+std::filesystem::path program_path() {
+    std::error_code error;
+    return std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / "morphray";
+}
+
+FailureConfig failure_config(const FuzzOptions& options) {
+    return {options.out, program_path(), options.only_list};
+}
+
+CampaignConfig campaign_config(const FuzzOptions& options, int shares) {
+    constexpr double kSecondsAnHour = 3600;
+    CampaignConfig config;
+    config.seed = options.seed;
+    config.cases = options.cases;
+    config.seconds = options.hours * kSecondsAnHour / shares;
+    config.most_failures = options.most_failures;
+    config.only_case = options.only_case;
+    config.failure = failure_config(options);
+    return config;
+}
+
+LaneWork work_of(const FuzzOptions& options) {
+    switch (options.mode) {
+        case Mode::kOnePicture: {
+            const int shares = options.cpu && options.vulkan ? 2 : 1;
+            return [config = campaign_config(options, shares)](
+                       const Lane& lane, LaneState& state, std::atomic<std::uint64_t>& failures) {
+                return run_campaign(config, lane, state, failures);
+            };
+        }
+        case Mode::kSweep:
+            return [options, scene_case = open_sweep(options)](
+                       const Lane& lane, LaneState& state, std::atomic<std::uint64_t>& failures) {
+                return run_sweep(options, scene_case, failure_config(options), lane, state,
+                                 failures);
+            };
+        case Mode::kReplay:
+            break;
+    }
+    return [cases = read_cases(options.files)](const Lane& lane, LaneState& state,
+                                               std::atomic<std::uint64_t>& failures) {
+        return run_replay(cases, lane, state, failures);
+    };
+}
+
+/// Runs the lanes of one kind of backend; returns an exit code.
+int run_on(bool vulkan, const FuzzOptions& options, const LaneWork& work) {
+    const bool shares = options.mode != Mode::kReplay && !options.only_case;
+    const Lane clock{0, 1, vulkan, 0};
+    const LaneProgress progress(clock);
+    const LanesResult result = run_lanes(make_lanes(vulkan, shares ? options.jobs : 1), work);
+    for (const std::string& accident : result.accidents)
+        std::printf("CRASHED %s\n", accident.c_str());
+    std::printf("%s: %s\n", vulkan ? "vulkan" : "cpu",
+                summary(result.tally, progress.seconds()).c_str());
+    std::fflush(stdout);
+    if (result.exit_code != 0) return result.exit_code;
+    return result.tally.failed_cases > 0 || !result.accidents.empty()
+               ? static_cast<int>(app::ExitCode::kCheckFailed)
+               : 0;
+}
+
+int run(std::span<const std::string> arguments) {
+    const std::optional<FuzzOptions> options = parse_fuzz_options(arguments);
+    if (!options) {
+        std::fputs(fuzz_help(), stdout);
+        return 0;
+    }
+    const app::InterruptGuard guard;
+    const LaneWork work = work_of(*options);
+    int code = 0;
+    if (options->cpu) code = run_on(false, *options, work);
+    if (options->vulkan && !app::interrupted()) code = std::max(code, run_on(true, *options, work));
+    app::throw_if_interrupted();
+    return code;
+}
+
+}  // namespace
+}  // namespace morphray::fuzz
+
+int main(int argc, char** argv) {
+    const std::vector<std::string> arguments(argv + 1, argv + argc);
+    try {
+        return morphray::fuzz::run(arguments);
+    } catch (const morphray::Error& error) {
+        std::fprintf(stderr, "fuzz: %s\n", error.what());
+        return static_cast<int>(morphray::app::exit_code_of(error.kind()));
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "fuzz: internal error: %s\n", error.what());
+        return static_cast<int>(morphray::app::ExitCode::kInternal);
+    }
+}

@@ -1,0 +1,45 @@
+// The command line of one_picture_fuzz.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace morphray::fuzz {
+
+enum class Mode { kOnePicture, kSweep, kReplay };
+
+struct FuzzOptions {
+    Mode mode = Mode::kOnePicture;
+    bool cpu = true;
+    bool vulkan = false;
+    std::uint64_t seed = 1;
+    /// 0: not given.
+    std::uint64_t cases = 0;
+    double hours = 0;
+    std::uint64_t most_failures = 10;
+    std::uint32_t jobs = 2;
+    std::optional<std::uint64_t> only_case;
+    bool only_list = false;
+    std::string out = "out/fuzz";
+
+    // sweep
+    std::string scene;
+    std::uint32_t every = 1;
+    double frame = 0;
+    std::uint32_t width = 16;
+    std::uint32_t height = 16;
+
+    // replay
+    std::vector<std::string> files;
+};
+
+/// Nothing for --help. Throws Error(kBadArgument) with what is wrong and what to do.
+std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> arguments);
+
+/// The text of --help.
+const char* fuzz_help();
+
+}  // namespace morphray::fuzz

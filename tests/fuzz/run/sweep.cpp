@@ -1,0 +1,125 @@
+#include "tests/fuzz/run/sweep.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "app/frames.h"
+#include "app/terminal/interrupt.h"
+#include "common/base/errors.h"
+#include "cpu/cpu_backend.h"
+#include "tests/fuzz/generate/generator.h"
+#include "tests/fuzz/generate/views.h"
+#include "tests/fuzz/run/campaign.h"
+
+namespace morphray::fuzz {
+namespace {
+
+constexpr double kAffordableTests = 4e6;
+
+Point to_point(const dvec3& p) { return {p.x, p.y, p.z}; }
+
+/// In the plane, or hardly off it.
+Place near_plane(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle) {
+    constexpr int kFirst = 8;
+    constexpr int kLast = 50;
+    if (dice.one_in(3)) return place_in_plane(dice, triangle);
+    return place_off_plane(dice, around, triangle, kFirst, kLast);
+}
+
+ViewSpec view_at(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle,
+                 const FuzzOptions& options, std::string& cause) {
+    ViewSpec view;
+    view.width = options.width;
+    view.height = options.height;
+    constexpr std::array kKinds = {kRaysPrimary, kRaysShadow, kRaysAo};
+    view.rays = dice.pick(kKinds);
+    view.ao_count = 2;
+    const Place eye = near_plane(dice, around, triangle);
+    cause = "eye " + eye.what;
+    view.eye = to_point(eye.point);
+    view.target = to_point(dice.one_in(3) ? eye.point + dice.direction() * around.extent
+                                          : special_target(dice, around));
+    view.up = to_point(dice.direction());
+    view.fov = dice.one_in(2) ? dice.real(1, 20) : dice.real(20, 150);
+    const Place light = near_plane(dice, around, triangle);
+    view.light = to_point(light.point);
+    if (view.rays == kRaysShadow) cause += "; light " + light.what;
+    return view;
+}
+
+bool can_use_brute(const FuzzOptions& options, std::size_t triangles) {
+    return static_cast<double>(triangles) * options.width * options.height <= kAffordableTests;
+}
+
+/// A scene's name as a part of a folder's.
+std::string file_name_of(const std::string& scene) {
+    std::string name = scene;
+    for (char& c : name)
+        if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '-';
+    return name;
+}
+
+}  // namespace
+
+FuzzCase open_sweep(const FuzzOptions& options) {
+    SceneOptions scene_options;
+    scene_options.lenient = true;
+    scene_options.warn = [](const Warning&) {};
+    const std::unique_ptr<Clip> clip = open_scene(options.scene, scene_options);
+    app::require_in_clip("--frame", options.frame, *clip);
+    FuzzCase scene_case;
+    scene_case.cause = fmt::format("{}, frame {}", options.scene, options.frame);
+    scene_case.triangles = clip->topology().triangles;
+    scene_case.poses.emplace_back(clip->topology().vertex_count);
+    clip->positions(options.frame, scene_case.poses.front());
+    scene_case.view.width = scene_case.view.height = 0;
+    return scene_case;
+}
+
+int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const FailureConfig& failure,
+              const Lane& lane, LaneState& state, std::atomic<std::uint64_t>& failures) {
+    const Surroundings around(scene_case.poses.front(), scene_case.triangles);
+    const auto reference = can_use_brute(options, scene_case.triangles.size())
+                               ? cpu::make_brute_backend({.threads = 1})
+                               : cpu::make_scalar_backend({.threads = 1});
+    const Entrants entrants = lane.vulkan ? vulkan_entrants() : cpu_entrants();
+    const auto& lineup = entrants.lineups.front();
+    Referee referee(*reference);
+    referee.load(std::make_unique<FuzzScene>(scene_case), lineup);
+    LaneProgress progress(lane);
+    const std::uint64_t eyes = (around.triangles.size() + options.every - 1) / options.every;
+    const std::uint64_t last = options.cases > 0 ? std::min(options.cases, eyes) : eyes;
+    for (std::uint64_t eye = lane.index; eye < last; eye += lane.count) {
+        if (failures >= options.most_failures || app::interrupted()) break;
+        state.current = eye * options.every;
+        Dice dice(case_seed(options.seed, state.current));
+        FuzzCase fuzz_case;
+        fuzz_case.view =
+            view_at(dice, around, around.triangles[state.current], options, fuzz_case.cause);
+        ++state.tally.cases;
+        std::vector<Finding> findings;
+        try {
+            findings = referee.compare_pictures(fuzz_case.view, state.tally);
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            ++state.tally.refused;
+        }
+        progress.update(state.tally);
+        if (findings.empty()) continue;
+        ++failures;
+        ++state.tally.failed_cases;
+        fuzz_case.cause = scene_case.cause + "; " + fuzz_case.cause;
+        fuzz_case.triangles = scene_case.triangles;
+        fuzz_case.poses = scene_case.poses;
+        report_failure(failure, fuzz_case, findings,
+                       fmt::format("sweep-{}-{}-{}-{}", file_name_of(options.scene), lane.name(),
+                                   options.seed, state.current),
+                       referee);
+        referee.load(std::make_unique<FuzzScene>(scene_case), lineup);
+    }
+    return 0;
+}
+
+}  // namespace morphray::fuzz

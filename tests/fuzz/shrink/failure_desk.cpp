@@ -1,0 +1,105 @@
+#include "tests/fuzz/shrink/failure_desk.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <optional>
+#include <set>
+
+#include "app/cli/options.h"
+#include "common/base/errors.h"
+#include "tests/fuzz/shrink/reproducer.h"
+#include "tests/fuzz/shrink/shrinker.h"
+
+namespace morphray::fuzz {
+namespace {
+
+/// What a failure stays while it shrinks: else one of secondary rays becomes one of camera rays
+/// that happens to be there, too.
+enum class FailureClass { kClosestHits, kSecondary, kSingleRays };
+
+FailureClass class_of(const Finding& finding) {
+    if (!finding.is_picture()) return FailureClass::kSingleRays;
+    const FrameDifference& d = finding.picture;
+    return d.total() == d.occlusion + d.colour ? FailureClass::kSecondary
+                                               : FailureClass::kClosestHits;
+}
+
+/// A finding like this one in a case, by its entrant alone.
+std::optional<Finding> find_again(Referee& referee, const FuzzCase& fuzz_case,
+                                  const Finding& original) {
+    Tally ignored;
+    try {
+        for (const Finding& finding :
+             check_case(referee, fuzz_case, std::span(original.entrant, 1), ignored))
+            if (class_of(finding) == class_of(original)) return finding;
+    } catch (const Error& error) {
+        // A step of the shrinker may lead to what cannot be traced.
+        if (error.kind() != ErrorKind::kBadInput) throw;
+    }
+    return std::nullopt;
+}
+
+FuzzCase shrunk(Referee& referee, const FuzzCase& fuzz_case, const Finding& original) {
+    return shrink(fuzz_case, [&](const FuzzCase& smaller) -> std::optional<FailurePlace> {
+        const std::optional<Finding> found = find_again(referee, smaller, original);
+        if (!found) return std::nullopt;
+        if (!found->is_picture()) return FailurePlace{0, 0, found->ray_index};
+        return FailurePlace{found->picture.first.front().x, found->picture.first.front().y, 0};
+    });
+}
+
+std::string kind_of(const Finding& finding, const FuzzCase& fuzz_case) {
+    return finding.is_picture() ? app::name_of_rays(fuzz_case.view.rays) : "single rays";
+}
+
+std::string names_of(std::span<const Finding> findings) {
+    std::set<std::string> names;
+    for (const Finding& finding : findings) names.insert(finding.entrant->name());
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : "; ") + name;
+    return text;
+}
+
+std::string size_text(const FuzzCase& fuzz_case) {
+    std::string text =
+        fmt::format("{} triangles, {} poses", fuzz_case.triangles.size(), fuzz_case.poses.size());
+    if (fuzz_case.has_picture())
+        text += fmt::format(", {}x{} pixels, {}", fuzz_case.view.width, fuzz_case.view.height,
+                            app::name_of_rays(fuzz_case.view.rays));
+    if (!fuzz_case.rays.empty()) text += fmt::format(", {} single rays", fuzz_case.rays.size());
+    return text;
+}
+
+}  // namespace
+
+void report_failure(const FailureConfig& config, const FuzzCase& fuzz_case,
+                    std::span<const Finding> findings, const std::string& name, Referee& referee) {
+    const std::string kind = kind_of(findings.front(), fuzz_case);
+    if (config.only_list) {
+        std::printf("%s | %s | %s | %s\n", name.c_str(), kind.c_str(), names_of(findings).c_str(),
+                    fuzz_case.cause.c_str());
+        std::fflush(stdout);
+        return;
+    }
+    const FuzzCase small = shrunk(referee, fuzz_case, findings.front());
+    const std::optional<Finding> left = find_again(referee, small, findings.front());
+    if (!left) {
+        // An answer that changes from one trace to the next.
+        std::printf("FAILED %s, but not each time\n%s\n", name.c_str(),
+                    describe(findings.front()).c_str());
+        std::fflush(stdout);
+        return;
+    }
+    const std::string what = describe(*left);
+    const std::filesystem::path folder = config.out / name;
+    const Reproducer reproducer =
+        write_reproducer(small, *left, folder, config.program, "failed: " + what);
+    std::printf("FAILED %s (%s): %s\nfound by: %s\nshrunk to %s:\n%s\n%s/case.txt: %s\n%s\n\n",
+                name.c_str(), kind.c_str(), fuzz_case.cause.c_str(), names_of(findings).c_str(),
+                size_text(small).c_str(), what.c_str(), folder.c_str(), reproducer.remark.c_str(),
+                reproducer.line.c_str());
+    std::fflush(stdout);
+}
+
+}  // namespace morphray::fuzz

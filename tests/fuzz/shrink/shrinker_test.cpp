@@ -1,0 +1,189 @@
+// Whether the referee sees a planted error, and the shrinker takes away what has no part in it.
+#include "tests/fuzz/shrink/shrinker.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "cpu/cpu_backend.h"
+#include "tests/fuzz/generate/dice.h"
+#include "tests/fuzz/judge/referee.h"
+
+namespace morphray::fuzz {
+namespace {
+
+/// Traces as another backend, but for triangles whose vertices have all one z: those it loses, or
+/// only their shadows.
+class PlantedError final : public Backend {
+public:
+    enum class Loses { kHits, kOcclusion };
+    explicit PlantedError(Loses loses)
+        : loses_(loses), inner_(cpu::make_scalar_backend({.threads = 1})) {}
+
+    const std::string& name() const override { return inner_->name(); }
+    std::string description() const override { return inner_->description(); }
+    void set_scene(const Topology& topology, std::span<const vec3> positions,
+                   const Bvh& bvh) override {
+        topology_ = topology;
+        inner_->set_scene(topology, positions, bvh);
+        positions_.assign(positions.begin(), positions.end());
+    }
+    void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
+        inner_->set_frame(positions, bvh);
+        positions_.assign(positions.begin(), positions.end());
+    }
+    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent) override {
+        positions_.assign(positions.begin(), positions.end());
+        return inner_->refit(positions, extent);
+    }
+    double tree_cost() override { return inner_->tree_cost(); }
+    std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) override {
+        return inner_->restructure(topology, growth, areas);
+    }
+    void read_bvh(Bvh& bvh) override { inner_->read_bvh(bvh); }
+    void trace_image(const ImageParams& params, Frame& frame) override {
+        inner_->trace_image(params, frame);
+        for (std::size_t i = 0; i < frame.hits.size(); ++i) {
+            if (!is_cursed(frame.hits[i])) continue;
+            if (loses_ == Loses::kHits) frame.hits[i] = no_hit();
+            if (loses_ == Loses::kOcclusion) frame.occlusion[i] += 1;
+        }
+    }
+    void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {
+        inner_->trace_rays(rays, hits);
+        if (loses_ != Loses::kHits) return;
+        for (Hit& hit : hits)
+            if (is_cursed(hit)) hit = no_hit();
+    }
+    const BackendTimes& times() override { return inner_->times(); }
+
+private:
+    bool is_cursed(const Hit& hit) const {
+        if (hit.prim_id == kNoPrim) return false;
+        const uvec3 t = topology_.triangles[hit.prim_id];
+        return positions_[t.x].z == positions_[t.y].z && positions_[t.x].z == positions_[t.z].z;
+    }
+
+    Loses loses_;
+    std::unique_ptr<Backend> inner_;
+    Topology topology_;
+    std::vector<vec3> positions_;
+};
+
+/// A soup with one triangle of equal z before it, in three poses.
+FuzzCase soup_with_a_flat_triangle() {
+    FuzzCase soup;
+    Dice dice(5);
+    soup.poses.resize(3);
+    for (std::uint32_t i = 0; i < 120; ++i) {
+        for (auto& pose : soup.poses) {
+            const dvec3 p = dice.point(1);
+            pose.emplace_back(p.x, p.y, p.z);
+        }
+        if (i % 3 == 0) soup.triangles.push_back({i, i + 1, i + 2});
+    }
+    for (auto& pose : soup.poses) {
+        pose[30] = {-0.25f, -0.5f, 1.5f};
+        pose[31] = {0.75f, -0.25f, 1.5f};
+        pose[32] = {0, 0.5f, 1.5f};
+    }
+    soup.frame = 1.5;
+    soup.view.eye = Point{0.1, 0.2, 5};
+    soup.view.target = Point{0, 0, 0};
+    soup.view.light = Point{1, 2, 6};
+    soup.view.width = 33;
+    soup.view.height = 31;
+    soup.view.rays = kRaysAo;
+    soup.view.ao_count = 4;
+    soup.rays = {{{0, 0, 5}, {0.01, 0, -1}, 0, 100}, {{5, 5, 5}, {0, 0, 1}, 0, 100}};
+    return soup;
+}
+
+class Planted : public testing::TestWithParam<PlantedError::Loses> {
+protected:
+    Planted() : planted_(GetParam()) {
+        entrant_.backend = &planted_;
+        entrant_.tracer = "planted";
+        entrant_.tree = TreeKind::kRefitted;
+    }
+    std::vector<Finding> findings(const FuzzCase& fuzz_case) {
+        Tally tally;
+        return check_case(referee_, fuzz_case, std::span(&entrant_, 1), tally);
+    }
+    FuzzCase shrunk(const FuzzCase& fuzz_case) {
+        return shrink(fuzz_case, [this](const FuzzCase& c) -> std::optional<FailurePlace> {
+            const auto found = findings(c);
+            if (found.empty()) return std::nullopt;
+            const Finding& first = found.front();
+            if (!first.is_picture()) return FailurePlace{0, 0, first.ray_index};
+            const PixelDifference& p = first.picture.first.front();
+            return FailurePlace{p.x, p.y, 0};
+        });
+    }
+
+    std::unique_ptr<Backend> brute_ = cpu::make_brute_backend({.threads = 1});
+    PlantedError planted_;
+    Entrant entrant_;
+    Referee referee_{*brute_};
+};
+
+TEST_P(Planted, ErrorIsSeenAndMadeSmall) {
+    const FuzzCase soup = soup_with_a_flat_triangle();
+    ASSERT_FALSE(findings(soup).empty());
+    const FuzzCase small = shrunk(soup);
+    EXPECT_FALSE(findings(small).empty());
+    EXPECT_EQ(small.triangles.size(), 1u);
+    EXPECT_EQ(small.poses.size(), 1u);
+    EXPECT_EQ(small.poses[0].size(), 3u);
+    EXPECT_EQ(small.view.width * small.view.height, 1u);
+    EXPECT_TRUE(small.rays.empty());
+}
+
+TEST_P(Planted, ErrorIsDescribed) {
+    const std::string text = describe(findings(soup_with_a_flat_triangle()).front());
+    EXPECT_NE(text.find("planted, refitted tree: "), std::string::npos) << text;
+    EXPECT_NE(text.find("pixel "), std::string::npos) << text;
+    EXPECT_NE(text.find("(0x"), std::string::npos) << text;
+}
+
+TEST_P(Planted, NothingIsSeenWithoutTheTriangle) {
+    FuzzCase soup = soup_with_a_flat_triangle();
+    soup.triangles.erase(soup.triangles.begin() + 10);
+    EXPECT_TRUE(findings(soup).empty());
+}
+
+std::string loss_name(const testing::TestParamInfo<PlantedError::Loses>& loss) {
+    return loss.param == PlantedError::Loses::kHits ? "LostHits" : "WrongOcclusion";
+}
+INSTANTIATE_TEST_SUITE_P(Errors, Planted,
+                         testing::Values(PlantedError::Loses::kHits,
+                                         PlantedError::Loses::kOcclusion),
+                         loss_name);
+
+TEST(Shrinker, FindsTheRayThatFails) {
+    PlantedError planted(PlantedError::Loses::kHits);
+    const auto brute = cpu::make_brute_backend({.threads = 1});
+    Referee referee(*brute);
+    Entrant entrant;
+    entrant.backend = &planted;
+    FuzzCase rays = soup_with_a_flat_triangle();
+    rays.view.width = rays.view.height = 0;
+    const FuzzCase small = shrink(rays, [&](const FuzzCase& c) -> std::optional<FailurePlace> {
+        Tally tally;
+        const auto found = check_case(referee, c, std::span(&entrant, 1), tally);
+        if (found.empty()) return std::nullopt;
+        return FailurePlace{0, 0, found.front().ray_index};
+    });
+    EXPECT_EQ(small.rays.size(), 1u);
+    EXPECT_EQ(small.triangles.size(), 1u);
+}
+
+TEST(Shrinker, LeavesWhatDoesNotFail) {
+    const FuzzCase soup = soup_with_a_flat_triangle();
+    const FuzzCase same = shrink(soup, [](const FuzzCase&) { return std::nullopt; });
+    EXPECT_EQ(same.triangles, soup.triangles);
+    EXPECT_EQ(same.view.width, soup.view.width);
+}
+
+}  // namespace
+}  // namespace morphray::fuzz
