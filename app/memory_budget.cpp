@@ -24,10 +24,10 @@ constexpr std::uint64_t kTreeBytesPerTriangle = 48;
 // Boxes, centroids, order and the binary tree that the builder holds beside the result.
 constexpr std::uint64_t kBuildBytesPerTriangle = 96;
 constexpr std::uint64_t kTopologyBytesPerTriangle = 16;
-// Positions in the user's units and in scene space.
+// Positions in world space and in scene space.
 constexpr std::uint64_t kPositionBytesPerVertex = 24;
 constexpr std::uint64_t kBackendBytesPerVertex = 16;
-// A frame (16 + 4 + 4), its copy on a device, the picture and its encoded form.
+// A frame (16 + 4 + 4), its copy on a device, the image and its encoded form.
 constexpr std::uint64_t kBytesPerPixel = 60;
 // Code, libraries, thread stacks.
 constexpr std::uint64_t kFixedBytes = std::uint64_t{48} << 20;
@@ -166,7 +166,7 @@ void require_memory(std::uint64_t bytes, const MemoryLimit& limit) {
     if (bytes <= limit.available_bytes) return;
     throw Error(ErrorKind::kLimit,
                 fmt::format("this needs about {} of memory, but {} leaves {}; choose a smaller "
-                            "scene, a smaller picture or fewer frames",
+                            "scene, a smaller image or fewer frames",
                             in_mib(bytes), limit.source, in_mib(limit.available_bytes)));
 }
 

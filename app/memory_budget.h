@@ -11,7 +11,7 @@ namespace morphray::app {
 struct Workload {
     std::uint64_t triangles = 0;
     std::uint64_t vertices = 0;
-    /// Pixels of a picture, 0 for none.
+    /// Pixels of an image, 0 for none.
     std::uint64_t pixels = 0;
     /// Backends, each of which keeps the scene and a tree.
     std::uint64_t backends = 1;

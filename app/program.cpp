@@ -46,10 +46,10 @@ ExitCode explain_failure(std::exception_ptr failure, const Messages& messages) {
         return error.kind() == ErrorKind::kCancelled ? interrupt_exit_code()
                                                      : exit_code_of(error.kind());
     } catch (const std::bad_alloc&) {
-        messages.error("out of memory; choose a smaller scene or picture, or raise the limit");
+        messages.error("out of memory; choose a smaller scene or image, or raise the limit");
         return ExitCode::kLimit;
     } catch (const std::length_error&) {
-        messages.error("something is larger than memory can be; choose a smaller scene or picture");
+        messages.error("something is larger than memory can be; choose a smaller scene or image");
         return ExitCode::kLimit;
     } catch (const std::system_error& error) {
         if (error.code() == std::errc::resource_unavailable_try_again) {

@@ -25,7 +25,7 @@ std::vector<vec3> nudged(std::vector<vec3> positions) {
     return positions;
 }
 
-ViewSpec resolved(ViewSpec view, const UserBounds& bounds) {
+ViewSpec resolved(ViewSpec view, const WorldBounds& bounds) {
     const ResolvedView all = resolve_view(view, bounds);
     view.eye = all.eye;
     view.target = all.target;

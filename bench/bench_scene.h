@@ -19,7 +19,7 @@ namespace morphray::bench {
 struct BenchScene {
     std::string name;
     ViewKind view_kind;
-    /// What the picture shows, in the user's units, with an eye, a target and a light.
+    /// What the image shows, in world space, with an eye, a target and a light.
     ViewSpec view;
     std::unique_ptr<Clip> clip;
     ImageParams params;

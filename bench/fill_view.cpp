@@ -41,7 +41,7 @@ const char* name_of(ViewKind kind) {
     return "given";
 }
 
-ViewSpec fill_view(const ViewSpec& whole, const UserBounds& bounds, const SceneSpace& space,
+ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
                    const Bvh& bvh) {
     ViewSpec coarse = whole;
     coarse.width = coarse.height = kProbeSide;

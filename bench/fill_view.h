@@ -1,4 +1,4 @@
-// What of a scene the picture shows.
+// What of a scene the image shows.
 #pragma once
 
 #include "common/bvh/bvh.h"
@@ -7,8 +7,8 @@
 
 namespace morphray::bench {
 
-/// kWhole is the default camera, which keeps the whole clip in the picture. kFill looks from the
-/// same eye, by the same light, at the part of that picture which is full, so that (nearly) every
+/// kWhole is the default camera, which keeps the whole clip in the image. kFill looks from the
+/// same eye, by the same light, at the part of that image which is full, so that (nearly) every
 /// pixel sees the scene. kGiven is what the user asked for with an eye or a target.
 enum class ViewKind { kFill, kWhole, kGiven };
 
@@ -17,7 +17,7 @@ const char* name_of(ViewKind kind);
 
 /// The view of kFill: `whole` with eye, target, fov and light set. `bvh` is the scene as it is
 /// seen, and decides what is full.
-ViewSpec fill_view(const ViewSpec& whole, const UserBounds& bounds, const SceneSpace& space,
+ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
                    const Bvh& bvh);
 
 }  // namespace morphray::bench

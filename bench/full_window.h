@@ -1,4 +1,4 @@
-// Where a picture is full.
+// Where an image is full.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace morphray::bench {
 
-/// A square of pixels of a square picture.
+/// A square of pixels of a square image.
 struct Window {
     std::uint32_t x;
     std::uint32_t y;
@@ -15,9 +15,9 @@ struct Window {
     double hit_share;
 };
 
-/// A picture counts as full from this share of hits on: a silhouette leaves some corner out.
+/// An image counts as full from this share of hits on: a silhouette leaves some corner out.
 inline constexpr double kFullShare = 0.95;
-/// A window is at least this part of the picture's side: of scenes that are full nowhere, hair or
+/// A window is at least this part of the image's side: of scenes that are full nowhere, hair or
 /// separate triangles, a smaller one would show a few triangles at most.
 inline constexpr std::uint32_t kMaxZoom = 8;
 

@@ -6,22 +6,22 @@
 namespace morphray::bench {
 namespace {
 
-double run_ms(const Contender& contender) {
-    if (contender.prepare) contender.prepare();
+double run_ms(const Method& method) {
+    if (method.prepare) method.prepare();
     const auto start = std::chrono::steady_clock::now();
-    contender.run();
+    method.run();
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
         .count();
 }
 
 }  // namespace
 
-std::vector<Samples> time_interleaved(std::span<const Contender> contenders, int repeat) {
-    for (const Contender& contender : contenders) run_ms(contender);
-    std::vector<Samples> samples(contenders.size());
+std::vector<Samples> time_interleaved(std::span<const Method> methods, int repeat) {
+    for (const Method& method : methods) run_ms(method);
+    std::vector<Samples> samples(methods.size());
     for (int round = 0; round < repeat; ++round) {
-        for (std::size_t i = 0; i < contenders.size(); ++i) {
-            samples[i].push_back(run_ms(contenders[i]));
+        for (std::size_t i = 0; i < methods.size(); ++i) {
+            samples[i].push_back(run_ms(methods[i]));
         }
     }
     return samples;

@@ -9,18 +9,18 @@
 namespace morphray::bench {
 
 /// One way to do the work. `prepare` comes before each run, outside the timing; it may be empty.
-struct Contender {
+struct Method {
     std::string name;
     std::function<void()> prepare;
     std::function<void()> run;
 };
 
-/// Milliseconds of a contender's runs, in the order in which they were made.
+/// Milliseconds of a method's runs, in the order in which they were made.
 using Samples = std::vector<double>;
 
 /// Runs each once to warm up, then `repeat` rounds of each in turn, so that what disturbs the
-/// machine for longer than a run disturbs all alike. One Samples a contender.
-std::vector<Samples> time_interleaved(std::span<const Contender> contenders, int repeat);
+/// machine for longer than a run disturbs all alike. One Samples a method.
+std::vector<Samples> time_interleaved(std::span<const Method> methods, int repeat);
 
 double median(Samples samples);
 

@@ -115,9 +115,9 @@ int main(int argc, char** argv) {
         return 0;
     } catch (const morphray::Error& error) {
         fmt::print(stderr, "morphray_bench: {}\n", error.what());
-        return static_cast<int>(error.kind());
+        return error.kind() == morphray::ErrorKind::kBadArgument ? 2 : 1;
     } catch (const std::exception& error) {
         fmt::print(stderr, "morphray_bench: {}\n", error.what());
-        return static_cast<int>(morphray::ErrorKind::kInternal);
+        return 1;
     }
 }

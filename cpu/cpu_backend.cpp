@@ -109,7 +109,7 @@ public:
         const Stopwatch watch;
         const auto tracer = make_tracer_(topology_, planner_.pose().positions(), bvh_);
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
-        const PictureTiles tiles = tiles_for(params);
+        const ImageTiles tiles = tiles_for(params);
         arena_.execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
                 trace_tile(*tracer, mesh, params, tiles[i], frame);
@@ -138,9 +138,9 @@ public:
 
 private:
     /// The largest that packets are made of, but where these are few for the threads.
-    PictureTiles tiles_for(const ImageParams& params) const {
+    ImageTiles tiles_for(const ImageParams& params) const {
         constexpr std::uint32_t kTilesAThread = 4;
-        const PictureTiles tiles(params.width, params.height, kCameraSide);
+        const ImageTiles tiles(params.width, params.height, kCameraSide);
         if (tiles.count() >= kTilesAThread * static_cast<std::uint32_t>(arena_.threads()))
             return tiles;
         return {params.width, params.height, kCameraSide / 2};
@@ -182,7 +182,7 @@ std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
     if (config.simd == kSimdOff) return make_scalar_backend(config);
     const SimdTarget target = find_simd_target(config.simd);
     const auto make = [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
-        return std::make_unique<PacketTiles>(bvh, target);
+        return std::make_unique<TileTracer>(bvh, target);
     };
     return make_backend("cpu", target.name, target, config, make);
 }

@@ -128,7 +128,7 @@ void ImageTracer::begin_region(const RegionArguments& region, Deferred deferred)
             shading(region)(commands);
         }
     };
-    context_.begin("trace a picture", record, deferred);
+    context_.begin("trace an image", record, deferred);
 }
 
 void ImageTracer::end_region(const RegionArguments& region, BackendTimes& times) {

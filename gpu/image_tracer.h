@@ -1,4 +1,4 @@
-// A picture, region by region.
+// An image, region by region.
 #pragma once
 
 #include <vector>

@@ -56,7 +56,7 @@ SHARED_CONST uint kMostShadedTileBits = 8u;
 // Lavapipe stops all loops of one invocation together, silently, at 65,535 iterations; an
 // invocation there is a vector of at most 16 lanes, and each iteration is counted by at least one
 // of them. A lane passes its budget by less than 400 (a leaf, a stack's worth of pops, and all
-// triangles in doubt), saving and loading a suspended ray and drawing a direction take fewer than
+// triangles uncertain), saving and loading a suspended ray and drawing a direction take fewer than
 // 1000 for all lanes together: 16 * (3500 + 400) + 1000 < 65,535.
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;

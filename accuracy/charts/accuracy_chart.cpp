@@ -38,7 +38,7 @@ bool on_front(const Point& point, const std::vector<Point>& all, VerdictCounts P
 }
 
 Table table_of(const std::vector<Point>& points) {
-    Table table({"contender", "family", "Mray/s", "camera rays", "camera wrong", "camera wrong/M",
+    Table table({"method", "family", "Mray/s", "camera rays", "camera wrong", "camera wrong/M",
                  "camera front", "aimed rays", "aimed wrong", "aimed wrong/M", "aimed front",
                  "leaks", "false misses", "false hits", "wrong triangles", "close", "displaced",
                  "beside", "worst ulps"});
@@ -118,26 +118,26 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
     const Effort& effort = context.effort;
     const ChartScene scene = make_chart_scene(input.name, input.topology, input.positions, {},
                                               effort.side, effort.aimed_rays);
-    const std::vector<Contender> contenders = all_contenders(scene, context.make_vulkan_backend);
+    const std::vector<Method> methods = all_methods(scene, context.make_vulkan_backend);
     context.step();
     const Judge in_scene_space(scene, scene.scene_space);
-    const Judge in_user_space(scene, scene.user_space);
+    const Judge in_world_space(scene, scene.world_space);
     context.step();
     std::vector<Point> points;
     const std::size_t pixels = scene.scene_space.camera_rays.size();
     std::vector<Hit> hits(pixels);
     std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
     std::vector<std::function<void()>> runs;
-    for (const Contender& contender : contenders) {
-        const Judge& judge = contender.in_scene_space ? in_scene_space : in_user_space;
+    for (const Method& method : methods) {
+        const Judge& judge = method.in_scene_space ? in_scene_space : in_world_space;
         Point& point = points.emplace_back();
-        point.name = contender.name;
-        point.family = contender.family;
-        trace_camera(contender, scene, hits);
+        point.name = method.name;
+        point.family = method.family;
+        trace_camera(method, scene, hits);
         point.camera = judge.camera(hits);
-        trace_aimed(contender, scene, aimed);
+        trace_aimed(method, scene, aimed);
         point.aimed = judge.aimed(aimed);
-        runs.emplace_back([&] { trace_camera(contender, scene, hits); });
+        runs.emplace_back([&] { trace_camera(method, scene, hits); });
     }
     context.step();
     const std::vector<double> times = least_times(runs, effort.rounds, context.check);
@@ -157,11 +157,10 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                   "unset label 1\n" +
                   panel(fmt::format("{} rays at vertices, edges, faces", aimed.size()), name, 10,
                         11, aimed.size());
-    return {
-        name,
-        "Up is faster (camera rays, all threads), left is more accurate; contenders on the grey "
-        "line made no mistake at all. Nobody is better in both than those with a red ring.",
-        table_of(points), script};
+    return {name,
+            "Up is faster (camera rays, all threads), left is more accurate; methods on the grey "
+            "line made no mistake at all. Nobody is better in both than those with a red ring.",
+            table_of(points), script};
 }
 
 }  // namespace morphray::accuracy

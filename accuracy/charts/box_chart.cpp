@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::uint32_t kMostSide = 512;
 
-std::size_t node_bytes(const std::string& contender) {
-    if (contender.ends_with("16 bit")) return sizeof(QuantisedNode<std::uint16_t>);
-    return contender.ends_with("8 bit") ? sizeof(QuantisedNode<std::uint8_t>) : sizeof(Node);
+std::size_t node_bytes(const std::string& method) {
+    if (method.ends_with("16 bit")) return sizeof(QuantisedNode<std::uint16_t>);
+    return method.ends_with("8 bit") ? sizeof(QuantisedNode<std::uint8_t>) : sizeof(Node);
 }
 
 }  // namespace
@@ -25,20 +25,20 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
         make_chart_scene(input.name, input.topology, input.positions, {},
                          std::min(context.effort.side, kMostSide), context.effort.placed_rays);
     const Judge judge(scene, scene.scene_space);
-    const std::vector<Contender> contenders = box_contenders(scene);
+    const std::vector<Method> methods = box_methods(scene);
     std::vector<Hit> hits(scene.scene_space.camera_rays.size());
     std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
     context.step();
     std::vector<std::function<void()>> runs;
-    for (const Contender& contender : contenders)
-        runs.emplace_back([&] { trace_camera(contender, scene, hits); });
+    for (const Method& method : methods)
+        runs.emplace_back([&] { trace_camera(method, scene, hits); });
     const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
-    Table table({"contender", "row", "Mray/s", "bytes a node", "camera wrong", "aimed wrong",
-                 "leaks", "false misses", "wrong triangles", "not as over ours"});
+    Table table({"method", "row", "Mray/s", "bytes a node", "camera wrong", "aimed wrong", "leaks",
+                 "false misses", "wrong triangles", "not as over ours"});
     std::vector<Hit> ours;
-    for (std::size_t i = 0; i < contenders.size(); ++i) {
-        trace_camera(contenders[i], scene, hits);
-        trace_aimed(contenders[i], scene, aimed);
+    for (std::size_t i = 0; i < methods.size(); ++i) {
+        trace_camera(methods[i], scene, hits);
+        trace_aimed(methods[i], scene, aimed);
         std::vector<Hit> all = hits;
         all.insert(all.end(), aimed.begin(), aimed.end());
         if (i == 0) ours = all;
@@ -53,12 +53,11 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
         const auto both = [&](Verdict verdict) {
             return fmt::format("{}", seen[verdict] + met[verdict]);
         };
-        table.add({contenders[i].name, fmt::format("{}", i),
+        table.add({methods[i].name, fmt::format("{}", i),
                    fmt::format("{:.4g}", static_cast<double>(hits.size()) / (times[i] * 1e3)),
-                   fmt::format("{}", node_bytes(contenders[i].name)),
-                   fmt::format("{}", seen.wrong()), fmt::format("{}", met.wrong()),
-                   both(Verdict::kLeak), both(Verdict::kFalseMiss), both(Verdict::kWrongTriangle),
-                   fmt::format("{}", different)});
+                   fmt::format("{}", node_bytes(methods[i].name)), fmt::format("{}", seen.wrong()),
+                   fmt::format("{}", met.wrong()), both(Verdict::kLeak), both(Verdict::kFalseMiss),
+                   both(Verdict::kWrongTriangle), fmt::format("{}", different)});
     }
     context.step();
 
@@ -75,7 +74,7 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
         "'#1f5fbf', '' skip 1 using (0):2:(sprintf('  %d B a node; wrong: %d of {2} pixels, %d of "
         "{3} aimed rays; %d not as over ours', $4, $5, $6, $10)) with labels left tc rgb "
         "'#000000'\n",
-        static_cast<double>(contenders.size()) - 0.4, name, hits.size(), aimed.size());
+        static_cast<double>(methods.size()) - 0.4, name, hits.size(), aimed.size());
     return {name,
             "Our rule over one plain traversal; only the test of boxes differs, or what the boxes "
             "are made of.",

@@ -8,7 +8,7 @@
 
 namespace morphray::accuracy {
 
-/// A chart with its picture as SVG.
+/// A chart with its image as SVG.
 struct PagedChart {
     const Chart* chart;
     std::string svg;

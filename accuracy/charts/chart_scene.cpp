@@ -13,7 +13,7 @@ namespace morphray::accuracy {
 namespace {
 
 std::vector<vec3> placed(std::span<const vec3> positions, const Placement& placement) {
-    const UserBounds bounds = bounds_of(positions);
+    const WorldBounds bounds = bounds_of(positions);
     double size = 0;
     for (int axis = 0; axis < 3 && !bounds.empty(); ++axis)
         size = std::max(size, bounds.upper[axis] - bounds.lower[axis]);
@@ -28,7 +28,7 @@ std::vector<vec3> placed(std::span<const vec3> positions, const Placement& place
     return result;
 }
 
-/// The same tree around the positions in the user's units: boxes of the floats themselves.
+/// The same tree around the positions in world space: boxes of the floats themselves.
 Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
     std::vector<Box> leaf_boxes(bvh.leaves.size());
     for (std::size_t i = 0; i < bvh.leaves.size(); ++i) {
@@ -57,7 +57,7 @@ Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
     return bvh;
 }
 
-/// The float in the user's units that an origin in scene space is, and the same in scene space
+/// The float in world space that an origin in scene space is, and the same in scene space
 /// again, so that the ray is one.
 struct Origin {
     vec3 user;
@@ -65,7 +65,7 @@ struct Origin {
 };
 
 Origin origin_of(const SceneSpace& space, vec3 scene) {
-    const vec3 user = space.to_user(scene);
+    const vec3 user = space.to_world(scene);
     const double point[3] = {user.x, user.y, user.z};
     return {user, space.point_to_scene(point, "a ray's origin")};
 }
@@ -73,10 +73,10 @@ Origin origin_of(const SceneSpace& space, vec3 scene) {
 void add(ChartScene& scene, const Origin& origin, vec3 dir, std::vector<Ray> ChartSpace::*rays) {
     const Ray ray{origin.scene, 0, dir, kInfiniteT};
     (scene.scene_space.*rays).push_back(ray);
-    (scene.user_space.*rays).push_back({origin.user, 0, dir, kInfiniteT});
+    (scene.world_space.*rays).push_back({origin.user, 0, dir, kInfiniteT});
 }
 
-ImageParams snapped_camera(const ViewSpec& given, const UserBounds& bounds,
+ImageParams snapped_camera(const ViewSpec& given, const WorldBounds& bounds,
                            const SceneSpace& space) {
     const ImageParams params = make_image_params(given, bounds, space);
     const vec3 eye = origin_of(space, params.camera.org).user;
@@ -149,13 +149,13 @@ ChartScene make_chart_scene(const std::string& name, const Topology& topology,
     ChartScene scene;
     scene.name = name;
     scene.topology = topology;
-    scene.user_space.positions = placed(positions, placement);
-    const UserBounds bounds = bounds_of(scene.user_space.positions);
+    scene.world_space.positions = placed(positions, placement);
+    const WorldBounds bounds = bounds_of(scene.world_space.positions);
     const SceneSpace space(bounds);
     scene.scene_space.positions.resize(positions.size());
-    space.to_scene(scene.user_space.positions, scene.scene_space.positions);
+    space.to_scene(scene.world_space.positions, scene.scene_space.positions);
     scene.scene_space.bvh = build_bvh(topology, scene.scene_space.positions);
-    scene.user_space.bvh = tree_around(scene.scene_space.bvh, scene.user_space.positions);
+    scene.world_space.bvh = tree_around(scene.scene_space.bvh, scene.world_space.positions);
     ViewSpec view;
     view.width = view.height = side;
     view.fov = kChartFov;

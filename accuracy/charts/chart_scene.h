@@ -19,8 +19,8 @@ namespace morphray::accuracy {
 inline constexpr std::uint32_t kChartTileSide = 64;
 inline constexpr std::size_t kChartTile = std::size_t{kChartTileSide} * kChartTileSide;
 
-/// What a contender traces: the same mesh, tree and rays in scene space, where our rule works, or
-/// in the user's units, where everybody else's does.
+/// What a method traces: the same mesh, tree and rays in scene space, where our rule works, or
+/// in world space, where everybody else's does.
 struct ChartSpace {
     std::vector<vec3> positions;
     Bvh bvh;
@@ -42,11 +42,11 @@ struct ChartScene {
     Topology topology;
     ImageParams params;
     ChartSpace scene_space;
-    ChartSpace user_space;
+    ChartSpace world_space;
 };
 
-/// `positions` in the user's units, moved and scaled in double and rounded to float once. The
-/// picture is side x side pixels (a multiple of kChartTileSide), seen from the default view with
+/// `positions` in world space, moved and scaled in double and rounded to float once. The
+/// image is side x side pixels (a multiple of kChartTileSide), seen from the default view with
 /// the given field of view; there are as many aimed rays as `aimed` says. Throws what the builder
 /// and the camera do.
 ChartScene make_chart_scene(const std::string& name, const Topology& topology,

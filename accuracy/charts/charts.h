@@ -1,4 +1,4 @@
-// The charts of `morphray chart`: each measures, and becomes a table and a picture.
+// The charts of `morphray chart`: each measures, and becomes a table and an image.
 #pragma once
 
 #include <functional>
@@ -53,7 +53,7 @@ struct ChartContext {
     MakeBackend make_cpu_backend;
     /// Makes the Vulkan backend; throws Error(kUnavailable) where there is none.
     MakeBackend make_vulkan_backend;
-    /// What every picture says below: machine, command.
+    /// What every image says below: machine, command.
     std::string footer;
     /// To be called after each step.
     std::function<void()> step;
@@ -61,7 +61,7 @@ struct ChartContext {
     std::function<void()> check = [] {};
 };
 
-/// One frame of a scene as the charts take it, in the user's units.
+/// One frame of a scene as the charts take it, in world space.
 struct ChartInput {
     std::string name;
     Topology topology;
@@ -79,11 +79,11 @@ std::size_t box_steps();
 std::size_t scaling_steps(const Effort& effort);
 std::size_t failure_steps();
 
-/// Mray/s against wrong answers per million rays, all contenders, at the origin; `suffix` makes the
+/// Mray/s against wrong answers per million rays, all methods, at the origin; `suffix` makes the
 /// file's name one of its own.
 Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix);
-/// Wrong answers far from the origin and at small and large scales, contenders with one ray.
+/// Wrong answers far from the origin and at small and large scales, methods with one ray.
 Chart placement_chart(const ChartContext& context, const ChartInput& input,
                       const std::string& suffix);
 /// The size of a packet of camera rays against Mray/s.
@@ -91,7 +91,7 @@ Chart packet_chart(const ChartContext& context, const ChartInput& input, const s
 /// The angle of cones of any-hit rays against Mray/s: packets, streams, single rays.
 Chart cone_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
 /// Frames of a clip against trace, quality of the tree and update, for each update policy. Of a
-/// scene with one frame, no table and no picture: the caption says so.
+/// scene with one frame, no table and no image: the caption says so.
 Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
 /// Kinds of trees against Mray/s of our tracers.
 Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
@@ -99,7 +99,7 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
 Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
 /// The number of triangles against build, refit and trace.
 Chart scaling_chart(const ChartContext& context);
-/// Failure scenes against contenders; `more` are scenes besides the program's own.
+/// Failure scenes against methods; `more` are scenes besides the program's own.
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
 
 }  // namespace morphray::accuracy

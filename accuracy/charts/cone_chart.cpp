@@ -22,21 +22,21 @@ namespace {
 
 constexpr double kAngles[] = {0, 2, 5, 10, 15, 20, 30, 45, 60, 75, 90};
 constexpr std::uint32_t kSide = 256;
-// Ambient occlusion as pictures have it: so many rays of each of many points side by side.
+// Ambient occlusion as images have it: so many rays of each of many points side by side.
 constexpr std::size_t kFew = 16;
 // As many as a square of a packet has.
 constexpr std::size_t kMany = cpu::kSquareRays;
 
 /// Some rays of each point, one point after the other.
 struct Cones {
-    std::size_t rays_of_point;
+    std::size_t shared_origin_rays;
     std::vector<Ray> rays;
     /// The same as packets take them.
-    std::vector<cpu::PointRays> blocks;
+    std::vector<cpu::SharedOriginRays> blocks;
 };
 
 /// What the camera sees, in the order of its tiles.
-std::vector<Surface> seen_surfaces(const ChartScene& scene, const cpu::WideTracer& tracer) {
+std::vector<Surface> seen_surfaces(const ChartScene& scene, const cpu::SingleRayTracer& tracer) {
     const std::vector<Ray>& rays = scene.scene_space.camera_rays;
     const std::vector<vec3>& positions = scene.scene_space.positions;
     std::vector<Hit> hits(rays.size());
@@ -74,18 +74,19 @@ Ray cone_ray(const Surface& surface, double largest, double radius, double turn,
 /// `count` points out of the surfaces, all over them or side by side, with rays in cells of a
 /// square that is bent to a disc (P. Shirley, K. Chiu. A low distortion map between disk and
 /// square. 1997), so that neighbours in a packet are neighbours in the cone.
-Cones make_cones(std::span<const Surface> surfaces, std::size_t count, std::size_t rays_of_point,
-                 double degrees, float tfar) {
-    Cones cones{rays_of_point, {}, {}};
+Cones make_cones(std::span<const Surface> surfaces, std::size_t count,
+                 std::size_t shared_origin_rays, double degrees, float tfar) {
+    Cones cones{shared_origin_rays, {}, {}};
     if (surfaces.empty()) return cones;
-    const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(rays_of_point)));
+    const auto side = static_cast<std::uint32_t>(std::lround(std::sqrt(shared_origin_rays)));
     const double largest = degrees * std::numbers::pi / 180;
     std::mt19937_64 random(5);
     const auto unit = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-    cones.rays.resize(count * rays_of_point);
+    cones.rays.resize(count * shared_origin_rays);
     for (std::size_t point = 0; point < count; ++point) {
-        const Surface& surface = surfaces[rays_of_point == kMany ? point * surfaces.size() / count
-                                                                 : point % surfaces.size()];
+        const Surface& surface =
+            surfaces[shared_origin_rays == kMany ? point * surfaces.size() / count
+                                                 : point % surfaces.size()];
         for (std::uint32_t y = 0; y < side; ++y) {
             for (std::uint32_t x = 0; x < side; ++x) {
                 const double u = 2 * (x + unit()) / side - 1;
@@ -94,9 +95,9 @@ Cones make_cones(std::span<const Surface> surfaces, std::size_t count, std::size
                 const double radius = wide ? u : v;
                 const double turn = wide ? std::numbers::pi / 4 * v / u
                                          : std::numbers::pi / 4 * (2 - u / (v == 0 ? 1 : v));
-                const std::size_t ray = rays_of_point == kMany ? cpu::point_packet_ray(x, y)
-                                                               : std::size_t{y} * side + x;
-                cones.rays[point * rays_of_point + ray] =
+                const std::size_t ray = shared_origin_rays == kMany ? cpu::light_packet_ray(x, y)
+                                                                    : std::size_t{y} * side + x;
+                cones.rays[point * shared_origin_rays + ray] =
                     cone_ray(surface, largest, radius, turn, tfar);
             }
         }
@@ -125,14 +126,14 @@ void for_each_packet(const Cones& cones, Answers& answers, Answer answer) {
     });
 }
 
-void trace_one_by_one(const Cones& cones, const cpu::WideTracer& tracer, Answers& answers) {
+void trace_one_by_one(const Cones& cones, const cpu::SingleRayTracer& tracer, Answers& answers) {
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers&) {
         for (std::size_t i = 0; i < rays.size(); ++i)
             tracer.occluded(rays.subspan(i, 1), occluded.subspan(i, 1));
     });
 }
 
-void trace_streams(const Cones& cones, const cpu::WideTracer& tracer, Answers& answers) {
+void trace_streams(const Cones& cones, const cpu::SingleRayTracer& tracer, Answers& answers) {
     for_each_packet(cones, answers,
                     [&](auto rays, auto occluded, Answers&) { tracer.occluded(rays, occluded); });
 }
@@ -140,15 +141,15 @@ void trace_streams(const Cones& cones, const cpu::WideTracer& tracer, Answers& a
 /// Each point's rays as a packet, those that it leaves undecided as streams: what the program does
 /// with shadow rays.
 void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
-                   const cpu::WideTracer& others, Answers& answers) {
+                   const cpu::SingleRayTracer& others, Answers& answers) {
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
         thread_local const auto packet = std::make_unique<cpu::Packet>();
         std::array<std::uint16_t, cpu::kSquareRays> undecided;
         const auto first = static_cast<std::size_t>(&rays[0] - cones.rays.data());
         const auto blocks =
             std::span(cones.blocks).subspan(first / cpu::kBlockRays, kMany / cpu::kBlockRays);
-        const std::size_t count = tracer.occluded_from_point(rays[0].org, blocks, *packet,
-                                                             occluded.data(), undecided.data());
+        const std::size_t count = tracer.occluded_shared_origin(rays[0].org, blocks, *packet,
+                                                                occluded.data(), undecided.data());
         counts.undecided += count;
         cpu::occluded_among(others, rays[0].org, blocks, std::span(undecided).first(count),
                             occluded);
@@ -163,7 +164,7 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
     const ChartScene scene =
         make_chart_scene(input.name, input.topology, input.positions, {}, kSide, 0);
     const cpu::SimdTarget target = cpu::supported_simd_targets().front();
-    const cpu::WideTracer wide(scene.scene_space.bvh, target);
+    const cpu::SingleRayTracer wide(scene.scene_space.bvh, target);
     const cpu::PacketTracer packets(scene.scene_space.bvh, target);
     const std::vector<Surface> surfaces = seen_surfaces(scene, wide);
     const std::size_t points = context.effort.cone_points;
@@ -226,7 +227,7 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
             "Rays of ambient occlusion, on all threads. Packets need rays from one point: they pay "
             "to the left of where their line meets that of the streams, into which 64 rays go "
             "whatever they have in common. Dashed: few rays of each of many points side by side, "
-            "as pictures have them.",
+            "as images have them.",
             table, script};
 }
 

@@ -18,7 +18,7 @@ struct Cell {
     std::size_t row = 0;
     std::size_t column = 0;
     std::string scene;
-    std::string contender;
+    std::string method;
     VerdictCounts camera;
     VerdictCounts aimed;
     RunEnd end = RunEnd::kDone;
@@ -34,20 +34,19 @@ const char* name_of(RunEnd end) {
 }
 
 /// Who differs in what they answer, and the program's own tracer for its speed.
-std::vector<Contender> columns_of(const ChartScene& scene) {
-    std::vector<Contender> columns{single_contender(scene)};
-    std::vector<Contender> boxes = box_contenders(scene);
+std::vector<Method> columns_of(const ChartScene& scene) {
+    std::vector<Method> columns{single_method(scene)};
+    std::vector<Method> boxes = box_methods(scene);
     // The first is our rule with our boxes once more.
     boxes.erase(boxes.begin());
-    for (std::vector<Contender> more :
-         {rule_contenders(scene), std::move(boxes), embree_contenders(scene)})
+    for (std::vector<Method> more : {rule_methods(scene), std::move(boxes), embree_methods(scene)})
         std::move(more.begin(), more.end(), std::back_inserter(columns));
     return columns;
 }
 
 /// Traces all rays on one thread, timed by its processor, where neither a crash nor a loop without
 /// an end does harm.
-void measure(const ChartContext& context, const Contender& contender, const ChartSpace& space,
+void measure(const ChartContext& context, const Method& method, const ChartSpace& space,
              const Judge& judge, Cell& cell) {
     const std::size_t pixels = space.camera_rays.size();
     const std::size_t rays = pixels + space.aimed_rays.size();
@@ -56,8 +55,8 @@ void measure(const ChartContext& context, const Contender& contender, const Char
     cell.end = run_guarded(
         [&] {
             const std::clock_t begin = std::clock();
-            contender.trace(space.camera_rays, hits.as<Hit>(pixels));
-            contender.trace(space.aimed_rays, hits.as<Hit>(rays).subspan(pixels));
+            method.trace(space.camera_rays, hits.as<Hit>(pixels));
+            method.trace(space.aimed_rays, hits.as<Hit>(rays).subspan(pixels));
             time.as<double>(1)[0] =
                 1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
         },
@@ -74,28 +73,28 @@ void add_cells(const ChartContext& context, const ChartInput& input, std::size_t
         input.name, input.topology, input.positions, {},
         std::max(kChartTileSide, context.effort.side / kLessSide), context.effort.placed_rays);
     const Judge in_scene_space(scene, scene.scene_space);
-    const Judge in_user_space(scene, scene.user_space);
+    const Judge in_world_space(scene, scene.world_space);
     std::size_t column = 0;
-    for (const Contender& contender : columns_of(scene)) {
+    for (const Method& method : columns_of(scene)) {
         Cell& cell = cells.emplace_back();
         cell.row = row;
         cell.column = column++;
         cell.scene = input.name;
-        cell.contender = contender.name;
-        measure(context, contender, contender.space(scene),
-                contender.in_scene_space ? in_scene_space : in_user_space, cell);
+        cell.method = method.name;
+        measure(context, method, method.space(scene),
+                method.in_scene_space ? in_scene_space : in_world_space, cell);
     }
     context.step();
 }
 
 Table table_of(const std::vector<Cell>& cells) {
-    Table table({"scene", "contender", "row", "column", "rays", "wrong", "wrong/M", "leaks",
+    Table table({"scene", "method", "row", "column", "rays", "wrong", "wrong/M", "leaks",
                  "false misses", "false hits", "wrong triangles", "close", "displaced", "beside",
                  "worst ulps", "end", "Mray/s"});
     for (const Cell& cell : cells) {
         std::vector<std::string> text{
             cell.scene,
-            cell.contender,
+            cell.method,
             fmt::format("{}", cell.row),
             fmt::format("{}", cell.column),
             fmt::format("{}", cell.rays()),
@@ -151,9 +150,9 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
         static_cast<double>(inputs.size()) - 0.5,
         static_cast<double>(cells.empty() ? 0 : cells.back().column) + 0.5, name);
     return {name,
-            "A row a scene, a column a contender, each cell traced by one thread. Most rays aim at "
+            "A row a scene, a column a method, each cell traced by one thread. Most rays aim at "
             "vertices, edges and faces, some of them along an axis. Red cells are scenes that a "
-            "contender cannot be used for; violet ones ended in a crash, or not in time.",
+            "method cannot be used for; violet ones ended in a crash, or not in time.",
             table_of(cells), script};
 }
 

@@ -23,7 +23,7 @@ constexpr std::uint32_t kMostSide = 256;
 
 void trace_packets(const ChartScene& scene, const cpu::PacketTracer& tracer, Shape shape,
                    std::span<Hit> hits) {
-    const cpu::PictureTiles tiles(scene.params.width, scene.params.height, kChartTileSide);
+    const cpu::ImageTiles tiles(scene.params.width, scene.params.height, kChartTileSide);
     tbb::parallel_for(0u, tiles.count(), [&](std::uint32_t i) {
         thread_local const auto packet = std::make_unique<cpu::Packet>();
         const cpu::Tile tile = tiles[i];
@@ -51,9 +51,9 @@ Chart packet_chart(const ChartContext& context, const ChartInput& input,
     std::vector<std::function<void()>> runs;
     std::vector<std::array<std::string, 3>> names;  // target, shape, rays
     for (const cpu::SimdTarget& target : targets) {
-        Contender single;
+        Method single;
         single.in_scene_space = true;
-        single.trace = [tracer = cpu::WideTracer(scene.scene_space.bvh, target)](
+        single.trace = [tracer = cpu::SingleRayTracer(scene.scene_space.bvh, target)](
                            std::span<const Ray> rays, std::span<Hit> out) {
             tracer.intersect(rays, out);
         };

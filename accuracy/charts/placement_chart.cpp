@@ -15,16 +15,16 @@ struct Row {
     /// "offset" or "scale", and how much of it.
     std::string series;
     double x;
-    /// Its place among the contenders.
+    /// Its place among the methods.
     std::size_t order;
-    std::string contender;
+    std::string method;
     VerdictCounts counts;
 };
 
 /// Those that differ in what they answer: all of ours give the same bits.
-std::vector<Contender> different_contenders(const ChartScene& scene) {
-    std::vector<Contender> all = rule_contenders(scene);
-    for (Contender& contender : embree_contenders(scene)) all.push_back(std::move(contender));
+std::vector<Method> different_methods(const ChartScene& scene) {
+    std::vector<Method> all = rule_methods(scene);
+    for (Method& method : embree_methods(scene)) all.push_back(std::move(method));
     return all;
 }
 
@@ -35,22 +35,22 @@ void add_rows(const ChartContext& context, const ChartInput& input, const std::s
     const ChartScene scene = make_chart_scene(input.name, input.topology, input.positions,
                                               placement, kSide, context.effort.placed_rays);
     const Judge in_scene_space(scene, scene.scene_space);
-    const Judge in_user_space(scene, scene.user_space);
+    const Judge in_world_space(scene, scene.world_space);
     std::vector<Hit> hits(scene.scene_space.aimed_rays.size());
     std::size_t order = 0;
-    for (const Contender& contender : different_contenders(scene)) {
-        trace_aimed(contender, scene, hits);
-        const Judge& judge = contender.in_scene_space ? in_scene_space : in_user_space;
-        rows.push_back({series, x, order++, contender.name, judge.aimed(hits)});
+    for (const Method& method : different_methods(scene)) {
+        trace_aimed(method, scene, hits);
+        const Judge& judge = method.in_scene_space ? in_scene_space : in_world_space;
+        rows.push_back({series, x, order++, method.name, judge.aimed(hits)});
     }
     context.step();
 }
 
 Table table_of(const std::vector<Row>& rows) {
-    Table table({"contender", "series", "x", "rays", "wrong", "wrong/M", "leaks", "false misses",
+    Table table({"method", "series", "x", "rays", "wrong", "wrong/M", "leaks", "false misses",
                  "false hits", "wrong triangles", "close", "displaced", "beside"});
     for (const Row& row : rows) {
-        std::vector<std::string> cells{row.contender,
+        std::vector<std::string> cells{row.method,
                                        row.series,
                                        fmt::format("{:g}", row.x),
                                        fmt::format("{}", row.counts.rays),
@@ -68,8 +68,8 @@ Table table_of(const std::vector<Row>& rows) {
 
 /// The lines of one series; an x of 0 is drawn at `zero`.
 std::string panel(const std::string& title, const std::string& file,
-                  const std::vector<std::string>& contenders, const std::string& series,
-                  double zero, double largest) {
+                  const std::vector<std::string>& methods, const std::string& series, double zero,
+                  double largest) {
     std::string text = fmt::format(
         "set title '{}' font ',12'\nunset logscale\nset yrange [0.1:1.5e6]\nset xrange "
         "[{}:{}]\nset logscale xy\nset xlabel '{}'\nset ylabel 'wrong answers per million rays'\n"
@@ -79,11 +79,11 @@ std::string panel(const std::string& title, const std::string& file,
         title, zero / 10, largest * 10, series == "offset" ? "offset / size" : "scale");
     if (series == "offset") text += fmt::format("set xtics add ('none' {})\n", zero);
     text += "plot ";
-    for (std::size_t i = 0; i < contenders.size(); ++i) {
+    for (std::size_t i = 0; i < methods.size(); ++i) {
         text += fmt::format(
             "{0}'{1}.csv' skip 1 using (strcol(1) eq {2} && strcol(2) eq '{3}' ? ($3 > 0 ? $3 : "
             "{4}) : NaN):($6 > 0 ? $6 : 0.2) with linespoints pt {5} ps 1.1 lw 2 lc {5} title {2}",
-            i == 0 ? "" : ", ", file, plot_quoted(contenders[i]), series, zero, i + 1);
+            i == 0 ? "" : ", ", file, plot_quoted(methods[i]), series, zero, i + 1);
     }
     return text + "\n";
 }
@@ -98,8 +98,8 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
                       const std::string& suffix) {
     std::vector<Row> rows;
     add_rows(context, input, "offset", 0, rows);
-    std::vector<std::string> contenders;
-    for (const Row& row : rows) contenders.push_back(row.contender);
+    std::vector<std::string> methods;
+    for (const Row& row : rows) methods.push_back(row.method);
     for (const double offset : context.effort.offsets)
         add_rows(context, input, "offset", offset, rows);
     for (const double scale : context.effort.scales) add_rows(context, input, "scale", scale, rows);
@@ -116,14 +116,14 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
     script.width = 1500;
     script.height = 700;
     script.layout = "1,2";
-    script.body = panel("moved along (1, 1, 1)", name, contenders, "offset",
+    script.body = panel("moved along (1, 1, 1)", name, methods, "offset",
                         context.effort.offsets[0] / 10, context.effort.offsets.back()) +
                   "unset label 1\n" +
-                  panel("scaled", name, contenders, "scale", context.effort.scales[0],
+                  panel("scaled", name, methods, "scale", context.effort.scales[0],
                         context.effort.scales.back());
     return {name,
             "Rays at vertices, edges and faces. Every answer is held against the exact one for the "
-            "floats that the contender was given, so coordinates that were rounded away by the "
+            "floats that the method was given, so coordinates that were rounded away by the "
             "offset are nobody's mistake.",
             table_of(rows), script};
 }

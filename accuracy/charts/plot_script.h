@@ -8,13 +8,13 @@ namespace morphray::accuracy {
 /// In gnuplot's single quotes, where nothing is expanded.
 std::string plot_quoted(const std::string& text);
 
-/// What a picture is made by: `body` is gnuplot, once `title` and `footer` (one line each) are set.
+/// What an image is made by: `body` is gnuplot, once `title` and `footer` (one line each) are set.
 struct PlotScript {
     std::string title;
     std::string footer;
     int width = 1100;
     int height = 700;
-    /// Of a picture with several plots: `set multiplot` is told "1,2" for two side by side; empty
+    /// Of an image with several plots: `set multiplot` is told "1,2" for two side by side; empty
     /// for one.
     std::string layout;
     std::string body;

@@ -147,7 +147,7 @@ Chart scaling_chart(const ChartContext& context) {
         traces.push_back(line(6, "trace", rows.back().backend, &Row::trace_ms));
     }
     script.body = panel(name, "build, and refit with its transfer", "ns a triangle", updates) +
-                  "unset label 1\n" + panel(name, "trace and shade a picture", "ns a ray", traces);
+                  "unset label 1\n" + panel(name, "trace and shade an image", "ns a ray", traces);
     return {name,
             "Flat lines on the left are work in proportion to the triangles; on the right a line "
             "rises by a constant for each factor of ten where time grows with the tree's depth.",

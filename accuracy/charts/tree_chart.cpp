@@ -9,12 +9,12 @@
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/median_tree.h"
 #include "common/base/stopwatch.h"
+#include "common/bvh/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/interop/camera.h"
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/refit/refit.h"
 #include "cpu/single_ray/single_ray_tracer.h"
-#include "common/bvh/bvh_builder.h"
 
 namespace morphray::accuracy {
 namespace {
@@ -62,7 +62,7 @@ std::vector<Tree> make_trees(SceneFrames& scene, double frame) {
 /// visit(tile of pixels, place of its first hit) for all tiles, on all threads.
 template <class Visit>
 void for_each_tile(const ImageParams& params, Visit visit) {
-    const cpu::PictureTiles tiles(params.width, params.height, kSide);
+    const cpu::ImageTiles tiles(params.width, params.height, kSide);
     tbb::parallel_for(0u, tiles.count(),
                       [&](std::uint32_t i) { visit(tiles[i], std::size_t{i} * kSide * kSide); });
 }
@@ -76,7 +76,7 @@ void trace_packets(const Bvh& bvh, const ImageParams& params, std::span<Hit> hit
 }
 
 void trace_singly(const Bvh& bvh, const ImageParams& params, std::span<Hit> hits) {
-    const cpu::WideTracer tracer(bvh, cpu::supported_simd_targets().front());
+    const cpu::SingleRayTracer tracer(bvh, cpu::supported_simd_targets().front());
     for_each_tile(params, [&](const cpu::Tile& tile, std::size_t first) {
         std::vector<Ray> rays;
         for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {

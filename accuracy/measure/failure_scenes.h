@@ -11,7 +11,7 @@ namespace morphray::accuracy {
 struct FailureScene {
     std::string name;
     Topology topology;
-    /// In the user's units.
+    /// In world space.
     std::vector<vec3> positions;
 };
 

@@ -25,13 +25,13 @@ void for_each_batch(std::size_t count, Visit visit) {
     });
 }
 
-void trace_rays(const Contender& contender, std::span<const Ray> rays, std::span<Hit> hits) {
-    if (contender.alone) {
-        contender.trace(rays, hits);
+void trace_rays(const Method& method, std::span<const Ray> rays, std::span<Hit> hits) {
+    if (method.alone) {
+        method.trace(rays, hits);
         return;
     }
     for_each_batch(rays.size(), [&](std::size_t begin, std::size_t end) {
-        contender.trace(rays.subspan(begin, end - begin), hits.subspan(begin, end - begin));
+        method.trace(rays.subspan(begin, end - begin), hits.subspan(begin, end - begin));
     });
 }
 
@@ -106,18 +106,18 @@ VerdictCounts Judge::aimed(std::span<const Hit> hits) const {
     return count(space_->aimed_rays, aimed_, hits);
 }
 
-void trace_camera(const Contender& contender, const ChartScene& scene, std::span<Hit> hits) {
-    if (!contender.trace_tile) {
-        trace_rays(contender, contender.space(scene).camera_rays, hits);
+void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits) {
+    if (!method.trace_tile) {
+        trace_rays(method, method.space(scene).camera_rays, hits);
         return;
     }
     for_each_batch(hits.size(), [&](std::size_t begin, std::size_t end) {
-        contender.trace_tile(begin / kChartTile, hits.subspan(begin, end - begin));
+        method.trace_tile(begin / kChartTile, hits.subspan(begin, end - begin));
     });
 }
 
-void trace_aimed(const Contender& contender, const ChartScene& scene, std::span<Hit> hits) {
-    trace_rays(contender, contender.space(scene).aimed_rays, hits);
+void trace_aimed(const Method& method, const ChartScene& scene, std::span<Hit> hits) {
+    trace_rays(method, method.space(scene).aimed_rays, hits);
 }
 
 std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds,

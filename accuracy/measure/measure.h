@@ -1,4 +1,4 @@
-// How fast contenders are and how often they are wrong.
+// How fast methods are and how often they are wrong.
 #pragma once
 
 #include <array>
@@ -46,8 +46,8 @@ private:
 };
 
 /// All rays of a kind, with all threads.
-void trace_camera(const Contender& contender, const ChartScene& scene, std::span<Hit> hits);
-void trace_aimed(const Contender& contender, const ChartScene& scene, std::span<Hit> hits);
+void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits);
+void trace_aimed(const Method& method, const ChartScene& scene, std::span<Hit> hits);
 
 /// The least milliseconds of `rounds` runs of each in turn, after one to warm up: what disturbs the
 /// machine only adds. Calls `check` before each run, which may throw to end the work.

@@ -8,8 +8,8 @@
 namespace morphray::accuracy {
 namespace {
 
-Contender contender(const char* name, TraceBatch trace) {
-    Contender result;
+Method method(const char* name, TraceBatch trace) {
+    Method result;
     result.name = name;
     result.family = Family::kRule;
     result.in_scene_space = true;
@@ -18,17 +18,17 @@ Contender contender(const char* name, TraceBatch trace) {
 }
 
 template <class Slabs>
-Contender over_nodes(const char* name, const Bvh& bvh) {
-    return contender(name, [&bvh](std::span<const Ray> rays, std::span<Hit> hits) {
+Method over_nodes(const char* name, const Bvh& bvh) {
+    return method(name, [&bvh](std::span<const Ray> rays, std::span<Hit> hits) {
         trace_all_plainly<OurRule, Slabs>(bvh, rays, hits);
     });
 }
 
 template <std::unsigned_integral Grid>
-Contender over_quantised(const char* name, const Bvh& bvh) {
+Method over_quantised(const char* name, const Bvh& bvh) {
     const auto nodes =
         std::make_shared<const std::vector<QuantisedNode<Grid>>>(quantised_nodes<Grid>(bvh));
-    return contender(name, [nodes, &bvh](std::span<const Ray> rays, std::span<Hit> hits) {
+    return method(name, [nodes, &bvh](std::span<const Ray> rays, std::span<Hit> hits) {
         for (std::size_t i = 0; i < rays.size(); ++i)
             hits[i] = trace_plainly<OurRule, QuantisedSlabs>(*nodes, bvh.leaves, rays[i]);
     });
@@ -36,7 +36,7 @@ Contender over_quantised(const char* name, const Bvh& bvh) {
 
 }  // namespace
 
-std::vector<Contender> box_contenders(const ChartScene& scene) {
+std::vector<Method> box_methods(const ChartScene& scene) {
     const Bvh& bvh = scene.scene_space.bvh;
     return {over_nodes<DilatedSlabs>("boxes: ours", bvh),
             over_nodes<PaddedSlabs>("boxes: 2 ulp", bvh),

@@ -16,14 +16,14 @@ struct Release {
 template <class Handle>
 using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Release>;
 
-/// One mesh in the user's units, committed.
+/// One mesh in world space, committed.
 class EmbreeScene {
 public:
     EmbreeScene(const ChartScene& scene, RTCSceneFlags flags)
         : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_.get())) {
         const Owned<RTCGeometry> geometry(
             rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-        const std::vector<vec3>& positions = scene.user_space.positions;
+        const std::vector<vec3>& positions = scene.world_space.positions;
         const std::vector<uvec3>& triangles = scene.topology.triangles;
         auto* const vertices = static_cast<vec3*>(
             rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -68,20 +68,20 @@ private:
     Owned<RTCScene> scene_;
 };
 
-Contender embree(const char* name, const ChartScene& scene, RTCSceneFlags flags) {
-    Contender contender;
-    contender.name = name;
-    contender.family = Family::kPeer;
+Method embree(const char* name, const ChartScene& scene, RTCSceneFlags flags) {
+    Method method;
+    method.name = name;
+    method.family = Family::kPeer;
     const auto made = std::make_shared<const EmbreeScene>(scene, flags);
-    contender.trace = [made](std::span<const Ray> rays, std::span<Hit> hits) {
+    method.trace = [made](std::span<const Ray> rays, std::span<Hit> hits) {
         made->trace(rays, hits);
     };
-    return contender;
+    return method;
 }
 
 }  // namespace
 
-std::vector<Contender> embree_contenders(const ChartScene& scene) {
+std::vector<Method> embree_methods(const ChartScene& scene) {
     return {embree("Embree fast", scene, RTC_SCENE_FLAG_NONE),
             embree("Embree robust", scene, RTC_SCENE_FLAG_ROBUST)};
 }

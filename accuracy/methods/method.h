@@ -21,8 +21,8 @@ using TraceBatch = std::function<void(std::span<const Ray>, std::span<Hit>)>;
 /// Makes a backend; throws Error(kUnavailable) where there is none.
 using MakeBackend = std::function<std::unique_ptr<Backend>()>;
 
-/// A contender with a scene of its own, which outlives it.
-struct Contender {
+/// A method with a scene of its own, which outlives it.
+struct Method {
     std::string name;
     Family family = Family::kRule;
     bool in_scene_space = false;
@@ -34,7 +34,7 @@ struct Contender {
     std::function<void(std::size_t, std::span<Hit>)> trace_tile = {};
 
     const ChartSpace& space(const ChartScene& scene) const {
-        return in_scene_space ? scene.scene_space : scene.user_space;
+        return in_scene_space ? scene.scene_space : scene.world_space;
     }
 };
 
@@ -42,23 +42,23 @@ struct Contender {
 /// Storage Ray/Triangle Intersection. 1997; S. Woop, C. Benthin, I. Wald. Watertight Ray/Triangle
 /// Intersection. 2013; edge planes d . (b x c). Each but ours with fused multiply-add too, where
 /// the machine has it.
-std::vector<Contender> rule_contenders(const ChartScene& scene);
+std::vector<Method> rule_methods(const ChartScene& scene);
 
 /// Box tests and precisions of nodes, with our rule over the plain traversal: plain slabs; padded
 /// by 2 ulp; ours; boxes of 16 and of 8 bits.
-std::vector<Contender> box_contenders(const ChartScene& scene);
+std::vector<Method> box_methods(const ChartScene& scene);
 
 /// The tracers of the program: the scalar reference, single rays and packets of each SIMD target,
 /// and Vulkan if it can be had.
-std::vector<Contender> our_contenders(const ChartScene& scene, const MakeBackend& make_vulkan);
+std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
 
 /// Our tracer of single rays on the best target.
-Contender single_contender(const ChartScene& scene);
+Method single_method(const ChartScene& scene);
 
 /// Embree, fast and robust, if the program was built with it.
-std::vector<Contender> embree_contenders(const ChartScene& scene);
+std::vector<Method> embree_methods(const ChartScene& scene);
 
 /// All of them.
-std::vector<Contender> all_contenders(const ChartScene& scene, const MakeBackend& make_vulkan);
+std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
 
 }  // namespace morphray::accuracy

@@ -2,6 +2,6 @@
 
 namespace morphray::accuracy {
 
-std::vector<Contender> embree_contenders(const ChartScene&) { return {}; }
+std::vector<Method> embree_methods(const ChartScene&) { return {}; }
 
 }  // namespace morphray::accuracy

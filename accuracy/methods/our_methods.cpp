@@ -14,38 +14,38 @@ namespace {
 constexpr std::uint32_t kSide = kChartTileSide;
 static_assert(kSide == cpu::kCameraSide);
 
-Contender ours(std::string name, TraceBatch trace) {
-    Contender contender;
-    contender.name = std::move(name);
-    contender.family = Family::kOurs;
-    contender.in_scene_space = true;
-    contender.trace = std::move(trace);
-    return contender;
+Method ours(std::string name, TraceBatch trace) {
+    Method method;
+    method.name = std::move(name);
+    method.family = Family::kOurs;
+    method.in_scene_space = true;
+    method.trace = std::move(trace);
+    return method;
 }
 
-Contender single(const ChartScene& scene, const cpu::SimdTarget& target) {
+Method single(const ChartScene& scene, const cpu::SimdTarget& target) {
     return ours(
         fmt::format("single {}", target.name),
-        [tracer = cpu::WideTracer(scene.scene_space.bvh, target)](
+        [tracer = cpu::SingleRayTracer(scene.scene_space.bvh, target)](
             std::span<const Ray> rays, std::span<Hit> hits) { tracer.intersect(rays, hits); });
 }
 
 /// The camera's pixels in packets; any other rays as single ones.
-Contender packets(const ChartScene& scene, const cpu::SimdTarget& target) {
-    Contender contender = ours(fmt::format("packets {}", target.name), single(scene, target).trace);
-    contender.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
-                               std::size_t tile, std::span<Hit> hits) {
+Method packets(const ChartScene& scene, const cpu::SimdTarget& target) {
+    Method method = ours(fmt::format("packets {}", target.name), single(scene, target).trace);
+    method.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
+                            std::size_t tile, std::span<Hit> hits) {
         // Too large to be made for each tile.
         thread_local const auto packet = std::make_unique<cpu::Packet>();
-        const cpu::PictureTiles tiles(scene.params.width, scene.params.height, kSide);
+        const cpu::ImageTiles tiles(scene.params.width, scene.params.height, kSide);
         tracer.intersect_camera(scene.params, tiles[static_cast<std::uint32_t>(tile)], *packet,
                                 hits.data(), kSide);
     };
-    return contender;
+    return method;
 }
 
 void add_vulkan(const ChartScene& scene, const MakeBackend& make_vulkan,
-                std::vector<Contender>& contenders) {
+                std::vector<Method>& methods) {
     std::shared_ptr<Backend> backend;
     try {
         backend = make_vulkan();
@@ -54,36 +54,36 @@ void add_vulkan(const ChartScene& scene, const MakeBackend& make_vulkan,
         return;
     }
     backend->set_scene(scene.topology, scene.scene_space.positions, scene.scene_space.bvh);
-    contenders.push_back(ours("Vulkan", [backend](std::span<const Ray> rays, std::span<Hit> hits) {
+    methods.push_back(ours("Vulkan", [backend](std::span<const Ray> rays, std::span<Hit> hits) {
         backend->trace_rays(rays, hits);
     }));
-    contenders.back().alone = true;
+    methods.back().alone = true;
 }
 
 }  // namespace
 
-Contender single_contender(const ChartScene& scene) {
+Method single_method(const ChartScene& scene) {
     return single(scene, cpu::supported_simd_targets().front());
 }
 
-std::vector<Contender> our_contenders(const ChartScene& scene, const MakeBackend& make_vulkan) {
+std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan) {
     const Bvh& bvh = scene.scene_space.bvh;
-    std::vector<Contender> contenders;
-    contenders.push_back(ours("scalar", [tracer = cpu::ScalarTracer(bvh)](std::span<const Ray> rays,
-                                                                          std::span<Hit> hits) {
+    std::vector<Method> methods;
+    methods.push_back(ours("scalar", [tracer = cpu::ScalarTracer(bvh)](std::span<const Ray> rays,
+                                                                       std::span<Hit> hits) {
         for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer.intersect(rays[i]);
     }));
     for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
-        contenders.push_back(single(scene, target));
-        contenders.push_back(packets(scene, target));
+        methods.push_back(single(scene, target));
+        methods.push_back(packets(scene, target));
     }
-    add_vulkan(scene, make_vulkan, contenders);
-    return contenders;
+    add_vulkan(scene, make_vulkan, methods);
+    return methods;
 }
 
-std::vector<Contender> all_contenders(const ChartScene& scene, const MakeBackend& make_vulkan) {
-    std::vector<Contender> all = our_contenders(scene, make_vulkan);
-    for (std::vector<Contender> more : {rule_contenders(scene), embree_contenders(scene)})
+std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan) {
+    std::vector<Method> all = our_methods(scene, make_vulkan);
+    for (std::vector<Method> more : {rule_methods(scene), embree_methods(scene)})
         std::move(more.begin(), more.end(), std::back_inserter(all));
     return all;
 }

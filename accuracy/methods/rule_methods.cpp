@@ -30,9 +30,8 @@ MORPHRAY_WITH_FMA void edge_planes_fused(const Bvh& bvh, std::span<const Ray> ra
 }
 #undef MORPHRAY_WITH_FMA
 
-Contender contender(const char* name, const ChartScene& scene, bool in_scene_space,
-                    TraceAll trace_all) {
-    Contender result;
+Method method(const char* name, const ChartScene& scene, bool in_scene_space, TraceAll trace_all) {
+    Method result;
     result.name = name;
     result.family = Family::kRule;
     result.in_scene_space = in_scene_space;
@@ -45,21 +44,20 @@ Contender contender(const char* name, const ChartScene& scene, bool in_scene_spa
 
 }  // namespace
 
-std::vector<Contender> rule_contenders(const ChartScene& scene) {
-    std::vector<Contender> contenders{
-        contender("rule: ours", scene, true, trace_all_plainly<OurRule, DilatedSlabs>),
-        contender("rule: Moeller-Trumbore", scene, false,
-                  trace_all_plainly<MoellerTrumbore<false>, PaddedSlabs>),
-        contender("rule: Woop", scene, false,
-                  trace_all_plainly<WoopWatertight<false>, PaddedSlabs>),
-        contender("rule: b x c", scene, false, trace_all_plainly<EdgePlanes<false>, PaddedSlabs>)};
+std::vector<Method> rule_methods(const ChartScene& scene) {
+    std::vector<Method> methods{
+        method("rule: ours", scene, true, trace_all_plainly<OurRule, DilatedSlabs>),
+        method("rule: Moeller-Trumbore", scene, false,
+               trace_all_plainly<MoellerTrumbore<false>, PaddedSlabs>),
+        method("rule: Woop", scene, false, trace_all_plainly<WoopWatertight<false>, PaddedSlabs>),
+        method("rule: b x c", scene, false, trace_all_plainly<EdgePlanes<false>, PaddedSlabs>)};
     if (machine_has_fma()) {
-        contenders.push_back(
-            contender("rule: Moeller-Trumbore fma", scene, false, moeller_trumbore_fused));
-        contenders.push_back(contender("rule: Woop fma", scene, false, woop_fused));
-        contenders.push_back(contender("rule: b x c fma", scene, false, edge_planes_fused));
+        methods.push_back(
+            method("rule: Moeller-Trumbore fma", scene, false, moeller_trumbore_fused));
+        methods.push_back(method("rule: Woop fma", scene, false, woop_fused));
+        methods.push_back(method("rule: b x c fma", scene, false, edge_planes_fused));
     }
-    return contenders;
+    return methods;
 }
 
 }  // namespace morphray::accuracy

@@ -21,7 +21,7 @@ struct Truth {
 };
 
 enum class Verdict {
-    kRight,          // the exact winner, one with exactly its t, or a miss
+    kRight,          // the exact candidate, one with exactly its t, or a miss
     kClose,          // another one that is hit too, t at most 4 ulp apart
     kDisplaced,      // what a line within the displacement of the ray sees
     kBeside,         // one that is not hit, but near an edge of it, t at most 4 ulp apart
@@ -42,7 +42,7 @@ struct Judgement {
     /// How many ulps (of a float at the larger t) the t of the answered triangle's plane is larger;
     /// 0 unless both hit.
     double t_ulps = 0;
-    /// As ExactTriangle::edge_distance, of the exact winner if there is one, otherwise of the
+    /// As ExactTriangle::edge_distance, of the exact candidate if there is one, otherwise of the
     /// answered triangle; 0 for a right answer.
     double edge_distance = 0;
 };

@@ -22,7 +22,7 @@ namespace {
 // Defaults that several commands have in common; render's size is ViewSpec's.
 constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
 constexpr const char* kFirstFrame = "the first; of several, the first is taken";
-constexpr const char* kWholePicture = "1024x1024";
+constexpr const char* kWholeImage = "1024x1024";
 constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
 
 using Setter = std::function<void(const std::string& option, const std::string& value)>;
@@ -106,7 +106,7 @@ private:
         command.add_flag(name, target, help)->multi_option_policy(CLI::MultiOptionPolicy::Throw);
     }
 
-    // As above for what decides which picture is seen: also kept to be repeated.
+    // As above for what decides which image is seen: also kept to be repeated.
     void add_view(CLI::App& command, const char* name, const char* type, const char* help,
                   Setter set) {
         add(command, name, type, help,
@@ -156,7 +156,7 @@ void CommandLine::add_frames(CLI::App& command, const char* otherwise) {
 void CommandLine::add_view_options(CLI::App& command, const char* default_size,
                                    const char* default_rays) {
     ViewSpec& view = options_.view;
-    add(command, "--size", "WxH", fmt::format("size of the picture in pixels ({})", default_size),
+    add(command, "--size", "WxH", fmt::format("size of the image in pixels ({})", default_size),
         [this](const std::string& option, const std::string& value) {
             const Size size = parse_size(option, value);
             options_.view.width = size.width;
@@ -171,7 +171,7 @@ void CommandLine::add_view_options(CLI::App& command, const char* default_size,
              [&view](const std::string& option, const std::string& value) {
                  view.target = parse_point(option, value);
              });
-    add_view(command, "--up", "X,Y,Z", "upwards in the picture (0,1,0)",
+    add_view(command, "--up", "X,Y,Z", "upwards in the image (0,1,0)",
              [&view](const std::string& option, const std::string& value) {
                  view.up = parse_point(option, value);
              });
@@ -256,7 +256,7 @@ void CommandLine::add_tree_options(CLI::App& command, const char* update) {
 void CommandLine::add_update_limits(CLI::App& command) {
     UpdateConfig& config = options_.tree.update_config;
     add(command, "--update-budget", "N%|Nms",
-        "what an update may add to a frame; a build that takes longer goes on behind (75%)",
+        "what an update may add to a frame; a build that takes longer runs in the background (75%)",
         [&config](const std::string& option, const std::string& value) {
             parse_update_budget(option, value, config);
         });
@@ -273,13 +273,13 @@ void CommandLine::add_report_options(CLI::App& command, bool with_quiet) {
 
 void CommandLine::define_render() {
     CLI::App& command =
-        add_command("render", "One picture a frame, and a contact sheet", Command::kRender);
+        add_command("render", "One image per frame, and a contact sheet", Command::kRender);
     add_scene(command, true);
     add_frames(command, "all whole ones");
-    add_view_options(command, kWholePicture, "primary");
+    add_view_options(command, kWholeImage, "primary");
     add_backend_options(command, kBackends, kVulkanOrCpu);
     add_tree_options(command, "auto");
-    add_text(command, "--out", "DIR", "folder of the pictures (out)", options_.out);
+    add_text(command, "--out", "DIR", "folder of the images (out)", options_.out);
     add_text(command, "--hits", "FILE", "the raw hits of all frames", options_.hits);
     add_report_options(command, true);
 }
@@ -295,8 +295,7 @@ void CommandLine::define_crosscheck() {
     add_tree_options(command, nullptr);
     add_choice(command, "--reference", "what the variants are held against (auto)", kReferences,
                options_.reference);
-    add_text(command, "--out", "DIR", "folder of difference pictures (out/crosscheck)",
-             options_.out);
+    add_text(command, "--out", "DIR", "folder of difference images (out/crosscheck)", options_.out);
     add_text(command, "--junit", "FILE|-", "a JUnit report; - is stdout", options_.junit);
     add_report_options(command, true);
 }
@@ -315,7 +314,7 @@ void CommandLine::define_probe() {
             options_.pixel = parse_pixel(option, value);
         })
         ->required();
-    add_view_options(command, kWholePicture, "primary");
+    add_view_options(command, kWholeImage, "primary");
     add_backend_options(command, kBackends, kVulkanOrCpu);
     add_tree_options(command, "refit");
     add_report_options(command, false);
@@ -326,7 +325,7 @@ void CommandLine::define_profile() {
                                     Command::kProfile);
     add_scene(command, true);
     add_frames(command, kFewFrames);
-    add_view_options(command, kWholePicture, "primary");
+    add_view_options(command, kWholeImage, "primary");
     add_backend_options(command, kBackends, "auto: the CPU, and Vulkan where there is a device");
     add_tree_options(command, nullptr);
     add(command, "--repeat", "N", "runs of which the median counts (5)",
@@ -369,7 +368,7 @@ void CommandLine::define_trace() {
 
 void CommandLine::define_chart() {
     CLI::App& command =
-        add_command("chart", "Speed against accuracy, as pictures and data", Command::kChart);
+        add_command("chart", "Speed against accuracy, as images and data", Command::kChart);
     command.add_option("scenes", options_.scenes, "what to trace, at the middle frame")
         ->type_name("SCENE")
         ->required();

@@ -46,7 +46,7 @@ std::uint32_t parse_side(std::string_view option, std::string_view text, std::st
     if (!value || *value == 0) usage(option, text, "WIDTHxHEIGHT in pixels, such as 640x480");
     if (*value > kMaxSide) {
         throw Error(ErrorKind::kLimit, fmt::format("{}: '{}' is more than {} pixels a side; choose "
-                                                   "a smaller picture",
+                                                   "a smaller image",
                                                    option, text, kMaxSide));
     }
     return static_cast<std::uint32_t>(*value);

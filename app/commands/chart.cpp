@@ -1,4 +1,4 @@
-// morphray chart: speed against accuracy, as pictures and as data.
+// morphray chart: speed against accuracy, as images and as data.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -68,7 +68,7 @@ private:
     void check_simd(const std::string& simd, std::span<const vec3> positions, const Bvh& rebuilt,
                     double frame, const OnRow& on_row);
     bool uses_brute(std::uint32_t rays) const;
-    /// Whether the CPU's pictures are compared, or only make the reference and refit.
+    /// Whether the CPU's images are compared, or only make the reference and refit.
     bool checks_cpu() const;
     void refit(Pair& pair, Pose& pose);
     ImageParams params_for(std::uint32_t rays) const;

@@ -1,4 +1,4 @@
-// morphray crosscheck: whether all pictures are one.
+// morphray crosscheck: whether all images are one.
 #include <fmt/format.h>
 
 #include "app/commands/commands.h"

@@ -5,11 +5,11 @@
 
 #include <vector>
 
+#include "app/backends.h"
 #include "app/memory_budget.h"
 #include "common/base/errors.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
-#include "app/backends.h"
 
 namespace morphray::app {
 namespace {
@@ -21,7 +21,7 @@ void require_pixel(const Options& options) {
     const ViewSpec& view = options.view;
     if (p.x < view.width && p.y < view.height) return;
     throw Error(ErrorKind::kBadArgument,
-                fmt::format("--pixel: {},{} is not in a picture of {}x{}; choose one from 0,0 to "
+                fmt::format("--pixel: {},{} is not in an image of {}x{}; choose one from 0,0 to "
                             "{},{}, or another --size",
                             p.x, p.y, view.width, view.height, view.width - 1, view.height - 1));
 }
@@ -65,9 +65,9 @@ void describe_ray(const ImageParams& params, const SceneSpace& space, ProbeRepor
     const Pixel p = report.pixel;
     report.exponent = space.exponent();
     report.ray = camera_ray(params.camera, p.x, p.y);
-    const vec3 org = space.to_user(report.ray.org);
+    const vec3 org = space.to_world(report.ray.org);
     report.user_org = {org.x, org.y, org.z};
-    report.user_depth = space.length_to_user(camera_depth_scale(params.camera, p.x, p.y));
+    report.user_depth = space.length_to_world(camera_depth_scale(params.camera, p.x, p.y));
 }
 
 }  // namespace
@@ -99,13 +99,13 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     describe_session(session, report);
     describe_ray(params, scene.space(), report);
     const std::size_t index = std::size_t{report.pixel.y} * params.width + report.pixel.x;
-    report.picture = frame.hits[index];
+    report.image = frame.hits[index];
     report.occlusion = frame.occlusion[index];
     report.colour = frame.pixels[index];
     session.tracer().trace_rays({&report.ray, 1}, {&report.alone, 1});
     const std::span<const vec3> positions = scene.positions(options.frame);
     trace_secondary(params, topology, positions, session.tracer(), report);
-    const std::uint32_t wanted[] = {report.picture.prim_id, report.alone.prim_id};
+    const std::uint32_t wanted[] = {report.image.prim_id, report.alone.prim_id};
     report.candidates = find_candidates(report.ray, topology, positions, kCandidates, wanted);
     return report;
 }

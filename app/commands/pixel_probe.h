@@ -25,11 +25,11 @@ struct ProbeReport {
     int exponent = 0;
     Ray ray;
     Point user_org = {};
-    /// Depth along the viewing direction in the user's units, for t = 1.
+    /// Depth along the viewing direction in world space, for t = 1.
     double user_depth = 0;
 
-    /// The pixel of the whole picture, and its ray traced alone.
-    Hit picture = no_hit();
+    /// The pixel of the whole image, and its ray traced alone.
+    Hit image = no_hit();
     std::uint32_t occlusion = 0;
     std::uint32_t colour = 0;
     Hit alone = no_hit();
@@ -49,7 +49,7 @@ struct ProbeReport {
 };
 
 /// Renders the frame of options.frame and looks at options.pixel. Throws Error, kUsage for a pixel
-/// outside the picture.
+/// outside the image.
 ProbeReport probe_pixel(const Options& options, const Messages& messages);
 
 }  // namespace morphray::app

@@ -4,8 +4,8 @@
 #include "app/commands/commands.h"
 #include "app/commands/pixel_probe.h"
 #include "app/report/report_json.h"
-#include "common/base/table.h"
 #include "common/base/number_text.h"
+#include "common/base/table.h"
 
 namespace morphray::app {
 namespace {
@@ -39,9 +39,8 @@ std::string ray_text(const ProbeReport& report) {
 
 std::string secondary_text(const ProbeReport& report) {
     if (report.rays == "primary") return {};
-    std::string text =
-        fmt::format("secondary rays   {} occluded in the picture\n", report.occlusion);
-    if (report.rays == "shadow" && report.picture.prim_id != kNoPrim && !report.faces_light) {
+    std::string text = fmt::format("secondary rays   {} occluded in the image\n", report.occlusion);
+    if (report.rays == "shadow" && report.image.prim_id != kNoPrim && !report.faces_light) {
         text += "  the surface faces away from the light: in shadow without a ray\n";
     }
     for (std::size_t i = 0; i < report.secondary.size(); ++i) {
@@ -85,7 +84,7 @@ std::string text_of(const ProbeReport& report) {
                         tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
                         hash_text(report.bvh_hash));
     text += ray_text(report) + "\n";
-    text += "hit in the picture    " + hit_text(report.picture, report.user_depth) + "\n";
+    text += "hit in the image    " + hit_text(report.image, report.user_depth) + "\n";
     text += "hit of the ray alone  " + hit_text(report.alone, report.user_depth) + "\n";
     text += fmt::format("colour                #{:02x}{:02x}{:02x}\n", report.colour & 0xFF,
                         (report.colour >> 8) & 0xFF, (report.colour >> 16) & 0xFF);

@@ -1,9 +1,9 @@
 // morphray profile --policies: what each update policy makes of a clip.
 #pragma once
 
+#include "app/cli/exit_code.h"
 #include "app/cli/options.h"
 #include "app/terminal/messages.h"
-#include "app/cli/exit_code.h"
 
 namespace morphray::app {
 

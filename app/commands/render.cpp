@@ -1,10 +1,11 @@
-// morphray render: a picture a frame.
+// morphray render: an image a frame.
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <optional>
 #include <set>
 
+#include "app/backends.h"
 #include "app/commands/commands.h"
 #include "app/files/hits_file.h"
 #include "app/files/output_folder.h"
@@ -17,19 +18,18 @@
 #include "common/base/output_file.h"
 #include "common/base/table.h"
 #include "common/image/png.h"
-#include "app/backends.h"
 
 namespace morphray::app {
 namespace {
 
-// How wide a picture needs to be for the sheet, which is about 1536 pixels wide and as good as
+// How wide an image needs to be for the sheet, which is about 1536 pixels wide and as good as
 // square: what is kept of a thousand frames must not be a thousand frames.
 std::uint32_t thumbnail_width(std::size_t frames) {
     if (frames <= 4) return 768;
     return frames <= 16 ? 384 : 192;
 }
 
-std::string picture_name(double frame) { return fmt::format("frame_{}.png", frame_label(frame)); }
+std::string image_name(double frame) { return fmt::format("frame_{}.png", frame_label(frame)); }
 
 class Renderer {
 public:
@@ -59,7 +59,7 @@ public:
                                    session_.last_update().reason));
         session_.trace(params_, frame_);
         Image image{frame_.width, frame_.height, frame_.pixels};
-        const std::string file = picture_name(frame_number);
+        const std::string file = image_name(frame_number);
         write_file(folder_ / file, encode_png(image));
         if (hits_) hits_->add(frame_, params_.camera, scene_.space());
         thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
@@ -115,7 +115,7 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
         options.hits.empty()
             ? 0
             : 2 * frames * HitsFile::bytes_per_frame(options.view.width, options.view.height);
-    // A tree that is built behind is one more.
+    // A tree that is built in the background is one more.
     const std::uint64_t behind = options.tree.update == "auto" ? 1 : 0;
     require_memory({.triangles = clip.topology().triangles.size(),
                     .vertices = clip.topology().vertex_count,
@@ -127,11 +127,11 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
 void require_distinct_names(const std::vector<double>& frames) {
     std::set<std::string> names;
     for (const double frame : frames) {
-        if (names.insert(picture_name(frame)).second) continue;
+        if (names.insert(image_name(frame)).second) continue;
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("--frames: two frames would both become {}; "
                                 "choose a larger step",
-                                picture_name(frame)));
+                                image_name(frame)));
     }
 }
 

@@ -25,7 +25,7 @@ class RayTracer {
 public:
     RayTracer(const SceneSpace& space, Backend& backend) : space_(space), backend_(backend) {}
 
-    void add(const UserRay& ray) {
+    void add(const WorldRay& ray) {
         const SceneRay scene_ray = to_scene(space_, ray);
         if (scene_ray.valid) {
             rays_.push_back(scene_ray.ray);
@@ -79,7 +79,7 @@ private:
 
 template <class Reader>
 void trace_all(Reader reader, RayTracer& tracer) {
-    for (UserRay ray; reader.next(ray);) tracer.add(ray);
+    for (WorldRay ray; reader.next(ray);) tracer.add(ray);
     tracer.flush();
 }
 

@@ -30,7 +30,7 @@ void append(std::vector<std::byte>& bytes, std::span<const T> values) {
 
 float user_depth(const SceneSpace& space, double scene_depth) {
     constexpr double kLargest = std::numeric_limits<float>::max();
-    return static_cast<float>(std::min(space.length_to_user(scene_depth), kLargest));
+    return static_cast<float>(std::min(space.length_to_world(scene_depth), kLargest));
 }
 
 }  // namespace

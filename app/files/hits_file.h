@@ -5,7 +5,7 @@
 //     uint32   width, height, frame count
 //     then, frame after frame,
 //         width * height times {float32 t, u, v; uint32 prim_id}, row by row from the top: t is the
-//             depth along the viewing direction in the user's units, u and v the weights of the
+//             depth along the viewing direction in world space, u and v the weights of the
 //             second and third vertex; prim_id 0xFFFFFFFF and the rest 0 for a miss
 //         width * height times uint32: occluded secondary rays
 #pragma once

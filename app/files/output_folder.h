@@ -1,4 +1,4 @@
-// The folder that pictures go into.
+// The folder that images go into.
 #pragma once
 
 #include <filesystem>

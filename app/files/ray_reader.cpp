@@ -23,13 +23,13 @@ namespace {
 constexpr std::string_view kBlank = " \t\r";
 constexpr std::size_t kMostNumbers = 8;
 
-UserRay to_ray(const std::array<double, kMostNumbers>& n) {
+WorldRay to_ray(const std::array<double, kMostNumbers>& n) {
     return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]};
 }
 
 }  // namespace
 
-bool RayTextReader::next(UserRay& ray) {
+bool RayTextReader::next(WorldRay& ray) {
     const auto fail = [&](const std::string& what) {
         throw Error(
             ErrorKind::kBadInput,
@@ -72,7 +72,7 @@ RayBinaryReader::RayBinaryReader(std::string_view name, std::string_view bytes) 
                     name, bytes.size(), kRayBytes));
 }
 
-bool RayBinaryReader::next(UserRay& ray) {
+bool RayBinaryReader::next(WorldRay& ray) {
     static_assert(std::endian::native == std::endian::little, "read as memory is");
     if (rest_.empty()) return false;
     std::array<float, kMostNumbers> floats;

@@ -19,7 +19,7 @@ public:
     RayTextReader(std::string_view name, std::string_view text) : name_(name), rest_(text) {}
 
     /// False at the end. Throws Error(kBadInput) with the line.
-    bool next(UserRay& ray);
+    bool next(WorldRay& ray);
 
 private:
     std::string_view name_;
@@ -33,7 +33,7 @@ public:
     /// Throws Error(kBadInput) when the last ray is cut off.
     RayBinaryReader(std::string_view name, std::string_view bytes);
 
-    bool next(UserRay& ray);
+    bool next(WorldRay& ray);
 
 private:
     std::string_view rest_;

@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "app/report/report_json.h"
+#include "common/base/number_text.h"
 #include "common/base/table.h"
 #include "common/process/shell_text.h"
-#include "common/base/number_text.h"
 
 namespace morphray::app {
 namespace {

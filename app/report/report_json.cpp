@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/version.h"
 #include "common/base/number_text.h"
+#include "common/version.h"
 
 namespace morphray::app {
 namespace {
@@ -254,7 +254,7 @@ std::string to_json(const ProbeReport& report) {
     json["ray"] = of(report.ray);
     json["user_org"] = report.user_org;
     json["user_depth"] = report.user_depth;
-    json["hit"] = of(report.picture);
+    json["hit"] = of(report.image);
     json["hit_alone"] = of(report.alone);
     json["occlusion"] = report.occlusion;
     json["colour"] = fmt::format("{:08x}", report.colour);

@@ -41,7 +41,7 @@ struct FrameReport {
     std::uint64_t misses = 0;
     std::uint64_t occluded = 0;
     double sah_cost = 0;
-    /// The picture's file name, if there is one.
+    /// The image's file name, if there is one.
     std::string file;
 };
 
@@ -147,7 +147,7 @@ struct SceneReport {
     ReportHead head;
     double first_frame = 0;
     double last_frame = 0;
-    UserBounds bounds;
+    WorldBounds bounds;
     int exponent = 0;
     DegenerateCount degenerate;
     std::uint64_t topology_hash = 0;

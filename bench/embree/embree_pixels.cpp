@@ -17,15 +17,15 @@ bool occluded(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
 
 void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPart& part) {
     RTCIntersectContext context = make_context(RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
-    cpu::PointRays rays[cpu::kSquareBlocks];
+    cpu::SharedOriginRays rays[cpu::kSquareBlocks];
     float lit[cpu::kSquareRays];
     shader.make_shadow_rays(part, rays, lit);
     for (std::uint32_t y = part.tile.y0; y < part.tile.y1; ++y) {
         for (std::uint32_t x = part.tile.x0; x < part.tile.x1; ++x) {
             const std::size_t pixel = std::size_t{y} * part.params.width + x;
             if (part.frame.hits[pixel].prim_id == kNoPrim) continue;
-            const std::uint32_t i = cpu::point_packet_ray(x - part.tile.x0, y - part.tile.y0);
-            const cpu::PointRays& block = rays[i / cpu::kBlockRays];
+            const std::uint32_t i = cpu::light_packet_ray(x - part.tile.x0, y - part.tile.y0);
+            const cpu::SharedOriginRays& block = rays[i / cpu::kBlockRays];
             const std::uint32_t lane = i % cpu::kBlockRays;
             part.frame.occlusion[pixel] =
                 !block.has(lane) || occluded(scene, context, block.ray(part.params.light, lane));

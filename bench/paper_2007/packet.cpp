@@ -14,7 +14,7 @@ static_assert(kBlockSize * kBlockSize == kLanes && kTileSize % kPacketSide == 0)
 
 /// Of a block of a tile.
 std::size_t first_ray(int block_x, int block_y) {
-    return cpu::point_packet_ray(static_cast<std::uint32_t>(block_x) * kBlockSize,
+    return cpu::light_packet_ray(static_cast<std::uint32_t>(block_x) * kBlockSize,
                                  static_cast<std::uint32_t>(block_y) * kBlockSize);
 }
 

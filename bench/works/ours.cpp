@@ -49,14 +49,14 @@ OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
 
 /// Packets of 64 x 64 rays; shadow rays that have too little in common go to single rays.
 OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
-    const auto trace = [tiles = std::make_shared<const cpu::PacketTiles>(bvh, target)](
+    const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target)](
                            const TraceWork& work, TraceAnswers& answers) {
         static_assert(kTileSize == cpu::kSquareSide && kBlockSize == cpu::kBlockSide);
         const ImageParams& params = work.params;
         if (!work.any_hit()) {
-            const cpu::PictureTiles picture(params.width, params.height, cpu::kCameraSide);
-            tbb::parallel_for(std::uint32_t{0}, picture.count(), [&](std::uint32_t i) {
-                const cpu::Tile tile = picture[i];
+            const cpu::ImageTiles image(params.width, params.height, cpu::kCameraSide);
+            tbb::parallel_for(std::uint32_t{0}, image.count(), [&](std::uint32_t i) {
+                const cpu::Tile tile = image[i];
                 const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;
                 tiles->intersect_camera(params, tile, &answers.hits[first], params.width);
             });
@@ -64,7 +64,7 @@ OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
         }
         tbb::parallel_for(std::size_t{0}, work.squares.size(), [&](std::size_t i) {
             const TileRays& rays = work.squares[i];
-            tiles->occluded_from_point(
+            tiles->occluded_shared_origin(
                 params.light, shadows_of(work, rays),
                 std::span(answers.occluded).subspan(rays.begin, rays.end - rays.begin));
         });
@@ -75,7 +75,7 @@ OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
 }  // namespace
 
 OurTracer single_rays(const Bvh& bvh, const cpu::SimdTarget& target) {
-    return batch_by_batch("wide", target.name, cpu::WideTracer(bvh, target));
+    return batch_by_batch("wide", target.name, cpu::SingleRayTracer(bvh, target));
 }
 
 std::vector<OurTracer> our_tracers(const TracedScene& scene,

@@ -28,8 +28,8 @@ struct OurTracer {
     std::vector<std::uint32_t> works;
     /// Answers a whole work, in the calling thread's arena. Timed.
     std::function<void(const TraceWork&, TraceAnswers&)> trace;
-    /// `trace` leaves primary hits row by row as in a picture, not ray by ray.
-    bool in_picture_order = false;
+    /// `trace` leaves primary hits row by row as in an image, not ray by ray.
+    bool in_image_order = false;
 };
 
 /// Those for each target, best first; if "scalar" is among them also the reference. At least one

@@ -7,9 +7,9 @@
 namespace morphray::bench {
 namespace {
 
-/// The contenders on one target, single rays first.
-std::vector<OurTracer> contenders_on(const TracedScene& scene, const cpu::SimdTarget& target,
-                                     std::uint32_t rays) {
+/// The methods on one target, single rays first.
+std::vector<OurTracer> methods_on(const TracedScene& scene, const cpu::SimdTarget& target,
+                                  std::uint32_t rays) {
     if (rays == kRaysAo) return batches_of_each_size(scene.bvh, target);
     std::vector<OurTracer> tracers = {single_rays(scene.bvh, target)};
     for (OurTracer& tracer : packets_of_each_shape(scene.bvh, target)) {
@@ -24,17 +24,17 @@ void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work
     ThreadArena arena(rig.threads);
     for (const cpu::SimdTarget& target : rig.targets) {
         const std::vector<OurTracer> tracers =
-            contenders_on({scene.topology(), scene.positions, scene.bvh}, target, work.params.rays);
+            methods_on({scene.topology(), scene.positions, scene.bvh}, target, work.params.rays);
         std::vector<TraceAnswers> answers(tracers.size(), TraceAnswers(work));
-        std::vector<Contender> contenders;
+        std::vector<Method> methods;
         for (std::size_t i = 0; i < tracers.size(); ++i) {
-            contenders.push_back({tracers[i].name, {}, [&, i] {
-                                      arena.execute([&] { tracers[i].trace(work, answers[i]); });
-                                  }});
+            methods.push_back({tracers[i].name, {}, [&, i] {
+                                   arena.execute([&] { tracers[i].trace(work, answers[i]); });
+                               }});
         }
-        const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+        const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
         for (std::size_t i = 1; i < tracers.size(); ++i) {
-            if (tracers[i].in_picture_order && !work.any_hit()) to_ray_order(work, answers[i].hits);
+            if (tracers[i].in_image_order && !work.any_hit()) to_ray_order(work, answers[i].hits);
             Row row = row_of(rig, scene, work, answers[0]);
             row.tracer = tracers[i].name;
             row.target = tracers[i].target;

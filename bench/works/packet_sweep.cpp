@@ -23,7 +23,7 @@ bool fits_a_tile(PacketShape shape) {
     return shape.width <= kTileSize && shape.height <= kTileSize;
 }
 
-using RayMask = std::array<std::uint8_t, cpu::kPointRays>;
+using RayMask = std::array<std::uint8_t, cpu::kLightPacketRays>;
 
 /// The pixels [x0, x1) x [y0, y1) of the packets of a tile.
 std::vector<cpu::Tile> parts_of(const cpu::Tile& tile, PacketShape shape) {
@@ -45,16 +45,16 @@ std::vector<RayMask> masks_of(PacketShape shape) {
     for (const cpu::Tile& part : parts_of({0, 0, side, side}, shape)) {
         RayMask& mask = masks.emplace_back();
         for (std::uint32_t y = part.y0; y < part.y1; ++y) {
-            for (std::uint32_t x = part.x0; x < part.x1; ++x) mask[cpu::point_packet_ray(x, y)] = 1;
+            for (std::uint32_t x = part.x0; x < part.x1; ++x) mask[cpu::light_packet_ray(x, y)] = 1;
         }
     }
     return masks;
 }
 
-void intersect_picture(const cpu::PacketTiles& tracer, PacketShape shape, const TraceWork& work,
-                       TraceAnswers& answers) {
+void intersect_image(const cpu::TileTracer& tracer, PacketShape shape, const TraceWork& work,
+                     TraceAnswers& answers) {
     const std::size_t width = work.params.width;
-    const cpu::PictureTiles tiles(work.params.width, work.params.height, cpu::kCameraSide);
+    const cpu::ImageTiles tiles(work.params.width, work.params.height, cpu::kCameraSide);
     tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
         for (const cpu::Tile& part : parts_of(tiles[i], shape)) {
             tracer.intersect_camera(work.params, part, &answers.hits[part.y0 * width + part.x0],
@@ -64,14 +64,14 @@ void intersect_picture(const cpu::PacketTiles& tracer, PacketShape shape, const 
 }
 
 /// A tile's rays, or a square's.
-void occlude_tile(const cpu::PacketTiles& tracer, std::span<const RayMask> masks,
+void occlude_tile(const cpu::TileTracer& tracer, std::span<const RayMask> masks,
                   const TraceWork& work, const TileRays& rays, TraceAnswers& answers) {
-    const std::span<const cpu::PointRays> all = shadows_of(work, rays);
+    const std::span<const cpu::SharedOriginRays> all = shadows_of(work, rays);
     const std::span<std::uint8_t> occluded =
         std::span(answers.occluded).subspan(rays.begin, rays.end - rays.begin);
-    if (masks.size() == 1) return tracer.occluded_from_point(work.params.light, all, occluded);
+    if (masks.size() == 1) return tracer.occluded_shared_origin(work.params.light, all, occluded);
     for (const RayMask& mask : masks) {
-        std::vector<cpu::PointRays> own(all.size(), cpu::PointRays::none());
+        std::vector<cpu::SharedOriginRays> own(all.size(), cpu::SharedOriginRays::none());
         bool any = false;
         for (std::size_t i = 0; i < occluded.size(); ++i) {
             if (mask[i] == 0 || work.active[rays.begin + i] == 0) continue;
@@ -80,8 +80,8 @@ void occlude_tile(const cpu::PacketTiles& tracer, std::span<const RayMask> masks
         }
         if (!any) continue;
         RayMask own_occluded;
-        tracer.occluded_from_point(work.params.light, own,
-                                   std::span(own_occluded).first(occluded.size()));
+        tracer.occluded_shared_origin(work.params.light, own,
+                                      std::span(own_occluded).first(occluded.size()));
         for (std::size_t i = 0; i < occluded.size(); ++i) {
             if (mask[i] != 0) occluded[i] = own_occluded[i];
         }
@@ -91,12 +91,12 @@ void occlude_tile(const cpu::PacketTiles& tracer, std::span<const RayMask> masks
 }  // namespace
 
 std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const cpu::SimdTarget& target) {
-    const auto tracer = std::make_shared<const cpu::PacketTiles>(bvh, target);
+    const auto tracer = std::make_shared<const cpu::TileTracer>(bvh, target);
     std::vector<OurTracer> tracers;
     for (const PacketShape shape : kPacketShapes) {
         const auto trace = [tracer, shape, masks = masks_of(shape)](const TraceWork& work,
                                                                     TraceAnswers& answers) {
-            if (!work.any_hit()) return intersect_picture(*tracer, shape, work, answers);
+            if (!work.any_hit()) return intersect_image(*tracer, shape, work, answers);
             const std::vector<TileRays>& parts = fits_a_tile(shape) ? work.tiles : work.squares;
             tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
                 occlude_tile(*tracer, masks, work, parts[i], answers);
@@ -110,7 +110,7 @@ std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const cpu::SimdTarg
 }
 
 std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const cpu::SimdTarget& target) {
-    const cpu::WideTracer tracer(bvh, target);
+    const cpu::SingleRayTracer tracer(bvh, target);
     std::vector<OurTracer> tracers;
     for (const std::size_t size : kBatchSizes) {
         const auto trace = [tracer, size](const TraceWork& work, TraceAnswers& answers) {

@@ -119,26 +119,26 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
     std::optional<PaperPeer> paper;
     if (work.params.rays != kRaysAo) peers.push_back(paper.emplace(scene, work).peer());
 
-    std::vector<Contender> contenders;
-    contenders.reserve(mine.size() + peers.size());
+    std::vector<Method> methods;
+    methods.reserve(mine.size() + peers.size());
     for (Mine& m : mine) {
-        contenders.push_back({m.tracer->name, {}, [&] {
-                                  arena.execute([&] { m.tracer->trace(work, m.answers); });
-                              }});
+        methods.push_back({m.tracer->name, {}, [&] {
+                               arena.execute([&] { m.tracer->trace(work, m.answers); });
+                           }});
     }
     for (const Peer& peer : peers) {
-        contenders.push_back({peer.name, [&] { arena.execute([&] { peer.prepare(); }); },
-                              [&] { arena.execute([&] { peer.trace(); }); }});
+        methods.push_back({peer.name, [&] { arena.execute([&] { peer.prepare(); }); },
+                           [&] { arena.execute([&] { peer.trace(); }); }});
     }
-    const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+    const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
     const std::span<const Samples> peer_samples = std::span(samples).subspan(mine.size());
 
     for (Mine& m : mine) {
-        if (m.tracer->in_picture_order && !work.any_hit()) to_ray_order(work, m.answers.hits);
+        if (m.tracer->in_image_order && !work.any_hit()) to_ray_order(work, m.answers.hits);
     }
     for (const std::size_t best : best_of_groups(peers, peer_samples)) {
-        contenders[mine.size() + best].prepare();
-        contenders[mine.size() + best].run();
+        methods[mine.size() + best].prepare();
+        methods[mine.size() + best].run();
         const TraceAnswers theirs = peers[best].answers();
         for (std::size_t i = 0; i < mine.size(); ++i) {
             Row row = row_of(rig, scene, work, theirs);

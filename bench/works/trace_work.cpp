@@ -70,7 +70,7 @@ TraceWork make_primary_work(const ImageParams& params) {
     work.params = params;
     work.params.rays = kRaysPrimary;
     work.rays.reserve(std::size_t{params.width} * params.height);
-    const cpu::PictureTiles squares(params.width, params.height, kSquareSize);
+    const cpu::ImageTiles squares(params.width, params.height, kSquareSize);
     for (std::uint32_t i = 0; i < squares.count(); ++i) {
         const cpu::Tile square = squares[i];
         for (std::uint32_t y = square.y0; y < square.y1; y += kTileSize) {

@@ -1,4 +1,4 @@
-// Rays to trace, the same for every contender.
+// Rays to trace, the same for every method.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kSquareSize = 2 * kTileSize;
 inline constexpr std::uint32_t kBlockSize = 4;
 inline constexpr std::size_t kPacketSize = 16;
 
-/// A tile of the picture and its rays, which are consecutive.
+/// A tile of the image and its rays, which are consecutive.
 struct TileRays {
     cpu::Tile tile;
     std::size_t begin;
@@ -39,7 +39,7 @@ struct TraceWork {
     std::vector<std::uint8_t> active;
     /// Shadow rays once more, as packets take them: rays[i] is ray i % kPacketSize of
     /// shadows[i / kPacketSize].
-    std::vector<cpu::PointRays> shadows;
+    std::vector<cpu::SharedOriginRays> shadows;
     std::vector<TileRays> tiles;
     /// Of the tiles of each square, as far as it has some.
     std::vector<TileRays> squares;
@@ -60,7 +60,8 @@ struct TraceAnswers {
 };
 
 /// The blocks of shadow rays of a tile, or a square.
-inline std::span<const cpu::PointRays> shadows_of(const TraceWork& work, const TileRays& rays) {
+inline std::span<const cpu::SharedOriginRays> shadows_of(const TraceWork& work,
+                                                         const TileRays& rays) {
     static_assert(kPacketSize == cpu::kBlockRays);
     return std::span(work.shadows)
         .subspan(rays.begin / kPacketSize, (rays.end - rays.begin) / kPacketSize);
@@ -105,7 +106,7 @@ void for_each_tile(const TraceWork& work, Visit visit) {
                       [&](std::size_t i) { visit(work.tiles[i]); });
 }
 
-/// From the order of a picture, row by row, to that of the rays of a primary work.
+/// From the order of an image, row by row, to that of the rays of a primary work.
 void to_ray_order(const TraceWork& work, std::vector<Hit>& hits);
 
 /// params.width and height must be multiples of kTileSize.

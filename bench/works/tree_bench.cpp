@@ -109,15 +109,15 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     TreeCopy copy(scene.bvh);
 
     // Each side's positions alternate between the frames, copied outside the timing; every
-    // contender is prepared once a round, and the last of all rounds is the moved frame. Threads
+    // method is prepared once a round, and the last of all rounds is the moved frame. Threads
     // are awake, as they are after moving the vertices: those that wait in the other side's arena
     // would take longer to come than a small refit lasts.
     std::size_t round = static_cast<std::size_t>(rig.repeat) % 2;
     const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
-    std::vector<Contender> contenders;
-    contenders.reserve(mine.size() + 2);
+    std::vector<Method> methods;
+    methods.reserve(mine.size() + 2);
     for (OurMovingTree& tree : mine) {
-        contenders.push_back(
+        methods.push_back(
             {tree.refit->name,
              [&] {
                  const std::span<const vec3> now = frame();
@@ -126,27 +126,27 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
              },
              [&] { arena.execute([&] { tree.refit->refit(tree.bvh, tree.positions); }); }});
     }
-    contenders.push_back({"Embree REFIT",
-                          [&] {
-                              mesh.set_positions(frame());
-                              waker.run();
-                          },
-                          [&] { refitted.update(); }});
-    contenders.push_back({"memcpy",
-                          [&] {
-                              ++round;
-                              wake_up(arena);
-                          },
-                          [&] { arena.execute([&] { copy.run(); }); }});
-    const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+    methods.push_back({"Embree REFIT",
+                       [&] {
+                           mesh.set_positions(frame());
+                           waker.run();
+                       },
+                       [&] { refitted.update(); }});
+    methods.push_back({"memcpy",
+                       [&] {
+                           ++round;
+                           wake_up(arena);
+                       },
+                       [&] { arena.execute([&] { copy.run(); }); }});
+    const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
 
     for (std::size_t i = 0; i < mine.size(); ++i) {
         const Mismatches mismatches = compare_trees(arena, primary, mine[i].bvh, refitted);
-        for (std::size_t peer = mine.size(); peer < contenders.size(); ++peer) {
+        for (std::size_t peer = mine.size(); peer < methods.size(); ++peer) {
             Row row = row_of(rig, scene, "refit");
             row.tracer = mine[i].refit->name;
             row.target = mine[i].refit->target;
-            row.peer = contenders[peer].name;
+            row.peer = methods[peer].name;
             if (peer == mine.size()) row.mismatches = mismatches;
             set_times(row, samples[i], samples[peer], Unit::kNsPerTriangle, row.triangles);
             rig.report(row);
@@ -167,20 +167,20 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
                  {"Embree LOW (Morton)", EmbreeTree::kLow}};
     std::optional<EmbreeScene> theirs[std::size(kinds)];
 
-    std::vector<Contender> contenders;
-    contenders.reserve(builds.size() + std::size(kinds));
+    std::vector<Method> methods;
+    methods.reserve(builds.size() + std::size(kinds));
     for (std::size_t i = 0; i < builds.size(); ++i) {
-        contenders.push_back({builds[i].name, [&, i] { mine[i] = {}; },
-                              [&, i] {
-                                  mine[i] = builds[i].build(scene.topology(), scene.positions,
-                                                            rig.threads);
-                              }});
+        methods.push_back({builds[i].name, [&, i] { mine[i] = {}; },
+                           [&, i] {
+                               mine[i] =
+                                   builds[i].build(scene.topology(), scene.positions, rig.threads);
+                           }});
     }
     for (std::size_t i = 0; i < std::size(kinds); ++i) {
-        contenders.push_back({kinds[i].name, [&, i] { theirs[i].reset(); },
-                              [&, i] { theirs[i].emplace(rig.device, mesh, kinds[i].tree); }});
+        methods.push_back({kinds[i].name, [&, i] { theirs[i].reset(); },
+                           [&, i] { theirs[i].emplace(rig.device, mesh, kinds[i].tree); }});
     }
-    const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+    const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
 
     for (std::size_t i = 0; i < builds.size(); ++i) {
         for (std::size_t k = 0; k < std::size(kinds); ++k) {

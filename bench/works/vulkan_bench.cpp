@@ -11,7 +11,7 @@
 namespace morphray::bench {
 namespace {
 
-/// What each run of a contender took by its device's own account; the first one warms up.
+/// What each run of a method took by its device's own account; the first one warms up.
 struct DeviceClock {
     Samples samples;
 
@@ -38,7 +38,7 @@ TraceAnswers answers_of(const TraceWork& work, const Frame& frame) {
 }
 
 /// Differences in how many of a pixel's ambient-occlusion rays are occluded, which is all that a
-/// picture tells.
+/// image tells.
 Mismatches compare_occlusion(const TraceWork& work, const Frame& frame,
                              const TraceAnswers& answers) {
     Mismatches mismatches;
@@ -100,7 +100,7 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
     Frame pixels = frame;
     const cpu::PixelShader shader(cpu::best_simd_target());
     DeviceClock clock;
-    std::vector<Contender> contenders = {
+    std::vector<Method> methods = {
         {"vulkan",
          {},
          [&] {
@@ -115,22 +115,22 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
          [&] { arena.execute([&] { embree->reset(); }); },
          [&] { arena.execute([&] { embree->trace(medium); }); }}};
     if (work.any_hit()) {
-        contenders.push_back(
+        methods.push_back(
             {"embree-occluded1-pixels", {}, [&] {
                  arena.execute([&] { trace_pixels(medium, work, scene.mesh(), shader, pixels); });
              }});
     }
-    const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+    const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
 
-    if (reference.in_picture_order && !work.any_hit()) {
+    if (reference.in_image_order && !work.any_hit()) {
         to_ray_order(work, reference_answers.hits);
     }
     const TraceAnswers theirs = embree->answers();
-    for (std::size_t peer = 1; peer < contenders.size(); ++peer) {
+    for (std::size_t peer = 1; peer < methods.size(); ++peer) {
         Row row = row_of(rig, scene, work, theirs);
         row.tracer = "packets";
         row.target = "vulkan";
-        row.peer = contenders[peer].name;
+        row.peer = methods[peer].name;
         row.mismatches = peer == 1   ? compare_frame(work, frame, reference_answers)
                          : peer == 2 ? compare_frame(work, frame, theirs)
                                      : compare_frames(work, frame, pixels);
@@ -147,21 +147,20 @@ void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan
     Bvh bvh = scene.bvh;
     std::size_t round = 0;
     const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
-    const Contender contenders[] = {{"vulkan",
-                                     {},
-                                     [&] {
-                                         vulkan.refit(frame());
-                                         vulkan.finish();
-                                     }},
-                                    {"cpu-refit-1t", {}, [&] {
-                                         one_thread.execute([&] { refit.refit(bvh, frame()); }),
-                                             ++round;
-                                     }}};
-    const std::vector<Samples> samples = time_interleaved(contenders, rig.repeat);
+    const Method methods[] = {{"vulkan",
+                               {},
+                               [&] {
+                                   vulkan.refit(frame());
+                                   vulkan.finish();
+                               }},
+                              {"cpu-refit-1t", {}, [&] {
+                                   one_thread.execute([&] { refit.refit(bvh, frame()); }), ++round;
+                               }}};
+    const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
     Row row = row_of(rig, scene, "refit");
     row.tracer = "levels";
     row.target = "vulkan";
-    row.peer = contenders[1].name;
+    row.peer = methods[1].name;
     set_times(row, samples[0], samples[1], Unit::kNsPerTriangle, row.triangles);
     rig.report(row);
 }

@@ -42,7 +42,7 @@ struct FrameDifference {
 /// Floats are compared as bits. Both frames have the same size (asserted).
 FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep = 10);
 
-/// The actual picture in grey with each differing pixel in the colour of its kind, enlarged to 3x3.
+/// The actual image in grey with each differing pixel in the colour of its kind, enlarged to 3x3.
 Image difference_image(const Frame& expected, const Frame& actual);
 
 /// "12 pixels differ: 3 false misses, 9 prim_id" or "equal".

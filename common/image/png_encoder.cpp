@@ -21,7 +21,7 @@ void* checked_malloc(std::size_t size) {
     return memory;
 }
 
-// Of pictures of flat triangles stb's own compressor makes 1.2 to 2.5 times as many bytes in 5 to 7
+// Of images of flat triangles stb's own compressor makes 1.2 to 2.5 times as many bytes in 5 to 7
 // times as long; level 6 saves up to a third of the bytes, in two to three times as long.
 constexpr int kLevel = 3;
 

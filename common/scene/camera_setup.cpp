@@ -19,13 +19,13 @@ using glm::dvec3;
 constexpr double kPi = 3.14159265358979323846;
 // Where the eye is, seen from the target, unless it is given: in front, to the right, above.
 const dvec3 kDefaultSide(0.45, 0.4, 1);
-// Free room around the scene in the picture.
+// Free room around the scene in the image.
 constexpr double kFramingMargin = 1.04;
 constexpr std::uint32_t kMaxSide = 65536;
 // A pixel's ambient-occlusion rays (common/interop/params.h).
 constexpr std::uint32_t kMaxAoCount = 256;
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
-// Directions of rays may have components up to 2^42 (common/interop/ray.h); the picture's corner is
+// Directions of rays may have components up to 2^42 (common/interop/ray.h); the image's corner is
 // the largest.
 constexpr double kMaxSlope = 0x1p40;
 // Sine of the angle between up and the view below which they count as parallel: far above the
@@ -60,7 +60,7 @@ struct SceneBox {
 
 // A point gets its distance from the origin for a size, as SceneSpace does it; the empty scene and
 // the origin alone get a radius of 1.
-SceneBox scene_box(const UserBounds& bounds) {
+SceneBox scene_box(const WorldBounds& bounds) {
     SceneBox unit;
     if (bounds.empty()) return unit;
     SceneBox box;
@@ -92,7 +92,7 @@ Axes axes_of(const dvec3& forward, const dvec3& up) {
     return {right, glm::cross(right, forward), forward};
 }
 
-// How far before the target the eye must be for all corners of the box to be in the picture.
+// How far before the target the eye must be for all corners of the box to be in the image.
 double framing_distance(const ViewSpec& view, const Axes& axes, const SceneBox& scene,
                         const dvec3& target) {
     const double fov = valid_fov(view.fov) ? view.fov : ViewSpec{}.fov;
@@ -219,7 +219,7 @@ Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
 
 }  // namespace
 
-ResolvedView resolve_view(const ViewSpec& view, const UserBounds& bounds) {
+ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds) {
     const SceneBox scene = scene_box(bounds);
     dvec3 target = view.target ? to_vec(*view.target) : scene.centre;
     dvec3 eye;
@@ -237,7 +237,7 @@ ResolvedView resolve_view(const ViewSpec& view, const UserBounds& bounds) {
     return {to_point(eye), to_point(target), to_point(light), ao_distance};
 }
 
-ImageParams make_image_params(const ViewSpec& view, const UserBounds& bounds,
+ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
                               const SceneSpace& space) {
     assert(view.rays <= kRaysAo);
     check_size(view);

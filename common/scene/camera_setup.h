@@ -11,8 +11,8 @@ namespace morphray {
 
 using Point = std::array<double, 3>;
 
-/// In the user's units. What is not given is chosen so that the bounds of the whole clip fill the
-/// picture, seen from slightly above its front (+z) right, and lit from above the eye's left.
+/// In world space. What is not given is chosen so that the bounds of the whole clip fill the
+/// image, seen from slightly above its front (+z) right, and lit from above the eye's left.
 struct ViewSpec {
     std::optional<Point> eye;
     std::optional<Point> target;
@@ -28,7 +28,7 @@ struct ViewSpec {
     double ao_distance = 0;
 };
 
-/// The eye, target and light that a view ends up with, in the user's units.
+/// The eye, target and light that a view ends up with, in world space.
 struct ResolvedView {
     Point eye;
     Point target;
@@ -39,14 +39,14 @@ struct ResolvedView {
 /// cube with corners at distance 1 from 0, of a single point for one around it with corners as far
 /// as 0 is. A target that is not given is the middle of the bounds, or for an eye just there a
 /// point before it along -z.
-ResolvedView resolve_view(const ViewSpec& view, const UserBounds& bounds);
+ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds);
 
 /// Throws Error(kBadInput) when eye and target coincide, up is parallel to the view, fov is not in
-/// (0, 180) or too wide for the picture's shape, a number is not finite, ao_distance is negative,
+/// (0, 180) or too wide for the image's shape, a number is not finite, ao_distance is negative,
 /// or the eye or light is farther than a million scene sizes; Error(kBadArgument) when width,
 /// height or ao_count is 0; and Error(kLimit) above 65536 pixels a side or 2^28 in all, or 256 for
 /// ao_count.
-ImageParams make_image_params(const ViewSpec& view, const UserBounds& bounds,
+ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
                               const SceneSpace& space);
 
 }  // namespace morphray

@@ -32,7 +32,7 @@ public:
     virtual double first_frame() const = 0;
     virtual double last_frame() const = 0;
 
-    /// Writes the vertex positions of a frame, in the user's units; out has topology().vertex_count
+    /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
     /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame
     /// when this frame could not be read or is not finite although the clip was opened strictly.
     virtual void positions(double frame, std::span<vec3> out) const = 0;
@@ -40,7 +40,7 @@ public:
     /// Which keyframes positions() of this frame come from, bit for bit; nothing for clips without
     /// keyframes, and for frames whose positions() throws.
     virtual std::optional<KeyframeBlend> keyframes_at(double) const { return std::nullopt; }
-    /// Positions of one of those keyframes, in the user's units; valid as long as the clip.
+    /// Positions of one of those keyframes, in world space; valid as long as the clip.
     virtual std::span<const vec3> keyframe(std::size_t) const { return {}; }
 
     /// Whether positions() of this frame does not throw.
@@ -49,7 +49,7 @@ public:
     virtual std::optional<Warning> damage() const { return std::nullopt; }
 
     /// Bounds of all finite vertices over the whole clip, whatever frames are asked for.
-    virtual UserBounds bounds() const = 0;
+    virtual WorldBounds bounds() const = 0;
 
     /// What to call the scene in reports: the builtin's name or the path as given.
     virtual const std::string& name() const = 0;

@@ -1,4 +1,4 @@
-// What a triangle scene is made of, in the user's units.
+// What a triangle scene is made of, in world space.
 #pragma once
 
 #include <cstdint>

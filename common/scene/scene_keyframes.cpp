@@ -13,7 +13,7 @@ namespace {
 // moving the result into scene space:
 //
 // All operations of interpolate() commute with a factor of 2^e as long as nothing overflows, which
-// kKeyframeExtent excludes in both spaces, or becomes a denormal: in the user's units (2^(e-126) in
+// kKeyframeExtent excludes in both spaces, or becomes a denormal: in world space (2^(e-126) in
 // scene space, at most 2^-76 for e <= kMostExponent) or in scene space (2^-126), where a device may
 // also flush it. So either side may take what is below 2^-76 in magnitude, an input or a result,
 // for something else below 2^-76; everything else is the same on both. Call that *tiny*. A float of
@@ -37,7 +37,7 @@ constexpr int kMostExponent = 50;
 
 bool is_finite(vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
-bool is_within_extent(const UserBounds& bounds, int exponent) {
+bool is_within_extent(const WorldBounds& bounds, int exponent) {
     double largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
         largest = std::max({largest, std::abs(bounds.lower[axis]), std::abs(bounds.upper[axis])});

@@ -26,7 +26,7 @@ double exact_centre(double lower, double upper) {
 
 }  // namespace
 
-SceneSpace::SceneSpace(const UserBounds& bounds) {
+SceneSpace::SceneSpace(const WorldBounds& bounds) {
     if (bounds.empty()) return;
     double extent = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -62,7 +62,7 @@ void SceneSpace::to_scene(std::span<const vec3> user, std::span<vec3> scene) con
     for (std::size_t i = 0; i < user.size(); ++i) scene[i] = to_scene(user[i]);
 }
 
-vec3 SceneSpace::to_user(vec3 scene) const {
+vec3 SceneSpace::to_world(vec3 scene) const {
     vec3 user;
     for (int axis = 0; axis < 3; ++axis) {
         user[axis] = static_cast<float>(std::ldexp(static_cast<double>(scene[axis]), -exponent_) +
@@ -72,7 +72,7 @@ vec3 SceneSpace::to_user(vec3 scene) const {
 }
 
 double SceneSpace::length_to_scene(double user) const { return std::ldexp(user, exponent_); }
-double SceneSpace::length_to_user(double scene) const { return std::ldexp(scene, -exponent_); }
+double SceneSpace::length_to_world(double scene) const { return std::ldexp(scene, -exponent_); }
 
 vec3 SceneSpace::point_to_scene(const double user[3], const char* what) const {
     vec3 scene;
@@ -89,7 +89,7 @@ vec3 SceneSpace::point_to_scene(const double user[3], const char* what) const {
     return scene;
 }
 
-SceneRay to_scene(const SceneSpace& space, const UserRay& user) {
+SceneRay to_scene(const SceneSpace& space, const WorldRay& user) {
     SceneRay result;
     double largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -110,7 +110,7 @@ SceneRay to_scene(const SceneSpace& space, const UserRay& user) {
         result.ray.dir[axis] = snap_direction_component(
             std::abs(scaled) < 0x1p-60 ? 0.0f : static_cast<float>(scaled));
     }
-    // org + t * dir in both spaces: t_scene * 2^-dir_exponent... = t_user * 2^exponent *
+    // org + t * dir in both spaces: t_scene * 2^-dir_exponent... = t_world * 2^exponent *
     // 2^dir_exponent.
     result.t_exponent = -(space.exponent() + dir_exponent);
     const double tnear = std::ldexp(std::max(user.tnear, 0.0), -result.t_exponent);

@@ -9,7 +9,7 @@
 
 namespace morphray {
 
-/// The map between the user's units and scene space: scene = (user - centre) * 2^exponent, rounded
+/// The map between world space and scene space: scene = (user - centre) * 2^exponent, rounded
 /// once to float and snapped to the grid of 2^-40. The exponent brings the clip's bounds into
 /// [-2^20, 2^20]. centre is 0 on an axis unless the clip lies so far to one side of 0 that
 /// user - centre is exact for every float in the bounds (Sterbenz's lemma), so the map of every
@@ -17,21 +17,21 @@ namespace morphray {
 class SceneSpace {
 public:
     /// Of the empty bounds: the identity.
-    explicit SceneSpace(const UserBounds& bounds);
+    explicit SceneSpace(const WorldBounds& bounds);
 
     int exponent() const { return exponent_; }
-    /// In the user's units.
+    /// In world space.
     double centre(int axis) const { return centre_[axis]; }
 
     /// A vertex that is not finite becomes kInvalidCoordinate on all axes.
     vec3 to_scene(vec3 user) const;
     /// The two may be the same.
     void to_scene(std::span<const vec3> user, std::span<vec3> scene) const;
-    vec3 to_user(vec3 scene) const;
+    vec3 to_world(vec3 scene) const;
 
-    /// A length in the user's units in scene space, and back; exact but for overflow.
+    /// A length in world space in scene space, and back; exact but for overflow.
     double length_to_scene(double user) const;
-    double length_to_user(double scene) const;
+    double length_to_world(double scene) const;
 
     /// A point such as an eye or a light, which may lie outside the bounds. Throws Error(kBadInput)
     /// with `what` when it is not finite or farther than 2^20 extents.
@@ -42,8 +42,8 @@ private:
     int exponent_ = 0;
 };
 
-/// A ray in the user's units as read from a file, made fit for the hit rule.
-struct UserRay {
+/// A ray in world space as read from a file, made fit for the hit rule.
+struct WorldRay {
     double org[3];
     double dir[3];
     double tnear;
@@ -51,7 +51,7 @@ struct UserRay {
 };
 
 /// `ray` is the ray in scene space with dir scaled by a power of two to a largest component in
-/// [1, 2); user_t = ray_t * 2^t_exponent. valid is false for a ray that is not finite, has no
+/// [1, 2); world_t = ray_t * 2^t_exponent. valid is false for a ray that is not finite, has no
 /// direction, starts farther than 2^20 extents from the scene, or an empty interval: it hits
 /// nothing.
 struct SceneRay {
@@ -59,6 +59,6 @@ struct SceneRay {
     int t_exponent = 0;
     bool valid = false;
 };
-SceneRay to_scene(const SceneSpace& space, const UserRay& ray);
+SceneRay to_scene(const SceneSpace& space, const WorldRay& ray);
 
 }  // namespace morphray

@@ -5,7 +5,7 @@
 
 namespace morphray {
 
-void UserBounds::extend(const double other_lower[3], const double other_upper[3]) {
+void WorldBounds::extend(const double other_lower[3], const double other_upper[3]) {
     const bool was_empty = empty();
     for (int axis = 0; axis < 3; ++axis) {
         lower[axis] = was_empty ? other_lower[axis] : std::min(lower[axis], other_lower[axis]);
@@ -13,8 +13,8 @@ void UserBounds::extend(const double other_lower[3], const double other_upper[3]
     }
 }
 
-UserBounds bounds_of(std::span<const vec3> points) {
-    UserBounds bounds;
+WorldBounds bounds_of(std::span<const vec3> points) {
+    WorldBounds bounds;
     for (const vec3 p : points) {
         if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) continue;
         const double point[3] = {p.x, p.y, p.z};

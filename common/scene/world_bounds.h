@@ -1,4 +1,4 @@
-// Boxes in the user's units.
+// Boxes in world space.
 #pragma once
 
 #include <span>
@@ -7,9 +7,9 @@
 
 namespace morphray {
 
-/// Lower and upper corner of a set of points in the user's units, in double so that no extent of
+/// Lower and upper corner of a set of points in world space, in double so that no extent of
 /// floats overflows. Empty (of no finite point): lower > upper.
-struct UserBounds {
+struct WorldBounds {
     double lower[3] = {1, 1, 1};
     double upper[3] = {-1, -1, -1};
     bool empty() const { return lower[0] > upper[0]; }
@@ -19,6 +19,6 @@ struct UserBounds {
 };
 
 /// The bounds of those points that are finite.
-UserBounds bounds_of(std::span<const vec3> points);
+WorldBounds bounds_of(std::span<const vec3> points);
 
 }  // namespace morphray

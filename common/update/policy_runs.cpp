@@ -105,7 +105,7 @@ std::size_t PolicyRunner::expected_frames(std::size_t policies) const {
 /// Traces the frame that the backend is at, in milliseconds.
 double PolicyRunner::measure(const std::function<void()>& on_frame) {
     on_frame();
-    backend_->trace_image(params_, picture_);
+    backend_->trace_image(params_, image_);
     return backend_->times().trace_ms;
 }
 
@@ -118,7 +118,7 @@ std::vector<PolicyFrame> PolicyRunner::play(const std::string& policy,
                         make_update_policy(policy, config),
                         {.split = config_.split, .threads = config_.threads}, config);
     // The first trace of a scene takes longer than it will ever again.
-    backend_->trace_image(params_, picture_);
+    backend_->trace_image(params_, image_);
     std::vector<PolicyFrame> played;
     for (const double number : frames_) {
         PolicyFrame& frame = played.emplace_back();
@@ -143,7 +143,7 @@ std::vector<PolicyFrame> PolicyRunner::play(const std::string& policy,
         frame.reason = update.reason;
         frame.cost_ratio = update.cost_ratio;
         frame.build_pending = update.build_pending;
-        frame.hits_hash = hits_hash(picture_);
+        frame.hits_hash = hits_hash(image_);
     }
     return played;
 }

@@ -87,7 +87,7 @@ private:
     std::unique_ptr<Backend> backend_;
     /// trace_rebuilt_ms of each frame, once the costs are measured.
     std::vector<double> trace_rebuilt_ms_;
-    Frame picture_;
+    Frame image_;
 };
 
 }  // namespace morphray

@@ -56,8 +56,8 @@ private:
 struct Parts {
     /// The child entries of subtrees that stay as they are, in the old tree.
     std::vector<std::uint32_t> subtrees;
-    std::vector<std::uint32_t> rotten_leaves;
-    /// Of the triangles of rotten leaves, ascending, then of the subtrees.
+    std::vector<std::uint32_t> degraded_leaves;
+    /// Of the triangles of degraded leaves, ascending, then of the subtrees.
     AlignedVector<PrimRef> refs;
 };
 
@@ -75,7 +75,7 @@ Parts find_parts(const Topology& topology, std::span<const vec3> positions, cons
                 parts.subtrees.push_back(child);
                 boxes.push_back(slot_box(node, slot));
             } else if (is_leaf(child)) {
-                parts.rotten_leaves.push_back(leaf_of(child));
+                parts.degraded_leaves.push_back(leaf_of(child));
             } else {
                 is_open[child] = 1;
             }
@@ -83,7 +83,7 @@ Parts find_parts(const Topology& topology, std::span<const vec3> positions, cons
     }
     std::vector<std::uint32_t> loose;
     const double most = kMostLoose * static_cast<double>(topology.triangles.size());
-    for (const std::uint32_t leaf : parts.rotten_leaves) {
+    for (const std::uint32_t leaf : parts.degraded_leaves) {
         for (const std::uint32_t prim_id : bvh.leaves[leaf].prim_id) {
             if (prim_id != kNoPrim) loose.push_back(prim_id);
         }
@@ -114,7 +114,7 @@ public:
           binary_(binary),
           collapse_(binary.nodes),
           growth_(growth),
-          free_(parts.rotten_leaves),
+          free_(parts.degraded_leaves),
           leaf_count_(static_cast<std::uint32_t>(old.leaves.size())) {
         std::sort(free_.begin(), free_.end(), std::greater<>());
     }

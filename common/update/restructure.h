@@ -32,11 +32,12 @@ BuiltAreas built_areas(const Bvh& bvh);
 /// changed. Runs in the calling thread's arena.
 ///
 /// After: S. Yoon, S. Curtis, D. Manocha. Ray tracing dynamic scenes using selective restructuring.
-/// EGSR 2007. There pairs of nodes are restructured in turn, here all that is rotten at once.
+/// EGSR 2007. There pairs of nodes are restructured in turn, here all that is degraded at once.
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
                         Bvh& bvh, BuiltAreas& areas);
 
-/// Of areas. A flat square that turns about its own edge grows by up to 1.9 without any rot.
+/// Of areas. A flat square that turns about its own edge grows by up to 1.9 without any
+/// degradation.
 inline constexpr double kSoundGrowth = 2;
 
 }  // namespace morphray

@@ -10,8 +10,8 @@ namespace morphray {
 
 UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer) {
     // What bench/updates does best with. Packets of 32 x 32 camera rays had 0.08 (explode) to 0.26
-    // (shuffle) on the CPU, those of 64 x 64 feel rot less; a device's have 0.1 (orbits) to 0.21
-    // (gather), where trees are only refitted.
+    // (shuffle) on the CPU, those of 64 x 64 feel degradation less; a device's have 0.1 (orbits) to
+    // 0.21 (gather), where trees are only refitted.
     constexpr double kOnCpu = 0.08;
     constexpr double kOnDevice = 0.2;
     if (!config.deterministic)

@@ -12,7 +12,7 @@ namespace morphray {
 
 /// The surface area heuristic with the scene as it lies: the sum of half the areas of all nodes'
 /// boxes plus kLeafCost times that of the leaves' boxes. Not divided by the root's area, because
-/// what a picture pays for a box goes by its size in the picture. In scene units squared; 0 for a
+/// what an image pays for a box goes by its size in the image. In scene units squared; 0 for a
 /// tree over nothing. Finite. The same bits for the same bytes of nodes.
 double tree_cost(std::span<const Node> nodes);
 

@@ -115,29 +115,31 @@ double TreeUpdater::wait_for_refit() {
     return std::max(0.0, watch.ms() - (last_.refit_ms - refit_ms));
 }
 
-/// What is being built behind is of an older pose than the tree that was built just now. Only where
-/// clocks must not count is it waited for; otherwise it is taken when it is ready, and dropped.
-void TreeUpdater::forget_behind() {
-    if (deterministic_ && behind_.pending()) behind_.take();
-    behind_is_stale_ = behind_.pending();
+/// What is being built in the background is of an older pose than the tree that was built just now.
+/// Only where clocks must not count is it waited for; otherwise it is taken when it is ready, and
+/// dropped.
+void TreeUpdater::forget_background_build() {
+    if (deterministic_ && background_.pending()) background_.take();
+    background_is_stale_ = background_.pending();
 }
 
 bool TreeUpdater::swap_is_due() {
-    if (behind_is_stale_ && behind_.ready()) {
-        behind_.take();
-        behind_is_stale_ = false;
+    if (background_is_stale_ && background_.ready()) {
+        background_.take();
+        background_is_stale_ = false;
     }
-    if (!behind_.pending() || behind_is_stale_) return false;
-    return deterministic_ ? behind_frames_left_ == 0 : behind_.ready();
+    if (!background_.pending() || background_is_stale_) return false;
+    return deterministic_ ? background_frames_left_ == 0 : background_.ready();
 }
 
 void TreeUpdater::swap(Pose& pose) {
-    BackgroundBuild::Result result = behind_.take();
+    BackgroundBuild::Result result = background_.take();
     bvh_ = std::move(result.bvh);
-    took_tree(behind_triangle_area_);
+    took_tree(background_triangle_area_);
     hand_over(pose.positions());
     last_.step = TreeStep::kSwapped;
-    last_.reason = fmt::format("for the tree that was built behind in {:.1f} ms", result.build_ms);
+    last_.reason =
+        fmt::format("for the tree that was built in the background in {:.1f} ms", result.build_ms);
     refit(pose, RefitExtent::kAll);
 }
 
@@ -159,7 +161,7 @@ const TreeUpdate& TreeUpdater::update(Pose& pose) {
     }
     last_ = {};
     restructured_ = refitted_ = false;
-    if (behind_frames_left_ > 0) --behind_frames_left_;
+    if (background_frames_left_ > 0) --background_frames_left_;
     const UpdateDecision plan = policy_->plan();
     if (plan.step == UpdateStep::kRebuild) {
         follow(plan, pose);
@@ -194,7 +196,7 @@ UpdateDecision TreeUpdater::review(Pose& pose, bool restructured) {
             cost_ratio(built_fit_, {tracer_.tree_cost(), sample_.area(pose.positions())});
     }
     UpdateDecision decision = policy_->review({.cost_ratio = last_.cost_ratio,
-                                               .build_pending = behind_.pending(),
+                                               .build_pending = background_.pending(),
                                                .new_tree = last_.step == TreeStep::kSwapped,
                                                .restructured = restructured});
     // What is found only for the record is nobody's cost.
@@ -223,16 +225,16 @@ void TreeUpdater::follow(const UpdateDecision& decision, Pose& pose) {
         last_.step == TreeStep::kSwapped || last_.step == TreeStep::kRestructured;
     if (!has_reason || decision.step != UpdateStep::kRefit) last_.reason = decision.reason;
     if (decision.step == UpdateStep::kRebuild) {
-        forget_behind();
+        forget_background_build();
         build(pose.positions());
         hand_over(pose.positions());
         last_.step = TreeStep::kRebuilt;
-    } else if (decision.step == UpdateStep::kRebuildBehind && !behind_.pending()) {
-        behind_.start(topology_, pose.positions(), build_config_.split);
-        behind_triangle_area_ = sample_.area(pose.positions());
-        behind_frames_left_ = decision.build_frames;
+    } else if (decision.step == UpdateStep::kRebuildInBackground && !background_.pending()) {
+        background_.start(topology_, pose.positions(), build_config_.split);
+        background_triangle_area_ = sample_.area(pose.positions());
+        background_frames_left_ = decision.build_frames;
     }
-    last_.build_pending = behind_.pending();
+    last_.build_pending = background_.pending();
 }
 
 FrameCost TreeUpdater::cost_of_frame() const {

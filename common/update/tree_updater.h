@@ -18,9 +18,9 @@ enum class TreeStep {
     kBuilt,  // for the first time
     kKept,   // no vertex has moved
     kRefitted,
-    kRestructured,  // after a refit, what was rotten
+    kRestructured,  // after a refit, what was degraded
     kRebuilt,       // in this frame
-    kSwapped,       // for one that was built behind, refitted to this frame
+    kSwapped,       // for one that was built in the background, refitted to this frame
 };
 /// "build", "keep", "refit", "restructure", "rebuild" or "swap".
 const char* name_of(TreeStep step);
@@ -36,7 +36,7 @@ struct TreeUpdate {
     double decide_ms = 0;  // finding the cost ratio, and deciding
     double restructure_ms = 0;
     double rebuild_ms = 0;
-    /// Whether a build goes on behind while this frame is traced.
+    /// Whether a build runs in the background while this frame is traced.
     bool build_pending = false;
 };
 
@@ -72,7 +72,7 @@ private:
     double wait_for_refit();
     /// Gives the tree to tracer and refitter.
     void hand_over(std::span<const vec3> positions);
-    void forget_behind();
+    void forget_background_build();
     void took_tree(double triangle_area);
     double growth(std::span<const vec3> positions) const;
     UpdateDecision review(Pose& pose, bool restructured);
@@ -99,10 +99,10 @@ private:
     bool refitted_ = false;
     /// Whether a restructuring was tried in this frame.
     bool restructured_ = false;
-    BackgroundBuild behind_;
-    bool behind_is_stale_ = false;
-    double behind_triangle_area_ = 0;
-    std::uint32_t behind_frames_left_ = 0;
+    BackgroundBuild background_;
+    bool background_is_stale_ = false;
+    double background_triangle_area_ = 0;
+    std::uint32_t background_frames_left_ = 0;
 };
 
 }  // namespace morphray

@@ -34,7 +34,7 @@ private:
 
 /// Asks a tracer of batches for some rays among those that start at org, by their indices.
 template <class Tracer>
-void occluded_among(const Tracer& tracer, vec3 org, std::span<const PointRays> rays,
+void occluded_among(const Tracer& tracer, vec3 org, std::span<const SharedOriginRays> rays,
                     std::span<const std::uint16_t> asked, std::span<std::uint8_t> occluded) {
     std::vector<Ray> batch;
     batch.reserve(asked.size());
@@ -63,9 +63,9 @@ public:
     }
 
     /// occluded[i] becomes 0 where ray i, which starts at org, hits nothing, and 1 where it does or
-    /// there is none; indices as by point_packet_ray().
-    void occluded_from_point(vec3 org, std::span<const PointRays> rays,
-                             std::span<std::uint8_t> occluded) const {
+    /// there is none; indices as by light_packet_ray().
+    void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
+                                std::span<std::uint8_t> occluded) const {
         std::fill(occluded.begin(), occluded.end(), std::uint8_t{1});
         std::vector<std::uint16_t> all;
         for (std::size_t i = 0; i < occluded.size(); ++i) {
@@ -97,7 +97,7 @@ public:
           params_(params),
           tile_(tile),
           frame_(frame),
-          count_(point_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * kSquareRays),
+          count_(light_packet_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * kSquareRays),
           rays_(count_),
           surfaces_(count_) {}
 
@@ -115,7 +115,7 @@ private:
         return std::size_t{y} * params_.width + x;
     }
     std::uint32_t local(std::uint32_t x, std::uint32_t y) const {
-        return point_packet_ray(x - tile_.x0, y - tile_.y0);
+        return light_packet_ray(x - tile_.x0, y - tile_.y0);
     }
     bool is_hit(std::uint32_t x, std::uint32_t y) const {
         return frame_.hits[pixel(x, y)].prim_id != kNoPrim;
@@ -135,7 +135,7 @@ private:
 
     /// A light behind a surface occludes it without a ray.
     void trace_shadow() {
-        std::vector<PointRays> shadows(count_ / kBlockRays, PointRays::none());
+        std::vector<SharedOriginRays> shadows(count_ / kBlockRays, SharedOriginRays::none());
         std::vector<std::uint8_t> occluded(count_, 1);
         bool any = false;
         for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
@@ -147,7 +147,7 @@ private:
                 any = true;
             }
         }
-        if (any) tracer_.occluded_from_point(params_.light, shadows, occluded);
+        if (any) tracer_.occluded_shared_origin(params_.light, shadows, occluded);
         for (std::uint32_t y = tile_.y0; y < tile_.y1; ++y) {
             for (std::uint32_t x = tile_.x0; x < tile_.x1; ++x) {
                 if (is_hit(x, y)) frame_.occlusion[pixel(x, y)] = occluded[local(x, y)];
@@ -203,7 +203,7 @@ void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams&
     tracer.intersect_camera(
         params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
     // What is known of the pixels of a smaller part stays in the cache.
-    const std::uint32_t side = params.rays == kRaysShadow ? kPointSide : kSquareSide;
+    const std::uint32_t side = params.rays == kRaysShadow ? kLightPacketSide : kSquareSide;
     for (std::uint32_t y = tile.y0; y < tile.y1; y += side) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += side) {
             const Tile part{x, y, std::min(x + side, tile.x1), std::min(y + side, tile.y1)};

@@ -52,7 +52,7 @@ struct PixelBlock {
     }
     /// Among those of a point's packet.
     std::uint32_t ray_index(const PixelPart& part) const {
-        return point_packet_ray(x - part.tile.x0, y - part.tile.y0);
+        return light_packet_ray(x - part.tile.x0, y - part.tile.y0);
     }
 };
 
@@ -218,10 +218,10 @@ struct BackgroundColumn {
     }
 };
 
-/// Writes a number for each pixel of a block to where the picture has them.
+/// Writes a number for each pixel of a block to where the image has them.
 HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
-                            const std::uint32_t* from, std::uint32_t* picture) {
-    std::uint32_t* to = picture + block.begin(part);
+                            const std::uint32_t* from, std::uint32_t* image) {
+    std::uint32_t* to = image + block.begin(part);
     for (std::uint32_t row = 0; row < block.rows; ++row, to += part.params.width) {
         for (std::uint32_t column = 0; column < block.columns; ++column)
             to[column] = from[column * kBlockSide + row];
@@ -269,12 +269,12 @@ void shade_camera_part(const PixelPart& part) {
                          });
 }
 
-bool make_shadow_rays_of_part(const PixelPart& part, PointRays* rays, float* lit) {
+bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, float* lit) {
     const Floats f;
     bool any = false;
     for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
         const std::uint32_t index = block.ray_index(part);
-        PointRays& to = rays[index / kBlockRays];
+        SharedOriginRays& to = rays[index / kBlockRays];
         for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
             const PixelLanes pixels = load_pixels(part, block, i);
             V3 dir{splat(0.0f), splat(0.0f), splat(0.0f)};

@@ -12,7 +12,7 @@
 
 namespace morphray::cpu {
 
-/// Some of a picture's pixels whose camera rays have been answered: the hits of the frame are
+/// Some of an image's pixels whose camera rays have been answered: the hits of the frame are
 /// there, occlusion and pixels are about to be.
 struct PixelPart {
     const ImageParams& params;
@@ -31,10 +31,10 @@ public:
     /// Colours by a light at the eye; occlusion becomes 0. Any part.
     void shade_camera(const PixelPart& part) const { shade_camera_(part); }
 
-    /// The shadow rays of a part of at most kPointSide x kPointSide pixels, indices as by
-    /// point_packet_ray(); of `lit`, by the same indices, what shade_shadows() wants to know.
+    /// The shadow rays of a part of at most kLightPacketSide x kLightPacketSide pixels, indices as
+    /// by light_packet_ray(); of `lit`, by the same indices, what shade_shadows() wants to know.
     /// Blocks that have no pixel of the part are left alone. Returns whether there is a ray.
-    bool make_shadow_rays(const PixelPart& part, PointRays* rays, float* lit) const {
+    bool make_shadow_rays(const PixelPart& part, SharedOriginRays* rays, float* lit) const {
         return make_shadow_rays_(part, rays, lit);
     }
 
@@ -56,7 +56,7 @@ public:
 
 private:
     void (*shade_camera_)(const PixelPart&);
-    bool (*make_shadow_rays_)(const PixelPart&, PointRays*, float*);
+    bool (*make_shadow_rays_)(const PixelPart&, SharedOriginRays*, float*);
     void (*shade_shadows_)(const PixelPart&, const std::uint8_t*, const float*);
     void (*make_ao_rays_)(const PixelPart&, std::vector<Ray>&);
     void (*shade_ao_)(const PixelPart&, const std::uint8_t*);

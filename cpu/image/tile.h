@@ -11,11 +11,11 @@ struct Tile {
     std::uint32_t x0, y0, x1, y1;
 };
 
-/// A picture in tiles of side x side pixels, row by row; the last of a row or column may be
+/// An image in tiles of side x side pixels, row by row; the last of a row or column may be
 /// smaller.
-class PictureTiles {
+class ImageTiles {
 public:
-    PictureTiles(std::uint32_t width, std::uint32_t height, std::uint32_t side)
+    ImageTiles(std::uint32_t width, std::uint32_t height, std::uint32_t side)
         : width_(width), height_(height), side_(side), columns_((width + side - 1) / side) {}
 
     std::uint32_t count() const { return columns_ * ((height_ + side_ - 1) / side_); }

@@ -11,19 +11,19 @@ namespace {
 /// may be more.
 constexpr std::uint32_t kMostAoRays = 1024;
 
-void trace_shadows(const PacketTiles& tracer, const PixelPart& part) {
+void trace_shadows(const TileTracer& tracer, const PixelPart& part) {
     const Tile& tile = part.tile;
     const std::size_t count =
-        point_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * std::size_t{kSquareRays};
-    std::vector<PointRays> rays(count / kBlockRays, PointRays::none());
+        light_packet_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * std::size_t{kSquareRays};
+    std::vector<SharedOriginRays> rays(count / kBlockRays, SharedOriginRays::none());
     std::vector<float> lit(count);
     std::vector<std::uint8_t> occluded(count, 1);
     if (tracer.shader().make_shadow_rays(part, rays.data(), lit.data()))
-        tracer.occluded_from_point(part.params.light, rays, occluded);
+        tracer.occluded_shared_origin(part.params.light, rays, occluded);
     tracer.shader().shade_shadows(part, occluded.data(), lit.data());
 }
 
-void trace_ao(const PacketTiles& tracer, const PixelPart& part) {
+void trace_ao(const TileTracer& tracer, const PixelPart& part) {
     const Tile& tile = part.tile;
     const std::uint32_t blocks = std::max(kMostAoRays / (kBlockRays * part.params.ao_count), 1u);
     const std::uint32_t width = blocks * kBlockSide;
@@ -43,7 +43,7 @@ void trace_ao(const PacketTiles& tracer, const PixelPart& part) {
 
 }  // namespace
 
-void trace_tile(const PacketTiles& tracer, const ShadedMesh& mesh, const ImageParams& params,
+void trace_tile(const TileTracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame) {
     tracer.intersect_camera(
         params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);

@@ -18,10 +18,10 @@ namespace morphray::cpu {
 
 /// The fastest tracer of tiles that a SIMD target has, with the bits of all others. Threads may
 /// share one.
-class PacketTiles {
+class TileTracer {
 public:
-    PacketTiles(const Bvh& bvh, SimdTarget target)
-        : packets_(bvh, target), wide_(bvh, target), shader_(target) {}
+    TileTracer(const Bvh& bvh, SimdTarget target)
+        : packets_(bvh, target), single_rays_(bvh, target), shader_(target) {}
 
     const PixelShader& shader() const { return shader_; }
 
@@ -30,19 +30,20 @@ public:
         packets_.intersect_camera(params, tile, scratch(), hits, stride);
     }
 
-    void occluded_from_point(vec3 org, std::span<const PointRays> rays,
-                             std::span<std::uint8_t> occluded) const {
-        std::array<std::uint16_t, kPointRays> left;
+    void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
+                                std::span<std::uint8_t> occluded) const {
+        std::array<std::uint16_t, kLightPacketRays> left;
         const std::size_t count =
-            packets_.occluded_from_point(org, rays, scratch(), occluded.data(), left.data());
-        if (count != 0) occluded_among(wide_, org, rays, std::span(left).first(count), occluded);
+            packets_.occluded_shared_origin(org, rays, scratch(), occluded.data(), left.data());
+        if (count != 0)
+            occluded_among(single_rays_, org, rays, std::span(left).first(count), occluded);
     }
 
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
-        wide_.intersect(rays, hits);
+        single_rays_.intersect(rays, hits);
     }
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
-        wide_.occluded(rays, occluded);
+        single_rays_.occluded(rays, occluded);
     }
 
 private:
@@ -54,13 +55,13 @@ private:
     }
 
     PacketTracer packets_;
-    WideTracer wide_;
+    SingleRayTracer single_rays_;
     PixelShader shader_;
     mutable tbb::enumerable_thread_specific<std::unique_ptr<Packet>> packets_of_threads_;
 };
 
 /// As trace_tile() of other tracers, with the same bits; SIMD also for what comes after the hits.
-void trace_tile(const PacketTiles& tracer, const ShadedMesh& mesh, const ImageParams& params,
+void trace_tile(const TileTracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame);
 
 }  // namespace morphray::cpu

@@ -1,4 +1,4 @@
-// The end of a closest-hit packet: t, u and v of each winner by the hit rule, for many rays at
+// The end of a closest-hit packet: t, u and v of each candidate by the hit rule, for many rays at
 // once.
 
 #if defined(MORPHRAY_CPU_PACKET_CAMERA_PACKET_FINISH_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -34,7 +34,7 @@ HWY_INLINE HitLanes no_hits() {
     return {none, none, none, hn::Set(Words(), kNoPrim)};
 }
 
-/// Writes the hits of a packet whose rays have found their winners.
+/// Writes the hits of a packet whose rays have found their candidates.
 class PacketFinish {
 public:
     /// rows: the pixels of the packet's blocks, row by row.
@@ -166,12 +166,12 @@ private:
     }
 
     /// As many rays as there are lanes, from `first` on, on the way to their hits.
-    struct Approach {
+    struct BeginFinish {
         FastHits fast;
         VW prim_ids;
         Mask sufficed;
         std::size_t first;
-        std::uint32_t rays;  // those that have a winner, as bits
+        std::uint32_t rays;  // those that have a candidate, as bits
     };
 
     /// kMixed: the packet has no axis.
@@ -183,52 +183,53 @@ private:
     void finish_all() {
         constexpr bool kByHalves = kLanes == kBlockRays;
         const std::size_t row_rays = packet_.frame.grid_columns * kBlockRays;
-        Winners winners = find_winners(packet_.winner);
-        Approach before;
+        Candidates candidates = find_candidates(packet_.candidate);
+        BeginFinish before;
         before.rays = 0;
         for (std::size_t row = 0; row < packet_.frame.grid_rows; ++row) {
             point_row(row);
             const std::size_t begin = row * kRowRays;
             for (std::size_t first = begin; first < begin + row_rays; first += kLanes) {
-                // The winners of the next rays are looked for before these are finished: masks take
-                // long to get to where branches and addresses wait for them.
+                // The candidates of the next rays are looked for before these are finished: masks
+                // take long to get to where branches and addresses wait for them.
                 const std::size_t after = first + kLanes;
                 const std::size_t next =
                     after < begin + row_rays ? after : (begin + kRowRays) % kCameraRays;
-                const Winners next_winners = find_winners(packet_.winner + next);
-                Approach now;
+                const Candidates next_candidates = find_candidates(packet_.candidate + next);
+                BeginFinish now;
                 now.first = first;
-                now.rays = winners.rays;
-                if (winners.rays != 0) {
-                    approach<kMixed>(winners, now);
+                now.rays = candidates.rays;
+                if (candidates.rays != 0) {
+                    begin_finish<kMixed>(candidates, now);
                 } else {
                     write(no_hits(), place(first));
                 }
                 if constexpr (kByHalves) {
-                    if (HWY_LIKELY(before.rays != 0)) conclude(before);
+                    if (HWY_LIKELY(before.rays != 0)) end_finish(before);
                     before = now;
                 } else {
-                    if (HWY_LIKELY(now.rays != 0)) conclude(now);
+                    if (HWY_LIKELY(now.rays != 0)) end_finish(now);
                 }
-                winners = next_winners;
+                candidates = next_candidates;
             }
         }
-        if (kByHalves && before.rays != 0) conclude(before);
+        if (kByHalves && before.rays != 0) end_finish(before);
     }
 
     template <bool kMixed>
-    HWY_INLINE void approach(const Winners& found, Approach& rays) const {
+    HWY_INLINE void begin_finish(const Candidates& found, BeginFinish& rays) const {
         const std::size_t in_row = rays.first % kRowRays;
-        const WinnerLanes winners = spread_winners(packet_, packet_.winner + rays.first, found);
+        const CandidateLanes candidates =
+            spread_candidates(packet_, packet_.candidate + rays.first, found);
         const VF d[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
         const VF slack = splat(0.25f * packet_.frame.dilation);
-        rays.prim_ids = winners.prim_ids;
-        rays.sufficed = kMixed ? project_turned(d, slack, winners, rays.fast)
-                               : rays.fast.project(d, slack, winners.corners);
+        rays.prim_ids = candidates.prim_ids;
+        rays.sufficed = kMixed ? project_turned(d, slack, candidates, rays.fast)
+                               : rays.fast.project(d, slack, candidates.corners);
     }
 
     /// In a packet of mixed axes nearly all neighbours still have one.
-    HWY_INLINE Mask project_turned(const VF d[3], VF slack, const WinnerLanes& winners,
+    HWY_INLINE Mask project_turned(const VF d[3], VF slack, const CandidateLanes& candidates,
                                    FastHits& fast) const {
         const Floats f;
         const VF size[3] = {hn::Abs(d[0]), hn::Abs(d[1]), hn::Abs(d[2])};
@@ -244,14 +245,14 @@ private:
         for (std::uint32_t k = 0; k < 3; ++k) {
             directions[k] = hn::Xor(d[(axis + 1 + k) % 3], sign);
             for (int i = 0; i < 3; ++i)
-                corners[i][k] = hn::Xor(winners.corners[i][(axis + k) % 3], sign);
+                corners[i][k] = hn::Xor(candidates.corners[i][(axis + k) % 3], sign);
         }
         const Mask sufficed = fast.project(directions, slack, corners);
         return hn::And(sufficed, mask_of(one_axis && one_sign ? ~0u : 0u));
     }
 
     /// Writes those of these hits that the rule's plain path suffices for; the others are left.
-    HWY_INLINE void conclude(const Approach& rays) {
+    HWY_INLINE void end_finish(const BeginFinish& rays) {
         const Floats f;
         const Mask done = hn::And(rays.sufficed, mask_of(rays.rays));
         // Not a constant of all ones, which compilers make from a register's old contents: then
@@ -274,13 +275,13 @@ private:
         for (std::size_t i = 0; i < left_count_; i += kLanes) {
             const std::size_t count = std::min(kLanes, left_count_ - i);
             alignas(64) std::uint32_t rays[kLanes] = {};
-            alignas(64) std::uint32_t winners[kLanes] = {};
+            alignas(64) std::uint32_t candidates[kLanes] = {};
             for (std::size_t l = 0; l < count; ++l) {
                 rays[l] = left_[i + l];
-                winners[l] = packet_.winner[rays[l]];
+                candidates[l] = packet_.candidate[rays[l]];
             }
             const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
-            const TriangleLanes triangles = winning_triangles(packet_, winners, lanes);
+            const TriangleLanes triangles = winning_triangles(packet_, candidates, lanes);
             VF dir[3];
             directions_of(packet_.camera, hn::Load(Words(), rays), dir);
             RuleHits hit;

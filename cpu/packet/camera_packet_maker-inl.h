@@ -201,7 +201,7 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
     std::fill_n(packet.block_q, kGridBlocks, kDone);
     for (std::uint32_t row = 0; row < packet.frame.grid_rows; ++row)
         std::fill_n(packet.block_q + row * kGridSide, packet.frame.grid_columns, 0.0f);
-    packet.won_leaves.clear();
+    packet.hit_leaves.clear();
 }
 
 /// Makes the rays of a camera's tile whose frame is set ready to be traced.
@@ -219,7 +219,7 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& pack
     for (std::size_t r = 0; r < count; r += hn::Lanes(f)) {
         hn::Store(hn::Zero(f), f, packet.q_lower + r);
         hn::Store(hn::Zero(f), f, packet.q_upper + r);
-        hn::Store(hn::Set(words, kNoWinner), words, packet.winner + r);
+        hn::Store(hn::Set(words, kNoCandidate), words, packet.candidate + r);
     }
     // What the last blocks have beyond the tile.
     const std::uint32_t width = tile.x1 - tile.x0;

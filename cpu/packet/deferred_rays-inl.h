@@ -1,4 +1,4 @@
-// Closest hits that a packet's bounds leave in doubt, asked of the hit rule many at a time.
+// Closest hits that a packet's bounds leave uncertain, asked of the hit rule many at a time.
 
 #if defined(MORPHRAY_CPU_PACKET_DEFERRED_RAYS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_DEFERRED_RAYS_INL_H
@@ -23,13 +23,13 @@ HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Pairs of a ray and a triangle that may be its closest hit, put off: a triangle that is in doubt
+/// Pairs of a ray and a triangle that may be its closest hit, put off: a triangle that is uncertain
 /// beats nothing and is beaten by nothing until the rule has said where it is hit. That is no
 /// change of the answer, which is the least of all triangles in the rule's order: whatever has
 /// been left out for sure was farther than something that is hit for sure.
-class PacketDoubts {
+class DeferredRays {
 public:
-    explicit PacketDoubts(Packet& packet) : packet_(packet) {}
+    explicit DeferredRays(Packet& packet) : packet_(packet) {}
 
     /// Some of as many rays as there are lanes, from `first` on; the triangle is one of the
     /// packet's won leaves. Not while there are many().
@@ -61,11 +61,11 @@ private:
         const Words words;
         alignas(64) std::uint32_t rays[kLanes] = {};
         alignas(64) std::uint32_t triangles[kLanes] = {};
-        alignas(64) std::uint32_t winners[kLanes] = {};
+        alignas(64) std::uint32_t candidates[kLanes] = {};
         for (std::size_t l = 0; l < count; ++l) {
             rays[l] = rays_[first + l];
             triangles[l] = triangles_[first + l];
-            winners[l] = packet_.winner[rays[l]];
+            candidates[l] = packet_.candidate[rays[l]];
         }
         VF dir[3];
         directions_of(packet_.camera, hn::Load(words, rays), dir);
@@ -75,13 +75,13 @@ private:
         const VF no_end = splat(kInfiniteT);
         RuleHits hit;
         std::uint32_t hits = mask_bits(rule.intersect(asked, no_end, lanes, hit));
-        const VW none = hn::Set(words, kNoWinner);
+        const VW none = hn::Set(words, kNoCandidate);
         std::uint32_t rivals =
-            hits & mask_bits(hn::RebindMask(f, hn::Ne(hn::Load(words, winners), none)));
+            hits & mask_bits(hn::RebindMask(f, hn::Ne(hn::Load(words, candidates), none)));
         alignas(64) float t[kLanes], best_t[kLanes], q[kLanes];
         alignas(64) std::uint32_t ids[kLanes], best_ids[kLanes];
         if (rivals != 0) {
-            const TriangleLanes best = winning_triangles(packet_, winners, rivals);
+            const TriangleLanes best = winning_triangles(packet_, candidates, rivals);
             RuleHits best_hit;
             rule.intersect(best, no_end, rivals, best_hit);
             hn::Store(best_hit.t, f, best_t);
@@ -99,7 +99,7 @@ private:
             const std::uint32_t ray = rays[l];
             packet_.q_lower[ray] = q[l] * (1 - 0x1p-16f);
             packet_.q_upper[ray] = q[l] * (1 + 0x1p-16f);
-            packet_.winner[ray] = triangles[l];
+            packet_.candidate[ray] = triangles[l];
             const std::uint32_t block = ray / kBlockRays;
             changed.words[block / 64] |= std::uint64_t{1} << block % 64;
             for (std::uint32_t later = hits & (hits - 1); later != 0; later &= later - 1) {

@@ -1,4 +1,4 @@
-// The winners of a packet's rays: which leaves they are of, and their triangles as vectors.
+// The candidates of a packet's rays: which leaves they are of, and their triangles as vectors.
 
 #if defined(MORPHRAY_CPU_PACKET_HIT_LEAVES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_HIT_LEAVES_INL_H
@@ -18,8 +18,8 @@ HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Winners as vectors: corners relative to the origin, rotated for the packet's axis; and ids.
-struct WinnerLanes {
+/// Candidates as vectors: corners relative to the origin, rotated for the packet's axis; and ids.
+struct CandidateLanes {
     VF corners[3][3];
     VW prim_ids;
 };
@@ -49,49 +49,49 @@ private:
     VW slots_;
 };
 
-/// Of as many consecutive rays as there are lanes: those that have a winner, as bits; the leaf of
-/// the first one's; and those whose winners are of other leaves.
-struct Winners {
+/// Of as many consecutive rays as there are lanes: those that have a candidate, as bits; the leaf
+/// of the first one's; and those whose candidates are of other leaves.
+struct Candidates {
     std::uint32_t rays = 0;
     std::uint32_t leaf = 0;
     std::uint32_t others = 0;
 };
 
-HWY_INLINE Mask winners_of(VW winners, std::uint32_t leaf) {
-    return hn::RebindMask(Floats(), hn::Eq(hn::ShiftRight<4>(winners), hn::Set(Words(), leaf)));
+HWY_INLINE Mask candidates_of(VW candidates, std::uint32_t leaf) {
+    return hn::RebindMask(Floats(), hn::Eq(hn::ShiftRight<4>(candidates), hn::Set(Words(), leaf)));
 }
 
-HWY_INLINE Winners find_winners(const std::uint32_t* indices) {
+HWY_INLINE Candidates find_candidates(const std::uint32_t* indices) {
     const Floats f;
     const hn::RebindToSigned<Floats> ints;
-    const VW winners = hn::Load(Words(), indices);
-    Winners found;
-    // Only kNoWinner has its sign bit set.
-    const auto none = hn::Lt(hn::BitCast(ints, winners), hn::Zero(ints));
+    const VW candidates = hn::Load(Words(), indices);
+    Candidates found;
+    // Only kNoCandidate has its sign bit set.
+    const auto none = hn::Lt(hn::BitCast(ints, candidates), hn::Zero(ints));
     found.rays = mask_bits(hn::Not(hn::RebindMask(f, none)));
     if (found.rays == 0) return found;
     found.leaf = indices[__builtin_ctz(found.rays)] / kLeafTriangles;
-    found.others = found.rays & ~mask_bits(winners_of(winners, found.leaf));
+    found.others = found.rays & ~mask_bits(candidates_of(candidates, found.leaf));
     return found;
 }
 
-/// The winners of rays that have some. Neighbours have winners of the same leaves, so these are
-/// taken in turn: faster than gathers. Rays without a winner get some triangle as well.
-HWY_INLINE WinnerLanes spread_winners(const Packet& packet, const std::uint32_t* indices,
-                                      const Winners& found) {
+/// The candidates of rays that have some. Neighbours have candidates of the same leaves, so these
+/// are taken in turn: faster than gathers. Rays without a candidate get some triangle as well.
+HWY_INLINE CandidateLanes spread_candidates(const Packet& packet, const std::uint32_t* indices,
+                                            const Candidates& found) {
     const Words words;
-    const VW winners = hn::Load(words, indices);
-    const SlotLookup slots(hn::And(winners, hn::Set(words, 15u)));
-    WinnerLanes out;
-    const WonLeaf* won = &packet.won_leaves[found.leaf];
+    const VW candidates = hn::Load(words, indices);
+    const SlotLookup slots(hn::And(candidates, hn::Set(words, 15u)));
+    CandidateLanes out;
+    const HitLeaf* won = &packet.hit_leaves[found.leaf];
     for (int k = 0; k < 3; ++k) {
         for (int axis = 0; axis < 3; ++axis) out.corners[k][axis] = slots(won->corner[k][axis]);
     }
     out.prim_ids = hn::BitCast(words, slots(won->prim_id));
     for (std::uint32_t others = found.others; others != 0;) {
         const std::uint32_t leaf = indices[__builtin_ctz(others)] / kLeafTriangles;
-        won = &packet.won_leaves[leaf];
-        const Mask own = winners_of(winners, leaf);
+        won = &packet.hit_leaves[leaf];
+        const Mask own = candidates_of(candidates, leaf);
         for (int k = 0; k < 3; ++k) {
             for (int axis = 0; axis < 3; ++axis) {
                 out.corners[k][axis] =

@@ -22,7 +22,7 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 // The plane's unit is such that no |x|, |y| is more.
-constexpr float kPlaneHalf = 0.5f * kPointSide;
+constexpr float kPlaneHalf = 0.5f * kLightPacketSide;
 
 /// The unit for |x|, |y| up to `extent`, a power of two.
 inline double plane_unit(double extent) {
@@ -31,13 +31,13 @@ inline double plane_unit(double extent) {
 
 /// Directions of some rays of a packet.
 struct Samples {
-    vec3 dirs[kPointBlocks];
+    vec3 dirs[kLightPacketBlocks];
     std::size_t count = 0;
 };
 
 /// Of a ray each of every step-th block.
-HWY_INLINE void take_samples(const PointRays* rays, std::uint32_t squares, std::uint32_t step,
-                             Samples& samples) {
+HWY_INLINE void take_samples(const SharedOriginRays* rays, std::uint32_t squares,
+                             std::uint32_t step, Samples& samples) {
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; block += step) {
         for (std::uint32_t i = 0; i < kBlockRays; ++i) {
             if (!rays[block].has(i)) continue;

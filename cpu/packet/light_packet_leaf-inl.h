@@ -147,7 +147,7 @@ private:
     /// Likewise triangle by triangle, which are read once, and with all blocks of the leaf.
     HWY_NOINLINE void trace_triangles(const Leaf& leaf, std::uint32_t triangles,
                                       const float rectangle[4], float q, const QuadSet& quads) {
-        GroupPart groups[kPointGroups];
+        GroupPart groups[kLightPacketGroups];
         std::size_t group_count = 0;
         for_each_group(rectangle, q, quads,
                        [&](std::uint32_t group, std::uint32_t blocks) HWY_ATTR {
@@ -294,15 +294,15 @@ private:
         if (any) find_point_depth(packet_, block);
     }
 
-    /// Of some rays from r on, in doubt about a triangle: those that it occludes.
+    /// Of some rays from r on, uncertain about a triangle: those that it occludes.
     HWY_NOINLINE std::uint32_t ask_rule(std::size_t r, const Leaf& leaf, std::uint32_t i,
                                         std::uint32_t lanes) const {
         VF dir[3], tfar;
-        if (HWY_LIKELY(r < kPointRays)) {
+        if (HWY_LIKELY(r < kLightPacketRays)) {
             load_rays(packet_.rays[r / kBlockRays], r % kBlockRays, dir, tfar);
         } else {
-            PointRays rays;
-            const std::size_t place = r - kPointRays;
+            SharedOriginRays rays;
+            const std::size_t place = r - kLightPacketRays;
             gather_rays(packet_, static_cast<std::uint32_t>(place - place % kBlockRays), rays);
             load_rays(rays, place % kBlockRays, dir, tfar);
         }
@@ -313,7 +313,7 @@ private:
 
     Packet& packet_;
     Setup setup_;
-    std::uint32_t blocks_[kAllPointBlocks + 15];
+    std::uint32_t blocks_[kAllLightPacketBlocks + 15];
     std::uint32_t pairs_[kBlocksAtOnce * kLeafTriangles + 15];
 };
 

@@ -35,9 +35,9 @@ constexpr std::uint32_t kBlocksAhead = 24;
 
 /// Asks for a block of rays. Behind the last one are those of the next packet, or nothing that
 /// matters.
-HWY_INLINE void prefetch_block(const PointRays* rays, std::uint32_t block) {
-    const auto first = reinterpret_cast<std::uintptr_t>(rays) + block * sizeof(PointRays);
-    for (std::size_t i = 0; i < sizeof(PointRays); i += 64)
+HWY_INLINE void prefetch_block(const SharedOriginRays* rays, std::uint32_t block) {
+    const auto first = reinterpret_cast<std::uintptr_t>(rays) + block * sizeof(SharedOriginRays);
+    for (std::size_t i = 0; i < sizeof(SharedOriginRays); i += 64)
         hwy::Prefetch(reinterpret_cast<const char*>(first + i));
 }
 
@@ -99,7 +99,7 @@ struct alignas(64) GroupBounds {
 };
 
 /// Makes the rays of one block of a packet whose plane has yet no unit.
-HWY_INLINE void make_point_block(const PointRays& rays, const NearDirections& directions,
+HWY_INLINE void make_light_block(const SharedOriginRays& rays, const NearDirections& directions,
                                  std::uint32_t block, Packet& packet, GroupBounds& bounds,
                                  VF& least_z) {
     const Floats f;
@@ -139,8 +139,9 @@ HWY_INLINE void make_point_block(const PointRays& rays, const NearDirections& di
 
 /// Puts the active rays of some blocks together anew, by where they go through the plane, and those
 /// blocks out of use.
-HWY_NOINLINE inline void regroup_blocks(const NearDirections& directions, const PointBlocks& blocks,
-                                        Packet& packet, VF& least_z) {
+HWY_NOINLINE inline void regroup_blocks(const NearDirections& directions,
+                                        const LightPacketBlocks& blocks, Packet& packet,
+                                        VF& least_z) {
     CellOrder order;
     sort_by_cell(packet, blocks, order);
     leave_out_blocks(packet, blocks);
@@ -148,15 +149,15 @@ HWY_NOINLINE inline void regroup_blocks(const NearDirections& directions, const 
     const std::uint32_t groups = (packet.moved_count + kGroupBlocks - 1) / kGroupBlocks;
     GroupBounds bounds;
     for (std::uint32_t i = 0; i < groups * kGroupBlocks; ++i) {
-        PointRays own;
+        SharedOriginRays own;
         for (std::uint32_t k = 0; k < kBlockRays; ++k) {
             const std::uint32_t at = i * kBlockRays + k;
             packet.place[at] = at < order.count ? order.rays[at] : kNoPlace;
         }
         gather_rays(packet, i * kBlockRays, own);
-        make_point_block(own, directions, kPointBlocks + i, packet, bounds, least_z);
+        make_light_block(own, directions, kLightPacketBlocks + i, packet, bounds, least_z);
         if (i % kGroupBlocks == kGroupBlocks - 1)
-            bounds.store((kPointBlocks + i) / kGroupBlocks, packet);
+            bounds.store((kLightPacketBlocks + i) / kGroupBlocks, packet);
     }
 }
 
@@ -171,7 +172,7 @@ template <class Visit>
 HWY_INLINE void for_each_range(const Packet& packet, Visit visit) {
     visit(0, packet.square_count * kSquareBlocks);
     const std::uint32_t moved = moved_groups(packet);
-    if (moved != 0) visit(kPointBlocks, kPointBlocks + moved * kGroupBlocks);
+    if (moved != 0) visit(kLightPacketBlocks, kLightPacketBlocks + moved * kGroupBlocks);
 }
 
 /// The largest |x| or |y| of the active rays.
@@ -228,7 +229,7 @@ HWY_INLINE void scale_plane(Packet& packet, float scale) {
     const Floats f;
     PacketFrame& frame = packet.frame;
     // Of squares that are not there.
-    std::fill_n(packet.quad_q, kPointQuads, kDone);
+    std::fill_n(packet.quad_q, kLightPacketQuads, kDone);
     VF lower_x = splat(1e30f), lower_y = lower_x, upper_x = splat(-1e30f), upper_y = upper_x;
     for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
         for (std::size_t r = first * kBlockRays; scale != 1 && r < end * kBlockRays;
@@ -265,8 +266,8 @@ constexpr std::size_t kFewBlocks = 2;
 /// to be seen from one plane, or there is none. left_out: the blocks of which nothing is asked
 /// because their rays have too little in common; moved: those whose rays were put together anew.
 /// Both are empty before.
-bool make_point_packet(vec3 org, const PointRays* rays, std::uint32_t squares, Packet& packet,
-                       PointBlocks& left_out, PointBlocks& moved) {
+bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squares,
+                       Packet& packet, LightPacketBlocks& left_out, LightPacketBlocks& moved) {
     const Floats f;
     double axes[3][3];
     float centre[3];
@@ -285,7 +286,7 @@ bool make_point_packet(vec3 org, const PointRays* rays, std::uint32_t squares, P
     packet.rays = rays;
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block) {
         prefetch_block(rays, block + kBlocksAhead);
-        make_point_block(rays[block], directions, block, packet, bounds, least_z);
+        make_light_block(rays[block], directions, block, packet, bounds, least_z);
         if (block % kGroupBlocks == kGroupBlocks - 1) bounds.store(block / kGroupBlocks, packet);
     }
     if (!(hn::GetLane(hn::MinOfLanes(f, least_z)) > 0.25f)) return false;
@@ -297,9 +298,9 @@ bool make_point_packet(vec3 org, const PointRays* rays, std::uint32_t squares, P
     const std::size_t wide = blocks_wider(spreads, 0, count, kWide * median, moved);
     if (wide >= kFewBlocks) {
         regroup_blocks(directions, moved, packet, least_z);
-        const std::uint32_t end = kPointBlocks + moved_groups(packet) * kGroupBlocks;
-        measure_spreads(packet, kPointBlocks, end, spreads);
-        blocks_wider(spreads, kPointBlocks, end, kTooWide * median, left_out);
+        const std::uint32_t end = kLightPacketBlocks + moved_groups(packet) * kGroupBlocks;
+        measure_spreads(packet, kLightPacketBlocks, end, spreads);
+        blocks_wider(spreads, kLightPacketBlocks, end, kTooWide * median, left_out);
         leave_out_blocks(packet, left_out);
     } else if (wide != 0) {
         moved = {};

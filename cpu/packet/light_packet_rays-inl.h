@@ -20,15 +20,15 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 /// As many rays of a block as there are lanes, from `first` on.
-HWY_INLINE void load_rays(const PointRays& rays, std::size_t first, VF d[3], VF& tfar) {
+HWY_INLINE void load_rays(const SharedOriginRays& rays, std::size_t first, VF d[3], VF& tfar) {
     const Floats f;
     for (int axis = 0; axis < 3; ++axis) d[axis] = hn::Load(f, rays.dir[axis] + first);
     tfar = hn::Load(f, rays.tfar + first);
 }
 
 /// Those of a block that were put together anew, from packet.place[first] on.
-HWY_INLINE void gather_rays(const Packet& packet, std::uint32_t first, PointRays& rays) {
-    rays = PointRays::none();
+HWY_INLINE void gather_rays(const Packet& packet, std::uint32_t first, SharedOriginRays& rays) {
+    rays = SharedOriginRays::none();
     for (std::uint32_t i = 0; i < kBlockRays; ++i) {
         const std::uint16_t place = packet.place[first + i];
         if (place == kNoPlace) continue;

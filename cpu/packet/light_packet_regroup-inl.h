@@ -1,4 +1,4 @@
-// Which rays of a point's packet are neighbours: where a surface ends in the picture, those of one
+// Which rays of a point's packet are neighbours: where a surface ends in the image, those of one
 // block are not.
 
 #if defined(MORPHRAY_CPU_PACKET_LIGHT_PACKET_REGROUP_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -24,25 +24,25 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Blocks of a point's packet, those of a group in a mask.
-struct PointBlocks {
-    std::uint32_t of_group[kPointGroups];
+struct LightPacketBlocks {
+    std::uint32_t of_group[kLightPacketGroups];
 };
 
 /// Those in place of some squares.
-HWY_INLINE PointBlocks all_blocks(std::uint32_t squares) {
-    PointBlocks blocks = {};
+HWY_INLINE LightPacketBlocks all_blocks(std::uint32_t squares) {
+    LightPacketBlocks blocks = {};
     std::fill_n(blocks.of_group, squares * kSquareBlocks / kGroupBlocks, 0xFFFFu);
     return blocks;
 }
 
-HWY_INLINE bool has_block(const PointBlocks& blocks, std::uint32_t block) {
+HWY_INLINE bool has_block(const LightPacketBlocks& blocks, std::uint32_t block) {
     return (blocks.of_group[block / kGroupBlocks] >> block % kGroupBlocks & 1) != 0;
 }
 
 /// Calls visit(block) for each.
 template <class Visit>
-HWY_INLINE void for_each_block(const PointBlocks& blocks, Visit visit) {
-    for (std::uint32_t group = 0; group < kPointGroups; ++group) {
+HWY_INLINE void for_each_block(const LightPacketBlocks& blocks, Visit visit) {
+    for (std::uint32_t group = 0; group < kLightPacketGroups; ++group) {
         for (std::uint32_t own = blocks.of_group[group]; own != 0; own &= own - 1)
             visit(group * kGroupBlocks + static_cast<std::uint32_t>(__builtin_ctz(own)));
     }
@@ -68,7 +68,7 @@ HWY_INLINE float median_of_blocks(const float* values, std::size_t count, std::s
 
 /// How far the active rays of each block spread in x and y together; infinite where there are none.
 struct Spreads {
-    alignas(64) float of_block[kAllPointBlocks];
+    alignas(64) float of_block[kAllLightPacketBlocks];
     std::size_t used = 0;
 };
 
@@ -89,7 +89,7 @@ HWY_INLINE void measure_spreads(const Packet& packet, std::uint32_t first, std::
 
 /// The blocks of whole groups with rays that spread farther than this; how many.
 HWY_INLINE std::size_t blocks_wider(const Spreads& spreads, std::uint32_t first, std::uint32_t end,
-                                    float width, PointBlocks& wide) {
+                                    float width, LightPacketBlocks& wide) {
     const Floats f;
     std::size_t count = 0;
     for (std::size_t b = first; b < end; b += hn::Lanes(f)) {
@@ -128,7 +128,7 @@ struct Cells {
 };
 
 /// Those that the active rays of some blocks are in.
-HWY_INLINE Cells cells_around(const Packet& packet, const PointBlocks& blocks) {
+HWY_INLINE Cells cells_around(const Packet& packet, const LightPacketBlocks& blocks) {
     float lower_x = 1e30f, upper_x = -1e30f, lower_y = 1e30f, upper_y = -1e30f;
     for_each_block(blocks, [&](std::uint32_t block) {
         lower_x = std::min(lower_x, packet.block_lower_x[block]);
@@ -143,17 +143,18 @@ HWY_INLINE Cells cells_around(const Packet& packet, const PointBlocks& blocks) {
 
 /// Rays of a packet in the order of cells.
 struct CellOrder {
-    std::uint16_t rays[kPointRays];
+    std::uint16_t rays[kLightPacketRays];
     std::size_t count = 0;
 };
 
 /// The active rays of some blocks.
-HWY_INLINE void sort_by_cell(const Packet& packet, const PointBlocks& blocks, CellOrder& order) {
+HWY_INLINE void sort_by_cell(const Packet& packet, const LightPacketBlocks& blocks,
+                             CellOrder& order) {
     const Floats f;
     constexpr std::uint32_t kLanes = hn::MaxLanes(f);
     const Cells square = cells_around(packet, blocks);
-    std::uint16_t rays[kPointRays];
-    std::uint32_t cells[kPointRays];
+    std::uint16_t rays[kLightPacketRays];
+    std::uint32_t cells[kLightPacketRays];
     // Where the rays of a cell begin.
     std::uint16_t next[Cells::kCount + 1] = {};
     std::size_t count = 0;
@@ -179,7 +180,7 @@ HWY_INLINE void sort_by_cell(const Packet& packet, const PointBlocks& blocks, Ce
 }
 
 /// Makes blocks inactive.
-HWY_INLINE void leave_out_blocks(Packet& packet, const PointBlocks& blocks) {
+HWY_INLINE void leave_out_blocks(Packet& packet, const LightPacketBlocks& blocks) {
     for_each_block(blocks, [&](std::uint32_t block) {
         packet.block_lower_x[block] = packet.block_lower_y[block] = 1e30f;
         packet.block_upper_x[block] = packet.block_upper_y[block] = -1e30f;

@@ -26,9 +26,9 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Marks what occludes the rays of a packet as done.
-class alignas(kPage) PointTraversal {
+class alignas(kPage) LightPacketTraversal {
 public:
-    PointTraversal(const Bvh& bvh, Packet& packet)
+    LightPacketTraversal(const Bvh& bvh, Packet& packet)
         : bvh_(bvh), packet_(packet), occlusion_(packet) {}
 
     void run() {

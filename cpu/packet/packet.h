@@ -33,14 +33,14 @@ inline constexpr std::uint32_t kGroupBlocks = 16;
 inline constexpr std::uint32_t kSquareSide = 32;
 inline constexpr std::uint32_t kSquareRays = kSquareSide * kSquareSide;
 inline constexpr std::uint32_t kSquareBlocks = kSquareRays / kBlockRays;
-inline constexpr std::uint32_t kPointSide = 2 * kSquareSide;
-inline constexpr std::uint32_t kPointRays = kPointSide * kPointSide;
-inline constexpr std::uint32_t kPointBlocks = kPointRays / kBlockRays;
-inline constexpr std::uint32_t kAllPointBlocks = 2 * kPointBlocks;
-inline constexpr std::uint32_t kAllPointRays = kAllPointBlocks * kBlockRays;
-inline constexpr std::uint32_t kPointGroups = kAllPointBlocks / kGroupBlocks;
-inline constexpr std::uint32_t kPointQuads = kAllPointBlocks / kQuadBlocks;
-static_assert(kPointQuads == 128);
+inline constexpr std::uint32_t kLightPacketSide = 2 * kSquareSide;
+inline constexpr std::uint32_t kLightPacketRays = kLightPacketSide * kLightPacketSide;
+inline constexpr std::uint32_t kLightPacketBlocks = kLightPacketRays / kBlockRays;
+inline constexpr std::uint32_t kAllLightPacketBlocks = 2 * kLightPacketBlocks;
+inline constexpr std::uint32_t kAllLightPacketRays = kAllLightPacketBlocks * kBlockRays;
+inline constexpr std::uint32_t kLightPacketGroups = kAllLightPacketBlocks / kGroupBlocks;
+inline constexpr std::uint32_t kLightPacketQuads = kAllLightPacketBlocks / kQuadBlocks;
+static_assert(kLightPacketQuads == 128);
 
 /// Index of the ray at (x, y) of a camera's packet: blocks row by row, rays of a block column by
 /// column.
@@ -50,34 +50,34 @@ inline std::uint32_t camera_packet_ray(std::uint32_t x, std::uint32_t y) {
 }
 /// What x and y add to the index of a point's ray: blocks in Morton order, rays of a block column
 /// by column.
-struct PointPlaces {
-    std::uint16_t x[kPointSide]{}, y[kPointSide]{};
+struct LightPacketPlaces {
+    std::uint16_t x[kLightPacketSide]{}, y[kLightPacketSide]{};
 
-    constexpr PointPlaces() {
-        for (std::uint32_t i = 0; i < kPointSide; ++i) {
+    constexpr LightPacketPlaces() {
+        for (std::uint32_t i = 0; i < kLightPacketSide; ++i) {
             std::uint32_t blocks = 0;
-            for (std::uint32_t bit = 0; kBlockSide << bit < kPointSide; ++bit)
+            for (std::uint32_t bit = 0; kBlockSide << bit < kLightPacketSide; ++bit)
                 blocks |= (i / kBlockSide >> bit & 1) << 2 * bit;
             x[i] = static_cast<std::uint16_t>(blocks * kBlockRays + i % kBlockSide * kBlockSide);
             y[i] = static_cast<std::uint16_t>(2 * blocks * kBlockRays + i % kBlockSide);
         }
     }
 };
-inline constexpr PointPlaces kPointPlaces;
+inline constexpr LightPacketPlaces kLightPacketPlaces;
 
 /// Index of the ray at (x, y) of a point's packet.
-inline std::uint32_t point_packet_ray(std::uint32_t x, std::uint32_t y) {
-    return std::uint32_t{kPointPlaces.x[x]} + kPointPlaces.y[y];
+inline std::uint32_t light_packet_ray(std::uint32_t x, std::uint32_t y) {
+    return std::uint32_t{kLightPacketPlaces.x[x]} + kLightPacketPlaces.y[y];
 }
 
 /// Rays of a block that start at one point, side by side: dir[axis][i] and tfar[i] are those of ray
 /// i, as in Ray. There is none where tfar < 0.
-struct alignas(64) PointRays {
+struct alignas(64) SharedOriginRays {
     float dir[3][kBlockRays];
     float tfar[kBlockRays];
 
-    static PointRays none() {
-        PointRays rays{};
+    static SharedOriginRays none() {
+        SharedOriginRays rays{};
         std::fill_n(rays.tfar, kBlockRays, -1.0f);
         return rays;
     }
@@ -94,24 +94,24 @@ struct alignas(64) PointRays {
 };
 
 /// How many squares rays of so many pixels need.
-inline std::uint32_t point_squares(std::uint32_t width, std::uint32_t height) {
+inline std::uint32_t light_packet_squares(std::uint32_t width, std::uint32_t height) {
     return (height > kSquareSide ? 2 : 0) + (width > kSquareSide ? 2 : 1);
 }
 
 /// A leaf of which a triangle won at least one ray, kept for the packet's end: the corners of its
 /// triangles relative to the origin, side by side; rotated as shear_ray does for the packet's axis,
 /// and times -1 where directions are negative on it. If axes are mixed, rotated for the first.
-struct alignas(64) WonLeaf {
+struct alignas(64) HitLeaf {
     float corner[3][3][kLeafTriangles];
     float prim_id[kLeafTriangles];  // bits
     const Leaf* leaf;
 
-    WonLeaf() {}  // leaves all as it is: it is about to be filled
+    HitLeaf() {}  // leaves all as it is: it is about to be filled
 };
 
-/// In place of a winner, which is the index of its leaf among the packet's won leaves times
+/// In place of a candidate, which is the index of its leaf among the packet's won leaves times
 /// kLeafTriangles, plus its slot there.
-inline constexpr std::uint32_t kNoWinner = 0xFFFFFFFFu;
+inline constexpr std::uint32_t kNoCandidate = 0xFFFFFFFFu;
 
 /// The middles of a camera's blocks in the packet's plane.
 struct alignas(64) GridMiddles {
@@ -238,31 +238,31 @@ struct alignas(kPage) Packet {
     /// Camera rays are made where they are needed.
     CameraRays camera;
     /// Other rays are the caller's; where they go through the plane.
-    const PointRays* rays;
-    alignas(64) float x[kAllPointRays], y[kAllPointRays];
+    const SharedOriginRays* rays;
+    alignas(64) float x[kAllLightPacketRays], y[kAllLightPacketRays];
     /// 1/z of the best hit so far lies in [q_lower, q_upper]; a ray that wants no more has kDone in
     /// both. A point's have no q_upper.
-    float q_lower[kAllPointRays], q_upper[kCameraRays];
-    /// Of each ray, or kNoWinner.
-    std::uint32_t winner[kCameraRays];
+    float q_lower[kAllLightPacketRays], q_upper[kCameraRays];
+    /// Of each ray, or kNoCandidate.
+    std::uint32_t candidate[kCameraRays];
     /// The least q_lower of a block: what is beyond that depth matters to none of its rays.
-    float block_q[kAllPointBlocks];
+    float block_q[kAllLightPacketBlocks];
     /// Bounds of x, y of the active rays of a point's block; empty (lower > upper) where there are
     /// none.
-    float block_lower_x[kAllPointBlocks], block_upper_x[kAllPointBlocks];
-    float block_lower_y[kAllPointBlocks], block_upper_y[kAllPointBlocks];
+    float block_lower_x[kAllLightPacketBlocks], block_upper_x[kAllLightPacketBlocks];
+    float block_lower_y[kAllLightPacketBlocks], block_upper_y[kAllLightPacketBlocks];
     /// Likewise of a point's quads, and the least q_lower there.
-    float quad_lower_x[kPointQuads], quad_upper_x[kPointQuads];
-    float quad_lower_y[kPointQuads], quad_upper_y[kPointQuads];
-    float quad_q[kPointQuads];
-    /// How many squares there are, and how many blocks were put together anew: kPointBlocks and
-    /// those after it.
+    float quad_lower_x[kLightPacketQuads], quad_upper_x[kLightPacketQuads];
+    float quad_lower_y[kLightPacketQuads], quad_upper_y[kLightPacketQuads];
+    float quad_q[kLightPacketQuads];
+    /// How many squares there are, and how many blocks were put together anew: kLightPacketBlocks
+    /// and those after it.
     std::uint32_t square_count, moved_count;
 
     /// Of the rays of those blocks, where the caller has them, or kNoPlace.
-    std::uint16_t place[kPointRays];
+    std::uint16_t place[kLightPacketRays];
 
-    std::vector<WonLeaf> won_leaves;
+    std::vector<HitLeaf> hit_leaves;
 };
 
 }  // namespace morphray::cpu

@@ -74,7 +74,7 @@ HWY_INLINE QuadSet quads_in(const Packet& packet, const Rectangles& r, float q, 
         }
         quads.words[word] &= among.words[word];
     };
-    find(0, kPointQuads / 2);
+    find(0, kLightPacketQuads / 2);
     if (packet.moved_count != 0) find(1, (packet.moved_count + kQuadBlocks - 1) / kQuadBlocks);
     return quads;
 }
@@ -90,7 +90,7 @@ HWY_INLINE QuadSet quads_beyond(const Packet& packet, float q, const QuadSet& am
         }
         quads.words[word] &= among.words[word];
     };
-    find(0, kPointQuads / 2);
+    find(0, kLightPacketQuads / 2);
     if (packet.moved_count != 0) find(1, (packet.moved_count + kQuadBlocks - 1) / kQuadBlocks);
     return quads;
 }

@@ -1,4 +1,4 @@
-// The hit rule for those rays of a packet that its bounds leave in doubt: lanes are rays, with one
+// The hit rule for those rays of a packet that its bounds leave uncertain: lanes are rays, with one
 // triangle for all of them or with one each.
 
 #if defined(MORPHRAY_CPU_PACKET_PACKET_HIT_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -40,24 +40,24 @@ HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
     return out;
 }
 
-/// The triangles of some of as many winners as there are lanes, at least of one; other lanes hold
-/// anything.
-HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint32_t* winners,
+/// The triangles of some of as many candidates as there are lanes, at least of one; other lanes
+/// hold anything.
+HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint32_t* candidates,
                                            std::uint32_t lanes) {
     constexpr std::size_t kLanes = hn::MaxLanes(Floats());
-    const auto leaf_of = [&](std::uint32_t winner) -> const Leaf& {
-        return *packet.won_leaves[winner / kLeafTriangles].leaf;
+    const auto leaf_of = [&](std::uint32_t candidate) -> const Leaf& {
+        return *packet.hit_leaves[candidate / kLeafTriangles].leaf;
     };
-    const std::uint32_t any = winners[__builtin_ctz(lanes)];
-    const auto same = hn::Eq(hn::Load(Words(), winners), hn::Set(Words(), any));
+    const std::uint32_t any = candidates[__builtin_ctz(lanes)];
+    const auto same = hn::Eq(hn::Load(Words(), candidates), hn::Set(Words(), any));
     if ((lanes & ~mask_bits(hn::RebindMask(Floats(), same))) == 0)
         return same_triangle(leaf_of(any), any % kLeafTriangles);
     alignas(64) float corners[3][3][kLanes] = {};
     alignas(64) std::uint32_t prim_ids[kLanes] = {};
     for (; lanes != 0; lanes &= lanes - 1) {
         const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-        const Leaf& leaf = leaf_of(winners[lane]);
-        const std::uint32_t slot = winners[lane] % kLeafTriangles;
+        const Leaf& leaf = leaf_of(candidates[lane]);
+        const std::uint32_t slot = candidates[lane] % kLeafTriangles;
         for (std::uint32_t k = 0; k < 3; ++k) {
             const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
             corners[k][0][lane] = v.x;
@@ -76,10 +76,10 @@ HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint
 }
 
 /// Keeps a leaf of which a triangle has won, or may win, a ray.
-HWY_INLINE void add_won_leaf(Packet& packet, const Leaf& leaf) {
+HWY_INLINE void add_hit_leaf(Packet& packet, const Leaf& leaf) {
     const Floats f;
-    packet.won_leaves.emplace_back();
-    WonLeaf& won = packet.won_leaves.back();
+    packet.hit_leaves.emplace_back();
+    HitLeaf& won = packet.hit_leaves.back();
     won.leaf = &leaf;
     std::memcpy(won.prim_id, leaf.prim_id, sizeof won.prim_id);
     const VF away = packet.frame.axis == kMixedAxes

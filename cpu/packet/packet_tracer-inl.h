@@ -44,7 +44,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 class PacketTraversal {
 public:
     PacketTraversal(const Bvh& bvh, Packet& packet)
-        : bvh_(bvh), packet_(packet), frame_(packet.frame), doubts_(packet) {}
+        : bvh_(bvh), packet_(packet), frame_(packet.frame), deferred_(packet) {}
 
     /// Visits the root, which needs the packet's bounds alone. Whether there is anything to go on
     /// with.
@@ -93,7 +93,7 @@ private:
         std::uint64_t any = leave_near(entry);
         std::uint64_t certain = 0;
         for (std::size_t w = 0; w < kWords; ++w)
-            certain |= entry.blocks.words[w] & ~doubtful_blocks_.words[w];
+            certain |= entry.blocks.words[w] & ~uncertain_blocks_.words[w];
         if (HWY_UNLIKELY(certain == 0 && any != 0)) {
             settle();
             find_depths();
@@ -141,11 +141,11 @@ private:
     }
 
     /// One triangle against all rays of one block, closest hits. Whether it wins any for sure. A
-    /// triangle that is hit for sure bounds what matters from now on, though it may be in doubt
+    /// triangle that is hit for sure bounds what matters from now on, though it may be uncertain
     /// whether it is the nearest.
     template <class Values>
     HWY_INLINE bool trace_pair(const GridPlanes& p, const Values& values, std::uint32_t block,
-                               std::uint32_t winner) {
+                               std::uint32_t candidate) {
         const Floats f;
         Packet& packet = packet_;
         bool won = false;
@@ -162,33 +162,34 @@ private:
             const Mask loses = hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(own_upper, lower));
             hn::Store(hn::Max(own_lower, lower), f, packet.q_lower + r);
             hn::Store(hn::IfThenElse(wins, own_upper, upper), f, packet.q_upper + r);
-            store_where(wins, winner, packet.winner + r);
+            store_where(wins, candidate, packet.candidate + r);
             won |= !hn::AllFalse(f, wins);
             const Mask settled = hn::Or(wins, loses);
             if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))
                 open_[open_count_++] = {static_cast<std::uint32_t>(r), mask_bits(hn::Not(settled)),
-                                        winner};
+                                        candidate};
         }
         return won;
     }
 
     /// Has the rule asked later about what a leaf has left open.
-    HWY_NOINLINE void put_off(const Leaf& leaf, std::uint32_t first_winner) {
-        if (first_winner == packet_.won_leaves.size() * kLeafTriangles) add_won_leaf(packet_, leaf);
+    HWY_NOINLINE void put_off(const Leaf& leaf, std::uint32_t first_candidate) {
+        if (first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
+            add_hit_leaf(packet_, leaf);
         for (std::uint32_t i = 0; i < open_count_; ++i) {
             const Open& open = open_[i];
-            doubts_.add(open.ray, open.lanes, open.winner);
+            deferred_.add(open.ray, open.lanes, open.candidate);
             const std::size_t block = open.ray / kBlockRays;
-            doubtful_blocks_.words[block / 64] |= std::uint64_t{1} << block % 64;
-            if (doubts_.many()) settle();
+            uncertain_blocks_.words[block / 64] |= std::uint64_t{1} << block % 64;
+            if (deferred_.many()) settle();
         }
         open_count_ = 0;
     }
 
-    /// Lets the rule decide what is in doubt.
+    /// Lets the rule decide what is uncertain.
     HWY_NOINLINE void settle() {
-        doubts_.settle(traced_);
-        doubtful_blocks_ = {};
+        deferred_.settle(traced_);
+        uncertain_blocks_ = {};
     }
 
     /// The blocks that a triangle's rectangle meets, which fit into a window.
@@ -200,7 +201,7 @@ private:
     /// Triangles that meet few blocks, against each of these. Whether they win a ray. The next
     /// one's blocks are looked for before this one is traced.
     HWY_INLINE bool trace_few(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
-                              std::uint32_t first_winner) {
+                              std::uint32_t first_candidate) {
         if (triangles == 0) return false;
         bool won = false;
         auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
@@ -214,9 +215,9 @@ private:
             for (std::uint64_t blocks = window.blocks; blocks != 0; blocks &= blocks - 1) {
                 const std::uint32_t block =
                     window.first + static_cast<std::uint32_t>(__builtin_ctzll(blocks));
-                won |= trace_pair(planes, GridValues{planes, block}, block, first_winner + i);
+                won |= trace_pair(planes, GridValues{planes, block}, block, first_candidate + i);
             }
-            put_off_many(leaf, first_winner);
+            put_off_many(leaf, first_candidate);
             i = next;
             window = next_window;
         }
@@ -225,7 +226,7 @@ private:
 
     /// Triangles that meet more blocks of a window.
     HWY_INLINE bool trace_many(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
-                               std::uint32_t first_winner) {
+                               std::uint32_t first_candidate) {
         bool won = false;
         for (; triangles != 0; triangles &= triangles - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
@@ -238,9 +239,9 @@ private:
                 const auto place = static_cast<std::uint32_t>(__builtin_ctz(places));
                 const std::uint32_t block =
                     windows.first[i] + place / kWindowSide * kGridSide + place % kWindowSide;
-                won |= trace_pair(planes, window.at(place), block, first_winner + i);
+                won |= trace_pair(planes, window.at(place), block, first_candidate + i);
             }
-            put_off_many(leaf, first_winner);
+            put_off_many(leaf, first_candidate);
         }
         return won;
     }
@@ -248,7 +249,7 @@ private:
     /// Larger triangles, of `blocks`. Eight rows at a time are two words that one loop goes
     /// through, for an end of it costs as much as a pair.
     HWY_INLINE bool trace_large(const Leaf& leaf, const Setup& setup, std::uint32_t triangles,
-                                const BlockSet<kWords>& blocks, std::uint32_t first_winner) {
+                                const BlockSet<kWords>& blocks, std::uint32_t first_candidate) {
         bool won = false;
         for (; triangles != 0; triangles &= triangles - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(triangles));
@@ -271,17 +272,17 @@ private:
                     }
                     const std::uint32_t place =
                         window.first + static_cast<std::uint32_t>(__builtin_ctzll(window.blocks));
-                    won |= trace_pair(planes, grid.at(place), first + place, first_winner + i);
+                    won |= trace_pair(planes, grid.at(place), first + place, first_candidate + i);
                     window.blocks &= window.blocks - 1;
                 }
             }
-            put_off_many(leaf, first_winner);
+            put_off_many(leaf, first_candidate);
         }
         return won;
     }
 
-    HWY_INLINE void put_off_many(const Leaf& leaf, std::uint32_t first_winner) {
-        if (HWY_UNLIKELY(open_count_ >= kManyOpen)) put_off(leaf, first_winner);
+    HWY_INLINE void put_off_many(const Leaf& leaf, std::uint32_t first_candidate) {
+        if (HWY_UNLIKELY(open_count_ >= kManyOpen)) put_off(leaf, first_candidate);
     }
 
     /// Those of four rows of blocks from one on.
@@ -299,15 +300,15 @@ private:
                                       const BlockSet<kWords>& blocks) {
         if (alive == 0) return;
         for (std::size_t w = 0; w < kWords; ++w) traced_.words[w] |= blocks.words[w];
-        const auto first_winner =
-            static_cast<std::uint32_t>(packet_.won_leaves.size() * kLeafTriangles);
+        const auto first_candidate =
+            static_cast<std::uint32_t>(packet_.hit_leaves.size() * kLeafTriangles);
         const GridWindows& windows = setup.windows;
-        bool won = trace_few(leaf, setup, alive & windows.few, first_winner);
-        won |= trace_many(leaf, setup, alive & windows.fit & ~windows.few, first_winner);
-        won |= trace_large(leaf, setup, alive & ~windows.fit, blocks, first_winner);
-        if (HWY_UNLIKELY(open_count_ != 0)) put_off(leaf, first_winner);
-        if (won && first_winner == packet_.won_leaves.size() * kLeafTriangles)
-            add_won_leaf(packet_, leaf);
+        bool won = trace_few(leaf, setup, alive & windows.few, first_candidate);
+        won |= trace_many(leaf, setup, alive & windows.fit & ~windows.few, first_candidate);
+        won |= trace_large(leaf, setup, alive & ~windows.fit, blocks, first_candidate);
+        if (HWY_UNLIKELY(open_count_ != 0)) put_off(leaf, first_candidate);
+        if (won && first_candidate == packet_.hit_leaves.size() * kLeafTriangles)
+            add_hit_leaf(packet_, leaf);
     }
 
     /// Finds the depth of blocks that triangles were held against.
@@ -330,10 +331,10 @@ private:
     const Bvh& bvh_;
     Packet& packet_;
     const PacketFrame& frame_;
-    PacketDoubts doubts_;
+    DeferredRays deferred_;
     /// Pairs that a leaf has left open: of some rays from `ray` on and a triangle.
     struct Open {
-        std::uint32_t ray, lanes, winner;
+        std::uint32_t ray, lanes, candidate;
     };
     static constexpr std::uint32_t kManyOpen = 64;
     Open open_[kManyOpen + kCameraRays / hn::MaxLanes(Floats())];
@@ -341,8 +342,8 @@ private:
     /// The blocks of leaves that were visited since depths were found. A triangle may be held
     /// against others, too; of these too little is known until then.
     BlockSet<kWords> traced_ = {};
-    /// The blocks of rays that are in doubt: what can be hit there matters to them for longer.
-    BlockSet<kWords> doubtful_blocks_ = {};
+    /// The blocks of rays that are uncertain: what can be hit there matters to them for longer.
+    BlockSet<kWords> uncertain_blocks_ = {};
     std::uint32_t size_ = 0;
     Entry stack_[kMaxStack];
 };

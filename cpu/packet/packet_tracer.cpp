@@ -58,7 +58,7 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     if (!traversal.start()) return write_misses(tile, hits, stride);
     start_camera_rays(params, tile, packet);
     traversal.run();
-    if (packet.won_leaves.empty()) return write_misses(tile, hits, stride);
+    if (packet.hit_leaves.empty()) return write_misses(tile, hits, stride);
     write_hits(packet, tile, hits, stride);
 }
 
@@ -79,17 +79,18 @@ HWY_INLINE void write_block(const Packet& packet, std::uint32_t block, std::uint
 HWY_INLINE void write_moved_block(const Packet& packet, std::uint32_t block,
                                   std::uint8_t* occluded) {
     for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
-        const std::uint16_t place = packet.place[r - kPointRays];
+        const std::uint16_t place = packet.place[r - kLightPacketRays];
         if (place != kNoPlace) occluded[place] = packet.q_lower[r] == kDone;
     }
 }
 
 /// Writes down the rays that there are in blocks of which nothing was asked; how many.
-std::size_t write_left(const Packet& packet, const PointBlocks& blocks, std::uint16_t* left) {
+std::size_t write_left(const Packet& packet, const LightPacketBlocks& blocks, std::uint16_t* left) {
     std::size_t count = 0;
     for_each_block(blocks, [&](std::uint32_t block) {
         for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
-            const std::uint32_t place = r < kPointRays ? r : packet.place[r - kPointRays];
+            const std::uint32_t place =
+                r < kLightPacketRays ? r : packet.place[r - kLightPacketRays];
             if (place != kNoPlace && packet.rays[place / kBlockRays].has(place % kBlockRays))
                 left[count++] = static_cast<std::uint16_t>(place);
         }
@@ -97,22 +98,23 @@ std::size_t write_left(const Packet& packet, const PointBlocks& blocks, std::uin
     return count;
 }
 
-std::size_t occluded_point_packet(const Bvh& bvh, vec3 org, const PointRays* rays,
+std::size_t occluded_light_packet(const Bvh& bvh, vec3 org, const SharedOriginRays* rays,
                                   std::uint32_t squares, Packet& packet, std::uint8_t* occluded,
                                   std::uint16_t* left) {
-    PointBlocks left_out = {};
-    PointBlocks moved = {};
+    LightPacketBlocks left_out = {};
+    LightPacketBlocks moved = {};
     const std::uint32_t count = squares * kSquareRays;
-    if (!make_point_packet(org, rays, squares, packet, left_out, moved)) {
+    if (!make_light_packet(org, rays, squares, packet, left_out, moved)) {
         std::fill_n(occluded, count, std::uint8_t{1});
         packet.rays = rays;
         return write_left(packet, all_blocks(squares), left);
     }
-    PointTraversal(bvh, packet).run();
+    LightPacketTraversal(bvh, packet).run();
     // What this says of rays that are elsewhere is written again.
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block)
         write_block(packet, block, occluded);
-    for (std::uint32_t block = kPointBlocks; block < kPointBlocks + packet.moved_count; ++block) {
+    for (std::uint32_t block = kLightPacketBlocks; block < kLightPacketBlocks + packet.moved_count;
+         ++block) {
         if (!has_block(left_out, block)) write_moved_block(packet, block, occluded);
     }
     return write_left(packet, left_out, left);
@@ -130,23 +132,23 @@ namespace morphray::cpu {
 namespace {
 
 HWY_EXPORT(intersect_camera_packet);
-HWY_EXPORT(occluded_point_packet);
+HWY_EXPORT(occluded_light_packet);
 
 }  // namespace
 
 PacketTracer::PacketTracer(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh),
       camera_(SIMD_FUNCTION(intersect_camera_packet, target)),
-      point_(SIMD_FUNCTION(occluded_point_packet, target)) {}
+      point_(SIMD_FUNCTION(occluded_light_packet, target)) {}
 
 void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile, Packet& packet,
                                     Hit* hits, std::size_t stride) const {
     camera_(*bvh_, params, tile, packet, hits, stride);
 }
 
-std::size_t PacketTracer::occluded_from_point(vec3 org, std::span<const PointRays> rays,
-                                              Packet& packet, std::uint8_t* occluded,
-                                              std::uint16_t* left) const {
+std::size_t PacketTracer::occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
+                                                 Packet& packet, std::uint8_t* occluded,
+                                                 std::uint16_t* left) const {
     const auto squares = static_cast<std::uint32_t>(rays.size() / kSquareBlocks);
     return point_(*bvh_, org, rays.data(), squares, packet, occluded, left);
 }

@@ -26,16 +26,17 @@ public:
                           std::size_t stride) const;
 
     /// occluded[i] becomes 0 where ray i, which starts at org, hits nothing, and 1 where it does or
-    /// there is none; one to four times kSquareBlocks of rays, indices as by point_packet_ray().
+    /// there is none; one to four times kSquareBlocks of rays, indices as by light_packet_ray().
     /// Of some nothing is said, because they have too little in common with the others to be traced
     /// along; their indices are written to `left`, which has room for all. Returns how many.
-    std::size_t occluded_from_point(vec3 org, std::span<const PointRays> rays, Packet& packet,
-                                    std::uint8_t* occluded, std::uint16_t* left) const;
+    std::size_t occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
+                                       Packet& packet, std::uint8_t* occluded,
+                                       std::uint16_t* left) const;
 
 private:
     using Camera = void (*)(const Bvh&, const ImageParams&, const Tile&, Packet&, Hit*,
                             std::size_t);
-    using Point = std::size_t (*)(const Bvh&, vec3, const PointRays*, std::uint32_t, Packet&,
+    using Point = std::size_t (*)(const Bvh&, vec3, const SharedOriginRays*, std::uint32_t, Packet&,
                                   std::uint8_t*, std::uint16_t*);
 
     const Bvh* bvh_;

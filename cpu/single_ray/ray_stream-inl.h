@@ -1,6 +1,6 @@
-// What the wide tracer takes of rays, computed for a vector of them at a time: setting rays up one
-// by one took a third of the time of ambient-occlusion rays. Then a value is read of as many rays
-// as there are lanes, or broadcast of one.
+// What the single-ray tracer takes of rays, computed for a vector of them at a time: setting rays
+// up one by one took a third of the time of ambient-occlusion rays. Then a value is read of as many
+// rays as there are lanes, or broadcast of one.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H

@@ -2,7 +2,7 @@
 //
 // Boxes that hold a hit are all met, and which triangles are hit is decided by the hit rule; so the
 // answers have the bits of ScalarTracer. The order in which a ray's triangles come does not matter:
-// the winner is the least in a total order, and boxes are culled only beyond the best t.
+// the candidate is the least in a total order, and boxes are culled only beyond the best t.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAY_TRACER_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAY_TRACER_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAY_TRACER_INL_H

@@ -21,17 +21,17 @@ HWY_EXPORT(occluded_rays);
 
 }  // namespace
 
-WideTracer::WideTracer(const Bvh& bvh, SimdTarget target)
+SingleRayTracer::SingleRayTracer(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh),
       intersect_(SIMD_FUNCTION(intersect_rays, target)),
       occluded_(SIMD_FUNCTION(occluded_rays, target)) {}
 
-void WideTracer::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+void SingleRayTracer::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
     assert(rays.size() == hits.size());
     intersect_(*bvh_, rays, hits);
 }
 
-void WideTracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+void SingleRayTracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
     assert(rays.size() == occluded.size());
     occluded_(*bvh_, rays, occluded);
 }

@@ -13,9 +13,9 @@ namespace morphray::cpu {
 
 /// Closest and any hit over a tree that outlives it, with the bits of ScalarTracer. Threads may
 /// share one.
-class WideTracer {
+class SingleRayTracer {
 public:
-    WideTracer(const Bvh& bvh, SimdTarget target);
+    SingleRayTracer(const Bvh& bvh, SimdTarget target);
 
     /// hits[i] answers rays[i]; as many of both.
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;

@@ -3,9 +3,9 @@
 #define SHADERS_BASE_SPREAD_GLSL
 
 /// Of two neighbouring workgroups one goes to each half of the grid: lavapipe gives each thread one
-/// contiguous half (quarter, ...) of it, and pictures are busier in some places than in others. Which
+/// contiguous half (quarter, ...) of it, and images are busier in some places than in others. Which
 /// of the two follows A. Thue's sequence, since a row may have an even number of workgroups, whose
-/// halves would then be columns of the picture.
+/// halves would then be columns of the image.
 uint spread_group(uint group, uint count) {
     uint half_count = (count + 1u) / 2u;
     bool is_second = group >= half_count;

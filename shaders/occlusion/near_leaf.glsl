@@ -1,6 +1,6 @@
 // The leaves that rays from near one another meet. Triangles are sorted by edge functions of a ray's
 // direction and moment, about the point that one of them starts from, into those that a ray misses
-// or hits for certain and those in doubt, which the rule is asked for, one of each lane at a time.
+// or hits for certain and those uncertain, which the rule is asked for, one of each lane at a time.
 #ifndef SHADERS_OCCLUSION_NEAR_LEAF_GLSL
 #define SHADERS_OCCLUSION_NEAR_LEAF_GLSL
 
@@ -10,16 +10,16 @@
 
 layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
-/// Where floats leave a doubt: triangles and rays, a pair a lane, on the first doubt_count lanes.
-uint doubt_name;
-uint doubt_ray;
-uint doubt_count;
-/// Rays in doubt about this lane's triangles of a leaf that no lane has taken yet; none if there is
+/// Where floats leave a doubt: triangles and rays, a pair a lane, on the first deferred_count lanes.
+uint deferred_name;
+uint deferred_ray;
+uint deferred_count;
+/// Rays uncertain about this lane's triangles of a leaf that no lane has taken yet; none if there is
 /// room.
-uint doubtful_leaf;
-uint doubtful[kSlots];
+uint uncertain_leaf;
+uint uncertain[kSlots];
 
-bool has_room() { return doubt_count < kLanes; }
+bool has_room() { return deferred_count < kLanes; }
 
 float sum_of(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
 float largest_of(vec3 v) { return greater(abs(v.x), greater(abs(v.y), abs(v.z))); }
@@ -142,11 +142,11 @@ void visit_leaf(inout uint steps) {
     }
     Facing triangles[kSlots];
     uint sure = 0u;
-    doubtful_leaf = leaf;
+    uncertain_leaf = leaf;
     [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
         bool is_triangle = h * kLanes + lane < corner_triangle_count(words[h]);
         triangles[h] = facing_of(vertices, words[h], is_triangle);
-        doubtful[h] = 0u;
+        uncertain[h] = 0u;
     }
     uint left = current_rays & alive;
     steps += 1u + uint(bitCount(left));
@@ -160,7 +160,7 @@ void visit_leaf(inout uint steps) {
             bool may_hit, does_hit;
             sort_hit(triangles[h], org, d, moment, tfar, may_hit, does_hit);
             sure |= does_hit ? 1u << r : 0u;
-            doubtful[h] |= may_hit && !does_hit ? 1u << r : 0u;
+            uncertain[h] |= may_hit && !does_hit ? 1u << r : 0u;
         }
         left &= left - 1u;
     } while (left != 0u);
@@ -172,47 +172,47 @@ vec3 leaf_vertex(uint leaf_at, uint slot) {
 }
 
 /// The rule for the doubts, one of each lane.
-void settle_doubts() {
-    bool is_any = lane < doubt_count;
-    uint name = is_any ? doubt_name : 0u;
+void resolve_deferred() {
+    bool is_any = lane < deferred_count;
+    uint name = is_any ? deferred_name : 0u;
     uint at = (name >> 4u) * kLeafVec4s;
     uint corners = imageLoad(leaves, int(at + (name & 15u))).w;
     TriangleHit hit;
     bool is_hit = intersect_triangle(
-        shear_ray(read_ray(orgs, doubt_ray), read_ray(dirs, doubt_ray)), 0.0f,
-        read_ray(tfars, doubt_ray),
+        shear_ray(read_ray(orgs, deferred_ray), read_ray(dirs, deferred_ray)), 0.0f,
+        read_ray(tfars, deferred_ray),
         leaf_vertex(at, corner(corners, 0u)), leaf_vertex(at, corner(corners, 1u)),
         leaf_vertex(at, corner(corners, 2u)), hit);
-    alive &= ~cluster_or(is_any && is_hit ? 1u << doubt_ray : 0u);
-    doubt_count = 0u;
+    alive &= ~cluster_or(is_any && is_hit ? 1u << deferred_ray : 0u);
+    deferred_count = 0u;
 }
 
-/// Hands what is doubtful to lanes, one pair after the other, as long as there is room.
-void note_doubts(inout uint steps) {
+/// Hands what is uncertain to lanes, one pair after the other, as long as there is room.
+void note_uncertain(inout uint steps) {
     bool more = true;
     do {
         uint own = 0u;
         uint slot = 0u;
         [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
-            doubtful[h] &= alive;
+            uncertain[h] &= alive;
             slot = own == 0u ? h : slot;
-            own = own == 0u ? doubtful[h] : own;
+            own = own == 0u ? uncertain[h] : own;
         }
         uint lanes = cluster_or(own != 0u ? 1u << lane : 0u);
         bool is_any = lanes != 0u && has_room();
         uint from = uint(findLSB(lanes)) & (kLanes - 1u);
         uint ray = uint(findLSB(read_lane(own, from))) & (kPacketRays - 1u);
-        uint name = doubtful_leaf * 16u + read_lane(slot, from) * kLanes + from;
-        bool is_taker = is_any && lane == doubt_count;
-        doubt_name = is_taker ? name : doubt_name;
-        doubt_ray = is_taker ? ray : doubt_ray;
+        uint name = uncertain_leaf * 16u + read_lane(slot, from) * kLanes + from;
+        bool is_taker = is_any && lane == deferred_count;
+        deferred_name = is_taker ? name : deferred_name;
+        deferred_ray = is_taker ? ray : deferred_ray;
         uint any = 0u;
         [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
             bool is_given = is_any && lane == from && h == slot;
-            doubtful[h] = is_given ? doubtful[h] & (doubtful[h] - 1u) : doubtful[h];
-            any |= doubtful[h];
+            uncertain[h] = is_given ? uncertain[h] & (uncertain[h] - 1u) : uncertain[h];
+            any |= uncertain[h];
         }
-        doubt_count += is_any ? 1u : 0u;
+        deferred_count += is_any ? 1u : 0u;
         more = cluster_or(any) != 0u;
         ++steps;
     } while (more && has_room());

@@ -53,8 +53,8 @@ void trace(inout uint steps) {
     current = 0u;
     current_rays = alive;
     [[unroll]] for (uint k = 0u; k < kSlots; ++k) waiting[k] = 0u;
-    [[unroll]] for (uint h = 0u; h < kSlots; ++h) doubtful[h] = 0u;
-    doubt_count = 0u;
+    [[unroll]] for (uint h = 0u; h < kSlots; ++h) uncertain[h] = 0u;
+    deferred_count = 0u;
     node = 0u;
     do {
         do {
@@ -68,7 +68,7 @@ void trace(inout uint steps) {
             do {
                 if ((current & kLeafBit) != 0u && current != kEmptyChild && has_room()) {
                     visit_leaf(steps);
-                    note_doubts(steps);
+                    note_uncertain(steps);
                     take_child(steps);
                 }
             } while ((current & kLeafBit) != 0u && current != kEmptyChild && has_room() &&
@@ -76,9 +76,9 @@ void trace(inout uint steps) {
             // With what each loop in here does once for nothing.
             steps += 8u;
         } while (current != kEmptyChild && has_room() && steps < kSteps);
-        settle_doubts();
-        note_doubts(steps);
-    } while ((current != kEmptyChild || doubt_count != 0u) && steps < kSteps &&
+        resolve_deferred();
+        note_uncertain(steps);
+    } while ((current != kEmptyChild || deferred_count != 0u) && steps < kSteps &&
              level <= kMaxDepth);
 }
 

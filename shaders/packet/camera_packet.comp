@@ -24,10 +24,10 @@ const uint kAllVectors = 0xFFFFFFFFu >> (32u - kVectors);
 /// 1/z of the best hits so far, and how far each of them may be off.
 float best_q[kVectors];
 float best_error;
-uint winners[kVectors];
+uint candidates[kVectors];
 
 // One bit for each vector of this lane's rays: those of which the rule's plain path could not
-// finish the winner, and those that have a hit in `hits`.
+// finish the candidate, and those that have a hit in `hits`.
 uint unfinished;
 uint written;
 
@@ -61,7 +61,7 @@ Ray ray_of(uvec2 pixel) {
 
 float magnitude_sum(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
 
-/// A row of the whole picture's frame moved to the packet's: row - middle * row_z, and what its
+/// A row of the whole image's frame moved to the packet's: row - middle * row_z, and what its
 /// floats leave out.
 vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
     precise vec3 product = middle * row_z;
@@ -143,7 +143,7 @@ void begin_packet(uint packet) {
 void begin_rays() {
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         best_q[v] = is_active(ray_pixel(v)) ? 0.0f : kDone;
-        winners[v] = kNoTriangle;
+        candidates[v] = kNoTriangle;
     }
     best_error = 0.0f;
     unfinished = 0u;
@@ -170,9 +170,9 @@ void trace_triangle(uint group, Setup s, uint name, uint bit) {
         float nearer = q - best_q[v];
         bool sure = least > s.bound && nearer > s.win_error;
         bool possible = least >= -s.bound && nearer >= -s.q_error;
-        pending_doubts[group] |= possible && !sure ? bit << (k * kLanes) : 0u;
+        pending_deferred[group] |= possible && !sure ? bit << (k * kLanes) : 0u;
         best_q[v] = sure ? q : best_q[v];
-        winners[v] = sure ? name : winners[v];
+        candidates[v] = sure ? name : candidates[v];
     }
 }
 
@@ -206,25 +206,25 @@ void write_misses(uint vectors, uint excluded, uint prim_id) {
     } while (vectors != 0u);
 }
 
-/// winners[4 * row + i], but an array that is indexed so is slow wherever it is used.
-uint winner_of(uint row, uint i) {
-    uint name = winners[i];
-    [[unroll]] for (uint r = 1u; r < kRows; ++r) name = row == r ? winners[4u * r + i] : name;
+/// candidates[4 * row + i], but an array that is indexed so is slow wherever it is used.
+uint candidate_of(uint row, uint i) {
+    uint name = candidates[i];
+    [[unroll]] for (uint r = 1u; r < kRows; ++r) name = row == r ? candidates[4u * r + i] : name;
     return name;
 }
 
-uint any_winner_of(uint v) {
-    uint name = winners[0];
-    [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? winners[k] : name;
+uint any_candidate_of(uint v) {
+    uint name = candidates[0];
+    [[unroll]] for (uint k = 1u; k < kVectors; ++k) name = v == k ? candidates[k] : name;
     return name;
 }
 
-/// t, u and v of the winners by the rule's plain path; where that does not do, or another hit is
+/// t, u and v of the candidates by the rule's plain path; where that does not do, or another hit is
 /// there from doubts that were settled, they are unfinished.
-void finish_winners() {
+void finish_candidates() {
     uint own = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
-        own |= winners[v] != kNoTriangle ? 1u << v : 0u;
+        own |= candidates[v] != kNoTriangle ? 1u << v : 0u;
     }
     uint any = cluster_or(own);
     // Vectors of the rows that have some.
@@ -240,7 +240,7 @@ void finish_winners() {
             bool is_hit = (own >> v & 1u) != 0u;
             bool is_new = (settled >> v & 1u) == 0u;
             vec3 a, b, c;
-            uint prim_id = named_triangle(is_hit ? winner_of(row, i) : 0u, a, b, c);
+            uint prim_id = named_triangle(is_hit ? candidate_of(row, i) : 0u, a, b, c);
             ShearedRay sheared = shear_ray(ray.org, ray.dir);
             TriangleHit hit;
             bool is_sure = finish_hit(sheared, project_fast(sheared, a), project_fast(sheared, b),
@@ -256,17 +256,17 @@ void finish_winners() {
     write_misses(kAllVectors & ~rows, settled, kNoPrim);
 }
 
-/// The rule for all doubts and unfinished winners, one of each lane at a time, as long as there are
+/// The rule for all doubts and unfinished candidates, one of each lane at a time, as long as there are
 /// steps.
-void settle_doubts(inout uint steps) {
+void resolve_deferred(inout uint steps) {
     bool more = true;
     do {
-        bool is_winner = unfinished != 0u;
+        bool is_candidate = unfinished != 0u;
         uint name;
-        bool is_any = is_winner || doubt_vectors[0] != 0u;
-        uint v = pop_doubt(!is_winner, name);
-        v = is_winner ? uint(findLSB(unfinished)) & (kVectors - 1u) : v;
-        name = is_winner ? any_winner_of(v) : name;
+        bool is_any = is_candidate || deferred_vectors[0] != 0u;
+        uint v = pop_deferred(!is_candidate, name);
+        v = is_candidate ? uint(findLSB(unfinished)) & (kVectors - 1u) : v;
+        name = is_candidate ? any_candidate_of(v) : name;
         unfinished &= unfinished - 1u;
         uvec2 pixel = ray_pixel(v);
         Ray ray = ray_of(pixel);
@@ -284,7 +284,7 @@ void settle_doubts(inout uint steps) {
             }
             written |= 1u << v;
         }
-        more = cluster_or(unfinished | doubt_vectors[0]) != 0u;
+        more = cluster_or(unfinished | deferred_vectors[0]) != 0u;
         ++steps;
     } while (more && steps < kSteps);
 }
@@ -339,12 +339,12 @@ void main() {
             // What is counted nowhere else: each loop that the round runs once.
             t.steps += kRoundSteps;
             traverse(t);
-            if (is_finished(t)) finish_winners();
-            is_settled = cluster_or(unfinished | doubt_vectors[0]) == 0u;
+            if (is_finished(t)) finish_candidates();
+            is_settled = cluster_or(unfinished | deferred_vectors[0]) == 0u;
             is_complete = t.steps < kSteps && level <= kMaxDepth;
             is_done = is_finished(t) && packet >= end;
         } while (is_settled && is_complete && !is_done);
-        settle_doubts(t.steps);
+        resolve_deferred(t.steps);
         is_complete = is_complete && t.steps < kSteps;
     } while (is_complete && !is_done);
     if (is_complete) return;

@@ -5,58 +5,58 @@
 
 #include "shaders/packet/packet_leaf.glsl"
 
-/// Of each group, kLanes bits for each of its vectors: the pending triangles that are in doubt for
+/// Of each group, kLanes bits for each of its vectors: the pending triangles that are uncertain for
 /// this lane's ray.
-uint pending_doubts[kGroups];
+uint pending_deferred[kGroups];
 
-/// Triangles, and for each the vectors of this lane's rays that are in doubt, the end 0 as long as
+/// Triangles, and for each the vectors of this lane's rays that are uncertain, the end 0 as long as
 /// there is room.
-const uint kMaxDoubts = 4u;
-uint doubt_names[kMaxDoubts];
-uint doubt_vectors[kMaxDoubts];
+const uint kMaxDeferred = 4u;
+uint deferred_names[kMaxDeferred];
+uint deferred_vectors[kMaxDeferred];
 
 void clear_pending() {
     pending_count = 0u;
     pending_groups = 0u;
-    [[unroll]] for (uint g = 0u; g < kGroups; ++g) pending_doubts[g] = 0u;
-    [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_vectors[i] = 0u;
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) pending_deferred[g] = 0u;
+    [[unroll]] for (uint i = 0u; i < kMaxDeferred; ++i) deferred_vectors[i] = 0u;
 }
 
-bool has_room_for_doubts() { return cluster_or(doubt_vectors[kMaxDoubts - 1u]) == 0u; }
+bool has_room_for_deferred() { return cluster_or(deferred_vectors[kMaxDeferred - 1u]) == 0u; }
 
-void push_doubt(uint name, uint vectors) {
-    [[unroll]] for (uint i = 1u; i < kMaxDoubts; ++i) {
-        uint to = kMaxDoubts - i;
-        doubt_names[to] = vectors != 0u ? doubt_names[to - 1u] : doubt_names[to];
-        doubt_vectors[to] = vectors != 0u ? doubt_vectors[to - 1u] : doubt_vectors[to];
+void push_deferred(uint name, uint vectors) {
+    [[unroll]] for (uint i = 1u; i < kMaxDeferred; ++i) {
+        uint to = kMaxDeferred - i;
+        deferred_names[to] = vectors != 0u ? deferred_names[to - 1u] : deferred_names[to];
+        deferred_vectors[to] = vectors != 0u ? deferred_vectors[to - 1u] : deferred_vectors[to];
     }
-    doubt_names[0] = vectors != 0u ? name : doubt_names[0];
-    doubt_vectors[0] = vectors != 0u ? vectors : doubt_vectors[0];
+    deferred_names[0] = vectors != 0u ? name : deferred_names[0];
+    deferred_vectors[0] = vectors != 0u ? vectors : deferred_vectors[0];
 }
 
 /// Takes a vector from the queue, and leaves the queue as it is if there is none or is_wanted is
 /// false.
-uint pop_doubt(bool is_wanted, out uint name) {
-    uint v = uint(findLSB(doubt_vectors[0])) & (kVectors - 1u);
-    name = doubt_names[0];
-    doubt_vectors[0] &= is_wanted ? doubt_vectors[0] - 1u : 0xFFFFFFFFu;
-    bool is_next = doubt_vectors[0] == 0u;
-    [[unroll]] for (uint i = 0u; i < kMaxDoubts - 1u; ++i) {
-        doubt_names[i] = is_next ? doubt_names[i + 1u] : doubt_names[i];
-        doubt_vectors[i] = is_next ? doubt_vectors[i + 1u] : doubt_vectors[i];
+uint pop_deferred(bool is_wanted, out uint name) {
+    uint v = uint(findLSB(deferred_vectors[0])) & (kVectors - 1u);
+    name = deferred_names[0];
+    deferred_vectors[0] &= is_wanted ? deferred_vectors[0] - 1u : 0xFFFFFFFFu;
+    bool is_next = deferred_vectors[0] == 0u;
+    [[unroll]] for (uint i = 0u; i < kMaxDeferred - 1u; ++i) {
+        deferred_names[i] = is_next ? deferred_names[i + 1u] : deferred_names[i];
+        deferred_vectors[i] = is_next ? deferred_vectors[i + 1u] : deferred_vectors[i];
     }
-    doubt_vectors[kMaxDoubts - 1u] = is_next ? 0u : doubt_vectors[kMaxDoubts - 1u];
+    deferred_vectors[kMaxDeferred - 1u] = is_next ? 0u : deferred_vectors[kMaxDeferred - 1u];
     return v;
 }
 
 /// Puts the doubts about pending triangles into the queue, as far as there is room. The triangles
 /// of which some are left, as bits of lanes.
-uint queue_doubts(inout uint steps) {
+uint queue_deferred(inout uint steps) {
     uint open = 0u;
-    bool has_room = has_room_for_doubts();
+    bool has_room = has_room_for_deferred();
     do {
         uint any = 0u;
-        [[unroll]] for (uint g = 0u; g < kGroups; ++g) any |= pending_doubts[g];
+        [[unroll]] for (uint g = 0u; g < kGroups; ++g) any |= pending_deferred[g];
         [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) any |= any >> (k * kLanes);
         uint i = uint(findLSB(any)) & (kLanes - 1u);
         uint vectors = 0u;
@@ -65,18 +65,18 @@ uint queue_doubts(inout uint steps) {
             [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
                 // None without room: see cluster.glsl.
                 uint bit = has_room ? 1u << (k * kLanes) << i : 0u;
-                vectors |= (pending_doubts[g] & bit) != 0u ? 1u << vector_of(g, k) : 0u;
-                pending_doubts[g] &= ~bit;
+                vectors |= (pending_deferred[g] & bit) != 0u ? 1u << vector_of(g, k) : 0u;
+                pending_deferred[g] &= ~bit;
             }
-            open |= pending_doubts[g];
+            open |= pending_deferred[g];
         }
-        push_doubt(read_lane(pending_names, i), vectors);
+        push_deferred(read_lane(pending_names, i), vectors);
         open = cluster_or(open);
-        has_room = has_room_for_doubts();
+        has_room = has_room_for_deferred();
         ++steps;
     } while (open != 0u && has_room);
     [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) open |= open >> (k * kLanes);
-    [[unroll]] for (uint g = 0u; g < kGroups; ++g) pending_doubts[g] = 0u;
+    [[unroll]] for (uint g = 0u; g < kGroups; ++g) pending_deferred[g] = 0u;
     return open & ((1u << kLanes) - 1u);
 }
 

@@ -1,4 +1,4 @@
-// Winners of a packet get t, u and v.
+// Candidates of a packet get t, u and v.
 #ifndef SHADERS_PACKET_HIT_LEAVES_GLSL
 #define SHADERS_PACKET_HIT_LEAVES_GLSL
 

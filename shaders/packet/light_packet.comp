@@ -37,7 +37,7 @@ float end_error;
 
 /// The plane is that of the largest component of one of the waiting rays, sheared so that this ray
 /// passes it at 0. The packet are those that pass near it, measured by its neighbours in the
-/// picture: across the edge of a surface they lie far apart (is_last: all). Rays that hardly reach
+/// image: across the edge of a surface they lie far apart (is_last: all). Rays that hardly reach
 /// the plane are left out. The packet's own axes are those of plane_axes, but boxes are tested
 /// against a rectangle along the axes of space, which tells more of them from the packet.
 void set_frame(bool is_last) {
@@ -163,7 +163,7 @@ void trace_triangle(uint group, Setup s, uint name, uint bit) {
         float inside = lesser(e.x, lesser(e.y, e.z));
         bool is_possible = inside >= -s.bound && before_end >= -s.q_error;
         bool is_sure = is_possible && inside > s.bound && before_end > s.q_error;
-        pending_doubts[group] |= is_possible && !is_sure ? bit << (k * kLanes) : 0u;
+        pending_deferred[group] |= is_possible && !is_sure ? bit << (k * kLanes) : 0u;
         q_end[v] = is_sure ? kDone : q_end[v];
     }
 }
@@ -180,12 +180,12 @@ float least_q(uint group) {
 }
 
 /// The rule for all doubts that are queued, one of each lane at a time.
-void settle_doubts(inout Traversal t) {
+void resolve_deferred(inout Traversal t) {
     bool more = true;
     do {
-        bool is_any = doubt_vectors[0] != 0u;
+        bool is_any = deferred_vectors[0] != 0u;
         uint name;
-        uint v = pop_doubt(true, name);
+        uint v = pop_deferred(true, name);
         Ray ray = any_ray_of(v);
         vec3 a, b, c;
         named_triangle(is_any ? name : 0u, a, b, c);
@@ -196,7 +196,7 @@ void settle_doubts(inout Traversal t) {
         [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
             q_end[k] = is_hit && k == v ? kDone : q_end[k];
         }
-        more = cluster_or(doubt_vectors[0]) != 0u;
+        more = cluster_or(deferred_vectors[0]) != 0u;
         ++t.steps;
     } while (more && t.steps < t.most_steps);
 }
@@ -254,7 +254,7 @@ void main() {
             do {
                 t.steps += kRoundSteps;
                 traverse(t);
-                settle_doubts(t);
+                resolve_deferred(t);
             } while (!is_finished(t) && t.steps < t.most_steps && level <= kMaxDepth);
             [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
                 shadowed |= q_end[v] == kDone ? traced & (1u << v) : 0u;

@@ -8,7 +8,7 @@
 
 const uint kAllTriangles = 0xFFFFu;
 
-/// A triangle against the rays of a group. `bit` is the triangle's in pending_doubts; 0: there is
+/// A triangle against the rays of a group. `bit` is the triangle's in pending_deferred; 0: there is
 /// none, or it is known to miss them.
 void trace_triangle(uint group, Setup s, uint name, uint bit);
 /// Adds to q_error and win_error of the pending triangles what the rays' own 1/z may be off by.
@@ -106,7 +106,7 @@ void trace_pending(inout uint steps) {
         trace_groups(4u, setup);
         trace_groups(5u, setup);
     }
-    uint open = queue_doubts(steps);
+    uint open = queue_deferred(steps);
     pending_groups = (open >> lane & 1u) != 0u ? pending_groups : 0u;
     pending_count = open == 0u ? 0u : pending_count;
     update_depth();
@@ -132,7 +132,7 @@ void traverse(inout Traversal t) {
                  t.steps < t.most_steps && level <= kMaxDepth);
         do {
             trace_pending(t.steps);
-            has_room = has_room_for_doubts();
+            has_room = has_room_for_deferred();
             rest = 0u;
             gather_triangles(t, rest, has_room);
         } while ((is_leaf(t.current) || (pending_count != 0u && t.current == kEmptyChild)) &&

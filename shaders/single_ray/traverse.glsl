@@ -154,25 +154,25 @@ void leaf_triangle(uint leaf_at, uint i, out vec3 a, out vec3 b, out vec3 c) {
 /// Leaves with triangles (as bits) of which plain floats cannot tell whether the ray hits them: a
 /// queue in registers, its end 0 as long as there is room. To ask the rule at once would cost all
 /// lanes its full price for the few that need it, where branches are masks.
-const uint kMaxDoubts = 4u;
-uint doubt_leaves[kMaxDoubts];
-uint doubt_triangles[kMaxDoubts];
+const uint kMaxDeferred = 4u;
+uint deferred_leaves[kMaxDeferred];
+uint deferred_triangles[kMaxDeferred];
 
-bool has_room() { return doubt_triangles[kMaxDoubts - 1u] == 0u; }
+bool has_room() { return deferred_triangles[kMaxDeferred - 1u] == 0u; }
 
-void clear_doubts() {
-    [[unroll]] for (uint i = 0u; i < kMaxDoubts; ++i) doubt_triangles[i] = 0u;
+void clear_deferred() {
+    [[unroll]] for (uint i = 0u; i < kMaxDeferred; ++i) deferred_triangles[i] = 0u;
 }
 
-void note_doubts(uint leaf, uint triangles) {
+void note_uncertain(uint leaf, uint triangles) {
     bool is_any = triangles != 0u;
-    [[unroll]] for (uint i = 1u; i < kMaxDoubts; ++i) {
-        uint to = kMaxDoubts - i;
-        doubt_leaves[to] = is_any ? doubt_leaves[to - 1u] : doubt_leaves[to];
-        doubt_triangles[to] = is_any ? doubt_triangles[to - 1u] : doubt_triangles[to];
+    [[unroll]] for (uint i = 1u; i < kMaxDeferred; ++i) {
+        uint to = kMaxDeferred - i;
+        deferred_leaves[to] = is_any ? deferred_leaves[to - 1u] : deferred_leaves[to];
+        deferred_triangles[to] = is_any ? deferred_triangles[to - 1u] : deferred_triangles[to];
     }
-    doubt_leaves[0] = is_any ? leaf : doubt_leaves[0];
-    doubt_triangles[0] = is_any ? triangles : doubt_triangles[0];
+    deferred_leaves[0] = is_any ? leaf : deferred_leaves[0];
+    deferred_triangles[0] = is_any ? triangles : deferred_triangles[0];
 }
 
 uint leaf_prim(uint leaf_at, uint i) {
@@ -202,7 +202,7 @@ uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
     uint at = leaf * kLeafVec4s;
     uint count = corner_triangle_count(imageLoad(leaves, int(at)).w);
     uint inside = 0u;
-    uint doubtful = 0u;
+    uint uncertain = 0u;
     vec3 a, b, c;
     uint i = 0u;
     do {
@@ -212,7 +212,7 @@ uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
         // Of triangles that reach behind the origin the rule decides whether it takes its fast path.
         bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
         inside |= is_sure ? 1u << i : 0u;
-        doubtful |= may_be_inside(e) && !is_sure ? 1u << i : 0u;
+        uncertain |= may_be_inside(e) && !is_sure ? 1u << i : 0u;
         ++i;
     } while (i < count);
     uint steps = 2u + count;
@@ -225,33 +225,33 @@ uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
         inside &= inside - 1u;
         ++steps;
     } while (inside != 0u);
-    note_doubts(leaf, doubtful);
+    note_uncertain(leaf, uncertain);
     if (any_hit && t.best_prim != kNoPrim) t.stack_size = 0u;
     return steps + pop(t);
 }
 
-/// The rule for the triangles in doubt.
-uint settle_doubts(inout Traversal t, Ray ray, ShearedRay sheared) {
+/// The rule for the triangles uncertain.
+uint resolve_deferred(inout Traversal t, Ray ray, ShearedRay sheared) {
     uint steps = 0u;
     do {
-        uint triangles = doubt_triangles[0];
+        uint triangles = deferred_triangles[0];
         bool is_any = triangles != 0u;
         uint i = uint(findLSB(triangles)) & 15u;
-        uint at = is_any ? doubt_leaves[0] * kLeafVec4s : 0u;
-        doubt_triangles[0] = triangles & (triangles - 1u);
-        bool is_next = doubt_triangles[0] == 0u;
-        [[unroll]] for (uint k = 1u; k < kMaxDoubts; ++k) {
-            doubt_leaves[k - 1u] = is_next ? doubt_leaves[k] : doubt_leaves[k - 1u];
-            doubt_triangles[k - 1u] = is_next ? doubt_triangles[k] : doubt_triangles[k - 1u];
+        uint at = is_any ? deferred_leaves[0] * kLeafVec4s : 0u;
+        deferred_triangles[0] = triangles & (triangles - 1u);
+        bool is_next = deferred_triangles[0] == 0u;
+        [[unroll]] for (uint k = 1u; k < kMaxDeferred; ++k) {
+            deferred_leaves[k - 1u] = is_next ? deferred_leaves[k] : deferred_leaves[k - 1u];
+            deferred_triangles[k - 1u] = is_next ? deferred_triangles[k] : deferred_triangles[k - 1u];
         }
-        doubt_triangles[kMaxDoubts - 1u] = is_next ? 0u : doubt_triangles[kMaxDoubts - 1u];
+        deferred_triangles[kMaxDeferred - 1u] = is_next ? 0u : deferred_triangles[kMaxDeferred - 1u];
         vec3 a, b, c;
         leaf_triangle(at, i, a, b, c);
         TriangleHit hit;
         bool is_hit = intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
         take_hit(t, hit, leaf_prim(at, i), is_hit && is_any);
         ++steps;
-    } while (doubt_triangles[0] != 0u);
+    } while (deferred_triangles[0] != 0u);
     return steps;
 }
 
@@ -260,7 +260,7 @@ uint settle_doubts(inout Traversal t, Ray ray, ShearedRay sheared) {
 void traverse(inout Traversal t, Ray ray, bool any_hit) {
     NodeRay boxes = node_ray(slab_ray(ray.org, ray.dir));
     ShearedRay sheared = shear_ray(ray.org, ray.dir);
-    clear_doubts();
+    clear_deferred();
     uint steps = 0u;
     do {
         do {
@@ -276,7 +276,7 @@ void traverse(inout Traversal t, Ray ray, bool any_hit) {
                      steps < kSteps);
             steps += 3u;
         } while (t.current != kEmptyChild && has_room() && steps < kSteps);
-        steps += 1u + settle_doubts(t, ray, sheared);
+        steps += 1u + resolve_deferred(t, ray, sheared);
         if (any_hit && t.best_prim != kNoPrim) {
             t.current = kEmptyChild;
             t.stack_size = 0u;

@@ -53,7 +53,7 @@ TestScene two_squares() {
     return {std::move(positions), std::move(triangles)};
 }
 
-/// From the user's units of two_squares to scene space.
+/// From world space of two_squares to scene space.
 Ray in_scene(const Court& court, vec3 org, vec3 dir) { return scene_ray(court.scene, org, dir); }
 
 TEST(ExactReferee, KnowsTheWinnerOfAPlainCase) {
@@ -261,7 +261,7 @@ TEST(HitRule, IsNeverWrongOnFailureScenes) {
 
 TEST(HitRule, IsNeverWrongWhereRoundingMakesTrianglesCollinear) {
     for (const float offset : {1e4f, 1e5f, 3e5f}) {
-        std::vector<vec3> positions = torus(64, 32).user_positions();
+        std::vector<vec3> positions = torus(64, 32).world_positions();
         for (vec3& p : positions) p += vec3(offset, offset, offset);
         const TestScene scene(positions, torus(64, 32).topology().triangles);
         expect_never_wrong(scene, "torus", 20000);

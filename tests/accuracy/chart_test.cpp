@@ -7,8 +7,8 @@
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/median_tree.h"
 #include "accuracy/methods/quantised_nodes.h"
-#include "common/bvh/bvh_builder.h"
 #include "common/base/errors.h"
+#include "common/bvh/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/scene/procedural/procedural.h"
 #include "common/scene/scene_source.h"
@@ -97,11 +97,11 @@ TEST(Chart, FindsOurTracersNeverWrongOnACloth) {
     const accuracy::Judge judge(scene, scene.scene_space);
     std::vector<Hit> camera(scene.scene_space.camera_rays.size());
     std::vector<Hit> aimed(scene.scene_space.aimed_rays.size());
-    for (const accuracy::Contender& contender : accuracy::our_contenders(scene, no_vulkan)) {
-        accuracy::trace_camera(contender, scene, camera);
-        EXPECT_EQ(judge.camera(camera).wrong(), 0u) << contender.name;
-        accuracy::trace_aimed(contender, scene, aimed);
-        EXPECT_EQ(judge.aimed(aimed).wrong(), 0u) << contender.name;
+    for (const accuracy::Method& method : accuracy::our_methods(scene, no_vulkan)) {
+        accuracy::trace_camera(method, scene, camera);
+        EXPECT_EQ(judge.camera(camera).wrong(), 0u) << method.name;
+        accuracy::trace_aimed(method, scene, aimed);
+        EXPECT_EQ(judge.aimed(aimed).wrong(), 0u) << method.name;
     }
 }
 
@@ -109,14 +109,14 @@ TEST(Chart, TracesTheSameRaysInBothSpaces) {
     const accuracy::ChartInput input = cloth();
     const accuracy::ChartScene scene = accuracy::make_chart_scene(
         input.name, input.topology, input.positions, {.offset = 1e3}, 64, 500);
-    ASSERT_EQ(scene.scene_space.aimed_rays.size(), scene.user_space.aimed_rays.size());
+    ASSERT_EQ(scene.scene_space.aimed_rays.size(), scene.world_space.aimed_rays.size());
     const accuracy::ExactReferee ours(scene.topology, scene.scene_space.positions,
                                       scene.scene_space.bvh);
-    const accuracy::ExactReferee theirs(scene.topology, scene.user_space.positions,
-                                        scene.user_space.bvh);
+    const accuracy::ExactReferee theirs(scene.topology, scene.world_space.positions,
+                                        scene.world_space.bvh);
     for (std::size_t i = 0; i < scene.scene_space.aimed_rays.size(); ++i) {
         EXPECT_EQ(ours.closest(scene.scene_space.aimed_rays[i]).prim_id,
-                  theirs.closest(scene.user_space.aimed_rays[i]).prim_id);
+                  theirs.closest(scene.world_space.aimed_rays[i]).prim_id);
     }
 }
 

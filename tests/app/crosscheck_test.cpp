@@ -1,4 +1,4 @@
-// Cross-checks of scenes whose pictures are equal, and the reports about them.
+// Cross-checks of scenes whose images are equal, and the reports about them.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -47,7 +47,7 @@ void expect_well_formed(const std::string& xml) {
     EXPECT_EQ(roots, 1) << xml;
 }
 
-TEST(Crosscheck, EqualPicturesGiveZeroAndLeaveNoFolder) {
+TEST(Crosscheck, EqualImagesGiveZeroAndLeaveNoFolder) {
     TemporaryFolder folder;
     const Outcome outcome = crosscheck(folder, {});
     EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;

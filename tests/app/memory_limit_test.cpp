@@ -21,7 +21,7 @@ TEST(MemoryLimit, WorkBeyondTheAddressSpaceLimitIsRefusedWithNumbers) {
     EXPECT_TRUE(folder.names().empty());
 }
 
-TEST(MemoryLimit, PictureBeyondTheAddressSpaceLimitIsRefused) {
+TEST(MemoryLimit, ImageBeyondTheAddressSpaceLimitIsRefused) {
     TemporaryFolder folder;
     const Outcome outcome = run({"render", "builtin:cloth:500", "--backend", "cpu", "--size",
                                  "16000x16000", "--out", folder.file("out")},

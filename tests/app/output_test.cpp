@@ -88,7 +88,7 @@ TEST(Output, FullStdoutIsAnError) {
 TEST(Output, ClosedStdoutIsAnErrorAndReceivesNoOtherFile) {
     TemporaryFolder folder;
     expect_output_error(run({"info"}, {.stdout_closed = true}), "/dev/stdout: ");
-    // The table must not end in a picture that was opened as descriptor 1.
+    // The table must not end in an image that was opened as descriptor 1.
     const Outcome outcome = run(render(folder), {.stdout_closed = true});
     EXPECT_EQ(outcome.code, 5);
     for (const char* name : {"out/frame_0000.png", "out/frame_0001.png"}) {

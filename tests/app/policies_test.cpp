@@ -1,4 +1,4 @@
-// render --update and profile --policies: same pictures, reports that can be parsed.
+// render --update and profile --policies: same images, reports that can be parsed.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -27,7 +27,7 @@ std::vector<std::string> hashes_of(const Json& frames) {
     return hashes;
 }
 
-TEST(Policies, EveryUpdateGivesTheSamePictures) {
+TEST(Policies, EveryUpdateGivesTheSameImages) {
     const TemporaryFolder folder;
     std::set<std::vector<std::string>> hashes;
     for (const char* update : {"refit", "rebuild", "every:2", "auto"}) {
@@ -156,14 +156,14 @@ TEST(ProfilePolicies, WithoutGnuplotPlotIsUnavailableBeforeAnythingIsMeasured) {
     EXPECT_TRUE(folder.names().empty());
 }
 
-TEST(ProfilePolicies, PlotIsAPicture) {
+TEST(ProfilePolicies, PlotIsAnImage) {
     const TemporaryFolder folder;
     for (const char* name : {"chart.svg", "chart.png"}) {
         const Outcome outcome = run(compare({"--plot", folder.file(name)}));
         ASSERT_EQ(outcome.code, 0) << outcome.err;
-        const std::string picture = read_file(folder.file(name));
-        EXPECT_GT(picture.size(), 2000u);
-        EXPECT_NE(picture.substr(0, 300).find(name[6] == 's' ? "<svg" : "PNG"), std::string::npos);
+        const std::string image = read_file(folder.file(name));
+        EXPECT_GT(image.size(), 2000u);
+        EXPECT_NE(image.substr(0, 300).find(name[6] == 's' ? "<svg" : "PNG"), std::string::npos);
     }
 }
 

@@ -1,4 +1,4 @@
-// Pictures, frames, and what is kept when a frame fails.
+// Images, frames, and what is kept when a frame fails.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ Json render_json(const std::string& scene, const TemporaryFolder& folder,
     return Json::parse(outcome.out);
 }
 
-TEST(Render, WritesAPictureAFrameAndASheet) {
+TEST(Render, WritesAnImagePerFrameAndASheet) {
     TemporaryFolder folder;
     const Outcome outcome = render("builtin:cloth:500", folder, {"--frames", "0..2"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -114,7 +114,7 @@ TEST(Render, JsonHasWhatTheSchemaPromises) {
     EXPECT_EQ(json["frames"][1]["refit_on"], "cpu");
 }
 
-TEST(Render, PictureDoesNotDependOnTreeOrThreads) {
+TEST(Render, ImageDoesNotDependOnTreeOrThreads) {
     TemporaryFolder folder;
     const auto hashes = [&](Names more) {
         more.insert(more.end(), {"--frames", "0..12:6", "--rays", "shadow"});

@@ -25,7 +25,7 @@ void wait_for(const std::filesystem::path& file) {
 }
 
 // Every file is a whole PNG: signature first, IEND last.
-void expect_whole_pictures_only(const TemporaryFolder& folder) {
+void expect_whole_images_only(const TemporaryFolder& folder) {
     for (const std::string& name : folder.names()) {
         if (name == "out") continue;
         const std::string png = read_file(folder.path() / name);
@@ -44,7 +44,7 @@ TEST(Signals, InterruptKeepsWholeFramesOnly) {
     EXPECT_EQ(outcome.code, 130);
     EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0024.png"));
-    expect_whole_pictures_only(folder);
+    expect_whole_images_only(folder);
 }
 
 TEST(Signals, TerminateIsAnswered143) {
@@ -53,7 +53,7 @@ TEST(Signals, TerminateIsAnswered143) {
     wait_for(folder.path() / "out/frame_0000.png");
     render.send(SIGTERM);
     EXPECT_EQ(render.wait().code, 143);
-    expect_whole_pictures_only(folder);
+    expect_whole_images_only(folder);
 }
 
 TEST(Signals, InterruptOfTraceLeavesNoFile) {

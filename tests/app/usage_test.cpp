@@ -107,10 +107,10 @@ TEST(Usage, HelpTellsTheDefaultsThatDifferBetweenCommands) {
         const char* text;
     };
     for (const auto& [command, text] :
-         {Default{"render", "size of the picture in pixels (1024x1024)"},
-          Default{"probe", "size of the picture in pixels (1024x1024)"},
-          Default{"profile", "size of the picture in pixels (1024x1024)"},
-          Default{"crosscheck", "size of the picture in pixels (256x256)"},
+         {Default{"render", "size of the image in pixels (1024x1024)"},
+          Default{"probe", "size of the image in pixels (1024x1024)"},
+          Default{"profile", "size of the image in pixels (1024x1024)"},
+          Default{"crosscheck", "size of the image in pixels (256x256)"},
           Default{"render", "between whole frames (all whole ones)"},
           Default{"crosscheck", "(the first, those at a quarter and a half, the last)"},
           Default{"profile", "(the first, those at a quarter and a half, the last)"},
@@ -239,7 +239,7 @@ TEST(Usage, PointsNeedThreeNumbers) {
     }
 }
 
-TEST(Usage, PixelsMustLieInThePicture) {
+TEST(Usage, PixelsMustLieInTheImage) {
     const auto probe = [](const char* pixel) {
         return std::vector<std::string>{
             "probe", "builtin:cloth:500", "--frame", "0", "--backend", "cpu", "--size",

@@ -18,7 +18,7 @@ using namespace test;
 double hit_share(const TestScene& scene, const Bvh& bvh, ViewSpec view) {
     view.width = view.height = 100;
     const ImageParams params =
-        make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+        make_image_params(view, bounds_of(scene.world_positions()), scene.space());
     const cpu::ScalarTracer tracer(bvh);
     int hits = 0;
     for (std::uint32_t y = 0; y < view.height; ++y) {
@@ -29,10 +29,10 @@ double hit_share(const TestScene& scene, const Bvh& bvh, ViewSpec view) {
     return hits / 1e4;
 }
 
-TEST(FillView, FillsThePictureWithTheScene) {
+TEST(FillView, FillsTheImageWithTheScene) {
     for (const TestScene& scene : {icosphere(3), torus(24, 12), grid_box(4), star(4, 1)}) {
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        const UserBounds bounds = bounds_of(scene.user_positions());
+        const WorldBounds bounds = bounds_of(scene.world_positions());
         const ViewSpec view = fill_view({}, bounds, scene.space(), bvh);
         EXPECT_LT(hit_share(scene, bvh, {}), 0.8);
         // Turning the camera and other pixels shift some edge of the window.
@@ -46,7 +46,7 @@ TEST(FillView, IsAViewOfWhateverScene) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-        const UserBounds bounds = bounds_of(scene.user_positions());
+        const WorldBounds bounds = bounds_of(scene.world_positions());
         const ViewSpec view = fill_view({}, bounds, scene.space(), bvh);
         EXPECT_NO_THROW(make_image_params(view, bounds, scene.space())) << named.name;
         EXPECT_GE(view.fov, ViewSpec{}.fov / (2 * kMaxZoom)) << named.name;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint32_t kSide = 64;
 
-/// A picture that is a hit where `is_hit(x, y)`.
+/// An image that is a hit where `is_hit(x, y)`.
 template <class IsHit>
 Window window_of(IsHit is_hit) {
     std::vector<std::uint8_t> hits;
@@ -23,7 +23,7 @@ bool within(std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
     return i >= begin && i < end;
 }
 
-TEST(FindFullWindow, IsThePictureWhereAllOfItIsFull) {
+TEST(FindFullWindow, IsTheImageWhereAllOfItIsFull) {
     const Window window = window_of([](auto, auto) { return true; });
     EXPECT_EQ(window.side, kSide);
     EXPECT_EQ(window.hit_share, 1.0);
@@ -63,7 +63,7 @@ TEST(FindFullWindow, TakesTheFullestWhereNoneIsFull) {
     EXPECT_EQ(window.hit_share, 0.5);
 }
 
-TEST(FindFullWindow, IsThePictureWhereNothingIsSeen) {
+TEST(FindFullWindow, IsTheImageWhereNothingIsSeen) {
     const Window window = window_of([](auto, auto) { return false; });
     EXPECT_EQ(window.side, kSide);
     EXPECT_EQ(window.hit_share, 0.0);

@@ -27,7 +27,7 @@ TEST(ParseOptions, AddsScenesToTheBuiltInOnes) {
     EXPECT_EQ(refusal_of({"--only"}), "--only: expected a SCENE");
 }
 
-TEST(ParseOptions, FillsThePictureUnlessAnEyeOrATargetIsGiven) {
+TEST(ParseOptions, FillsTheImageUnlessAnEyeOrATargetIsGiven) {
     EXPECT_EQ(parse({}).view_kind, ViewKind::kFill);
     EXPECT_EQ(parse({"--view", "whole"}).view_kind, ViewKind::kWhole);
     EXPECT_EQ(parse({"--eye", "1,2,3"}).view_kind, ViewKind::kGiven);

@@ -31,7 +31,7 @@ protected:
             if (std::ranges::count(tracer.works, work.params.rays) == 0) continue;
             TraceAnswers answers(work);
             tracer.trace(work, answers);
-            if (tracer.in_picture_order && !work.any_hit()) to_ray_order(work, answers.hits);
+            if (tracer.in_image_order && !work.any_hit()) to_ray_order(work, answers.hits);
             EXPECT_EQ(count_differences(work, single, answers), 0u) << tracer.name;
         }
     }

@@ -85,7 +85,7 @@ TEST_F(Paper2007, SeesAllSidesFromInside) {
     view.eye = {0, 0, 0};
     view.target = {0.1, 0.2, -1};
     const TraceWork work = make_primary_work(
-        make_image_params(view, bounds_of(scene_.user_positions()), scene_.space()));
+        make_image_params(view, bounds_of(scene_.world_positions()), scene_.space()));
     const TraceAnswers answers = trace(work);
     EXPECT_EQ(count_hits(work, answers), work.active_count);
     EXPECT_LE(compare_answers(work, expected(work), answers).total(), kFew);

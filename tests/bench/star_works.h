@@ -1,4 +1,4 @@
-// The rays of a small picture of a closed mesh with many silhouettes.
+// The rays of a small image of a closed mesh with many silhouettes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ protected:
         view.ao_count = 2;
         view.light = {1.5, 2.5, 1};
         primary_ = make_primary_work(
-            make_image_params(view, bounds_of(scene_.user_positions()), scene_.space()));
+            make_image_params(view, bounds_of(scene_.world_positions()), scene_.space()));
         hits_ = reference_hits(bvh_, primary_);
     }
 

@@ -48,7 +48,7 @@ TEST_P(ClosedMeshOn, LetsNoRayOutAtJointsAndCollapsedVertices) {
                 sphere_with_joints(3, one.joints, one.collapses, one.scale, one.centre, ++seed);
             ASSERT_TRUE(is_closed(scene.topology().triangles));
             const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-            const cpu::WideTracer tracer(bvh, GetParam());
+            const cpu::SingleRayTracer tracer(bvh, GetParam());
             Random random(seed);
             const double user[3] = {one.centre.x * one.scale, one.centre.y * one.scale,
                                     one.centre.z * one.scale};
@@ -68,7 +68,7 @@ TEST_P(ClosedMeshOn, LetsNoRayOutAtJointsAndCollapsedVertices) {
 TEST_P(ClosedMeshOn, LetsNoRayOutAtJointsAfterRefits) {
     const TestScene scene = sphere_with_joints(3, 300, 0, 1, {0, 0, 0}, 7);
     Bvh bvh = build_bvh(scene.topology(), scene.positions());
-    const cpu::WideTracer tracer(bvh, GetParam());
+    const cpu::SingleRayTracer tracer(bvh, GetParam());
     Random random(8);
     std::size_t leaks = 0;
     std::vector<Hit> hits(1000);

@@ -103,7 +103,7 @@ TEST(Ties, GoToTheSmallerPrimId) {
 TEST(UnitTriangle, IsHitAtKnownTAndBarycentrics) {
     const TestScene scene({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
     const cpu::BruteTracer brute(scene.topology(), scene.positions());
-    const UserRay user{{0.25, 0.5, 2}, {0, 0, -4}, 0, INFINITY};
+    const WorldRay user{{0.25, 0.5, 2}, {0, 0, -4}, 0, INFINITY};
     const SceneRay ray = to_scene(scene.space(), user);
     const Hit hit = brute.intersect(ray.ray);
     ASSERT_EQ(hit.prim_id, 0u);
@@ -200,7 +200,7 @@ std::vector<std::uint64_t> image_hashes(Backend& backend, const TestScene& scene
         view.ao_count = 4;
         Frame frame;
         backend.trace_image(
-            make_image_params(view, bounds_of(scene.user_positions()), scene.space()), frame);
+            make_image_params(view, bounds_of(scene.world_positions()), scene.space()), frame);
         hashes.push_back(hits_hash(frame));
         hashes.push_back(image_hash(frame));
     }
@@ -265,7 +265,7 @@ TEST(ShadowImage, OfAFloorUnderAPlateIsDarkWhereTheProjectionSays) {
     view.width = view.height = 64;
     view.rays = kRaysShadow;
     Frame frame;
-    backend->trace_image(make_image_params(view, bounds_of(scene.user_positions()), scene.space()),
+    backend->trace_image(make_image_params(view, bounds_of(scene.world_positions()), scene.space()),
                          frame);
     for (const std::uint32_t occluded : frame.occlusion) EXPECT_EQ(occluded, 0u);
     view.eye = Point{0, 0.5, 0};  // between floor and plate, looking down
@@ -273,7 +273,7 @@ TEST(ShadowImage, OfAFloorUnderAPlateIsDarkWhereTheProjectionSays) {
     view.light = Point{0, 3, 0};
     view.fov = 150;
     const ImageParams params =
-        make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+        make_image_params(view, bounds_of(scene.world_positions()), scene.space());
     backend->trace_image(params, frame);
     std::size_t dark = 0;
     for (std::uint32_t y = 0; y < 64; ++y) {
@@ -281,7 +281,7 @@ TEST(ShadowImage, OfAFloorUnderAPlateIsDarkWhereTheProjectionSays) {
             const std::size_t pixel = std::size_t{y} * 64 + x;
             if (frame.hits[pixel].prim_id == kNoPrim) continue;
             const Ray ray = camera_ray(params.camera, x, y);
-            const vec3 p = scene.space().to_user(ray.org + ray.dir * frame.hits[pixel].t);
+            const vec3 p = scene.space().to_world(ray.org + ray.dir * frame.hits[pixel].t);
             const double r = std::max(std::abs(p.x), std::abs(p.z));
             if (std::abs(r - 1.5) < 1e-3) continue;
             EXPECT_EQ(frame.occlusion[pixel], r < 1.5 ? 1u : 0u) << p.x << " " << p.z;

@@ -25,7 +25,7 @@ INSTANTIATE_TEST_SUITE_P(Targets, WatertightOn, testing::ValuesIn(cpu::supported
 TEST_P(WatertightOn, LetsNoRayOutAfterAThousandRefits) {
     const TestScene scene = icosphere(3);
     Bvh bvh = build_bvh(scene.topology(), scene.positions());
-    const cpu::WideTracer tracer(bvh, GetParam());
+    const cpu::SingleRayTracer tracer(bvh, GetParam());
     Random random(21);
     std::vector<Hit> hits(1000);
     std::vector<std::uint8_t> occluded(hits.size());
@@ -67,7 +67,7 @@ TEST(Watertight, SeesTheFarSideFromVerticesAndFaces) {
     }
 }
 
-/// Calls visit(surface, prim_id) for what the pixels of a picture see.
+/// Calls visit(surface, prim_id) for what the pixels of an image see.
 template <class Visit>
 void for_each_surface(const Topology& topology, std::span<const vec3> positions, const Bvh& bvh,
                       const ImageParams& params, Visit visit) {
@@ -114,7 +114,7 @@ TEST(ShadowRay, LeavesAConvexSurfaceInTheLight) {
         ViewSpec view;
         view.width = view.height = 192;
         const ImageParams params =
-            make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+            make_image_params(view, bounds_of(scene.world_positions()), scene.space());
         for_each_surface(scene.topology(), scene.positions(), bvh, params,
                          [&](const Surface& surface, std::uint32_t) {
                              if (!faces_light(surface, params.light)) return;
@@ -130,7 +130,7 @@ TEST(ShadowImage, IsTheScalarOneForLightsOnVerticesOnFacesAndBehind) {
     const auto scalar = cpu::make_scalar_backend();
     best->set_scene(scene.topology(), scene.positions(), bvh);
     scalar->set_scene(scene.topology(), scene.positions(), bvh);
-    const std::vector<vec3>& p = scene.user_positions();
+    const std::vector<vec3>& p = scene.world_positions();
     const uvec3 t = scene.topology().triangles[100];
     ViewSpec view;
     view.width = view.height = 96;

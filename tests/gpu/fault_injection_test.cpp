@@ -144,8 +144,8 @@ TEST(FaultInjection, ABackendWhoseSceneDidNotFitCanTakeAnother) {
                             [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
 }
 
-/// An update and a picture by packets, with a failure at each call in turn; afterwards the same
-/// picture comes out whole.
+/// An update and an image by packets, with a failure at each call in turn; afterwards the same
+/// image comes out whole.
 void fail_each_call_of_a_frame(bool force_staging) {
     Faults faults;
     const FaultyLoader loader(faults);

@@ -1,4 +1,4 @@
-// An update and its picture are one submission, and the next pose can be handed over meanwhile.
+// An update and its image are one submission, and the next pose can be handed over meanwhile.
 #include <gtest/gtest.h>
 
 #include "common/base/errors.h"
@@ -31,30 +31,30 @@ struct Hashes {
 Hashes hashes(const Frame& frame) { return {hits_hash(frame), image_hash(frame)}; }
 
 std::vector<Hashes> one_by_one(Backend& backend, const TestScene& scene, const ImageParams& view) {
-    std::vector<Hashes> pictures;
+    std::vector<Hashes> images;
     for (int i = 0; i < kPoses; ++i) {
         backend.refit(pose(scene, i));
         Frame frame;
         backend.trace_image(view, frame);
-        pictures.push_back(hashes(frame));
+        images.push_back(hashes(frame));
     }
-    return pictures;
+    return images;
 }
 
 std::vector<Hashes> overlapping(Backend& backend, const TestScene& scene, const ImageParams& view) {
     Frame frames[2];
-    std::vector<Hashes> pictures;
+    std::vector<Hashes> images;
     for (int i = 0; i < kPoses; ++i) {
         backend.refit(pose(scene, i));
         backend.begin_image(view, frames[i % 2]);
-        if (i > 0) pictures.push_back(hashes(frames[(i + 1) % 2]));
+        if (i > 0) images.push_back(hashes(frames[(i + 1) % 2]));
     }
     backend.finish();
-    pictures.push_back(hashes(frames[(kPoses + 1) % 2]));
-    return pictures;
+    images.push_back(hashes(frames[(kPoses + 1) % 2]));
+    return images;
 }
 
-TEST(InFlight, PicturesOfPosesHandedOverMeanwhileAreThoseOfTheCpu) {
+TEST(InFlight, ImagesOfPosesHandedOverMeanwhileAreThoseOfTheCpu) {
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
     const TestScene scene = torus(64, 32);
     const Bvh bvh = build_bvh(scene.topology, scene.positions);
@@ -78,7 +78,7 @@ TEST(InFlight, PicturesOfPosesHandedOverMeanwhileAreThoseOfTheCpu) {
     }
 }
 
-TEST(InFlight, UpdateAndPictureAreOneSubmissionWithItsTimes) {
+TEST(InFlight, UpdateAndImageAreOneSubmissionWithItsTimes) {
     for (const bool force_staging : {false, true}) {
         Faults faults;
         faults.counts = [](std::string_view name) { return name == "vkQueueSubmit"; };
@@ -137,7 +137,7 @@ TEST(InFlight, ARefitThatFailsIsMadeUpForByTheNext) {
     }
 }
 
-TEST(InFlight, ABackendCanEndBeforeItsPictureDoes) {
+TEST(InFlight, ABackendCanEndBeforeItsImageDoes) {
     const std::unique_ptr<Backend> vulkan =
         gpu::make_vulkan_backend({.device = "", .validate = true});
     const TestScene scene = torus(64, 32);

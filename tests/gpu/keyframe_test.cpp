@@ -61,7 +61,7 @@ TEST(KeyframesOnVulkan, GiveTheBytesOfTheHostForEveryKindOfScene) {
     }
 }
 
-TEST(KeyframesOnVulkan, GivePicturesOfTheHost) {
+TEST(KeyframesOnVulkan, GiveImagesOfTheHost) {
     const TestScene scene = torus(32, 16);
     const auto frames = swaying(scene);
     const Bvh built = build_bvh(frames->topology(), frames->positions(0));
@@ -167,7 +167,7 @@ TEST(KeyframesOnVulkan, AreLeftToTheHostWhereTheyDoNotFit) {
     EXPECT_FALSE(interpolates({.force_staging = true, .loader = loader.get()}, *frames));
 }
 
-TEST(KeyframesOnVulkan, UpdateAndPictureAreOneSubmissionThatNothingWaitsFor) {
+TEST(KeyframesOnVulkan, UpdateAndImageAreOneSubmissionThatNothingWaitsFor) {
     Faults faults;
     faults.counts = [](std::string_view name) { return name == "vkQueueSubmit"; };
     const FaultyLoader loader(faults);
@@ -192,7 +192,7 @@ TEST(KeyframesOnVulkan, UpdateAndPictureAreOneSubmissionThatNothingWaitsFor) {
     EXPECT_GT(vulkan->times().refit_ms, 0);
 }
 
-TEST(KeyframesOnVulkan, PicturesOfPosesHandedOverMeanwhileAreThoseOfTheCpu) {
+TEST(KeyframesOnVulkan, ImagesOfPosesHandedOverMeanwhileAreThoseOfTheCpu) {
     const TestScene scene = torus(48, 24);
     const auto frames = swaying(scene);
     const Bvh built = build_bvh(frames->topology(), frames->positions(0));
@@ -201,14 +201,14 @@ TEST(KeyframesOnVulkan, PicturesOfPosesHandedOverMeanwhileAreThoseOfTheCpu) {
     for (const bool force_staging : {false, true}) {
         const auto vulkan = device(force_staging);
         vulkan->set_scene(frames->topology(), frames->positions(0), built);
-        Frame pictures[2];
+        Frame images[2];
         const ImageParams params = view(64, 48, kRaysShadow);
-        const auto expect_picture = [&](std::size_t i) {
+        const auto expect_image = [&](std::size_t i) {
             Frame expected;
             cpu->refit(frames->positions(kFrames[i]));
             cpu->trace_image(params, expected);
-            EXPECT_EQ(hits_hash(pictures[i % 2]), hits_hash(expected)) << kFrames[i];
-            EXPECT_EQ(image_hash(pictures[i % 2]), image_hash(expected)) << kFrames[i];
+            EXPECT_EQ(hits_hash(images[i % 2]), hits_hash(expected)) << kFrames[i];
+            EXPECT_EQ(image_hash(images[i % 2]), image_hash(expected)) << kFrames[i];
         };
         for (std::size_t i = 0; i < std::size(kFrames); ++i) {
             // Every fifth as positions.
@@ -218,11 +218,11 @@ TEST(KeyframesOnVulkan, PicturesOfPosesHandedOverMeanwhileAreThoseOfTheCpu) {
             } else {
                 vulkan->refit_to(pose);
             }
-            vulkan->begin_image(params, pictures[i % 2]);
-            if (i > 0) expect_picture(i - 1);
+            vulkan->begin_image(params, images[i % 2]);
+            if (i > 0) expect_image(i - 1);
         }
         vulkan->finish();
-        expect_picture(std::size(kFrames) - 1);
+        expect_image(std::size(kFrames) - 1);
     }
 }
 
@@ -235,12 +235,12 @@ std::vector<std::string> steps(KeyframeScene& frames, Backend& tracer, const std
         Pose pose = frames.pose(frame);
         if (updater.needs_positions()) pose.positions();
         updater.update(pose);
-        Frame picture;
-        tracer.trace_image(view(32, 24, kRaysPrimary), picture);
+        Frame image;
+        tracer.trace_image(view(32, 24, kRaysPrimary), image);
         updater.frame_done();
         taken.push_back(name_of(updater.last().step) + (' ' + updater.last().reason) + ' ' +
                         std::to_string(bvh_hash(updater.tree())) + ' ' +
-                        std::to_string(hits_hash(picture)));
+                        std::to_string(hits_hash(image)));
     }
     return taken;
 }
@@ -254,7 +254,7 @@ TEST(KeyframesOnVulkan, TakeTheStepsOfTheCpuUnderEveryPolicy) {
         EXPECT_EQ(steps(*frames, *vulkan, policy), steps(*frames, *cpu, policy)) << policy;
 }
 
-/// Updates and pictures, with a failure at each call in turn; afterwards the last picture comes out
+/// Updates and images, with a failure at each call in turn; afterwards the last image comes out
 /// whole.
 void fail_each_call(bool force_staging, bool with_new_scene) {
     Faults faults;
@@ -283,17 +283,17 @@ void fail_each_call(bool force_staging, bool with_new_scene) {
         faults.fail_at = faults.call_count + k;
         has_failed = false;
         bool was_told = false;
-        Frame picture;
+        Frame image;
         Pose last = frames->pose(2.5);
         try {
             for (const double frame : {0.5, 1.5, 0.25}) {
                 Pose pose = frames->pose(frame);
                 vulkan->refit_to(pose);
-                vulkan->begin_image(params, picture);
+                vulkan->begin_image(params, image);
             }
             vulkan->refit_to(last);
             was_told = true;
-            vulkan->trace_image(params, picture);
+            vulkan->trace_image(params, image);
         } catch (const Error&) {
             has_failed = true;
         }

@@ -54,8 +54,8 @@ TEST(OnePicture, ImagesWithoutPacketsEqualBruteForce) {
     expect_same_images(*device(tuning), 61, 43);
 }
 
-// Several packets side by side and above each other, runs of them that end within the picture, and
-// rays that few of their packet share a surface with. Shadow packets are high in the large picture
+// Several packets side by side and above each other, runs of them that end within the image, and
+// rays that few of their packet share a surface with. Shadow packets are high in the large image
 // and low in the small one, which has fewer pixels than there are triangles.
 TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = device();

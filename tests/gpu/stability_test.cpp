@@ -1,4 +1,4 @@
-// The picture of a clip does not depend on how its tree followed it: the device.
+// The image of a clip does not depend on how its tree followed it: the device.
 #include <gtest/gtest.h>
 
 #include "common/base/errors.h"

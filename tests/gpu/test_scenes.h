@@ -28,7 +28,7 @@ TestScene coincident(std::uint32_t count);
 /// certain of.
 TestScene layers(std::uint32_t pairs, std::uint32_t seed);
 /// A floor, and on it a wall of strips with gaps between them, so narrow against the distance that
-/// plain floats are often in doubt whether a ray goes through one.
+/// plain floats are often uncertain whether a ray goes through one.
 TestScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed);
 /// All of the above but the last two.
 std::vector<TestScene> test_scenes();

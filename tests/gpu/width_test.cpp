@@ -12,7 +12,7 @@
 namespace morphray::test {
 namespace {
 
-TEST(VectorWidth, DoesNotChangeThePicture) {
+TEST(VectorWidth, DoesNotChangeTheImage) {
     // Where there are more lanes, several packets share them.
     gpu::Tuning narrow;
     narrow.most_packet_lanes = 4;

@@ -32,7 +32,7 @@ TestScene sphere_with_joints(int levels, std::uint32_t joints, std::uint32_t col
                              double scale, const vec3& centre, std::uint64_t seed) {
     Random random(seed);
     const TestScene sphere = icosphere(levels);
-    OpenMesh mesh{sphere.user_positions(), sphere.topology().triangles};
+    OpenMesh mesh{sphere.world_positions(), sphere.topology().triangles};
     for (std::uint32_t n = 0; n < joints; ++n) {
         const std::uint32_t i = random.below(static_cast<std::uint32_t>(mesh.triangles.size()));
         add_joint(mesh, i, static_cast<int>(random.below(3)), random);

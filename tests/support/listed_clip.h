@@ -20,7 +20,7 @@ public:
         : topology_(std::move(topology)), keyframes_(std::move(keyframes)) {
         topology_.vertex_count = static_cast<std::uint32_t>(keyframes_.front().size());
         for (const std::vector<vec3>& keyframe : keyframes_) {
-            const UserBounds bounds = bounds_of(keyframe);
+            const WorldBounds bounds = bounds_of(keyframe);
             if (!bounds.empty()) bounds_.extend(bounds.lower, bounds.upper);
         }
     }
@@ -28,7 +28,7 @@ public:
     const Topology& topology() const override { return topology_; }
     double first_frame() const override { return 0; }
     double last_frame() const override { return static_cast<double>(keyframes_.size() - 1); }
-    UserBounds bounds() const override { return bounds_; }
+    WorldBounds bounds() const override { return bounds_; }
     const std::string& name() const override { return name_; }
 
     void positions(double frame, std::span<vec3> out) const override {
@@ -53,7 +53,7 @@ private:
     std::string name_ = "listed";
     Topology topology_;
     std::vector<std::vector<vec3>> keyframes_;
-    UserBounds bounds_;
+    WorldBounds bounds_;
 };
 
 }  // namespace morphray::test

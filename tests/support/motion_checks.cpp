@@ -56,7 +56,7 @@ void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& 
     const std::vector<vec3>& start = motion.poses[motion.build_at];
     brute.set_scene(motion.topology, start, build_bvh(motion.topology, start));
     for (const char* policy : {"refit", "rebuild", "every:3", "auto"}) {
-        // A budget that sends some builds behind.
+        // A budget that sends some builds in the background.
         const UpdateConfig config{.deterministic = true, .budget = 0.02};
         TreeUpdater updater(motion.topology, start, tracer, nullptr,
                             make_update_policy(policy, config), {}, config);

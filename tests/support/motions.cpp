@@ -41,11 +41,11 @@ Motion of_scene(const std::string& name, const TestScene& scene, std::size_t cou
                 const Move& move) {
     std::vector<std::vector<vec3>> user;
     for (std::size_t pose = 0; pose < count; ++pose) {
-        std::vector<vec3>& positions = user.emplace_back(scene.user_positions());
+        std::vector<vec3>& positions = user.emplace_back(scene.world_positions());
         for (std::size_t i = 0; i < positions.size(); ++i)
             positions[i] = move(pose, i, positions[i]);
     }
-    UserBounds bounds;
+    WorldBounds bounds;
     for (int axis = 0; axis < 3; ++axis) {
         bounds.lower[axis] = -8;
         bounds.upper[axis] = 8;

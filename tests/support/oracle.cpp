@@ -86,7 +86,7 @@ Crossing cross_triangle(const Ray& ray, vec3 a, vec3 b, vec3 c) {
 
 OracleHit oracle_intersect(const TestScene& scene, const Ray& ray) {
     OracleHit best;
-    Real nearest_doubt = INFINITY;
+    Real nearest_deferred = INFINITY;
     Real second = INFINITY;
     for (std::uint32_t i = 0; i < scene.triangle_count(); ++i) {
         const uvec3 t = scene.topology().triangles[i];
@@ -99,7 +99,7 @@ OracleHit oracle_intersect(const TestScene& scene, const Ray& ray) {
         const bool at_end =
             std::abs(crossing.t - ray.tfar) <= 1e-6L * ray.tfar || std::abs(crossing.t) <= 1e-3L;
         if ((crossing.grazing || (crossing.inside && at_end)) && crossing.t > -1) {
-            nearest_doubt = std::min(nearest_doubt, crossing.t);
+            nearest_deferred = std::min(nearest_deferred, crossing.t);
         }
         if (!crossing.inside || !in_range) continue;
         if (!best.hit || crossing.t < best.t) {
@@ -109,9 +109,9 @@ OracleHit oracle_intersect(const TestScene& scene, const Ray& ray) {
             second = std::min(second, crossing.t);
         }
     }
-    best.ambiguous = nearest_doubt <= (best.hit ? best.t * (1 + 1e-6L) : INFINITY) ||
+    best.ambiguous = nearest_deferred <= (best.hit ? best.t * (1 + 1e-6L) : INFINITY) ||
                      (best.hit && second <= best.t * (1 + 1e-6L));
-    if (std::isinf(nearest_doubt) && !best.hit) best.ambiguous = false;
+    if (std::isinf(nearest_deferred) && !best.hit) best.ambiguous = false;
     return best;
 }
 

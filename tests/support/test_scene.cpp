@@ -274,7 +274,7 @@ std::vector<NamedScene> adversarial_scenes() {
 }
 
 Ray scene_ray(const TestScene& scene, vec3 org, vec3 dir, double tnear, double tfar) {
-    const UserRay user{{org.x, org.y, org.z}, {dir.x, dir.y, dir.z}, tnear, tfar};
+    const WorldRay user{{org.x, org.y, org.z}, {dir.x, dir.y, dir.z}, tnear, tfar};
     return to_scene(scene.space(), user).ray;
 }
 

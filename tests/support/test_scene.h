@@ -41,14 +41,14 @@ private:
     std::uint64_t state_;
 };
 
-/// A mesh in the user's units and in scene space.
+/// A mesh in world space and in scene space.
 class TestScene {
 public:
     TestScene(std::vector<vec3> positions, std::vector<uvec3> triangles);
 
     const Topology& topology() const { return topology_; }
     const SceneSpace& space() const { return space_; }
-    const std::vector<vec3>& user_positions() const { return user_; }
+    const std::vector<vec3>& world_positions() const { return user_; }
     const std::vector<vec3>& positions() const { return scene_; }
     std::size_t triangle_count() const { return topology_.triangles.size(); }
 

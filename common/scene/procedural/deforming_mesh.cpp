@@ -23,10 +23,10 @@ void move_in_parallel(const DeformingMesh& mesh, double frame, std::span<vec3> o
                       });
 }
 
-UserBounds bounds_in_parallel(std::span<const vec3> points) {
+WorldBounds bounds_in_parallel(std::span<const vec3> points) {
     return tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(0, points.size(), kGrain), UserBounds{},
-        [&](const tbb::blocked_range<std::size_t>& block, UserBounds bounds) {
+        tbb::blocked_range<std::size_t>(0, points.size(), kGrain), WorldBounds{},
+        [&](const tbb::blocked_range<std::size_t>& block, WorldBounds bounds) {
             vec3 lower = points[block.begin()];
             vec3 upper = lower;
             for (std::size_t i = block.begin(); i < block.end(); ++i) {
@@ -40,18 +40,18 @@ UserBounds bounds_in_parallel(std::span<const vec3> points) {
             bounds.extend(block_lower, block_upper);
             return bounds;
         },
-        [](UserBounds a, const UserBounds& b) {
+        [](WorldBounds a, const WorldBounds& b) {
             if (!b.empty()) a.extend(b.lower, b.upper);
             return a;
         });
 }
 
-UserBounds bounds_over_clip(const DeformingMesh& mesh) {
-    UserBounds bounds;
+WorldBounds bounds_over_clip(const DeformingMesh& mesh) {
+    WorldBounds bounds;
     std::vector<vec3> positions(mesh.topology.vertex_count);
     for (double frame = 0; frame <= mesh.last_frame; ++frame) {
         move_in_parallel(mesh, frame, positions);
-        const UserBounds at_frame = bounds_in_parallel(positions);
+        const WorldBounds at_frame = bounds_in_parallel(positions);
         if (!at_frame.empty()) bounds.extend(at_frame.lower, at_frame.upper);
     }
     double largest = 0;
@@ -79,13 +79,13 @@ public:
         assert(out.size() == mesh_.topology.vertex_count);
         move_in_parallel(mesh_, std::clamp(frame, 0.0, mesh_.last_frame), out);
     }
-    UserBounds bounds() const override { return bounds_; }
+    WorldBounds bounds() const override { return bounds_; }
     const std::string& name() const override { return name_; }
 
 private:
     std::string name_;
     DeformingMesh mesh_;
-    UserBounds bounds_;
+    WorldBounds bounds_;
 };
 
 }  // namespace

@@ -53,7 +53,7 @@ glm::dvec3 on_orbit(std::uint32_t ball, double frame) {
 }
 
 /// Where a ball stands until the next time that all leap at once: uniform in the unit ball.
-glm::dvec3 after_leaps(std::uint32_t ball, double frame) {
+glm::dvec3 after_jumps(std::uint32_t ball, double frame) {
     constexpr double kFramesAtRest = 3;
     const auto draw = 8 + 5 * static_cast<std::uint64_t>(std::floor(frame / kFramesAtRest));
     // The largest of three is spread like a cube root.
@@ -107,7 +107,7 @@ DeformingMesh make_orbits(std::uint64_t triangles) {
 }
 
 DeformingMesh make_teleport(std::uint64_t triangles) {
-    return make_moving_balls(triangles, after_leaps, 0);
+    return make_moving_balls(triangles, after_jumps, 0);
 }
 
 DeformingMesh make_swing(std::uint64_t triangles) {

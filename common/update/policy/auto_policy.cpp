@@ -20,7 +20,7 @@ constexpr double kMostLoss = 0.2;
 // cost its square root (measured: 0.25 of its logarithm in packets, 0.9 on a device whose packets
 // fall apart, a shuffled torus, where the one frame that was traced nevertheless took 300 times as
 // long as the next).
-constexpr double kLeap = 8;
+constexpr double kJump = 8;
 
 // Whatever the budget: a tree that is older when it is shown is no better than the one before.
 constexpr double kMostBuildFrames = 64;
@@ -38,9 +38,9 @@ constexpr double kNextRestructureCost = 0.5;
 constexpr double kHelpful = 0.3;
 constexpr int kLongestWait = 64;
 
-// A build was measured once, perhaps when all was cold or busy. Each one that goes on behind makes
-// its price this much less certain, down to a part of what was measured, so that a build which is
-// hardly over the budget is tried in a frame again.
+// A build was measured once, perhaps when all was cold or busy. Each one that runs in the
+// background makes its price this much less certain, down to a part of what was measured, so that a
+// build which is hardly over the budget is tried in a frame again.
 constexpr double kFading = 0.9;
 constexpr double kFaded = 0.7;
 
@@ -77,8 +77,8 @@ bool AutoPolicy::restructuring_is_due(double cost_ratio) const {
 
 void AutoPolicy::judge_restructuring(double cost_ratio) {
     const bool helped = asked_ratio_ - cost_ratio >= kHelpful * (asked_ratio_ - 1);
-    distrust_ = helped ? distrust_ / 2 : std::clamp(2 * distrust_, 1, kLongestWait);
-    wait_ = helped ? 0 : distrust_;
+    backoff_ = helped ? backoff_ / 2 : std::clamp(2 * backoff_, 1, kLongestWait);
+    wait_ = helped ? 0 : backoff_;
     floor_ratio_ = cost_ratio;
 }
 
@@ -100,19 +100,19 @@ UpdateDecision AutoPolicy::rebuild_when_due(const RefittedTree& tree) const {
     const double now = residual(tree.cost_ratio);
     const double price = build_price();
     const std::string known =
-        facts(tree.cost_ratio) + fmt::format(", {:.2f} of a build lost, patience {}",
-                                             builds_.lost() / price, builds_.patience());
-    const bool leapt = tree.cost_ratio > kLeap * last_ratio_;
-    if (now > price || (leapt && std::sqrt(tree.cost_ratio) - 1 > price))
+        facts(tree.cost_ratio) + fmt::format(", {:.2f} of a build lost, backoff {}",
+                                             builds_.lost() / price, builds_.backoff());
+    const bool jumped = tree.cost_ratio > kJump * last_ratio_;
+    if (now > price || (jumped && std::sqrt(tree.cost_ratio) - 1 > price))
         return {UpdateStep::kRebuild, "a jump: " + known};
     if (tree.new_tree) return {UpdateStep::kRefit, "a new tree: " + known};
-    if (tree.build_pending) return {UpdateStep::kRefit, "a build goes on behind: " + known};
+    if (tree.build_pending) return {UpdateStep::kRefit, "a build runs in the background: " + known};
     const bool is_due = builds_.is_due(now, price);
     if (build_cost_ <= budget()) {
         if (now > kMostLoss) return {UpdateStep::kRebuild, "too slow: " + known};
         if (is_due) return {UpdateStep::kRebuild, "due: " + known};
     } else if (is_due || will_lose_most(tree.cost_ratio)) {
-        return {UpdateStep::kRebuildBehind,
+        return {UpdateStep::kRebuildInBackground,
                 (is_due ? "due, and over the budget: " : "soon too slow: ") + known,
                 static_cast<std::uint32_t>(build_frames())};
     }

@@ -1,4 +1,4 @@
-// The policy that weighs what a rotten tree costs against a new one.
+// The policy that weighs what a degraded tree costs against a new one.
 #pragma once
 
 #include <array>
@@ -9,16 +9,16 @@
 
 namespace morphray {
 
-/// Refits, restructures what is rotten when that pays, and rebuilds when what restructuring cannot
-/// cure has cost a build (LossAccount, one for each remedy). A frame that would lose more than a
-/// remedy's price by itself is a *jump* and gets it at once. Other builds that would take more than
-/// the budget go on behind while refitted frames are shown.
+/// Refits, restructures what is degraded when that pays, and rebuilds when what restructuring
+/// cannot cure has cost a build (LossAccount, one for each remedy). A frame that would lose more
+/// than a remedy's price by itself is a *jump* and gets it at once. Other builds that would take
+/// more than the budget run in the background while refitted frames are shown.
 ///
 /// Whatever the accounts say, a frame that would lose more than a fifth (kMostLoss) gets a remedy,
-/// and a build behind begins so early that its tree is there before such a frame, as far as the
-/// last frame's rot tells.
+/// and a build in the background begins so early that its tree is there before such a frame, as far
+/// as the last frame's degradation tells.
 ///
-/// Losses are not seen in times, which change with the picture. They are what the cost ratio
+/// Losses are not seen in times, which change with the image. They are what the cost ratio
 /// explains (SlowdownModel), in units of the time that a sound tree would take.
 class AutoPolicy final : public UpdatePolicy {
 public:
@@ -43,7 +43,7 @@ private:
     double restructure_cost() const;
     /// Refit and trace of a frame may take so much longer for a build.
     double budget() const;
-    /// The frames that a build behind is taken to last.
+    /// The frames that a build in the background is taken to last.
     double build_frames() const;
     bool restructuring_is_due(double cost_ratio) const;
     void judge_restructuring(double cost_ratio);
@@ -69,19 +69,19 @@ private:
     std::size_t traces_ = 0;
     /// Of the last frame: refit and trace.
     double frame_cost_ = 0;
-    /// Of the last frame that no build behind disturbed.
+    /// Of the last frame that no build in the background disturbed.
     double trace_ = 0;
     double cost_ratio_ = 1;
     /// Of the last frame.
     double last_ratio_ = 1;
-    /// Of the tree in use, in its first frame; above 1 if it was built behind.
+    /// Of the tree in use, in its first frame; above 1 if it was built in the background.
     double first_ratio_ = 1;
     /// Right after the last build or restructuring: what that could not cure.
     double floor_ratio_ = 1;
     /// When the restructuring was decided that is to be judged next.
     double asked_ratio_ = 1;
     /// After restructurings that did not help: frames to wait, each time twice as long.
-    int distrust_ = 0;
+    int backoff_ = 0;
     int wait_ = 0;
 };
 

@@ -6,7 +6,7 @@ namespace morphray {
 namespace {
 
 // A scene that changes its ways is noticed after so many times the price.
-constexpr double kMostPatience = 16;
+constexpr double kMaxBackoff = 16;
 
 }  // namespace
 
@@ -14,7 +14,7 @@ bool LossAccount::is_due(double loss, double price) const {
     if (loss <= 0) return false;
     // In whole frames, both rules count half of the frame to come.
     const double lost = lost_ + loss / 2;
-    const double threshold = patience_ * price;
+    const double threshold = backoff_ * price;
     return (frames_ + 1) * loss - lost >= threshold || lost >= threshold;
 }
 
@@ -28,7 +28,7 @@ void LossAccount::add(double loss) {
 void LossAccount::start_over(double price) {
     if (loss_before_ > 0) {
         const bool paid = saved_ >= price / 2;
-        patience_ = std::clamp(paid ? patience_ / 2 : patience_ * 2, 1.0, kMostPatience);
+        backoff_ = std::clamp(paid ? backoff_ / 2 : backoff_ * 2, 1.0, kMaxBackoff);
     }
     loss_before_ = last_loss_;
     frames_ = lost_ = saved_ = 0;

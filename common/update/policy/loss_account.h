@@ -11,12 +11,13 @@ namespace morphray {
 ///   of a frame, (P + x_1 + ... + x_K) / K, is least where the loss has grown to that mean (the
 ///   economic life of equipment: J. Taylor. A statistical theory of depreciation. 1923). A loss
 ///   that was there at once and does not grow is never due: a new tree would soon be as bad.
-/// - *Overdue*: x_1 + ... + x_K >= P. In case the next tree does not rot like this one: whatever
+/// - *Overdue*: x_1 + ... + x_K >= P. In case the next tree does not degrade like this one:
+/// whatever
 ///   comes, this pays at most twice what hindsight would (ski rental: R. Karp. On-line algorithms
 ///   versus off-line algorithms. 1992).
 ///
 /// For losses that grow evenly both say the same. A remedy that has not saved half its price by the
-/// time of the next one doubles the patience, a factor before P; one that has halves it, down to 1.
+/// time of the next one doubles the backoff, a factor before P; one that has halves it, down to 1.
 /// That, and the memory of all losses since, is the hysteresis.
 class LossAccount {
 public:
@@ -27,7 +28,7 @@ public:
     void start_over(double price);
 
     double lost() const { return lost_; }
-    double patience() const { return patience_; }
+    double backoff() const { return backoff_; }
 
 private:
     double frames_ = 0;
@@ -36,7 +37,7 @@ private:
     /// What a frame lost before the last remedy, and what that has saved by this measure.
     double loss_before_ = 0;
     double saved_ = 0;
-    double patience_ = 1;
+    double backoff_ = 1;
 };
 
 }  // namespace morphray

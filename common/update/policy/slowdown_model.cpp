@@ -14,8 +14,8 @@ constexpr double kMemory = 0.8;
 // A time that was disturbed must not teach that a tree gets faster as it rots, or slower than its
 // own cost says.
 constexpr double kMostExponent = 1.25;
-// How far the watched frames may outweigh the guess: it has to stay above 0, or a tree whose rot is
-// hidden by a picture that becomes easier would never be tried.
+// How far the watched frames may outweigh the guess: it has to stay above 0, or a tree whose
+// degradation is hidden by an image that becomes easier would never be tried.
 constexpr double kMostWatched = 2 * kFirstWeight;
 
 }  // namespace

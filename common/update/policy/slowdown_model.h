@@ -1,4 +1,4 @@
-// What a rotten tree costs in tracing, learned from the trees that replaced rotten ones.
+// What a degraded tree costs in tracing, learned from the trees that replaced degraded ones.
 #pragma once
 
 namespace morphray {
@@ -22,7 +22,7 @@ public:
     /// it: a time of 0, or a ratio that fell by nothing or from infinity.
     void learn(double ratio_before, double trace_before, double ratio_after, double trace_after);
 
-    /// A frame of the tree that is in use. Weaker evidence: what the picture shows changes, too.
+    /// A frame of the tree that is in use. Weaker evidence: what the image shows changes, too.
     void watch(double cost_ratio, double trace);
     /// The next watch() is of a new tree.
     void forget_watched() { first_trace_ = 0; }

@@ -11,17 +11,18 @@ namespace morphray {
 
 enum class UpdateStep {
     kRefit,
-    kRestructure,    // what is rotten, in this frame (common/update/restructure.h)
-    kRebuild,        // in this frame, before it is traced
-    kRebuildBehind,  // refit this frame; meanwhile a build at its pose goes on, for a later one
+    kRestructure,          // what is degraded, in this frame (common/update/restructure.h)
+    kRebuild,              // in this frame, before it is traced
+    kRebuildInBackground,  // refit this frame; meanwhile a build at its pose goes on, for a later
+                           // one
 };
 
 /// What to do, and why: a clause for people, such as "the slow-down has cost a build".
 struct UpdateDecision {
     UpdateStep step = UpdateStep::kRefit;
     std::string reason;
-    /// Of kRebuildBehind: the frames that the build may take. One whose decisions must not depend
-    /// on clocks takes exactly that many.
+    /// Of kRebuildInBackground: the frames that the build may take. One whose decisions must not
+    /// depend on clocks takes exactly that many.
     std::uint32_t build_frames = 0;
 };
 
@@ -29,9 +30,9 @@ struct UpdateDecision {
 struct RefittedTree {
     /// cost_ratio() since its build.
     double cost_ratio = 1;
-    /// Whether a build goes on behind already; another cannot be begun.
+    /// Whether a build runs in the background already; another cannot be begun.
     bool build_pending = false;
-    /// Whether it is in use for the first time, having been built behind.
+    /// Whether it is in use for the first time, having been built in the background.
     bool new_tree = false;
     /// Whether it has just been restructured: this is what is left.
     bool restructured = false;
@@ -49,7 +50,7 @@ struct FrameCost {
     double cost_ratio = 1;
     /// Whether the traced tree is another one than the frame before.
     bool new_tree = false;
-    /// Whether a build went on behind, which makes times longer than they would be.
+    /// Whether a build ran in the background, which makes times longer than they would be.
     bool build_pending = false;
 };
 
@@ -77,8 +78,8 @@ struct UpdateConfig {
     /// Decisions from counts of triangles and rays instead of measured times, so that each run
     /// takes the same ones.
     bool deterministic = false;
-    /// What an update may add to a frame; a build that takes more goes on behind. As a part of the
-    /// frame's refit and trace, or, if above 0, in ms.
+    /// What an update may add to a frame; a build that takes more runs in the background. As a part
+    /// of the frame's refit and trace, or, if above 0, in ms.
     double budget = 0.75;
     double budget_ms = 0;
     /// What tracing is taken to slow down like, a power of the cost ratio, until trees that were

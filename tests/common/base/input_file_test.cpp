@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <optional>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
+#include <optional>
 
 #include <atomic>
 #include <chrono>

@@ -71,7 +71,7 @@ TEST(BvhBuilder, DoesNotDependOnTheOrderOfTrianglesWithoutTies) {
     const TestScene scene = test::random_soup(3000, 0.1, 9);
     std::vector<uvec3> reversed = scene.topology().triangles;
     std::reverse(reversed.begin(), reversed.end());
-    const TestScene mirrored(scene.user_positions(), reversed);
+    const TestScene mirrored(scene.world_positions(), reversed);
     const BvhStats a = bvh_stats(build_bvh(scene.topology(), scene.positions()));
     const BvhStats b = bvh_stats(build_bvh(mirrored.topology(), mirrored.positions()));
     EXPECT_EQ(a.sah_cost, b.sah_cost);

@@ -151,7 +151,7 @@ TEST(DifferenceImage, MarksAPixelAndItsNeighbours) {
     }
 }
 
-TEST(DifferenceImage, MarksCornersWithinThePicture) {
+TEST(DifferenceImage, MarksCornersWithinTheImage) {
     Frame actual = sample_frame();
     actual.pixels.front() ^= 1;
     actual.pixels.back() ^= 1;

@@ -1,4 +1,4 @@
-// Pictures as files, read back by a decoder that shares nothing with the encoder.
+// Images as files, read back by a decoder that shares nothing with the encoder.
 #include <gtest/gtest.h>
 #include <png.h>
 
@@ -50,7 +50,7 @@ TEST(Png, DecodesToTheSamePixels) {
     }
 }
 
-TEST(Png, OfASmoothPictureIsSmallerThanItsPixels) {
+TEST(Png, OfASmoothImageIsSmallerThanItsPixels) {
     Image image{256, 256, {}};
     for (std::uint32_t y = 0; y < 256; ++y) {
         for (std::uint32_t x = 0; x < 256; ++x) {

@@ -9,7 +9,6 @@
 namespace morphray::test {
 namespace {
 
-
 TEST(GuardedRun, SharesWhatIsWrittenToSharedMemoryAndNothingElse) {
     const SharedMemory memory(2 * sizeof(int));
     EXPECT_EQ(memory.as<int>(2)[1], 0);

@@ -25,7 +25,7 @@ ViewSpec some_view() {
 // The kind of error with which a view is refused, or nothing.
 std::optional<ErrorKind> refusal(const ViewSpec& view, const char* about = "") {
     try {
-        const UserBounds bounds = {{-1, -1, -1}, {1, 1, 1}};
+        const WorldBounds bounds = {{-1, -1, -1}, {1, 1, 1}};
         make_image_params(view, bounds, SceneSpace(bounds));
         return std::nullopt;
     } catch (const Error& error) {

@@ -65,17 +65,17 @@ Projection project(const ViewSpec& view, const ResolvedView& resolved, const Vec
             view.height / 2.0L - focal * inner(to, b.up) / depth, depth};
 }
 
-UserBounds box(double lower, double upper) {
+WorldBounds box(double lower, double upper) {
     return {{lower, lower, lower}, {upper, upper, upper}};
 }
 
-Vec corner(const UserBounds& bounds, int i) {
+Vec corner(const WorldBounds& bounds, int i) {
     return {(i & 1) ? bounds.upper[0] : bounds.lower[0],
             (i & 2) ? bounds.upper[1] : bounds.lower[1],
             (i & 4) ? bounds.upper[2] : bounds.lower[2]};
 }
 
-ImageParams params_of(const ViewSpec& view, const UserBounds& bounds) {
+ImageParams params_of(const ViewSpec& view, const WorldBounds& bounds) {
     return make_image_params(view, bounds, SceneSpace(bounds));
 }
 
@@ -91,7 +91,7 @@ ViewSpec some_view() {
 
 TEST(MakeImageParams, SendsTheRayOfTheCentrePixelThroughTheTarget) {
     const ViewSpec view = some_view();
-    const UserBounds bounds = box(-1, 1);
+    const WorldBounds bounds = box(-1, 1);
     const SceneSpace space(bounds);
     const Camera camera = make_image_params(view, bounds, space).camera;
     const vec3 d = camera_direction(camera, 50, 38);
@@ -104,7 +104,7 @@ TEST(MakeImageParams, SendsTheRayOfTheCentrePixelThroughTheTarget) {
 }
 
 TEST(MakeImageParams, SendsARayOfAPixelThroughWhatIsSeenThere) {
-    const UserBounds bounds = box(-2, 3);
+    const WorldBounds bounds = box(-2, 3);
     const SceneSpace space(bounds);
     for (const double fov : {1.0, 30.0, 90.0, 150.0}) {
         ViewSpec view = some_view();
@@ -163,7 +163,7 @@ TEST(MakeImageParams, LooksAlikeAtEveryScaleThatIsAPowerOfTwo) {
 }
 
 TEST(MakeImageParams, CopesWithASceneFarFromTheOrigin) {
-    UserBounds bounds = box(1e7, 1e7 + 8);
+    WorldBounds bounds = box(1e7, 1e7 + 8);
     const SceneSpace space(bounds);
     ViewSpec view;
     const ResolvedView resolved = resolve_view(view, bounds);
@@ -189,7 +189,7 @@ TEST(MakeImageParams, PassesOnWhatIsNotGeometry) {
     view.ao_count = 256;
     view.ao_distance = 0.5;
     view.light = {0, 4, 0};
-    const UserBounds bounds = box(-1, 1);
+    const WorldBounds bounds = box(-1, 1);
     const ImageParams params = params_of(view, bounds);
     EXPECT_EQ(params.width, 101u);
     EXPECT_EQ(params.height, 77u);
@@ -210,15 +210,15 @@ TEST(ResolveView, KeepsWhatIsGiven) {
     EXPECT_EQ(resolved.ao_distance, 0.75);
 }
 
-TEST(ResolveView, FillsThePictureWithTheBounds) {
-    const UserBounds shapes[] = {box(-1, 1),
-                                 box(100, 101),
-                                 {{-5, 0, -5}, {5, 0.2, 5}},
-                                 {{0, 0, 0}, {0.1, 9, 0.1}},
-                                 {{-2, -3, -4}, {-1, -2, -3.5}},
-                                 box(-1e-40, 1e-40),
-                                 box(-3e38, 3e38)};
-    for (const UserBounds& bounds : shapes) {
+TEST(ResolveView, FillsTheImageWithTheBounds) {
+    const WorldBounds shapes[] = {box(-1, 1),
+                                  box(100, 101),
+                                  {{-5, 0, -5}, {5, 0.2, 5}},
+                                  {{0, 0, 0}, {0.1, 9, 0.1}},
+                                  {{-2, -3, -4}, {-1, -2, -3.5}},
+                                  box(-1e-40, 1e-40),
+                                  box(-3e38, 3e38)};
+    for (const WorldBounds& bounds : shapes) {
         for (const double fov : {0.5, 20.0, 45.0, 100.0, 170.0}) {
             for (const auto& [width, height] :
                  {std::pair{512u, 512u}, {1920u, 300u}, {40u, 900u}}) {
@@ -285,14 +285,14 @@ TEST(ResolveView, LooksStraightAheadFromTheMiddleOfTheBounds) {
 }
 
 TEST(ResolveView, GivesOcclusionAQuarterOfTheDiagonal) {
-    const UserBounds bounds = {{0, 0, 0}, {4, 4, 2}};
+    const WorldBounds bounds = {{0, 0, 0}, {4, 4, 2}};
     EXPECT_DOUBLE_EQ(resolve_view({}, bounds).ao_distance, 1.5);
 }
 
 TEST(ResolveView, IsSaneForScenesWithoutExtent) {
-    const UserBounds scenes[] = {
+    const WorldBounds scenes[] = {
         {}, box(0, 0), box(5, 5), box(-1e-44f, -1e-44f), box(3e38f, 3e38f)};
-    for (const UserBounds& bounds : scenes) {
+    for (const WorldBounds& bounds : scenes) {
         const ResolvedView resolved = resolve_view({}, bounds);
         EXPECT_GT(norm(minus(wide(resolved.eye), wide(resolved.target))), 0);
         EXPECT_GT(resolved.ao_distance, 0);

@@ -24,7 +24,7 @@ using test::Random;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// What the user's units make of it, without the text under test.
+/// What world space make of it, without the text under test.
 std::vector<vec3> expected_pose(const Clip& clip, const SceneSpace& space,
                                 const KeyframeBlend& blend) {
     const std::span<const vec3> before = clip.keyframe(blend.before);

@@ -78,7 +78,7 @@ TEST(SceneSpace, PutsEveryPointOfTheBoundsIntoTheExtentAndUsesMoreThanHalfOfIt) 
 TEST(SceneSpace, KeepsDifferencesExactlyUpToThePowerOfTwo) {
     for (const auto& points : scenes()) {
         const SceneSpace space(bounds_of(points));
-        const UserBounds bounds = bounds_of(points);
+        const WorldBounds bounds = bounds_of(points);
         double extent = 0;
         for (int axis = 0; axis < 3; ++axis) {
             extent = std::max({extent, std::abs(bounds.lower[axis]), std::abs(bounds.upper[axis])});
@@ -99,10 +99,10 @@ TEST(SceneSpace, KeepsDifferencesExactlyUpToThePowerOfTwo) {
 
 TEST(SceneSpace, IsInvertedExactly) {
     for (const auto& points : scenes()) {
-        const UserBounds bounds = bounds_of(points);
+        const WorldBounds bounds = bounds_of(points);
         const SceneSpace space(bounds);
         for (const vec3& p : points) {
-            const vec3 back = space.to_user(space.to_scene(p));
+            const vec3 back = space.to_world(space.to_scene(p));
             for (int axis = 0; axis < 3; ++axis) {
                 // 2^-36 of the extent is the least that the contract covers.
                 const Real size = std::ldexp(std::fabs(Real(p[axis])), space.exponent());
@@ -115,15 +115,15 @@ TEST(SceneSpace, IsInvertedExactly) {
 
 TEST(SceneSpace, IsExactFrom2ToTheMinus36OfTheExtentOn) {
     for (const double extent : {1.0, 1.0000001, 1.5, 1.9999999}) {
-        const SceneSpace space(UserBounds{{-extent, -extent, -extent}, {extent, extent, extent}});
+        const SceneSpace space(WorldBounds{{-extent, -extent, -extent}, {extent, extent, extent}});
         for (const float mantissa : {1.0f, 1.0000001f, 1.3333334f, 1.9999999f}) {
             for (int exponent = -36; exponent <= 0; ++exponent) {
                 const auto x = static_cast<float>(std::ldexp(mantissa * extent, exponent));
                 if (x > extent) continue;
                 const vec3 s = space.to_scene({x, -x, x});
                 EXPECT_EQ(Real(s.x), std::ldexp(Real(x), space.exponent()));
-                EXPECT_EQ(space.to_user(s).x, x);
-                EXPECT_EQ(space.to_user(s).y, -x);
+                EXPECT_EQ(space.to_world(s).x, x);
+                EXPECT_EQ(space.to_world(s).y, -x);
             }
         }
     }
@@ -131,7 +131,7 @@ TEST(SceneSpace, IsExactFrom2ToTheMinus36OfTheExtentOn) {
 
 TEST(SceneSpace, PutsCoordinatesOnTheGridAndHasNoNegativeZero) {
     Stream stream;
-    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});
+    const SceneSpace space(WorldBounds{{-1, -1, -1}, {1, 1, 1}});
     std::vector<float> values = {0.0f, -0.0f, 1e-45f, -1e-45f, -1e-30f, 0x1p-61f, -0x1p-60f};
     for (int i = 0; i < 100000; ++i) {
         values.push_back(static_cast<float>(
@@ -148,7 +148,7 @@ TEST(SceneSpace, PutsCoordinatesOnTheGridAndHasNoNegativeZero) {
 
 TEST(SceneSpace, KeepsTheOrderOfCoordinates) {
     Stream stream;
-    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});
+    const SceneSpace space(WorldBounds{{-1, -1, -1}, {1, 1, 1}});
     for (int i = 0; i < 100000; ++i) {
         const auto x = static_cast<float>(
             std::ldexp(2 * stream.unit() - 1, -static_cast<int>(stream.bits() % 64)));
@@ -158,7 +158,7 @@ TEST(SceneSpace, KeepsTheOrderOfCoordinates) {
 }
 
 TEST(SceneSpace, MarksVerticesThatAreNotFiniteOnAllAxes) {
-    const SceneSpace space(UserBounds{{5, 5, 5}, {6, 6, 6}});
+    const SceneSpace space(WorldBounds{{5, 5, 5}, {6, 6, 6}});
     const vec3 invalid(kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate);
     for (const float bad : {kNan, kInfinity, -kInfinity}) {
         EXPECT_EQ(space.to_scene({bad, 5, 5}), invalid);
@@ -168,22 +168,22 @@ TEST(SceneSpace, MarksVerticesThatAreNotFiniteOnAllAxes) {
 }
 
 TEST(SceneSpace, IsTheIdentityForEmptyBounds) {
-    const SceneSpace space{UserBounds{}};
+    const SceneSpace space{WorldBounds{}};
     EXPECT_EQ(space.exponent(), 0);
     EXPECT_EQ(space.to_scene({1, -2, 3.5}), vec3(1, -2, 3.5));
 }
 
 TEST(SceneSpace, PutsAPointAtItsOwnSizeOrAtZero) {
-    const SceneSpace zero(UserBounds{{0, 0, 0}, {0, 0, 0}});
+    const SceneSpace zero(WorldBounds{{0, 0, 0}, {0, 0, 0}});
     EXPECT_EQ(zero.to_scene({0, 0, 0}), vec3(0, 0, 0));
-    const SceneSpace point(UserBounds{{3, 3, 3}, {3, 3, 3}});
+    const SceneSpace point(WorldBounds{{3, 3, 3}, {3, 3, 3}});
     EXPECT_EQ(point.to_scene({3, 3, 3}), vec3(0, 0, 0));
-    EXPECT_EQ(point.to_user({0, 0, 0}), vec3(3, 3, 3));
+    EXPECT_EQ(point.to_world({0, 0, 0}), vec3(3, 3, 3));
     EXPECT_EQ(point.length_to_scene(4), 0x1p20);
 }
 
 TEST(SceneSpace, ConvertsListsAsItConvertsPoints) {
-    const SceneSpace space(UserBounds{{-4, -4, -4}, {9, 9, 9}});
+    const SceneSpace space(WorldBounds{{-4, -4, -4}, {9, 9, 9}});
     const std::vector<vec3> user = {{1, 2, 3}, {kNan, 0, 0}, {-4, 9, 1e-30f}};
     std::vector<vec3> scene(3);
     space.to_scene(user, scene);
@@ -196,13 +196,13 @@ TEST(SceneSpace, ConvertsLengthsExactly) {
         for (const double length : {0.0, 1.0, 0.1, 3e10}) {
             EXPECT_EQ(Real(space.length_to_scene(length)),
                       std::ldexp(Real(length), space.exponent()));
-            EXPECT_EQ(space.length_to_user(space.length_to_scene(length)), length);
+            EXPECT_EQ(space.length_to_world(space.length_to_scene(length)), length);
         }
     }
 }
 
 TEST(SceneSpace, TakesPointsUpToAMillionExtentsAwayAndRefusesOthersByName) {
-    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});
+    const SceneSpace space(WorldBounds{{-1, -1, -1}, {1, 1, 1}});
     const double far[3] = {0x1p20, -0x1p20, 0.1};
     EXPECT_EQ(space.point_to_scene(far, "it"), vec3(0x1p40f, -0x1p40f, float(0.1 * 0x1p20)));
     const double bad[] = {0x1.000001p20, -1e30, 1e308, kNan, kInfinity};
@@ -219,7 +219,7 @@ TEST(SceneSpace, TakesPointsUpToAMillionExtentsAwayAndRefusesOthersByName) {
 }
 
 // The point of a ray at a user's t, in scene space, by way of the user's numbers and of the ray's.
-void expect_same_points(const SceneSpace& space, const UserRay& user, double t) {
+void expect_same_points(const SceneSpace& space, const WorldRay& user, double t) {
     const SceneRay scene = to_scene(space, user);
     ASSERT_TRUE(scene.valid);
     const vec3 origin = space.to_scene({0, 0, 0});
@@ -236,9 +236,9 @@ void expect_same_points(const SceneSpace& space, const UserRay& user, double t) 
 TEST(ToSceneRay, KeepsThePointsOfRaysOfAnyScale) {
     Stream stream;
     for (const double scale : {1e-39, 1e-20, 1e-3, 1.0, 7e6, 1e20, 1e38}) {
-        const SceneSpace space(UserBounds{{-scale, -scale, -scale}, {scale, scale, scale}});
+        const SceneSpace space(WorldBounds{{-scale, -scale, -scale}, {scale, scale, scale}});
         for (const double speed : {1e-300, 1e-50, 1.0, 1e9, 1e60, 1e300}) {
-            UserRay ray{};
+            WorldRay ray{};
             for (int axis = 0; axis < 3; ++axis) {
                 ray.org[axis] = scale * (8 * stream.unit() - 4);
                 ray.dir[axis] = speed * (2 * stream.unit() - 1);
@@ -255,9 +255,9 @@ TEST(ToSceneRay, KeepsThePointsOfRaysOfAnyScale) {
 
 TEST(ToSceneRay, ScalesTheLargestComponentIntoOneToTwo) {
     Stream stream;
-    const SceneSpace space(UserBounds{{-3, -3, -3}, {3, 3, 3}});
+    const SceneSpace space(WorldBounds{{-3, -3, -3}, {3, 3, 3}});
     for (int i = 0; i < 1000; ++i) {
-        UserRay user{{0, 0, 0}, {0, 0, 0}, 0, 1};
+        WorldRay user{{0, 0, 0}, {0, 0, 0}, 0, 1};
         for (double& d : user.dir) {
             d = std::ldexp(2 * stream.unit() - 1, static_cast<int>(stream.bits() % 2000) - 1000);
         }
@@ -278,7 +278,7 @@ TEST(ToSceneRay, ScalesTheLargestComponentIntoOneToTwo) {
 }
 
 TEST(ToSceneRay, KeepsTheLargestComponentBelowTwoWhenItsRoundingWouldReachIt) {
-    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});  // 2^20
+    const SceneSpace space(WorldBounds{{-1, -1, -1}, {1, 1, 1}});  // 2^20
     const double almost[] = {std::nextafter(2.0, 0.0), 2 - 0x1p-25, 2 - 0x1p-26};
     for (const double x : almost) {
         const SceneRay scene = to_scene(space, {{0, 0, 0}, {0.5, x, 0}, 0, 1});
@@ -292,8 +292,8 @@ TEST(ToSceneRay, KeepsTheLargestComponentBelowTwoWhenItsRoundingWouldReachIt) {
 }
 
 TEST(ToSceneRay, ScalesTheIntervalAndClampsItToWhatARayCanHold) {
-    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});  // 2^20
-    UserRay user{{0, 0, 0}, {0, 0, 8}, 0.5, 4};                   // 2^3
+    const SceneSpace space(WorldBounds{{-1, -1, -1}, {1, 1, 1}});  // 2^20
+    WorldRay user{{0, 0, 0}, {0, 0, 8}, 0.5, 4};                   // 2^3
     SceneRay scene = to_scene(space, user);
     EXPECT_TRUE(scene.valid);
     EXPECT_EQ(scene.t_exponent, -23);
@@ -310,12 +310,12 @@ TEST(ToSceneRay, ScalesTheIntervalAndClampsItToWhatARayCanHold) {
 }
 
 TEST(ToSceneRay, FindsRaysThatCannotHitInvalid) {
-    const SceneSpace space(UserBounds{{-1, -1, -1}, {1, 1, 1}});
-    const UserRay good{{0, 0, 5}, {0, 0, -1}, 0, 100};
+    const SceneSpace space(WorldBounds{{-1, -1, -1}, {1, 1, 1}});
+    const WorldRay good{{0, 0, 5}, {0, 0, -1}, 0, 100};
     ASSERT_TRUE(to_scene(space, good).valid);
     for (const double bad : {double(kNan), double(kInfinity), -double(kInfinity)}) {
         for (int axis = 0; axis < 3; ++axis) {
-            UserRay ray = good;
+            WorldRay ray = good;
             ray.org[axis] = bad;
             EXPECT_FALSE(to_scene(space, ray).valid);
             ray = good;
@@ -323,7 +323,7 @@ TEST(ToSceneRay, FindsRaysThatCannotHitInvalid) {
             EXPECT_FALSE(to_scene(space, ray).valid);
         }
     }
-    UserRay ray = good;
+    WorldRay ray = good;
     ray.dir[2] = 0;
     EXPECT_FALSE(to_scene(space, ray).valid);
     ray = good;
@@ -344,10 +344,10 @@ TEST(ToSceneRay, FindsRaysThatCannotHitInvalid) {
 TEST(ToSceneRay, KeepsRaysWithinWhatTheHitRuleTakes) {
     Stream stream;
     for (const double scale : {1e-44, 1e-20, 1.0, 1e20, 3e38}) {
-        const SceneSpace space(UserBounds{{-scale, -scale, -scale}, {scale, scale, scale}});
+        const SceneSpace space(WorldBounds{{-scale, -scale, -scale}, {scale, scale, scale}});
         for (int i = 0; i < 20000; ++i) {
             const auto any = [&] { return std::bit_cast<double>(stream.bits()); };
-            UserRay user{
+            WorldRay user{
                 {scale * any(), scale * stream.unit(), 0}, {any(), any(), any()}, any(), any()};
             if (i % 2 == 0) user.org[0] = 0;
             if (i % 3 == 0) user.tnear = 0;

@@ -26,7 +26,7 @@ struct Bodies {
             for (const uvec3& t : body.topology().triangles)
                 topology.triangles.push_back(t + topology.vertex_count);
             topology.vertex_count += body.topology().vertex_count;
-            shape = body.user_positions();
+            shape = body.world_positions();
         }
         topology.albedo.assign(topology.triangles.size(), kDefaultAlbedo);
     }
@@ -54,11 +54,11 @@ TEST(Restructure, MakesATreeAsGoodAsABuildOfBodiesThatMove) {
     for (std::uint64_t step = 1; step < 12; ++step) {
         const std::vector<vec3> positions = bodies.pose(step);
         cpu::refit(bvh, positions);
-        const double rotten = tree_cost(bvh.nodes);
+        const double degraded = tree_cost(bvh.nodes);
         EXPECT_GT(restructure(bodies.topology, positions, 1, bvh, areas), 0u);
         ASSERT_EQ(check_bvh(bvh, bodies.topology, positions), kSound) << step;
         const double fresh = tree_cost(build_bvh(bodies.topology, positions).nodes);
-        EXPECT_GT(rotten, 1.5 * fresh);
+        EXPECT_GT(degraded, 1.5 * fresh);
         EXPECT_LT(tree_cost(bvh.nodes), 1.15 * fresh) << step;
     }
 }

@@ -63,7 +63,7 @@ struct Rig {
 TEST(TreeUpdater, TreeIsSoundAfterEveryKindOfStep) {
     const UpdateDecision refit = {UpdateStep::kRefit, ""};
     const UpdateDecision rebuild = {UpdateStep::kRebuild, ""};
-    const UpdateDecision behind = {UpdateStep::kRebuildBehind, "", 2};
+    const UpdateDecision behind = {UpdateStep::kRebuildInBackground, "", 2};
     Rig rig({refit, rebuild, behind, refit, refit, behind, rebuild, refit, refit},
             {.deterministic = true});
     std::vector<TreeStep> steps;
@@ -81,7 +81,7 @@ TEST(TreeUpdater, UnchangedPoseIsKept) {
 }
 
 TEST(TreeUpdater, BuildBehindIsTakenWhenItIsReady) {
-    Rig rig({{UpdateStep::kRebuildBehind, "", 1}});
+    Rig rig({{UpdateStep::kRebuildInBackground, "", 1}});
     EXPECT_EQ(rig.update(turned(rig.scene, 1)), TreeStep::kRefitted);
     EXPECT_TRUE(rig.updater.last().build_pending);
     int frames = 0;
@@ -91,7 +91,7 @@ TEST(TreeUpdater, BuildBehindIsTakenWhenItIsReady) {
 }
 
 TEST(TreeUpdater, EndsWhileABuildGoesOnBehind) {
-    Rig rig({{UpdateStep::kRebuildBehind, "", 5}});
+    Rig rig({{UpdateStep::kRebuildInBackground, "", 5}});
     rig.update(turned(rig.scene, 1));
     EXPECT_TRUE(rig.updater.last().build_pending);
 }

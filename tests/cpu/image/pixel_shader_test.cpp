@@ -20,10 +20,10 @@ using namespace test;
 
 using ScalarTiles = cpu::BatchTiles<cpu::OneByOne<cpu::ScalarTracer>>;
 
-/// A picture in tiles of some size, traced by trace(tile, frame), with rubbish where that has to
+/// An image in tiles of some size, traced by trace(tile, frame), with rubbish where that has to
 /// write.
 template <class Trace>
-Frame picture(const ImageParams& params, std::uint32_t side, Trace trace) {
+Frame image(const ImageParams& params, std::uint32_t side, Trace trace) {
     Frame frame;
     frame.width = params.width;
     frame.height = params.height;
@@ -31,7 +31,7 @@ Frame picture(const ImageParams& params, std::uint32_t side, Trace trace) {
     frame.hits.assign(count, Hit{1, 2, 3, 4});
     frame.occlusion.assign(count, 77);
     frame.pixels.assign(count, 99);
-    const cpu::PictureTiles tiles(params.width, params.height, side);
+    const cpu::ImageTiles tiles(params.width, params.height, side);
     for (std::uint32_t i = 0; i < tiles.count(); ++i) trace(tiles[i], frame);
     return frame;
 }
@@ -45,7 +45,7 @@ constexpr Size kSizes[] = {{64, 64}, {67, 45}, {1, 1}, {3, 9}, {5, 2}};
 class EveryTarget : public testing::TestWithParam<cpu::SimdTarget> {
 protected:
     /// All kinds of rays, with colours of their own for triangles.
-    void expect_same_pictures(const NamedScene& named, const ViewSpec& view) {
+    void expect_same_images(const NamedScene& named, const ViewSpec& view) {
         const TestScene& scene = named.scene;
         Topology topology = scene.topology();
         Random random(5);
@@ -54,14 +54,14 @@ protected:
         const Bvh bvh = build_bvh(topology, scene.positions());
         const cpu::ShadedMesh mesh{&topology, scene.positions()};
         ImageParams params =
-            make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+            make_image_params(view, bounds_of(scene.world_positions()), scene.space());
         for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
             params.rays = rays;
             const ScalarTiles scalar(cpu::OneByOne{cpu::ScalarTracer(bvh)});
-            const Frame expected = picture(params, 64, [&](const cpu::Tile& tile, Frame& frame) {
+            const Frame expected = image(params, 64, [&](const cpu::Tile& tile, Frame& frame) {
                 trace_tile(scalar, mesh, params, tile, frame);
             });
-            const cpu::PacketTiles packets(bvh, GetParam());
+            const cpu::TileTracer packets(bvh, GetParam());
             const auto expect_same = [&](const Frame& frame, const char* what) {
                 SCOPED_TRACE(named.name + ", rays " + std::to_string(rays) + ", " + what);
                 EXPECT_EQ(hits_hash(frame), hits_hash(expected));
@@ -71,8 +71,8 @@ protected:
             const auto in_blocks = [&](const cpu::Tile& tile, Frame& frame) {
                 trace_tile(packets, mesh, params, tile, frame);
             };
-            expect_same(picture(params, 64, in_blocks), "tiles of 64");
-            expect_same(picture(params, 32, in_blocks), "tiles of 32");
+            expect_same(image(params, 64, in_blocks), "tiles of 64");
+            expect_same(image(params, 32, in_blocks), "tiles of 32");
         }
     }
 };
@@ -84,7 +84,7 @@ TEST_P(EveryTarget, ShadesAsTheSharedTextOnEveryScene) {
             view.width = size.width;
             view.height = size.height;
             view.ao_count = 1 + size.width % 4;
-            expect_same_pictures(named, view);
+            expect_same_images(named, view);
         }
     }
 }
@@ -95,11 +95,11 @@ TEST_P(EveryTarget, ShadesAlikeWithManySamplesAndFromInside) {
         view.width = 37;
         view.height = 21;
         view.ao_count = samples;
-        expect_same_pictures({"star", star(3, 7)}, view);
+        expect_same_images({"star", star(3, 7)}, view);
         view.eye = std::array{0.1, 0.05, -0.02};
         view.target = std::array{1.0, 0.4, 0.3};
         view.fov = 120;
-        expect_same_pictures({"star from inside", star(3, 7)}, view);
+        expect_same_images({"star from inside", star(3, 7)}, view);
     }
 }
 

@@ -27,7 +27,7 @@ bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(H
 std::vector<Hit> packet_image(const cpu::PacketTracer& tracer, const ImageParams& params,
                               cpu::Packet& packet) {
     std::vector<Hit> hits(std::size_t{params.width} * params.height);
-    const cpu::PictureTiles tiles(params.width, params.height, cpu::kCameraSide);
+    const cpu::ImageTiles tiles(params.width, params.height, cpu::kCameraSide);
     for (std::uint32_t i = 0; i < tiles.count(); ++i) {
         const cpu::Tile tile = tiles[i];
         tracer.intersect_camera(params, tile, packet,
@@ -59,7 +59,7 @@ ViewSpec view_of(std::uint32_t width, std::uint32_t height) {
 /// Views from outside, from inside, from a vertex, from the middle of an edge, wide and narrow.
 std::vector<ViewSpec> views(const TestScene& scene, std::uint64_t seed) {
     Random random(seed);
-    const UserBounds bounds = bounds_of(scene.user_positions());
+    const WorldBounds bounds = bounds_of(scene.world_positions());
     const auto inside = [&] {
         Point p{};
         for (std::size_t axis = 0; axis < 3; ++axis)
@@ -70,7 +70,7 @@ std::vector<ViewSpec> views(const TestScene& scene, std::uint64_t seed) {
         for (int i = 0; i < 100; ++i) {
             const std::uint32_t v =
                 random.below(static_cast<std::uint32_t>(scene.positions().size()));
-            if (scene.positions()[v].x <= kSceneExtent) return scene.user_positions()[v];
+            if (scene.positions()[v].x <= kSceneExtent) return scene.world_positions()[v];
         }
         return vec3(0, 0, 0);
     };
@@ -106,7 +106,7 @@ TEST_P(EveryTarget, CameraPacketsAnswerLikeSingleRaysFromAnywhere) {
         for (const ViewSpec& view : views(scene, 71)) {
             ImageParams params;
             try {
-                params = make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+                params = make_image_params(view, bounds_of(scene.world_positions()), scene.space());
             } catch (const std::exception&) {
                 continue;  // eye and target coincide in a scene of one point
             }
@@ -126,14 +126,14 @@ TEST_P(EveryTarget, CameraPacketsAnswerLikeBruteForceOnRandomSmallCases) {
         const std::uint32_t most = seed % 4 == 0 ? 100 : 40;
         ViewSpec view = view_of(1 + random.below(most), 1 + random.below(most));
         const vec3 eye = random.point(seed % 3 == 0 ? 1 : 4);
-        const vec3 target = scene.user_positions()[random.below(
-            static_cast<std::uint32_t>(scene.user_positions().size()))];
+        const vec3 target = scene.world_positions()[random.below(
+            static_cast<std::uint32_t>(scene.world_positions().size()))];
         view.eye = Point{eye.x, eye.y, eye.z};
         view.target = Point{target.x, target.y, target.z};
         view.up = {0.3, 1, 0.2};
         view.fov = random.real(1, 120);
         const ImageParams params =
-            make_image_params(view, bounds_of(scene.user_positions()), scene.space());
+            make_image_params(view, bounds_of(scene.world_positions()), scene.space());
         const std::vector<Hit> hits = packet_image(tracer, params, *packet_);
         ASSERT_EQ(
             count_differences(cpu::BruteTracer(scene.topology(), scene.positions()), params, hits),
@@ -163,16 +163,17 @@ TEST_P(EveryTarget, CameraPacketsAnswerAlikeOnARefittedTree) {
         }
     }
     const ImageParams params =
-        make_image_params(view_of(96, 80), bounds_of(after.user_positions()), after.space());
+        make_image_params(view_of(96, 80), bounds_of(after.world_positions()), after.space());
     const std::vector<Hit> hits =
         packet_image(cpu::PacketTracer(bvh, GetParam()), params, *packet_);
     EXPECT_EQ(count_differences(cpu::ScalarTracer(rebuilt), params, hits), 0u);
 }
 
 /// Those that are active, as packets take them.
-std::vector<cpu::PointRays> blocks_of(std::span<const Ray> rays,
-                                      std::span<const std::uint8_t> active) {
-    std::vector<cpu::PointRays> blocks(rays.size() / cpu::kBlockRays, cpu::PointRays::none());
+std::vector<cpu::SharedOriginRays> blocks_of(std::span<const Ray> rays,
+                                             std::span<const std::uint8_t> active) {
+    std::vector<cpu::SharedOriginRays> blocks(rays.size() / cpu::kBlockRays,
+                                              cpu::SharedOriginRays::none());
     for (std::size_t i = 0; i < rays.size(); ++i) {
         if (active[i] != 0) blocks[i / cpu::kBlockRays].set(i % cpu::kBlockRays, rays[i]);
     }
@@ -180,9 +181,9 @@ std::vector<cpu::PointRays> blocks_of(std::span<const Ray> rays,
 }
 
 TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks) {
-    std::vector<Ray> rays(cpu::kPointRays);
-    std::vector<std::uint8_t> active(cpu::kPointRays);
-    std::vector<std::uint8_t> occluded(cpu::kPointRays);
+    std::vector<Ray> rays(cpu::kLightPacketRays);
+    std::vector<std::uint8_t> active(cpu::kLightPacketRays);
+    std::vector<std::uint8_t> occluded(cpu::kLightPacketRays);
     std::size_t decided = 0;
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
@@ -194,7 +195,7 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
             const vec3 org = snap_point(random.point((seed % 3 == 0 ? 0.5 : 3) * kSceneExtent));
             const vec3 towards = random.point(kSceneExtent);
             const double spread = std::ldexp(kSceneExtent, -static_cast<int>(random.below(16)));
-            for (std::uint32_t i = 0; i < cpu::kPointRays; ++i) {
+            for (std::uint32_t i = 0; i < cpu::kLightPacketRays; ++i) {
                 const vec3 target = snap_point(towards + random.point(spread));
                 rays[i].org = org;
                 rays[i].tnear = 0;
@@ -203,19 +204,19 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
                                (seed % 2 == 0 ? 1.0f : 4.0f);
                 active[i] = seed == 3 ? 0 : seed == 4 ? i % 5 == 0 : seed == 5 ? i == 700 : 1;
             }
-            const std::vector<cpu::PointRays> blocks = blocks_of(rays, active);
+            const std::vector<cpu::SharedOriginRays> blocks = blocks_of(rays, active);
             std::fill(occluded.begin(), occluded.end(), std::uint8_t{9});
-            std::vector<std::uint16_t> left(cpu::kPointRays);
+            std::vector<std::uint16_t> left(cpu::kLightPacketRays);
             const std::size_t count = cpu::kSquareRays * (4 - seed % 4);
             const std::size_t left_count =
-                tracer.occluded_from_point(org, std::span(blocks).first(count / cpu::kBlockRays),
-                                           *packet_, occluded.data(), left.data());
-            std::vector<bool> is_left(cpu::kPointRays);
+                tracer.occluded_shared_origin(org, std::span(blocks).first(count / cpu::kBlockRays),
+                                              *packet_, occluded.data(), left.data());
+            std::vector<bool> is_left(cpu::kLightPacketRays);
             for (std::size_t k = 0; k < left_count; ++k) {
                 ASSERT_TRUE(active[left[k]] != 0 && !is_left[left[k]]);
                 is_left[left[k]] = true;
             }
-            for (std::size_t i = count; i < cpu::kPointRays; ++i) ASSERT_EQ(occluded[i], 9);
+            for (std::size_t i = count; i < cpu::kLightPacketRays; ++i) ASSERT_EQ(occluded[i], 9);
             for (std::uint32_t i = 0; i < count; ++i) {
                 if (is_left[i]) continue;
                 ++decided;
@@ -234,26 +235,26 @@ TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
         const cpu::PacketTracer tracer(bvh, GetParam());
         const cpu::ScalarTracer scalar(bvh);
         const ImageParams params =
-            make_image_params(view_of(64, 64), bounds_of(scene.user_positions()), scene.space());
+            make_image_params(view_of(64, 64), bounds_of(scene.world_positions()), scene.space());
         const cpu::ShadedMesh mesh{&scene.topology(), scene.positions()};
-        std::vector<Ray> rays(cpu::kPointRays);
-        std::vector<std::uint8_t> active(cpu::kPointRays, 0);
-        std::vector<std::uint8_t> occluded(cpu::kPointRays, 0);
+        std::vector<Ray> rays(cpu::kLightPacketRays);
+        std::vector<std::uint8_t> active(cpu::kLightPacketRays, 0);
+        std::vector<std::uint8_t> occluded(cpu::kLightPacketRays, 0);
         for (std::uint32_t y = 0; y < 64; ++y) {
             for (std::uint32_t x = 0; x < 64; ++x) {
                 const Ray ray = camera_ray(params.camera, x, y);
                 const Hit hit = scalar.intersect(ray);
                 if (hit.prim_id == kNoPrim) continue;
-                const std::uint32_t i = cpu::point_packet_ray(x, y);
+                const std::uint32_t i = cpu::light_packet_ray(x, y);
                 rays[i] = shadow_ray(mesh.surface(ray, hit), params.light);
                 active[i] = 1;
             }
         }
-        std::vector<std::uint16_t> left(cpu::kPointRays);
-        const std::size_t left_count = tracer.occluded_from_point(
+        std::vector<std::uint16_t> left(cpu::kLightPacketRays);
+        const std::size_t left_count = tracer.occluded_shared_origin(
             params.light, blocks_of(rays, active), *packet_, occluded.data(), left.data());
         for (std::size_t k = 0; k < left_count; ++k) active[left[k]] = 0;
-        for (std::uint32_t i = 0; i < cpu::kPointRays; ++i) {
+        for (std::uint32_t i = 0; i < cpu::kLightPacketRays; ++i) {
             if (active[i] == 0) continue;
             ASSERT_EQ(occluded[i] != 0, scalar.occluded(rays[i])) << named.name;
         }

@@ -1,4 +1,4 @@
-// What the parts of the wide tracer answer for some rays.
+// What the parts of the single-ray tracer answer for some rays.
 #pragma once
 
 #include <cstddef>

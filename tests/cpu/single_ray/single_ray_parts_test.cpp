@@ -1,4 +1,5 @@
-// The parts of the wide tracer against the scalar functions that they stand for, on every target.
+// The parts of the single-ray tracer against the scalar functions that they stand for, on every
+// target.
 #include <gtest/gtest.h>
 
 #include <algorithm>

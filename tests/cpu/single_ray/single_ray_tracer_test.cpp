@@ -20,7 +20,7 @@ bool same_bits(const Hit& a, const Hit& b) {
            floatBitsToUint(a.v) == floatBitsToUint(b.v) && a.prim_id == b.prim_id;
 }
 
-TEST(WideTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
+TEST(SingleRayTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
@@ -33,7 +33,7 @@ TEST(WideTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
             expected_occluded.push_back(scalar.occluded(ray));
         }
         for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
-            const cpu::WideTracer wide(bvh, target);
+            const cpu::SingleRayTracer wide(bvh, target);
             std::vector<Hit> hits(rays.size());
             std::vector<std::uint8_t> occluded(rays.size(), 7);
             wide.intersect(rays, hits);
@@ -48,14 +48,14 @@ TEST(WideTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
     }
 }
 
-TEST(WideTracer, AnswersABatchOfAnySizeAndNothingBesides) {
+TEST(SingleRayTracer, AnswersABatchOfAnySizeAndNothingBesides) {
     const TestScene scene = random_soup(400, 0.3, 7);
     const Bvh bvh = build_bvh(scene.topology(), scene.positions());
     const std::vector<Ray> rays = mixed_rays(scene, 70, 3);
     const cpu::ScalarTracer scalar(bvh);
     const Hit untouched{-1, -2, -3, 77};
     for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
-        const cpu::WideTracer wide(bvh, target);
+        const cpu::SingleRayTracer wide(bvh, target);
         for (const std::size_t size : {0, 1, 2, 3, 7, 16, 17, 33, 64, 70}) {
             std::vector<Hit> hits(size + 1, untouched);
             std::vector<std::uint8_t> occluded(size + 1, 7);
@@ -72,7 +72,7 @@ TEST(WideTracer, AnswersABatchOfAnySizeAndNothingBesides) {
 }
 
 // The filter of leaves may underflow; that decides nothing (cpu/single_ray/leaf_lanes-inl.h).
-TEST(WideTracer, RaisesNothingInvalidAndNoOverflow) {
+TEST(SingleRayTracer, RaisesNothingInvalidAndNoOverflow) {
     const unsigned before = _mm_getcsr();
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
@@ -81,7 +81,7 @@ TEST(WideTracer, RaisesNothingInvalidAndNoOverflow) {
         std::vector<Hit> hits(rays.size());
         std::vector<std::uint8_t> occluded(rays.size());
         for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
-            const cpu::WideTracer wide(bvh, target);
+            const cpu::SingleRayTracer wide(bvh, target);
             _mm_setcsr(before & ~0x3Fu);
             wide.intersect(rays, hits);
             wide.occluded(rays, occluded);

@@ -149,7 +149,7 @@ private:
         } else if (key == "t") {
             out.triangles.push_back(uvec3{count(), count(), count()});
         } else if (key == "ray") {
-            UserRay ray = {};
+            WorldRay ray = {};
             for (double& x : ray.org) x = read_number<double>();
             for (double& x : ray.dir) x = read_number<double>();
             ray.tnear = read_number<double>();
@@ -173,14 +173,14 @@ std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks) {
     std::istringstream lines(remarks);
     for (std::string line; std::getline(lines, line);) text += fmt::format("# {}\n", line);
     if (!fuzz_case.cause.empty()) text += fmt::format("cause {}\n", fuzz_case.cause);
-    if (fuzz_case.has_picture()) text += view_text(fuzz_case.view);
+    if (fuzz_case.has_image()) text += view_text(fuzz_case.view);
     text += fmt::format("build-at {}\nframe {}\n", fuzz_case.build_at, number(fuzz_case.frame));
     for (const uvec3& t : fuzz_case.triangles) text += fmt::format("t {} {} {}\n", t.x, t.y, t.z);
     for (const auto& pose : fuzz_case.poses) {
         text += "pose\n";
         for (const vec3& v : pose) text += fmt::format("v {}\n", triple(v));
     }
-    for (const UserRay& ray : fuzz_case.rays)
+    for (const WorldRay& ray : fuzz_case.rays)
         text += fmt::format("ray {} {} {} {}\n", triple(ray.org), triple(ray.dir),
                             number(ray.tnear), number(ray.tfar));
     return text;

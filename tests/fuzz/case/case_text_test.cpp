@@ -47,7 +47,7 @@ TEST(CaseText, ReadsBackBitForBit) {
     const FuzzCase read = read_case(to_text(special, "a remark\nof two lines"), "special");
     EXPECT_EQ(bits_of(read.poses[0]), bits_of(special.poses[0]));
     EXPECT_TRUE(std::signbit((*read.view.eye)[0]));
-    EXPECT_EQ(std::memcmp(read.rays.data(), special.rays.data(), sizeof(UserRay)), 0);
+    EXPECT_EQ(std::memcmp(read.rays.data(), special.rays.data(), sizeof(WorldRay)), 0);
     EXPECT_EQ(to_text(read), to_text(special));
 }
 
@@ -82,21 +82,21 @@ TEST(Generator, IsAFunctionOfTheSeed) {
 
 TEST(Generator, PutsATenthOfTheEyesNearAPlane) {
     int near = 0;
-    int pictures = 0;
+    int images = 0;
     for (std::uint64_t seed = 0; seed < 500; ++seed) {
         const FuzzCase made = make_case(seed);
         const FuzzScene scene(made);
         try {
             const Camera camera =
                 make_image_params(made.view, scene.bounds(), scene.space()).camera;
-            ++pictures;
+            ++images;
             near += distance_to_planes(camera.org, scene.topology(), scene.positions()) <= 0x1p-20;
         } catch (const Error&) {
             // Refused.
         }
     }
-    EXPECT_GT(pictures, 450);
-    EXPECT_GT(near, pictures / 10);
+    EXPECT_GT(images, 450);
+    EXPECT_GT(near, images / 10);
 }
 
 TEST(Reproducer, HasPositionsThatTheProgramReadsBackBitForBit) {

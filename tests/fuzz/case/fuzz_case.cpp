@@ -83,7 +83,7 @@ double distance_to_planes(const vec3& point, const Topology& topology,
     return nearest / kSceneExtent;
 }
 
-std::vector<vec3> user_positions(const FuzzCase& fuzz_case, double frame) {
+std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame) {
     const test::ListedClip clip(topology_of(fuzz_case), fuzz_case.poses);
     std::vector<vec3> positions(fuzz_case.poses.front().size());
     clip.positions(frame, positions);

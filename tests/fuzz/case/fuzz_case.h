@@ -1,4 +1,4 @@
-// What the fuzzer tries: a deforming mesh, a picture of it, single rays through it.
+// What the fuzzer tries: a deforming mesh, an image of it, single rays through it.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace morphray::fuzz {
 
-/// In the user's units, as a sequence of OBJ files and the program's options give it. Pose k is
+/// In world space, as a sequence of OBJ files and the program's options give it. Pose k is
 /// frame k.
 struct FuzzCase {
     /// What it is made of, in one line.
@@ -26,11 +26,11 @@ struct FuzzCase {
     /// The pose that the tree is built at before it is refitted to `frame`.
     std::size_t build_at = 0;
     double frame = 0;
-    /// Without a picture the width is 0.
+    /// Without an image the width is 0.
     ViewSpec view;
-    std::vector<UserRay> rays;
+    std::vector<WorldRay> rays;
 
-    bool has_picture() const { return view.width > 0; }
+    bool has_image() const { return view.width > 0; }
 };
 
 /// The mesh of a case, ready to be traced. Colours tell triangles apart.
@@ -41,7 +41,7 @@ public:
 
     const Topology& topology() const { return frames_->clip().topology(); }
     const SceneSpace& space() const { return frames_->space(); }
-    const UserBounds& bounds() const { return bounds_; }
+    const WorldBounds& bounds() const { return bounds_; }
     /// In scene space.
     std::span<const vec3> built_positions() const { return built_positions_; }
     std::span<const vec3> positions() const { return positions_; }
@@ -56,7 +56,7 @@ public:
 private:
     std::unique_ptr<SceneFrames> frames_;
     double frame_ = 0;
-    UserBounds bounds_;
+    WorldBounds bounds_;
     std::vector<vec3> built_positions_;
     std::vector<vec3> positions_;
     std::vector<std::vector<vec3>> journey_;
@@ -70,6 +70,6 @@ double distance_to_planes(const vec3& point, const Topology& topology,
                           std::span<const vec3> positions);
 
 /// A pose as single triangles: what is left of a clip when its frame is taken out.
-std::vector<vec3> user_positions(const FuzzCase& fuzz_case, double frame);
+std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame);
 
 }  // namespace morphray::fuzz

@@ -7,7 +7,7 @@ namespace {
 
 Shape from_test_scene(std::string name, const test::TestScene& scene) {
     Shape shape{std::move(name), {}, scene.topology().triangles};
-    for (const vec3& p : scene.user_positions()) shape.positions.emplace_back(p);
+    for (const vec3& p : scene.world_positions()) shape.positions.emplace_back(p);
     return shape;
 }
 

@@ -8,7 +8,7 @@
 namespace morphray::fuzz {
 
 struct GeneratorConfig {
-    /// Ray-triangle tests that brute force may take for a picture.
+    /// Ray-triangle tests that brute force may take for an image.
     double tests = 4e5;
     std::size_t rays = 48;
 };

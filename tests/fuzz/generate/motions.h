@@ -1,4 +1,4 @@
-// From a shape to the poses of a clip, in the user's units.
+// From a shape to the poses of a clip, in world space.
 #pragma once
 
 #include "tests/fuzz/case/fuzz_case.h"

@@ -10,7 +10,7 @@
 
 namespace morphray::fuzz {
 
-/// What a pose (the user's units) is to those who choose points.
+/// What a pose (world space) is to those who choose points.
 struct Surroundings {
     Surroundings(std::span<const vec3> positions, std::span<const uvec3> triangles);
 

@@ -79,11 +79,12 @@ dvec3 choose_up(Dice& dice, const dvec3& forward, std::string& cause) {
 }
 
 /// A ray's direction has any length.
-UserRay ray_towards(Dice& dice, const Surroundings& around, const dvec3& org, const dvec3& target) {
+WorldRay ray_towards(Dice& dice, const Surroundings& around, const dvec3& org,
+                     const dvec3& target) {
     dvec3 dir = target - org;
     if (dice.one_in(8)) dir = dice.axis();
     if (dice.one_in(8)) dir = dice.direction() * around.extent;
-    UserRay ray = {};
+    WorldRay ray = {};
     for (int axis = 0; axis < 3; ++axis) {
         ray.org[axis] = org[axis];
         ray.dir[axis] = dir[axis];
@@ -126,8 +127,8 @@ ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::st
     return view;
 }
 
-std::vector<UserRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count) {
-    std::vector<UserRay> rays;
+std::vector<WorldRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count) {
+    std::vector<WorldRay> rays;
     while (rays.size() < count) {
         const dvec3 org = special_place(dice, around).point;
         const dvec3 target = special_target(dice, around);

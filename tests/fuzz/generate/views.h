@@ -10,10 +10,10 @@
 
 namespace morphray::fuzz {
 
-/// A picture of at most `tests` ray-triangle tests of brute force. Adds to `cause` what it is.
+/// An image of at most `tests` ray-triangle tests of brute force. Adds to `cause` what it is.
 ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::string& cause);
 
 /// Rays at vertices, edges and along planes, many of which start on a surface or hardly off it.
-std::vector<UserRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count);
+std::vector<WorldRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count);
 
 }  // namespace morphray::fuzz

@@ -36,7 +36,7 @@ std::string hit_text(const Hit& hit) {
                        std::bit_cast<std::uint32_t>(hit.v));
 }
 
-/// Sends some builds behind and decides alike in every run.
+/// Sends some builds in the background and decides alike in every run.
 UpdateConfig auto_config() { return {.deterministic = true, .budget = 0.02}; }
 
 /// A ray through the middle of scene space.
@@ -63,19 +63,18 @@ void Tally::add(const Tally& other) {
 
 std::string describe(const Finding& finding) {
     std::string text = finding.entrant->name() + ": ";
-    if (!finding.is_picture()) {
+    if (!finding.is_image()) {
         return text + fmt::format("{} single rays differ; ray {}\n  reference {}\n  found     {}",
                                   finding.ray_count, finding.ray_index, hit_text(finding.expected),
                                   hit_text(finding.actual));
     }
-    const PixelDifference& p = finding.picture.first.front();
+    const PixelDifference& p = finding.image.first.front();
     return text + fmt::format(
                       "{}; pixel {},{}\n"
                       "  reference {} occluded {} colour 0x{:08x}\n"
                       "  found     {} occluded {} colour 0x{:08x}",
-                      describe(finding.picture), p.x, p.y, hit_text(p.expected),
-                      p.expected_occlusion, p.expected_pixel, hit_text(p.actual),
-                      p.actual_occlusion, p.actual_pixel);
+                      describe(finding.image), p.x, p.y, hit_text(p.expected), p.expected_occlusion,
+                      p.expected_pixel, hit_text(p.actual), p.actual_occlusion, p.actual_pixel);
 }
 
 void Referee::load(std::unique_ptr<FuzzScene> scene, std::span<const Entrant> entrants) {
@@ -123,7 +122,7 @@ std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
     return updater;
 }
 
-std::vector<Finding> Referee::compare_pictures(const ViewSpec& view, Tally& tally) {
+std::vector<Finding> Referee::compare_images(const ViewSpec& view, Tally& tally) {
     const ImageParams params = make_image_params(view, scene_->bounds(), scene_->space());
     const bool near = distance_to_planes(params.camera.org, scene_->topology(),
                                          scene_->positions()) <= kNearAPlane;
@@ -138,18 +137,18 @@ std::vector<Finding> Referee::compare_pictures(const ViewSpec& view, Tally& tall
         if (same(expected_, actual_)) continue;
         Finding finding;
         finding.entrant = &entrant;
-        finding.picture = compare_frames(expected_, actual_);
+        finding.image = compare_frames(expected_, actual_);
         findings.push_back(finding);
     }
     tally.failed_images += findings.size();
     return findings;
 }
 
-std::vector<Finding> Referee::compare_rays(std::span<const UserRay> user_rays, Tally& tally) {
+std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays, Tally& tally) {
     std::vector<Ray> rays;
     std::vector<std::size_t> indices;
-    for (std::size_t i = 0; i < user_rays.size(); ++i) {
-        const SceneRay ray = to_scene(scene_->space(), user_rays[i]);
+    for (std::size_t i = 0; i < world_rays.size(); ++i) {
+        const SceneRay ray = to_scene(scene_->space(), world_rays[i]);
         if (!ray.valid) continue;
         rays.push_back(ray.ray);
         indices.push_back(i);
@@ -183,9 +182,9 @@ std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
     ++tally.cases;
     std::vector<Finding> findings;
     referee.load(std::make_unique<FuzzScene>(fuzz_case), entrants);
-    if (fuzz_case.has_picture()) {
+    if (fuzz_case.has_image()) {
         try {
-            findings = referee.compare_pictures(fuzz_case.view, tally);
+            findings = referee.compare_images(fuzz_case.view, tally);
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::kBadInput) throw;
             ++tally.refused;
@@ -197,11 +196,11 @@ std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
     return findings;
 }
 
-std::vector<UserRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case) {
+std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case) {
     const FuzzScene scene(fuzz_case);
     brute.set_scene(scene.topology(), scene.positions(), scene.rebuilt());
-    std::vector<UserRay> all = fuzz_case.rays;
-    for (const UserRay& user : fuzz_case.rays) {
+    std::vector<WorldRay> all = fuzz_case.rays;
+    for (const WorldRay& user : fuzz_case.rays) {
         const SceneRay ray = to_scene(scene.space(), user);
         if (!ray.valid) continue;
         Hit hit;
@@ -209,13 +208,13 @@ std::vector<UserRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case
         if (hit.prim_id == kNoPrim) continue;
         const float t[] = {hit.t, std::nextafter(hit.t, 0.0f), std::nextafter(hit.t, kInfiniteT)};
         for (const float end : t) {
-            const double user_t = std::ldexp(static_cast<double>(end), ray.t_exponent);
-            UserRay bounded = user;
-            bounded.tnear = user_t;
-            bounded.tfar = std::max(user.tfar, user_t);
+            const double world_t = std::ldexp(static_cast<double>(end), ray.t_exponent);
+            WorldRay bounded = user;
+            bounded.tnear = world_t;
+            bounded.tfar = std::max(user.tfar, world_t);
             all.push_back(bounded);
-            bounded.tnear = std::min(user.tnear, user_t);
-            bounded.tfar = user_t;
+            bounded.tnear = std::min(user.tnear, world_t);
+            bounded.tfar = world_t;
             all.push_back(bounded);
         }
     }

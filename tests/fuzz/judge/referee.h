@@ -15,18 +15,18 @@
 
 namespace morphray::fuzz {
 
-/// An entrant's difference to the reference in a picture or in a batch of single rays.
+/// An entrant's difference to the reference in an image or in a batch of single rays.
 struct Finding {
     const Entrant* entrant = nullptr;
-    /// Of a picture.
-    FrameDifference picture;
+    /// Of an image.
+    FrameDifference image;
     /// Of single rays: how many differ, and the first.
     std::size_t ray_count = 0;
     std::size_t ray_index = 0;
     Hit expected = no_hit();
     Hit actual = no_hit();
 
-    bool is_picture() const { return ray_count == 0; }
+    bool is_image() const { return ray_count == 0; }
 };
 
 /// Entrant, kind of difference, and the first pixel or ray with both values, floats as bits.
@@ -35,9 +35,9 @@ std::string describe(const Finding& finding);
 /// What has been compared.
 struct Tally {
     std::uint64_t cases = 0;
-    /// Cases that no picture can be made of, for example as eye and target coincide.
+    /// Cases that no image can be made of, for example as eye and target coincide.
     std::uint64_t refused = 0;
-    /// Comparisons of an entrant's picture with the reference; those with the eye within 2^-20
+    /// Comparisons of an entrant's image with the reference; those with the eye within 2^-20
     /// extents of the plane of a triangle.
     std::uint64_t images = 0;
     std::uint64_t images_near_a_plane = 0;
@@ -57,16 +57,16 @@ public:
     /// The scene for what follows. Each entrant gets its tree when it is its turn, and keeps it
     /// until another one takes its backend.
     void load(std::unique_ptr<FuzzScene> scene, std::span<const Entrant> entrants);
-    /// Compares pictures of the scene. Throws Error for a view that is refused.
-    std::vector<Finding> compare_pictures(const ViewSpec& view, Tally& tally);
+    /// Compares images of the scene. Throws Error for a view that is refused.
+    std::vector<Finding> compare_images(const ViewSpec& view, Tally& tally);
     /// Compares closest hits of single rays; those that are none are left out.
-    std::vector<Finding> compare_rays(std::span<const UserRay> rays, Tally& tally);
+    std::vector<Finding> compare_rays(std::span<const WorldRay> rays, Tally& tally);
 
 private:
     /// What a backend holds.
     struct Loaded {
         const Entrant* entrant = nullptr;
-        /// Builds behind read the scene, so it ends before that.
+        /// Background builds read the scene, so it ends before that.
         std::unique_ptr<TreeUpdater> updater;
     };
 
@@ -81,12 +81,12 @@ private:
     Frame actual_;
 };
 
-/// A whole case: its picture if it has one, and its rays. A refused view counts as such.
+/// A whole case: its image if it has one, and its rays. A refused view counts as such.
 std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
                                 std::span<const Entrant> entrants, Tally& tally);
 
 /// The rays of a case, and each of those that hit again with tnear and with tfar at its hit and at
 /// the floats next to it.
-std::vector<UserRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case);
+std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case);
 
 }  // namespace morphray::fuzz

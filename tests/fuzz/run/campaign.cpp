@@ -11,7 +11,7 @@
 namespace morphray::fuzz {
 std::string summary(const Tally& tally, double seconds) {
     return fmt::format(
-        "{} cases ({} without a picture), {} images ({} near a plane), {} rays, {:.1f} s ({:.0f} "
+        "{} cases ({} without an image), {} images ({} near a plane), {} rays, {:.1f} s ({:.0f} "
         "images a second), {} cases and {} images differ",
         tally.cases, tally.refused, tally.images, tally.images_near_a_plane, tally.rays, seconds,
         static_cast<double>(tally.images) / std::max(seconds, 1e-3), tally.failed_cases,

@@ -1,5 +1,5 @@
 // one_picture_fuzz: whether every instruction set, tree, number of threads and device draws one
-// picture. `./fuzz` at the root of the checkout builds and runs it.
+// image. `./fuzz` at the root of the checkout builds and runs it.
 #include <algorithm>
 #include <cstdio>
 #include <exception>

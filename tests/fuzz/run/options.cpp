@@ -128,7 +128,7 @@ over refitted, rebuilt and kept trees; on Vulkan each width of lavapipe's vector
   sweep:
   --every N       every N-th triangle (1)
   --frame F       the frame of the scene (0)
-  --size WxH      of the pictures (16x16)
+  --size WxH      of the images (16x16)
 
 Failures go to stdout, each with a command line that shows it; progress goes to stderr.
 Exit codes: 0 no difference, 1 a difference or a crash, 2 usage, 3 bad input, 4 no Vulkan device,

@@ -30,7 +30,7 @@ TEST(FuzzOptions, AreRead) {
 TEST(FuzzOptions, ThatAreWrongAreRefusedWithAReason) {
     const std::vector<std::vector<std::string>> wrong = {
         {},
-        {"picture"},
+        {"image"},
         {"one-picture", "--hours", "0"},
         {"one-picture", "--hours", "-1"},
         {"one-picture", "--cases"},

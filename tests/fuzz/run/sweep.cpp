@@ -101,7 +101,7 @@ int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const Fail
         ++state.tally.cases;
         std::vector<Finding> findings;
         try {
-            findings = referee.compare_pictures(fuzz_case.view, state.tally);
+            findings = referee.compare_images(fuzz_case.view, state.tally);
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::kBadInput) throw;
             ++state.tally.refused;

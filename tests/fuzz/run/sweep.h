@@ -7,7 +7,7 @@
 
 namespace morphray::fuzz {
 
-/// The scene's frame as a case with one pose, without a picture. Throws what open_scene throws.
+/// The scene's frame as a case with one pose, without an image. Throws what open_scene throws.
 FuzzCase open_sweep(const FuzzOptions& options);
 
 /// A lane's part: an eye in the plane of each options.every-th triangle, or 2^-8 to 2^-50 extents

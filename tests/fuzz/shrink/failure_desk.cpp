@@ -19,8 +19,8 @@ namespace {
 enum class FailureClass { kClosestHits, kSecondary, kSingleRays };
 
 FailureClass class_of(const Finding& finding) {
-    if (!finding.is_picture()) return FailureClass::kSingleRays;
-    const FrameDifference& d = finding.picture;
+    if (!finding.is_image()) return FailureClass::kSingleRays;
+    const FrameDifference& d = finding.image;
     return d.total() == d.occlusion + d.colour ? FailureClass::kSecondary
                                                : FailureClass::kClosestHits;
 }
@@ -44,13 +44,13 @@ FuzzCase shrunk(Referee& referee, const FuzzCase& fuzz_case, const Finding& orig
     return shrink(fuzz_case, [&](const FuzzCase& smaller) -> std::optional<FailurePlace> {
         const std::optional<Finding> found = find_again(referee, smaller, original);
         if (!found) return std::nullopt;
-        if (!found->is_picture()) return FailurePlace{0, 0, found->ray_index};
-        return FailurePlace{found->picture.first.front().x, found->picture.first.front().y, 0};
+        if (!found->is_image()) return FailurePlace{0, 0, found->ray_index};
+        return FailurePlace{found->image.first.front().x, found->image.first.front().y, 0};
     });
 }
 
 std::string kind_of(const Finding& finding, const FuzzCase& fuzz_case) {
-    return finding.is_picture() ? app::name_of_rays(fuzz_case.view.rays) : "single rays";
+    return finding.is_image() ? app::name_of_rays(fuzz_case.view.rays) : "single rays";
 }
 
 std::string names_of(std::span<const Finding> findings) {
@@ -64,7 +64,7 @@ std::string names_of(std::span<const Finding> findings) {
 std::string size_text(const FuzzCase& fuzz_case) {
     std::string text =
         fmt::format("{} triangles, {} poses", fuzz_case.triangles.size(), fuzz_case.poses.size());
-    if (fuzz_case.has_picture())
+    if (fuzz_case.has_image())
         text += fmt::format(", {}x{} pixels, {}", fuzz_case.view.width, fuzz_case.view.height,
                             app::name_of_rays(fuzz_case.view.rays));
     if (!fuzz_case.rays.empty()) text += fmt::format(", {} single rays", fuzz_case.rays.size());

@@ -25,7 +25,7 @@ std::vector<std::string> words_of(const std::string& text) {
 
 std::string rays_text(const FuzzCase& fuzz_case) {
     std::string text;
-    for (const UserRay& r : fuzz_case.rays)
+    for (const WorldRay& r : fuzz_case.rays)
         text += fmt::format("{} {} {} {} {} {} {} {}\n", r.org[0], r.org[1], r.org[2], r.dir[0],
                             r.dir[1], r.dir[2], r.tnear, r.tfar);
     return text;
@@ -48,7 +48,7 @@ std::string environment_of(const Entrant& entrant) {
 std::string line_with(const std::string& program, const FuzzCase& fuzz_case, const Entrant& entrant,
                       const std::string& folder) {
     const std::string environment = environment_of(entrant);
-    if (!fuzz_case.has_picture()) {
+    if (!fuzz_case.has_image()) {
         return environment + fmt::format("bash -c 'cmp <({}) <({})'",
                                          trace_line(fuzz_case, program, folder, "--backend brute"),
                                          trace_line(fuzz_case, program, folder, entrant.arguments));

@@ -12,7 +12,7 @@ namespace morphray::fuzz {
 /// A pose as the text of an OBJ file: floats read back as themselves.
 std::string obj_text(const FuzzCase& fuzz_case, std::size_t pose);
 
-/// The arguments of `morphray crosscheck` (without the program) that compare the case's picture on
+/// The arguments of `morphray crosscheck` (without the program) that compare the case's image on
 /// this tracer, with the scene in `folder`.
 std::vector<std::string> crosscheck_arguments(const FuzzCase& fuzz_case, const Entrant& entrant,
                                               const std::string& folder);

@@ -19,7 +19,7 @@ Point to_point(const dvec3& v) { return {v.x, v.y, v.z}; }
 /// What the camera does with eye, target, up and fov.
 struct Axes {
     dvec3 right, up, forward;
-    /// Half of the picture's height at distance 1.
+    /// Half of the image's height at distance 1.
     double half;
 };
 Axes axes_of(const ViewSpec& view) {
@@ -51,7 +51,7 @@ ViewSpec part_of(const ViewSpec& view, double left, double top, std::uint32_t wi
 /// Calls `visit` for each number until it returns true.
 template <class Case, class Visit>
 void for_each_number(Case& fuzz_case, const Visit& visit) {
-    if (fuzz_case.has_picture()) {
+    if (fuzz_case.has_image()) {
         auto& view = fuzz_case.view;
         for (auto* point : {&view.eye, &view.target, &view.light}) {
             if (!*point) continue;
@@ -90,7 +90,7 @@ std::vector<FuzzCase> with_fewer_poses(const FuzzCase& fuzz_case) {
     std::vector<FuzzCase> fewer;
     if (fuzz_case.poses.size() == 1) return fewer;
     FuzzCase alone = fuzz_case;
-    const std::vector<vec3> traced = user_positions(fuzz_case, fuzz_case.frame);
+    const std::vector<vec3> traced = world_positions(fuzz_case, fuzz_case.frame);
     alone.poses = {traced};
     alone.frame = 0;
     alone.build_at = 0;

@@ -20,8 +20,8 @@ FuzzCase without_idle_vertices(const FuzzCase& fuzz_case, std::size_t first, std
 /// With fewer secondary rays, or none.
 std::vector<ViewSpec> with_simpler_rays(const ViewSpec& view);
 
-/// Smaller pictures: parts of it around pixel (x, y) with about the same rays (a camera's picture
-/// is around its target, so the rays differ by rounding), and pictures of as many degrees. The
+/// Smaller images: parts of it around pixel (x, y) with about the same rays (a camera's image
+/// is around its target, so the rays differ by rounding), and images of as many degrees. The
 /// smallest come first.
 std::vector<ViewSpec> with_fewer_pixels(const ViewSpec& view, std::uint32_t x, std::uint32_t y);
 

@@ -22,7 +22,7 @@ public:
             again |= shrink_poses();
             again |= shrink_mesh();
             again |= shrink_rays();
-            again |= best_.has_picture() && shrink_picture();
+            again |= best_.has_image() && shrink_image();
         }
         simplify_numbers();
         return best_;
@@ -43,10 +43,10 @@ private:
     void keep_one_comparison() {
         FuzzCase alone = best_;
         alone.rays.clear();
-        if (best_.has_picture() && !best_.rays.empty() && take(std::move(alone))) return;
+        if (best_.has_image() && !best_.rays.empty() && take(std::move(alone))) return;
         alone = best_;
         alone.view.width = alone.view.height = 0;
-        if (!best_.rays.empty() && best_.has_picture()) take(std::move(alone));
+        if (!best_.rays.empty() && best_.has_image()) take(std::move(alone));
     }
 
     bool shrink_poses() {
@@ -106,7 +106,7 @@ private:
                             });
     }
 
-    bool shrink_picture() {
+    bool shrink_image() {
         bool shrunk = false;
         for (const ViewSpec& simpler : with_simpler_rays(best_.view)) {
             FuzzCase smaller = best_;

@@ -115,8 +115,8 @@ protected:
             const auto found = findings(c);
             if (found.empty()) return std::nullopt;
             const Finding& first = found.front();
-            if (!first.is_picture()) return FailurePlace{0, 0, first.ray_index};
-            const PixelDifference& p = first.picture.first.front();
+            if (!first.is_image()) return FailurePlace{0, 0, first.ray_index};
+            const PixelDifference& p = first.image.first.front();
             return FailurePlace{p.x, p.y, 0};
         });
     }

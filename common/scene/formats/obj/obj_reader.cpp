@@ -130,7 +130,7 @@ void require_content(const ObjMesh& mesh, const std::string& name, const ObjOpti
             ErrorKind::kBadInput,
             fmt::format("{}: {}; is it an OBJ file? --allow-empty accepts it", name, missing));
     }
-    options.warn({name, fmt::format("{}; the picture will be empty", missing)});
+    options.warn({name, fmt::format("{}; the image will be empty", missing)});
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ constexpr std::size_t kFilesAtOnce = 64;
 struct Keyframe {
     double frame = 0;
     std::vector<vec3> positions;
-    UserBounds bounds;
+    WorldBounds bounds;
     /// Why the file could not be used; empty when it could.
     std::string problem;
     std::optional<Warning> warning;
@@ -123,7 +123,7 @@ public:
     const Topology& topology() const override { return topology_; }
     double first_frame() const override { return keyframes_.front().frame; }
     double last_frame() const override { return keyframes_.back().frame; }
-    UserBounds bounds() const override { return bounds_; }
+    WorldBounds bounds() const override { return bounds_; }
     const std::string& name() const override { return name_; }
 
     void positions(double frame, std::span<vec3> out) const override {
@@ -232,7 +232,7 @@ private:
     bool hold_;
     Topology topology_;
     std::vector<Keyframe> keyframes_;
-    UserBounds bounds_;
+    WorldBounds bounds_;
     std::optional<Warning> damage_;
 };
 

@@ -39,7 +39,7 @@ std::uint64_t hash_at(const Clip& clip, double frame) {
     return Hasher().add(std::span(positions)).digest();
 }
 
-void expect_within(const std::vector<vec3>& positions, const UserBounds& bounds, double frame) {
+void expect_within(const std::vector<vec3>& positions, const WorldBounds& bounds, double frame) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
         for (int axis = 0; axis < 3; ++axis) {
             const double x = positions[i][axis];
@@ -140,7 +140,7 @@ TEST_P(EveryScene, StaysWithinItsBoundsBetweenFramesToo) {
 
 TEST_P(EveryScene, HasBoundsThatFitWell) {
     const auto clip = make_procedural(GetParam(), 3000);
-    const UserBounds bounds = clip->bounds();
+    const WorldBounds bounds = clip->bounds();
     vec3 lower = positions_of(*clip, 0)[0];
     vec3 upper = lower;
     for (int frame = 0; frame <= 24; ++frame) {

@@ -12,7 +12,7 @@
 namespace morphray {
 namespace {
 
-/// A tree whose rot is known: it takes `sound` to trace when new, a build costs `build`.
+/// A tree whose degradation is known: it takes `sound` to trace when new, a build costs `build`.
 struct Clip {
     double sound = 10;
     double build = 5;
@@ -33,7 +33,7 @@ struct Played {
     int restructurings = 0;
 };
 
-/// Plays frames as TreeUpdater does; a build behind is there for the next frame.
+/// Plays frames as TreeUpdater does; a build in the background is there for the next frame.
 Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
     policy.built(clip.build);
     Played played;
@@ -67,7 +67,7 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
             cost.new_tree = true;
             ++played.rebuilds;
         }
-        if (decision.step == UpdateStep::kRebuildBehind) {
+        if (decision.step == UpdateStep::kRebuildInBackground) {
             pending = true;
             ++played.rebuilds;
         }
@@ -165,7 +165,7 @@ TEST(AutoPolicy, NeverRebuildsATreeThatDoesNotRot) {
     EXPECT_EQ(play("auto", clip, 500).rebuilds, 0);
 }
 
-TEST(AutoPolicy, DoesNotBlameTheTreeForAPictureThatTakesLonger) {
+TEST(AutoPolicy, DoesNotBlameTheTreeForAnImageThatTakesLonger) {
     const auto policy = make_update_policy("auto");
     policy->built(5);
     for (int frame = 0; frame < 200; ++frame) {
@@ -231,7 +231,7 @@ TEST(AutoPolicy, TreesThatAreTooLateWhenTheyAreTakenDoNotBegetOthers) {
     for (int frame = 0; frame < 100; ++frame) {
         const UpdateDecision decision =
             policy->review({.cost_ratio = 4, .restructured = frame % 2 == 0});
-        ASSERT_NE(decision.step, UpdateStep::kRebuildBehind) << frame;
+        ASSERT_NE(decision.step, UpdateStep::kRebuildInBackground) << frame;
         policy->frame_done({.refit = 0.1, .trace = 10, .cost_ratio = 4});
     }
 }
@@ -255,7 +255,7 @@ TEST(AutoPolicy, BuildOverTheBudgetGoesOnBehind) {
                 decision = policy->review({.cost_ratio = 1.5, .restructured = true});
             policy->frame_done({.refit = 0.1, .trace = 9.9, .cost_ratio = 1.5});
         }
-        EXPECT_EQ(decision.step, UpdateStep::kRebuildBehind);
+        EXPECT_EQ(decision.step, UpdateStep::kRebuildInBackground);
         EXPECT_EQ(decision.build_frames, 8u);  // 20 ms, 2.5 ms a frame
     }
 }

@@ -74,7 +74,7 @@ TEST(KeyframeClip, ClampsFramesToItsRange) {
 }
 
 TEST(KeyframeClip, BoundsHoldEveryVertexOfEveryFrame) {
-    const UserBounds bounds = open_frames({triangle_at("-7"), triangle_at("9")}).clip->bounds();
+    const WorldBounds bounds = open_frames({triangle_at("-7"), triangle_at("9")}).clip->bounds();
     EXPECT_EQ(bounds.lower[0], -7);
     EXPECT_EQ(bounds.upper[0], 9);
     EXPECT_EQ(bounds.lower[1], 0);
