@@ -67,13 +67,13 @@ std::vector<int> parse_threads(const std::string& option, const std::string& tex
     return threads;
 }
 
-std::vector<cpu::SimdTarget> parse_targets(const std::string& text) {
-    std::vector<cpu::SimdTarget> supported = cpu::supported_simd_targets();
+std::vector<SimdTarget> parse_targets(const std::string& text) {
+    std::vector<SimdTarget> supported = supported_simd_targets();
     if (text == "all") return supported;
-    std::vector<cpu::SimdTarget> asked;
-    for (const std::string& name : split_list(text)) asked.push_back(cpu::find_simd_target(name));
-    std::vector<cpu::SimdTarget> targets;
-    for (const cpu::SimdTarget& target : supported) {
+    std::vector<SimdTarget> asked;
+    for (const std::string& name : split_list(text)) asked.push_back(find_simd_target(name));
+    std::vector<SimdTarget> targets;
+    for (const SimdTarget& target : supported) {
         if (std::find(asked.begin(), asked.end(), target) != asked.end()) targets.push_back(target);
     }
     return targets;

@@ -30,7 +30,7 @@ struct BenchOptions {
     std::vector<int> threads = {1, 2};
     int repeat = 9;
     /// Best first.
-    std::vector<cpu::SimdTarget> targets = {cpu::find_simd_target("best")};
+    std::vector<SimdTarget> targets = {find_simd_target("best")};
     ViewKind view_kind = ViewKind::kFill;
     ViewSpec view = few_ao_samples();
     /// Settings of Embree's device besides the threads.

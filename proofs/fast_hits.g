@@ -2,7 +2,7 @@
 #
 #   bounds       where they agree, bound as fast_edges computes it is no larger than theirs, and
 #                fl(zmax - zmin) < size, so that the rule takes its fast path with the same weights
-#   code         FastHits::project (cpu/simd/rule_vectors-inl.h, margin 2^-18 on r), finish_hit
+#   code         FastHits::project (cpu/simd/fast_hit_rule-inl.h, margin 2^-18 on r), finish_hit
 #                (shaders/packet/hit_leaves.glsl, margin 2^-16 on bound)
 #   inputs       points of project_fast; accurate edge functions that are known to be alike
 #   operations   rule: r = fl(fl(c fl((m + m) + Z)) + f), bound = fl(r fl(m + fl(r + r))),

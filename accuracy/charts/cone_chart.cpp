@@ -163,7 +163,7 @@ std::size_t cone_steps() { return std::size(kAngles); }
 Chart cone_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix) {
     const ChartScene scene =
         make_chart_scene(input.name, input.topology, input.positions, {}, kSide, 0);
-    const cpu::SimdTarget target = cpu::supported_simd_targets().front();
+    const SimdTarget target = supported_simd_targets().front();
     const cpu::SingleRayTracer wide(scene.scene_space.bvh, target);
     const cpu::PacketTracer packets(scene.scene_space.bvh, target);
     const std::vector<Surface> surfaces = seen_surfaces(scene, wide);

@@ -46,11 +46,11 @@ Chart packet_chart(const ChartContext& context, const ChartInput& input,
                    const std::string& suffix) {
     const ChartScene scene = make_chart_scene(input.name, input.topology, input.positions, {},
                                               std::min(context.effort.side, kMostSide), 0);
-    const std::vector<cpu::SimdTarget> targets = cpu::supported_simd_targets();
+    const std::vector<SimdTarget> targets = supported_simd_targets();
     std::vector<Hit> hits(scene.scene_space.camera_rays.size());
     std::vector<std::function<void()>> runs;
     std::vector<std::array<std::string, 3>> names;  // target, shape, rays
-    for (const cpu::SimdTarget& target : targets) {
+    for (const SimdTarget& target : targets) {
         Method single;
         single.in_scene_space = true;
         single.trace = [tracer = cpu::SingleRayTracer(scene.scene_space.bvh, target)](

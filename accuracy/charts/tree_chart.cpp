@@ -68,7 +68,7 @@ void for_each_tile(const ImageParams& params, Visit visit) {
 }
 
 void trace_packets(const Bvh& bvh, const ImageParams& params, std::span<Hit> hits) {
-    const cpu::PacketTracer tracer(bvh, cpu::supported_simd_targets().front());
+    const cpu::PacketTracer tracer(bvh, supported_simd_targets().front());
     for_each_tile(params, [&](const cpu::Tile& tile, std::size_t first) {
         thread_local const auto packet = std::make_unique<cpu::Packet>();
         tracer.intersect_camera(params, tile, *packet, &hits[first], kSide);
@@ -76,7 +76,7 @@ void trace_packets(const Bvh& bvh, const ImageParams& params, std::span<Hit> hit
 }
 
 void trace_singly(const Bvh& bvh, const ImageParams& params, std::span<Hit> hits) {
-    const cpu::SingleRayTracer tracer(bvh, cpu::supported_simd_targets().front());
+    const cpu::SingleRayTracer tracer(bvh, supported_simd_targets().front());
     for_each_tile(params, [&](const cpu::Tile& tile, std::size_t first) {
         std::vector<Ray> rays;
         for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {

@@ -23,7 +23,7 @@ Method ours(std::string name, TraceBatch trace) {
     return method;
 }
 
-Method single(const ChartScene& scene, const cpu::SimdTarget& target) {
+Method single(const ChartScene& scene, const SimdTarget& target) {
     return ours(
         fmt::format("single {}", target.name),
         [tracer = cpu::SingleRayTracer(scene.scene_space.bvh, target)](
@@ -31,7 +31,7 @@ Method single(const ChartScene& scene, const cpu::SimdTarget& target) {
 }
 
 /// The camera's pixels in packets; any other rays as single ones.
-Method packets(const ChartScene& scene, const cpu::SimdTarget& target) {
+Method packets(const ChartScene& scene, const SimdTarget& target) {
     Method method = ours(fmt::format("packets {}", target.name), single(scene, target).trace);
     method.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
                             std::size_t tile, std::span<Hit> hits) {
@@ -63,7 +63,7 @@ void add_vulkan(const ChartScene& scene, const MakeBackend& make_vulkan,
 }  // namespace
 
 Method single_method(const ChartScene& scene) {
-    return single(scene, cpu::supported_simd_targets().front());
+    return single(scene, supported_simd_targets().front());
 }
 
 std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make_vulkan) {
@@ -73,7 +73,7 @@ std::vector<Method> our_methods(const ChartScene& scene, const MakeBackend& make
                                                                        std::span<Hit> hits) {
         for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer.intersect(rays[i]);
     }));
-    for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+    for (const SimdTarget& target : supported_simd_targets()) {
         methods.push_back(single(scene, target));
         methods.push_back(packets(scene, target));
     }

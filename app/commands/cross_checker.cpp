@@ -17,9 +17,9 @@ std::uint64_t rays_per_pixel(const ViewSpec& view, std::uint32_t rays) {
 /// The instruction set that is asked for, or all that this machine has.
 std::vector<std::string> simd_to_check(const std::string& asked) {
     if (asked == cpu::kSimdOff) return {};
-    if (!asked.empty()) return {cpu::find_simd_target(asked).name};
+    if (!asked.empty()) return {find_simd_target(asked).name};
     std::vector<std::string> names;
-    for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+    for (const SimdTarget& target : supported_simd_targets()) {
         names.emplace_back(target.name);
     }
     return names;

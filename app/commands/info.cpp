@@ -47,7 +47,7 @@ ProgramReport describe_program() {
     for (const ProceduralScene& scene : procedural_scenes()) {
         report.builtins.push_back({scene.name, scene.description, scene.default_triangles});
     }
-    report.backends = {"cpu: " + cpu::names_of(cpu::supported_simd_targets()),
+    report.backends = {"cpu: " + names_of(supported_simd_targets()),
                        "brute: every ray against every triangle", describe_vulkan()};
     return report;
 }

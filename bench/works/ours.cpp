@@ -48,7 +48,7 @@ OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
 }
 
 /// Packets of 64 x 64 rays; shadow rays that have too little in common go to single rays.
-OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
+OurTracer packet_by_packet(const Bvh& bvh, const SimdTarget& target) {
     const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target)](
                            const TraceWork& work, TraceAnswers& answers) {
         static_assert(kTileSize == cpu::kSquareSide && kBlockSize == cpu::kBlockSide);
@@ -74,18 +74,17 @@ OurTracer packet_by_packet(const Bvh& bvh, const cpu::SimdTarget& target) {
 
 }  // namespace
 
-OurTracer single_rays(const Bvh& bvh, const cpu::SimdTarget& target) {
+OurTracer single_rays(const Bvh& bvh, const SimdTarget& target) {
     return batch_by_batch("wide", target.name, cpu::SingleRayTracer(bvh, target));
 }
 
-std::vector<OurTracer> our_tracers(const TracedScene& scene,
-                                   std::span<const cpu::SimdTarget> targets) {
+std::vector<OurTracer> our_tracers(const TracedScene& scene, std::span<const SimdTarget> targets) {
     std::vector<OurTracer> tracers;
-    for (const cpu::SimdTarget& target : targets) {
+    for (const SimdTarget& target : targets) {
         tracers.push_back(packet_by_packet(scene.bvh, target));
         tracers.push_back(single_rays(scene.bvh, target));
     }
-    if (targets.back() == cpu::supported_simd_targets().back()) {
+    if (targets.back() == supported_simd_targets().back()) {
         tracers.push_back(batch_by_batch("reference", "scalar", ScalarBatches(scene.bvh)));
     }
     return tracers;
@@ -98,7 +97,7 @@ std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
 }
 
 std::vector<OurRefit> our_refits() {
-    return {{"levels", cpu::best_simd_target().name,
+    return {{"levels", best_simd_target().name,
              [](Bvh& bvh, std::span<const vec3> positions) { cpu::refit(bvh, positions); }}};
 }
 

@@ -34,11 +34,10 @@ struct OurTracer {
 
 /// Those for each target, best first; if "scalar" is among them also the reference. At least one
 /// target.
-std::vector<OurTracer> our_tracers(const TracedScene& scene,
-                                   std::span<const cpu::SimdTarget> targets);
+std::vector<OurTracer> our_tracers(const TracedScene& scene, std::span<const SimdTarget> targets);
 
 /// "wide": every ray on its own.
-OurTracer single_rays(const Bvh& bvh, const cpu::SimdTarget& target);
+OurTracer single_rays(const Bvh& bvh, const SimdTarget& target);
 
 /// The closest hits of a primary work by the scalar reference, in the calling thread's arena.
 std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work);

@@ -8,7 +8,7 @@ namespace morphray::bench {
 namespace {
 
 /// The methods on one target, single rays first.
-std::vector<OurTracer> methods_on(const TracedScene& scene, const cpu::SimdTarget& target,
+std::vector<OurTracer> methods_on(const TracedScene& scene, const SimdTarget& target,
                                   std::uint32_t rays) {
     if (rays == kRaysAo) return batches_of_each_size(scene.bvh, target);
     std::vector<OurTracer> tracers = {single_rays(scene.bvh, target)};
@@ -22,7 +22,7 @@ std::vector<OurTracer> methods_on(const TracedScene& scene, const cpu::SimdTarge
 
 void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work) {
     ThreadArena arena(rig.threads);
-    for (const cpu::SimdTarget& target : rig.targets) {
+    for (const SimdTarget& target : rig.targets) {
         const std::vector<OurTracer> tracers =
             methods_on({scene.topology(), scene.positions, scene.bvh}, target, work.params.rays);
         std::vector<TraceAnswers> answers(tracers.size(), TraceAnswers(work));

@@ -90,7 +90,7 @@ void occlude_tile(const cpu::TileTracer& tracer, std::span<const RayMask> masks,
 
 }  // namespace
 
-std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const cpu::SimdTarget& target) {
+std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const SimdTarget& target) {
     const auto tracer = std::make_shared<const cpu::TileTracer>(bvh, target);
     std::vector<OurTracer> tracers;
     for (const PacketShape shape : kPacketShapes) {
@@ -109,7 +109,7 @@ std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const cpu::SimdTarg
     return tracers;
 }
 
-std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const cpu::SimdTarget& target) {
+std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const SimdTarget& target) {
     const cpu::SingleRayTracer tracer(bvh, target);
     std::vector<OurTracer> tracers;
     for (const std::size_t size : kBatchSizes) {

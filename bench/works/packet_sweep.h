@@ -26,9 +26,9 @@ inline constexpr std::size_t kBatchSizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 
 
 /// "packet WxH" for each shape, for primary and shadow rays. A packet of shadow rays is the active
 /// ones of its pixels, traced with a mask, so what a call costs whatever the mask is in it.
-std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const cpu::SimdTarget& target);
+std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const SimdTarget& target);
 
 /// "wide N" for each batch size, for ambient occlusion.
-std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const cpu::SimdTarget& target);
+std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const SimdTarget& target);
 
 }  // namespace morphray::bench

@@ -84,7 +84,7 @@ EmbreeWay single_ray_way(std::uint32_t rays) {
 
 void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const TraceWork& work) {
     ThreadArena arena(rig.threads);
-    const cpu::SimdTarget scalar[] = {cpu::find_simd_target("scalar")};
+    const SimdTarget scalar[] = {find_simd_target("scalar")};
     const std::vector<OurTracer> tracers =
         our_tracers({scene.topology(), scene.positions, scene.bvh}, scalar);
     const OurTracer& reference = tracers.back();
@@ -98,7 +98,7 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
     vulkan.trace_image(work.params, frame);
     // What Embree makes of hits, its rays made of them within the time as the device's are.
     Frame pixels = frame;
-    const cpu::PixelShader shader(cpu::best_simd_target());
+    const cpu::PixelShader shader(best_simd_target());
     DeviceClock clock;
     std::vector<Method> methods = {
         {"vulkan",

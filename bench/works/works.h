@@ -19,7 +19,7 @@ struct Rig {
     int threads;
     int repeat;
     /// Those that our tracers are measured with.
-    std::vector<cpu::SimdTarget> targets;
+    std::vector<SimdTarget> targets;
     /// Receives the rows as they are done.
     std::function<void(const Row&)> report;
 };

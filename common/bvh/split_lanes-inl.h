@@ -72,8 +72,8 @@ public:
         const float4 extent = bounds.upper - bounds.lower;
         // A hair less than kBins, so that the largest centroid falls into the last bin. All that do
         // not differ along an axis are in its first one.
-        const float4 divisor = extent > float4{} ? extent : splat(1);
-        const float4 scale = splat(static_cast<float>(kBins) * 0.9999f) / divisor;
+        const float4 divisor = extent > float4{} ? extent : splat4(1);
+        const float4 scale = splat4(static_cast<float>(kBins) * 0.9999f) / divisor;
         scale_ = extent > float4{} ? scale : float4{};
         scale_[3] = 0;
     }
@@ -99,7 +99,7 @@ private:
     float4 scale_;
     // Members, because g++ takes two or three instructions for a minimum with a literal.
     float4 least_ = float4{};
-    float4 most_ = splat(static_cast<float>(kBins - 1));
+    float4 most_ = splat4(static_cast<float>(kBins - 1));
 };
 
 /// What is in a bin of each axis. Its size is a power of two, which finds it faster.
@@ -168,12 +168,12 @@ SPLIT_FUNCTION inline float4 part_costs(const BinBox* boxes, int4 count) {
     const float4 dy = __builtin_shufflevector(xy, c, 2, 3, 5, 5);
     const float4 dz = __builtin_shufflevector(z, c, 0, 1, 6, 6);
     const float4 area = dx * dy + dy * dz + dz * dx;
-    return area * (__builtin_convertvector(count, float4) + splat(kPartCost));
+    return area * (__builtin_convertvector(count, float4) + splat4(kPartCost));
 }
 
 /// The cheapest place so far on each axis, which is a lane: the first of several.
 struct CheapestPlaces {
-    float4 cost = splat(std::numeric_limits<float>::infinity());
+    float4 cost = splat4(std::numeric_limits<float>::infinity());
     int4 position = {};
     int4 left_size = {};
 
@@ -296,12 +296,12 @@ SPLIT_FUNCTION void rank_all(const float* c, std::size_t size, std::int32_t* ran
         const int4 index = {first, first + 1, first + 2, first + 3};
         int4 sum = {};
         // A comparison that holds is -1.
-        for (std::size_t j = 0; j < block; ++j) sum -= splat(c[j]) <= own;
+        for (std::size_t j = 0; j < block; ++j) sum -= splat4(c[j]) <= own;
         for (std::int32_t j = first; j < first + 4; ++j) {
-            const float4 other = splat(c[j]);
+            const float4 other = splat4(c[j]);
             sum -= (other < own) | ((other == own) & (j < index));
         }
-        for (std::size_t j = block + 4; j < size; ++j) sum -= splat(c[j]) < own;
+        for (std::size_t j = block + 4; j < size; ++j) sum -= splat4(c[j]) < own;
         __builtin_memcpy(rank + block, &sum, sizeof sum);
     }
 }

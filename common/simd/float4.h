@@ -15,7 +15,7 @@ using int4 __attribute__((vector_size(16))) = std::int32_t;
 
 inline float4 min(float4 a, float4 b) { return a < b ? a : b; }
 inline float4 max(float4 a, float4 b) { return a > b ? a : b; }
-inline float4 splat(float x) { return float4{x, x, x, x}; }
+inline float4 splat4(float x) { return float4{x, x, x, x}; }
 
 /// Four floats from memory of any alignment.
 inline float4 load4(const float* p) {
@@ -38,7 +38,7 @@ struct Box4 {
     float4 lower;
     float4 upper;
 
-    static Box4 none() { return {splat(kEmptyPlane), splat(-kEmptyPlane)}; }
+    static Box4 none() { return {splat4(kEmptyPlane), splat4(-kEmptyPlane)}; }
 
     void extend(float4 p) {
         lower = min(lower, p);

@@ -1,6 +1,6 @@
 // How code that is written once with Highway is called for a chosen target. A tracer has
 //
-//   cpu/x_tracer-inl.h  functions in morphray::cpu::HWY_NAMESPACE, compiled once for each target;
+//   cpu/x_tracer-inl.h  functions in morphray::HWY_NAMESPACE, compiled once for each target;
 //                       SIMD types stay in there, and its entry points take whole batches or tiles
 //   cpu/x_tracer.cpp    HWY_TARGET_INCLUDE, <hwy/foreach_target.h>, <hwy/highway.h>, the -inl.h,
 //                       and then, under HWY_ONCE, HWY_EXPORT(function), which makes a table of the
@@ -20,7 +20,7 @@
 
 #include "common/simd/simd_target.h"
 
-namespace morphray::cpu {
+namespace morphray {
 
 /// The entry of a target in a table of HWY_EXPORT: entry 0 dispatches by itself and is not used
 /// here, then come the SIMD targets from the best on, last the one without SIMD. A program compiled
@@ -34,7 +34,7 @@ Function simd_function(const Function (&table)[N], const SimdTarget& target) {
     return table[entry];
 }
 
-}  // namespace morphray::cpu
+}  // namespace morphray
 
 #define SIMD_FUNCTION(function, target) \
-    ::morphray::cpu::simd_function(HWY_DISPATCH_TABLE(function), target)
+    ::morphray::simd_function(HWY_DISPATCH_TABLE(function), target)

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace morphray::cpu {
+namespace morphray {
 
 struct SimdTarget {
     /// "avx512", "avx2", "sse4", "ssse3", "neon" or "scalar"; a static string.
@@ -32,4 +32,4 @@ SimdTarget find_simd_target(std::string_view name);
 /// The best of supported_simd_targets(), asked for once.
 const SimdTarget& best_simd_target();
 
-}  // namespace morphray::cpu
+}  // namespace morphray

@@ -22,10 +22,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
-
-using Ints = hn::RebindToSigned<Floats>;
-
-constexpr auto kLanes = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
+using namespace simd::HWY_NAMESPACE;
 
 /// A block's pixels are as a packet of shadow rays has its rays: column by column.
 constexpr std::uint32_t kColumnShift = 2;
@@ -34,12 +31,12 @@ static_assert(kBlockSide == 1u << kColumnShift);
 
 /// Some pixels of a block, one a lane.
 struct PixelLanes {
-    VW x, y;
+    UintVec x, y;
     /// Where the part has a pixel, and where that shows something.
     Mask seen;
     /// Triangle 0 and any t where it does not.
-    VW prim;
-    VF t;
+    UintVec prim;
+    FloatVec t;
 };
 
 /// A block of a part; only its first columns and rows may be pixels of it.
@@ -111,63 +108,58 @@ HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::u
 
 /// t and prim_id of those pixels of a block that are in these columns and rows, one a lane.
 HWY_INLINE void load_hits(const PixelPart& part, const PixelBlock& block, std::uint32_t first,
-                          VW column, VW row, VF& t, VW& prim) {
-    const Floats f;
+                          UintVec column, UintVec row, FloatVec& t, UintVec& prim) {
     static_assert(sizeof(Hit) == 4 * sizeof(float));
     const float* const hits = &part.frame.hits[block.begin(part)].t;
 #if HWY_TARGET != HWY_SCALAR
     if (HWY_LIKELY(block.columns == kBlockSide && block.rows == kBlockSide)) {
-        VF in[4], words[4];
+        FloatVec in[4], words[4];
         for (std::size_t j = 0; j < 4; ++j)
-            in[j] = hn::LoadU(f, hits + 4 * (j * part.params.width + first / kBlockSide));
-        transpose_fours(f, in, words);
+            in[j] = load_unaligned(hits + 4 * (j * part.params.width + first / kBlockSide));
+        transpose_fours(kFloats, in, words);
         t = words[0];
-        prim = bits_of(words[3]);
+        prim = as_uint(words[3]);
         return;
     }
 #else
     (void)first;
 #endif
-    const Ints ints;
-    const VW pixel = hn::Add(hn::Mul(row, splat_word(part.params.width)), column);
-    const auto at = hn::BitCast(ints, hn::ShiftLeft<2>(pixel));
-    t = hn::GatherIndex(f, hits, at);
-    prim = bits_of(hn::GatherIndex(f, hits, hn::Add(at, hn::Set(ints, 3))));
+    const UintVec pixel = row * splat(part.params.width) + column;
+    const auto at = as_int(shift_left<2>(pixel));
+    t = hn::GatherIndex(kFloats, hits, at);
+    prim = as_uint(hn::GatherIndex(kFloats, hits, at + splat(3)));
 }
 
 /// Pixels `first` and following of a block.
 HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block,
                                   std::uint32_t first) {
-    const Words w;
-    const Floats f;
-    const VW lane = hn::Iota(w, first);
-    const VW column = hn::ShiftRight<kColumnShift>(lane);
-    const VW row = hn::And(lane, splat_word(kRowMask));
+    const UintVec lane = hn::Iota(kUints, first);
+    const UintVec column = shift_right<kColumnShift>(lane);
+    const UintVec row = lane & splat(kRowMask);
     PixelLanes pixels;
-    pixels.x = hn::Add(column, splat_word(block.x));
-    pixels.y = hn::Add(row, splat_word(block.y));
+    pixels.x = column + splat(block.x);
+    pixels.y = row + splat(block.y);
     // Those that are not there are read from the last column or row.
-    const VW in_column = hn::Min(column, splat_word(block.columns - 1));
-    const VW in_row = hn::Min(row, splat_word(block.rows - 1));
-    VW prim;
+    const UintVec in_column = min(column, splat(block.columns - 1));
+    const UintVec in_row = min(row, splat(block.rows - 1));
+    UintVec prim;
     load_hits(part, block, first, in_column, in_row, pixels.t, prim);
-    const auto is_there = hn::And(hn::Eq(in_column, column), hn::Eq(in_row, row));
-    const auto is_seen = hn::And(is_there, hn::Ne(prim, splat_word(kNoPrim)));
-    pixels.seen = hn::RebindMask(f, is_seen);
-    pixels.prim = hn::IfThenElseZero(is_seen, prim);
+    const auto is_there = (in_column == column) & (in_row == row);
+    const auto is_seen = is_there & (prim != splat(kNoPrim));
+    pixels.seen = float_mask(is_seen);
+    pixels.prim = zero_unless(is_seen, prim);
     return pixels;
 }
 
 /// Of `count` threes of words, one after the other, those with these indices.
 template <class D>
-HWY_INLINE void load_threes(D d, const hn::TFromD<D>* from, VW index, std::size_t count,
+HWY_INLINE void load_threes(D d, const hn::TFromD<D>* from, UintVec index, std::size_t count,
                             hn::Vec<D> out[3]) {
     alignas(64) std::uint32_t at[kLanes];
-    hn::Store(index, Words(), at);
+    store(index, at);
 #if HWY_TARGET != HWY_SCALAR
-    const VW last = splat_word(static_cast<std::uint32_t>(count - 1));
-    if (HWY_LIKELY(hn::AllFalse(Words(), hn::Eq(index, last))))
-        return load_threes_at_once(d, from, at, out);
+    const UintVec last = splat(static_cast<std::uint32_t>(count - 1));
+    if (HWY_LIKELY(none(index == last))) return load_threes_at_once(d, from, at, out);
 #else
     (void)count;
 #endif
@@ -178,13 +170,12 @@ HWY_INLINE void load_threes(D d, const hn::TFromD<D>* from, VW index, std::size_
     }
 }
 
-HWY_INLINE VW load_albedo(const PixelPart& part, const PixelLanes& pixels) {
-    return hn::GatherIndex(Words(), part.mesh.topology->albedo.data(),
-                           hn::BitCast(Ints(), pixels.prim));
+HWY_INLINE UintVec load_albedo(const PixelPart& part, const PixelLanes& pixels) {
+    return hn::GatherIndex(kUints, part.mesh.topology->albedo.data(), as_int(pixels.prim));
 }
 
-HWY_INLINE VF middle_of(VW pixel) {
-    return hn::Add(hn::ConvertTo(Floats(), hn::BitCast(Ints(), pixel)), splat(0.5f));
+HWY_INLINE FloatVec middle_of(UintVec pixel) {
+    return hn::ConvertTo(kFloats, hn::BitCast(kInts, pixel)) + splat(0.5f);
 }
 
 HWY_INLINE V3 directions_of(const PixelPart& part, const PixelLanes& pixels) {
@@ -196,13 +187,13 @@ HWY_INLINE SurfaceLanes load_surfaces(const PixelPart& part, const PixelLanes& p
                                       const V3& dir) {
     const Topology& topology = *part.mesh.topology;
     const std::span<const vec3> positions = part.mesh.positions;
-    VW vertices[3];
-    load_threes(Words(), &topology.triangles.front().x, pixels.prim, topology.triangles.size(),
+    UintVec vertices[3];
+    load_threes(kUints, &topology.triangles.front().x, pixels.prim, topology.triangles.size(),
                 vertices);
     V3 corners[3];
     for (int k = 0; k < 3; ++k) {
-        VF at[3];
-        load_threes(Floats(), &positions.front().x, vertices[k], positions.size(), at);
+        FloatVec at[3];
+        load_threes(kFloats, &positions.front().x, vertices[k], positions.size(), at);
         corners[k] = {at[0], at[1], at[2]};
     }
     return surfaces_at(part.params.camera.org, dir, pixels.t, corners);
@@ -233,8 +224,6 @@ HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
 /// occluded.
 template <class Intensity>
 HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
-    const Floats f;
-    const Words w;
     Tile row = part.tile;
     for (; row.y0 < part.tile.y1; row.y0 += kBlockSide) {
         row.y1 = std::min(row.y0 + kBlockSide, part.tile.y1);
@@ -245,14 +234,13 @@ HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
                 alignas(64) std::uint32_t occlusion[kBlockRays] = {};
                 for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
                     const PixelLanes pixels = load_pixels(part, block, i);
-                    VW colour = hn::Load(w, behind.colours + i);
-                    if (!hn::AllFalse(f, pixels.seen)) {
-                        const VF value = intensity(block, i, pixels, occlusion + i);
-                        colour =
-                            hn::IfThenElse(hn::RebindMask(w, pixels.seen),
-                                           colours_of(value, load_albedo(part, pixels)), colour);
+                    UintVec colour = load(behind.colours + i);
+                    if (!none(pixels.seen)) {
+                        const FloatVec value = intensity(block, i, pixels, occlusion + i);
+                        colour = select(uint_mask(pixels.seen),
+                                        colours_of(value, load_albedo(part, pixels)), colour);
                     }
-                    hn::Store(colour, w, colours + i);
+                    store(colour, colours + i);
                 }
                 write_block(part, block, occlusion, part.frame.occlusion.data());
                 write_block(part, block, colours, part.frame.pixels.data());
@@ -265,12 +253,11 @@ void shade_camera_part(const PixelPart& part) {
                          HWY_ATTR {
                              const V3 dir = directions_of(part, pixels);
                              const SurfaceLanes s = load_surfaces(part, pixels, dir);
-                             return lit_intensity(hn::Abs(dot_of(s.normal, unit_of(dir))));
+                             return lit_intensity(abs(dot_of(s.normal, unit_of(dir))));
                          });
 }
 
 bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, float* lit) {
-    const Floats f;
     bool any = false;
     for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
         const std::uint32_t index = block.ray_index(part);
@@ -278,41 +265,37 @@ bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, flo
         for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
             const PixelLanes pixels = load_pixels(part, block, i);
             V3 dir{splat(0.0f), splat(0.0f), splat(0.0f)};
-            VF tfar = splat(-1.0f);
-            VF intensity = splat(0.0f);
-            if (!hn::AllFalse(f, pixels.seen)) {
+            FloatVec tfar = splat(-1.0f);
+            FloatVec intensity = splat(0.0f);
+            if (!none(pixels.seen)) {
                 const SurfaceLanes s = load_surfaces(part, pixels, directions_of(part, pixels));
                 const V3 to_light = minus(splat3(part.params.light), s.point);
-                const Mask traced =
-                    hn::And(pixels.seen, hn::Gt(dot_of(s.normal, to_light), splat(0.0f)));
+                const Mask traced = pixels.seen & (dot_of(s.normal, to_light) > splat(0.0f));
                 const DirectionLanes ray = shadow_rays(s, to_light, part.params.light);
                 dir = select(traced, ray.dir, dir);
-                tfar = hn::IfThenElse(traced, ray.tfar, tfar);
-                intensity =
-                    lit_intensity(hn::Max(dot_of(s.normal, unit_of(to_light)), splat(0.0f)));
-                any = any || !hn::AllFalse(f, traced);
+                tfar = select(traced, ray.tfar, tfar);
+                intensity = lit_intensity(max(dot_of(s.normal, unit_of(to_light)), splat(0.0f)));
+                any = any || !none(traced);
             }
-            hn::Store(dir.x, f, to.dir[0] + i);
-            hn::Store(dir.y, f, to.dir[1] + i);
-            hn::Store(dir.z, f, to.dir[2] + i);
-            hn::Store(tfar, f, to.tfar + i);
-            hn::StoreU(intensity, f, lit + index + i);
+            store(dir.x, to.dir[0] + i);
+            store(dir.y, to.dir[1] + i);
+            store(dir.z, to.dir[2] + i);
+            store(tfar, to.tfar + i);
+            store_unaligned(intensity, lit + index + i);
         }
     });
     return any;
 }
 
 void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded, const float* lit) {
-    const Floats f;
-    const Words w;
-    const hn::Rebind<std::uint8_t, Words> bytes;
+    const hn::Rebind<std::uint8_t, UintTag> bytes;
     shade_part(part, [&](const PixelBlock& block, std::uint32_t i, const PixelLanes& pixels,
                          std::uint32_t* occlusion) HWY_ATTR {
         const std::uint32_t index = block.ray_index(part) + i;
-        const VW is_occluded = hn::PromoteTo(w, hn::LoadU(bytes, occluded + index));
-        hn::Store(hn::IfThenElseZero(hn::RebindMask(w, pixels.seen), is_occluded), w, occlusion);
-        const auto is_lit = hn::RebindMask(f, hn::Eq(is_occluded, hn::Zero(w)));
-        return hn::IfThenElse(is_lit, hn::LoadU(f, lit + index), splat(0.125f));
+        const UintVec is_occluded = hn::PromoteTo(kUints, hn::LoadU(bytes, occluded + index));
+        store(zero_unless(uint_mask(pixels.seen), is_occluded), occlusion);
+        const auto is_lit = float_mask(is_occluded == splat(0u));
+        return select(is_lit, load_unaligned(lit + index), splat(0.125f));
     });
 }
 
@@ -323,25 +306,25 @@ struct alignas(16) HalfRay {
 static_assert(2 * sizeof(HalfRay) == sizeof(Ray));
 
 void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
-    const Floats f;
     const std::uint32_t count = part.params.ao_count;
     rays.clear();
     for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
         for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
             const PixelLanes pixels = load_pixels(part, block, i);
-            const std::uint32_t seen = mask_bits(pixels.seen);
+            const std::uint32_t seen = bits_of(pixels.seen);
             if (seen == 0) continue;
             const SurfaceLanes s = load_surfaces(part, pixels, directions_of(part, pixels));
             const V3 org = off_surfaces(s, s.size);
             alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
-            hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), f, starts[0].words);
+            hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);
             const std::size_t begin = rays.size();
             const auto seen_count = static_cast<std::size_t>(hwy::PopCount(std::uint64_t{seen}));
             rays.resize(begin + seen_count * count);
             for (std::uint32_t sample = 0; sample < count; ++sample) {
                 const DirectionLanes ray =
                     ao_rays(s, pixels.x, pixels.y, sample, part.params.ao_tfar);
-                hn::StoreInterleaved4(ray.dir.x, ray.dir.y, ray.dir.z, ray.tfar, f, ends[0].words);
+                hn::StoreInterleaved4(ray.dir.x, ray.dir.y, ray.dir.z, ray.tfar, kFloats,
+                                      ends[0].words);
                 std::size_t at = begin + sample;
                 for (std::uint32_t left = seen; left != 0; left &= left - 1, at += count) {
                     const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
@@ -355,15 +338,15 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
 
 void shade_ao_of_part(const PixelPart& part, const std::uint8_t* occluded) {
     const std::uint32_t count = part.params.ao_count;
-    const VF per_ray = splat(rcp(static_cast<float>(count)));
+    const FloatVec per_ray = splat(rcp(static_cast<float>(count)));
     shade_part(part, [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels,
                          std::uint32_t* occlusion) HWY_ATTR {
-        for (std::uint32_t left = mask_bits(pixels.seen); left != 0; left &= left - 1) {
+        for (std::uint32_t left = bits_of(pixels.seen); left != 0; left &= left - 1) {
             std::uint32_t& sum = occlusion[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
             for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
         }
-        const VW open = hn::Sub(splat_word(count), hn::Load(Words(), occlusion));
-        return hn::Mul(hn::ConvertTo(Floats(), hn::BitCast(Ints(), open)), per_ray);
+        const UintVec open = splat(count) - load(occlusion);
+        return hn::ConvertTo(kFloats, hn::BitCast(kInts, open)) * per_ray;
     });
 }
 

@@ -17,7 +17,7 @@
 #include "cpu/packet/hit_leaves-inl.h"
 #include "cpu/packet/packet.h"
 #include "cpu/packet/packet_hit_rule-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -25,13 +25,13 @@ namespace HWY_NAMESPACE {
 
 /// Hits as vectors.
 struct HitLanes {
-    VF t, u, v;
-    VW prim_ids;
+    FloatVec t, u, v;
+    UintVec prim_ids;
 };
 
 HWY_INLINE HitLanes no_hits() {
-    const VF none = hn::Zero(Floats());
-    return {none, none, none, hn::Set(Words(), kNoPrim)};
+    const FloatVec none = zero();
+    return {none, none, none, splat(kNoPrim)};
 }
 
 /// Writes the hits of a packet whose rays have found their candidates.
@@ -72,7 +72,6 @@ public:
     }
 
 private:
-    static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     static constexpr std::size_t kRowRays = kGridSide * kBlockRays;
 
     Hit* place(std::size_t ray) const {
@@ -96,14 +95,12 @@ private:
 
     /// corner + du x of each column's rays.
     void point_columns() {
-        const Floats f;
         for (std::uint32_t column = 0; column < kGridSide; ++column) {
             for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
-                const VF x = pixel(kGridRays.x[column] + l, packet_.camera.first_x);
+                const FloatVec x = pixel(kGridRays.x[column] + l, packet_.camera.first_x);
                 for (int k = 0; k < 3; ++k) {
-                    const VF part = hn::Mul(splat(camera_.du[k]), x);
-                    hn::Store(hn::Add(splat(camera_.corner[k]), part), f,
-                              columns_[k] + column * kBlockRays + l);
+                    const FloatVec part = splat(camera_.du[k]) * x;
+                    store(splat(camera_.corner[k]) + part, columns_[k] + column * kBlockRays + l);
                 }
             }
         }
@@ -114,61 +111,58 @@ private:
     /// for all rays it has been taken into the camera's vectors, which changes no bit; and what no
     /// direction has to be put on the grid for is left out.
     HWY_INLINE void point_row(std::size_t row) {
-        const Floats f;
         for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
-            const VF y = pixel(kGridRays.y[row] + l, packet_.camera.first_y);
-            VF part[3];
-            for (int k = 0; k < 3; ++k) part[k] = hn::Mul(splat(camera_.dv[k]), y);
+            const FloatVec y = pixel(kGridRays.y[row] + l, packet_.camera.first_y);
+            FloatVec part[3];
+            for (int k = 0; k < 3; ++k) part[k] = splat(camera_.dv[k]) * y;
             if (HWY_LIKELY(one_scale_)) {
-                for (int k = 0; k < 3; ++k) hn::Store(part[k], f, row_[k] + l);
+                for (int k = 0; k < 3; ++k) store(part[k], row_[k] + l);
                 continue;
             }
-            for (int k = 0; k < 3; ++k) hn::Store(hn::Zero(f), f, row_[k] + l);
+            for (int k = 0; k < 3; ++k) store(zero(), row_[k] + l);
             for (std::size_t r = l; r < kRowRays; r += kBlockRays) {
-                VF d[3];
-                for (int k = 0; k < 3; ++k) d[k] = hn::Add(hn::Load(f, columns_[k] + r), part[k]);
+                FloatVec d[3];
+                for (int k = 0; k < 3; ++k) d[k] = load(columns_[k] + r) + part[k];
                 canonical_directions(d);
-                for (int k = 0; k < 3; ++k) hn::Store(d[k], f, scaled_[k] + r);
+                for (int k = 0; k < 3; ++k) store(d[k], scaled_[k] + r);
             }
         }
     }
 
     /// A component of the directions of as many rays of the row as there are lanes.
-    HWY_INLINE VF dir(int k, std::size_t in_row) const {
-        const Floats f;
+    HWY_INLINE FloatVec dir(int k, std::size_t in_row) const {
         const float* const parts = one_scale_ ? columns_[k] : scaled_[k];
-        return hn::Add(hn::Load(f, parts + in_row), hn::Load(f, row_[k] + in_row % kBlockRays));
+        return load(parts + in_row) + load(row_[k] + in_row % kBlockRays);
     }
 
-    static HWY_INLINE VF pixel(const float* offsets, float first) {
+    static HWY_INLINE FloatVec pixel(const float* offsets, float first) {
         // From the middle of the packet to its first pixel's, and to the pixel's own.
         constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
-        return hn::Add(hn::Add(hn::Load(Floats(), offsets), splat(first + kMiddle)), splat(0.5f));
+        return load(offsets) + splat(first + kMiddle) + splat(0.5f);
     }
 
     /// Writes the hits of some columns of a block from its first row on: four rows side by side.
     HWY_INLINE void write(const HitLanes& hits, Hit* out) const {
-        const Floats f;
-        const VF prim_ids = hn::BitCast(f, hits.prim_ids);
+        const FloatVec prim_ids = as_float(hits.prim_ids);
 #if HWY_TARGET == HWY_SCALAR
-        hn::StoreInterleaved4(hits.t, hits.u, hits.v, prim_ids, f, &out->t);
+        hn::StoreInterleaved4(hits.t, hits.u, hits.v, prim_ids, kFloats, &out->t);
 #else
         static_assert(kBlockSide == 4 && sizeof(Hit) == 16);
-        const VF tv0 = hn::InterleaveLower(f, hits.t, hits.v);
-        const VF tv2 = hn::InterleaveUpper(f, hits.t, hits.v);
-        const VF ui0 = hn::InterleaveLower(f, hits.u, prim_ids);
-        const VF ui2 = hn::InterleaveUpper(f, hits.u, prim_ids);
-        hn::StoreU(hn::InterleaveLower(f, tv0, ui0), f, &out[0 * stride_].t);
-        hn::StoreU(hn::InterleaveUpper(f, tv0, ui0), f, &out[1 * stride_].t);
-        hn::StoreU(hn::InterleaveLower(f, tv2, ui2), f, &out[2 * stride_].t);
-        hn::StoreU(hn::InterleaveUpper(f, tv2, ui2), f, &out[3 * stride_].t);
+        const FloatVec tv0 = hn::InterleaveLower(kFloats, hits.t, hits.v);
+        const FloatVec tv2 = hn::InterleaveUpper(kFloats, hits.t, hits.v);
+        const FloatVec ui0 = hn::InterleaveLower(kFloats, hits.u, prim_ids);
+        const FloatVec ui2 = hn::InterleaveUpper(kFloats, hits.u, prim_ids);
+        store_unaligned(hn::InterleaveLower(kFloats, tv0, ui0), &out[0 * stride_].t);
+        store_unaligned(hn::InterleaveUpper(kFloats, tv0, ui0), &out[1 * stride_].t);
+        store_unaligned(hn::InterleaveLower(kFloats, tv2, ui2), &out[2 * stride_].t);
+        store_unaligned(hn::InterleaveUpper(kFloats, tv2, ui2), &out[3 * stride_].t);
 #endif
     }
 
     /// As many rays as there are lanes, from `first` on, on the way to their hits.
     struct BeginFinish {
         FastHits fast;
-        VW prim_ids;
+        UintVec prim_ids;
         Mask sufficed;
         std::size_t first;
         std::uint32_t rays;  // those that have a candidate, as bits
@@ -221,49 +215,47 @@ private:
         const std::size_t in_row = rays.first % kRowRays;
         const CandidateLanes candidates =
             spread_candidates(packet_, packet_.candidate + rays.first, found);
-        const VF d[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
-        const VF slack = splat(0.25f * packet_.frame.dilation);
+        const FloatVec d[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
+        const FloatVec slack = splat(0.25f * packet_.frame.dilation);
         rays.prim_ids = candidates.prim_ids;
         rays.sufficed = kMixed ? project_turned(d, slack, candidates, rays.fast)
                                : rays.fast.project(d, slack, candidates.corners);
     }
 
     /// In a packet of mixed axes nearly all neighbours still have one.
-    HWY_INLINE Mask project_turned(const VF d[3], VF slack, const CandidateLanes& candidates,
-                                   FastHits& fast) const {
-        const Floats f;
-        const VF size[3] = {hn::Abs(d[0]), hn::Abs(d[1]), hn::Abs(d[2])};
-        const Mask is_x = hn::And(hn::Ge(size[0], size[1]), hn::Ge(size[0], size[2]));
-        const Mask is_y = hn::AndNot(is_x, hn::Ge(size[1], size[2]));
-        const std::uint32_t axis = hn::AllTrue(f, is_x) ? 0 : hn::AllTrue(f, is_y) ? 1 : 2;
-        const bool one_axis = axis != 2 || hn::AllFalse(f, hn::Or(is_x, is_y));
-        const Mask away = hn::Lt(d[axis], hn::Zero(f));
-        const bool one_sign = hn::AllTrue(f, away) || hn::AllFalse(f, away);
-        const VF sign = hn::And(d[axis], splat(-0.0f));
+    HWY_INLINE Mask project_turned(const FloatVec d[3], FloatVec slack,
+                                   const CandidateLanes& candidates, FastHits& fast) const {
+        const FloatVec size[3] = {abs(d[0]), abs(d[1]), abs(d[2])};
+        const Mask is_x = (size[0] >= size[1]) & (size[0] >= size[2]);
+        const Mask is_y = and_not(is_x, size[1] >= size[2]);
+        const std::uint32_t axis = all(is_x) ? 0 : all(is_y) ? 1 : 2;
+        const bool one_axis = axis != 2 || none(is_x | is_y);
+        const Mask away = d[axis] < zero();
+        const bool one_sign = all(away) || none(away);
+        const FloatVec sign = d[axis] & splat(-0.0f);
         // Corners are rotated for axis 0.
-        VF directions[3], corners[3][3];
+        FloatVec directions[3], corners[3][3];
         for (std::uint32_t k = 0; k < 3; ++k) {
-            directions[k] = hn::Xor(d[(axis + 1 + k) % 3], sign);
+            directions[k] = d[(axis + 1 + k) % 3] ^ sign;
             for (int i = 0; i < 3; ++i)
-                corners[i][k] = hn::Xor(candidates.corners[i][(axis + k) % 3], sign);
+                corners[i][k] = candidates.corners[i][(axis + k) % 3] ^ sign;
         }
         const Mask sufficed = fast.project(directions, slack, corners);
-        return hn::And(sufficed, mask_of(one_axis && one_sign ? ~0u : 0u));
+        return sufficed & mask_of(one_axis && one_sign ? ~0u : 0u);
     }
 
     /// Writes those of these hits that the rule's plain path suffices for; the others are left.
     HWY_INLINE void end_finish(const BeginFinish& rays) {
-        const Floats f;
-        const Mask done = hn::And(rays.sufficed, mask_of(rays.rays));
+        const Mask done = rays.sufficed & mask_of(rays.rays);
         // Not a constant of all ones, which compilers make from a register's old contents: then
         // each ray would wait for the last.
-        const VW not_done = hn::BitCast(Words(), hn::VecFromMask(f, hn::Not(done)));
-        VF t, u, v;
+        const UintVec not_done = as_uint(hn::VecFromMask(kFloats, !done));
+        FloatVec t, u, v;
         rays.fast.weigh(t, u, v);
-        write({hn::IfThenElseZero(done, t), hn::IfThenElseZero(done, u),
-               hn::IfThenElseZero(done, v), hn::Or(rays.prim_ids, not_done)},
+        write({zero_unless(done, t), zero_unless(done, u), zero_unless(done, v),
+               rays.prim_ids | not_done},
               place(rays.first));
-        for (std::uint32_t left = rays.rays & ~mask_bits(done); left != 0; left &= left - 1) {
+        for (std::uint32_t left = rays.rays & ~bits_of(done); left != 0; left &= left - 1) {
             left_[left_count_++] = static_cast<std::uint16_t>(
                 rays.first + static_cast<std::size_t>(__builtin_ctz(left)));
         }
@@ -271,9 +263,8 @@ private:
 
     /// The hits that are left, by the whole rule.
     HWY_NOINLINE void finish_left() const {
-        const Floats f;
         for (std::size_t i = 0; i < left_count_; i += kLanes) {
-            const std::size_t count = std::min(kLanes, left_count_ - i);
+            const std::size_t count = std::min<std::size_t>(kLanes, left_count_ - i);
             alignas(64) std::uint32_t rays[kLanes] = {};
             alignas(64) std::uint32_t candidates[kLanes] = {};
             for (std::size_t l = 0; l < count; ++l) {
@@ -282,12 +273,12 @@ private:
             }
             const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
             const TriangleLanes triangles = winning_triangles(packet_, candidates, lanes);
-            VF dir[3];
-            directions_of(packet_.camera, hn::Load(Words(), rays), dir);
+            FloatVec dir[3];
+            directions_of(packet_.camera, load(rays), dir);
             RuleHits hit;
             PacketRule(packet_.frame.org, dir).intersect(triangles, splat(kInfiniteT), lanes, hit);
             Hit hits[kLanes];
-            hn::StoreInterleaved4(hit.t, hit.u, hit.v, hn::BitCast(f, triangles.prim_ids), f,
+            hn::StoreInterleaved4(hit.t, hit.u, hit.v, as_float(triangles.prim_ids), kFloats,
                                   &hits->t);
             for (std::size_t l = 0; l < count; ++l) *place(left_[i + l]) = hits[l];
         }

@@ -17,7 +17,7 @@
 #include "cpu/packet/packet_blocks-inl.h"
 #include "cpu/packet/packet_items-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -28,7 +28,7 @@ struct GridPlanes : Planes {
     HWY_INLINE GridPlanes(const Setup& setup, std::uint32_t i)
         : Planes(setup, i), error(splat(setup.error[i])) {}
 
-    VF error;
+    FloatVec error;
 };
 
 /// What each ray of some block makes of a triangle: the least edge function and 1/z of as many of
@@ -37,16 +37,12 @@ struct GridValues {
     const GridPlanes& planes;
     std::uint32_t block;
 
-    HWY_INLINE VF least_edge(std::size_t l) const { return planes.least_edge(x(l), y(l)); }
-    HWY_INLINE VF depth(std::size_t l) const { return planes.depth(x(l), y(l)); }
+    HWY_INLINE FloatVec least_edge(std::size_t l) const { return planes.least_edge(x(l), y(l)); }
+    HWY_INLINE FloatVec depth(std::size_t l) const { return planes.depth(x(l), y(l)); }
 
 private:
-    HWY_INLINE VF x(std::size_t l) const {
-        return hn::Load(Floats(), kGridRays.x[block % kGridSide] + l);
-    }
-    HWY_INLINE VF y(std::size_t l) const {
-        return hn::Load(Floats(), kGridRays.y[block / kGridSide] + l);
-    }
+    HWY_INLINE FloatVec x(std::size_t l) const { return load(kGridRays.x[block % kGridSide] + l); }
+    HWY_INLINE FloatVec y(std::size_t l) const { return load(kGridRays.y[block / kGridSide] + l); }
 };
 
 /// Likewise where a triangle meets many blocks: its edge functions and 1/z in the middles of up to
@@ -58,14 +54,13 @@ template <std::size_t kPlaces>
 class BlockPlanes {
 public:
     HWY_INLINE explicit BlockPlanes(const GridPlanes& p) : planes_(p) {
-        const Floats f;
         for (std::size_t i = 0; i < kParts; ++i) {
-            const VF x = hn::Load(f, kBlockPlaces.x + i * hn::Lanes(f));
-            const VF y = hn::Load(f, kBlockPlaces.y + i * hn::Lanes(f));
-            more_[0][i] = hn::MulAdd(p.a0, x, hn::Mul(p.b0, y));
-            more_[1][i] = hn::MulAdd(p.a1, x, hn::Mul(p.b1, y));
-            more_[2][i] = hn::MulAdd(p.a2, x, hn::Mul(p.b2, y));
-            more_[3][i] = hn::MulAdd(p.depth_a, x, hn::Mul(p.depth_b, y));
+            const FloatVec x = load(kBlockPlaces.x + i * kLanes);
+            const FloatVec y = load(kBlockPlaces.y + i * kLanes);
+            more_[0][i] = mul_add(p.a0, x, p.b0 * y);
+            more_[1][i] = mul_add(p.a1, x, p.b1 * y);
+            more_[2][i] = mul_add(p.a2, x, p.b2 * y);
+            more_[3][i] = mul_add(p.depth_a, x, p.depth_b * y);
         }
     }
 
@@ -73,15 +68,14 @@ public:
         const BlockPlanes& planes;
         std::size_t place;
 
-        HWY_INLINE VF least_edge(std::size_t l) const {
-            return hn::Min(value(0, l), hn::Min(value(1, l), value(2, l)));
+        HWY_INLINE FloatVec least_edge(std::size_t l) const {
+            return min(value(0, l), min(value(1, l), value(2, l)));
         }
-        HWY_INLINE VF depth(std::size_t l) const { return value(3, l); }
+        HWY_INLINE FloatVec depth(std::size_t l) const { return value(3, l); }
 
     private:
-        HWY_INLINE VF value(int k, std::size_t l) const {
-            return hn::Add(planes.more_[k][l / hn::MaxLanes(Floats())],
-                           splat(planes.middle_[k][place]));
+        HWY_INLINE FloatVec value(int k, std::size_t l) const {
+            return planes.more_[k][l / kLanes] + splat(planes.middle_[k][place]);
         }
     };
     HWY_INLINE Values at(std::size_t place) const { return {*this, place}; }
@@ -91,30 +85,27 @@ public:
 protected:
     /// The edge functions in the middles of blocks at as many places as there are lanes, with what
     /// rays there may add to them. Which of these blocks have a ray that may be inside.
-    HWY_INLINE Mask set_edges(std::size_t place, VF u, VF v, VF w, const VF most[3]) {
-        const Floats f;
-        hn::Store(u, f, middle_[0] + place);
-        hn::Store(v, f, middle_[1] + place);
-        hn::Store(w, f, middle_[2] + place);
-        const VF least =
-            hn::Min(hn::Add(u, most[0]), hn::Min(hn::Add(v, most[1]), hn::Add(w, most[2])));
-        return hn::Ge(least, hn::Neg(planes_.bound));
+    HWY_INLINE Mask set_edges(std::size_t place, FloatVec u, FloatVec v, FloatVec w,
+                              const FloatVec most[3]) {
+        store(u, middle_[0] + place);
+        store(v, middle_[1] + place);
+        store(w, middle_[2] + place);
+        const FloatVec least = min(u + most[0], min(v + most[1], w + most[2]));
+        return least >= -planes_.bound;
     }
-    HWY_INLINE void set_depth(std::size_t place, VF q) {
-        hn::Store(q, Floats(), middle_[3] + place);
-    }
+    HWY_INLINE void set_depth(std::size_t place, FloatVec q) { store(q, middle_[3] + place); }
 
     /// How much more a x + b y is at any ray of a block than in its middle.
-    static HWY_INLINE VF most_in_block(const PacketFrame& frame, VF a, VF b) {
-        const VF half = splat(0.5f * (kBlockSide - 1) + frame.grid_margin);
-        return hn::Mul(hn::Add(hn::Abs(a), hn::Abs(b)), half);
+    static HWY_INLINE FloatVec most_in_block(const PacketFrame& frame, FloatVec a, FloatVec b) {
+        const FloatVec half = splat(0.5f * (kBlockSide - 1) + frame.grid_margin);
+        return (abs(a) + abs(b)) * half;
     }
 
 private:
-    static constexpr std::size_t kParts = kBlockRays / hn::MaxLanes(Floats());
+    static constexpr std::size_t kParts = kBlockRays / kLanes;
 
     const GridPlanes& planes_;
-    VF more_[4][kParts];
+    FloatVec more_[4][kParts];
     alignas(64) float middle_[4][kPlaces];
 };
 
@@ -123,16 +114,16 @@ class WindowPlanes : public BlockPlanes<16> {
 public:
     HWY_INLINE WindowPlanes(const PacketFrame& frame, const GridPlanes& p, std::uint32_t first)
         : BlockPlanes(p) {
-        const Floats f;
-        const VF most[3] = {most_in_block(frame, p.a0, p.b0), most_in_block(frame, p.a1, p.b1),
-                            most_in_block(frame, p.a2, p.b2)};
-        for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-            const VF x = hn::Add(splat(kGridMiddles.x[first]), hn::Load(f, kWindowBlocks.x + l));
-            const VF y = hn::Add(splat(kGridMiddles.y[first]), hn::Load(f, kWindowBlocks.y + l));
-            const VF u = hn::MulAdd(p.a0, x, hn::MulAdd(p.b0, y, p.c0));
-            const VF v = hn::MulAdd(p.a1, x, hn::MulAdd(p.b1, y, p.c1));
-            const VF w = hn::MulAdd(p.a2, x, hn::MulAdd(p.b2, y, p.c2));
-            met_ |= mask_bits(set_edges(l, u, v, w, most)) << l;
+        const FloatVec most[3] = {most_in_block(frame, p.a0, p.b0),
+                                  most_in_block(frame, p.a1, p.b1),
+                                  most_in_block(frame, p.a2, p.b2)};
+        for (std::size_t l = 0; l < 16; l += kLanes) {
+            const FloatVec x = splat(kGridMiddles.x[first]) + load(kWindowBlocks.x + l);
+            const FloatVec y = splat(kGridMiddles.y[first]) + load(kWindowBlocks.y + l);
+            const FloatVec u = mul_add(p.a0, x, mul_add(p.b0, y, p.c0));
+            const FloatVec v = mul_add(p.a1, x, mul_add(p.b1, y, p.c1));
+            const FloatVec w = mul_add(p.a2, x, mul_add(p.b2, y, p.c2));
+            met_ |= bits_of(set_edges(l, u, v, w, most)) << l;
             set_depth(l, p.depth(x, y));
         }
     }
@@ -149,54 +140,52 @@ class RowPlanes : public BlockPlanes<8 * kGridSide> {
 public:
     HWY_INLINE RowPlanes(const Packet& packet, const GridPlanes& p, std::uint32_t columns)
         : BlockPlanes(p), packet_(packet), columns_(columns * kEachRow) {
-        const Floats f;
         const PacketFrame& frame = packet.frame;
         for (std::size_t i = 0; i < kVectors; ++i) {
-            const VF x = hn::Load(f, kGridMiddles.x + i * hn::Lanes(f));
-            u_[i] = hn::MulAdd(p.a0, x, p.c0);
-            v_[i] = hn::MulAdd(p.a1, x, p.c1);
-            w_[i] = hn::MulAdd(p.a2, x, p.c2);
-            q_[i] = hn::MulAdd(p.depth_a, x, p.depth_c);
+            const FloatVec x = load(kGridMiddles.x + i * kLanes);
+            u_[i] = mul_add(p.a0, x, p.c0);
+            v_[i] = mul_add(p.a1, x, p.c1);
+            w_[i] = mul_add(p.a2, x, p.c2);
+            q_[i] = mul_add(p.depth_a, x, p.depth_c);
         }
         most_[0] = most_in_block(frame, p.a0, p.b0);
         most_[1] = most_in_block(frame, p.a1, p.b1);
         most_[2] = most_in_block(frame, p.a2, p.b2);
-        most_q_ = hn::Add(most_in_block(frame, p.depth_a, p.depth_b), p.error);
+        most_q_ = most_in_block(frame, p.depth_a, p.depth_b) + p.error;
     }
 
     /// The blocks of which a ray may win, as a word: of those of four rows of the grid whose bits
     /// are set, which are the first. The first block's place is `place`.
     HWY_INLINE std::uint64_t blocks_met(std::uint32_t first_row, std::uint32_t rows,
                                         std::size_t place) {
-        const Floats f;
         constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
         const GridPlanes& p = planes();
         std::uint64_t met = 0;
         for (std::uint32_t i = 0; i < 4 && (rows >> i & 1) != 0; ++i) {
             const std::uint32_t row = first_row + i;
-            const VF y = splat(kFirst + static_cast<float>(row * kBlockSide));
+            const FloatVec y = splat(kFirst + static_cast<float>(row * kBlockSide));
             for (std::size_t k = 0; k < kVectors; ++k) {
-                const std::size_t l = i * kGridSide + k * hn::Lanes(f);
+                const std::size_t l = i * kGridSide + k * kLanes;
                 const Mask inside =
-                    set_edges(place + l, hn::MulAdd(p.b0, y, u_[k]), hn::MulAdd(p.b1, y, v_[k]),
-                              hn::MulAdd(p.b2, y, w_[k]), most_);
-                const VF q = hn::MulAdd(p.depth_b, y, q_[k]);
+                    set_edges(place + l, mul_add(p.b0, y, u_[k]), mul_add(p.b1, y, v_[k]),
+                              mul_add(p.b2, y, w_[k]), most_);
+                const FloatVec q = mul_add(p.depth_b, y, q_[k]);
                 set_depth(place + l, q);
                 const float* const block_q = packet_.block_q + first_row * kGridSide + l;
-                const Mask near = hn::Ge(hn::Add(q, most_q_), hn::Load(f, block_q));
-                met |= std::uint64_t{mask_bits(hn::And(inside, near))} << l;
+                const Mask near = q + most_q_ >= load(block_q);
+                met |= std::uint64_t{bits_of(inside & near)} << l;
             }
         }
         return met & columns_;
     }
 
 private:
-    static constexpr std::size_t kVectors = kGridSide / hn::MaxLanes(Floats());
+    static constexpr std::size_t kVectors = kGridSide / kLanes;
 
     const Packet& packet_;
     std::uint64_t columns_;
-    VF u_[kVectors], v_[kVectors], w_[kVectors], q_[kVectors];
-    VF most_[3], most_q_;
+    FloatVec u_[kVectors], v_[kVectors], w_[kVectors], q_[kVectors];
+    FloatVec most_[3], most_q_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -17,7 +17,7 @@
 #include "common/interop/slab.h"
 #include "cpu/image/tile.h"
 #include "cpu/packet/packet.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -117,24 +117,23 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
 }
 
 /// scale_to_unit() of vectors that are above 0.
-HWY_INLINE VF scale_to_unit(VF largest) {
-    const Words w;
-    const VW exponent = hn::And(hn::BitCast(w, largest), hn::Set(w, 0x7F800000u));
-    return hn::BitCast(Floats(), hn::Sub(hn::Set(w, 0x7F000000u), exponent));
+HWY_INLINE FloatVec scale_to_unit(FloatVec largest) {
+    const UintVec exponent = as_uint(largest) & splat(0x7F800000u);
+    return as_float(splat(0x7F000000u) - exponent);
 }
 
 /// A component of a direction that has been scaled, put on the grid as canonical_direction() does.
-HWY_INLINE VF snap_direction(VF x) {
-    const VF snapped = hn::Sub(hn::Add(x, splat(kDirectionSnap)), splat(kDirectionSnap));
-    return hn::IfThenElse(hn::Ge(hn::Abs(x), splat(kDirectionOnGrid)), x, snapped);
+HWY_INLINE FloatVec snap_direction(FloatVec x) {
+    const FloatVec snapped = x + splat(kDirectionSnap) - splat(kDirectionSnap);
+    return select(abs(x) >= splat(kDirectionOnGrid), x, snapped);
 }
 
 /// canonical_direction() of vectors, in the same operations.
-HWY_INLINE void canonical_directions(VF d[3]) {
-    const VF largest = hn::Max(hn::Max(hn::Abs(d[0]), hn::Abs(d[1])), hn::Abs(d[2]));
-    const Mask some = hn::Gt(largest, hn::Zero(Floats()));
-    const VF scale = hn::IfThenElse(some, scale_to_unit(largest), splat(1.0f));
-    for (int axis = 0; axis < 3; ++axis) d[axis] = snap_direction(hn::Mul(d[axis], scale));
+HWY_INLINE void canonical_directions(FloatVec d[3]) {
+    const FloatVec largest = max(max(abs(d[0]), abs(d[1])), abs(d[2]));
+    const Mask some = largest > zero();
+    const FloatVec scale = select(some, scale_to_unit(largest), splat(1.0f));
+    for (int axis = 0; axis < 3; ++axis) d[axis] = snap_direction(d[axis] * scale);
 }
 
 /// How far from the middle of its pixel, in a frame whose unit is a pixel, a camera's ray may be.
@@ -206,8 +205,6 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
 
 /// Makes the rays of a camera's tile whose frame is set ready to be traced.
 void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& packet) {
-    const Floats f;
-    const Words words;
     packet.camera.first_x = static_cast<float>(tile.x0);
     packet.camera.first_y = static_cast<float>(tile.y0);
     for (int axis = 0; axis < 3; ++axis) {
@@ -216,10 +213,10 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& pack
         packet.camera.dv[axis] = params.camera.dv[axis];
     }
     const std::size_t count = packet.frame.grid_rows * kGridSide * kBlockRays;
-    for (std::size_t r = 0; r < count; r += hn::Lanes(f)) {
-        hn::Store(hn::Zero(f), f, packet.q_lower + r);
-        hn::Store(hn::Zero(f), f, packet.q_upper + r);
-        hn::Store(hn::Set(words, kNoCandidate), words, packet.candidate + r);
+    for (std::size_t r = 0; r < count; r += kLanes) {
+        store(zero(), packet.q_lower + r);
+        store(zero(), packet.q_upper + r);
+        store(splat(kNoCandidate), packet.candidate + r);
     }
     // What the last blocks have beyond the tile.
     const std::uint32_t width = tile.x1 - tile.x0;
@@ -236,31 +233,27 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& pack
 
 /// Camera rays by their pixels' coordinates, as the rule takes them: camera_direction() and
 /// canonical_direction(), in their operations.
-HWY_INLINE void camera_directions(const CameraRays& camera, VF x, VF y, VF d[3]) {
-    const VF px = hn::Add(x, splat(0.5f));
-    const VF py = hn::Add(y, splat(0.5f));
+HWY_INLINE void camera_directions(const CameraRays& camera, FloatVec x, FloatVec y, FloatVec d[3]) {
+    const FloatVec px = x + splat(0.5f);
+    const FloatVec py = y + splat(0.5f);
     for (int axis = 0; axis < 3; ++axis) {
-        d[axis] = hn::Add(hn::Add(splat(camera.corner[axis]), hn::Mul(splat(camera.du[axis]), px)),
-                          hn::Mul(splat(camera.dv[axis]), py));
+        d[axis] =
+            splat(camera.corner[axis]) + splat(camera.du[axis]) * px + splat(camera.dv[axis]) * py;
     }
     canonical_directions(d);
 }
 
 /// Those of any rays of a packet, by their indices.
-HWY_INLINE void directions_of(const CameraRays& camera, VW rays, VF d[3]) {
-    const Words w;
-    const auto low = [w](VW bits) HWY_ATTR { return hn::And(bits, hn::Set(w, 3u)); };
-    const auto number = [](VW bits) HWY_ATTR {
-        const hn::RebindToSigned<Floats> ints;
-        return hn::ConvertTo(Floats(), hn::BitCast(ints, bits));
-    };
+HWY_INLINE void directions_of(const CameraRays& camera, UintVec rays, FloatVec d[3]) {
+    const auto low = [](UintVec bits) HWY_ATTR { return bits & splat(3u); };
+    const auto number = [](UintVec bits) HWY_ATTR { return hn::ConvertTo(kFloats, as_int(bits)); };
     static_assert(kBlockSide == 4 && kGridSide == 16);
-    const VW blocks = hn::ShiftRight<4>(rays);
-    const VW columns = hn::And(blocks, hn::Set(w, 15u));
-    const VW x = hn::Or(hn::ShiftLeft<2>(columns), low(hn::ShiftRight<2>(rays)));
-    const VW y = hn::Or(hn::ShiftLeft<2>(hn::ShiftRight<4>(blocks)), low(rays));
-    camera_directions(camera, hn::Add(number(x), splat(camera.first_x)),
-                      hn::Add(number(y), splat(camera.first_y)), d);
+    const UintVec blocks = shift_right<4>(rays);
+    const UintVec columns = blocks & splat(15u);
+    const UintVec x = shift_left<2>(columns) | low(shift_right<2>(rays));
+    const UintVec y = shift_left<2>(shift_right<4>(blocks)) | low(rays);
+    camera_directions(camera, number(x) + splat(camera.first_x), number(y) + splat(camera.first_y),
+                      d);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -17,7 +17,7 @@
 #include "cpu/packet/packet.h"
 #include "cpu/packet/packet_blocks-inl.h"
 #include "cpu/packet/packet_hit_rule-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -47,18 +47,15 @@ public:
     template <std::size_t kWords>
     void settle(BlockSet<kWords>& changed) {
         for (std::size_t first = 0; first < count_; first += kLanes)
-            settle(first, std::min(kLanes, count_ - first), changed);
+            settle(first, std::min<std::size_t>(kLanes, count_ - first), changed);
         count_ = 0;
     }
 
 private:
-    static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     static constexpr std::size_t kMany = 128;
 
     template <std::size_t kWords>
     void settle(std::size_t first, std::size_t count, BlockSet<kWords>& changed) {
-        const Floats f;
-        const Words words;
         alignas(64) std::uint32_t rays[kLanes] = {};
         alignas(64) std::uint32_t triangles[kLanes] = {};
         alignas(64) std::uint32_t candidates[kLanes] = {};
@@ -67,32 +64,31 @@ private:
             triangles[l] = triangles_[first + l];
             candidates[l] = packet_.candidate[rays[l]];
         }
-        VF dir[3];
-        directions_of(packet_.camera, hn::Load(words, rays), dir);
+        FloatVec dir[3];
+        directions_of(packet_.camera, load(rays), dir);
         const PacketRule rule(packet_.frame.org, dir);
         const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
         const TriangleLanes asked = winning_triangles(packet_, triangles, lanes);
-        const VF no_end = splat(kInfiniteT);
+        const FloatVec no_end = splat(kInfiniteT);
         RuleHits hit;
-        std::uint32_t hits = mask_bits(rule.intersect(asked, no_end, lanes, hit));
-        const VW none = hn::Set(words, kNoCandidate);
-        std::uint32_t rivals =
-            hits & mask_bits(hn::RebindMask(f, hn::Ne(hn::Load(words, candidates), none)));
+        std::uint32_t hits = bits_of(rule.intersect(asked, no_end, lanes, hit));
+        const UintVec none = splat(kNoCandidate);
+        std::uint32_t rivals = hits & bits_of(float_mask(load(candidates) != none));
         alignas(64) float t[kLanes], best_t[kLanes], q[kLanes];
         alignas(64) std::uint32_t ids[kLanes], best_ids[kLanes];
         if (rivals != 0) {
             const TriangleLanes best = winning_triangles(packet_, candidates, rivals);
             RuleHits best_hit;
             rule.intersect(best, no_end, rivals, best_hit);
-            hn::Store(best_hit.t, f, best_t);
-            hn::Store(best.prim_ids, words, best_ids);
+            store(best_hit.t, best_t);
+            store(best.prim_ids, best_ids);
         }
-        VF z = hn::Zero(f);  // of the directions
+        FloatVec z = zero();  // of the directions
         for (int axis = 0; axis < 3; ++axis)
-            z = hn::MulAdd(splat(packet_.frame.rows_f[2][axis]), dir[axis], z);
-        hn::Store(hit.t, f, t);
-        hn::Store(asked.prim_ids, words, ids);
-        hn::Store(hn::Div(splat(1.0f), hn::Mul(hit.t, z)), f, q);
+            z = mul_add(splat(packet_.frame.rows_f[2][axis]), dir[axis], z);
+        store(hit.t, t);
+        store(asked.prim_ids, ids);
+        store(splat(1.0f) / (hit.t * z), q);
         for (; hits != 0; hits &= hits - 1) {
             const auto l = static_cast<std::uint32_t>(__builtin_ctz(hits));
             if ((rivals >> l & 1) != 0 && !wins(t[l], ids[l], best_t[l], best_ids[l])) continue;

@@ -15,7 +15,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/packet.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -24,15 +24,15 @@ namespace HWY_NAMESPACE {
 /// How far the rule may place a hit from the plane of the triangle: by_q * q + by_q2 * q^2 in
 /// q = 1/z, at most `z` in z.
 struct RuleDepth {
-    VF by_q, by_q2, z;
+    FloatVec by_q, by_q2, z;
 };
 
 /// Triangles in a packet's projection: their vertices as they are (x, y, z) and with the middle of
 /// their rectangle in the middle (px, py), and what TriangleSetup finds of them.
 struct ProjectedTriangles {
-    const VF *x, *y, *z;
-    const VF *px, *py;
-    VF z_least, z_most, z_size, size, extent, half_extent, scale;
+    const FloatVec *x, *y, *z;
+    const FloatVec *px, *py;
+    FloatVec z_least, z_most, z_size, size, extent, half_extent, scale;
 };
 
 /// Bounds RuleDepth. kOnGrid: the packet is a camera's.
@@ -43,7 +43,7 @@ public:
 
     /// fit: the triangles in front of the eye that the errors of their vertices are small against.
     HWY_INLINE RuleDepth find(const ProjectedTriangles& t, Mask fit) const {
-        RuleDepth rule = {hn::Zero(Floats()), splat(kRuleDepthFactor * frame_.depth_error),
+        RuleDepth rule = {zero(), splat(kRuleDepthFactor * frame_.depth_error),
                           splat(frame_.depth_error)};
         if (frame_.axis_count != 0) narrow(rule, t, fit);
         return rule;
@@ -55,38 +55,36 @@ private:
     /// (X, Y), and the other vertices are at most an edge away from that. Nor is it more than what
     /// the ray in the middle sees and half_extent times the sum of |z|, which is less where a
     /// triangle is larger than the packet; a camera's have few doubts there.
-    static HWY_INLINE VF lateral_sum(const ProjectedTriangles& t) {
-        VF longest = hn::Zero(Floats());
+    static HWY_INLINE FloatVec lateral_sum(const ProjectedTriangles& t) {
+        FloatVec longest = zero();
         for (int k = 0; k < 3; ++k) {
             const int next = (k + 1) % 3;
-            longest = hn::Max(longest, hn::Add(hn::Abs(hn::Sub(t.px[k], t.px[next])),
-                                               hn::Abs(hn::Sub(t.py[k], t.py[next]))));
+            longest = max(longest, abs(t.px[k] - t.px[next]) + abs(t.py[k] - t.py[next]));
         }
-        const VF two_edges =
-            hn::Mul(splat(2.0f), hn::MulAdd(t.half_extent, hn::Sub(t.z_most, t.z_least), longest));
+        const FloatVec two_edges =
+            splat(2.0f) * mul_add(t.half_extent, t.z_most - t.z_least, longest);
         if constexpr (kOnGrid) return two_edges;
-        VF in_middle = hn::Mul(splat(3.0f), hn::Mul(t.half_extent, t.z_size));
-        for (int k = 0; k < 3; ++k)
-            in_middle = hn::Add(in_middle, hn::Add(hn::Abs(t.px[k]), hn::Abs(t.py[k])));
-        return hn::Min(two_edges, in_middle);
+        FloatVec in_middle = splat(3.0f) * (t.half_extent * t.z_size);
+        for (int k = 0; k < 3; ++k) in_middle = in_middle + (abs(t.px[k]) + abs(t.py[k]));
+        return min(two_edges, in_middle);
     }
 
     /// Of a triangle's vertices on a packet's axis where it is largest: their range, and the
     /// largest magnitude. In scene space.
     struct RuleDepths {
-        VF range, size;
+        FloatVec range, size;
     };
 
-    static HWY_INLINE RuleDepths depths_along(const float row[3], const VF x[3], const VF y[3],
-                                              const VF z[3]) {
-        VF depth[3];
+    static HWY_INLINE RuleDepths depths_along(const float row[3], const FloatVec x[3],
+                                              const FloatVec y[3], const FloatVec z[3]) {
+        FloatVec depth[3];
         for (int k = 0; k < 3; ++k) {
-            depth[k] = hn::MulAdd(splat(row[0]), x[k],
-                                  hn::MulAdd(splat(row[1]), y[k], hn::Mul(splat(row[2]), z[k])));
+            depth[k] =
+                mul_add(splat(row[0]), x[k], mul_add(splat(row[1]), y[k], splat(row[2]) * z[k]));
         }
-        const VF least = hn::Min(depth[0], hn::Min(depth[1], depth[2]));
-        const VF most = hn::Max(depth[0], hn::Max(depth[1], depth[2]));
-        return {hn::Sub(most, least), hn::Max(hn::Abs(least), hn::Abs(most))};
+        const FloatVec least = min(depth[0], min(depth[1], depth[2]));
+        const FloatVec most = max(depth[0], max(depth[1], depth[2]));
+        return {most - least, max(abs(least), abs(most))};
     }
 
     /// Each coordinate is off by some roundings of its parts, and by those of the projected
@@ -95,15 +93,15 @@ private:
         RuleDepths all = depths_along(frame_.depth_rows[0], t.x, t.y, t.z);
         for (std::uint32_t axis = 1; HWY_UNLIKELY(axis < frame_.axis_count); ++axis) {
             const RuleDepths own = depths_along(frame_.depth_rows[axis], t.x, t.y, t.z);
-            all = {hn::Max(all.range, own.range), hn::Max(all.size, own.size)};
+            all = {max(all.range, own.range), max(all.size, own.size)};
         }
         const float projected =
             0x1p-18f * (frame_.unit * std::max(frame_.row_size[0], frame_.row_size[1]) +
                         frame_.depth_most * frame_.row_size[2]);
-        const VF rounded = hn::MulAdd(splat(frame_.depth_most + 2 * frame_.reach * frame_.unit),
-                                      t.z_size, hn::Mul(splat(frame_.unit), t.size));
-        const VF error = hn::MulAdd(splat(projected), t.extent, hn::Mul(splat(0x1p-20f), rounded));
-        return {hn::Add(all.range, error), hn::Add(all.size, error)};
+        const FloatVec rounded = mul_add(splat(frame_.depth_most + 2 * frame_.reach * frame_.unit),
+                                         t.z_size, splat(frame_.unit) * t.size);
+        const FloatVec error = mul_add(splat(projected), t.extent, splat(0x1p-20f) * rounded);
+        return {all.range + error, all.size + error};
     }
 
     /// The rule's z, of a hit and on its axis, is off by at most (2 B / S + kWeightRounding) R +
@@ -132,25 +130,24 @@ private:
     /// with `extent`.
     HWY_INLINE void narrow(RuleDepth& rule, const ProjectedTriangles& t, Mask fit) const {
         const RuleDepths depths = rule_depths(t);
-        const VF m = hn::Mul(splat(frame_.across), lateral_sum(t));
-        const VF r =
-            hn::MulAdd(splat(kFastProjectionError), hn::MulAdd(splat(2.0f), m, depths.size),
-                       splat(kFastProjectionFloor));
-        const VF error = hn::Mul(hn::Mul(splat(frame_.per_volume), t.scale),
-                                 hn::Mul(r, hn::MulAdd(splat(2.0f), r, m)));
-        const VF by_q = hn::Mul(error, hn::Mul(splat(3.0f), depths.range));
-        const VF by_q2 =
-            hn::MulAdd(splat(frame_.per_depth),
-                       hn::MulAdd(splat(kWeightRounding), depths.range,
-                                  hn::Mul(splat(kRuleDepthError), depths.size)),
-                       hn::Mul(splat(kRuleExtentError * frame_.row_size[2]), t.extent));
-        const VF in_z = hn::MulAdd(by_q, t.z_most, by_q2);
-        const Mask thick = hn::Le(hn::Mul(error, depths.size), splat(0x1p-6f));
-        const VF most = hn::Min(splat(frame_.depth_error), hn::Mul(splat(kNarrowDepth), t.z_least));
-        const Mask better = hn::And(hn::And(fit, thick), hn::Lt(in_z, most));
-        rule.by_q = hn::IfThenElse(better, by_q, rule.by_q);
-        rule.by_q2 = hn::IfThenElse(better, by_q2, rule.by_q2);
-        rule.z = hn::IfThenElse(better, in_z, rule.z);
+        const FloatVec m = splat(frame_.across) * lateral_sum(t);
+        const FloatVec r =
+            mul_add(splat(kFastProjectionError), mul_add(splat(2.0f), m, depths.size),
+                    splat(kFastProjectionFloor));
+        const FloatVec error =
+            splat(frame_.per_volume) * t.scale * (r * mul_add(splat(2.0f), r, m));
+        const FloatVec by_q = error * (splat(3.0f) * depths.range);
+        const FloatVec by_q2 = mul_add(
+            splat(frame_.per_depth),
+            mul_add(splat(kWeightRounding), depths.range, splat(kRuleDepthError) * depths.size),
+            splat(kRuleExtentError * frame_.row_size[2]) * t.extent);
+        const FloatVec in_z = mul_add(by_q, t.z_most, by_q2);
+        const Mask thick = error * depths.size <= splat(0x1p-6f);
+        const FloatVec most = min(splat(frame_.depth_error), splat(kNarrowDepth) * t.z_least);
+        const Mask better = fit & thick & (in_z < most);
+        rule.by_q = select(better, by_q, rule.by_q);
+        rule.by_q2 = select(better, by_q2, rule.by_q2);
+        rule.z = select(better, in_z, rule.z);
     }
 
     const PacketFrame& frame_;

@@ -15,7 +15,7 @@
 #include <cstdint>
 
 #include "cpu/packet/packet.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -121,15 +121,15 @@ public:
         reciprocal_ = 1.0f / centre_[largest_];
     }
 
-    HWY_INLINE void project(const VF d[3], VF h[3]) const {
-        const VF l = hn::Mul(d[largest_], splat(reciprocal_));
-        VF across[3];
+    HWY_INLINE void project(const FloatVec d[3], FloatVec h[3]) const {
+        const FloatVec l = d[largest_] * splat(reciprocal_);
+        FloatVec across[3];
         for (int axis = 0; axis < 3; ++axis)
-            across[axis] = hn::NegMulAdd(l, splat(centre_[axis]), d[axis]);
+            across[axis] = neg_mul_add(l, splat(centre_[axis]), d[axis]);
         for (int k = 0; k < 3; ++k) {
-            h[k] = hn::Mul(l, splat(at_centre_[k]));
+            h[k] = l * splat(at_centre_[k]);
             for (int axis = 0; axis < 3; ++axis)
-                h[k] = hn::MulAdd(splat(rows_[k][axis]), across[axis], h[k]);
+                h[k] = mul_add(splat(rows_[k][axis]), across[axis], h[k]);
         }
     }
 

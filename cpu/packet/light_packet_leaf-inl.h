@@ -21,7 +21,7 @@
 #include "cpu/packet/packet_hit_rule-inl.h"
 #include "cpu/packet/packet_items-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -33,9 +33,8 @@ namespace HWY_NAMESPACE {
 HWY_INLINE std::size_t append_bits(std::uint32_t* numbers, std::size_t count, std::uint32_t first,
                                    std::uint32_t mask) {
 #if HWY_TARGET <= HWY_AVX3
-    const Words words;
-    const VW all = hn::Add(hn::Iota(words, 0), hn::Set(words, first));
-    hn::StoreU(hn::Compress(all, hn::RebindMask(words, mask_of(mask))), words, numbers + count);
+    const UintVec all = hn::Iota(kUints, 0) + splat(first);
+    store_unaligned(hn::Compress(all, uint_mask(mask_of(mask))), numbers + count);
     return count + hwy::PopCount(mask);
 #else
     for (; mask != 0; mask &= mask - 1)
@@ -195,29 +194,28 @@ private:
     /// quarters of a bound on top of the plain test, which cover four partial sums and what is lost
     /// in a block's middle and half extent (proofs/packet_any.g).
     HWY_INLINE std::uint32_t blocks_through(std::uint32_t i, std::uint32_t group) const {
-        const Floats f;
-        const VF half = splat(0.5f);
+        const FloatVec half = splat(0.5f);
         std::uint32_t through = 0;
-        for (std::size_t l = 0; l < kGroupBlocks; l += hn::Lanes(f)) {
+        for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
             const std::size_t b = group * kGroupBlocks + l;
-            const VF lower_x = hn::Load(f, packet_.block_lower_x + b);
-            const VF upper_x = hn::Load(f, packet_.block_upper_x + b);
-            const VF lower_y = hn::Load(f, packet_.block_lower_y + b);
-            const VF upper_y = hn::Load(f, packet_.block_upper_y + b);
-            const VF x = hn::Mul(half, hn::Add(lower_x, upper_x));
-            const VF y = hn::Mul(half, hn::Add(lower_y, upper_y));
-            const VF half_x = hn::Mul(half, hn::Sub(upper_x, lower_x));
-            const VF half_y = hn::Mul(half, hn::Sub(upper_y, lower_y));
-            VF edge[3];
+            const FloatVec lower_x = load(packet_.block_lower_x + b);
+            const FloatVec upper_x = load(packet_.block_upper_x + b);
+            const FloatVec lower_y = load(packet_.block_lower_y + b);
+            const FloatVec upper_y = load(packet_.block_upper_y + b);
+            const FloatVec x = half * (lower_x + upper_x);
+            const FloatVec y = half * (lower_y + upper_y);
+            const FloatVec half_x = half * (upper_x - lower_x);
+            const FloatVec half_y = half * (upper_y - lower_y);
+            FloatVec edge[3];
             for (int k = 0; k < 3; ++k) {
-                const VF a = splat(setup_.a[k][i]);
-                const VF b_ = splat(setup_.b[k][i]);
-                const VF middle = hn::MulAdd(a, x, hn::MulAdd(b_, y, splat(setup_.most_c[k][i])));
-                edge[k] = hn::MulAdd(hn::Abs(a), half_x, hn::MulAdd(hn::Abs(b_), half_y, middle));
+                const FloatVec a = splat(setup_.a[k][i]);
+                const FloatVec b_ = splat(setup_.b[k][i]);
+                const FloatVec middle = mul_add(a, x, mul_add(b_, y, splat(setup_.most_c[k][i])));
+                edge[k] = mul_add(abs(a), half_x, mul_add(abs(b_), half_y, middle));
             }
-            const VF least = hn::Min(edge[0], hn::Min(edge[1], edge[2]));
-            const Mask out = hn::Lt(least, splat(-kBlockBound * setup_.bound[i]));
-            through |= mask_bits(hn::Not(out)) << l;
+            const FloatVec least = min(edge[0], min(edge[1], edge[2]));
+            const Mask out = least < splat(-kBlockBound * setup_.bound[i]);
+            through |= bits_of(!out) << l;
         }
         return through;
     }
@@ -232,7 +230,7 @@ private:
               depth_b(splat(setup.depth_b[i])),
               depth_c(splat(setup.most_q[i])) {}
 
-        VF a[3], b[3], c[3], depth_a, depth_b, depth_c;
+        FloatVec a[3], b[3], c[3], depth_a, depth_b, depth_c;
     };
 
     /// Whether all rays of a block certainly lose against a triangle, by constants that are found
@@ -245,51 +243,48 @@ private:
     /// are 2^-18 of the error for its own roundings and kLosingGradient of the gradient for that of
     /// the sum: depth_c is at most 1/z in the middle and frame.reach times the gradient.
     HWY_INLINE bool certainly_loses(const LosingPlanes& p, std::uint32_t block) const {
-        const Floats f;
-        Mask all_lose = hn::Eq(hn::Zero(f), hn::Zero(f));
-        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+        Mask all_lose = zero() == zero();
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
             const std::size_t r = block * kBlockRays + l;
-            const VF x = hn::Load(f, packet_.x + r);
-            const VF y = hn::Load(f, packet_.y + r);
+            const FloatVec x = load(packet_.x + r);
+            const FloatVec y = load(packet_.y + r);
             const auto edge = [&](int k) HWY_ATTR {
-                return hn::MulAdd(p.a[k], x, hn::MulAdd(p.b[k], y, p.c[k]));
+                return mul_add(p.a[k], x, mul_add(p.b[k], y, p.c[k]));
             };
-            const VF q = hn::MulAdd(p.depth_a, x, hn::MulAdd(p.depth_b, y, p.depth_c));
-            const Mask outside = hn::Lt(hn::Min(edge(0), hn::Min(edge(1), edge(2))), hn::Zero(f));
-            const Mask behind = hn::Lt(q, hn::Load(f, packet_.q_lower + r));
-            all_lose = hn::And(all_lose, hn::Or(outside, behind));
+            const FloatVec q = mul_add(p.depth_a, x, mul_add(p.depth_b, y, p.depth_c));
+            const Mask outside = min(edge(0), min(edge(1), edge(2))) < zero();
+            const Mask behind = q < load(packet_.q_lower + r);
+            all_lose = all_lose & (outside | behind);
         }
-        return hn::AllTrue(f, all_lose);
+        return all(all_lose);
     }
 
     /// A triangle against rays of a block of which not all certainly lose. A ray outside the
     /// triangle's rectangle does not hit it, and the bounds say nothing of it.
     HWY_NOINLINE void occlude(const Leaf& leaf, std::uint32_t block, std::uint32_t i) {
-        const Floats f;
         const Setup& setup = setup_;
         const PointPlanes planes(setup, i);
-        const VF left = splat(setup.rectangles.lower_x[i]);
-        const VF right = splat(setup.rectangles.upper_x[i]);
-        const VF low = splat(setup.rectangles.lower_y[i]);
-        const VF high = splat(setup.rectangles.upper_y[i]);
-        const auto rectangle_has = [](VF v, VF lower, VF upper) HWY_ATTR {
-            return hn::And(hn::Ge(v, lower), hn::Le(v, upper));
-        };
+        const FloatVec left = splat(setup.rectangles.lower_x[i]);
+        const FloatVec right = splat(setup.rectangles.upper_x[i]);
+        const FloatVec low = splat(setup.rectangles.lower_y[i]);
+        const FloatVec high = splat(setup.rectangles.upper_y[i]);
+        const auto rectangle_has = [](FloatVec v, FloatVec lower, FloatVec upper)
+                                       HWY_ATTR { return (v >= lower) & (v <= upper); };
         bool any = false;
-        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
             const std::size_t r = block * kBlockRays + l;
-            const VF lower = hn::Load(f, packet_.q_lower + r);
-            const VF upper = hn::Mul(lower, splat(kUpperByLower));
-            const VF x = hn::Load(f, packet_.x + r);
-            const VF y = hn::Load(f, packet_.y + r);
-            const Mask inside = hn::And(rectangle_has(x, left, right), rectangle_has(y, low, high));
+            const FloatVec lower = load(packet_.q_lower + r);
+            const FloatVec upper = lower * splat(kUpperByLower);
+            const FloatVec x = load(packet_.x + r);
+            const FloatVec y = load(packet_.y + r);
+            const Mask inside = rectangle_has(x, left, right) & rectangle_has(y, low, high);
             const Position at(planes, x, y);
-            Mask wins = hn::And(inside, at.wins(planes, upper));
-            const Mask open = hn::AndNot(hn::Or(wins, at.loses(planes, lower)), inside);
-            if (HWY_UNLIKELY(!hn::AllFalse(f, open)))
-                wins = hn::Or(wins, mask_of(ask_rule(r, leaf, i, mask_bits(open))));
-            any |= !hn::AllFalse(f, wins);
-            hn::Store(hn::IfThenElse(wins, splat(kDone), lower), f, packet_.q_lower + r);
+            Mask wins = inside & at.wins(planes, upper);
+            const Mask open = and_not(wins | at.loses(planes, lower), inside);
+            if (HWY_UNLIKELY(!none(open)))
+                wins = wins | mask_of(ask_rule(r, leaf, i, bits_of(open)));
+            any |= !none(wins);
+            store(select(wins, splat(kDone), lower), packet_.q_lower + r);
         }
         if (any) find_point_depth(packet_, block);
     }
@@ -297,7 +292,7 @@ private:
     /// Of some rays from r on, uncertain about a triangle: those that it occludes.
     HWY_NOINLINE std::uint32_t ask_rule(std::size_t r, const Leaf& leaf, std::uint32_t i,
                                         std::uint32_t lanes) const {
-        VF dir[3], tfar;
+        FloatVec dir[3], tfar;
         if (HWY_LIKELY(r < kLightPacketRays)) {
             load_rays(packet_.rays[r / kBlockRays], r % kBlockRays, dir, tfar);
         } else {
@@ -307,8 +302,8 @@ private:
             load_rays(rays, place % kBlockRays, dir, tfar);
         }
         RuleHits hits;
-        return mask_bits(PacketRule(packet_.frame.org, dir)
-                             .intersect(same_triangle(leaf, i), tfar, lanes, hits));
+        return bits_of(PacketRule(packet_.frame.org, dir)
+                           .intersect(same_triangle(leaf, i), tfar, lanes, hits));
     }
 
     Packet& packet_;

@@ -21,7 +21,7 @@
 #include "cpu/packet/light_packet_rays-inl.h"
 #include "cpu/packet/light_packet_regroup-inl.h"
 #include "cpu/packet/packet.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -49,27 +49,25 @@ HWY_INLINE void reduce_lanes(const float* vectors, Combine combine, float* out) 
     for (std::size_t k = 0; k < kGroupBlocks; ++k) out[k] = vectors[k];
     (void)combine;
 #else
-    const Floats f;
-    constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     const auto four = [&](std::size_t first) HWY_ATTR {
-        VF v[4];
-        for (std::size_t k = 0; k < 4; ++k) v[k] = hn::Load(f, vectors + (first + k) * kLanes);
+        FloatVec v[4];
+        for (std::size_t k = 0; k < 4; ++k) v[k] = load(vectors + (first + k) * kLanes);
         return combine_four(v, combine);
     };
-    const auto halves = [&](VF a, VF b) HWY_ATTR {
-        return combine(hn::ConcatLowerLower(f, b, a), hn::ConcatUpperUpper(f, b, a));
+    const auto halves = [&](FloatVec a, FloatVec b) HWY_ATTR {
+        return combine(hn::ConcatLowerLower(kFloats, b, a), hn::ConcatUpperUpper(kFloats, b, a));
     };
     if constexpr (kLanes == 16) {
-        const VF even = halves(four(0), four(8));
-        const VF odd = halves(four(4), four(12));
-        hn::Store(combine(hn::OddEvenBlocks(odd, even),
-                          hn::SwapAdjacentBlocks(hn::OddEvenBlocks(even, odd))),
-                  f, out);
+        const FloatVec even = halves(four(0), four(8));
+        const FloatVec odd = halves(four(4), four(12));
+        store(combine(hn::OddEvenBlocks(odd, even),
+                      hn::SwapAdjacentBlocks(hn::OddEvenBlocks(even, odd))),
+              out);
     } else if constexpr (kLanes == 8) {
-        hn::Store(halves(four(0), four(4)), f, out);
-        hn::Store(halves(four(8), four(12)), f, out + 8);
+        store(halves(four(0), four(4)), out);
+        store(halves(four(8), four(12)), out + 8);
     } else {
-        for (std::size_t k = 0; k < kGroupBlocks; k += 4) hn::Store(four(k), f, out + k);
+        for (std::size_t k = 0; k < kGroupBlocks; k += 4) store(four(k), out + k);
     }
 #endif
 }
@@ -80,68 +78,66 @@ constexpr float kWidestPlane = 1.5f;
 
 /// Bounds of blocks of rays while a group is made: of x and y from both sides, and 1 / z.
 struct alignas(64) GroupBounds {
-    static constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     float lower_x[kGroupBlocks * kLanes], upper_x[kGroupBlocks * kLanes];
     float lower_y[kGroupBlocks * kLanes], upper_y[kGroupBlocks * kLanes];
     float q[kGroupBlocks * kLanes];
 
     /// Of all blocks of a group.
     HWY_INLINE void store(std::uint32_t group, Packet& packet) const {
-        const auto min = [](VF a, VF b) HWY_ATTR { return hn::Min(a, b); };
-        const auto max = [](VF a, VF b) HWY_ATTR { return hn::Max(a, b); };
+        const auto lesser = [](FloatVec a, FloatVec b) HWY_ATTR { return min(a, b); };
+        const auto greater = [](FloatVec a, FloatVec b) HWY_ATTR { return max(a, b); };
         const std::uint32_t first = group * kGroupBlocks;
-        reduce_lanes(lower_x, min, packet.block_lower_x + first);
-        reduce_lanes(upper_x, max, packet.block_upper_x + first);
-        reduce_lanes(lower_y, min, packet.block_lower_y + first);
-        reduce_lanes(upper_y, max, packet.block_upper_y + first);
-        reduce_lanes(q, min, packet.block_q + first);
+        reduce_lanes(lower_x, lesser, packet.block_lower_x + first);
+        reduce_lanes(upper_x, greater, packet.block_upper_x + first);
+        reduce_lanes(lower_y, lesser, packet.block_lower_y + first);
+        reduce_lanes(upper_y, greater, packet.block_upper_y + first);
+        reduce_lanes(q, lesser, packet.block_q + first);
     }
 };
 
 /// Makes the rays of one block of a packet whose plane has yet no unit.
 HWY_INLINE void make_light_block(const SharedOriginRays& rays, const NearDirections& directions,
                                  std::uint32_t block, Packet& packet, GroupBounds& bounds,
-                                 VF& least_z) {
-    const Floats f;
-    const VF far = splat(1e30f);
-    VF lower_x = far, lower_y = far, upper_x = hn::Neg(far), upper_y = upper_x;
-    VF least_q = splat(kDone);
-    for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+                                 FloatVec& least_z) {
+    const FloatVec far = splat(1e30f);
+    FloatVec lower_x = far, lower_y = far, upper_x = -far, upper_y = upper_x;
+    FloatVec least_q = splat(kDone);
+    for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
         const std::size_t r = block * kBlockRays + l;
-        VF d[3], tfar, h[3];
+        FloatVec d[3], tfar, h[3];
         load_rays(rays, l, d, tfar);
-        const Mask on = hn::Ge(tfar, hn::Zero(f));
+        const Mask on = tfar >= zero();
         directions.project(d, h);
-        const VF z = hn::IfThenElse(on, h[2], splat(1.0f));
-        const VF rz = hn::Div(splat(1.0f), z);
-        const VF x = hn::IfThenElseZero(on, hn::Mul(h[0], rz));
-        const VF y = hn::IfThenElseZero(on, hn::Mul(h[1], rz));
-        least_z = hn::Min(least_z, z);
-        hn::Store(x, f, packet.x + r);
-        hn::Store(y, f, packet.y + r);
+        const FloatVec z = select(on, h[2], splat(1.0f));
+        const FloatVec rz = splat(1.0f) / z;
+        const FloatVec x = zero_unless(on, h[0] * rz);
+        const FloatVec y = zero_unless(on, h[1] * rz);
+        least_z = min(least_z, z);
+        store(x, packet.x + r);
+        store(y, packet.y + r);
         // Only what lies nearer than tfar matters.
-        const VF q = hn::Div(rz, hn::IfThenElse(on, tfar, splat(1.0f)));
-        const VF q_lower = hn::IfThenElse(on, hn::Mul(q, splat(1 - 0x1p-18f)), splat(kDone));
-        hn::Store(q_lower, f, packet.q_lower + r);
-        least_q = hn::Min(least_q, q_lower);
-        lower_x = hn::Min(lower_x, hn::IfThenElse(on, x, far));
-        upper_x = hn::Max(upper_x, hn::IfThenElse(on, x, hn::Neg(far)));
-        lower_y = hn::Min(lower_y, hn::IfThenElse(on, y, far));
-        upper_y = hn::Max(upper_y, hn::IfThenElse(on, y, hn::Neg(far)));
+        const FloatVec q = rz / select(on, tfar, splat(1.0f));
+        const FloatVec q_lower = select(on, q * splat(1 - 0x1p-18f), splat(kDone));
+        store(q_lower, packet.q_lower + r);
+        least_q = min(least_q, q_lower);
+        lower_x = min(lower_x, select(on, x, far));
+        upper_x = max(upper_x, select(on, x, -far));
+        lower_y = min(lower_y, select(on, y, far));
+        upper_y = max(upper_y, select(on, y, -far));
     }
-    const std::size_t own = block % kGroupBlocks * hn::Lanes(f);
-    hn::Store(lower_x, f, bounds.lower_x + own);
-    hn::Store(upper_x, f, bounds.upper_x + own);
-    hn::Store(lower_y, f, bounds.lower_y + own);
-    hn::Store(upper_y, f, bounds.upper_y + own);
-    hn::Store(least_q, f, bounds.q + own);
+    const std::size_t own = block % kGroupBlocks * kLanes;
+    store(lower_x, bounds.lower_x + own);
+    store(upper_x, bounds.upper_x + own);
+    store(lower_y, bounds.lower_y + own);
+    store(upper_y, bounds.upper_y + own);
+    store(least_q, bounds.q + own);
 }
 
 /// Puts the active rays of some blocks together anew, by where they go through the plane, and those
 /// blocks out of use.
 HWY_NOINLINE inline void regroup_blocks(const NearDirections& directions,
                                         const LightPacketBlocks& blocks, Packet& packet,
-                                        VF& least_z) {
+                                        FloatVec& least_z) {
     CellOrder order;
     sort_by_cell(packet, blocks, order);
     leave_out_blocks(packet, blocks);
@@ -177,29 +173,26 @@ HWY_INLINE void for_each_range(const Packet& packet, Visit visit) {
 
 /// The largest |x| or |y| of the active rays.
 HWY_INLINE float plane_extent(const Packet& packet) {
-    const Floats f;
-    VF extents = hn::Zero(f);
+    FloatVec extents = zero();
     for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
-        for (std::size_t b = first; b < end; b += hn::Lanes(f)) {
-            const VF lower = hn::Min(hn::Load(f, packet.block_lower_x + b),
-                                     hn::Load(f, packet.block_lower_y + b));
-            const VF upper = hn::Max(hn::Load(f, packet.block_upper_x + b),
-                                     hn::Load(f, packet.block_upper_y + b));
-            extents = hn::Max(extents, hn::Max(hn::Neg(lower), upper));
+        for (std::size_t b = first; b < end; b += kLanes) {
+            const FloatVec lower =
+                min(load(packet.block_lower_x + b), load(packet.block_lower_y + b));
+            const FloatVec upper =
+                max(load(packet.block_upper_x + b), load(packet.block_upper_y + b));
+            extents = max(extents, max(-lower, upper));
         }
     });
-    return hn::GetLane(hn::MaxOfLanes(f, extents));
+    return hn::GetLane(hn::MaxOfLanes(kFloats, extents));
 }
 
 /// Gives a group of blocks the plane's unit, and finds its quads' bounds.
 HWY_INLINE void scale_group(Packet& packet, std::uint32_t group, float scale, float margin) {
-    const Floats f;
     const std::uint32_t first = group * kGroupBlocks;
     const auto scaled = [&](float* bound, float own_margin) HWY_ATTR {
-        for (std::size_t l = 0; l < kGroupBlocks; l += hn::Lanes(f)) {
-            const VF v =
-                hn::MulAdd(hn::Load(f, bound + first + l), splat(scale), splat(own_margin));
-            hn::Store(v, f, bound + first + l);
+        for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
+            const FloatVec v = mul_add(load(bound + first + l), splat(scale), splat(own_margin));
+            store(v, bound + first + l);
         }
     };
     scaled(packet.block_lower_x, -margin);
@@ -226,34 +219,32 @@ HWY_INLINE void scale_group(Packet& packet, std::uint32_t group, float scale, fl
 /// Gives the plane its unit, and the groups and the frame their bounds. scale: a power of two, so
 /// that nothing is rounded.
 HWY_INLINE void scale_plane(Packet& packet, float scale) {
-    const Floats f;
     PacketFrame& frame = packet.frame;
     // Of squares that are not there.
     std::fill_n(packet.quad_q, kLightPacketQuads, kDone);
-    VF lower_x = splat(1e30f), lower_y = lower_x, upper_x = splat(-1e30f), upper_y = upper_x;
+    FloatVec lower_x = splat(1e30f), lower_y = lower_x, upper_x = splat(-1e30f), upper_y = upper_x;
     for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
-        for (std::size_t r = first * kBlockRays; scale != 1 && r < end * kBlockRays;
-             r += hn::Lanes(f)) {
-            hn::Store(hn::Mul(hn::Load(f, packet.x + r), splat(scale)), f, packet.x + r);
-            hn::Store(hn::Mul(hn::Load(f, packet.y + r), splat(scale)), f, packet.y + r);
+        for (std::size_t r = first * kBlockRays; scale != 1 && r < end * kBlockRays; r += kLanes) {
+            store(load(packet.x + r) * splat(scale), packet.x + r);
+            store(load(packet.y + r) * splat(scale), packet.y + r);
         }
         for (std::uint32_t group = first / kGroupBlocks; group < end / kGroupBlocks; ++group)
             scale_group(packet, group, scale, 2 * frame.ray_error);
-        for (std::size_t b = first; b < end; b += hn::Lanes(f)) {
-            const VF lx = hn::Load(f, packet.block_lower_x + b);
-            const VF ux = hn::Load(f, packet.block_upper_x + b);
-            const VF ly = hn::Load(f, packet.block_lower_y + b);
-            const VF uy = hn::Load(f, packet.block_upper_y + b);
-            lower_x = hn::Min(lower_x, lx);
-            upper_x = hn::Max(upper_x, ux);
-            lower_y = hn::Min(lower_y, ly);
-            upper_y = hn::Max(upper_y, uy);
+        for (std::size_t b = first; b < end; b += kLanes) {
+            const FloatVec lx = load(packet.block_lower_x + b);
+            const FloatVec ux = load(packet.block_upper_x + b);
+            const FloatVec ly = load(packet.block_lower_y + b);
+            const FloatVec uy = load(packet.block_upper_y + b);
+            lower_x = min(lower_x, lx);
+            upper_x = max(upper_x, ux);
+            lower_y = min(lower_y, ly);
+            upper_y = max(upper_y, uy);
         }
     });
-    frame.lower_x = hn::GetLane(hn::MinOfLanes(f, lower_x));
-    frame.upper_x = hn::GetLane(hn::MaxOfLanes(f, upper_x));
-    frame.lower_y = hn::GetLane(hn::MinOfLanes(f, lower_y));
-    frame.upper_y = hn::GetLane(hn::MaxOfLanes(f, upper_y));
+    frame.lower_x = hn::GetLane(hn::MinOfLanes(kFloats, lower_x));
+    frame.upper_x = hn::GetLane(hn::MaxOfLanes(kFloats, upper_x));
+    frame.lower_y = hn::GetLane(hn::MinOfLanes(kFloats, lower_y));
+    frame.upper_y = hn::GetLane(hn::MaxOfLanes(kFloats, upper_y));
 }
 
 // Blocks with rays that spread more than this many times as far as those of the median block are
@@ -268,7 +259,6 @@ constexpr std::size_t kFewBlocks = 2;
 /// Both are empty before.
 bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squares,
                        Packet& packet, LightPacketBlocks& left_out, LightPacketBlocks& moved) {
-    const Floats f;
     double axes[3][3];
     float centre[3];
     Samples samples;
@@ -279,7 +269,7 @@ bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squ
     // Mostly the right unit, so that nothing need be scaled afterwards.
     const double unit = plane_unit(1.25 * sampled_extent(samples, axes));
     const NearDirections directions(axes, centre, 1 / unit);
-    VF least_z = splat(1e30f);
+    FloatVec least_z = splat(1e30f);
     GroupBounds bounds;
     packet.square_count = squares;
     packet.moved_count = 0;
@@ -289,7 +279,7 @@ bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squ
         make_light_block(rays[block], directions, block, packet, bounds, least_z);
         if (block % kGroupBlocks == kGroupBlocks - 1) bounds.store(block / kGroupBlocks, packet);
     }
-    if (!(hn::GetLane(hn::MinOfLanes(f, least_z)) > 0.25f)) return false;
+    if (!(hn::GetLane(hn::MinOfLanes(kFloats, least_z)) > 0.25f)) return false;
     Spreads spreads;
     const std::uint32_t count = squares * kSquareBlocks;
     measure_spreads(packet, 0, count, spreads);

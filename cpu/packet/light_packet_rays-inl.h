@@ -13,17 +13,17 @@
 #include <cstdint>
 
 #include "cpu/packet/packet.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 /// As many rays of a block as there are lanes, from `first` on.
-HWY_INLINE void load_rays(const SharedOriginRays& rays, std::size_t first, VF d[3], VF& tfar) {
-    const Floats f;
-    for (int axis = 0; axis < 3; ++axis) d[axis] = hn::Load(f, rays.dir[axis] + first);
-    tfar = hn::Load(f, rays.tfar + first);
+HWY_INLINE void load_rays(const SharedOriginRays& rays, std::size_t first, FloatVec d[3],
+                          FloatVec& tfar) {
+    for (int axis = 0; axis < 3; ++axis) d[axis] = load(rays.dir[axis] + first);
+    tfar = load(rays.tfar + first);
 }
 
 /// Those of a block that were put together anew, from packet.place[first] on.

@@ -17,7 +17,7 @@
 
 #include "cpu/packet/packet.h"
 #include "cpu/packet/packet_blocks-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -48,19 +48,17 @@ HWY_INLINE void for_each_block(const LightPacketBlocks& blocks, Visit visit) {
     }
 }
 
-/// The least of `used` positive numbers among `count` that no more than half of them are below, up
+/// The least of `used` positive numbers among `size` that no more than half of them are below, up
 /// to an eighth too small; the others are infinite. Found bit by bit: sorting takes as long as a
 /// tenth of a packet of a bunny's shadow rays.
-HWY_INLINE float median_of_blocks(const float* values, std::size_t count, std::size_t used) {
-    const Floats f;
+HWY_INLINE float median_of_blocks(const float* values, std::size_t size, std::size_t used) {
     constexpr int kHighest = 30, kLowest = 20;  // all of the exponent and 3 bits behind it
     std::uint32_t median = 0;
     for (int bit = kHighest; bit >= kLowest; --bit) {
         const std::uint32_t trial = median | std::uint32_t{1} << bit;
-        const VF bound = splat(std::bit_cast<float>(trial));
+        const FloatVec bound = splat(std::bit_cast<float>(trial));
         std::size_t below = 0;
-        for (std::size_t b = 0; b < count; b += hn::Lanes(f))
-            below += hn::CountTrue(f, hn::Lt(hn::Load(f, values + b), bound));
+        for (std::size_t b = 0; b < size; b += kLanes) below += count(load(values + b) < bound);
         if (below <= used / 2) median = trial;
     }
     return std::bit_cast<float>(median);
@@ -75,30 +73,27 @@ struct Spreads {
 /// Of whole groups.
 HWY_INLINE void measure_spreads(const Packet& packet, std::uint32_t first, std::uint32_t end,
                                 Spreads& spreads) {
-    const Floats f;
     spreads.used = 0;
-    for (std::size_t b = first; b < end; b += hn::Lanes(f)) {
-        const VF own = hn::Add(
-            hn::Sub(hn::Load(f, packet.block_upper_x + b), hn::Load(f, packet.block_lower_x + b)),
-            hn::Sub(hn::Load(f, packet.block_upper_y + b), hn::Load(f, packet.block_lower_y + b)));
-        const Mask is_used = hn::Ge(own, hn::Zero(f));
-        spreads.used += hn::CountTrue(f, is_used);
-        hn::Store(hn::IfThenElse(is_used, own, splat(kDone)), f, spreads.of_block + b);
+    for (std::size_t b = first; b < end; b += kLanes) {
+        const FloatVec own = load(packet.block_upper_x + b) - load(packet.block_lower_x + b) +
+                             (load(packet.block_upper_y + b) - load(packet.block_lower_y + b));
+        const Mask is_used = own >= zero();
+        spreads.used += count(is_used);
+        store(select(is_used, own, splat(kDone)), spreads.of_block + b);
     }
 }
 
 /// The blocks of whole groups with rays that spread farther than this; how many.
 HWY_INLINE std::size_t blocks_wider(const Spreads& spreads, std::uint32_t first, std::uint32_t end,
                                     float width, LightPacketBlocks& wide) {
-    const Floats f;
-    std::size_t count = 0;
-    for (std::size_t b = first; b < end; b += hn::Lanes(f)) {
-        const VF own = hn::Load(f, spreads.of_block + b);
-        const Mask wider = hn::And(hn::Gt(own, splat(width)), hn::Lt(own, splat(kDone)));
-        wide.of_group[b / kGroupBlocks] |= mask_bits(wider) << b % kGroupBlocks;
-        count += hn::CountTrue(f, wider);
+    std::size_t blocks = 0;
+    for (std::size_t b = first; b < end; b += kLanes) {
+        const FloatVec own = load(spreads.of_block + b);
+        const Mask wider = (own > splat(width)) & (own < splat(kDone));
+        wide.of_group[b / kGroupBlocks] |= bits_of(wider) << b % kGroupBlocks;
+        blocks += count(wider);
     }
-    return count;
+    return blocks;
 }
 
 /// A square of cells of the plane, numbered in Morton order.
@@ -110,20 +105,19 @@ struct Cells {
     float scale_x, scale_y;
 
     /// The cells of some points, or the nearest.
-    HWY_INLINE VW of(VF x, VF y) const {
-        const Words w;
+    HWY_INLINE UintVec of(FloatVec x, FloatVec y) const {
         // The bits of a number, each two places from the next.
-        const auto spread = [w](VW v) HWY_ATTR {
-            v = hn::And(hn::Or(v, hn::ShiftLeft<2>(v)), hn::Set(w, 0x33u));
-            return hn::And(hn::Or(v, hn::ShiftLeft<1>(v)), hn::Set(w, 0x55u));
+        const auto spread = [](UintVec v) HWY_ATTR {
+            v = (v | shift_left<2>(v)) & splat(0x33u);
+            return (v | shift_left<1>(v)) & splat(0x55u);
         };
-        const auto number = [](VF v) HWY_ATTR {
-            const VF inside = hn::Min(hn::Max(v, hn::Zero(Floats())), splat(kPerSide - 1));
-            return hn::BitCast(Words(), hn::ConvertTo(hn::RebindToSigned<Floats>(), inside));
+        const auto number = [](FloatVec v) HWY_ATTR {
+            const FloatVec inside = min(max(v, zero()), splat(static_cast<float>(kPerSide - 1)));
+            return as_uint(hn::ConvertTo(hn::RebindToSigned<FloatTag>(), inside));
         };
-        const VW column = number(hn::Mul(hn::Sub(x, splat(lower_x)), splat(scale_x)));
-        const VW row = number(hn::Mul(hn::Sub(y, splat(lower_y)), splat(scale_y)));
-        return hn::Or(spread(column), hn::ShiftLeft<1>(spread(row)));
+        const UintVec column = number((x - splat(lower_x)) * splat(scale_x));
+        const UintVec row = number((y - splat(lower_y)) * splat(scale_y));
+        return spread(column) | shift_left<1>(spread(row));
     }
 };
 
@@ -150,8 +144,6 @@ struct CellOrder {
 /// The active rays of some blocks.
 HWY_INLINE void sort_by_cell(const Packet& packet, const LightPacketBlocks& blocks,
                              CellOrder& order) {
-    const Floats f;
-    constexpr std::uint32_t kLanes = hn::MaxLanes(f);
     const Cells square = cells_around(packet, blocks);
     std::uint16_t rays[kLightPacketRays];
     std::uint32_t cells[kLightPacketRays];
@@ -162,8 +154,7 @@ HWY_INLINE void sort_by_cell(const Packet& packet, const LightPacketBlocks& bloc
         const std::uint32_t first = block * kBlockRays;
         for (std::uint32_t r = first; r < first + kBlockRays; r += kLanes) {
             alignas(64) std::uint32_t own[kLanes];
-            hn::Store(square.of(hn::Load(f, packet.x + r), hn::Load(f, packet.y + r)), Words(),
-                      own);
+            store(square.of(load(packet.x + r), load(packet.y + r)), own);
             for (std::uint32_t l = 0; l < kLanes; ++l) {
                 const bool is_active = packet.rays[block].has(r - first + l);
                 rays[count] = static_cast<std::uint16_t>(r + l);

@@ -19,7 +19,7 @@
 #include "cpu/packet/packet.h"
 #include "cpu/packet/packet_blocks-inl.h"
 #include "cpu/packet/packet_node-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -85,12 +85,10 @@ private:
     }
 
     static HWY_INLINE std::uint32_t used_slots(const Node& node) {
-        const Words words;
         std::uint32_t used = 0;
-        for (std::size_t l = 0; l < kWidth; l += hn::Lanes(words)) {
-            const auto is_used =
-                hn::Ne(hn::LoadU(words, node.child + l), hn::Set(words, kEmptyChild));
-            used |= mask_bits(hn::RebindMask(Floats(), is_used)) << l;
+        for (std::size_t l = 0; l < kWidth; l += kLanes) {
+            const auto is_used = load_unaligned(node.child + l) != splat(kEmptyChild);
+            used |= bits_of(float_mask(is_used)) << l;
         }
         return used;
     }
@@ -98,21 +96,19 @@ private:
     /// Different numbers in the order of 1/z, but for its last bits: those of floats that are not
     /// negative, and the slot.
     static HWY_INLINE void order_of(const float* q, std::int32_t* order) {
-        const hn::RebindToSigned<Floats> ints;
-        for (std::size_t l = 0; l < kWidth; l += hn::Lanes(ints)) {
-            const auto bits = hn::BitCast(ints, hn::Load(Floats(), q + l));
-            const auto slots = hn::Iota(ints, static_cast<std::int32_t>(l));
-            hn::Store(hn::Or(hn::AndNot(hn::Set(ints, 15), bits), slots), ints, order + l);
+        for (std::size_t l = 0; l < kWidth; l += kLanes) {
+            const auto bits = as_int(load(q + l));
+            const auto slots = hn::Iota(kInts, static_cast<std::int32_t>(l));
+            store(hn::AndNot(splat(15), bits) | slots, order + l);
         }
     }
 
     /// The children that are farther than one.
     static HWY_INLINE std::uint32_t slots_before(const std::int32_t* order, std::int32_t own) {
-        const hn::RebindToSigned<Floats> ints;
         std::uint32_t before = 0;
-        for (std::size_t l = 0; l < kWidth; l += hn::Lanes(ints)) {
-            const auto is_before = hn::Lt(hn::Load(ints, order + l), hn::Set(ints, own));
-            before |= mask_bits(hn::RebindMask(Floats(), is_before)) << l;
+        for (std::size_t l = 0; l < kWidth; l += kLanes) {
+            const auto is_before = load(order + l) < splat(own);
+            before |= bits_of(float_mask(is_before)) << l;
         }
         return before;
     }

@@ -13,7 +13,7 @@
 
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/packet.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -34,16 +34,15 @@ struct BlockSet {
 /// upper y), and that something at 1/z = q or less may still matter to.
 HWY_INLINE std::uint32_t blocks_in(const Packet& packet, const float rectangle[4], float q,
                                    std::uint32_t group) {
-    const Floats f;
     std::uint32_t blocks = 0;
-    for (std::size_t l = 0; l < kGroupBlocks; l += hn::Lanes(f)) {
+    for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
         const std::size_t b = group * kGroupBlocks + l;
-        const Mask x = hn::And(hn::Le(splat(rectangle[0]), hn::Load(f, packet.block_upper_x + b)),
-                               hn::Ge(splat(rectangle[1]), hn::Load(f, packet.block_lower_x + b)));
-        const Mask y = hn::And(hn::Le(splat(rectangle[2]), hn::Load(f, packet.block_upper_y + b)),
-                               hn::Ge(splat(rectangle[3]), hn::Load(f, packet.block_lower_y + b)));
-        const Mask near = hn::Ge(splat(q), hn::Load(f, packet.block_q + b));
-        blocks |= mask_bits(hn::And(near, hn::And(x, y))) << l;
+        const Mask x = (splat(rectangle[0]) <= load(packet.block_upper_x + b)) &
+                       (splat(rectangle[1]) >= load(packet.block_lower_x + b));
+        const Mask y = (splat(rectangle[2]) <= load(packet.block_upper_y + b)) &
+                       (splat(rectangle[3]) >= load(packet.block_lower_y + b));
+        const Mask near = splat(q) >= load(packet.block_q + b);
+        blocks |= bits_of(near & (x & y)) << l;
     }
     return blocks;
 }
@@ -58,19 +57,16 @@ struct QuadSet {
 /// Likewise the quads among some.
 HWY_INLINE QuadSet quads_in(const Packet& packet, const Rectangles& r, float q, std::uint32_t i,
                             const QuadSet& among) {
-    const Floats f;
     QuadSet quads = {};
     const auto find = [&](std::uint32_t word, std::size_t count) HWY_ATTR {
-        for (std::size_t l = 0; l < count; l += hn::Lanes(f)) {
+        for (std::size_t l = 0; l < count; l += kLanes) {
             const std::size_t k = 64 * word + l;
-            const Mask x =
-                hn::And(hn::Le(splat(r.lower_x[i]), hn::Load(f, packet.quad_upper_x + k)),
-                        hn::Ge(splat(r.upper_x[i]), hn::Load(f, packet.quad_lower_x + k)));
-            const Mask y =
-                hn::And(hn::Le(splat(r.lower_y[i]), hn::Load(f, packet.quad_upper_y + k)),
-                        hn::Ge(splat(r.upper_y[i]), hn::Load(f, packet.quad_lower_y + k)));
-            const Mask near = hn::Ge(splat(q), hn::Load(f, packet.quad_q + k));
-            quads.words[word] |= std::uint64_t{mask_bits(hn::And(near, hn::And(x, y)))} << l;
+            const Mask x = (splat(r.lower_x[i]) <= load(packet.quad_upper_x + k)) &
+                           (splat(r.upper_x[i]) >= load(packet.quad_lower_x + k));
+            const Mask y = (splat(r.lower_y[i]) <= load(packet.quad_upper_y + k)) &
+                           (splat(r.upper_y[i]) >= load(packet.quad_lower_y + k));
+            const Mask near = splat(q) >= load(packet.quad_q + k);
+            quads.words[word] |= std::uint64_t{bits_of(near & (x & y))} << l;
         }
         quads.words[word] &= among.words[word];
     };
@@ -81,12 +77,11 @@ HWY_INLINE QuadSet quads_in(const Packet& packet, const Rectangles& r, float q, 
 
 /// Those among some with a ray that something at 1/z = q or less may still matter to.
 HWY_INLINE QuadSet quads_beyond(const Packet& packet, float q, const QuadSet& among) {
-    const Floats f;
     QuadSet quads = {};
     const auto find = [&](std::uint32_t word, std::size_t count) HWY_ATTR {
-        for (std::size_t l = 0; l < count; l += hn::Lanes(f)) {
-            const Mask near = hn::Ge(splat(q), hn::Load(f, packet.quad_q + 64 * word + l));
-            quads.words[word] |= std::uint64_t{mask_bits(near)} << l;
+        for (std::size_t l = 0; l < count; l += kLanes) {
+            const Mask near = splat(q) >= load(packet.quad_q + 64 * word + l);
+            quads.words[word] |= std::uint64_t{bits_of(near)} << l;
         }
         quads.words[word] &= among.words[word];
     };
@@ -98,28 +93,27 @@ HWY_INLINE QuadSet quads_beyond(const Packet& packet, float q, const QuadSet& am
 /// Of the columns, or rows, of pixels in so many blocks of a camera's grid, those whose middles lie
 /// within some bounds, or the margin from there: none if first > last. Pixel k's is at k - 31.5.
 struct PixelRange {
-    VF first, last;
+    FloatVec first, last;
 
-    HWY_INLINE PixelRange(VF lower, VF upper, float margin, std::uint32_t blocks) {
+    HWY_INLINE PixelRange(FloatVec lower, FloatVec upper, float margin, std::uint32_t blocks) {
         constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
-        const VF end = splat(static_cast<float>(blocks * kBlockSide - 1));
-        first = hn::Max(hn::Ceil(hn::Add(lower, splat(kMiddle - margin))), hn::Zero(Floats()));
-        last = hn::Min(hn::Floor(hn::Add(upper, splat(kMiddle + margin))), end);
+        const FloatVec end = splat(static_cast<float>(blocks * kBlockSide - 1));
+        first = max(hn::Ceil(lower + splat(kMiddle - margin)), zero());
+        last = min(hn::Floor(upper + splat(kMiddle + margin)), end);
     }
 
-    HWY_INLINE Mask any() const { return hn::Le(first, last); }
+    HWY_INLINE Mask any() const { return first <= last; }
 
     /// The blocks of the first and of the last, if there are any.
-    HWY_INLINE VW first_block() const { return block(first); }
-    HWY_INLINE VW last_block() const { return block(last); }
+    HWY_INLINE UintVec first_block() const { return block(first); }
+    HWY_INLINE UintVec last_block() const { return block(last); }
 
 private:
-    static HWY_INLINE VW block(VF pixel) {
+    static HWY_INLINE UintVec block(FloatVec pixel) {
         static_assert(kBlockSide == 4);
-        const hn::RebindToSigned<Floats> ints;
-        const VW block = hn::ShiftRight<2>(hn::BitCast(Words(), hn::ConvertTo(ints, pixel)));
+        const UintVec block = shift_right<2>(as_uint(hn::ConvertTo(kInts, pixel)));
         // A number to shift by even where there is none.
-        return hn::And(block, hn::Set(Words(), kGridSide - 1));
+        return block & splat(kGridSide - 1);
     }
 };
 
@@ -129,21 +123,17 @@ struct alignas(64) GridRanges {
 };
 
 HWY_INLINE void to_grid(const PacketFrame& frame, const Rectangles& r, GridRanges& ranges) {
-    const Floats f;
-    const Words w;
     const auto bits = [&](const PixelRange& range) HWY_ATTR {
-        const VW below = hn::Shl(hn::Set(w, 1u), range.first_block());
-        const VW up_to = hn::Shl(hn::Set(w, 2u), range.last_block());
-        return hn::IfThenElseZero(hn::RebindMask(w, range.any()), hn::Sub(up_to, below));
+        const UintVec below = hn::Shl(splat(1u), range.first_block());
+        const UintVec up_to = hn::Shl(splat(2u), range.last_block());
+        return zero_unless(uint_mask(range.any()), up_to - below);
     };
     const float margin = frame.grid_margin;
-    for (std::size_t l = 0; l < 16; l += hn::Lanes(f)) {
-        const PixelRange x(hn::Load(f, r.lower_x + l), hn::Load(f, r.upper_x + l), margin,
-                           frame.grid_columns);
-        const PixelRange y(hn::Load(f, r.lower_y + l), hn::Load(f, r.upper_y + l), margin,
-                           frame.grid_rows);
-        hn::Store(bits(x), w, ranges.columns + l);
-        hn::Store(bits(y), w, ranges.rows + l);
+    for (std::size_t l = 0; l < 16; l += kLanes) {
+        const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, frame.grid_columns);
+        const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, frame.grid_rows);
+        store(bits(x), ranges.columns + l);
+        store(bits(y), ranges.rows + l);
     }
 }
 
@@ -176,22 +166,20 @@ struct alignas(64) GridWindows {
     std::uint32_t fit = 0, few = 0;
 
     HWY_INLINE void set(std::size_t l, const PixelRange& x, const PixelRange& y) {
-        const Words w;
-        const VW left = x.first_block();
-        const VW top = y.first_block();
-        const VW more_columns = hn::Sub(x.last_block(), left);
-        const VW more_rows = hn::Sub(y.last_block(), top);
+        const UintVec left = x.first_block();
+        const UintVec top = y.first_block();
+        const UintVec more_columns = x.last_block() - left;
+        const UintVec more_rows = y.last_block() - top;
         static_assert(kGridSide == 16);
-        hn::Store(hn::Or(hn::ShiftLeft<4>(top), left), w, first + l);
-        hn::Store(more_columns, w, columns + l);
-        hn::Store(more_rows, w, rows + l);
-        const hn::RebindToSigned<Floats> ints;
-        const auto below = [&](VW number, std::int32_t end) HWY_ATTR {
-            const auto is = hn::Lt(hn::BitCast(ints, number), hn::Set(ints, end));
-            return mask_bits(hn::RebindMask(Floats(), is)) << l;
+        store(shift_left<4>(top) | left, first + l);
+        store(more_columns, columns + l);
+        store(more_rows, rows + l);
+        const auto below = [&](UintVec number, std::int32_t end) HWY_ATTR {
+            const auto is = as_int(number) < splat(end);
+            return bits_of(float_mask(is)) << l;
         };
-        fit |= below(hn::Max(more_columns, more_rows), kWindowSide);
-        few |= below(hn::Add(more_columns, more_rows), 4);
+        fit |= below(max(more_columns, more_rows), kWindowSide);
+        few |= below(more_columns + more_rows, 4);
     }
 };
 
@@ -222,8 +210,8 @@ HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows,
                                        static_cast<std::uint8_t>(rows >> row >> 8)};
         const auto own = hn::IfThenElseZero(hn::LoadMaskBits(d, bytes),
                                             hn::Set(d, static_cast<std::uint16_t>(columns)));
-        const auto blocks = hn::And(own, hn::BitCast(d, hn::LoadU(words, among.words + row / 4)));
-        any |= !hn::AllTrue(d, hn::Eq(blocks, hn::Zero(d)));
+        const auto blocks = own & hn::BitCast(d, hn::LoadU(words, among.words + row / 4));
+        any |= !hn::AllTrue(d, blocks == hn::Zero(d));
         hn::StoreU(hn::BitCast(words, blocks), words, out.words + row / 4);
     }
     return any;
@@ -232,11 +220,10 @@ HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows,
 
 /// Finds what is nearer than all that the rays of a block have found.
 HWY_INLINE void find_depth(Packet& packet, std::uint32_t block) {
-    const Floats f;
-    VF least = splat(kDone);
-    for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f))
-        least = hn::Min(least, hn::Load(f, packet.q_lower + block * kBlockRays + l));
-    packet.block_q[block] = hn::GetLane(hn::MinOfLanes(f, least));
+    FloatVec least = splat(kDone);
+    for (std::size_t l = 0; l < kBlockRays; l += kLanes)
+        least = min(least, load(packet.q_lower + block * kBlockRays + l));
+    packet.block_q[block] = hn::GetLane(hn::MinOfLanes(kFloats, least));
 }
 
 #if HWY_TARGET != HWY_SCALAR
@@ -257,35 +244,34 @@ HWY_INLINE void find_four_depths(Packet& packet, const std::uint32_t blocks[4]) 
 #if HWY_TARGET == HWY_SCALAR
     for (int i = 0; i < 4; ++i) find_depth(packet, blocks[i]);
 #else
-    const Floats f;
-    VF least[4];
+    FloatVec least[4];
     for (int i = 0; i < 4; ++i) {
         const float* const q = packet.q_lower + blocks[i] * kBlockRays;
-        least[i] = hn::Load(f, q);
-        for (std::size_t l = hn::Lanes(f); l < kBlockRays; l += hn::Lanes(f))
-            least[i] = hn::Min(least[i], hn::Load(f, q + l));
+        least[i] = load(q);
+        for (std::size_t l = kLanes; l < kBlockRays; l += kLanes)
+            least[i] = min(least[i], load(q + l));
     }
-    const VF all = combine_four(least, [](VF a, VF b) HWY_ATTR { return hn::Min(a, b); });
+    const FloatVec all =
+        combine_four(least, [](FloatVec a, FloatVec b) HWY_ATTR { return min(a, b); });
     alignas(16) float q[4];
-    hn::Store(least_of_quarters(f, all), hn::Full128<float>(), q);
+    hn::Store(least_of_quarters(kFloats, all), hn::Full128<float>(), q);
     for (int i = 0; i < 4; ++i) packet.block_q[blocks[i]] = q[i];
 #endif
 }
 
 /// The blocks of a word with a ray that something at 1/z = q or less may still matter to.
 HWY_INLINE std::uint64_t blocks_beyond(const Packet& packet, float q, std::size_t word) {
-    const Floats f;
     std::uint64_t blocks = 0;
     const float* block_q = packet.block_q + 64 * word;
-    for (std::size_t b = 0; b < 64; b += hn::Lanes(f))
-        blocks |= std::uint64_t{mask_bits(hn::Ge(splat(q), hn::Load(f, block_q + b)))} << b;
+    for (std::size_t b = 0; b < 64; b += kLanes)
+        blocks |= std::uint64_t{bits_of(splat(q) >= load(block_q + b))} << b;
     return blocks;
 }
 
 /// 1/z for the nearest that a hit may be, `near`, which is all there is where that is not positive.
-HWY_INLINE VF nearest_q(VF near) {
-    const VF q = hn::Div(splat(kNearestByDepth), hn::Max(near, splat(1e-20f)));
-    return hn::IfThenElse(hn::Gt(near, hn::Zero(Floats())), q, splat(kAnyDepth));
+HWY_INLINE FloatVec nearest_q(FloatVec near) {
+    const FloatVec q = splat(kNearestByDepth) / max(near, splat(1e-20f));
+    return select(near > zero(), q, splat(kAnyDepth));
 }
 
 }  // namespace HWY_NAMESPACE

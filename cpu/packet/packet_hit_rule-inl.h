@@ -16,7 +16,7 @@
 
 #include "cpu/packet/packet.h"
 #include "cpu/simd/exact_hit_rule-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -24,8 +24,8 @@ namespace HWY_NAMESPACE {
 
 /// Triangles, a lane each.
 struct TriangleLanes {
-    VF corner[3][3];
-    VW prim_ids;
+    FloatVec corner[3][3];
+    UintVec prim_ids;
 };
 
 HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
@@ -36,7 +36,7 @@ HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
         out.corner[k][1] = splat(v.y);
         out.corner[k][2] = splat(v.z);
     }
-    out.prim_ids = hn::Set(Words(), leaf.prim_id[slot]);
+    out.prim_ids = splat(leaf.prim_id[slot]);
     return out;
 }
 
@@ -44,13 +44,12 @@ HWY_INLINE TriangleLanes same_triangle(const Leaf& leaf, std::uint32_t slot) {
 /// hold anything.
 HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint32_t* candidates,
                                            std::uint32_t lanes) {
-    constexpr std::size_t kLanes = hn::MaxLanes(Floats());
     const auto leaf_of = [&](std::uint32_t candidate) -> const Leaf& {
         return *packet.hit_leaves[candidate / kLeafTriangles].leaf;
     };
     const std::uint32_t any = candidates[__builtin_ctz(lanes)];
-    const auto same = hn::Eq(hn::Load(Words(), candidates), hn::Set(Words(), any));
-    if ((lanes & ~mask_bits(hn::RebindMask(Floats(), same))) == 0)
+    const auto same = load(candidates) == splat(any);
+    if ((lanes & ~bits_of(float_mask(same))) == 0)
         return same_triangle(leaf_of(any), any % kLeafTriangles);
     alignas(64) float corners[3][3][kLanes] = {};
     alignas(64) std::uint32_t prim_ids[kLanes] = {};
@@ -68,40 +67,37 @@ HWY_INLINE TriangleLanes winning_triangles(const Packet& packet, const std::uint
     }
     TriangleLanes out;
     for (int k = 0; k < 3; ++k) {
-        for (int axis = 0; axis < 3; ++axis)
-            out.corner[k][axis] = hn::Load(Floats(), corners[k][axis]);
+        for (int axis = 0; axis < 3; ++axis) out.corner[k][axis] = load(corners[k][axis]);
     }
-    out.prim_ids = hn::Load(Words(), prim_ids);
+    out.prim_ids = load(prim_ids);
     return out;
 }
 
 /// Keeps a leaf of which a triangle has won, or may win, a ray.
 HWY_INLINE void add_hit_leaf(Packet& packet, const Leaf& leaf) {
-    const Floats f;
     packet.hit_leaves.emplace_back();
     HitLeaf& won = packet.hit_leaves.back();
     won.leaf = &leaf;
     std::memcpy(won.prim_id, leaf.prim_id, sizeof won.prim_id);
-    const VF away = packet.frame.axis == kMixedAxes
-                        ? hn::Zero(f)
-                        : hn::And(splat(packet.frame.depth_rows[0][2]), splat(-0.0f));
+    const FloatVec away = packet.frame.axis == kMixedAxes
+                              ? zero()
+                              : splat(packet.frame.depth_rows[0][2]) & splat(-0.0f);
     alignas(64) float values[3][kLeafVertices];
     alignas(64) std::uint32_t corners[kLeafTriangles];
-    for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
-        VF v[3], w;
-        hn::LoadInterleaved4(f, &leaf.vertex[l].x, v[0], v[1], v[2], w);
+    for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
+        FloatVec v[3], w;
+        hn::LoadInterleaved4(kFloats, &leaf.vertex[l].x, v[0], v[1], v[2], w);
         for (int axis = 0; axis < 3; ++axis)
-            hn::Store(hn::Xor(hn::Sub(v[axis], splat(packet.frame.org[axis])), away), f,
-                      values[axis] + l);
-        hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
+            store((v[axis] - splat(packet.frame.org[axis])) ^ away, values[axis] + l);
+        store(as_uint(w), corners + l);
     }
     const std::uint32_t z = packet.frame.axis % kMixedAxes;
-    for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-        const VW packed = hn::Load(Words(), corners + l);
+    for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
+        const UintVec packed = load(corners + l);
         for (std::uint32_t axis = 0; axis < 3; ++axis) {
-            VF at_corners[3];
+            FloatVec at_corners[3];
             gather_corners(values[(z + 1 + axis) % 3], packed, at_corners);
-            for (int k = 0; k < 3; ++k) hn::Store(at_corners[k], f, won.corner[k][axis] + l);
+            for (int k = 0; k < 3; ++k) store(at_corners[k], won.corner[k][axis] + l);
         }
     }
 }
@@ -109,17 +105,16 @@ HWY_INLINE void add_hit_leaf(Packet& packet, const Leaf& leaf) {
 /// The rule for rays of a packet.
 class PacketRule {
 public:
-    HWY_INLINE PacketRule(vec3 origin, const VF (&dir)[3]) {
-        const VF org[3] = {splat(origin.x), splat(origin.y), splat(origin.z)};
+    HWY_INLINE PacketRule(vec3 origin, const FloatVec (&dir)[3]) {
+        const FloatVec org[3] = {splat(origin.x), splat(origin.y), splat(origin.z)};
         rays_ = shear_rays(org, dir);
     }
 
     /// Which of some lanes are hit up to tfar, and where.
-    HWY_INLINE Mask intersect(const TriangleLanes& triangles, VF tfar, std::uint32_t lanes,
+    HWY_INLINE Mask intersect(const TriangleLanes& triangles, FloatVec tfar, std::uint32_t lanes,
                               RuleHits& hits) const {
-        return intersect_triangles(rays_, mask_of(lanes), hn::Zero(Floats()), tfar,
-                                   triangles.corner[0], triangles.corner[1], triangles.corner[2],
-                                   hits);
+        return intersect_triangles(rays_, mask_of(lanes), zero(), tfar, triangles.corner[0],
+                                   triangles.corner[1], triangles.corner[2], hits);
     }
 
 private:

@@ -15,7 +15,7 @@
 
 #include "cpu/packet/packet.h"
 #include "cpu/packet/triangle_setup-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -39,19 +39,19 @@ struct Planes {
           bound(splat(setup.bound[i])) {}
 
     /// The least edge function and 1/z of as many rays (x, y) as there are lanes.
-    HWY_INLINE VF least_edge(VF x, VF y) const {
-        const VF u = hn::MulAdd(a0, x, hn::MulAdd(b0, y, c0));
-        const VF v = hn::MulAdd(a1, x, hn::MulAdd(b1, y, c1));
-        const VF w = hn::MulAdd(a2, x, hn::MulAdd(b2, y, c2));
-        return hn::Min(u, hn::Min(v, w));
+    HWY_INLINE FloatVec least_edge(FloatVec x, FloatVec y) const {
+        const FloatVec u = mul_add(a0, x, mul_add(b0, y, c0));
+        const FloatVec v = mul_add(a1, x, mul_add(b1, y, c1));
+        const FloatVec w = mul_add(a2, x, mul_add(b2, y, c2));
+        return min(u, min(v, w));
     }
-    HWY_INLINE VF depth(VF x, VF y) const {
-        return hn::MulAdd(depth_a, x, hn::MulAdd(depth_b, y, depth_c));
+    HWY_INLINE FloatVec depth(FloatVec x, FloatVec y) const {
+        return mul_add(depth_a, x, mul_add(depth_b, y, depth_c));
     }
 
-    VF a0, a1, a2, b0, b1, b2, c0, c1, c2;
-    VF depth_a, depth_b, depth_c;
-    VF bound;
+    FloatVec a0, a1, a2, b0, b1, b2, c0, c1, c2;
+    FloatVec depth_a, depth_b, depth_c;
+    FloatVec bound;
 };
 
 /// Likewise with a block of a point's packet.
@@ -62,32 +62,31 @@ struct PointPlanes : Planes {
           error1(splat(setup.c1[i])),
           error2(splat(setup.c2[i])) {}
 
-    VF error0, error1, error2;
+    FloatVec error0, error1, error2;
 };
 
 /// What the bounds say of a triangle and as many rays (x, y) as there are lanes: the least edge
 /// function, and 1/z from q_lower to q_upper. Of a NaN, from an overflow, nothing is certain.
 struct Position {
-    HWY_INLINE Position(const PointPlanes& p, VF x, VF y) : least(p.least_edge(x, y)) {
-        const VF q = p.depth(x, y);
-        const VF error = hn::MulAdd(q, hn::MulAdd(q, p.error2, p.error1), p.error0);
-        q_lower = hn::Sub(q, error);
-        q_upper = hn::Add(q, error);
-        is_far = hn::Le(hn::Mul(q, p.error2), splat(kFarDepth));
+    HWY_INLINE Position(const PointPlanes& p, FloatVec x, FloatVec y) : least(p.least_edge(x, y)) {
+        const FloatVec q = p.depth(x, y);
+        const FloatVec error = mul_add(q, mul_add(q, p.error2, p.error1), p.error0);
+        q_lower = q - error;
+        q_upper = q + error;
+        is_far = q * p.error2 <= splat(kFarDepth);
     }
 
     /// The rays that certainly hit the triangle, nearer than their best.
-    HWY_INLINE Mask wins(const Planes& p, VF best_upper) const {
-        return hn::And(hn::Gt(least, p.bound), hn::Gt(q_lower, best_upper));
+    HWY_INLINE Mask wins(const Planes& p, FloatVec best_upper) const {
+        return (least > p.bound) & (q_lower > best_upper);
     }
 
     /// Those that certainly do not.
-    HWY_INLINE Mask loses(const Planes& p, VF best_lower) const {
-        return hn::Or(hn::Lt(least, hn::Neg(p.bound)),
-                      hn::And(is_far, hn::Lt(q_upper, best_lower)));
+    HWY_INLINE Mask loses(const Planes& p, FloatVec best_lower) const {
+        return (least < -p.bound) | (is_far & (q_upper < best_lower));
     }
 
-    VF least, q_lower, q_upper;
+    FloatVec least, q_lower, q_upper;
     /// So far that q_upper holds.
     Mask is_far;
 };
@@ -95,21 +94,18 @@ struct Position {
 /// The triangles of a leaf whose rectangle meets a block and that are near enough for it.
 HWY_INLINE std::uint32_t triangles_at(const Packet& packet, const Setup& setup,
                                       std::uint32_t block) {
-    const Floats f;
     const Rectangles& rect = setup.rectangles;
-    const VF lower_x = splat(packet.block_lower_x[block]);
-    const VF upper_x = splat(packet.block_upper_x[block]);
-    const VF lower_y = splat(packet.block_lower_y[block]);
-    const VF upper_y = splat(packet.block_upper_y[block]);
-    const VF q = splat(packet.block_q[block]);
+    const FloatVec lower_x = splat(packet.block_lower_x[block]);
+    const FloatVec upper_x = splat(packet.block_upper_x[block]);
+    const FloatVec lower_y = splat(packet.block_lower_y[block]);
+    const FloatVec upper_y = splat(packet.block_upper_y[block]);
+    const FloatVec q = splat(packet.block_q[block]);
     std::uint32_t triangles = 0;
-    for (std::size_t l = 0; l < kLeafTriangles; l += hn::Lanes(f)) {
-        const Mask x = hn::And(hn::Le(hn::Load(f, rect.lower_x + l), upper_x),
-                               hn::Ge(hn::Load(f, rect.upper_x + l), lower_x));
-        const Mask y = hn::And(hn::Le(hn::Load(f, rect.lower_y + l), upper_y),
-                               hn::Ge(hn::Load(f, rect.upper_y + l), lower_y));
-        const Mask near = hn::Ge(hn::Load(f, setup.q + l), q);
-        triangles |= mask_bits(hn::And(near, hn::And(x, y))) << l;
+    for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
+        const Mask x = (load(rect.lower_x + l) <= upper_x) & (load(rect.upper_x + l) >= lower_x);
+        const Mask y = (load(rect.lower_y + l) <= upper_y) & (load(rect.upper_y + l) >= lower_y);
+        const Mask near = load(setup.q + l) >= q;
+        triangles |= bits_of(near & (x & y)) << l;
     }
     return triangles;
 }

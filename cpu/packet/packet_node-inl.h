@@ -18,7 +18,7 @@
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/packet.h"
 #include "cpu/packet/packet_blocks-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -28,59 +28,56 @@ namespace HWY_NAMESPACE {
 /// In units of 2^-24 of row_size times the largest coordinate, products and sums are off by at
 /// most 5, and the triangles that the rule sees reach out of their boxes by at most 8 (2^-22 of
 /// a vertex's distance from the ray, at most twice that coordinate): 16 on both sides.
-HWY_INLINE void project_boxes(const PacketFrame& frame, int k, const VF lower[3], const VF upper[3],
-                              VF size, VF& least, VF& most) {
-    least = hn::Zero(Floats());
-    most = hn::Zero(Floats());
+HWY_INLINE void project_boxes(const PacketFrame& frame, int k, const FloatVec lower[3],
+                              const FloatVec upper[3], FloatVec size, FloatVec& least,
+                              FloatVec& most) {
+    least = zero();
+    most = zero();
     for (int axis = 0; axis < 3; ++axis) {
         const float row = frame.rows_f[k][axis];
-        least = hn::MulAdd(splat(row), row >= 0 ? lower[axis] : upper[axis], least);
-        most = hn::MulAdd(splat(row), row >= 0 ? upper[axis] : lower[axis], most);
+        least = mul_add(splat(row), row >= 0 ? lower[axis] : upper[axis], least);
+        most = mul_add(splat(row), row >= 0 ? upper[axis] : lower[axis], most);
     }
-    const VF error = hn::Mul(splat(kBoxError * frame.row_size[k]), size);
-    least = hn::Sub(least, error);
-    most = hn::Add(most, error);
+    const FloatVec error = splat(kBoxError * frame.row_size[k]) * size;
+    least = least - error;
+    most = most + error;
 }
 
 /// The rectangle that boxes with these bounds of x, y, z are seen in: all of the plane when
 /// they reach to the eye or behind it. Whether it meets the packet, and the box is not behind.
-HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const VF least[3], const VF most[3],
-                                 Rectangles& r, std::size_t l) {
-    const Floats f;
-    const VF zero = hn::Zero(f);
-    const VF all = splat(1e6f);
-    const Mask in_front = hn::Gt(least[2], hn::Mul(most[2], splat(0x1p-20f)));
-    const VF by_near = hn::Div(splat(kNearestByDepth), hn::Max(least[2], splat(1e-20f)));
-    const VF by_far = hn::Div(splat(0.99999f), hn::Max(most[2], splat(1e-20f)));
-    const auto low = [&](VF x) {
-        return hn::IfThenElse(
-            in_front, hn::Mul(x, hn::IfThenElse(hn::Lt(x, zero), by_near, by_far)), hn::Neg(all));
+HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const FloatVec least[3],
+                                 const FloatVec most[3], Rectangles& r, std::size_t l) {
+    const FloatVec all = splat(1e6f);
+    const Mask in_front = least[2] > most[2] * splat(0x1p-20f);
+    const FloatVec by_near = splat(kNearestByDepth) / max(least[2], splat(1e-20f));
+    const FloatVec by_far = splat(0.99999f) / max(most[2], splat(1e-20f));
+    const auto low = [&](FloatVec x) {
+        return select(in_front, x * select(x < zero(), by_near, by_far), -all);
     };
-    const auto high = [&](VF x) {
-        return hn::IfThenElse(in_front,
-                              hn::Mul(x, hn::IfThenElse(hn::Gt(x, zero), by_near, by_far)), all);
+    const auto high = [&](FloatVec x) {
+        return select(in_front, x * select(x > zero(), by_near, by_far), all);
     };
-    const VF lower_x = low(least[0]);
-    const VF upper_x = high(most[0]);
-    const VF lower_y = low(least[1]);
-    const VF upper_y = high(most[1]);
-    hn::Store(lower_x, f, r.lower_x + l);
-    hn::Store(upper_x, f, r.upper_x + l);
-    hn::Store(lower_y, f, r.lower_y + l);
-    hn::Store(upper_y, f, r.upper_y + l);
+    const FloatVec lower_x = low(least[0]);
+    const FloatVec upper_x = high(most[0]);
+    const FloatVec lower_y = low(least[1]);
+    const FloatVec upper_y = high(most[1]);
+    store(lower_x, r.lower_x + l);
+    store(upper_x, r.upper_x + l);
+    store(lower_y, r.lower_y + l);
+    store(upper_y, r.upper_y + l);
     // A box that reaches behind is held against the packet's four sides: x - side * z over its
     // corners.
-    const auto beyond = [&](VF upper, VF lower_z, VF upper_z, float side) {
-        return hn::Lt(upper, hn::Mul(splat(side), side > 0 ? lower_z : upper_z));
+    const auto beyond = [&](FloatVec upper, FloatVec lower_z, FloatVec upper_z, float side) {
+        return upper < splat(side) * (side > 0 ? lower_z : upper_z);
     };
-    const auto before = [&](VF lower, VF lower_z, VF upper_z, float side) {
-        return hn::Gt(lower, hn::Mul(splat(side), side > 0 ? upper_z : lower_z));
+    const auto before = [&](FloatVec lower, FloatVec lower_z, FloatVec upper_z, float side) {
+        return lower > splat(side) * (side > 0 ? upper_z : lower_z);
     };
-    const Mask outside = hn::Or(hn::Or(beyond(most[0], least[2], most[2], frame.lower_x),
-                                       before(least[0], least[2], most[2], frame.upper_x)),
-                                hn::Or(beyond(most[1], least[2], most[2], frame.lower_y),
-                                       before(least[1], least[2], most[2], frame.upper_y)));
-    return hn::AndNot(outside, hn::Gt(most[2], zero));
+    const Mask outside = beyond(most[0], least[2], most[2], frame.lower_x) |
+                         before(least[0], least[2], most[2], frame.upper_x) |
+                         (beyond(most[1], least[2], most[2], frame.lower_y) |
+                          before(least[1], least[2], most[2], frame.upper_y));
+    return and_not(outside, most[2] > zero());
 }
 
 /// What a packet sees of a node's children: rectangles of its plane, and nearest_q.
@@ -92,26 +89,25 @@ struct alignas(64) NodeChildren {
 /// The children that may concern the packet, as bits, empty slots among them.
 HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node,
                                       NodeChildren& children) {
-    const Floats f;
     std::uint32_t hits = 0;
-    for (std::size_t l = 0; l < kWidth; l += hn::Lanes(f)) {
-        const VF org[3] = {splat(frame.org.x), splat(frame.org.y), splat(frame.org.z)};
-        const VF lower[3] = {hn::Sub(hn::LoadU(f, node.lower_x + l), org[0]),
-                             hn::Sub(hn::LoadU(f, node.lower_y + l), org[1]),
-                             hn::Sub(hn::LoadU(f, node.lower_z + l), org[2])};
-        const VF upper[3] = {hn::Sub(hn::LoadU(f, node.upper_x + l), org[0]),
-                             hn::Sub(hn::LoadU(f, node.upper_y + l), org[1]),
-                             hn::Sub(hn::LoadU(f, node.upper_z + l), org[2])};
-        VF largest = hn::Zero(f);
+    for (std::size_t l = 0; l < kWidth; l += kLanes) {
+        const FloatVec org[3] = {splat(frame.org.x), splat(frame.org.y), splat(frame.org.z)};
+        const FloatVec lower[3] = {load_unaligned(node.lower_x + l) - org[0],
+                                   load_unaligned(node.lower_y + l) - org[1],
+                                   load_unaligned(node.lower_z + l) - org[2]};
+        const FloatVec upper[3] = {load_unaligned(node.upper_x + l) - org[0],
+                                   load_unaligned(node.upper_y + l) - org[1],
+                                   load_unaligned(node.upper_z + l) - org[2]};
+        FloatVec largest = zero();
         for (int axis = 0; axis < 3; ++axis) {
-            largest = hn::Max(largest, hn::Max(hn::Abs(lower[axis]), hn::Abs(upper[axis])));
+            largest = max(largest, max(abs(lower[axis]), abs(upper[axis])));
         }
-        VF least[3], most[3];
+        FloatVec least[3], most[3];
         for (int k = 0; k < 3; ++k)
             project_boxes(frame, k, lower, upper, largest, least[k], most[k]);
         const Mask keep = rectangle_of_box(frame, least, most, children.rectangles, l);
-        hn::Store(nearest_q(hn::Sub(least[2], splat(frame.depth_error))), f, children.q + l);
-        hits |= mask_bits(keep) << l;
+        store(nearest_q(least[2] - splat(frame.depth_error)), children.q + l);
+        hits |= bits_of(keep) << l;
     }
     return hits;
 }

@@ -33,12 +33,12 @@
 #include "cpu/packet/packet_hit_rule-inl.h"
 #include "cpu/packet/packet_node-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
+using namespace simd::HWY_NAMESPACE;
 
 /// Closest hits of cameras, whose blocks lie on a grid.
 class PacketTraversal {
@@ -146,27 +146,26 @@ private:
     template <class Values>
     HWY_INLINE bool trace_pair(const GridPlanes& p, const Values& values, std::uint32_t block,
                                std::uint32_t candidate) {
-        const Floats f;
         Packet& packet = packet_;
         bool won = false;
-        for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
             const std::size_t r = block * kBlockRays + l;
-            const VF lower = hn::Load(f, packet.q_lower + r);
-            const VF upper = hn::Load(f, packet.q_upper + r);
-            const VF least = values.least_edge(l);
-            const VF q = values.depth(l);
-            const Mask inside = hn::Gt(least, p.bound);
-            const VF own_lower = hn::IfThenElseZero(inside, hn::Sub(q, p.error));
-            const VF own_upper = hn::Add(q, p.error);
-            const Mask wins = hn::Gt(own_lower, upper);
-            const Mask loses = hn::Or(hn::Lt(least, hn::Neg(p.bound)), hn::Lt(own_upper, lower));
-            hn::Store(hn::Max(own_lower, lower), f, packet.q_lower + r);
-            hn::Store(hn::IfThenElse(wins, own_upper, upper), f, packet.q_upper + r);
+            const FloatVec lower = load(packet.q_lower + r);
+            const FloatVec upper = load(packet.q_upper + r);
+            const FloatVec least = values.least_edge(l);
+            const FloatVec q = values.depth(l);
+            const Mask inside = least > p.bound;
+            const FloatVec own_lower = zero_unless(inside, q - p.error);
+            const FloatVec own_upper = q + p.error;
+            const Mask wins = own_lower > upper;
+            const Mask loses = (least < -p.bound) | (own_upper < lower);
+            store(max(own_lower, lower), packet.q_lower + r);
+            store(select(wins, own_upper, upper), packet.q_upper + r);
             store_where(wins, candidate, packet.candidate + r);
-            won |= !hn::AllFalse(f, wins);
-            const Mask settled = hn::Or(wins, loses);
-            if (HWY_UNLIKELY(!hn::AllTrue(f, settled)))
-                open_[open_count_++] = {static_cast<std::uint32_t>(r), mask_bits(hn::Not(settled)),
+            won |= !none(wins);
+            const Mask settled = wins | loses;
+            if (HWY_UNLIKELY(!all(settled)))
+                open_[open_count_++] = {static_cast<std::uint32_t>(r), bits_of(!settled),
                                         candidate};
         }
         return won;
@@ -337,7 +336,7 @@ private:
         std::uint32_t ray, lanes, candidate;
     };
     static constexpr std::uint32_t kManyOpen = 64;
-    Open open_[kManyOpen + kCameraRays / hn::MaxLanes(Floats())];
+    Open open_[kManyOpen + kCameraRays / kLanes];
     std::uint32_t open_count_ = 0;
     /// The blocks of leaves that were visited since depths were found. A triangle may be held
     /// against others, too; of these too little is known until then.

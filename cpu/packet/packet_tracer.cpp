@@ -20,12 +20,11 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
 void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
-    const Floats f;
     const std::size_t width = tile.x1 - tile.x0;
     const HitLanes misses = no_hits();
     alignas(64) Hit row[kCameraSide];
-    for (std::size_t l = 0; l < kCameraSide; l += hn::Lanes(f)) {
-        hn::StoreInterleaved4(misses.t, misses.u, misses.v, hn::BitCast(f, misses.prim_ids), f,
+    for (std::size_t l = 0; l < kCameraSide; l += kLanes) {
+        hn::StoreInterleaved4(misses.t, misses.u, misses.v, as_float(misses.prim_ids), kFloats,
                               &row[l].t);
     }
     for (std::uint32_t y = tile.y0; y < tile.y1; ++y, hits += stride) {
@@ -64,13 +63,11 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
 
 /// Writes which rays of a block are occluded, or are none.
 HWY_INLINE void write_block(const Packet& packet, std::uint32_t block, std::uint8_t* occluded) {
-    const Floats f;
-    const hn::RebindToSigned<Floats> ints;
-    const hn::Rebind<std::uint8_t, Floats> bytes;
-    for (std::size_t l = 0; l < kBlockRays; l += hn::Lanes(f)) {
+    const hn::Rebind<std::uint8_t, FloatTag> bytes;
+    for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
         const std::size_t r = block * kBlockRays + l;
-        const Mask done = hn::Eq(hn::Load(f, packet.q_lower + r), splat(kDone));
-        const auto answers = hn::IfThenElseZero(hn::RebindMask(ints, done), hn::Set(ints, 1));
+        const Mask done = load(packet.q_lower + r) == splat(kDone);
+        const auto answers = hn::IfThenElseZero(hn::RebindMask(kInts, done), splat(1));
         hn::StoreU(hn::DemoteTo(bytes, answers), bytes, occluded + r);
     }
 }

@@ -16,7 +16,7 @@
 
 #include "common/interop/bvh_layout.h"
 #include "cpu/packet/packet.h"
-#include "cpu/simd/rule_vectors-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -40,7 +40,6 @@ inline std::uint32_t finite_triangles(const Leaf& leaf) {
 /// the first is. Returns whether all are finite.
 HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf, float* vx, float* vy,
                                  float* vz, float* sizes, std::uint32_t* corners, float& distance) {
-    const Floats f;
     // A vertex that is not finite is put where v0 is: its triangles are left out afterwards.
     const LeafVertex* first = leaf.vertex;
     while (first->x > kSceneExtent && first != leaf.vertex + kLeafVertices - 1) ++first;
@@ -56,21 +55,21 @@ HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf, flo
     }
     float* const out[3] = {vx, vy, vz};
     bool all_finite = true;
-    for (std::size_t l = 0; l < kLeafVertices; l += hn::Lanes(f)) {
-        VF x, y, z, w;
-        hn::LoadInterleaved4(f, &leaf.vertex[l].x, x, y, z, w);
-        hn::Store(hn::BitCast(Words(), w), Words(), corners + l);
-        const Mask finite = hn::Le(x, splat(kSceneExtent));
-        all_finite &= hn::AllTrue(f, finite);
-        x = hn::IfThenElseZero(finite, hn::Sub(x, splat(v0.x)));
-        y = hn::IfThenElseZero(finite, hn::Sub(y, splat(v0.y)));
-        z = hn::IfThenElseZero(finite, hn::Sub(z, splat(v0.z)));
-        hn::Store(hn::Max(hn::Abs(x), hn::Max(hn::Abs(y), hn::Abs(z))), f, sizes + l);
+    for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
+        FloatVec x, y, z, w;
+        hn::LoadInterleaved4(kFloats, &leaf.vertex[l].x, x, y, z, w);
+        store(as_uint(w), corners + l);
+        const Mask finite = x <= splat(kSceneExtent);
+        all_finite &= all(finite);
+        x = zero_unless(finite, x - splat(v0.x));
+        y = zero_unless(finite, y - splat(v0.y));
+        z = zero_unless(finite, z - splat(v0.z));
+        store(max(abs(x), max(abs(y), abs(z))), sizes + l);
         for (int k = 0; k < 3; ++k) {
             const float* row = frame.rows_f[k];
-            const VF sum = hn::MulAdd(splat(row[0]), x,
-                                      hn::MulAdd(splat(row[1]), y, hn::Mul(splat(row[2]), z)));
-            hn::Store(hn::Add(sum, splat(h[k])), f, out[k] + l);
+            const FloatVec sum =
+                mul_add(splat(row[0]), x, mul_add(splat(row[1]), y, splat(row[2]) * z));
+            store(sum + splat(h[k]), out[k] + l);
         }
     }
     return all_finite;

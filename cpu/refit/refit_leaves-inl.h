@@ -15,12 +15,13 @@
 #include <span>
 
 #include "common/bvh/bvh_refit.h"
+#include "common/simd/vectors-inl.h"
 #include "cpu/refit/leaf_sequence.h"
-#include "cpu/simd/wide_vector-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 // Leaves are asked for so many before they are needed, with all that their refit reads and writes
 // (docs/layout.md, "Building and refitting").
@@ -73,11 +74,11 @@ HWY_INLINE float4 reduce_vertices(Tag tag, hn::Vec<Tag> v, Reduce reduce) {
 }
 
 HWY_INLINE bool has_vertex(const std::uint32_t* source, std::uint32_t vertex) {
-    const UintVec wanted = hn::Set(kUints, vertex);
-    UintMask found = hn::Eq(hn::LoadU(kUints, source), wanted);
+    const UintVec wanted = splat(vertex);
+    UintMask found = load_unaligned(source) == wanted;
     for (std::uint32_t slot = kLanes; slot < kLeafVertices; slot += kLanes)
-        found = hn::Or(found, hn::Eq(hn::LoadU(kUints, source + slot), wanted));
-    return !hn::AllFalse(kUints, found);
+        found = found | (load_unaligned(source + slot) == wanted);
+    return !none(found);
 }
 
 /// refit_leaf in registers of several vertices.
@@ -88,20 +89,19 @@ HWY_INLINE void refit_wide_leaf(const RefitArrays& tree, std::uint32_t index,
     // Nothing may follow the last vertex in memory.
     if (has_vertex(source, static_cast<std::uint32_t>(positions.size()) - 1)) [[unlikely]]
         return refit_leaf(tree, index, positions);
-    const auto is_corners = hn::RebindMask(
-        kFloats, hn::Eq(hn::And(hn::Iota(kUints, 0u), hn::Set(kUints, 3u)), hn::Set(kUints, 3u)));
+    const auto is_corners = float_mask((hn::Iota(kUints, 0u) & splat(3u)) == splat(3u));
     Leaf& leaf = tree.leaves[index];
-    FloatVec lower = broadcast(kEmptyPlane);
-    FloatVec upper = broadcast(-kEmptyPlane);
+    FloatVec lower = splat(kEmptyPlane);
+    FloatVec upper = splat(-kEmptyPlane);
     for (std::uint32_t slot = 0; slot < kLeafVertices; slot += kLanes / 4) {
         const FloatVec p = gather_vertices(kFloats, positions.data(), source + slot);
-        lower = hn::Min(lower, p);
-        upper = hn::Max(upper, p);
+        lower = min(lower, p);
+        upper = max(upper, p);
         float* const to = &leaf.vertex[slot].x;
         if constexpr (kLanes == 16) {
-            hn::BlendedStore(p, hn::Not(is_corners), kFloats, to);
+            hn::BlendedStore(p, !is_corners, kFloats, to);
         } else {
-            hn::StoreU(hn::IfThenElse(is_corners, hn::LoadU(kFloats, to), p), kFloats, to);
+            store_unaligned(select(is_corners, load_unaligned(to), p), to);
         }
     }
     const Box box = Box4{

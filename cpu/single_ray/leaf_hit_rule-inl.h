@@ -37,6 +37,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 #if HWY_TARGET == HWY_SCALAR
 
@@ -84,13 +85,13 @@ HWY_INLINE LeafPoints project_leaf_fast(const RuleRays& ray, const LeafLanes& la
         points.x.set(v, p.x);
         points.y.set(v, p.y);
         points.z.set(v, p.z);
-        points.size.set(v, hn::Add(hn::Abs(p.x), hn::Abs(p.y)));
+        points.size.set(v, abs(p.x) + abs(p.y));
     }
     return points;
 }
 
 /// A vector of triangles as the ray sees them.
-struct TriangleLanes {
+struct FilteredTriangles {
     RuleEdges edges;
     FloatVec za;
     FloatVec zb;
@@ -98,16 +99,17 @@ struct TriangleLanes {
 };
 
 /// fast_edges, with the sizes of the vertices taken from where they are.
-HWY_INLINE TriangleLanes plain_triangles(const LeafPoints& points, const CornerGathers& at) {
-    const FloatVec ax = at.a(points.x), ay = at.a(points.y);
-    const FloatVec bx = at.b(points.x), by = at.b(points.y);
-    const FloatVec cx = at.c(points.x), cy = at.c(points.y);
-    TriangleLanes t;
-    t.za = at.a(points.z);
-    t.zb = at.b(points.z);
-    t.zc = at.c(points.z);
+HWY_INLINE FilteredTriangles fast_triangles(const LeafPoints& points, const CornerGathers& at) {
+    const FloatVec ax = points.x.look_up(at.a), ay = points.y.look_up(at.a);
+    const FloatVec bx = points.x.look_up(at.b), by = points.y.look_up(at.b);
+    const FloatVec cx = points.x.look_up(at.c), cy = points.y.look_up(at.c);
+    FilteredTriangles t;
+    t.za = points.z.look_up(at.a);
+    t.zb = points.z.look_up(at.b);
+    t.zc = points.z.look_up(at.c);
     measure_depths(t.za, t.zb, t.zc, t.edges);
-    const FloatVec m = sum3(at.a(points.size), at.b(points.size), at.c(points.size));
+    const FloatVec m =
+        sum3(points.size.look_up(at.a), points.size.look_up(at.b), points.size.look_up(at.c));
     t.edges.bound = edge_bounds(m, t.edges.depth_size);
     t.edges.u = difference(bx, cy, by, cx);
     t.edges.v = difference(cx, ay, cy, ax);
@@ -119,38 +121,37 @@ HWY_INLINE TriangleLanes plain_triangles(const LeafPoints& points, const CornerG
 inline constexpr float kBehindUnderflow = 0x1p-120f;
 
 /// Which of the triangles may be hit; dz of the ray.
-HWY_INLINE FloatMask possible_lanes(const TriangleLanes& t, FloatVec dz) {
+HWY_INLINE Mask possible_lanes(const FilteredTriangles& t, FloatVec dz) {
     const RuleEdges& e = t.edges;
-    const FloatVec au = hn::Abs(e.u), av = hn::Abs(e.v), aw = hn::Abs(e.w);
+    const FloatVec au = abs(e.u), av = abs(e.v), aw = abs(e.w);
     // Fused or not: this decides no hit.
-    const FloatVec n = hn::MulAdd(aw, t.zc, hn::MulAdd(av, t.zb, hn::Mul(au, t.za)));
-    const FloatVec error =
-        hn::MulAdd(broadcast(kBehindError), sum3(au, av, aw), hn::Mul(broadcast(4.0f), e.bound));
-    const FloatVec slack = hn::MulAdd(e.depth_size, error, broadcast(kBehindUnderflow));
-    const FloatVec away = hn::And(dz, broadcast(-0.0f));
-    return hn::And(may_be_inside_lanes(e), hn::Ge(hn::Xor(n, away), hn::Neg(slack)));
+    const FloatVec n = mul_add(aw, t.zc, mul_add(av, t.zb, au * t.za));
+    const FloatVec error = mul_add(splat(kBehindError), sum3(au, av, aw), splat(4.0f) * e.bound);
+    const FloatVec slack = mul_add(e.depth_size, error, splat(kBehindUnderflow));
+    const FloatVec away = dz & splat(-0.0f);
+    return may_be_inside_lanes(e) & ((n ^ away) >= -slack);
 }
 
 /// The lanes of vector v that are triangles.
-HWY_INLINE FloatMask used_lanes(UintVec corners, std::size_t v) {
-    return hn::RebindMask(kFloats, hn::Lt(slots_of_vector(v), hn::ShiftRight<24>(corners)));
+HWY_INLINE Mask used_lanes(UintVec corners, std::size_t v) {
+    return float_mask(slots_of_vector(v) < shift_right<24>(corners));
 }
 
-HWY_INLINE FloatMask finite_lanes(const LeafLanes& lanes, const CornerGathers& at) {
+HWY_INLINE Mask finite_lanes(const LeafLanes& lanes, const CornerGathers& at) {
     VertexValues x;
     for (std::size_t v = 0; v < kVectors; ++v) x.set(v, lanes.x[v]);
-    return finite_triangles(at.a(x), at.b(x), at.c(x));
+    return finite_triangles(x.look_up(at.a), x.look_up(at.b), x.look_up(at.c));
 }
 
 /// visit(slot, hit) for these lanes of vector v, until it returns true; whether it did.
 template <class Visit>
-HWY_INLINE bool visit_lanes(std::size_t v, FloatMask lanes, const RuleHits& hits, Visit& visit) {
+HWY_INLINE bool visit_lanes(std::size_t v, Mask lanes, const RuleHits& hits, Visit& visit) {
     HWY_ALIGN float t[kLanes];
     HWY_ALIGN float u[kLanes];
     HWY_ALIGN float w[kLanes];
-    hn::Store(hits.t, kFloats, t);
-    hn::Store(hits.u, kFloats, u);
-    hn::Store(hits.v, kFloats, w);
+    store(hits.t, t);
+    store(hits.u, u);
+    store(hits.v, w);
     for (std::uint32_t bits = bits_of(lanes); bits != 0; bits &= bits - 1) {
         const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
         const auto first = static_cast<std::uint32_t>(v * kLanes);
@@ -177,15 +178,15 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
         const std::uint32_t bits = open >> (v * kLanes) & kLaneBits;
         if (bits == 0) continue;
         const CornerGathers at(lanes.corners[v]);
-        const RulePoints a{at.a(points.x), at.a(points.y), at.a(points.z)};
-        const RulePoints b{at.b(points.x), at.b(points.y), at.b(points.z)};
-        const RulePoints c{at.c(points.x), at.c(points.y), at.c(points.z)};
+        const RulePoints a{points.x.look_up(at.a), points.y.look_up(at.a), points.z.look_up(at.a)};
+        const RulePoints b{points.x.look_up(at.b), points.y.look_up(at.b), points.z.look_up(at.b)};
+        const RulePoints c{points.x.look_up(at.c), points.y.look_up(at.c), points.z.look_up(at.c)};
         RuleHits hit;
-        FloatMask hits = exact_hits(rays, exact_edge_functions(a, b, c), a.z, b.z, c.z, hit);
-        hits = hn::And(hits, in_range(hit.t, broadcast(stream.tnear[ray]), broadcast(tfar)));
-        hits = hn::And(hits, mask_of(bits));
-        if (hn::AllFalse(kFloats, hits)) continue;
-        if (visit_lanes(v, hn::And(hits, finite_lanes(lanes, at)), hit, visit)) return true;
+        Mask hits = exact_hits(rays, exact_edge_functions(a, b, c), a.z, b.z, c.z, hit);
+        hits = hits & in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
+        hits = hits & mask_of(bits);
+        if (none(hits)) continue;
+        if (visit_lanes(v, hits & finite_lanes(lanes, at), hit, visit)) return true;
     }
     return false;
 }
@@ -201,20 +202,18 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
     std::uint32_t open = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
         const CornerGathers at(lanes.corners[v]);
-        const TriangleLanes t = plain_triangles(points, at);
-        const FloatMask possible =
-            hn::And(possible_lanes(t, rays.dir[2]), used_lanes(lanes.corners[v], v));
-        if (hn::AllFalse(kFloats, possible)) continue;
+        const FilteredTriangles t = fast_triangles(points, at);
+        const Mask possible = possible_lanes(t, rays.dir[2]) & used_lanes(lanes.corners[v], v);
+        if (none(possible)) continue;
         RuleHits hit;
-        const FloatMask certain = weighted_hits(rays, t.edges, t.za, t.zb, t.zc, hit);
-        const FloatMask sure = hn::And(certain, surely_inside_lanes(rays, t.edges));
-        const FloatMask reached = in_range(hit.t, broadcast(stream.tnear[ray]), broadcast(tfar));
-        const FloatMask hits = hn::And(hn::And(possible, sure), reached);
-        if (!hn::AllFalse(kFloats, hits) &&
-            visit_lanes(v, hn::And(hits, finite_lanes(lanes, at)), hit, visit)) {
+        const Mask certain = weighted_hits(rays, t.edges, t.za, t.zb, t.zc, hit);
+        const Mask sure = certain & surely_inside_lanes(rays, t.edges);
+        const Mask reached = in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
+        const Mask hits = possible & sure & reached;
+        if (!none(hits) && visit_lanes(v, hits & finite_lanes(lanes, at), hit, visit)) {
             return true;
         }
-        open |= bits_of(hn::AndNot(sure, possible)) << (v * kLanes);
+        open |= bits_of(and_not(sure, possible)) << (v * kLanes);
     }
     return open != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, open, visit);
 }

@@ -9,11 +9,12 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "cpu/simd/wide_vector-inl.h"
+#include "common/simd/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 HWY_INLINE vec3 leaf_position(const Leaf& leaf, std::uint32_t triangle, uint i) {
     const LeafVertex& v = leaf.vertex[corner(leaf.vertex[triangle].corners, i)];
@@ -37,10 +38,9 @@ HWY_INLINE std::uint32_t slot_of_lane(std::uint32_t lane) {
 /// slot_of_lane for vector v.
 HWY_INLINE UintVec slots_of_vector(std::size_t v) {
     const UintVec lane = hn::Iota(kUints, 0u);
-    const UintVec in_block = hn::And(lane, hn::Set(kUints, 3u));
-    const UintVec block = hn::ShiftRight<2>(lane);
-    return hn::Add(hn::Add(hn::Mul(in_block, hn::Set(kUints, kBlocks)), block),
-                   hn::Set(kUints, static_cast<std::uint32_t>(v * kLanes)));
+    const UintVec in_block = lane & splat(3u);
+    const UintVec block = shift_right<2>(lane);
+    return in_block * splat(kBlocks) + block + splat(static_cast<std::uint32_t>(v * kLanes));
 }
 
 /// For each axis, which bytes of a vertex (x, y, z, corners) rotate_axes makes x, y and z.
@@ -74,17 +74,17 @@ HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
         FloatVec row[4];
         for (std::size_t i = 0; i < 4; ++i) {
             const float* vertices = &leaf.vertex[v * kLanes + i * kBlocks].x;
-            const auto bytes = hn::BitCast(kBytes, hn::LoadU(kFloats, vertices));
-            row[i] = hn::BitCast(kFloats, hn::TableLookupBytes(bytes, rotation));
+            const auto bytes = hn::BitCast(kBytes, load_unaligned(vertices));
+            row[i] = as_float(hn::TableLookupBytes(bytes, rotation));
         }
         const PairVec xy01 = lower(row[0], row[1]);
         const PairVec xy23 = lower(row[2], row[3]);
         const PairVec zc01 = upper(row[0], row[1]);
         const PairVec zc23 = upper(row[2], row[3]);
-        lanes.x[v] = hn::BitCast(kFloats, hn::InterleaveLower(kPairs, xy01, xy23));
-        lanes.y[v] = hn::BitCast(kFloats, hn::InterleaveUpper(kPairs, xy01, xy23));
-        lanes.z[v] = hn::BitCast(kFloats, hn::InterleaveLower(kPairs, zc01, zc23));
-        lanes.corners[v] = hn::BitCast(kUints, hn::InterleaveUpper(kPairs, zc01, zc23));
+        lanes.x[v] = as_float(hn::InterleaveLower(kPairs, xy01, xy23));
+        lanes.y[v] = as_float(hn::InterleaveUpper(kPairs, xy01, xy23));
+        lanes.z[v] = as_float(hn::InterleaveLower(kPairs, zc01, zc23));
+        lanes.corners[v] = as_uint(hn::InterleaveUpper(kPairs, zc01, zc23));
     }
     return lanes;
 }
@@ -96,52 +96,29 @@ public:
         if constexpr (kVectors <= 2) {
             vectors_[v] = values;
         } else {
-            hn::Store(values, kFloats, table_ + v * kLanes);
+            store(values, table_ + v * kLanes);
         }
     }
-    HWY_INLINE FloatVec vector(std::size_t v) const { return vectors_[v]; }
-    HWY_INLINE const float* table() const { return table_; }
+    HWY_INLINE FloatVec look_up(const LaneLookup& places) const { return places(vectors_, table_); }
 
 private:
     FloatVec vectors_[kVectors];
     HWY_ALIGN float table_[kLeafVertices];
 };
 
-/// Takes the values that a vector of triangles has at one corner.
-class CornerGather {
-public:
-    HWY_INLINE explicit CornerGather(UintVec places)
-        : places_(hn::And(places, hn::Set(kUints, kLeafVertices - 1))) {}
-
-    HWY_INLINE FloatVec operator()(const VertexValues& values) const {
-        if constexpr (kVectors == 1) {
-            return hn::TableLookupLanes(values.vector(0), hn::IndicesFromVec(kFloats, places_));
-        } else if constexpr (kVectors == 2) {
-            const auto lanes =
-                hn::IndicesFromVec(kFloats, hn::And(places_, hn::Set(kUints, kLanes - 1)));
-            const FloatVec in_second = hn::BitCast(kFloats, hn::ShiftLeft<28>(places_));
-            return hn::IfNegativeThenElse(in_second, hn::TableLookupLanes(values.vector(1), lanes),
-                                          hn::TableLookupLanes(values.vector(0), lanes));
-        } else {
-            return hn::GatherIndex(kFloats, values.table(), hn::BitCast(kInts, places_));
-        }
-    }
-
-private:
-    UintVec places_;
-};
-
 /// For the three corners of a vector of triangles.
 struct CornerGathers {
-    CornerGather a;
-    CornerGather b;
-    CornerGather c;
+    LaneLookup a;
+    LaneLookup b;
+    LaneLookup c;
 
     HWY_INLINE explicit CornerGathers(UintVec corners) : CornerGathers(places_of(corners), 0) {}
 
 private:
     HWY_INLINE CornerGathers(UintVec places, int)
-        : a(places), b(hn::ShiftRight<8>(places)), c(hn::ShiftRight<16>(places)) {}
+        : a(places & splat(15u)),
+          b(shift_right<8>(places) & splat(15u)),
+          c(shift_right<16>(places) & splat(15u)) {}
 
     /// Where VertexValues has the slots in the bytes of `corners`: the inverse of slot_of_lane, for
     /// all bytes at once.
@@ -151,11 +128,11 @@ private:
         constexpr int kBlockBits = kVectors == 1 ? 2 : 1;
         constexpr std::uint32_t kVectorBits = kVectors == 1 ? 0 : kLanes;
         const auto bits = [](UintVec v, std::uint32_t mask) {
-            return hn::And(v, hn::Set(kUints, mask * kBytesOfOne));
+            return v & splat(mask * kBytesOfOne);
         };
-        const UintVec block = hn::ShiftLeft<2>(bits(corners, kBlocks - 1));
-        const UintVec in_block = bits(hn::ShiftRight<kBlockBits>(corners), 3);
-        return hn::Or(hn::Or(block, in_block), bits(corners, kVectorBits));
+        const UintVec block = shift_left<2>(bits(corners, kBlocks - 1));
+        const UintVec in_block = bits(shift_right<kBlockBits>(corners), 3);
+        return block | in_block | bits(corners, kVectorBits);
     }
 };
 

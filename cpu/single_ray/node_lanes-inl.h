@@ -24,17 +24,18 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "cpu/simd/wide_vector-inl.h"
+#include "common/simd/vectors-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 /// Vector v of the planes at this many bytes into the node.
 HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_t v) {
     const std::byte* planes = reinterpret_cast<const std::byte*>(&node) + offset;
-    return hn::LoadU(kFloats, reinterpret_cast<const float*>(planes) + v * kLanes);
+    return load_unaligned(reinterpret_cast<const float*>(planes) + v * kLanes);
 }
 
 /// The slots whose boxes the ray meets no later than t, as bits, and where it enters each box.
@@ -48,13 +49,13 @@ HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, flo
             const std::size_t near_offset = stream.near_offset[axis][ray];
             const FloatVec near = load_planes(node, near_offset, v);
             const FloatVec far = load_planes(node, near_offset ^ kPlaneBytes, v);
-            const FloatVec rdir = broadcast(stream.rdir[axis][ray]);
-            enter[axis] = hn::MulSub(near, rdir, broadcast(stream.k_near[axis][ray]));
-            leave[axis] = hn::MulSub(far, rdir, broadcast(stream.k_far[axis][ray]));
+            const FloatVec rdir = splat(stream.rdir[axis][ray]);
+            enter[axis] = mul_sub(near, rdir, splat(stream.k_near[axis][ray]));
+            leave[axis] = mul_sub(far, rdir, splat(stream.k_far[axis][ray]));
         }
-        t_enter[v] = hn::Max(hn::Max(enter[0], enter[1]), hn::Max(enter[2], hn::Zero(kFloats)));
-        const FloatVec end = hn::Min(hn::Min(leave[0], leave[1]), hn::Min(leave[2], broadcast(t)));
-        slots |= bits_of(hn::Le(t_enter[v], end)) << (v * kLanes);
+        t_enter[v] = max(max(enter[0], enter[1]), max(enter[2], zero()));
+        const FloatVec end = min(min(leave[0], leave[1]), min(leave[2], splat(t)));
+        slots |= bits_of(t_enter[v] <= end) << (v * kLanes);
     }
     return slots;
 }
@@ -63,9 +64,9 @@ HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, flo
 HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
-        const auto children = hn::BitCast(kInts, hn::LoadU(kUints, node.child + v * kLanes));
-        const auto is_leaf = hn::Lt(children, hn::Zero(kInts));
-        slots |= bits_of(hn::RebindMask(kFloats, is_leaf)) << (v * kLanes);
+        const auto children = as_int(load_unaligned(node.child + v * kLanes));
+        const auto is_leaf = children < hn::Zero(kInts);
+        slots |= bits_of(float_mask(is_leaf)) << (v * kLanes);
     }
     return slots;
 }
@@ -83,22 +84,22 @@ HWY_INLINE std::size_t rays_meeting(const RayStream& stream, std::uint64_t rays,
         FloatVec k_lower[3];
         FloatVec k_upper[3];
         for (int axis = 0; axis < 3; ++axis) {
-            rdir[axis] = hn::Load(kFloats, stream.rdir[axis] + first);
-            k_lower[axis] = hn::Load(kFloats, stream.k_lower[axis] + first);
-            k_upper[axis] = hn::Load(kFloats, stream.k_upper[axis] + first);
+            rdir[axis] = load(stream.rdir[axis] + first);
+            k_lower[axis] = load(stream.k_lower[axis] + first);
+            k_upper[axis] = load(stream.k_upper[axis] + first);
         }
-        const FloatVec tfar = hn::Load(kFloats, stream.tfar + first);
+        const FloatVec tfar = load(stream.tfar + first);
         for (std::size_t slot = 0; slot < count; ++slot) {
-            FloatVec enter = hn::Zero(kFloats);
+            FloatVec enter = zero();
             FloatVec leave = tfar;
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const float* const lower = planes + 2 * axis * kWidth + slot;
-                const FloatVec t0 = hn::MulSub(broadcast(*lower), rdir[axis], k_lower[axis]);
-                const FloatVec t1 = hn::MulSub(broadcast(lower[kWidth]), rdir[axis], k_upper[axis]);
-                enter = hn::Max(enter, hn::Min(t0, t1));
-                leave = hn::Min(leave, hn::Max(t0, t1));
+                const FloatVec t0 = mul_sub(splat(*lower), rdir[axis], k_lower[axis]);
+                const FloatVec t1 = mul_sub(splat(lower[kWidth]), rdir[axis], k_upper[axis]);
+                enter = max(enter, min(t0, t1));
+                leave = min(leave, max(t0, t1));
             }
-            met[slot] |= std::uint64_t{bits_of(hn::Le(enter, leave))} << first;
+            met[slot] |= std::uint64_t{bits_of(enter <= leave)} << first;
         }
     }
     for (std::size_t slot = 0; slot < count; ++slot) met[slot] &= rays;

@@ -13,12 +13,13 @@
 #include <span>
 
 #include "common/interop/slab.h"
+#include "common/simd/vectors-inl.h"
 #include "cpu/simd/exact_hit_rule-inl.h"
-#include "cpu/simd/wide_vector-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 // Rays that are traced together; docs/cpu_tracer.md has the figures.
 inline constexpr std::size_t kStreamRays = 64;
@@ -56,52 +57,48 @@ static_assert(kPlaneBytes == 64 && kNodeLowerX == 0 && 16 * kNodeLowerY == 2 * k
 
 /// slab_reciprocal of each lane.
 HWY_INLINE FloatVec slab_reciprocals(FloatVec d) {
-    const FloatMask none = hn::Eq(d, hn::Zero(kFloats));
-    return hn::IfThenElse(none, broadcast(kHugeReciprocal),
-                          rcp_exactly(hn::IfThenElse(none, broadcast(1.0f), d)));
+    const Mask none = d == zero();
+    return select(none, splat(kHugeReciprocal), rcp_exactly(select(none, splat(1.0f), d)));
 }
 
 /// The dilation of boxes for each lane.
 HWY_INLINE FloatVec box_dilations(const FloatVec org[3]) {
-    const FloatVec extent = max3(hn::Abs(org[0]), hn::Abs(org[1]), hn::Abs(org[2]));
-    return hn::Mul(broadcast(kBoxDilation), hn::Max(extent, broadcast(kSceneExtent)));
+    const FloatVec extent = max3(abs(org[0]), abs(org[1]), abs(org[2]));
+    return splat(kBoxDilation) * max(extent, splat(kSceneExtent));
 }
 
 HWY_INLINE void prepare_slab(RayStream& stream, std::size_t first, std::uint32_t axis, FloatVec org,
                              FloatVec dir, FloatVec dilation) {
     const FloatVec rdir = slab_reciprocals(dir);
-    const FloatMask negative = hn::Lt(rdir, hn::Zero(kFloats));
-    const FloatVec k_lower = hn::Mul(hn::Add(org, dilation), rdir);
-    const FloatVec k_upper = hn::Mul(hn::Sub(org, dilation), rdir);
-    const UintVec lower = hn::Set(kUints, 2 * kPlaneBytes * axis);
-    const UintVec upper = hn::Set(kUints, 2 * kPlaneBytes * axis + kPlaneBytes);
-    hn::Store(rdir, kFloats, stream.rdir[axis] + first);
-    hn::Store(k_lower, kFloats, stream.k_lower[axis] + first);
-    hn::Store(k_upper, kFloats, stream.k_upper[axis] + first);
-    hn::Store(hn::IfThenElse(negative, k_upper, k_lower), kFloats, stream.k_near[axis] + first);
-    hn::Store(hn::IfThenElse(negative, k_lower, k_upper), kFloats, stream.k_far[axis] + first);
-    hn::Store(hn::IfThenElse(hn::RebindMask(kUints, negative), upper, lower), kUints,
-              stream.near_offset[axis] + first);
+    const Mask negative = rdir < zero();
+    const FloatVec k_lower = (org + dilation) * rdir;
+    const FloatVec k_upper = (org - dilation) * rdir;
+    const UintVec lower = splat(2 * kPlaneBytes * axis);
+    const UintVec upper = splat(2 * kPlaneBytes * axis + kPlaneBytes);
+    store(rdir, stream.rdir[axis] + first);
+    store(k_lower, stream.k_lower[axis] + first);
+    store(k_upper, stream.k_upper[axis] + first);
+    store(select(negative, k_upper, k_lower), stream.k_near[axis] + first);
+    store(select(negative, k_lower, k_upper), stream.k_far[axis] + first);
+    store(select(uint_mask(negative), upper, lower), stream.near_offset[axis] + first);
 }
 
 /// What shear_ray makes of the rays from `first` on.
 HWY_INLINE void prepare_rule(RayStream& stream, std::size_t first, const FloatVec org[3],
                              const FloatVec dir[3]) {
     const ShearedRays s = shear_rays(org, dir);
-    const UintVec not_x =
-        hn::IfThenElse(hn::RebindMask(kUints, s.is_y), hn::Set(kUints, 1u), hn::Set(kUints, 2u));
-    hn::Store(hn::IfThenZeroElse(hn::RebindMask(kUints, s.is_x), not_x), kUints,
-              stream.axis + first);
+    const UintVec not_x = select(uint_mask(s.is_y), splat(1u), splat(2u));
+    store(zero_if(uint_mask(s.is_x), not_x), stream.axis + first);
     for (int k = 0; k < 3; ++k) {
-        hn::Store(s.rays.org[k], kFloats, stream.sheared_org[k] + first);
-        hn::Store(s.rays.dir[k], kFloats, stream.sheared_dir[k] + first);
+        store(s.rays.org[k], stream.sheared_org[k] + first);
+        store(s.rays.dir[k], stream.sheared_dir[k] + first);
     }
-    hn::Store(s.rays.depth_slack, kFloats, stream.depth_slack + first);
+    store(s.rays.depth_slack, stream.depth_slack + first);
     const FloatVec dz = s.rays.dir[2];
-    const FloatMask none = hn::Eq(dz, hn::Zero(kFloats));
-    const FloatVec rdz = rcp_exactly(hn::IfThenElse(none, broadcast(1.0f), dz));
+    const Mask none = dz == zero();
+    const FloatVec rdz = rcp_exactly(select(none, splat(1.0f), dz));
     for (int k = 0; k < 2; ++k) {
-        hn::Store(hn::Mul(s.rays.dir[k], rdz), kFloats, stream.slope[k] + first);
+        store(s.rays.dir[k] * rdz, stream.slope[k] + first);
     }
 }
 
@@ -110,8 +107,8 @@ HWY_INLINE void prepare_rays(RayStream& stream, std::size_t first) {
     FloatVec org[3];
     FloatVec dir[3];
     for (int axis = 0; axis < 3; ++axis) {
-        org[axis] = hn::Load(kFloats, stream.org[axis] + first);
-        dir[axis] = hn::Load(kFloats, stream.dir[axis] + first);
+        org[axis] = load(stream.org[axis] + first);
+        dir[axis] = load(stream.dir[axis] + first);
     }
     const FloatVec dilation = box_dilations(org);
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -144,13 +141,13 @@ HWY_INLINE void fill_stream(RayStream& stream, std::span<const Ray> rays) {
 HWY_INLINE ShearedRays sheared_rays(const RayStream& stream, std::size_t first) {
     ShearedRays s;
     for (int k = 0; k < 3; ++k) {
-        s.rays.org[k] = hn::Load(kFloats, stream.sheared_org[k] + first);
-        s.rays.dir[k] = hn::Load(kFloats, stream.sheared_dir[k] + first);
+        s.rays.org[k] = load(stream.sheared_org[k] + first);
+        s.rays.dir[k] = load(stream.sheared_dir[k] + first);
     }
-    s.rays.depth_slack = hn::Load(kFloats, stream.depth_slack + first);
-    const UintVec axis = hn::Load(kUints, stream.axis + first);
-    s.is_x = hn::RebindMask(kFloats, hn::Eq(axis, hn::Zero(kUints)));
-    s.is_y = hn::RebindMask(kFloats, hn::Eq(axis, hn::Set(kUints, 1u)));
+    s.rays.depth_slack = load(stream.depth_slack + first);
+    const UintVec axis = load(stream.axis + first);
+    s.is_x = float_mask(axis == splat(0u));
+    s.is_y = float_mask(axis == splat(1u));
     return s;
 }
 
@@ -158,10 +155,10 @@ HWY_INLINE ShearedRays sheared_rays(const RayStream& stream, std::size_t first) 
 HWY_INLINE RuleRays rule_ray(const RayStream& stream, std::size_t ray) {
     RuleRays r;
     for (int k = 0; k < 3; ++k) {
-        r.org[k] = broadcast(stream.sheared_org[k][ray]);
-        r.dir[k] = broadcast(stream.sheared_dir[k][ray]);
+        r.org[k] = splat(stream.sheared_org[k][ray]);
+        r.dir[k] = splat(stream.sheared_dir[k][ray]);
     }
-    r.depth_slack = broadcast(stream.depth_slack[ray]);
+    r.depth_slack = splat(stream.depth_slack[ray]);
     return r;
 }
 

@@ -54,6 +54,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 /// A triangle and n, m of its plane.
 struct LeafTriangle {
@@ -86,27 +87,26 @@ HWY_INLINE LeafTriangle leaf_triangle(const Leaf& leaf, std::uint32_t i) {
 /// The rays from `first` on that certainly have the triangle's plane behind their origins.
 HWY_INLINE std::uint32_t rays_leaving(const RayStream& stream, std::size_t first,
                                       const LeafTriangle& t) {
-    FloatVec distance = hn::Zero(kFloats), along = distance;
+    FloatVec distance = zero(), along = distance;
     FloatVec distance_size = distance, along_size = distance, r = distance;
     for (int k = 0; k < 3; ++k) {
-        const FloatVec n = broadcast(t.n[k]);
-        const FloatVec m = broadcast(t.m[k]);
-        const FloatVec w = hn::Sub(broadcast(t.a[k]), hn::Load(kFloats, stream.org[k] + first));
-        const FloatVec d = hn::Load(kFloats, stream.dir[k] + first);
-        distance = hn::MulAdd(n, w, distance);
-        along = hn::MulAdd(n, d, along);
-        distance_size = hn::MulAdd(m, hn::Abs(w), distance_size);
-        along_size = hn::MulAdd(m, hn::Abs(d), along_size);
-        r = hn::Max(r, hn::Abs(w));
+        const FloatVec n = splat(t.n[k]);
+        const FloatVec m = splat(t.m[k]);
+        const FloatVec w = splat(t.a[k]) - load(stream.org[k] + first);
+        const FloatVec d = load(stream.dir[k] + first);
+        distance = mul_add(n, w, distance);
+        along = mul_add(n, d, along);
+        distance_size = mul_add(m, abs(w), distance_size);
+        along_size = mul_add(m, abs(d), along_size);
+        r = max(r, abs(w));
     }
-    const FloatVec m = broadcast(t.m[0] + t.m[1] + t.m[2]);
-    distance_size = hn::MulAdd(hn::Add(r, broadcast(t.extent)), m, distance_size);
-    const FloatVec error = broadcast(kLeavingError);
-    const FloatMask certain = hn::And(hn::Gt(hn::Abs(distance), hn::Mul(error, distance_size)),
-                                      hn::Gt(hn::Abs(along), hn::Mul(error, along_size)));
-    const FloatMask opposite =
-        hn::Lt(hn::Xor(distance, hn::And(along, broadcast(-0.0f))), hn::Zero(kFloats));
-    return bits_of(hn::And(certain, opposite));
+    const FloatVec m = splat(t.m[0] + t.m[1] + t.m[2]);
+    distance_size = mul_add(r + splat(t.extent), m, distance_size);
+    const FloatVec error = splat(kLeavingError);
+    const Mask certain =
+        (abs(distance) > error * distance_size) & (abs(along) > error * along_size);
+    const Mask opposite = (distance ^ (along & splat(-0.0f))) < zero();
+    return bits_of(certain & opposite);
 }
 
 /// Those of some rays from `first` on (as bits) that hit triangle i of the leaf.
@@ -118,14 +118,14 @@ HWY_NOINLINE inline std::uint32_t rays_hitting_triangle(const RayStream& stream,
     if (rays == 0) return 0;
     FloatVec a[3], b[3], c[3];
     for (int k = 0; k < 3; ++k) {
-        a[k] = broadcast(t.a[k]);
-        b[k] = broadcast(t.b[k]);
-        c[k] = broadcast(t.c[k]);
+        a[k] = splat(t.a[k]);
+        b[k] = splat(t.b[k]);
+        c[k] = splat(t.c[k]);
     }
     RuleHits hit;
     return bits_of(intersect_triangles(sheared_rays(stream, first), mask_of(rays),
-                                       hn::Load(kFloats, stream.tnear + first),
-                                       hn::Load(kFloats, stream.tfar + first), a, b, c, hit));
+                                       load(stream.tnear + first), load(stream.tfar + first), a, b,
+                                       c, hit));
 }
 
 /// A leaf's vertices as a vector of rays sees them, and the bound of the edge functions.
@@ -139,21 +139,21 @@ struct SharedPoints {
 HWY_INLINE void project_shared(const RayStream& stream, std::size_t first, const Leaf& leaf,
                                std::uint32_t count, SharedPoints& points) {
     const ShearedRays sheared = sheared_rays(stream, first);
-    const FloatVec slope_x = hn::Load(kFloats, stream.slope[0] + first);
-    const FloatVec slope_y = hn::Load(kFloats, stream.slope[1] + first);
-    FloatVec m = hn::Zero(kFloats), depth = m;
+    const FloatVec slope_x = load(stream.slope[0] + first);
+    const FloatVec slope_y = load(stream.slope[1] + first);
+    FloatVec m = zero(), depth = m;
     for (std::uint32_t i = 0; i < count; ++i) {
-        const FloatVec vertex[3] = {broadcast(leaf.vertex[i].x), broadcast(leaf.vertex[i].y),
-                                    broadcast(leaf.vertex[i].z)};
+        const FloatVec vertex[3] = {splat(leaf.vertex[i].x), splat(leaf.vertex[i].y),
+                                    splat(leaf.vertex[i].z)};
         FloatVec a[3];
         sheared.rotate_axes(vertex, a);
-        for (int k = 0; k < 3; ++k) a[k] = hn::Sub(a[k], sheared.rays.org[k]);
-        points.x[i] = hn::NegMulAdd(slope_x, a[2], a[0]);
-        points.y[i] = hn::NegMulAdd(slope_y, a[2], a[1]);
-        m = hn::Max(m, hn::Add(hn::Abs(points.x[i]), hn::Abs(points.y[i])));
-        depth = hn::Max(depth, hn::Abs(a[2]));
+        for (int k = 0; k < 3; ++k) a[k] = a[k] - sheared.rays.org[k];
+        points.x[i] = neg_mul_add(slope_x, a[2], a[0]);
+        points.y[i] = neg_mul_add(slope_y, a[2], a[1]);
+        m = max(m, abs(points.x[i]) + abs(points.y[i]));
+        depth = max(depth, abs(a[2]));
     }
-    points.bound = edge_bounds(hn::Mul(broadcast(3.0f), m), depth);
+    points.bound = edge_bounds(splat(3.0f) * m, depth);
 }
 
 /// The number of vertex slots that the leaf's triangles use: the first ones.
@@ -183,11 +183,10 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
             const std::uint32_t b = corner(corners, 1);
             const std::uint32_t c = corner(corners, 2);
             const auto edge = [&p](std::uint32_t i0, std::uint32_t i1) {
-                return hn::MulSub(p.x[i0], p.y[i1], hn::Mul(p.y[i0], p.x[i1]));
+                return mul_sub(p.x[i0], p.y[i1], p.y[i0] * p.x[i1]);
             };
             const FloatVec u = edge(b, c), v = edge(c, a), w = edge(a, b);
-            const FloatMask inside =
-                hn::Or(hn::Ge(min3(u, v, w), hn::Neg(p.bound)), hn::Le(max3(u, v, w), p.bound));
+            const Mask inside = (min3(u, v, w) >= -p.bound) | (max3(u, v, w) <= p.bound);
             const std::uint32_t possible = bits_of(inside) & left;
             if (possible == 0) continue;
             const std::uint32_t hit = rays_hitting_triangle(stream, first, possible, leaf, i);

@@ -25,6 +25,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 // Closest hits go one ray after the other, its nearest box first.
 
@@ -64,7 +65,7 @@ HWY_INLINE Hit intersect_ray(const Bvh& bvh, const RayStream& stream, std::size_
             const std::uint32_t met = met_slots(stream, id, best_t, node, enter);
             HWY_ALIGN float t_enter[kWidth];
             for (std::size_t v = 0; v < kVectors; ++v) {
-                hn::Store(enter[v], kFloats, t_enter + v * kLanes);
+                store(enter[v], t_enter + v * kLanes);
             }
             size = push_sorted(node, met, t_enter, stack, size);
             continue;

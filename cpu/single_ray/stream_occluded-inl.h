@@ -38,6 +38,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
 
 inline constexpr std::size_t kChunk = 32;
 inline constexpr std::size_t kSeeds = 1024;
@@ -72,8 +73,8 @@ HWY_INLINE std::size_t append(const Node& node, std::uint32_t slots, std::uint32
         std::uint8_t bytes[8] = {};
         std::memcpy(bytes, &bits, sizeof bits);
         const UintMask which = hn::LoadMaskBits(kUints, bytes);
-        hn::StoreU(hn::Compress(hn::LoadU(kUints, node.child), which), kUints, child);
-        hn::StoreU(hn::Set(kUints, ray), kUints, of_ray);
+        store_unaligned(hn::Compress(load_unaligned(node.child), which), child);
+        store_unaligned(splat(ray), of_ray);
         return size + count;
     }
     // Two without a branch, more seldom follow.

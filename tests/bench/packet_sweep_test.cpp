@@ -38,14 +38,14 @@ protected:
 };
 
 TEST_F(PacketSweep, AnswersAlikeWithPacketsOfEveryShape) {
-    const auto tracers = packets_of_each_shape(bvh_, cpu::find_simd_target("best"));
+    const auto tracers = packets_of_each_shape(bvh_, find_simd_target("best"));
     EXPECT_EQ(tracers.size(), std::size(kPacketShapes));
     expect_same_bits(tracers, primary_);
     expect_same_bits(tracers, secondary(kRaysShadow));
 }
 
 TEST_F(PacketSweep, AnswersAlikeWithBatchesOfEverySize) {
-    const auto tracers = batches_of_each_size(bvh_, cpu::find_simd_target("best"));
+    const auto tracers = batches_of_each_size(bvh_, find_simd_target("best"));
     EXPECT_EQ(tracers.size(), std::size(kBatchSizes));
     expect_same_bits(tracers, secondary(kRaysAo));
 }

@@ -31,7 +31,7 @@ protected:
     /// By single rays.
     TraceAnswers expected(const TraceWork& work) const {
         TraceAnswers answers(work);
-        single_rays(bvh_, cpu::find_simd_target("best")).trace(work, answers);
+        single_rays(bvh_, find_simd_target("best")).trace(work, answers);
         EXPECT_GT(count_hits(work, answers), 100u);
         return answers;
     }

@@ -35,8 +35,8 @@ int rounds() {
     return text != nullptr ? std::max(1, std::atoi(text)) : 10;
 }
 
-class ClosedMeshOn : public testing::TestWithParam<cpu::SimdTarget> {};
-INSTANTIATE_TEST_SUITE_P(Targets, ClosedMeshOn, testing::ValuesIn(cpu::supported_simd_targets()),
+class ClosedMeshOn : public testing::TestWithParam<SimdTarget> {};
+INSTANTIATE_TEST_SUITE_P(Targets, ClosedMeshOn, testing::ValuesIn(supported_simd_targets()),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
 TEST_P(ClosedMeshOn, LetsNoRayOutAtJointsAndCollapsedVertices) {

@@ -220,7 +220,7 @@ TEST(Images, AreTheSameForBruteForceTreesThreadsAndSimdTargets) {
             EXPECT_EQ(image_hashes(*scalar, scene), expected)
                 << named.name << ", " << threads << " threads";
         }
-        for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+        for (const SimdTarget& target : supported_simd_targets()) {
             const auto simd = cpu::make_cpu_backend({.threads = 2, .simd = target.name});
             simd->set_scene(scene.topology(), scene.positions(), bvh);
             EXPECT_EQ(image_hashes(*simd, scene), expected) << named.name << ", " << target.name;

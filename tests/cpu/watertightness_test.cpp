@@ -18,8 +18,8 @@
 namespace morphray::test {
 namespace {
 
-class WatertightOn : public testing::TestWithParam<cpu::SimdTarget> {};
-INSTANTIATE_TEST_SUITE_P(Targets, WatertightOn, testing::ValuesIn(cpu::supported_simd_targets()),
+class WatertightOn : public testing::TestWithParam<SimdTarget> {};
+INSTANTIATE_TEST_SUITE_P(Targets, WatertightOn, testing::ValuesIn(supported_simd_targets()),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
 TEST_P(WatertightOn, LetsNoRayOutAfterAThousandRefits) {

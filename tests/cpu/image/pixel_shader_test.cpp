@@ -42,7 +42,7 @@ struct Size {
 // With rows and columns of blocks that are not full, and none that are.
 constexpr Size kSizes[] = {{64, 64}, {67, 45}, {1, 1}, {3, 9}, {5, 2}};
 
-class EveryTarget : public testing::TestWithParam<cpu::SimdTarget> {
+class EveryTarget : public testing::TestWithParam<SimdTarget> {
 protected:
     /// All kinds of rays, with colours of their own for triangles.
     void expect_same_images(const NamedScene& named, const ViewSpec& view) {
@@ -103,7 +103,7 @@ TEST_P(EveryTarget, ShadesAlikeWithManySamplesAndFromInside) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Shading, EveryTarget, testing::ValuesIn(cpu::supported_simd_targets()),
+INSTANTIATE_TEST_SUITE_P(Shading, EveryTarget, testing::ValuesIn(supported_simd_targets()),
                          [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace

@@ -93,7 +93,7 @@ std::vector<ViewSpec> views(const TestScene& scene, std::uint64_t seed) {
     return all;
 }
 
-class EveryTarget : public testing::TestWithParam<cpu::SimdTarget> {
+class EveryTarget : public testing::TestWithParam<SimdTarget> {
 protected:
     std::unique_ptr<cpu::Packet> packet_ = std::make_unique<cpu::Packet>();
 };
@@ -261,7 +261,7 @@ TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Packets, EveryTarget, testing::ValuesIn(cpu::supported_simd_targets()),
+INSTANTIATE_TEST_SUITE_P(Packets, EveryTarget, testing::ValuesIn(supported_simd_targets()),
                          [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace

@@ -78,7 +78,7 @@ TEST(Refit, GivesTheSameBytesForEveryTarget) {
         const RefitArrays tree(expected);
         for (const std::uint32_t leaf : all.leaves) refit_leaf(tree, leaf, positions);
         for (std::size_t i = all.nodes.size(); i-- > 0;) refit_node(tree, all.nodes[i]);
-        for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+        for (const SimdTarget& target : supported_simd_targets()) {
             Bvh whole = built;
             cpu::refit(whole, positions, target);
             EXPECT_EQ(bvh_hash(whole), bvh_hash(expected)) << named.name << ", " << target.name;

@@ -26,8 +26,7 @@ namespace HWY_NAMESPACE {
 /// (repeated) are asked; the others come from an earlier call.
 void answer_cases(std::span<const RuleCase> cases, std::uint32_t pattern,
                   std::span<RuleAnswer> answers) {
-    const Floats f;
-    constexpr std::size_t kCount = hn::MaxLanes(Floats());
+    constexpr std::size_t kCount = kLanes;
     for (std::size_t first = 0; first < cases.size(); first += kCount) {
         // org, dir, a, b, c, and then tnear and tfar.
         alignas(64) float values[17][kCount];
@@ -38,15 +37,15 @@ void answer_cases(std::span<const RuleCase> cases, std::uint32_t pattern,
             values[15][i] = own.ray.tnear;
             values[16][i] = own.ray.tfar;
         }
-        VF v[17];
-        for (int k = 0; k < 17; ++k) v[k] = hn::Load(f, values[k]);
+        FloatVec v[17];
+        for (int k = 0; k < 17; ++k) v[k] = load(values[k]);
         const std::uint32_t lanes = pattern >> (first % 16);
         RuleHits hit;
-        const std::uint32_t hits = mask_bits(intersect_triangles(
+        const std::uint32_t hits = bits_of(intersect_triangles(
             shear_rays(v, v + 3), mask_of(lanes), v[15], v[16], v + 6, v + 9, v + 12, hit));
-        hn::Store(hit.t, f, values[0]);
-        hn::Store(hit.u, f, values[1]);
-        hn::Store(hit.v, f, values[2]);
+        store(hit.t, values[0]);
+        store(hit.u, values[1]);
+        store(hit.v, values[2]);
         for (std::size_t i = 0; i < std::min(kCount, cases.size() - first); ++i) {
             if ((lanes >> i & 1) == 0) continue;
             answers[first + i] = {(hits >> i & 1) != 0, {values[0][i], values[1][i], values[2][i]}};
@@ -57,11 +56,10 @@ void answer_cases(std::span<const RuleCase> cases, std::uint32_t pattern,
 /// Of each a * b the error, as many as of factors.
 void find_product_errors(std::span<const float> a, std::span<const float> b,
                          std::span<float> errors) {
-    const Floats f;
-    for (std::size_t i = 0; i < a.size(); i += hn::Lanes(f)) {
-        const VF va = hn::LoadU(f, &a[i]);
-        const VF vb = hn::LoadU(f, &b[i]);
-        hn::StoreU(product_errors(va, vb, hn::Mul(va, vb)), f, &errors[i]);
+    for (std::size_t i = 0; i < a.size(); i += kLanes) {
+        const FloatVec va = load_unaligned(&a[i]);
+        const FloatVec vb = load_unaligned(&b[i]);
+        store_unaligned(product_errors(va, vb, va * vb), &errors[i]);
     }
 }
 

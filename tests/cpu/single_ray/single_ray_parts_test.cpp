@@ -68,7 +68,7 @@ void meet_boxes(const Node& node, std::span<const Ray> rays, std::uint64_t asked
         FloatVec t_enter[kVectors];
         out.met[i] = met_slots(stream, i, rays[i].tfar, node, t_enter);
         for (std::size_t v = 0; v < kVectors; ++v) {
-            hn::StoreU(t_enter[v], kFloats, out.t_enter[i] + v * kLanes);
+            store_unaligned(t_enter[v], out.t_enter[i] + v * kLanes);
         }
     }
     out.used = rays_meeting(stream, asked, node, out.met_by);

@@ -32,7 +32,7 @@ TEST(SingleRayTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
             expected.push_back(scalar.intersect(ray));
             expected_occluded.push_back(scalar.occluded(ray));
         }
-        for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+        for (const SimdTarget& target : supported_simd_targets()) {
             const cpu::SingleRayTracer wide(bvh, target);
             std::vector<Hit> hits(rays.size());
             std::vector<std::uint8_t> occluded(rays.size(), 7);
@@ -54,7 +54,7 @@ TEST(SingleRayTracer, AnswersABatchOfAnySizeAndNothingBesides) {
     const std::vector<Ray> rays = mixed_rays(scene, 70, 3);
     const cpu::ScalarTracer scalar(bvh);
     const Hit untouched{-1, -2, -3, 77};
-    for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+    for (const SimdTarget& target : supported_simd_targets()) {
         const cpu::SingleRayTracer wide(bvh, target);
         for (const std::size_t size : {0, 1, 2, 3, 7, 16, 17, 33, 64, 70}) {
             std::vector<Hit> hits(size + 1, untouched);
@@ -80,7 +80,7 @@ TEST(SingleRayTracer, RaisesNothingInvalidAndNoOverflow) {
         const std::vector<Ray> rays = mixed_rays(scene, 1003, 61);
         std::vector<Hit> hits(rays.size());
         std::vector<std::uint8_t> occluded(rays.size());
-        for (const cpu::SimdTarget& target : cpu::supported_simd_targets()) {
+        for (const SimdTarget& target : supported_simd_targets()) {
             const cpu::SingleRayTracer wide(bvh, target);
             _mm_setcsr(before & ~0x3Fu);
             wide.intersect(rays, hits);

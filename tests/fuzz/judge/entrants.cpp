@@ -14,8 +14,7 @@ namespace {
 
 std::vector<std::string> simd_names() {
     std::vector<std::string> names;
-    for (const cpu::SimdTarget& target : cpu::supported_simd_targets())
-        names.emplace_back(target.name);
+    for (const SimdTarget& target : supported_simd_targets()) names.emplace_back(target.name);
     names.emplace_back(cpu::kSimdOff);
     return names;
 }

@@ -1,0 +1,245 @@
+// The vectors of all SIMD code: floats and unsigned integers of at most 16 lanes, so that the 16
+// boxes of a node or the 16 triangles of a leaf are kVectors of them. Compiled once for each
+// target.
+//
+// Highway's own operators serve + - * / < <= > >= == & | ^ on vectors; this file adds those of
+// masks, and short names for the rest. Functions that exist for few places keep their Highway names
+// (hn::).
+#if defined(MORPHRAY_COMMON_SIMD_VECTORS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_COMMON_SIMD_VECTORS_INL_H
+#undef MORPHRAY_COMMON_SIMD_VECTORS_INL_H
+#else
+#define MORPHRAY_COMMON_SIMD_VECTORS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::simd {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+inline constexpr std::uint32_t kMaxLanes = 16;
+
+using FloatTag = hn::CappedTag<float, kMaxLanes>;
+using UintTag = hn::RebindToUnsigned<FloatTag>;
+using IntTag = hn::RebindToSigned<FloatTag>;
+using ByteTag = hn::Repartition<std::uint8_t, FloatTag>;
+using FloatVec = hn::Vec<FloatTag>;
+using UintVec = hn::Vec<UintTag>;
+using IntVec = hn::Vec<IntTag>;
+/// A bool for each lane of a FloatVec; UintMask and IntMask are those of
+/// the other vectors.
+using Mask = hn::Mask<FloatTag>;
+using UintMask = hn::Mask<UintTag>;
+using IntMask = hn::Mask<IntTag>;
+
+inline constexpr FloatTag kFloats;
+inline constexpr UintTag kUints;
+inline constexpr IntTag kInts;
+inline constexpr ByteTag kBytes;
+inline constexpr auto kLanes = static_cast<std::uint32_t>(hn::MaxLanes(FloatTag()));
+inline constexpr std::uint32_t kVectors = kMaxLanes / kLanes;
+inline constexpr std::uint32_t kLaneBits = (1u << kLanes) - 1;
+
+// ---- Memory. load() and store() take addresses that are aligned to the size of a vector.
+
+HWY_INLINE FloatVec load(const float* from) { return hn::Load(kFloats, from); }
+HWY_INLINE UintVec load(const std::uint32_t* from) { return hn::Load(kUints, from); }
+HWY_INLINE IntVec load(const std::int32_t* from) { return hn::Load(kInts, from); }
+HWY_INLINE FloatVec load_unaligned(const float* from) { return hn::LoadU(kFloats, from); }
+HWY_INLINE UintVec load_unaligned(const std::uint32_t* from) { return hn::LoadU(kUints, from); }
+HWY_INLINE void store(FloatVec v, float* to) { hn::Store(v, kFloats, to); }
+HWY_INLINE void store(UintVec v, std::uint32_t* to) { hn::Store(v, kUints, to); }
+HWY_INLINE void store(IntVec v, std::int32_t* to) { hn::Store(v, kInts, to); }
+HWY_INLINE void store_unaligned(FloatVec v, float* to) { hn::StoreU(v, kFloats, to); }
+HWY_INLINE void store_unaligned(UintVec v, std::uint32_t* to) { hn::StoreU(v, kUints, to); }
+
+HWY_INLINE FloatVec splat(float x) { return hn::Set(kFloats, x); }
+HWY_INLINE UintVec splat(std::uint32_t x) { return hn::Set(kUints, x); }
+HWY_INLINE IntVec splat(std::int32_t x) { return hn::Set(kInts, x); }
+HWY_INLINE FloatVec zero() { return hn::Zero(kFloats); }
+
+// ---- Arithmetic, rounded after each operation
+
+HWY_INLINE FloatVec operator-(FloatVec v) { return hn::Neg(v); }
+
+/// Minimum and maximum where neither NaN nor the sign of a zero decides anything.
+HWY_INLINE FloatVec min(FloatVec a, FloatVec b) { return hn::Min(a, b); }
+HWY_INLINE FloatVec max(FloatVec a, FloatVec b) { return hn::Max(a, b); }
+HWY_INLINE UintVec min(UintVec a, UintVec b) { return hn::Min(a, b); }
+HWY_INLINE UintVec max(UintVec a, UintVec b) { return hn::Max(a, b); }
+HWY_INLINE IntVec min(IntVec a, IntVec b) { return hn::Min(a, b); }
+HWY_INLINE IntVec max(IntVec a, IntVec b) { return hn::Max(a, b); }
+HWY_INLINE FloatVec abs(FloatVec v) { return hn::Abs(v); }
+HWY_INLINE FloatVec min3(FloatVec a, FloatVec b, FloatVec c) { return min(a, min(b, c)); }
+HWY_INLINE FloatVec max3(FloatVec a, FloatVec b, FloatVec c) { return max(a, max(b, c)); }
+HWY_INLINE FloatVec sum3(FloatVec a, FloatVec b, FloatVec c) { return a + b + c; }
+
+/// a * b - c * d.
+HWY_INLINE FloatVec difference(FloatVec a, FloatVec b, FloatVec c, FloatVec d) {
+    return a * b - c * d;
+}
+
+template <int kBits>
+HWY_INLINE UintVec shift_left(UintVec v) {
+    return hn::ShiftLeft<kBits>(v);
+}
+template <int kBits>
+HWY_INLINE UintVec shift_right(UintVec v) {
+    return hn::ShiftRight<kBits>(v);
+}
+
+// ---- Arithmetic of bounds: fused where the target can, so the last bit depends on the target. A
+// bound must allow for both; no result may be computed by these.
+
+HWY_INLINE FloatVec mul_add(FloatVec a, FloatVec b, FloatVec c) { return hn::MulAdd(a, b, c); }
+HWY_INLINE FloatVec mul_sub(FloatVec a, FloatVec b, FloatVec c) { return hn::MulSub(a, b, c); }
+/// c - a * b.
+HWY_INLINE FloatVec neg_mul_add(FloatVec a, FloatVec b, FloatVec c) {
+    return hn::NegMulAdd(a, b, c);
+}
+
+// ---- Bits
+
+template <class Vec>
+HWY_INLINE FloatVec as_float(Vec v) {
+    return hn::BitCast(kFloats, v);
+}
+template <class Vec>
+HWY_INLINE UintVec as_uint(Vec v) {
+    return hn::BitCast(kUints, v);
+}
+template <class Vec>
+HWY_INLINE IntVec as_int(Vec v) {
+    return hn::BitCast(kInts, v);
+}
+
+// ---- Masks
+
+HWY_INLINE Mask operator&(Mask a, Mask b) { return hn::And(a, b); }
+HWY_INLINE Mask operator|(Mask a, Mask b) { return hn::Or(a, b); }
+HWY_INLINE Mask operator!(Mask m) { return hn::Not(m); }
+HWY_INLINE UintMask operator&(UintMask a, UintMask b) { return hn::And(a, b); }
+HWY_INLINE UintMask operator|(UintMask a, UintMask b) { return hn::Or(a, b); }
+HWY_INLINE UintMask operator!(UintMask m) { return hn::Not(m); }
+/// !a & b in one operation.
+HWY_INLINE Mask and_not(Mask a, Mask b) { return hn::AndNot(a, b); }
+HWY_INLINE UintMask and_not(UintMask a, UintMask b) { return hn::AndNot(a, b); }
+HWY_INLINE FloatVec and_not(FloatVec a, FloatVec b) { return hn::AndNot(a, b); }
+HWY_INLINE UintVec and_not(UintVec a, UintVec b) { return hn::AndNot(a, b); }
+
+HWY_INLINE FloatVec select(Mask m, FloatVec a, FloatVec b) { return hn::IfThenElse(m, a, b); }
+HWY_INLINE UintVec select(UintMask m, UintVec a, UintVec b) { return hn::IfThenElse(m, a, b); }
+HWY_INLINE FloatVec zero_unless(Mask m, FloatVec v) { return hn::IfThenElseZero(m, v); }
+HWY_INLINE UintVec zero_unless(UintMask m, UintVec v) { return hn::IfThenElseZero(m, v); }
+HWY_INLINE FloatVec zero_if(Mask m, FloatVec v) { return hn::IfThenZeroElse(m, v); }
+HWY_INLINE UintVec zero_if(UintMask m, UintVec v) { return hn::IfThenZeroElse(m, v); }
+
+HWY_INLINE Mask float_mask(UintMask m) { return hn::RebindMask(kFloats, m); }
+HWY_INLINE Mask float_mask(IntMask m) { return hn::RebindMask(kFloats, m); }
+HWY_INLINE UintMask uint_mask(Mask m) { return hn::RebindMask(kUints, m); }
+
+HWY_INLINE bool none(Mask m) { return hn::AllFalse(kFloats, m); }
+HWY_INLINE bool none(UintMask m) { return hn::AllFalse(kUints, m); }
+HWY_INLINE bool all(Mask m) { return hn::AllTrue(kFloats, m); }
+HWY_INLINE bool all(UintMask m) { return hn::AllTrue(kUints, m); }
+HWY_INLINE std::size_t count(Mask m) { return hn::CountTrue(kFloats, m); }
+
+/// Lane i as bit i; other bits are 0.
+HWY_INLINE std::uint32_t bits_of(Mask m) {
+    // No more bytes than the mask has: a wider read would wait for the narrow write.
+    using Bits = std::conditional_t<(kLanes > 8), std::uint16_t, std::uint8_t>;
+    std::uint8_t bytes[8];
+    hn::StoreMaskBits(kFloats, m, bytes);
+    Bits bits;
+    std::memcpy(&bits, bytes, sizeof bits);
+    return bits;
+}
+HWY_INLINE std::uint32_t bits_of(UintMask m) { return bits_of(float_mask(m)); }
+
+/// The mask whose bits these are.
+HWY_INLINE Mask mask_of(std::uint32_t bits) {
+    const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(bits),
+                                   static_cast<std::uint8_t>(bits >> 8)};
+    return hn::LoadMaskBits(kFloats, bytes);
+}
+
+// ---- Lanes
+
+/// Looks up values[index] for each lane, out of 16 values; indices are below 16.
+class LaneLookup {
+public:
+    HWY_INLINE explicit LaneLookup(UintVec index) : index_(index) {}
+
+    /// values: 16 floats at an address that is aligned to the size of a vector.
+    HWY_INLINE FloatVec operator()(const float* values) const {
+        if constexpr (kVectors == 1) {
+            return hn::TableLookupLanes(load(values), hn::IndicesFromVec(kFloats, index_));
+        } else if constexpr (kVectors == 2) {
+            return in_two(load(values), load(values + kLanes));
+        } else {
+            return hn::GatherIndex(kFloats, values, as_int(index_));
+        }
+    }
+    /// Likewise with the values in kVectors registers as well: `vectors` are those of `values`.
+    HWY_INLINE FloatVec operator()(const FloatVec* vectors, const float* values) const {
+        if constexpr (kVectors == 1) {
+            return hn::TableLookupLanes(vectors[0], hn::IndicesFromVec(kFloats, index_));
+        } else if constexpr (kVectors == 2) {
+            return in_two(vectors[0], vectors[1]);
+        } else {
+            return hn::GatherIndex(kFloats, values, as_int(index_));
+        }
+    }
+
+private:
+    HWY_INLINE FloatVec in_two(FloatVec low, FloatVec high) const {
+        const auto place = hn::IndicesFromVec(kFloats, index_ & splat(kLanes - 1));
+        // Bit 3 of an index says which vector has the value.
+        const FloatVec in_high = as_float(shift_left<28>(index_));
+        return hn::IfNegativeThenElse(in_high, hn::TableLookupLanes(high, place),
+                                      hn::TableLookupLanes(low, place));
+    }
+
+    UintVec index_;
+};
+
+#if HWY_TARGET != HWY_SCALAR
+/// Four vectors combined to one: each block of 4 lanes holds, in order, what `combine` (min or max)
+/// makes of the same block of the first, second, third and fourth vector.
+template <class Combine>
+HWY_INLINE FloatVec combine_four(const FloatVec v[4], Combine combine) {
+    const hn::Repartition<double, FloatTag> pairs;
+    const auto two = [&](FloatVec a, FloatVec b) HWY_ATTR {
+        return hn::BitCast(
+            pairs, combine(hn::InterleaveLower(kFloats, a, b), hn::InterleaveUpper(kFloats, a, b)));
+    };
+    const auto first = two(v[0], v[1]);
+    const auto last = two(v[2], v[3]);
+    return combine(hn::BitCast(kFloats, hn::InterleaveLower(pairs, first, last)),
+                   hn::BitCast(kFloats, hn::InterleaveUpper(pairs, first, last)));
+}
+#endif
+
+/// Writes a number where a mask has a lane, `to` being aligned. Not by a masked store of SSE, which
+/// goes around the caches.
+HWY_INLINE void store_where(Mask m, std::uint32_t number, std::uint32_t* to) {
+    const UintVec numbers = splat(number);
+#if HWY_TARGET == HWY_AVX2
+    hn::BlendedStore(numbers, uint_mask(m), kUints, to);
+#else
+    store(select(uint_mask(m), numbers, load(to)), to);
+#endif
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::simd
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target
