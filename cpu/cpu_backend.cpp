@@ -11,7 +11,6 @@
 #include "common/base/thread_arena.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
-#include "common/update/tree_cost.h"
 #include "cpu/image/image_tracer.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/brute_tracer.h"
@@ -58,20 +57,20 @@ public:
         topology_ = topology;
         planner_ = RefitPlanner(positions);
         bvh_ = bvh;
-        times_ = {.upload_ms = watch.ms()};
+        times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
         const Stopwatch watch;
         arena_.execute([&] { planner_.set_frame(positions); });
         bvh_ = bvh;
-        times_ = {.upload_ms = watch.ms()};
+        times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
     std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent) override {
         const Stopwatch upload;
         arena_.execute([&] { planner_.advance(positions); });
-        times_ = {.upload_ms = upload.ms()};
+        times_ = {.update = {.upload_ms = upload.ms()}};
         const Stopwatch watch;
         const RefitPlan plan = planner_.plan(bvh_, extent);
         arena_.execute([&] {
@@ -82,22 +81,17 @@ public:
             }
         });
         times_.refitted_leaves = plan.leaf_count;
-        times_.refit_ms = watch.ms();
+        times_.update.refit_ms = watch.ms();
         return plan.leaf_count;
     }
 
-    double tree_cost() override { return morphray::tree_cost(bvh_.nodes); }
+    std::span<const Node> nodes() override { return bvh_.nodes; }
 
-    std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) override {
-        const std::size_t parts = arena_.execute([&] {
-            return morphray::restructure(topology, planner_.pose().positions(), growth, bvh_,
-                                         areas);
-        });
-        if (parts > 0) planner_.set_tree();
-        return parts;
+    void read_tree(Bvh& bvh) override { bvh = bvh_; }
+
+    void edit_tree(const TreeEdit& edit) override {
+        if (arena_.execute([&] { return edit(bvh_); })) planner_.set_tree();
     }
-
-    void read_bvh(Bvh& bvh) override { bvh = bvh_; }
 
     void trace_image(const ImageParams& params, Frame& frame) override {
         const std::size_t pixels = std::size_t{params.width} * params.height;

@@ -30,7 +30,7 @@ std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config = {});
 std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config = {});
 
 /// Every ray against every triangle: no tree to be wrong about. name() is "brute"; its refit and
-/// read_bvh work on a tree all the same, so that it can stand in for the others.
+/// read_tree work on a tree all the same, so that it can stand in for the others.
 std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config = {});
 
 }  // namespace morphray::cpu

@@ -24,7 +24,7 @@ std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning) {
 }
 
 std::uint32_t packet_run(const PhysicalDevice& device) {
-    // Where lanes are a CPU's, branches are masks, and a few threads are enough.
+    // On a CPU branches are masks, so longer runs pay, and a few threads use all cores.
     return device.info.type == "cpu" ? 4 : 1;
 }
 

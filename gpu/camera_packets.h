@@ -1,4 +1,4 @@
-// Camera rays as packets: whether, and with which arguments.
+// Sizes and arguments of packets for a device.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,14 @@
 
 namespace morphray::gpu {
 
-/// Lanes of a packet on a device, a part of its subgroups; 0 where there can be no packets.
+/// Lanes of a packet, a part of the device's subgroups; 0 if the device cannot trace packets.
 std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning);
 
-/// How many packets a cluster of lanes traces, one after the other.
+/// The number of packets that a cluster of lanes traces one after the other.
 std::uint32_t packet_run(const PhysicalDevice& device);
 
-/// For the rays of a region, tile_columns and tile_count included; packets are traced by `lanes`.
+/// The arguments of camera packets of so many lanes over a region, tile_columns and tile_count
+/// included.
 PacketArguments packet_arguments(const RegionArguments& region, std::uint32_t lanes);
 
 }  // namespace morphray::gpu

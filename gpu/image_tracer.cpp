@@ -1,14 +1,12 @@
 #include "gpu/image_tracer.h"
 
 #include <algorithm>
-#include <utility>
+#include <vector>
 
 #include "gpu/camera_packets.h"
 
 namespace morphray::gpu {
 namespace {
-
-std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
 
 std::uint32_t rays_per_hit(const ImageParams& params) {
     if (params.rays == kRaysShadow) return 1;
@@ -27,7 +25,7 @@ void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t heigh
     region.tile_count = region.tile_columns * ((region.height + height - 1) / height);
 }
 
-/// Tiles for shading: as wide as they can be without becoming more.
+/// Sets the tiles for shading: the widest of those that are fewest.
 void set_shaded_tiles(RegionArguments& region) {
     std::uint32_t best = kMostShadedTileBits;
     std::uint32_t least = ~0u;
@@ -42,7 +40,7 @@ void set_shaded_tiles(RegionArguments& region) {
     region.tile_bits = best;
 }
 
-/// Whole tiles: first as wide as the image or a row of them, then as high.
+/// Divides an image into regions of at most `tiles` whole tiles, as wide as possible.
 std::vector<RegionArguments> regions_of(const ImageParams& params, std::uint32_t tiles) {
     std::vector<RegionArguments> regions;
     const std::uint32_t columns = std::min(tiles, (params.width + kTileSize - 1) / kTileSize);
@@ -64,7 +62,7 @@ std::vector<RegionArguments> regions_of(const ImageParams& params, std::uint32_t
     return regions;
 }
 
-/// The rows of a region, from a buffer of one T a pixel to the image.
+/// Copies the rows of a region from a buffer with one T a pixel to the image.
 template <class T>
 void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& region,
                std::uint32_t image_width, std::vector<T>& to) {
@@ -84,75 +82,60 @@ void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& re
 
 }  // namespace
 
-void ImageTracer::begin(const ImageParams& params, Frame& frame) {
+void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& times) {
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
     frame.width = params.width;
     frame.height = params.height;
     frame.hits.resize(pixel_count);
     frame.occlusion.assign(pixel_count, 0);
     frame.pixels.resize(pixel_count);
-    regions_ = regions_of(params, passes_.size().tiles);
-    if (!regions_.empty()) begin_region(regions_.front(), Deferred::kTaken);
-    frame_ = &frame;
-}
-
-void ImageTracer::end(BackendTimes& times) {
-    Frame& frame = *std::exchange(frame_, nullptr);
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
-    times.rays = 0;
-    for (std::size_t i = 0; i < regions_.size(); ++i) {
-        if (i > 0) begin_region(regions_[i], Deferred::kLeft);
-        end_region(regions_[i], times);
-        copy_region(regions_[i], frame);
+    for (const RegionArguments& region : regions_of(params, passes_.size().tiles)) {
+        trace_region(region, times);
+        copy_region(region, frame);
     }
     times.trace_ms += times.secondary_ms + times.shade_ms;
-    if (!regions_.empty()) times.rays = count_rays(regions_.front().params, frame);
+    times.rays = count_rays(params, frame);
 }
 
-/// Whether shading follows camera rays with nothing between that the host has to look at.
+/// Whether the host need not look at results between camera rays and shading.
 bool ImageTracer::is_one_submission(const ImageParams& params) const {
     return kernels_.packet_lanes != 0 && params.rays != kRaysAo;
 }
 
-void ImageTracer::begin_region(const RegionArguments& region, Deferred deferred) {
+void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times) {
     const bool is_shaded = is_one_submission(region.params);
-    const bool is_shadowed = is_shaded && region.params.rays == kRaysShadow;
+    const bool is_lit = is_shaded && region.params.rays == kRaysShadow;
+    const RayPass camera = camera_pass(region);
     const Record record = [&](VkCommandBuffer commands) {
-        passes_.record(commands, camera_pass(region), 0);
-        if (is_shadowed) {
+        passes_.record(commands, camera, 0);
+        if (is_lit) {
             separate(commands);
-            passes_.record(commands, shadow_pass(region), 1);
+            passes_.record(commands, light_pass(region), 1);
         }
         if (is_shaded) {
             separate(commands);
             shading(region)(commands);
         }
     };
-    context_.begin("trace an image", record, deferred);
-}
-
-void ImageTracer::end_region(const RegionArguments& region, BackendTimes& times) {
-    const std::vector<double> stages = context_.end();
-    const bool is_shaded = is_one_submission(region.params);
-    const bool is_shadowed = is_shaded && region.params.rays == kRaysShadow;
-    const RayPass camera = camera_pass(region);
+    const std::vector<double> stages = context_.submit_stages("trace an image", record);
     times.trace_ms += stages.front();
-    if (is_shadowed) times.secondary_ms += stages[1];
+    if (is_lit) times.secondary_ms += stages[1];
     if (is_shaded) times.shade_ms += stages.back();
-    // What came after a pass that left rays without an answer is done again.
+    // A pass that left rays without an answer is completed, and all after it is done again.
     const bool is_traced = !passes_.is_incomplete(camera, 0);
     if (!is_traced) times.trace_ms += passes_.complete(camera, 0, kernels_, scene_);
     bool is_done = is_traced && is_shaded;
-    if (is_shadowed) {
-        const RayPass shadow = shadow_pass(region);
+    if (is_lit) {
+        const RayPass light = light_pass(region);
         if (!is_traced) {
-            times.secondary_ms += passes_.run(shadow, kernels_, scene_);
-        } else if (passes_.is_incomplete(shadow, 1)) {
-            times.secondary_ms += passes_.complete(shadow, 1, kernels_, scene_);
+            times.secondary_ms += passes_.run(light, kernels_, scene_);
+        } else if (passes_.is_incomplete(light, 1)) {
+            times.secondary_ms += passes_.complete(light, 1, kernels_, scene_);
             is_done = false;
         }
     } else if (rays_per_hit(region.params) != 0) {
-        times.secondary_ms += trace_listed(region);
+        times.secondary_ms += trace_visible(region);
     }
     if (!is_done) times.shade_ms += context_.submit("shade", shading(region));
 }
@@ -170,21 +153,21 @@ RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
     const PacketArguments packets = packet_arguments(region, kernels_.packet_lanes);
     return {what, false,
             [this, packets](VkCommandBuffer commands) {
-                kernels_.primary_packet.dispatch(commands, packets,
-                                                 packet_groups(packets.tile_count));
+                kernels_.camera_packet.dispatch(commands, packets,
+                                                packet_groups(packets.tile_count));
             },
             rays_of(rest)};
 }
 
-RayPass ImageTracer::shadow_pass(const RegionArguments& region) const {
+RayPass ImageTracer::light_pass(const RegionArguments& region) const {
     RegionArguments packets = region;
-    // High packets are fewer, but meet triangles that fewer of their rays have to do with; that is
-    // dearer where there is a triangle or more for each pixel (measured; in between it is even).
+    // Tall packets are fewer, but each of their triangles concerns fewer of their rays. They are
+    // slower from a triangle a pixel on, and faster up to half a triangle a pixel (measured).
     const std::uint64_t pixels = std::uint64_t{region.params.width} * region.params.height;
     const bool is_tall =
         kernels_.packet_lanes >= 8 && std::uint64_t{2} * scene_.triangle_count() <= pixels;
-    const Pipeline& kernel = is_tall ? kernels_.tall_shadow_packet : kernels_.shadow_packet;
-    set_tiles(packets, kPacketWidth, is_tall ? kTallShadowPacketHeight : kShadowPacketHeight);
+    const Pipeline& kernel = is_tall ? kernels_.tall_light_packet : kernels_.light_packet;
+    set_tiles(packets, kPacketWidth, is_tall ? kTallLightPacketHeight : kLightPacketHeight);
     const Record dispatch = [this, packets, &kernel](VkCommandBuffer commands) {
         vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);
         // Writer: the fill; writer after it: the kernel.
@@ -203,12 +186,12 @@ Record ImageTracer::shading(const RegionArguments& region) const {
     };
 }
 
-/// Ends a stage whose kernels write what those of the next one read.
+/// Ends a stage, whose writes the next stage reads.
 void ImageTracer::separate(VkCommandBuffer commands) {
     context_.stamp(commands);
     constexpr VkPipelineStageFlags kWork =
         VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-    // Writer: the pass before, hits and counters; reader: the next kernel. Reader: the copy of the
+    // Writer: the pass before (hits, counters); reader: the next kernel. Reader: the copy of the
     // counters; writer: the fill that resets them.
     barrier(commands, kWork, VK_ACCESS_SHADER_WRITE_BIT, kWork,
             VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT);
@@ -219,20 +202,20 @@ std::uint32_t ImageTracer::packet_groups(std::uint32_t packets) const {
     return groups_of((packets + run - 1) / run * kernels_.packet_lanes);
 }
 
-/// Secondary rays one by one, over a list of the pixels that have some.
-double ImageTracer::trace_listed(const RegionArguments& region) {
+/// Traces secondary rays over the compacted list of visible pixels. Returns milliseconds.
+double ImageTracer::trace_visible(const RegionArguments& region) {
     OcclusionArguments arguments = {};
     arguments.params = region.params;
     arguments.x = region.x;
     arguments.y = region.y;
     arguments.width = region.width;
-    std::uint32_t seen_count = 0;
-    double device_ms = passes_.select(
+    std::uint32_t visible_count = 0;
+    double device_ms = passes_.compact(
         [&](VkCommandBuffer commands) {
-            kernels_.select.dispatch(commands, region, region.tile_count);
+            kernels_.compact.dispatch(commands, region, region.tile_count);
         },
-        seen_count);
-    const std::uint32_t ray_count = seen_count * rays_per_hit(region.params);
+        visible_count);
+    const std::uint32_t ray_count = visible_count * rays_per_hit(region.params);
     const bool in_packets = kernels_.packet_lanes != 0 && region.params.rays == kRaysAo;
     const std::uint32_t most = passes_.size().rays();
     for (std::uint32_t first = 0; first < ray_count; first += most) {

@@ -5,28 +5,35 @@
 
 namespace morphray::gpu {
 
+/// Workgroups for so many lanes.
+inline std::uint32_t groups_of(std::uint32_t lanes) {
+    return (lanes + kGroupSize - 1) / kGroupSize;
+}
+
 struct Kernels {
     Kernels(Context& context, const Tuning& tuning);
 
-    /// No work may be under way. `deform` is left alone where there are no keyframes.
     void bind(const Bindings& bindings);
 
-    /// Lanes of a packet; 0: there are no packet kernels.
+    /// Lanes of a packet; 0 if the device has no packet kernels.
     std::uint32_t packet_lanes;
     Pipeline primary;
-    Pipeline primary_packet;
-    Pipeline shadow_packet;
-    /// Of packets twice as high; needs 8 lanes.
-    Pipeline tall_shadow_packet;
+    Pipeline camera_packet;
+    Pipeline light_packet;
+    /// light_packet for packets of twice the height; needs 8 lanes.
+    Pipeline tall_light_packet;
     Pipeline rays;
-    Pipeline select;
+    Pipeline compact;
     Pipeline occlusion;
     Pipeline occlusion_packet;
     Pipeline resume;
     Pipeline shade;
-    Pipeline deform;
     Pipeline refit_leaves;
     Pipeline refit_nodes;
 };
+
+/// Dispatches each kernel once, over nothing. Some drivers compile a kernel at its first dispatch
+/// (lavapipe takes 13 to 89 ms each).
+void warm_up(Context& context, const Kernels& kernels);
 
 }  // namespace morphray::gpu

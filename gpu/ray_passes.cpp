@@ -20,8 +20,8 @@ RayPasses::RayPasses(Context& context, const PassSize& size, std::uint32_t step_
       rays_(context, "rays", sizeof(Ray) * size.rays(), VK_FORMAT_R32G32B32A32_UINT),
       hits_(context, "hits", sizeof(Hit) * size.rays(), VK_FORMAT_R32G32B32A32_UINT,
             VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
-      seen_(context, "pixels seen", 4 * size.rays(), VK_FORMAT_R32_UINT,
-            VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
+      visible_pixels_(context, "visible pixels", 4 * size.rays(), VK_FORMAT_R32_UINT,
+                      VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
       occlusion_(context, "occlusion", 4 * size.rays(), VK_FORMAT_R32_UINT,
                  VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | kStorage),
       pixels_(context, "pixels", 4 * size.rays(), kStorage, Memory::kDevice),
@@ -32,8 +32,8 @@ RayPasses::RayPasses(Context& context, const PassSize& size, std::uint32_t step_
 
 void RayPasses::add_to(Bindings& bindings) const {
     bindings.views[kBindRays] = rays_.view.get();
-    bindings.views[kBindSeen] = seen_.view.get();
-    bindings.buffers[kBindSeenOut] = seen_.buffer.get();
+    bindings.views[kBindVisiblePixels] = visible_pixels_.view.get();
+    bindings.buffers[kBindVisiblePixelsOut] = visible_pixels_.buffer.get();
     bindings.views[kBindFoundHits] = hits_.view.get();
     bindings.buffers[kBindHits] = hits_.buffer.get();
     bindings.views[kBindFoundOcclusion] = occlusion_.view.get();
@@ -67,11 +67,11 @@ double RayPasses::run(const RayPass& pass, const Kernels& kernels, const SceneBu
     return device_ms + complete(pass, 0, kernels, scene);
 }
 
-double RayPasses::select(const Record& dispatch, std::uint32_t& seen_count) {
-    const char* const what = "select pixels";
+double RayPasses::compact(const Record& dispatch, std::uint32_t& visible_count) {
+    const char* const what = "list visible pixels";
     const double device_ms = context_.submit(
         what, [&](VkCommandBuffer commands) { record_part(commands, 0, dispatch, 0); });
-    seen_count = header(what, 0).seen_count;
+    visible_count = header(what, 0).visible_count;
     return device_ms;
 }
 
@@ -105,7 +105,7 @@ WorkHeader RayPasses::header(const char* what, std::uint32_t number) const {
 double RayPasses::resume(const Kernels& kernels, const SceneBuffers& scene, bool any_hit,
                          std::uint32_t count) {
     // A ray visits each node and leaf at most once, for at most 20 steps each, pops included, and a
-    // round visits at least one. More rounds mean that the tree is not a tree.
+    // round visits at least one. More rounds mean that the tree has a cycle.
     const std::uint64_t max_rounds =
         2 + 20ull * (scene.node_count() + scene.leaf_count()) / step_budget_;
     double device_ms = 0;
@@ -116,7 +116,7 @@ double RayPasses::resume(const Kernels& kernels, const SceneBuffers& scene, bool
             .fresh = 1,
             .any_hit = any_hit ? 1u : 0u,
         };
-        const std::uint32_t groups = (arguments.count + kGroupSize - 1) / kGroupSize;
+        const std::uint32_t groups = groups_of(arguments.count);
         std::uint64_t rounds = 0;
         for (bool unfinished = true; unfinished; arguments.fresh = 0) {
             if (++rounds > max_rounds) {

@@ -1,4 +1,4 @@
-// Dispatches over rays, and the memory of their answers.
+// Dispatches over rays, and the buffers of their answers.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@ namespace morphray::gpu {
 
 /// One dispatch of rays.
 struct RayPass {
-    /// For errors: what it is there to do.
+    /// For errors: a verb with its object.
     const char* what;
-    /// What the rays ask for.
+    /// Whether the rays need any hit instead of the closest.
     bool any_hit;
     Record dispatch;
-    /// Dispatches rays that `dispatch` marked as unfinished, if it can.
+    /// Dispatches the rays that `dispatch` marked as unfinished; empty if it marks none.
     Record rest;
 };
 
-/// Buffers for one dispatch's worth of rays, and the loop that brings each of them to an answer.
+/// Buffers for the rays of one dispatch, and the loop that brings each ray to an answer.
 class RayPasses {
 public:
     RayPasses(Context& context, const PassSize& size, std::uint32_t step_budget);
@@ -33,22 +33,23 @@ public:
     const Buffer& rays() const { return rays_.buffer; }
     void add_to(Bindings& bindings) const;
 
-    /// Records a pass. Of those that one submission holds, the first is number 0.
+    /// Records a pass. The first pass of a submission is number 0.
     void record(VkCommandBuffer commands, const RayPass& pass, std::uint32_t number) const;
-    /// Whether pass `number` of the submission that ended last has left rays without an answer.
+    /// Whether pass `number` of the last submission has left rays without an answer.
     bool is_incomplete(const RayPass& pass, std::uint32_t number) const;
-    /// Brings those of the last pass of that submission to an answer (or those that it marked as
-    /// unfinished), in as many rounds of `resume` as it takes. Returns the time on the device in
-    /// milliseconds. Throws Error(kInternal) rather than leave a wrong answer.
+    /// Brings the rays that the last pass of that submission left to an answer, with `rest` and
+    /// rounds of `resume`. Returns milliseconds on the device. Throws Error(kInternal) if a tree is
+    /// broken.
     double complete(const RayPass& pass, std::uint32_t number, const Kernels& kernels,
                     const SceneBuffers& scene);
-    /// Submits a pass by itself and completes it; likewise.
+    /// Submits a pass by itself and completes it. Returns milliseconds on the device.
     double run(const RayPass& pass, const Kernels& kernels, const SceneBuffers& scene);
 
-    /// Runs a dispatch of `select`. seen_count: the pixels that it listed.
-    double select(const Record& dispatch, std::uint32_t& seen_count);
+    /// Submits a dispatch of `compact`. Returns milliseconds on the device, and the number of
+    /// visible pixels in `visible_count`.
+    double compact(const Record& dispatch, std::uint32_t& visible_count);
 
-    /// Of one submission.
+    /// Most passes of one submission.
     static constexpr std::uint32_t kMostPasses = 2;
 
 private:
@@ -63,12 +64,12 @@ private:
     std::uint32_t step_budget_;
     TexelBuffer rays_;
     TexelBuffer hits_;
-    TexelBuffer seen_;
+    TexelBuffer visible_pixels_;
     TexelBuffer occlusion_;
     Buffer pixels_;
     Buffer work_;
     Buffer states_;
-    /// Of each pass.
+    /// A WorkHeader of each pass of a submission, for the host.
     Buffer headers_;
 };
 

@@ -9,35 +9,30 @@ namespace {
 // Far below what any device allows; refit dispatches of 2^22 leaves or nodes stay short.
 constexpr std::uint32_t kMaxGroups = 1u << 16;
 
-// A dispatch takes 10 to 65 us on lavapipe, as long as refitting some thousand leaves, and a copy
-// of its own as long: few ranges, gaps filled.
+// A dispatch takes 10 to 65 us on lavapipe, as long as the refit of some thousand leaves, and so
+// does a copy. So ranges are few, and gaps between them are filled.
 constexpr std::size_t kMostRanges = 8;
 
-std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
-
-/// Dispatches one after the other.
+/// Records dispatches that wait for each other.
 class Sequence {
 public:
     Sequence(const Context& context, VkCommandBuffer commands)
         : commands_(commands),
           max_groups_(std::min(context.limits().maxComputeWorkGroupCount[0], kMaxGroups)) {}
 
-    /// `arguments` but for the range.
-    template <class Arguments = RefitArguments>
-    void add(const Pipeline& pipeline, IndexRange range, Arguments arguments = {}) {
+    void add(const Pipeline& pipeline, IndexRange range) {
         while (range.begin < range.end) {
             const std::uint32_t groups = std::min(groups_of(range.end - range.begin), max_groups_);
             const std::uint32_t count = std::min(range.end - range.begin, groups * kGroupSize);
-            // Writer: what gives vertices their places, the level below, or leaves of another
-            // range, which validation cannot tell from those of this one; reader: this dispatch.
+            // Writer: the level below, or leaves of another range, which validation cannot tell
+            // from those of this one; reader: this dispatch.
             if (!std::exchange(first_, false)) {
                 barrier(commands_, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
                         VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
             }
-            arguments.first = range.begin;
-            arguments.count = count;
-            pipeline.dispatch(commands_, arguments, groups);
+            pipeline.dispatch(commands_, RefitArguments{.first = range.begin, .count = count},
+                              groups);
             range.begin += count;
         }
     }
@@ -63,7 +58,7 @@ std::vector<IndexRange> moved_vertices(const PoseMemory& pose, const RefitPlan& 
     return ranges;
 }
 
-/// Elements of each dispatch: of leaves, then of nodes level by level, the lowest first.
+/// The leaves or nodes of each dispatch; nodes level by level, the lowest first.
 struct Dispatches {
     std::vector<IndexRange> leaves;
     std::vector<IndexRange> nodes;
@@ -89,11 +84,6 @@ Dispatches dispatches_of(const SceneBuffers& scene, const RefitPlan& plan) {
     return d;
 }
 
-void add(Sequence& sequence, const Kernels& kernels, const Dispatches& dispatches) {
-    for (const IndexRange range : dispatches.leaves) sequence.add(kernels.refit_leaves, range);
-    for (const IndexRange range : dispatches.nodes) sequence.add(kernels.refit_nodes, range);
-}
-
 }  // namespace
 
 Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
@@ -105,28 +95,8 @@ Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene
             dispatches = std::move(dispatches)](VkCommandBuffer commands) {
         if (upload) upload(commands);
         Sequence sequence(context, commands);
-        add(sequence, kernels, dispatches);
-    };
-}
-
-Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
-                   const KeyframePose& pose) {
-    const SceneKeyframes& keyframes = *pose.keyframes;
-    const KeyframeSlots& slots = *scene.keyframes();
-    const DeformArguments deform = {
-        .first = 0,
-        .count = 0,
-        .before = slots.first_texel(keyframes, pose.blend.before),
-        .after = slots.first_texel(keyframes, pose.blend.after),
-        .centre = keyframes.centre(),
-        .f = pose.blend.f,
-    };
-    Dispatches dispatches = dispatches_of(scene, {.all = true, .leaf_count = scene.leaf_count()});
-    return [&context, &kernels, deform, vertex_count = scene.vertex_count(),
-            dispatches = std::move(dispatches)](VkCommandBuffer commands) {
-        Sequence sequence(context, commands);
-        sequence.add(kernels.deform, {0, vertex_count}, deform);
-        add(sequence, kernels, dispatches);
+        for (const IndexRange range : dispatches.leaves) sequence.add(kernels.refit_leaves, range);
+        for (const IndexRange range : dispatches.nodes) sequence.add(kernels.refit_nodes, range);
     };
 }
 

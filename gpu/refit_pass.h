@@ -7,14 +7,10 @@
 
 namespace morphray::gpu {
 
-/// Hands over the positions of the pose, those that moved or all where the plan says so. Returns
-/// what refits by the plan, and some of what lies between: that is written again as it was. Nothing
-/// if there is nothing to do. What is returned is meant for the scene as it is.
+/// Hands over the positions that the plan needs: those that moved, or all. Returns commands that
+/// refit by the plan, for the scene as it is now; nothing if there is nothing to do. Some leaves
+/// and nodes between those of the plan are written again, with the same bytes.
 Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
                    const PoseMemory& pose, const RefitPlan& plan);
-
-/// Likewise, of everything, at a pose between keyframes that are on the device.
-Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
-                   const KeyframePose& pose);
 
 }  // namespace morphray::gpu

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace morphray::gpu {
 namespace {
@@ -18,7 +19,7 @@ std::span<const std::byte> bytes_of(const Values& values) {
     return std::as_bytes(std::span(values));
 }
 
-/// A texel buffer that holds these values, and has room for a part more.
+/// A texel buffer with these values, and with room for the part `room` of their size more.
 template <class Values>
 TexelBuffer filled(Context& context, Transfer& transfer, const char* name, const Values& values,
                    VkFormat format = kWord, VkBufferUsageFlags usage = kRead, double room = 0) {
@@ -29,8 +30,8 @@ TexelBuffer filled(Context& context, Transfer& transfer, const char* name, const
     return texels;
 }
 
-/// Three vertices and the albedo of each triangle. Where there is none, one of vertex 0, since
-/// lanes without a hit read the first triangle, too.
+/// Three vertices and the albedo of each triangle; a single triangle of vertex 0 if there are none,
+/// since lanes without a hit read the first triangle.
 std::vector<uvec4> with_albedo(const Topology& topology) {
     std::vector<uvec4> texels(std::max<std::size_t>(topology.triangles.size(), 1), uvec4(0));
     for (std::size_t i = 0; i < topology.triangles.size(); ++i) {
@@ -39,7 +40,7 @@ std::vector<uvec4> with_albedo(const Topology& topology) {
     return texels;
 }
 
-/// Those of a tree. Where there is none, one of zeros, for lanes that have nothing to read.
+/// The leaves of a tree; a single leaf of zeros if there are none, for lanes without a leaf.
 const AlignedVector<Leaf>& leaves_of(const Bvh& bvh) {
     static const AlignedVector<Leaf> kNone(1, Leaf{});
     return bvh.leaves.empty() ? kNone : bvh.leaves;
@@ -65,7 +66,6 @@ SceneBuffers::SceneBuffers(Context& context, Transfer& transfer, const Topology&
     : vertex_count_(topology.vertex_count),
       triangle_count_(static_cast<std::uint32_t>(topology.triangles.size())),
       positions_(context, "positions", kPaddedBytes * positions.size(), kFourWords, kRefitted),
-      ring_(vertex_count_),
       triangles_(
           filled(context, transfer, "triangles", with_albedo(topology), kFourWords, kReadInPlace)),
       tree_(context, transfer, bvh, 0) {
@@ -95,21 +95,29 @@ Record SceneBuffers::set_positions(Context& context, std::span<const vec3> posit
                                    std::span<const IndexRange> ranges) {
     assert(positions.size() == vertex_count_);
     if (ranges.empty()) return {};
-    const std::span<std::byte> mapped = positions_.buffer.mapped();
-    if (mapped.empty() || context.is_under_way()) {
-        return ring_.write(context, positions, ranges, positions_.buffer);
+    const bool is_staged = positions_.buffer.mapped().empty();
+    if (is_staged && staged_positions_.get() == VK_NULL_HANDLE) {
+        staged_positions_ =
+            Buffer(context, "staged positions", kPaddedBytes * vertex_count_, 0, Memory::kHost);
     }
+    const Buffer& written = is_staged ? staged_positions_ : positions_.buffer;
+    std::vector<VkBufferCopy> copies;
     for (const IndexRange range : ranges) {
         const std::size_t count = range.end - range.begin;
-        write_padded(positions.subspan(range.begin, count),
-                     mapped.subspan(kPaddedBytes * range.begin, kPaddedBytes * count));
+        const VkDeviceSize begin = kPaddedBytes * range.begin;
+        const VkDeviceSize size = kPaddedBytes * count;
+        write_padded(positions.subspan(range.begin, count), written.mapped().subspan(begin, size));
+        copies.push_back({.srcOffset = begin, .dstOffset = begin, .size = size});
     }
-    return {};
-}
-
-void SceneBuffers::make_keyframes(Context& context) {
-    positions_out_ = texel_view(context, "positions, written", positions_.buffer, kWord);
-    keyframes_.emplace(context, vertex_count_);
+    if (!is_staged) return {};
+    return [copies = std::move(copies), from = written.get(),
+            to = positions_.buffer.get()](VkCommandBuffer commands) {
+        vkCmdCopyBuffer(commands, from, to, static_cast<std::uint32_t>(copies.size()),
+                        copies.data());
+        // Writer: the copy; reader: kernels.
+        barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+    };
 }
 
 void SceneBuffers::set_tree(Context& context, Transfer& transfer, const Bvh& bvh, double room) {
@@ -152,10 +160,12 @@ void SceneBuffers::read_tree(Transfer& transfer, Bvh& bvh) const {
     transfer.download(tree_.leaves.buffer, std::as_writable_bytes(std::span(bvh.leaves)));
 }
 
-AlignedVector<Node> SceneBuffers::read_nodes(Transfer& transfer) const {
-    AlignedVector<Node> nodes(node_count());
-    transfer.download(tree_.nodes.buffer, std::as_writable_bytes(std::span(nodes)));
-    return nodes;
+std::span<const Node> SceneBuffers::nodes(Transfer& transfer, AlignedVector<Node>& copy) const {
+    const std::span<const std::byte> mapped = tree_.nodes.buffer.mapped();
+    if (!mapped.empty()) return {reinterpret_cast<const Node*>(mapped.data()), node_count()};
+    copy.resize(node_count());
+    transfer.download(tree_.nodes.buffer, std::as_writable_bytes(std::span(copy)));
+    return copy;
 }
 
 void SceneBuffers::add_to(Bindings& bindings) const {
@@ -170,9 +180,6 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     bindings.views[kBindNodeParents] = tree_.node_parents.view.get();
     bindings.views[kBindNodesOut] = tree_.nodes_out.get();
     bindings.views[kBindLeavesOut] = tree_.leaves_out.get();
-    if (!keyframes_) return;
-    bindings.views[kBindKeyframes] = keyframes_->texels().view.get();
-    bindings.views[kBindPositionsOut] = positions_out_.get();
 }
 
 }  // namespace morphray::gpu

@@ -9,8 +9,6 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/update/refit_plan.h"
-#include "gpu/keyframe_slots.h"
-#include "gpu/position_ring.h"
 #include "gpu/texel_buffer.h"
 #include "gpu/vulkan/pipeline.h"
 #include "gpu/vulkan/transfer.h"
@@ -20,7 +18,7 @@ namespace morphray::gpu {
 /// A tree over no triangles.
 Bvh empty_tree();
 
-/// Topology, positions and tree. Sizes have been checked (check_scene).
+/// Topology, positions and tree. Sizes must have passed check_scene().
 class SceneBuffers {
 public:
     SceneBuffers(Context& context, Transfer& transfer, const Topology& topology,
@@ -30,33 +28,29 @@ public:
     std::uint32_t triangle_count() const { return triangle_count_; }
     std::uint32_t node_count() const { return tree_.level_begin.back(); }
     std::uint32_t leaf_count() const { return tree_.leaf_count; }
-    /// As in Bvh.
+    /// Bvh::level_begin.
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
     void set_positions(Transfer& transfer, std::span<const vec3> positions);
-    /// Those of some ranges of the positions. Returns what has to be recorded before kernels see
-    /// them, if anything. What is under way still sees those before.
+    /// Sets ranges of the positions. Returns commands that must be recorded before kernels read
+    /// them, or nothing if the host writes the device's memory. Call it again only after these
+    /// commands have run or have been dropped.
     Record set_positions(Context& context, std::span<const vec3> positions,
                          std::span<const IndexRange> ranges);
-    /// Whether the host writes positions where the device reads them.
-    bool positions_are_mapped() const { return !positions_.buffer.mapped().empty(); }
-    /// Room for keyframes, and what `deform` writes, which not every scene has (fits_keyframes):
-    /// null until they are made. Bindings have to be made anew.
-    KeyframeSlots* keyframes() { return keyframes_ ? &*keyframes_ : nullptr; }
-    void make_keyframes(Context& context);
-    /// Replaces the tree by one over the same triangles, with room to grow by a part of itself.
-    /// Bindings have to be made anew. After an exception the old tree is still there.
+    /// Replaces the tree by one over the same triangles, with room to grow by the part `room` of
+    /// its size. Kernels must be bound again. After an exception the old tree is still there.
     void set_tree(Context& context, Transfer& transfer, const Bvh& bvh, double room = 0);
-    /// Likewise, where the tree that is there is `before`: writes what differs, if there is room
-    /// for it, and no bindings have to be made. Returns the bytes that it wrote; nothing if there
-    /// is no room, and then nothing has been done. After an exception the tree is of no use.
+    /// Replaces the tree `before`, which must be the current one: writes the blocks that differ, in
+    /// place, and returns the number of bytes. Does nothing and returns nothing if there is no room
+    /// for `after`. After an exception the tree is broken.
     std::optional<std::uint64_t> change_tree(Transfer& transfer, const Bvh& before,
                                              const Bvh& after);
-    /// Of nodes, leaves and what belongs to them.
+    /// Size of nodes, leaves, and their tables.
     std::uint64_t tree_bytes() const;
-    /// Reads nodes and leaves back.
+    /// Reads nodes and leaves back, into a tree that has as many.
     void read_tree(Transfer& transfer, Bvh& bvh) const;
-    AlignedVector<Node> read_nodes(Transfer& transfer) const;
+    /// The nodes where the host sees them, or in `copy`. Valid until the tree changes.
+    std::span<const Node> nodes(Transfer& transfer, AlignedVector<Node>& copy) const;
 
     void add_to(Bindings& bindings) const;
 
@@ -78,9 +72,8 @@ private:
     std::uint32_t vertex_count_ = 0;
     std::uint32_t triangle_count_ = 0;
     TexelBuffer positions_;
-    PositionRing ring_;
-    UniqueBufferView positions_out_;
-    std::optional<KeyframeSlots> keyframes_;
+    /// Positions on their way to the device, if the host does not see its memory.
+    Buffer staged_positions_;
     TexelBuffer triangles_;
     Tree tree_;
 };

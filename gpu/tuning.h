@@ -1,4 +1,4 @@
-// Settings that change nothing but how, which tests use to reach the rare paths.
+// Settings that change no result. Tests use them to reach rare paths.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +12,22 @@ namespace morphray::gpu {
 struct Tuning {
     /// Loop iterations after which a lane suspends its ray, 1 to kStepBudget.
     std::uint32_t step_budget = kStepBudget;
-    /// Trace rays with a common origin in packets, where the device can.
+    /// Trace shared-origin rays in packets, if the device can.
     bool use_packets = true;
-    /// Of a packet: 4, 8 or 16. Where a subgroup has more, it traces several packets.
+    /// Most lanes of a packet: 4, 8 or 16. A larger subgroup traces several packets.
     std::uint32_t most_packet_lanes = 16;
-    /// Tiles of 8x8 pixels, or 64 rays, traced by one dispatch: 2^18 rays bound both the memory of
-    /// the answers and the time of a dispatch, far below the 2 s that drivers allow.
+    /// Tiles of 8x8 pixels, or 64 rays, of one dispatch. 2^18 rays limit the memory of the answers,
+    /// and the time of a dispatch to far below the 2 s that drivers allow.
     std::uint32_t tiles_per_dispatch = 4096;
     /// Suspended rays that one dispatch continues; each takes 2 KB.
     std::uint32_t resume_slots = 4096;
-    /// Copy through a staging buffer even where the host sees the device's memory.
+    /// Copy through a staging buffer even if the host sees the device's memory.
     bool force_staging = false;
-    /// Interpolate keyframes on the device even there.
-    bool force_interpolation = false;
     /// A submission that takes longer counts as a lost device.
     std::uint64_t submit_timeout_ms = 60'000;
-    /// Takes the place of libvulkan's vkGetInstanceProcAddr.
+    /// Replaces libvulkan's vkGetInstanceProcAddr; null: it is used.
     PFN_vkGetInstanceProcAddr loader = nullptr;
-    /// Receives validation errors, those at destruction included; must outlive the backend.
+    /// Receives validation errors, including those at destruction. Must outlive the backend.
     ValidationLog* log = nullptr;
 };
 

@@ -1,4 +1,4 @@
-// The Vulkan device behind the seam.
+// The backend of a Vulkan device.
 #pragma once
 
 #include <memory>
@@ -10,12 +10,11 @@
 namespace morphray::gpu {
 
 struct VulkanConfig {
-    /// An index of list_devices(), a part of a name that fits one device only, or a UUID (32 hex
-    /// digits, dashes ignored). Empty: the first discrete, then integrated, virtual, CPU device
-    /// that fits.
+    /// An index of list_devices(), a part of the name of one device only, or a UUID (32 hex digits,
+    /// dashes ignored). Empty: the first usable device, discrete before integrated, virtual, CPU.
     std::string device;
-    /// Asks for the Khronos validation layer (core, synchronisation); any message of error severity
-    /// makes the call that caused it throw Error(kInternal).
+    /// Enables the Khronos validation layer (core, synchronisation). A call that causes a message
+    /// of error severity throws Error(kInternal).
     bool validate = false;
 };
 
@@ -29,15 +28,16 @@ struct DeviceInfo {
     std::uint32_t api_minor = 0;
     std::uint64_t memory_bytes = 0;
     std::uint32_t subgroup_size = 0;
-    /// Empty if morphray can run there; otherwise what it lacks.
+    /// Empty if morphray can use the device; otherwise the features that it lacks.
     std::string unusable;
 };
 
-/// Throws Error(kUnavailable) with its own text for: no Vulkan loader, no driver, a broken driver.
+/// Throws Error(kUnavailable), with a text for each cause: no Vulkan loader, no driver, a broken
+/// driver.
 std::vector<DeviceInfo> list_devices();
 
-/// Throws Error(kUnavailable) as above and for: no such device, an ambiguous name, a device that
-/// lacks what is needed, validation asked for but not installed.
+/// Throws Error(kUnavailable) as list_devices(), and for: no such device, an ambiguous name, a
+/// device that lacks a feature, a validation layer that is not installed.
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config = {});
 
 }  // namespace morphray::gpu

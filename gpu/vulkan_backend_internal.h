@@ -6,7 +6,7 @@
 
 namespace morphray::gpu {
 
-/// As make_vulkan_backend(config), which uses the default tuning.
+/// make_vulkan_backend(config) with this tuning instead of the default one.
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config, const Tuning& tuning);
 std::vector<DeviceInfo> list_devices(PFN_vkGetInstanceProcAddr loader);
 

@@ -53,7 +53,7 @@ Row measure(const ChartContext& context, SceneFrames& frames, Backend& backend) 
     const std::vector<std::function<void()>> runs{[&] { bvh = build_bvh(topology, first); },
                                                   [&] {
                                                       backend.refit(even ? first : second);
-                                                      backend.finish();
+                                                      backend.times();
                                                       even = !even;
                                                   },
                                                   [&] { backend.trace_image(params, frame); }};

@@ -88,9 +88,9 @@ ImageParams CrossChecker::params_for(std::uint32_t rays) const {
     return params;
 }
 
-void CrossChecker::refit(Pair& pair, Pose& pose) {
-    pair.refits->refit_to(pose);
-    pair.refits->read_bvh(pair.tree);
+void CrossChecker::refit(Pair& pair, std::span<const vec3> positions) {
+    pair.refits->refit(positions);
+    pair.refits->read_tree(pair.tree);
 }
 
 void CrossChecker::trace_reference(std::span<const vec3> positions, const Bvh& rebuilt,
@@ -149,9 +149,8 @@ void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> pos
 
 TreeRow CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays,
                             const OnRow& on_row) {
-    Pose pose = scene_.pose(frame);
-    const std::span<const vec3> positions = pose.positions();
-    refit(cpu_, pose);
+    const std::span<const vec3> positions = scene_.positions(frame);
+    refit(cpu_, positions);
     const Bvh rebuilt =
         build_bvh(scene_.clip().topology(), positions,
                   {.split = options_.tree.split, .threads = options_.backend.threads});
@@ -160,7 +159,7 @@ TreeRow CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays
     trees.frame = frame;
     trees.cpu_hash = trees.vulkan_hash = bvh_hash(cpu_.tree);
     if (vulkan_.refits != nullptr) {
-        refit(vulkan_, pose);
+        refit(vulkan_, positions);
         trees.vulkan_hash = bvh_hash(vulkan_.tree);
         check_pair(vulkan_, cpu_, positions, rebuilt, frame, on_row);
     }

@@ -70,7 +70,7 @@ private:
     bool uses_brute(std::uint32_t rays) const;
     /// Whether the CPU's images are compared, or only make the reference and refit.
     bool checks_cpu() const;
-    void refit(Pair& pair, Pose& pose);
+    void refit(Pair& pair, std::span<const vec3> positions);
     ImageParams params_for(std::uint32_t rays) const;
 
     const Options& options_;

@@ -55,26 +55,23 @@ public:
         ProfileRow row;
         row.frame = frame;
         row.backend = refits_->name();
-        Pose pose = scene_.pose(frame);
-        refits_->refit_to(pose, RefitExtent::kAll);
-        const bool needs_positions = scene_.deform_ms() > 0;
+        std::span<const vec3> positions;
         row.times.deform_ms = median_ms(options_.repeat, [&] {
-            pose = scene_.pose(frame);
-            if (needs_positions) pose.positions();
+            positions = scene_.positions(frame);
             return scene_.deform_ms();
         });
+        UpdateTimes& update = row.times.update;
         std::vector<double> uploads;
-        row.times.refit_ms = median_ms(options_.repeat, [&] {
-            refits_->refit_to(pose, RefitExtent::kAll);
-            uploads.push_back(refits_->times().upload_ms);
-            return refits_->times().refit_ms;
+        update.refit_ms = median_ms(options_.repeat, [&] {
+            refits_->refit(positions, RefitExtent::kAll);
+            uploads.push_back(refits_->times().update.upload_ms);
+            return refits_->times().update.refit_ms;
         });
-        row.times.upload_ms = median(uploads);
-        const std::span<const vec3> positions = pose.positions();
-        refits_->read_bvh(tree_);
+        update.upload_ms = median(uploads);
+        refits_->read_tree(tree_);
         row.sah_cost = bvh_stats(tree_).sah_cost;
         Bvh rebuilt;
-        row.times.rebuild_ms = median_ms(options_.repeat, [&] {
+        update.rebuild_ms = median_ms(options_.repeat, [&] {
             const Stopwatch watch;
             rebuilt = build(positions);
             return watch.ms();
@@ -116,13 +113,14 @@ Table table_of(const ProfileReport& report) {
     const auto triangles = static_cast<double>(std::max<std::uint64_t>(1, report.head.triangles));
     const auto number = [](double x) { return fmt::format("{:.3f}", x); };
     for (const ProfileRow& row : report.rows) {
-        const StepTimes& t = row.times;
+        const FrameTimes& t = row.times;
         const auto rate = [&t](double ms) {
             return static_cast<double>(t.rays) / (ms * 1e3 + 1e-9);
         };
         table.add({fmt::format("{}", row.frame), row.backend, number(t.deform_ms),
-                   number(t.upload_ms), number(t.refit_ms), number(t.refit_ms * 1e6 / triangles),
-                   number(t.rebuild_ms), number(t.rebuild_ms * 1e6 / triangles), number(t.trace_ms),
+                   number(t.update.upload_ms), number(t.update.refit_ms),
+                   number(t.update.refit_ms * 1e6 / triangles), number(t.update.rebuild_ms),
+                   number(t.update.rebuild_ms * 1e6 / triangles), number(t.trace_ms),
                    number(rate(t.trace_ms)), number(row.sah_cost), number(row.trace_rebuilt_ms),
                    number(rate(row.trace_rebuilt_ms)), number(row.rebuilt_sah_cost)});
     }

@@ -38,7 +38,7 @@ std::vector<RefitScaling> measure_scaling(const Options& options,
             for (int i = 0; i <= options.repeat; ++i) {
                 throw_if_interrupted();
                 backend->refit(scene.positions(i % 2 == 0 ? 1 : 2), RefitExtent::kAll);
-                times.push_back(backend->times().upload_ms + backend->times().refit_ms);
+                times.push_back(backend->times().update.total_ms());
             }
             // The first one warms up.
             std::sort(times.begin() + 1, times.end());

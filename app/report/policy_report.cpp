@@ -44,12 +44,13 @@ std::string trace_events(const PolicyReport& report) {
                 pid, tid, runs[tid].policy));
             double at_us = 0;
             for (const PolicyFrame& f : runs[tid].frames) {
-                const StepTimes& t = f.times;
+                const FrameTimes& t = f.times;
                 for (const auto& [stage, stage_ms] :
-                     {std::pair("deform", t.deform_ms), std::pair("upload", t.upload_ms),
-                      std::pair("refit", t.refit_ms), std::pair("decide", t.decide_ms),
-                      std::pair("restructure", t.restructure_ms),
-                      std::pair("rebuild", t.rebuild_ms), std::pair("trace", t.trace_ms)}) {
+                     {std::pair("deform", t.deform_ms), std::pair("upload", t.update.upload_ms),
+                      std::pair("refit", t.update.refit_ms),
+                      std::pair("decide", t.update.decide_ms),
+                      std::pair("restructure", t.update.restructure_ms),
+                      std::pair("rebuild", t.update.rebuild_ms), std::pair("trace", t.trace_ms)}) {
                     if (stage_ms <= 0) continue;
                     add(fmt::format(
                         R"({{"name":"{}","ph":"X","pid":{},"tid":{},"ts":{:.3f},"dur":{:.3f},)"

@@ -33,13 +33,13 @@ std::string text_of(const Json& json) {
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-void add_times(Json& json, const StepTimes& times) {
+void add_times(Json& json, const FrameTimes& times) {
     json["deform_ms"] = times.deform_ms;
-    json["upload_ms"] = times.upload_ms;
-    json["refit_ms"] = times.refit_ms;
-    json["decide_ms"] = times.decide_ms;
-    json["restructure_ms"] = times.restructure_ms;
-    json["rebuild_ms"] = times.rebuild_ms;
+    json["upload_ms"] = times.update.upload_ms;
+    json["refit_ms"] = times.update.refit_ms;
+    json["decide_ms"] = times.update.decide_ms;
+    json["restructure_ms"] = times.update.restructure_ms;
+    json["rebuild_ms"] = times.update.rebuild_ms;
     json["trace_ms"] = times.trace_ms;
 }
 

@@ -36,7 +36,7 @@ struct FrameReport {
     std::uint64_t hits_hash = 0;
     std::uint64_t image_hash = 0;
     std::uint64_t bvh_hash = 0;
-    StepTimes times;
+    FrameTimes times;
     std::uint64_t hits = 0;
     std::uint64_t misses = 0;
     std::uint64_t occluded = 0;
@@ -111,7 +111,7 @@ struct CheckReport {
 struct ProfileRow {
     double frame = 0;
     std::string backend;
-    StepTimes times;
+    FrameTimes times;
     /// Tracing the rebuilt tree instead of the refitted one.
     double trace_rebuilt_ms = 0;
     double sah_cost = 0;

@@ -151,7 +151,7 @@ void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan
                                {},
                                [&] {
                                    vulkan.refit(frame());
-                                   vulkan.finish();
+                                   vulkan.times();
                                }},
                               {"cpu-refit-1t", {}, [&] {
                                    one_thread.execute([&] { refit.refit(bvh, frame()); }), ++round;

@@ -12,8 +12,8 @@
 
 namespace morphray {
 
-/// A frame between two keyframes of a clip, by their indices: positions are interpolate() of theirs
-/// at f in [0, 1). A keyframe is itself twice, at 0.
+/// A frame between two keyframes of a clip, by their indices: its positions are interpolate() of
+/// theirs at f in [0, 1). A keyframe is between itself and itself, at 0.
 struct KeyframeBlend {
     std::size_t before = 0;
     std::size_t after = 0;
@@ -37,21 +37,21 @@ public:
     /// when this frame could not be read or is not finite although the clip was opened strictly.
     virtual void positions(double frame, std::span<vec3> out) const = 0;
 
-    /// Which keyframes positions() of this frame come from, bit for bit; nothing for clips without
-    /// keyframes, and for frames whose positions() throws.
+    /// The keyframes that positions() of this frame come from, bit for bit. Nothing for clips
+    /// without keyframes, and for frames whose positions() throws.
     virtual std::optional<KeyframeBlend> keyframes_at(double) const { return std::nullopt; }
-    /// Positions of one of those keyframes, in world space; valid as long as the clip.
+    /// The positions of a keyframe, in world space; valid as long as the clip.
     virtual std::span<const vec3> keyframe(std::size_t) const { return {}; }
 
     /// Whether positions() of this frame does not throw.
     virtual bool usable(double) const { return true; }
-    /// What makes frames unusable, the first of it; nothing if all are usable.
+    /// The first cause of an unusable frame; nothing if all are usable.
     virtual std::optional<Warning> damage() const { return std::nullopt; }
 
-    /// Bounds of all finite vertices over the whole clip, whatever frames are asked for.
+    /// Bounds of all finite vertices of the whole clip.
     virtual WorldBounds bounds() const = 0;
 
-    /// What to call the scene in reports: the builtin's name or the path as given.
+    /// The scene's name in reports: the builtin's name, or the path as given.
     virtual const std::string& name() const = 0;
 };
 

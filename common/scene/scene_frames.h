@@ -2,17 +2,15 @@
 #pragma once
 
 #include <memory>
-#include <string>
+#include <span>
 #include <vector>
 
 #include "common/scene/clip.h"
-#include "common/scene/pose.h"
 #include "common/scene/scene_keyframes.h"
 #include "common/scene/scene_space.h"
 
 namespace morphray {
 
-/// A clip and the vertex positions of one of its frames at a time.
 class SceneFrames {
 public:
     explicit SceneFrames(std::unique_ptr<Clip> clip);
@@ -20,12 +18,10 @@ public:
     const Clip& clip() const { return *clip_; }
     const SceneSpace& space() const { return space_; }
 
-    /// Positions of a frame in scene space, valid until the next call. Throws Error(kBadInput).
+    /// Makes the positions of a frame, in scene space. Valid until the next call. Throws
+    /// Error(kBadInput).
     std::span<const vec3> positions(double frame);
-    /// The frame without its positions, where keyframes will do; they are made when they are asked
-    /// for, once, and before the next call. Throws Error(kBadInput).
-    Pose pose(double frame);
-    /// What making positions has taken since pose() was called.
+    /// Milliseconds that the last call of positions() took.
     double deform_ms() const { return deform_ms_; }
 
 private:

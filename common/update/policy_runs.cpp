@@ -12,8 +12,8 @@
 namespace morphray {
 namespace {
 
-// Costs of trees older than this are measured for the first tree only, and at most so many rounds:
-// of n frames and r rounds they take some n * kOldest * r traces.
+// Costs of a tree that is older than kOldest frames are measured for the first tree only, in at
+// most kMostCostRounds rounds: r rounds of n frames take some n * kOldest * r traces.
 constexpr std::size_t kOldest = 32;
 constexpr int kMostCostRounds = 3;
 
@@ -23,7 +23,8 @@ std::size_t ages(std::size_t frames, std::size_t built_at) {
     return std::min(frames - built_at, kOldest);
 }
 
-/// By a key; of an even number the lower one in the middle, so that it is one that happened.
+/// The median by a key; of an even number of values the lower one in the middle, so that the result
+/// is a value that was measured.
 template <class T, class Key>
 T median_of(std::vector<T> values, Key key) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
@@ -36,14 +37,14 @@ double median_of(const std::vector<double>& values) {
     return median_of(values, [](double x) { return x; });
 }
 
-/// Each frame of the last round with the times of the round in which it took the median time.
+/// The frames of the last round, each with the times of the round with its median cost.
 std::vector<PolicyFrame> merge_rounds(const std::vector<std::vector<PolicyFrame>>& rounds) {
     std::vector<PolicyFrame> merged = rounds.back();
     for (std::size_t f = 0; f < merged.size(); ++f) {
-        std::vector<StepTimes> times;
-        for (const auto& round : rounds) times.push_back(round[f].times);
+        std::vector<PolicyFrame> played;
+        for (const auto& round : rounds) played.push_back(round[f]);
         merged[f].times =
-            median_of(times, [](const StepTimes& t) { return t.update_ms() + t.trace_ms; });
+            median_of(played, [](const PolicyFrame& frame) { return frame.cost_ms(); }).times;
     }
     return merged;
 }
@@ -102,7 +103,7 @@ std::size_t PolicyRunner::expected_frames(std::size_t policies) const {
            policies * frames_.size() * static_cast<std::size_t>(repeat_);
 }
 
-/// Traces the frame that the backend is at, in milliseconds.
+/// Traces the backend's frame; returns milliseconds.
 double PolicyRunner::measure(const std::function<void()>& on_frame) {
     on_frame();
     backend_->trace_image(params_, image_);
@@ -117,28 +118,21 @@ std::vector<PolicyFrame> PolicyRunner::play(const std::string& policy,
     TreeUpdater updater(scene_.clip().topology(), scene_.positions(build_at), *backend_, nullptr,
                         make_update_policy(policy, config),
                         {.split = config_.split, .threads = config_.threads}, config);
-    // The first trace of a scene takes longer than it will ever again.
+    // The first trace of a scene is slower than all others.
     backend_->trace_image(params_, image_);
     std::vector<PolicyFrame> played;
     for (const double number : frames_) {
         PolicyFrame& frame = played.emplace_back();
         frame.frame = number;
-        Pose pose = scene_.pose(number);
-        if (updater.needs_positions()) pose.positions();
+        const std::span<const vec3> positions = scene_.positions(number);
         const bool first = played.size() == 1 && number == build_at;
-        if (!first) updater.update(pose);
+        if (!first) updater.update(positions);
         frame.times.deform_ms = scene_.deform_ms();
         frame.times.trace_ms = measure(on_frame);
         frame.times.rays = backend_->times().rays;
         updater.frame_done();
         const TreeUpdate& update = updater.last();
-        if (!first) {
-            frame.times.upload_ms = update.upload_ms;
-            frame.times.refit_ms = update.refit_ms;
-            frame.times.decide_ms = update.decide_ms;
-            frame.times.restructure_ms = update.restructure_ms;
-            frame.times.rebuild_ms = update.rebuild_ms;
-        }
+        if (!first) frame.times.update = update.times;
         frame.update = name_of(update.step);
         frame.reason = update.reason;
         frame.cost_ratio = update.cost_ratio;
@@ -154,7 +148,7 @@ ScheduleCosts PolicyRunner::measure_costs(const std::function<void()>& on_frame)
     const BuildConfig config = {.split = config_.split, .threads = config_.threads};
     const auto refit_and_trace = [&](std::size_t frame) {
         backend_->refit(scene_.positions(frames_[frame]));
-        const double update = backend_->times().upload_ms + backend_->times().refit_ms;
+        const double update = backend_->times().update.total_ms();
         return update + measure(on_frame);
     };
     ScheduleCosts costs;
@@ -169,7 +163,7 @@ ScheduleCosts PolicyRunner::measure_costs(const std::function<void()>& on_frame)
         const Bvh bvh = build_bvh(topology, positions, config);
         double update = watch.ms();
         backend_->set_frame(positions, bvh);
-        update += backend_->times().upload_ms;
+        update += backend_->times().update.upload_ms;
         trace_rebuilt_ms_[b] = measure(on_frame);
         costs.built.push_back({update + trace_rebuilt_ms_[b]});
         for (std::size_t age = 1; age < ages(count, b); ++age)
@@ -228,10 +222,11 @@ Table policy_frames_table(std::span<const PolicyComparison> comparisons) {
     for (const PolicyComparison& comparison : comparisons) {
         for (const PolicyRun& run : comparison.runs) {
             for (const PolicyFrame& f : run.frames) {
+                const UpdateTimes& update = f.times.update;
                 table.add({run.policy, run.backend, fmt::format("{}", f.frame), f.update,
-                           fixed_ms(f.times.upload_ms), fixed_ms(f.times.refit_ms),
-                           fixed_ms(f.times.decide_ms), fixed_ms(f.times.restructure_ms),
-                           fixed_ms(f.times.rebuild_ms), fixed_ms(f.times.trace_ms),
+                           fixed_ms(update.upload_ms), fixed_ms(update.refit_ms),
+                           fixed_ms(update.decide_ms), fixed_ms(update.restructure_ms),
+                           fixed_ms(update.rebuild_ms), fixed_ms(f.times.trace_ms),
                            fixed_ms(f.trace_rebuilt_ms), fmt::format("{:.4f}", f.cost_ratio),
                            hash_text(f.hits_hash), f.reason});
             }

@@ -1,4 +1,4 @@
-// A clip under several update policies, and what hindsight would have done.
+// A clip under several update policies, and the best schedule in hindsight.
 #pragma once
 
 #include <functional>
@@ -10,6 +10,7 @@
 #include "common/backend.h"
 #include "common/base/table.h"
 #include "common/scene/scene_frames.h"
+#include "common/update/frame_times.h"
 #include "common/update/policy/schedule.h"
 #include "common/update/session.h"
 
@@ -17,39 +18,39 @@ namespace morphray {
 
 struct PolicyFrame {
     double frame = 0;
-    /// Of the last round.
+    /// The step and its reason in the last round.
     std::string update;
     std::string reason;
     double cost_ratio = 1;
     bool build_pending = false;
     std::uint64_t hits_hash = 0;
-    /// Stages of the round whose sum is the median.
-    StepTimes times;
-    /// Tracing the tree built for this frame.
+    /// Of the round with the median cost_ms().
+    FrameTimes times;
+    /// Time to trace the tree that is built at this frame.
     double trace_rebuilt_ms = 0;
 
-    double cost_ms() const { return times.update_ms() + times.trace_ms; }
+    double cost_ms() const { return times.update.total_ms() + times.trace_ms; }
 };
 
-/// One policy on one backend. The first tree's build is not counted, nor is deforming.
+/// One policy on one backend. Its costs leave out the first build and deforming.
 struct PolicyRun {
     std::string policy;
     std::string backend;
     std::vector<PolicyFrame> frames;
-    /// Of the best schedule of refits and rebuilds for the same backend, in the same unit.
+    /// total_ms() of the best schedule of refits and rebuilds on the same backend.
     double best_ms = 0;
 
     double total_ms() const;
     double median_frame_ms() const;
     double worst_frame_ms() const;
     double worst_trace_vs_rebuilt() const;
-    /// How much more than the best schedule it took, as a part of that.
+    /// The cost beyond the best schedule's, relative to it.
     double regret() const { return total_ms() / best_ms - 1; }
     /// Trees built after the first.
     std::size_t rebuilds() const;
 };
 
-/// Everything about one backend.
+/// All policies on one backend.
 struct PolicyComparison {
     std::vector<PolicyRun> runs;
     ScheduleCosts costs;
@@ -59,17 +60,17 @@ struct PolicyComparison {
 /// One row per frame of each policy and backend.
 Table policy_frames_table(std::span<const PolicyComparison> comparisons);
 
-/// Measures on one backend. Policies take turns clip by clip, not frame by frame: a build that goes
-/// on behind must slow down its own policy's frames and no other's.
+/// Measures policies on one backend. They take turns clip by clip, not frame by frame, so that a
+/// background build slows down only the frames of its own policy.
 class PolicyRunner {
 public:
-    /// Runs `repeat` rounds of the clip for each policy; config.update is not used. Scene and
-    /// frames (at least one) must outlive it.
+    /// Plays `repeat` rounds of the clip for each policy; config.update is not used. Scene and
+    /// frames (at least one) must outlive the runner.
     PolicyRunner(SceneFrames& scene, const std::vector<double>& frames, const ImageParams& params,
                  const SessionConfig& config, int repeat, std::unique_ptr<Backend> backend);
 
-    /// Measures the policies, and the costs of schedules. `on_frame` is called before each traced
-    /// frame, expected_frames() times, and may throw to end the work.
+    /// Measures the policies and the costs of schedules. Calls `on_frame` before each traced frame,
+    /// expected_frames() times; it may throw to end the work.
     PolicyComparison compare(const std::vector<std::string>& policies,
                              const std::function<void()>& on_frame);
     std::size_t expected_frames(std::size_t policies) const;
@@ -85,7 +86,7 @@ private:
     SessionConfig config_;
     int repeat_;
     std::unique_ptr<Backend> backend_;
-    /// trace_rebuilt_ms of each frame, once the costs are measured.
+    /// PolicyFrame::trace_rebuilt_ms of each frame.
     std::vector<double> trace_rebuilt_ms_;
     Frame image_;
 };

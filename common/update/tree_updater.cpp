@@ -13,8 +13,8 @@
 namespace morphray {
 namespace {
 
-// What things are taken to cost where clocks may not decide: about the milliseconds of one core of
-// a server (docs/layout.md, docs/cpu_tracer.md), a tracer between the CPU's packets and a device.
+// Costs that stand for clocks in deterministic decisions: about the milliseconds that one core of a
+// server takes, with a tracer between the CPU's packets and a device.
 constexpr double kRefitPerTriangle = 1.5e-6;
 constexpr double kBuildPerTriangle = 100e-6;
 constexpr double kRestructurePerTriangle = 10e-6;
@@ -53,7 +53,7 @@ TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positio
       sample_(topology) {
     build(positions);
     tracer_.set_scene(topology_, positions, bvh_);
-    last_.upload_ms = tracer_.times().upload_ms;
+    last_.times.upload_ms = tracer_.times().update.upload_ms;
     if (refitter_ != nullptr) refitter_->set_scene(topology_, positions, bvh_);
     last_.reason = "the first tree";
     policy_->built(cost_of_frame().rebuild);
@@ -62,62 +62,66 @@ TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positio
 void TreeUpdater::build(std::span<const vec3> positions) {
     const Stopwatch watch;
     bvh_ = build_bvh(topology_, positions, build_config_);
-    last_.rebuild_ms = watch.ms();
+    last_.times.rebuild_ms = watch.ms();
     took_tree(follows_ratio_ ? sample_.area(positions) : 0);
     last_.cost_ratio = 1;
 }
 
-/// bvh_ is going to be in use, and has been built at a pose of that triangle_area.
+/// Notes the built state of bvh_, which comes into use; its pose has this triangle_area.
 void TreeUpdater::took_tree(double triangle_area) {
     if (follows_ratio_) built_fit_ = {tree_cost(bvh_.nodes), triangle_area};
     if (policy_->may_restructure()) areas_ = built_areas(bvh_);
 }
 
+/// Gives bvh_ to tracer and refitter.
 void TreeUpdater::hand_over(std::span<const vec3> positions) {
     take_refit_times();
     tracer_.set_frame(positions, bvh_);
-    last_.upload_ms += tracer_.times().upload_ms;
+    last_.times.upload_ms += tracer_.times().update.upload_ms;
     if (refitter_ != nullptr) refitter_->set_frame(positions, bvh_);
 }
 
-void TreeUpdater::refit(Pose& pose, RefitExtent extent) {
-    Backend& refitter = refitter_ != nullptr ? *refitter_ : tracer_;
-    const std::uint64_t leaves = refitter.refit_to(pose, extent);
+/// Gives the refitter's tree to the tracer.
+void TreeUpdater::pass_on_refitted(std::span<const vec3> positions) {
+    if (refitter_ == nullptr) return;
+    refitter_->read_tree(bvh_);
+    tracer_.set_frame(positions, bvh_);
+}
+
+void TreeUpdater::refit(std::span<const vec3> positions, RefitExtent extent) {
+    const std::uint64_t leaves = refitter().refit(positions, extent);
     refitted_ = true;
     const bool moved = extent == RefitExtent::kAll || leaves > 0;
     if (last_.step != TreeStep::kSwapped) {
         last_.step = moved ? TreeStep::kRefitted : TreeStep::kKept;
     }
-    // A tracer that refits may do so while it traces: frame_done() looks at what it took.
+    // A tracer may leave its refit to the trace: frame_done() takes the times of that.
     if (refitter_ == nullptr) return;
     take_refit_times();
     if (!moved) return;
     const Stopwatch upload;
-    refitter_->read_bvh(bvh_);
-    tracer_.set_frame(pose.positions(), bvh_);
-    last_.upload_ms += upload.ms();
+    pass_on_refitted(positions);
+    last_.times.upload_ms += upload.ms();
 }
 
 void TreeUpdater::take_refit_times() {
     if (!std::exchange(refitted_, false)) return;
-    const BackendTimes& times = (refitter_ != nullptr ? *refitter_ : tracer_).times();
-    last_.refit_ms += times.refit_ms;
-    last_.upload_ms += times.upload_ms;
+    const UpdateTimes& times = refitter().times().update;
+    last_.times.refit_ms += times.refit_ms;
+    last_.times.upload_ms += times.upload_ms;
 }
 
-/// Has a refit done that would have waited for the trace. How long that took beyond the refit
-/// itself.
+/// Finishes a refit that would have waited for the trace. Returns the milliseconds that this took
+/// beyond the refit itself.
 double TreeUpdater::wait_for_refit() {
     const Stopwatch watch;
-    tracer_.finish();
-    const double refit_ms = last_.refit_ms;
+    const double refit_ms = last_.times.refit_ms;
     take_refit_times();
-    return std::max(0.0, watch.ms() - (last_.refit_ms - refit_ms));
+    return std::max(0.0, watch.ms() - (last_.times.refit_ms - refit_ms));
 }
 
-/// What is being built in the background is of an older pose than the tree that was built just now.
-/// Only where clocks must not count is it waited for; otherwise it is taken when it is ready, and
-/// dropped.
+/// Marks the build in the background as stale, since its pose is older than that of the tree that
+/// was just built. Deterministic updates wait for it; others drop it when it is ready.
 void TreeUpdater::forget_background_build() {
     if (deterministic_ && background_.pending()) background_.take();
     background_is_stale_ = background_.pending();
@@ -132,54 +136,45 @@ bool TreeUpdater::swap_is_due() {
     return deterministic_ ? background_frames_left_ == 0 : background_.ready();
 }
 
-void TreeUpdater::swap(Pose& pose) {
+void TreeUpdater::swap(std::span<const vec3> positions) {
     BackgroundBuild::Result result = background_.take();
     bvh_ = std::move(result.bvh);
     took_tree(background_triangle_area_);
-    hand_over(pose.positions());
+    hand_over(positions);
     last_.step = TreeStep::kSwapped;
     last_.reason =
         fmt::format("for the tree that was built in the background in {:.1f} ms", result.build_ms);
-    refit(pose, RefitExtent::kAll);
-}
-
-bool TreeUpdater::needs_positions() const {
-    return follows_ratio_ || refitter_ != nullptr || !tracer_.interpolates();
+    refit(positions, RefitExtent::kAll);
 }
 
 const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
-    Pose pose(positions);
-    return update(pose);
-}
-
-const TreeUpdate& TreeUpdater::update(Pose& pose) {
-    if (pose.vertex_count() != topology_.vertex_count) {
+    if (positions.size() != topology_.vertex_count) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{} vertices for a tree over {}: the topology has changed, which "
                                 "takes a new scene",
-                                pose.vertex_count(), topology_.vertex_count));
+                                positions.size(), topology_.vertex_count));
     }
     last_ = {};
     restructured_ = refitted_ = false;
     if (background_frames_left_ > 0) --background_frames_left_;
     const UpdateDecision plan = policy_->plan();
     if (plan.step == UpdateStep::kRebuild) {
-        follow(plan, pose);
+        follow(plan, positions);
         return last_;
     }
     if (swap_is_due()) {
-        swap(pose);
+        swap(positions);
     } else {
-        refit(pose, RefitExtent::kMoved);
+        refit(positions, RefitExtent::kMoved);
         last_.reason = plan.reason;
     }
-    UpdateDecision decision = review(pose, false);
+    UpdateDecision decision = review(positions, false);
     if (decision.step == UpdateStep::kRestructure) {
         last_.reason = decision.reason;
-        restructure(pose);
-        decision = review(pose, true);
+        restructure(positions);
+        decision = review(positions, true);
     }
-    follow(decision, pose);
+    follow(decision, positions);
     return last_;
 }
 
@@ -188,50 +183,50 @@ double TreeUpdater::growth(std::span<const vec3> positions) const {
     return now > 0 && built_fit_.triangle_area > 0 ? now / built_fit_.triangle_area : 1;
 }
 
-UpdateDecision TreeUpdater::review(Pose& pose, bool restructured) {
+UpdateDecision TreeUpdater::review(std::span<const vec3> positions, bool restructured) {
     const double waited_ms = follows_ratio_ ? wait_for_refit() : 0;
     const Stopwatch watch;
     if (follows_ratio_) {
         last_.cost_ratio =
-            cost_ratio(built_fit_, {tracer_.tree_cost(), sample_.area(pose.positions())});
+            cost_ratio(built_fit_, {tree_cost(tracer_.nodes()), sample_.area(positions)});
     }
     UpdateDecision decision = policy_->review({.cost_ratio = last_.cost_ratio,
                                                .build_pending = background_.pending(),
                                                .new_tree = last_.step == TreeStep::kSwapped,
                                                .restructured = restructured});
-    // What is found only for the record is nobody's cost.
-    if (policy_->needs_cost_ratio()) last_.decide_ms += waited_ms + watch.ms();
+    // A ratio that is found for the record only is not a cost of the policy.
+    if (policy_->needs_cost_ratio()) last_.times.decide_ms += waited_ms + watch.ms();
     return decision;
 }
 
-void TreeUpdater::restructure(Pose& pose) {
+void TreeUpdater::restructure(std::span<const vec3> positions) {
     const Stopwatch watch;
-    Backend& refitter = refitter_ != nullptr ? *refitter_ : tracer_;
-    const std::size_t parts = refitter.restructure(topology_, growth(pose.positions()), areas_);
+    std::size_t parts = 0;
+    refitter().edit_tree([&](Bvh& bvh) {
+        parts = morphray::restructure(topology_, positions, growth(positions), bvh, areas_);
+        return parts > 0;
+    });
     if (parts > 0) {
         last_.step = TreeStep::kRestructured;
         last_.reason += fmt::format(", of {} parts", parts);
-        if (refitter_ != nullptr) {
-            refitter_->read_bvh(bvh_);
-            tracer_.set_frame(pose.positions(), bvh_);
-        }
+        pass_on_refitted(positions);
     }
-    last_.restructure_ms = watch.ms();
+    last_.times.restructure_ms = watch.ms();
     restructured_ = true;
 }
 
-void TreeUpdater::follow(const UpdateDecision& decision, Pose& pose) {
+void TreeUpdater::follow(const UpdateDecision& decision, std::span<const vec3> positions) {
     const bool has_reason =
         last_.step == TreeStep::kSwapped || last_.step == TreeStep::kRestructured;
     if (!has_reason || decision.step != UpdateStep::kRefit) last_.reason = decision.reason;
     if (decision.step == UpdateStep::kRebuild) {
         forget_background_build();
-        build(pose.positions());
-        hand_over(pose.positions());
+        build(positions);
+        hand_over(positions);
         last_.step = TreeStep::kRebuilt;
     } else if (decision.step == UpdateStep::kRebuildInBackground && !background_.pending()) {
-        background_.start(topology_, pose.positions(), build_config_.split);
-        background_triangle_area_ = sample_.area(pose.positions());
+        background_.start(topology_, positions, build_config_.split);
+        background_triangle_area_ = sample_.area(positions);
         background_frames_left_ = decision.build_frames;
     }
     last_.build_pending = background_.pending();
@@ -252,9 +247,10 @@ FrameCost TreeUpdater::cost_of_frame() const {
                      std::pow(std::max(1.0, last_.cost_ratio), kTraceExponent);
         return cost;
     }
-    cost.refit = last_.refit_ms + last_.decide_ms + (built ? 0 : last_.upload_ms);
-    cost.restructure = last_.restructure_ms;
-    cost.rebuild = built ? last_.rebuild_ms + last_.upload_ms : 0;
+    const UpdateTimes& times = last_.times;
+    cost.refit = times.refit_ms + times.decide_ms + (built ? 0 : times.upload_ms);
+    cost.restructure = times.restructure_ms;
+    cost.rebuild = built ? times.rebuild_ms + times.upload_ms : 0;
     cost.trace = tracer_.times().trace_ms;
     return cost;
 }
@@ -265,7 +261,7 @@ void TreeUpdater::frame_done() {
 }
 
 const Bvh& TreeUpdater::tree() {
-    tracer_.read_bvh(bvh_);
+    tracer_.read_tree(bvh_);
     return bvh_;
 }
 

@@ -17,7 +17,7 @@ constexpr VkMemoryPropertyFlags kMapped =
 constexpr VkMemoryPropertyFlags kCached = kMapped | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
 constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
 
-/// In order of preference; the last of each is one that Vulkan promises.
+/// Memory types in order of preference. Vulkan guarantees the last one of each list.
 std::vector<VkMemoryPropertyFlags> preferences(Memory memory) {
     if (memory == Memory::kHost) return {kCached, kMapped};
     return {kLocal | kCached, kLocal, 0};
@@ -36,8 +36,8 @@ std::uint32_t memory_type(const VkPhysicalDeviceMemoryProperties& properties,
     throw Error(ErrorKind::kUnavailable, "Vulkan: the device has no memory for buffers");
 }
 
-/// A multiple of 16, and no power of two: lavapipe compiles a kernel once more when it meets a
-/// texel buffer of such a size for the first time, which would fall into somebody's timing.
+/// Rounds up to a multiple of 16 that is not a power of two. Lavapipe compiles a kernel again when
+/// it first meets a texel buffer whose size is a power of two, which would disturb times.
 VkDeviceSize padded(VkDeviceSize size) {
     const VkDeviceSize rounded = std::max<VkDeviceSize>((size + 15) / 16 * 16, 48);
     return std::has_single_bit(rounded) ? rounded + 16 : rounded;

@@ -1,4 +1,4 @@
-// Memory of the device.
+// Buffers with their memory.
 #pragma once
 
 #include <cstddef>
@@ -10,22 +10,22 @@
 namespace morphray::gpu {
 
 enum class Memory {
-    kDevice,  // fastest for the device; mapped if the host can see it and reads it from its cache
+    kDevice,  // fastest for the device; mapped if the host sees it through its cache
     kHost,    // mapped, for copies
 };
 
-/// One buffer with memory of its own: there are fewer than 30 of them.
+/// A buffer with memory of its own. There are fewer than 30 of them.
 class Buffer {
 public:
     Buffer() = default;
-    /// The buffer may be some bytes larger than `size`, and is never empty. Throws
-    /// Error(kLimit) when there is not enough memory.
+    /// Makes a buffer that may be some bytes larger than `size` and is never empty. Throws
+    /// Error(kLimit) if there is not enough memory.
     Buffer(Context& context, const std::string& name, VkDeviceSize size, VkBufferUsageFlags usage,
            Memory memory);
 
     VkBuffer get() const { return buffer_.get(); }
     VkDeviceSize size() const { return size_; }
-    /// All of it as the host sees it, coherently; empty if it does not.
+    /// The memory as the host sees it, coherently; empty if the host does not see it.
     std::span<std::byte> mapped() const { return mapped_; }
 
 private:
@@ -35,7 +35,7 @@ private:
     std::span<std::byte> mapped_;
 };
 
-/// All of a buffer as a texel buffer.
+/// Views all of a buffer as a texel buffer.
 UniqueBufferView texel_view(Context& context, const std::string& name, const Buffer& buffer,
                             VkFormat format);
 

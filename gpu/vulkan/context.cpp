@@ -5,15 +5,14 @@
 #include <numeric>
 #include <utility>
 
+#include "common/base/stopwatch.h"
 #include "gpu/vulkan/result.h"
 
 namespace morphray::gpu {
 namespace {
 
-// The start, what was deferred, and the stages.
+// The start, the deferred work, and the stages.
 constexpr std::uint32_t kStampCount = Context::kMostStages + 2;
-
-using Clock = std::chrono::steady_clock;
 
 PhysicalDevice pick(const Instance& instance, const std::string& wanted) {
     std::vector<PhysicalDevice> devices = physical_devices(instance);
@@ -85,10 +84,6 @@ UniqueQueryPool create_queries(VkDevice device, std::uint32_t timestamp_bits) {
     return {device, pool};
 }
 
-double ms_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
 }  // namespace
 
 Context::Context(const VulkanConfig& config, const Tuning& tuning)
@@ -107,22 +102,28 @@ Context::Context(const VulkanConfig& config, const Tuning& tuning)
     throw_on_validation_errors();
 }
 
-void Context::record_all(const Record& record) {
+void Context::record_all(const Record& record, const DeferredWork* deferred) {
+    check(vkResetCommandPool(device(), pool_.get(), 0), "reset the command pool");
+    const VkCommandBufferBeginInfo info = {
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+        .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
+    };
+    check(vkBeginCommandBuffer(commands_, &info), "begin a command buffer");
     constexpr VkPipelineStageFlags kWork =
         VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
     constexpr VkAccessFlags kWrites = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
     constexpr VkAccessFlags kReads = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT;
-    // Writer: kernels and copies of earlier submissions; reader: those of this one. The host has
-    // waited for them, which makes their writes available but not visible to the device.
+    // Writer: kernels and copies of earlier submissions; reader: those of this one. The fence has
+    // made the writes available, but not visible to the device.
     barrier(commands_, kWork, kWrites, kWork, kReads | kWrites);
     if (queries_.get() != VK_NULL_HANDLE) {
         vkCmdResetQueryPool(commands_, queries_.get(), 0, kStampCount);
         vkCmdWriteTimestamp(commands_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, queries_.get(), 0);
     }
     stamp_count_ = 1;
-    if (under_way_) {
-        under_way_->record(commands_);
-        // Writer: what was deferred; reader: the rest.
+    if (deferred != nullptr) {
+        deferred->record(commands_);
+        // Writer: the deferred work; reader: the rest.
         barrier(commands_, kWork, kWrites, kWork, kReads | kWrites);
         stamp(commands_);
     }
@@ -130,6 +131,7 @@ void Context::record_all(const Record& record) {
     stamp(commands_);
     // Writer: kernels and copies of this submission; reader: the host, after the fence.
     barrier(commands_, kWork, kWrites, VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+    check(vkEndCommandBuffer(commands_), "end a command buffer");
 }
 
 void Context::stamp(VkCommandBuffer commands) {
@@ -141,18 +143,7 @@ void Context::stamp(VkCommandBuffer commands) {
     ++stamp_count_;
 }
 
-void Context::begin(const char* what, const Record& record, Deferred deferred) {
-    assert(!is_under_way());
-    under_way_.reset();
-    if (deferred == Deferred::kTaken) under_way_.swap(deferred_);
-    check(vkResetCommandPool(device(), pool_.get(), 0), "reset the command pool");
-    const VkCommandBufferBeginInfo info = {
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-        .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT,
-    };
-    check(vkBeginCommandBuffer(commands_, &info), "begin a command buffer");
-    record_all(record);
-    check(vkEndCommandBuffer(commands_), "end a command buffer");
+void Context::submit_commands() {
     const VkFence fence = fence_.get();
     check(vkResetFences(device(), 1, &fence), "reset a fence");
     const VkSubmitInfo submission = {
@@ -160,40 +151,32 @@ void Context::begin(const char* what, const Record& record, Deferred deferred) {
         .commandBufferCount = 1,
         .pCommandBuffers = &commands_,
     };
-    begin_time_ = Clock::now();
     check(vkQueueSubmit(queue_, 1, &submission, fence), "submit work");
-    what_ = what;
 }
 
-std::vector<double> Context::end() {
-    assert(is_under_way());
-    // Gone if anything fails, and so is what counts on it.
-    const std::optional<DeferredWork> first = std::exchange(under_way_, std::nullopt);
-    std::optional<DeferredWork> next = std::exchange(deferred_, std::nullopt);
-    wait(std::exchange(what_, nullptr));
-    std::vector<double> stages = stage_ms(ms_since(begin_time_));
+std::vector<double> Context::submit_stages(const char* what, const Record& record) {
+    const std::optional<DeferredWork> deferred = std::exchange(deferred_, std::nullopt);
+    record_all(record, deferred ? &*deferred : nullptr);
+    const Stopwatch watch;
+    submit_commands();
+    wait(what);
+    std::vector<double> stages = stage_ms(watch.ms());
     throw_on_validation_errors();
-    deferred_ = std::move(next);
-    if (first) {
-        first->done(stages.front());
+    if (deferred) {
+        deferred->done(stages.front());
         stages.erase(stages.begin());
     }
     return stages;
 }
 
-double Context::submit(const char* what, const Record& record, Deferred deferred) {
-    begin(what, record, deferred);
-    const std::vector<double> stages = end();
+double Context::submit(const char* what, const Record& record) {
+    const std::vector<double> stages = submit_stages(what, record);
     return std::accumulate(stages.begin(), stages.end(), 0.0);
 }
 
 void Context::defer(Record record, std::function<void(double)> done) {
     assert(!has_deferred());
     deferred_ = {std::move(record), std::move(done)};
-}
-
-void Context::abandon() {
-    if (std::exchange(what_, nullptr) != nullptr) vkDeviceWaitIdle(device());
 }
 
 void Context::wait(const char* what) {
@@ -207,8 +190,8 @@ void Context::wait(const char* what) {
         left_ms -= slice_ms;
     } while (result == VK_TIMEOUT && left_ms > 0);
     if (result == VK_SUCCESS) return;
-    // What the device may still be writing to is destroyed by whoever catches the error, so wait
-    // for it: a device that hangs is reset by its driver within seconds.
+    // Handling the error may destroy memory that the device still writes, so wait for the device:
+    // its driver resets one that hangs within seconds.
     vkDeviceWaitIdle(device());
     if (result == VK_TIMEOUT) {
         throw Error(ErrorKind::kDeviceLost, "Vulkan: the device did not finish to " +

@@ -1,7 +1,6 @@
 // A device, its queue, and work submitted to it one batch at a time.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -20,9 +19,6 @@ namespace morphray::gpu {
 /// Records commands.
 using Record = std::function<void(VkCommandBuffer)>;
 
-/// What a submission does with work that was deferred.
-enum class Deferred { kLeft, kTaken };
-
 class Context {
 public:
     /// Throws Error as make_vulkan_backend.
@@ -33,38 +29,29 @@ public:
     const VkPhysicalDeviceLimits& limits() const { return physical_.limits; }
     bool force_staging() const { return tuning_.force_staging; }
 
-    /// Records and submits, nothing else being under way. What earlier submissions wrote is visible
-    /// to the commands, and what the commands write is visible to the host after end(). `what` must
-    /// live until then.
-    void begin(const char* what, const Record& record, Deferred deferred = Deferred::kLeft);
-    bool is_under_way() const { return what_ != nullptr; }
-    /// Waits for it. Returns the milliseconds that its stages took on the device, those from the
-    /// start to the first stamp(), to the next, to the end. (Where the device has no timestamps,
-    /// all of the wait counts for the last one.) Throws Error(kDeviceLost) when the device is lost
-    /// or does not finish in time, and Error(kInternal) when the validation layer reported an
-    /// error.
-    std::vector<double> end();
-    /// begin() and end(); returns the milliseconds of all.
-    double submit(const char* what, const Record& record, Deferred deferred = Deferred::kLeft);
-    /// Ends a stage of what is being recorded; there can be kMostStages.
+    /// Records, submits and waits; deferred work goes first. The commands see all writes of earlier
+    /// submissions, and the host sees the writes of the commands. Returns the milliseconds that the
+    /// stages of `record` took on the device: from its start to the first stamp(), to the next, to
+    /// its end. (On a device without timestamps the last one is all of the wait.) `what` is for
+    /// errors, a verb with its object. Throws Error(kDeviceLost) if the device is lost or does not
+    /// finish in time, and Error(kInternal) if the validation layer reported an error.
+    std::vector<double> submit_stages(const char* what, const Record& record);
+    /// submit_stages(); returns the milliseconds of all stages together.
+    double submit(const char* what, const Record& record);
+    /// Ends a stage of the commands that are being recorded; there can be kMostStages.
     void stamp(VkCommandBuffer commands);
     static constexpr std::uint32_t kMostStages = 6;
 
-    /// Leaves work, one piece of it at most, to the next submission that takes it and does it
-    /// first; `done` is told the milliseconds at its end(). Where that submission or one before it
-    /// fails, it is not done.
+    /// Leaves work to the next submission, one piece at most; after it, `done` is called with the
+    /// milliseconds that the work took. If that submission fails, the work is dropped.
     void defer(Record record, std::function<void(double)> done);
-    /// Whether there is some that has not been submitted.
     bool has_deferred() const { return deferred_.has_value(); }
     void drop_deferred() { deferred_.reset(); }
-
-    /// Waits for what is under way, and forgets it.
-    void abandon();
 
     /// Names an object for debuggers and validation messages.
     template <class Handle>
     void name(VkObjectType type, Handle handle, const std::string& text) {
-        // Non-dispatchable handles are pointers on 64-bit machines and integers elsewhere.
+        // Non-dispatchable handles are pointers on 64-bit machines and integers on others.
         if constexpr (std::is_pointer_v<Handle>) {
             name_object(type, reinterpret_cast<std::uintptr_t>(handle), text);
         } else {
@@ -76,7 +63,6 @@ public:
     void throw_on_validation_errors() { log_.throw_if_new(); }
 
 private:
-    /// Destroyed only after all its work is done: also after an error in the middle of it.
     class Device {
     public:
         explicit Device(VkDevice handle) : handle_(handle) {}
@@ -95,7 +81,8 @@ private:
     };
 
     void name_object(VkObjectType type, std::uint64_t handle, const std::string& text);
-    void record_all(const Record& record);
+    void record_all(const Record& record, const DeferredWork* deferred);
+    void submit_commands();
     void wait(const char* what);
     std::vector<double> stage_ms(double wall_ms) const;
 
@@ -111,15 +98,11 @@ private:
     UniqueFence fence_;
     UniqueQueryPool queries_;
     std::optional<DeferredWork> deferred_;
-    /// What is under way, or null; what was deferred to it; when it was submitted, and how many
-    /// times it is stamped.
-    const char* what_ = nullptr;
-    std::optional<DeferredWork> under_way_;
-    std::chrono::steady_clock::time_point begin_time_;
+    /// Timestamps of the commands that are recorded or submitted.
     std::uint32_t stamp_count_ = 0;
 };
 
-/// One dependency between what is recorded before and after.
+/// Makes the commands recorded after it wait for those recorded before it.
 void barrier(VkCommandBuffer commands, VkPipelineStageFlags from_stage, VkAccessFlags from,
              VkPipelineStageFlags to_stage, VkAccessFlags to);
 

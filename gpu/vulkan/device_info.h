@@ -1,4 +1,4 @@
-// Which devices there are, whether they will do, and which one the user means.
+// Lists devices, checks whether they are usable, and chooses one.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace morphray::gpu {
 
-/// A device as Vulkan describes it. Meaningful beyond `handle` and `info` only if usable.
+/// A device as Vulkan describes it. If it is not usable, only `handle` and `info` are valid.
 struct PhysicalDevice {
     VkPhysicalDevice handle = VK_NULL_HANDLE;
     DeviceInfo info;
@@ -18,7 +18,7 @@ struct PhysicalDevice {
     VkPhysicalDeviceMemoryProperties memory = {};
     VkDeviceSize max_allocation = 0;
     std::uint32_t queue_family = 0;
-    /// Whether compute kernels may read each other's registers within a subgroup.
+    /// Whether kernels have shuffles within a subgroup.
     bool has_shuffle = false;
     /// 0: no timestamps.
     std::uint32_t timestamp_bits = 0;
@@ -26,12 +26,12 @@ struct PhysicalDevice {
     bool float_controls_is_extension = false;
 };
 
-/// In the loader's order; at least one. Throws Error(kUnavailable) if there is none.
+/// All devices in the loader's order. Throws Error(kUnavailable) if there is none.
 std::vector<PhysicalDevice> physical_devices(const Instance& instance);
 
-/// The index of the device that `wanted` names (see VulkanConfig::device). Throws
-/// Error(kUnavailable), with the list of devices in the text, when there is no such device, more
-/// than one, or it cannot be used.
+/// The index of the device that `wanted` names (VulkanConfig::device). Throws Error(kUnavailable),
+/// with the list of devices in the text, if there is no such device, more than one, or if it is not
+/// usable.
 std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string& wanted);
 
 }  // namespace morphray::gpu

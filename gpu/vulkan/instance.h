@@ -6,19 +6,19 @@
 
 namespace morphray::gpu {
 
-/// Owns a VkInstance and, with validation, the messenger that fills `log`. Creating one fills
-/// volk's global function pointers, so no two threads may do so at once.
+/// Owns a VkInstance and, with validation, the messenger that fills `log`. The constructor fills
+/// volk's global function pointers, so two threads must not run it at the same time.
 class Instance {
 public:
-    /// Throws Error(kUnavailable), each with its own text: no Vulkan library, a library older than
-    /// 1.1, no driver, a broken driver, no validation layer although validate is set.
+    /// Throws Error(kUnavailable), with a text for each cause: no Vulkan library, a library older
+    /// than 1.1, no driver, a broken driver, no validation layer although `validate` is set.
     Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog& log);
     ~Instance();
     Instance(const Instance&) = delete;
     Instance& operator=(const Instance&) = delete;
 
     VkInstance get() const { return handle_; }
-    /// Whether objects can be given names.
+    /// Whether objects can have names.
     bool has_debug_utils() const { return has_debug_utils_; }
 
 private:

@@ -17,7 +17,7 @@ namespace {
 void check_elements(const PhysicalDevice& device, const char* what, std::uint64_t elements) {
     // Kernels index texels with signed integers.
     constexpr std::uint64_t kMaxIndex = 0x7FFFFFFF;
-    // Buffers take at least 48 bytes, and otherwise up to 31 more than they need: in words of 4.
+    // Buffers have at least 48 bytes and up to 31 more than needed: in words of 4.
     constexpr std::uint64_t kPadding = 12;
     const std::uint64_t limit =
         std::min<std::uint64_t>(device.limits.maxTexelBufferElements, kMaxIndex);
@@ -62,7 +62,7 @@ void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
     }
     check_elements(device, "vertices", scene.vertices);
     check_elements(device, "triangles", scene.triangles);
-    // Refit writes planes and coordinates one by one.
+    // The refit writes planes and coordinates one by one.
     check_elements(device, "nodes", 4 * kNodeVec4s * scene.nodes);
     check_elements(device, "leaves", 4 * kLeafVec4s * scene.leaves);
     const SceneBytes bytes = bytes_of(scene);
@@ -72,18 +72,6 @@ void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
 bool fits(const PhysicalDevice& device, const SceneSize& scene) {
     try {
         check_scene(device, scene);
-        return true;
-    } catch (const Error&) {
-        return false;
-    }
-}
-
-bool fits_keyframes(const PhysicalDevice& device, const SceneSize& scene) {
-    const std::uint64_t keyframes = 2 * 16 * scene.vertices;
-    try {
-        check_elements(device, "keyframes", 2 * scene.vertices);
-        check_elements(device, "coordinates", 4 * scene.vertices);
-        check_bytes(device, keyframes, bytes_of(scene).total + keyframes);
         return true;
     } catch (const Error&) {
         return false;

@@ -1,5 +1,5 @@
-// What fits on a device, decided before anything is allocated: drivers do not always refuse what is
-// over their limits.
+// Checks sizes against the device's limits before allocation, since drivers do not always refuse
+// sizes beyond them.
 #pragma once
 
 #include <cstdint>
@@ -20,24 +20,21 @@ struct SceneSize {
 /// Throws Error(kLimit), with the numbers, if the device cannot hold such a scene.
 void check_scene(const PhysicalDevice& device, const SceneSize& scene);
 
-/// Whether it can.
+/// Whether check_scene() accepts the scene.
 bool fits(const PhysicalDevice& device, const SceneSize& scene);
 
-/// Whether there is also room for two keyframes, and kernels can write positions.
-bool fits_keyframes(const PhysicalDevice& device, const SceneSize& scene);
-
-/// How much of an image or batch goes into one dispatch.
+/// The part of an image or batch that goes into one dispatch.
 struct PassSize {
     /// Tiles of 64 rays.
     std::uint32_t tiles = 0;
-    /// Suspended rays a round, a multiple of 64.
+    /// Suspended rays of a round, a multiple of 64.
     std::uint32_t resume_slots = 0;
 
     std::uint32_t rays() const { return tiles * kGroupSize; }
 };
 
-/// What the tuning asks for, cut down to the device's limits. Throws Error(kLimit) if not even one
-/// tile fits, or the device lacks the workgroups and arguments that Vulkan promises.
+/// The tuning's sizes, reduced to the device's limits. Throws Error(kLimit) if a single tile does
+/// not fit, or if the device lacks the workgroups and arguments that Vulkan guarantees.
 PassSize pass_size(const VkPhysicalDeviceLimits& limits, const Tuning& tuning);
 
 }  // namespace morphray::gpu

@@ -1,19 +1,19 @@
 #include "gpu/vulkan/pipeline.h"
 
 #include <cassert>
+#include <vector>
 
 #include "gpu/vulkan/result.h"
 
 namespace morphray::gpu {
 namespace {
 
-UniqueDescriptorSetLayout create_set_layout(VkDevice device,
-                                            const std::vector<std::uint32_t>& used) {
+UniqueDescriptorSetLayout create_set_layout(VkDevice device, std::span<const ShaderBinding> used) {
     std::vector<VkDescriptorSetLayoutBinding> bindings;
-    for (const std::uint32_t b : used) {
+    for (const ShaderBinding& b : used) {
         bindings.push_back({
-            .binding = b,
-            .descriptorType = descriptor_type(b),
+            .binding = b.number,
+            .descriptorType = b.type,
             .descriptorCount = 1,
             .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT,
         });
@@ -84,11 +84,9 @@ UniquePipeline create_pipeline(VkDevice device, VkPipelineLayout layout,
     return {device, pipeline};
 }
 
-UniqueDescriptorPool create_pool(VkDevice device, const std::vector<std::uint32_t>& used) {
+UniqueDescriptorPool create_pool(VkDevice device, std::span<const ShaderBinding> used) {
     std::vector<VkDescriptorPoolSize> sizes;
-    for (const std::uint32_t b : used) {
-        sizes.push_back({.type = descriptor_type(b), .descriptorCount = 1});
-    }
+    for (const ShaderBinding& b : used) sizes.push_back({.type = b.type, .descriptorCount = 1});
     const VkDescriptorPoolCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
         .maxSets = 1,
@@ -114,33 +112,27 @@ VkDescriptorSet allocate_set(VkDevice device, VkDescriptorPool pool, VkDescripto
 
 }  // namespace
 
-VkDescriptorType descriptor_type(std::uint32_t binding) {
-    if (binding >= kBindHits) return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-    if (binding <= kBindTriangles || binding >= kBindNodesOut)
-        return VK_DESCRIPTOR_TYPE_STORAGE_TEXEL_BUFFER;
-    return VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
-}
-
-Pipeline::Pipeline(Context& context, const Source& source,
+Pipeline::Pipeline(Context& context, const char* name, std::span<const std::uint32_t> spirv,
                    std::span<const std::uint32_t> specialisation)
     : device_(context.device()),
-      used_(source.bindings),
-      set_layout_(create_set_layout(device_, used_)),
-      layout_(create_layout(device_, set_layout_.get(), source.argument_bytes)),
-      pipeline_(create_pipeline(device_, layout_.get(), source.spirv, specialisation)),
-      pool_(create_pool(device_, used_)),
+      interface_(shader_interface(spirv)),
+      set_layout_(create_set_layout(device_, interface_.bindings)),
+      layout_(create_layout(device_, set_layout_.get(), interface_.argument_bytes)),
+      pipeline_(create_pipeline(device_, layout_.get(), spirv, specialisation)),
+      pool_(create_pool(device_, interface_.bindings)),
       set_(allocate_set(device_, pool_.get(), set_layout_.get())) {
-    context.name(VK_OBJECT_TYPE_PIPELINE, pipeline_.get(), source.name);
-    context.name(VK_OBJECT_TYPE_PIPELINE_LAYOUT, layout_.get(), source.name);
-    context.name(VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT, set_layout_.get(), source.name);
-    // The set has no name: lavapipe 22.3 leaks those of sets that go with their pool.
+    context.name(VK_OBJECT_TYPE_PIPELINE, pipeline_.get(), name);
+    context.name(VK_OBJECT_TYPE_PIPELINE_LAYOUT, layout_.get(), name);
+    context.name(VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT, set_layout_.get(), name);
+    // The set has no name: lavapipe 22.3 leaks the names of sets that go with their pool.
 }
 
 void Pipeline::bind(const Bindings& bindings) {
-    if (used_.empty()) return;
+    if (interface_.bindings.empty()) return;
     std::array<VkDescriptorBufferInfo, kBindingCount> buffers = {};
     std::vector<VkWriteDescriptorSet> writes;
-    for (const std::uint32_t b : used_) {
+    for (const auto& [b, type] : interface_.bindings) {
+        assert(b < kBindingCount);
         assert(bindings.views[b] != VK_NULL_HANDLE || bindings.buffers[b] != VK_NULL_HANDLE);
         buffers[b] = {.buffer = bindings.buffers[b], .offset = 0, .range = VK_WHOLE_SIZE};
         writes.push_back({
@@ -148,7 +140,7 @@ void Pipeline::bind(const Bindings& bindings) {
             .dstSet = set_,
             .dstBinding = b,
             .descriptorCount = 1,
-            .descriptorType = descriptor_type(b),
+            .descriptorType = type,
             .pBufferInfo = &buffers[b],
             .pTexelBufferView = &bindings.views[b],
         });
@@ -159,6 +151,7 @@ void Pipeline::bind(const Bindings& bindings) {
 
 void Pipeline::dispatch_bytes(VkCommandBuffer commands, std::span<const std::byte> arguments,
                               std::uint32_t group_count) const {
+    assert(arguments.size() == interface_.argument_bytes);
     vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.get());
     vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_.get(), 0, 1, &set_, 0,
                             nullptr);

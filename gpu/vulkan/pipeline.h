@@ -3,43 +3,32 @@
 
 #include <array>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "gpu/vulkan/context.h"
+#include "gpu/vulkan/spirv.h"
 #include "shaders/kernel_interface.h"
 
 namespace morphray::gpu {
 
-/// What each binding number stands for; null where nothing is bound.
+/// The resource of each binding number, a view or a buffer; null if there is none.
 struct Bindings {
     std::array<VkBufferView, kBindingCount> views = {};
     std::array<VkBuffer, kBindingCount> buffers = {};
 };
 
-VkDescriptorType descriptor_type(std::uint32_t binding);
-
 class Pipeline {
 public:
-    struct Source {
-        const char* name;
-        std::span<const std::uint32_t> spirv;
-        /// The binding numbers that the kernel uses.
-        std::vector<std::uint32_t> bindings;
-        std::uint32_t argument_bytes;
-    };
-
-    /// None: neither bound nor dispatched.
+    /// No kernel: bind() does nothing, and dispatch() must not be called.
     Pipeline() = default;
-    /// specialisation: values of the 32-bit constants 0, 1, ...; those that the kernel does not
-    /// have are ignored.
-    Pipeline(Context& context, const Source& source,
+    /// Bindings and size of the arguments come from the SPIR-V. `specialisation` has values of the
+    /// 32-bit constants 0, 1, ...; those that the kernel does not have are ignored.
+    Pipeline(Context& context, const char* name, std::span<const std::uint32_t> spirv,
              std::span<const std::uint32_t> specialisation = {});
 
-    /// Binds what the kernel uses. No work may be under way.
+    /// Binds the resources that the kernel uses; all of them must be there.
     void bind(const Bindings& bindings);
 
-    /// Records `group_count` workgroups.
+    /// Records `group_count` workgroups with these arguments, the push constants of the kernel.
     template <class Arguments>
     void dispatch(VkCommandBuffer commands, const Arguments& arguments,
                   std::uint32_t group_count) const {
@@ -51,7 +40,7 @@ private:
                         std::uint32_t group_count) const;
 
     VkDevice device_ = VK_NULL_HANDLE;
-    std::vector<std::uint32_t> used_;
+    ShaderInterface interface_;
     UniqueDescriptorSetLayout set_layout_;
     UniquePipelineLayout layout_;
     UniquePipeline pipeline_;

@@ -1,4 +1,4 @@
-// From VkResult to Error.
+// Converts VkResult to Error.
 #pragma once
 
 #include <string>
@@ -8,16 +8,16 @@
 
 namespace morphray::gpu {
 
-/// "VK_ERROR_DEVICE_LOST", or the number of a result that is not known here.
+/// The name of a result, such as "VK_ERROR_DEVICE_LOST", or its number if it is unknown.
 std::string result_name(VkResult result);
 
-/// kLimit for exhausted memory, kDeviceLost for a lost device and a timeout, kUnavailable for what
-/// the device or driver does not have, kInternal for the rest.
+/// kLimit for exhausted memory, kDeviceLost for a lost device and a timeout, kUnavailable for
+/// missing features, extensions and layers, kInternal for the rest.
 ErrorKind error_kind_of(VkResult result);
 
 [[noreturn]] void throw_result(VkResult result, const char* action);
 
-/// Throws Error("cannot <action>: <result>") unless the result is VK_SUCCESS.
+/// Throws Error("cannot <action>: <result>") if the result is not VK_SUCCESS.
 inline void check(VkResult result, const char* action) {
     if (result != VK_SUCCESS) throw_result(result, action);
 }

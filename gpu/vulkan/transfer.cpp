@@ -36,29 +36,29 @@ Transfer::Transfer(Context& context)
     : context_(context), staging_(context, "staging", kStagingBytes, 0, Memory::kHost) {}
 
 template <class Fill>
-void Transfer::write(std::size_t size, const Buffer& to, std::size_t offset, Fill fill) {
-    assert(offset + size <= to.size());
+void Transfer::write(std::size_t size, const Buffer& to, Fill fill) {
+    assert(size <= to.size());
     if (!to.mapped().empty()) {
-        fill(to.mapped().subspan(offset, size), 0);
+        fill(to.mapped().first(size), 0);
         return;
     }
     for (std::size_t at = 0; at < size; at += kStagingBytes) {
         const std::size_t piece = std::min<std::size_t>(size - at, kStagingBytes);
         fill(staging_.mapped().first(piece), at);
-        copy(context_, staging_, 0, to, offset + at, piece);
+        copy(context_, staging_, 0, to, at, piece);
     }
 }
 
 void Transfer::upload(std::span<const std::byte> bytes, const Buffer& to) {
     if (bytes.empty()) return;
-    write(bytes.size(), to, 0, [&](std::span<std::byte> out, std::size_t at) {
+    write(bytes.size(), to, [&](std::span<std::byte> out, std::size_t at) {
         std::memcpy(out.data(), bytes.data() + at, out.size());
     });
 }
 
-void Transfer::upload_padded(std::span<const vec3> points, const Buffer& to, std::size_t offset) {
+void Transfer::upload_padded(std::span<const vec3> points, const Buffer& to) {
     static_assert(kStagingBytes % kPaddedBytes == 0);
-    write(points.size() * kPaddedBytes, to, offset, [&](std::span<std::byte> out, std::size_t at) {
+    write(points.size() * kPaddedBytes, to, [&](std::span<std::byte> out, std::size_t at) {
         write_padded(points.subspan(at / kPaddedBytes, out.size() / kPaddedBytes), out);
     });
 }

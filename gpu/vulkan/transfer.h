@@ -1,4 +1,4 @@
-// Between the host's memory and the device's.
+// Copies between the host's memory and the device's.
 #pragma once
 
 #include "common/interop/platform.h"
@@ -6,33 +6,33 @@
 
 namespace morphray::gpu {
 
-/// Of a position on the device.
+/// Bytes of a position on the device.
 inline constexpr std::size_t kPaddedBytes = 16;
-/// Writes points, each followed by a word of 0, to as many times kPaddedBytes.
+/// Writes points, each followed by a word of 0; `out` has kPaddedBytes a point.
 void write_padded(std::span<const vec3> points, std::span<std::byte> out);
 
-/// Copies directly where the buffer is mapped, otherwise in pieces through a staging buffer.
+/// Copies directly if a buffer is mapped, otherwise in pieces through a staging buffer.
 class Transfer {
 public:
     explicit Transfer(Context& context);
 
-    /// Writes the bytes to the start of `to`.
+    /// Writes bytes to the start of `to`.
     void upload(std::span<const std::byte> bytes, const Buffer& to);
-    /// write_padded() to `to`, from `offset` on.
-    void upload_padded(std::span<const vec3> points, const Buffer& to, std::size_t offset = 0);
-    /// Brings the start of `to`, which holds `before`, to `after`: writes blocks of kBlockBytes
-    /// that differ. Returns the bytes that it wrote.
+    /// write_padded() to the start of `to`.
+    void upload_padded(std::span<const vec3> points, const Buffer& to);
+    /// Changes the start of `to` from `before` to `after`: writes the blocks of kBlockBytes that
+    /// differ. Returns the number of bytes that it wrote.
     std::uint64_t upload_changes(std::span<const std::byte> before,
                                  std::span<const std::byte> after, const Buffer& to);
     static constexpr std::size_t kBlockBytes = 2048;
-    /// Reads from the start of `from`.
+    /// Reads bytes from the start of `from`.
     void download(const Buffer& from, std::span<std::byte> bytes);
 
 private:
-    /// Has `fill(bytes, at)` write the `size` bytes that go to `to` from `offset` on, in pieces of
-    /// whole kilobytes and a last one.
+    /// Has `fill(bytes, at)` write the first `size` bytes of `to`, in pieces of whole kilobytes and
+    /// a last one; `at` is the offset of a piece.
     template <class Fill>
-    void write(std::size_t size, const Buffer& to, std::size_t offset, Fill fill);
+    void write(std::size_t size, const Buffer& to, Fill fill);
 
     void copy_to(const Buffer& to, std::span<const VkBufferCopy> copies);
 

@@ -7,9 +7,9 @@
 
 namespace morphray::gpu {
 
-/// Owns a child of a device (or, with Parent = VkInstance, of an instance), destroyed by
-/// `destroy(parent, handle, nullptr)`. destroy points at volk's function pointer, so that what is
-/// called is what the pointer holds at the time.
+/// Owns a child of a device (or, with Parent = VkInstance, of an instance), and destroys it by
+/// `destroy(parent, handle, nullptr)`. `destroy` points at volk's function pointer, so the call
+/// uses the function that the pointer holds at that time.
 template <class Handle, class Parent, auto* destroy>
 class UniqueHandle {
 public:

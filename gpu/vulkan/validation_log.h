@@ -1,4 +1,4 @@
-// What the validation layer has to say.
+// The messages of the validation layer.
 #pragma once
 
 #include <mutex>
@@ -13,7 +13,7 @@ namespace morphray::gpu {
 class ValidationLog {
 public:
     void add(const char* message);
-    /// Number of messages so far.
+    /// The number of messages so far.
     std::size_t size() const;
     std::vector<std::string> messages() const;
     /// Throws Error(kInternal) with the first message since the last call that threw.

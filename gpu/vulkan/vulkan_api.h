@@ -1,5 +1,5 @@
-// The only way into Vulkan: its functions as pointers that volk fills at run time, so that the
-// program starts without a Vulkan library, and tests can make any call fail.
+// The only include of Vulkan. Its functions are pointers that volk fills at run time, so that the
+// program starts without a Vulkan library and tests can make any call fail.
 #pragma once
 
 #define VK_NO_PROTOTYPES

@@ -1,5 +1,5 @@
-// Secondary rays of the pixels that show something, one ray a lane: their shadow rays, or all of
-// their ambient-occlusion rays.
+// Traces the secondary rays of the visible pixels, one ray a lane: shadow rays, or all
+// ambient-occlusion rays.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -13,7 +13,7 @@
 layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { OcclusionArguments args; };
-layout(binding = kBindSeen) uniform usamplerBuffer seen;
+layout(binding = kBindVisiblePixels) uniform usamplerBuffer visible_pixels;
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
 void main() {
@@ -23,7 +23,7 @@ void main() {
     if (i >= args.ray_end) return;
     bool is_shadow = args.params.rays == kRaysShadow;
     uint samples = is_shadow ? 1u : args.params.ao_count;
-    uint index = texelFetch(seen, int(i / samples)).x;
+    uint index = texelFetch(visible_pixels, int(i / samples)).x;
     uint x = args.x + index % args.width;
     uint y = args.y + index / args.width;
     Hit hit = found_hit(index);

@@ -1,4 +1,4 @@
-// Ambient occlusion: 32 rays of neighbouring pixels a cluster of lanes.
+// Traces ambient-occlusion rays, 32 rays of neighbouring pixels a cluster.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -14,13 +14,13 @@ layout(constant_id = kConstantStepBudget) const uint kSteps = kPacketStepBudget;
 layout(constant_id = kConstantPacketRun) const uint kRun = 1u;
 
 layout(push_constant) uniform Arguments { OcclusionArguments args; };
-layout(binding = kBindSeen) uniform usamplerBuffer seen;
+layout(binding = kBindVisiblePixels) uniform usamplerBuffer visible_pixels;
 layout(std430, binding = kBindOcclusion) buffer Occlusion { uint occlusion[]; };
 
-/// The rays' pixels, among those of the region.
+/// The indices of the rays' pixels within the region.
 uint pixels[kVectors];
 
-/// Rays [first, first + kPacketRays), as far as there are so many.
+/// Makes rays [first, first + kPacketRays), up to the last ray.
 void make_rays(uint first) {
     uint own = 0u;
     float largest = 0.0f;
@@ -28,7 +28,7 @@ void make_rays(uint first) {
         uint number = first + k * kLanes + lane;
         bool is_any = number < args.ray_end;
         number = is_any ? number : first;
-        pixels[k] = texelFetch(seen, int(number / args.params.ao_count)).x;
+        pixels[k] = texelFetch(visible_pixels, int(number / args.params.ao_count)).x;
         uint x = args.x + pixels[k] % args.width;
         uint y = args.y + pixels[k] / args.width;
         Hit hit = found_hit(pixels[k]);
@@ -73,7 +73,7 @@ void trace(inout uint steps) {
                 }
             } while ((current & kLeafBit) != 0u && current != kEmptyChild && has_room() &&
                      steps < kSteps);
-            // With what each loop in here does once for nothing.
+            // Includes the iterations that the inner loops run once without work.
             steps += 8u;
         } while (current != kEmptyChild && has_room() && steps < kSteps);
         resolve_deferred();
@@ -82,7 +82,7 @@ void trace(inout uint steps) {
              level <= kMaxDepth);
 }
 
-/// Adds up what is known, and leaves the rest to `resume`.
+/// Counts the occluded rays. If the trace is not complete, leaves the other rays to `resume`.
 void finish_rays(uint all, bool is_complete) {
     [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
         uint bit = 1u << (k * kLanes + lane);

@@ -1,11 +1,12 @@
-// The shadow rays of a region, which all start at the light: a packet of 16x8 or 16x16 pixels a
-// cluster of lanes. Rays that have too little in common with the others are left to `resume`.
+// Traces the shadow rays of a region, which share the light as their origin, with a packet of 16x8
+// or 16x16 pixels a cluster. Rays that have too little in common with the others are left to
+// `resume`.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
 #include "shaders/kernel_interface.h"
 
-layout(constant_id = kConstantPacketHeight) const uint kPacketHeight = kShadowPacketHeight;
+layout(constant_id = kConstantPacketHeight) const uint kPacketHeight = kLightPacketHeight;
 #define PACKET_HEIGHT kPacketHeight
 #define PACKET_ON_GRID false
 #include "shaders/packet/packet_traversal.glsl"
@@ -17,29 +18,31 @@ layout(constant_id = kConstantPacketHeight) const uint kPacketHeight = kShadowPa
 layout(local_size_x = kGroupSize) in;
 layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
 
-/// Comes as 0.
+/// The host sets it to 0.
 layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };
 
-/// Loops in a loop over what a packet still has to do.
+/// Iterations that a round costs and no loop counts.
 const uint kRoundSteps = 8u;
-/// Of a packet whose rays have little in common; `resume` is faster then.
+/// Steps of a packet. A packet that takes more has rays with little in common, for which `resume`
+/// is faster.
 const uint kMostSteps = 6000u;
-/// Packets that the rays of these pixels may be divided into.
+/// The number of packets that the rays of these pixels may be divided into.
 const uint kMaxRounds = 4u;
 
-/// Where the rays pass the packet's plane, and 1/z at their ends, or kDone of those that want no
-/// more.
+/// The places of the rays in the packet's plane, and 1/z at their ends, or kDone for rays that are
+/// done.
 float plane_x[kVectors];
 float plane_y[kVectors];
 float q_end[kVectors];
-/// How far q_end may be off, roundings of directions included.
+/// Bound of the error of q_end, including the rounding of directions.
 float end_error;
 
-/// The plane is that of the largest component of one of the waiting rays, sheared so that this ray
-/// passes it at 0. The packet are those that pass near it, measured by its neighbours in the
-/// image: across the edge of a surface they lie far apart (is_last: all). Rays that hardly reach
-/// the plane are left out. The packet's own axes are those of plane_axes, but boxes are tested
-/// against a rectangle along the axes of space, which tells more of them from the packet.
+/// Makes a packet of waiting rays. Its plane is that of the largest component of one of them,
+/// sheared so that this ray passes it at 0. The packet takes the rays that pass near this ray,
+/// compared with its neighbours in the image, since rays across the edge of a surface lie far
+/// apart; is_last: it takes all rays. Rays that hardly reach the plane are left out. Triangles are
+/// set up along plane_axes; boxes are tested against a rectangle along the axes of space, which
+/// culls more.
 void set_frame(bool is_last) {
     uint v = uint(findLSB(cluster_or(waiting))) & (kVectors - 1u);
     uint lanes = cluster_or((waiting >> v & 1u) != 0u ? 1u << lane : 0u);
@@ -113,7 +116,7 @@ void set_frame(bool is_last) {
         low = lesser(low, group_lower[g]);
         high = greater(high, group_upper[g]);
     }
-    // A power of two, so that the packet measures 8 to 16 and scaling rounds nothing.
+    // A power of two, so that the packet measures 8 to 16 and scaling is exact.
     float extent = greater(greater(high.x - low.x, high.y - low.y), 9.5367431640625e-07f);
     float scale = 8.0f * scale_to_unit(extent);
     [[unroll]] for (uint k = 0u; k < kVectors; ++k) {
@@ -122,7 +125,7 @@ void set_frame(bool is_last) {
     }
     vec2 x_row = sheared_axis(axes[0], shear);
     vec2 y_row = sheared_axis(axes[1], shear);
-    // rotate_axes thrice is nothing; twice undoes once.
+    // Three times rotate_axes is the identity, so two undo one.
     uint back = axis == 0u ? 1u : axis == 1u ? 0u : 2u;
     frame.org = light;
     frame.row_x = scale * rotate_axes(vec3(axes[0], x_row.x), back);
@@ -146,7 +149,7 @@ void set_frame(bool is_last) {
     float unit = 1.0f / (scale * (axes[0].x * axes[1].y - axes[0].y * axes[1].x));
     set_directions(vec3(shear, 1.0f), unit * vec3(axes[1].y, -axes[1].x, 0.0f),
                    unit * vec3(-axes[0].y, axes[0].x, 0.0f), greater(frame.upper, -frame.lower));
-    // Points are within 5.
+    // The coordinates of places are at most 5.
     set_planes(rotate_axes(vec3(1.0f, 0.0f, -shear.x), back),
                rotate_axes(vec3(0.0f, 1.0f, -shear.y), back), box_low, box_high,
                vec2(6.0f) + abs(shear));
@@ -175,11 +178,11 @@ float least_q(uint group) {
     [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) {
         least = lesser(least, q_end[vector_of(group, k)]);
     }
-    // Not negative: keys are compared as bits.
+    // Not negative, since keys are compared as bits.
     return least < kDone ? greater(least - end_error, 0.0f) : kDone;
 }
 
-/// The rule for all doubts that are queued, one of each lane at a time.
+/// Applies the rule to all deferred pairs, one of each lane at a time.
 void resolve_deferred(inout Traversal t) {
     bool more = true;
     do {
@@ -228,19 +231,19 @@ void main() {
     Traversal t;
     t.steps = 0u;
     do {
-        uint seen = 0u;
+        uint visible = 0u;
         uint any = 0u;
         do {
-            // Always so, but see cluster.glsl.
+            // Always true, but see cluster.glsl.
             if (any == 0u) {
                 packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
                                 uvec2(kPacketWidth, PACKET_HEIGHT);
-                seen = find_seen();
-                any = cluster_or(seen);
+                visible = find_visible();
+                any = cluster_or(visible);
             }
             ++packet;
         } while (any == 0u && packet < end);
-        make_rays(seen);
+        make_rays(visible);
         uint round = 0u;
         do {
             ++round;

@@ -1,6 +1,6 @@
-// Lists the pixels of a region that show something, so that the rays that start there run without
-// gaps between them, and clears their count of occluded rays. The pixels of a tile stay together, in
-// the order of its lanes.
+// Lists the visible pixels of a region, those whose camera ray hit, so that secondary rays run
+// without gaps. Clears the count of occluded rays of all pixels. The pixels of a tile stay
+// together, in the order of its lanes.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -9,10 +9,12 @@
 #include "shaders/base/region.glsl"
 
 layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };
-layout(std430, binding = kBindSeenOut) writeonly buffer Seen { uint seen[]; };
+layout(std430, binding = kBindVisiblePixelsOut) writeonly buffer VisiblePixels {
+    uint visible_pixels[];
+};
 layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
 
-/// The pixels of the tile that show something, as bits, and where they begin in the list.
+/// The visible pixels of the tile, as bits, and their first place in the list.
 shared uint tile_pixels[kGroupSize / 32u];
 shared uint tile_begin;
 
@@ -22,18 +24,18 @@ void main() {
     barrier();
     uvec2 pixel = region_pixel();
     uint index = answer_index(pixel);
-    bool is_seen = within_region(pixel);
-    if (is_seen) occlusion[index] = 0u;
-    if (is_seen) is_seen = found_hit(index).prim_id != kNoPrim;
+    bool is_visible = within_region(pixel);
+    if (is_visible) occlusion[index] = 0u;
+    if (is_visible) is_visible = found_hit(index).prim_id != kNoPrim;
     uint bit = 1u << (lane & 31u);
-    if (is_seen) atomicOr(tile_pixels[lane / 32u], bit);
+    if (is_visible) atomicOr(tile_pixels[lane / 32u], bit);
     barrier();
     uint before = bitCount(tile_pixels[lane / 32u] & (bit - 1u));
     if (lane >= 32u) before += bitCount(tile_pixels[0]);
-    // The order of tiles depends on the schedule, the answers do not.
+    // The order of tiles in the list depends on the schedule; the answers do not.
     if (lane == kGroupSize - 1u) {
-        tile_begin = atomicAdd(work.header.seen_count, before + (is_seen ? 1u : 0u));
+        tile_begin = atomicAdd(work.header.visible_count, before + (is_visible ? 1u : 0u));
     }
     barrier();
-    if (is_seen) seen[tile_begin + before] = index;
+    if (is_visible) visible_pixels[tile_begin + before] = index;
 }

@@ -31,7 +31,7 @@ void run_session(const FaultyLoader& loader, bool force_staging) {
     backend->trace_image(view(16, 16, kRaysShadow), frame);
     std::vector<Hit> hits(64);
     backend->trace_rays(scattered_rays(64, 1), hits);
-    backend->read_bvh(bvh);
+    backend->read_tree(bvh);
 }
 
 /// The error that a session with these faults ends with.

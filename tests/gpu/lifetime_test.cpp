@@ -1,17 +1,17 @@
-// Backends that come and go leave nothing behind. Not part of sanitizer builds, which keep what is
-// freed for a while, and look for leaks in their own way.
+// Backends that come and go leave no memory behind. Not part of sanitizer builds, which keep freed
+// memory for a while and find leaks in their own way.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <fstream>
 
 #include "gpu/vulkan_backend_internal.h"
-#include "tests/gpu/keyframe_scene.h"
+#include "tests/gpu/test_scenes.h"
 
 namespace morphray::test {
 namespace {
 
-/// Of the process, in bytes.
+/// Resident memory of the process.
 std::size_t resident_bytes() {
     std::size_t pages = 0;
     std::size_t resident = 0;
@@ -23,23 +23,19 @@ void use_a_backend_once() {
     // Packets are left out for the time that some drivers take to compile them.
     gpu::Tuning tuning;
     tuning.use_packets = false;
-    tuning.force_interpolation = true;
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
     const TestScene scene = torus(24, 12);
     backend->set_scene(scene.topology, scene.positions, plain_tree(scene));
     Frame frame;
     backend->refit(swayed(scene, 1));
-    backend->begin_image(view(64, 64, kRaysShadow), frame);
+    backend->trace_image(view(64, 64, kRaysShadow), frame);
     backend->refit(swayed(scene, 2));
     backend->trace_image(view(64, 64, kRaysAo), frame);
-    const auto keyframes = swaying(scene);
-    Pose pose = keyframes->pose(0.5);
-    backend->refit_to(pose);
-    backend->finish();
+    backend->refit(swayed(scene, 3));
 }
 
 TEST(Lifetime, MemoryStaysFlatWhileBackendsComeAndGo) {
-    // What drivers keep, they keep by then.
+    // By then drivers hold the memory that they keep.
     for (int i = 0; i < 8; ++i) use_a_backend_once();
     const std::size_t before = resident_bytes();
     constexpr int kBackends = 16;

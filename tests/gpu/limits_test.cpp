@@ -61,24 +61,6 @@ TEST(SceneLimits, AreCheckedForEachOfThem) {
     expect_refusal(roomy(), deep, "17 levels");
 }
 
-TEST(SceneLimits, OfKeyframesComeOnTop) {
-    EXPECT_TRUE(gpu::fits_keyframes(roomy(), kDragon));
-    gpu::PhysicalDevice device = roomy();
-    device.limits.maxTexelBufferElements = static_cast<std::uint32_t>(4 * kDragon.vertices);
-    EXPECT_FALSE(gpu::fits_keyframes(device, kDragon));
-    device = roomy();
-    device.max_allocation = 32 * kDragon.vertices - 1;
-    EXPECT_FALSE(gpu::fits_keyframes(device, kDragon));
-    device = roomy();
-    // Of all but the keyframes.
-    device.info.memory_bytes = 448 * kDragon.nodes + 320 * kDragon.leaves + 16 * kDragon.vertices +
-                               16 * kDragon.triangles + 4 * kDragon.nodes + 68 * kDragon.leaves;
-    gpu::check_scene(device, kDragon);
-    EXPECT_FALSE(gpu::fits_keyframes(device, kDragon));
-    device.info.memory_bytes += 32 * kDragon.vertices;
-    EXPECT_TRUE(gpu::fits_keyframes(device, kDragon));
-}
-
 TEST(SceneLimits, DoNotOverflowOnAbsurdSizes) {
     gpu::SceneSize huge = kDragon;
     huge.leaves = std::uint64_t{1} << 40;

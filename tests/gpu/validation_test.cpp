@@ -1,11 +1,13 @@
-// The validation layer is heard: planted mistakes become errors, and a whole session has none.
+// Messages of the validation layer become errors: planted mistakes cause them, and a whole session
+// causes none.
 #include <gtest/gtest.h>
 
 #include "common/base/errors.h"
+#include "common/update/restructure.h"
 #include "gpu/vulkan/pipeline.h"
 #include "gpu/vulkan/transfer.h"
 #include "gpu/vulkan_backend_internal.h"
-#include "tests/gpu/keyframe_scene.h"
+#include "tests/gpu/test_scenes.h"
 #include "tests/shaders/hazard_spirv.h"
 
 namespace morphray::test {
@@ -45,7 +47,7 @@ private:
         return {context_, name, 4, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice};
     }
     gpu::Pipeline copy(std::size_t from, std::size_t to) {
-        gpu::Pipeline pipeline(context_, {"copy", k_hazard_spirv, {kBindHits, kBindOcclusion}, 4});
+        gpu::Pipeline pipeline(context_, "copy", k_hazard_spirv);
         gpu::Bindings bindings;
         bindings.buffers[kBindHits] = words_[from].get();
         bindings.buffers[kBindOcclusion] = words_[to].get();
@@ -86,7 +88,6 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
         gpu::Tuning tuning;
         tuning.log = &log;
         tuning.force_staging = force_staging;
-        tuning.force_interpolation = true;
         tuning.step_budget = 40;
         const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
         const TestScene scene = torus(24, 12);
@@ -98,15 +99,17 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
         for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
             backend->trace_image(view(40, 30, rays), frame);
         }
-        const auto keyframes = swaying(scene);
-        for (const double number : {0.5, 0.75, 1.5, 0.5}) {
-            Pose pose = keyframes->pose(number);
-            backend->refit_to(pose);
-            backend->begin_image(view(40, 30, kRaysShadow), frame);
+        for (const float time : {0.5f, 0.75f, 1.5f, 0.5f}) {
+            backend->refit(swayed(scene, time));
+            backend->trace_image(view(40, 30, kRaysShadow), frame);
         }
+        BuiltAreas areas = built_areas(bvh);
+        backend->edit_tree([&](Bvh& tree) {
+            return restructure(scene.topology, swayed(scene, 0.5f), 1, tree, areas) > 0;
+        });
         std::vector<Hit> hits(100);
         backend->trace_rays(scattered_rays(100, 1), hits);
-        backend->read_bvh(bvh);
+        backend->read_tree(bvh);
     }
     EXPECT_TRUE(log.messages().empty()) << log.messages().front();
 }

@@ -27,8 +27,7 @@ public:
                   gpu::Memory::kDevice),
           outputs_(context_, "outputs", sizeof(Outputs) * kBatch,
                    VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, gpu::Memory::kDevice),
-          pipeline_(context_, {"evaluate", spirv, {kBindHits, kBindOcclusion}, 4},
-                    std::span(&function, 1)) {
+          pipeline_(context_, "evaluate", spirv, std::span(&function, 1)) {
         gpu::Bindings bindings;
         bindings.buffers[kBindHits] = inputs_.get();
         bindings.buffers[kBindOcclusion] = outputs_.get();

@@ -131,19 +131,6 @@ void add_shading(Writer& w, Generator& g) {
     w.add(g.bits() & 0xFFFFFF).add(g.bits() % (ao_count + 1)).add(g.bits());
 }
 
-/// Vertices of any size, with denormals, and a centre only where it may be: next to both.
-void add_keyframes(Writer& w, Generator& g) {
-    const bool is_off_centre = g.one_in(3);
-    const auto vertex = [&] {
-        if (g.one_in(64)) return vec3(kNoKeyframe);
-        if (is_off_centre) return vec3(kOffCentre) + vec3(g.scaled(0, 19), g.scaled(0, 19), 0.0f);
-        return vec3(g.coordinate(), g.scaled(-149, 19), g.one_in(2) ? 0.0f : g.scaled(-80, -20));
-    };
-    w.add(vertex()).add(vertex());
-    w.add(g.one_in(8) ? 0.0f : g.one_in(8) ? std::fabs(g.scaled(-149, -1)) : g.between(0, 0.999f));
-    w.add(vec3(is_off_centre ? kOffCentre : 0.0f));
-}
-
 Inputs make_case(std::uint32_t function, Generator& g) {
     Writer w;
     switch (function) {
@@ -185,9 +172,6 @@ Inputs make_case(std::uint32_t function, Generator& g) {
                 .add(g.bits() % 256)
                 .add(std::fabs(g.scaled(-10, 21)));
             break;
-        case kEvalKeyframes:
-            add_keyframes(w, g);
-            break;
         default:
             add_shading(w, g);
             break;
@@ -207,9 +191,8 @@ std::vector<Inputs> cases(std::uint32_t function, std::size_t count) {
 
 const char* function_name(std::uint32_t function) {
     constexpr const char* kNames[] = {
-        "Reciprocals", "Products",   "Snapping",  "BoxTest", "TriangleFilter",
-        "HitRule",     "Projection", "CameraRay", "Surface", "ShadowRay",
-        "AoRay",       "Shading",    "Keyframes",
+        "Reciprocals", "Products",  "Snapping", "BoxTest",   "TriangleFilter", "HitRule",
+        "Projection",  "CameraRay", "Surface",  "ShadowRay", "AoRay",          "Shading",
     };
     static_assert(std::size(kNames) == kEvalCount);
     return kNames[function];

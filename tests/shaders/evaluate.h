@@ -4,7 +4,6 @@
 
 #include "common/interop/camera.h"
 #include "common/interop/hit_rule.h"
-#include "common/interop/keyframes.h"
 #include "common/interop/shading.h"
 
 SHARED_BEGIN
@@ -31,8 +30,7 @@ SHARED_CONST uint kEvalSurface = 8u;
 SHARED_CONST uint kEvalShadowRay = 9u;
 SHARED_CONST uint kEvalAoRay = 10u;
 SHARED_CONST uint kEvalShade = 11u;
-SHARED_CONST uint kEvalKeyframes = 12u;
-SHARED_CONST uint kEvalCount = 13u;
+SHARED_CONST uint kEvalCount = 12u;
 
 SHARED float number(Inputs i, uint at) { return uintBitsToFloat(i.word[at]); }
 SHARED vec3 vector(Inputs i, uint at) {
@@ -177,9 +175,6 @@ SHARED Outputs evaluate(uint function, Inputs i) {
                      ao_ray(surface_from(i, 0u), i.word[7], i.word[8], i.word[9], number(i, 10u)));
     } else if (function == kEvalShade) {
         o = evaluate_shade(i);
-    } else if (function == kEvalKeyframes) {
-        o = with_vector(
-            o, 0u, between_keyframes(vector(i, 0u), vector(i, 3u), number(i, 6u), vector(i, 7u)));
     }
     return o;
 }

@@ -1,13 +1,13 @@
-// What the promise of one picture demands of every kernel's code.
+// Every kernel has the float modes and the exact operations that give the image of the CPU.
 #include <gtest/gtest.h>
 
 #include <cstdint>
 
+#include "common/base/errors.h"
 #include "shaders/occlusion/occlusion_packet_spirv.h"
 #include "shaders/occlusion/occlusion_spirv.h"
 #include "shaders/packet/camera_packet_spirv.h"
 #include "shaders/packet/light_packet_spirv.h"
-#include "shaders/refit/deform_spirv.h"
 #include "shaders/refit/refit_leaves_spirv.h"
 #include "shaders/refit/refit_nodes_spirv.h"
 #include "shaders/shade/compact_spirv.h"
@@ -28,23 +28,23 @@ struct Kernel {
 };
 
 const Kernel kKernels[] = {
-    {"deform", k_deform_spirv},
     {"occlusion", k_occlusion_spirv},
     {"primary", k_primary_spirv},
     {"rays", k_rays_spirv},
     {"refit_leaves", k_refit_leaves_spirv},
     {"refit_nodes", k_refit_nodes_spirv},
     {"resume", k_resume_spirv},
-    {"select", k_compact_spirv},
+    {"compact", k_compact_spirv},
     {"shade", k_shade_spirv},
     {"evaluate", k_evaluate_spirv},
 };
 
-/// What these compute outside the rule has bounds that hold in any order and fused or not.
+/// Kernels with arithmetic outside the hit rule, whose bounds hold in any order and with any
+/// fusion.
 const Kernel kPacketKernels[] = {
     {"occlusion_packet", k_occlusion_packet_spirv},
-    {"primary_packet", k_camera_packet_spirv},
-    {"shadow_packet", k_light_packet_spirv},
+    {"camera_packet", k_camera_packet_spirv},
+    {"light_packet", k_light_packet_spirv},
 };
 
 class EveryKernel : public testing::TestWithParam<Kernel> {};
@@ -87,8 +87,8 @@ TEST(InexactOperations, AreFoundWhereAnInstructionIsNotAllowed) {
 TEST(SpirvModule, RejectsWordsThatAreNoModule) {
     const std::uint32_t wrong_magic[] = {1, 2, 3, 4, 5};
     const std::uint32_t truncated[] = {0x07230203, 0, 0, 9, 0, 5u << 16 | 136};
-    EXPECT_THROW(SpirvModule{wrong_magic}, std::runtime_error);
-    EXPECT_THROW(SpirvModule{truncated}, std::runtime_error);
+    EXPECT_THROW(SpirvModule{wrong_magic}, Error);
+    EXPECT_THROW(SpirvModule{truncated}, Error);
 }
 
 }  // namespace

@@ -14,7 +14,6 @@ layout(std430, binding = kBindHits) readonly buffer Shared {
     RaysArguments rays;
     ResumeArguments resume;
     RefitArguments refit;
-    DeformArguments deform;
     WorkHeader header;
     Suspended suspended;
     Hit hit;
@@ -23,5 +22,5 @@ layout(std430, binding = kBindPixels) writeonly buffer Result { uint result; };
 
 void main() {
     result = node.child[0] + leaf.prim_id[0] + region.x + packet.x + occlusion.x + rays.ray_count + resume.first +
-             refit.first + deform.first + header.status + suspended.answer_index + hit.prim_id;
+             refit.first + header.status + suspended.answer_index + hit.prim_id;
 }

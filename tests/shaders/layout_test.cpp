@@ -39,7 +39,7 @@ TEST(SharedLayout, RaysAndHitsAgree) {
                        OFFSET(Suspended, pad0), OFFSET(Suspended, pad1), OFFSET(Suspended, pad2)}));
     EXPECT_EQ(in_kernel("WorkHeader"),
               (Offsets{OFFSET(WorkHeader, status), OFFSET(WorkHeader, suspended_count),
-                       OFFSET(WorkHeader, unfinished_count), OFFSET(WorkHeader, seen_count)}));
+                       OFFSET(WorkHeader, unfinished_count), OFFSET(WorkHeader, visible_count)}));
 }
 
 TEST(SharedLayout, ArgumentsAgree) {
@@ -76,10 +76,6 @@ TEST(SharedLayout, ArgumentsAgree) {
                        OFFSET(ResumeArguments, fresh), OFFSET(ResumeArguments, any_hit)}));
     EXPECT_EQ(in_kernel("RefitArguments"),
               (Offsets{OFFSET(RefitArguments, first), OFFSET(RefitArguments, count)}));
-    EXPECT_EQ(in_kernel("DeformArguments"),
-              (Offsets{OFFSET(DeformArguments, first), OFFSET(DeformArguments, count),
-                       OFFSET(DeformArguments, before), OFFSET(DeformArguments, after),
-                       OFFSET(DeformArguments, centre), OFFSET(DeformArguments, f)}));
 }
 
 TEST(SharedLayout, ATypeThatTheKernelDoesNotHaveHasNoOffsets) {

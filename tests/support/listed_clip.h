@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/interop/keyframes.h"
 #include "common/scene/clip.h"
+#include "common/scene/interpolate.h"
 
 namespace morphray::test {
 

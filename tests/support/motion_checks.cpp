@@ -95,7 +95,7 @@ void expect_no_drift(const Motion& motion, Backend& tracer) {
     const Bvh built = build_bvh(motion.topology, start);
     const auto hash_now = [&] {
         Bvh tree = built;
-        tracer.read_bvh(tree);
+        tracer.read_tree(tree);
         return bvh_hash(tree);
     };
     tracer.set_scene(motion.topology, start, built);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <stdexcept>
 
 namespace morphray::test {
 namespace {
@@ -55,18 +54,8 @@ bool is_exact_extended(std::uint32_t number) {
 
 }  // namespace
 
-SpirvModule::SpirvModule(std::span<const std::uint32_t> words) {
-    constexpr std::size_t kHeaderWords = 5;
-    if (words.size() < kHeaderWords || words[0] != 0x07230203) {
-        throw std::runtime_error("not a SPIR-V module");
-    }
-    for (std::size_t at = kHeaderWords; at < words.size();) {
-        const std::uint32_t count = words[at] >> 16;
-        if (count == 0 || at + count > words.size()) throw std::runtime_error("broken SPIR-V");
-        instructions_.push_back({words[at] & 0xFFFF, words.subspan(at + 1, count - 1)});
-        at += count;
-    }
-}
+SpirvModule::SpirvModule(std::span<const std::uint32_t> words)
+    : instructions_(gpu::read_spirv(words)) {}
 
 bool SpirvModule::has_execution_mode(std::uint32_t mode, std::uint32_t argument) const {
     return std::any_of(instructions_.begin(), instructions_.end(), [&](const auto& i) {
@@ -77,7 +66,7 @@ bool SpirvModule::has_execution_mode(std::uint32_t mode, std::uint32_t argument)
 
 std::set<std::uint32_t> SpirvModule::decorated(std::uint32_t decoration) const {
     std::set<std::uint32_t> results;
-    for (const SpirvInstruction& i : instructions_) {
+    for (const gpu::SpirvInstruction& i : instructions_) {
         if (i.opcode == kOpDecorate && i.operands[1] == decoration) results.insert(i.operands[0]);
     }
     return results;
@@ -85,14 +74,14 @@ std::set<std::uint32_t> SpirvModule::decorated(std::uint32_t decoration) const {
 
 std::map<std::string, std::uint32_t> SpirvModule::member_offsets(const std::string& type) const {
     std::set<std::uint32_t> candidates;
-    for (const SpirvInstruction& i : instructions_) {
+    for (const gpu::SpirvInstruction& i : instructions_) {
         if (i.opcode == kOpName && text_of(i.operands.subspan(1)) == type) {
             candidates.insert(i.operands[0]);
         }
     }
     std::map<std::uint32_t, std::map<std::uint32_t, std::string>> names;
     std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>> offsets;
-    for (const SpirvInstruction& i : instructions_) {
+    for (const gpu::SpirvInstruction& i : instructions_) {
         if (i.opcode == kOpMemberName) {
             names[i.operands[0]][i.operands[1]] = text_of(i.operands.subspan(2));
         } else if (i.opcode == kOpMemberDecorate && i.operands[2] == kOffset) {
@@ -109,7 +98,7 @@ std::map<std::string, std::uint32_t> SpirvModule::member_offsets(const std::stri
 std::vector<std::string> inexact_operations(const SpirvModule& module) {
     std::vector<std::string> found;
     const std::set<std::uint32_t> uncontracted = module.decorated(kNoContraction);
-    for (const SpirvInstruction& i : module.instructions()) {
+    for (const gpu::SpirvInstruction& i : module.instructions()) {
         const bool rounds = i.opcode == kOpFAdd || i.opcode == kOpFSub || i.opcode == kOpFMul ||
                             i.opcode == kOpVectorTimesScalar;
         if (!is_exact(i.opcode)) {

@@ -1,4 +1,4 @@
-// Just enough of SPIR-V to ask questions about a compiled kernel.
+// Questions about a compiled kernel, answered from its SPIR-V.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 #include <vector>
+
+#include "gpu/vulkan/spirv.h"
 
 namespace morphray::test {
 
@@ -26,19 +28,13 @@ enum SpirvOp : std::uint32_t {
 };
 enum SpirvDecoration : std::uint32_t { kArrayStride = 6, kOffset = 35, kNoContraction = 42 };
 
-struct SpirvInstruction {
-    std::uint32_t opcode;
-    /// Without the first word, which holds the opcode.
-    std::span<const std::uint32_t> operands;
-};
-
-/// A view of a module whose words outlive it. Throws std::runtime_error on words that are no
+/// A view of a module whose words outlive it. Throws Error(kInternal) on words that are not a
 /// module.
 class SpirvModule {
 public:
     explicit SpirvModule(std::span<const std::uint32_t> words);
 
-    const std::vector<SpirvInstruction>& instructions() const { return instructions_; }
+    const std::vector<gpu::SpirvInstruction>& instructions() const { return instructions_; }
     bool has_execution_mode(std::uint32_t mode, std::uint32_t argument) const;
     /// The results decorated so.
     std::set<std::uint32_t> decorated(std::uint32_t decoration) const;
@@ -48,11 +44,11 @@ public:
     std::map<std::string, std::uint32_t> member_offsets(const std::string& type) const;
 
 private:
-    std::vector<SpirvInstruction> instructions_;
+    std::vector<gpu::SpirvInstruction> instructions_;
 };
 
-/// What a kernel does that not every device rounds alike, one line each; empty if nothing. Floats
-/// may be added, subtracted and multiplied without contraction, compared, selected, converted.
+/// The operations of a kernel that devices may round differently, one line each. Floats may be
+/// added, subtracted and multiplied without contraction, compared, selected and converted.
 std::vector<std::string> inexact_operations(const SpirvModule& module);
 
 }  // namespace morphray::test

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "common/interop/hit_rule.h"
-#include "common/interop/keyframes.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray {
@@ -33,8 +32,6 @@ TEST(Constants, AreThePowersOfTwoThatTheirCommentsSay) {
     EXPECT_EQ(kBoxDilation, 0x1p-13f);
     EXPECT_EQ(kSurfaceOffset, 0x1p-16f);
     EXPECT_EQ(kInfiniteT, 0x1p100f);
-    EXPECT_EQ(kKeyframeExtent, 0x1p126f);
-    EXPECT_EQ(kNoKeyframe, 0x1p127f);
 }
 
 TEST(Rcp, IsWithinItsBoundForEveryMantissa) {

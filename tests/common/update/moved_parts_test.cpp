@@ -33,7 +33,7 @@ std::vector<vec3> partly_moved(const std::vector<vec3>& positions, double probab
 
 std::uint64_t hash_of(Backend& backend, const Bvh& built) {
     Bvh bvh = built;
-    backend.read_bvh(bvh);
+    backend.read_tree(bvh);
     return bvh_hash(bvh);
 }
 
@@ -143,12 +143,12 @@ TEST(CpuBackend, TenThousandRefitsLeaveTheBytesOfOne) {
         backend->refit(positions);
     }
     Bvh after = built;
-    backend->read_bvh(after);
+    backend->read_tree(after);
     Bvh once = built;
     cpu::refit(once, positions);
     EXPECT_EQ(bvh_hash(after), bvh_hash(once));
     backend->refit(scene.positions());
-    backend->read_bvh(after);
+    backend->read_tree(after);
     EXPECT_EQ(bvh_hash(after), bvh_hash(built));
 }
 

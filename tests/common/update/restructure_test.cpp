@@ -75,7 +75,11 @@ TEST(Restructure, AnswersLikeBruteForce) {
     for (std::uint64_t step = 1; step < 6; ++step) {
         const std::vector<vec3> positions = bodies.pose(step);
         for (Backend* backend : {tracer.get(), brute.get()}) backend->refit(positions);
-        EXPECT_GT(tracer->restructure(bodies.topology, 1, areas), 0u);
+        tracer->edit_tree([&](Bvh& bvh) {
+            const std::size_t parts = restructure(bodies.topology, positions, 1, bvh, areas);
+            EXPECT_GT(parts, 0u);
+            return parts > 0;
+        });
         std::vector<Ray> rays;
         for (int i = 0; i < 500; ++i) {
             Ray ray = {};

@@ -50,8 +50,6 @@ public:
     const Bvh& rebuilt() const { return rebuilt_; }
     /// The poses from the one that the tree is built at to the frame, in scene space.
     const std::vector<std::vector<vec3>>& journey() const { return journey_; }
-    /// The frame's; valid until the next call.
-    Pose pose() const { return frames_->pose(frame_); }
 
 private:
     std::unique_ptr<SceneFrames> frames_;

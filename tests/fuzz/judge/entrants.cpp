@@ -69,7 +69,6 @@ Entrants vulkan_entrants() {
     entrants.backends.push_back(gpu::make_vulkan_backend());
     gpu::Tuning tuning;
     tuning.most_packet_lanes = 4;
-    tuning.force_interpolation = true;
     tuning.step_budget = kShortBudget;
     entrants.backends.push_back(gpu::make_vulkan_backend({}, tuning));
     Backend* const device = entrants.backends[0].get();

@@ -91,12 +91,10 @@ void Referee::prepare(const Entrant& entrant) {
     loaded.updater.reset();
     loaded.entrant = &entrant;
     switch (entrant.tree) {
-        case TreeKind::kRefitted: {
+        case TreeKind::kRefitted:
             backend.set_scene(scene_->topology(), scene_->built_positions(), scene_->built());
-            Pose pose = scene_->pose();
-            backend.refit_to(pose);
+            backend.refit(scene_->positions());
             break;
-        }
         case TreeKind::kRebuilt:
             backend.set_scene(scene_->topology(), scene_->positions(), scene_->rebuilt());
             break;

@@ -36,11 +36,9 @@ public:
         positions_.assign(positions.begin(), positions.end());
         return inner_->refit(positions, extent);
     }
-    double tree_cost() override { return inner_->tree_cost(); }
-    std::size_t restructure(const Topology& topology, double growth, BuiltAreas& areas) override {
-        return inner_->restructure(topology, growth, areas);
-    }
-    void read_bvh(Bvh& bvh) override { inner_->read_bvh(bvh); }
+    std::span<const Node> nodes() override { return inner_->nodes(); }
+    void read_tree(Bvh& bvh) override { inner_->read_tree(bvh); }
+    void edit_tree(const TreeEdit& edit) override { inner_->edit_tree(edit); }
     void trace_image(const ImageParams& params, Frame& frame) override {
         inner_->trace_image(params, frame);
         for (std::size_t i = 0; i < frame.hits.size(); ++i) {

@@ -13,8 +13,8 @@
 
 #include "common/base/errors.h"
 #include "common/base/message_text.h"
-#include "common/interop/keyframes.h"
 #include "common/scene/formats/obj/obj_reader.h"
+#include "common/scene/interpolate.h"
 #include "common/scene/polygons/triangulate.h"
 
 namespace morphray {

@@ -12,7 +12,7 @@
 namespace morphray {
 
 /// Reads all files (at least one), in parallel, and keeps their positions. Between keyframes
-/// positions are interpolated component by component (common/interop/keyframes.h), and at a
+/// positions are interpolated component by component (common/scene/interpolate.h), and at a
 /// keyframe they are the file's, bit for bit. A frame that is missing is the one before if
 /// options.missing is kHold; otherwise it is interpolated like any frame between two keyframes.
 ///

@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "common/interop/keyframes.h"
+#include "common/scene/interpolate.h"
 #include "tests/common/base/temp_folder.h"
 
 namespace morphray {

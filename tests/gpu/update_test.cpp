@@ -1,0 +1,203 @@
+// Updates on the device: a refit is deferred to the submission of the next image, and any sequence
+// of updates gives the trees and images of the CPU.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "common/base/errors.h"
+#include "common/bvh/bvh_builder.h"
+#include "common/image/frame.h"
+#include "common/update/tree_updater.h"
+#include "cpu/cpu_backend.h"
+#include "gpu/vulkan_backend_internal.h"
+#include "tests/gpu/faulty_loader.h"
+#include "tests/gpu/test_scenes.h"
+
+namespace morphray::test {
+namespace {
+
+constexpr int kPoses = 8;
+
+/// Even poses move all of the scene, odd ones its first tenth.
+std::vector<vec3> pose(const TestScene& scene, int number) {
+    std::vector<vec3> positions = swayed(scene, 0.2f * static_cast<float>(number / 2));
+    const std::vector<vec3> next = swayed(scene, 0.2f * static_cast<float>(number / 2) + 0.1f);
+    if (number % 2 == 1) std::copy_n(next.begin(), positions.size() / 10, positions.begin());
+    return positions;
+}
+
+std::unique_ptr<Backend> validated_device(bool force_staging,
+                                          std::uint32_t step_budget = kStepBudget) {
+    gpu::Tuning tuning;
+    tuning.force_staging = force_staging;
+    tuning.step_budget = step_budget;
+    return gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
+}
+
+std::uint64_t tree_hash(Backend& backend) {
+    Bvh tree;
+    backend.read_tree(tree);
+    return bvh_hash(tree);
+}
+
+struct Hashes {
+    std::uint64_t hits;
+    std::uint64_t image;
+    bool operator==(const Hashes&) const = default;
+};
+
+std::vector<Hashes> images(Backend& backend, const TestScene& scene, const ImageParams& view) {
+    std::vector<Hashes> images;
+    for (int i = 0; i < kPoses; ++i) {
+        backend.refit(pose(scene, i));
+        Frame frame;
+        backend.trace_image(view, frame);
+        images.push_back({hits_hash(frame), image_hash(frame)});
+    }
+    return images;
+}
+
+TEST(VulkanUpdate, ImagesAfterDeferredRefitsAreThoseOfTheCpu) {
+    const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
+    const TestScene scene = torus(64, 32);
+    const Bvh bvh = build_bvh(scene.topology, scene.positions);
+    for (const bool force_staging : {false, true}) {
+        // A small budget suspends rays, which are resumed after the refit's submission.
+        for (const std::uint32_t step_budget : {kStepBudget, 60u}) {
+            const std::unique_ptr<Backend> vulkan = validated_device(force_staging, step_budget);
+            for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
+                for (Backend* backend : {vulkan.get(), cpu.get()}) {
+                    backend->set_scene(scene.topology, scene.positions, bvh);
+                }
+                const ImageParams params = view(64, 48, rays);
+                EXPECT_EQ(images(*vulkan, scene, params), images(*cpu, scene, params))
+                    << force_staging << ' ' << step_budget << ' ' << rays;
+            }
+        }
+    }
+}
+
+TEST(VulkanUpdate, AndImageAreOneSubmissionWithItsTimes) {
+    for (const bool force_staging : {false, true}) {
+        Faults faults;
+        faults.counts = [](std::string_view name) { return name == "vkQueueSubmit"; };
+        const FaultyLoader loader(faults);
+        gpu::Tuning tuning;
+        tuning.loader = loader.get();
+        tuning.force_staging = force_staging;
+        const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend({}, tuning);
+        const TestScene scene = torus(64, 32);
+        vulkan->set_scene(scene.topology, scene.positions, plain_tree(scene));
+        Frame frame;
+        // Hits and pixels, if the host does not see them.
+        const std::size_t copies = force_staging ? 2 : 0;
+        faults.call_count = 0;
+        vulkan->refit(swayed(scene, 1));
+        EXPECT_EQ(faults.call_count, 0u);
+        vulkan->trace_image(view(64, 48, kRaysPrimary), frame);
+        EXPECT_EQ(faults.call_count, 1 + copies);
+        vulkan->refit(swayed(scene, 2));
+        EXPECT_EQ(faults.call_count, 1 + copies);
+        vulkan->trace_image(view(64, 48, kRaysPrimary), frame);
+        EXPECT_GT(vulkan->times().update.refit_ms, 0);
+        EXPECT_GT(vulkan->times().trace_ms, vulkan->times().shade_ms);
+        EXPECT_GT(vulkan->times().shade_ms, 0);
+        EXPECT_EQ(faults.call_count, 2 + 2 * copies);
+    }
+}
+
+TEST(VulkanUpdate, ThatFailsIsMadeUpForByTheNext) {
+    Faults faults;
+    const FaultyLoader loader(faults);
+    gpu::Tuning tuning;
+    tuning.loader = loader.get();
+    tuning.force_staging = true;
+    const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend({}, tuning);
+    const TestScene scene = torus(64, 32);
+    const Bvh bvh = build_bvh(scene.topology, scene.positions);
+    const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
+    cpu->set_scene(scene.topology, scene.positions, bvh);
+    cpu->refit(pose(scene, 3));
+    for (std::size_t k = 0; k < 20; ++k) {
+        vulkan->set_scene(scene.topology, scene.positions, bvh);
+        faults.fail_at = faults.call_count + k;
+        try {
+            vulkan->refit(pose(scene, 2));
+            vulkan->times();
+        } catch (const Error&) {
+        }
+        faults.fail_at = Faults::kNever;
+        vulkan->refit(pose(scene, 3));
+        EXPECT_EQ(tree_hash(*vulkan), tree_hash(*cpu)) << k;
+    }
+}
+
+TEST(VulkanUpdate, ABackendCanEndBeforeItsRefitIsDone) {
+    const std::unique_ptr<Backend> vulkan = validated_device(false);
+    const TestScene scene = torus(64, 32);
+    vulkan->set_scene(scene.topology, scene.positions, plain_tree(scene));
+    vulkan->refit(swayed(scene, 1));
+}
+
+TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
+    for (const bool force_staging : {false, true}) {
+        const TestScene scene = torus(64, 16);
+        const Bvh built = build_bvh(scene.topology, scene.positions);
+        BuiltAreas areas = built_areas(built);
+        BuiltAreas cpu_areas = areas;
+        const auto cpu = cpu::make_scalar_backend();
+        const auto vulkan = validated_device(force_staging);
+        for (Backend* backend : {vulkan.get(), cpu.get()})
+            backend->set_scene(scene.topology, scene.positions, built);
+        std::mt19937 random(1);
+        for (int step = 0; step < 60; ++step) {
+            const std::vector<vec3> positions =
+                swayed(scene, 0.125f * static_cast<float>(random() % 40));
+            const auto act = [&](Backend& backend, BuiltAreas& its_areas, std::uint32_t what) {
+                if (what == 0) {
+                    const Bvh tree = build_bvh(scene.topology, positions);
+                    backend.set_frame(positions, tree);
+                    its_areas = built_areas(tree);
+                } else {
+                    backend.refit(positions, what == 1 ? RefitExtent::kAll : RefitExtent::kMoved);
+                }
+                if (what < 3) return;
+                backend.edit_tree([&](Bvh& bvh) {
+                    return restructure(scene.topology, positions, 1, bvh, its_areas) > 0;
+                });
+            };
+            const auto what = static_cast<std::uint32_t>(random() % 6);
+            act(*cpu, cpu_areas, what);
+            act(*vulkan, areas, what);
+            ASSERT_EQ(tree_hash(*vulkan), tree_hash(*cpu)) << step << ' ' << what;
+        }
+    }
+}
+
+std::vector<std::string> steps(const TestScene& scene, Backend& tracer, const std::string& policy) {
+    const UpdateConfig config{.deterministic = true, .budget = 0.02};
+    TreeUpdater updater(scene.topology, scene.positions, tracer, nullptr,
+                        make_update_policy(policy, config), {}, config);
+    std::vector<std::string> taken;
+    for (const float time : {0.0f, 0.25f, 0.5f, 1.0f, 2.5f, 2.5f, 4.9f, 0.1f, 3.0f, 2.75f, 5.0f}) {
+        updater.update(swayed(scene, time));
+        Frame image;
+        tracer.trace_image(view(32, 24, kRaysPrimary), image);
+        updater.frame_done();
+        taken.push_back(name_of(updater.last().step) + (' ' + updater.last().reason) + ' ' +
+                        std::to_string(bvh_hash(updater.tree())) + ' ' +
+                        std::to_string(hits_hash(image)));
+    }
+    return taken;
+}
+
+TEST(VulkanUpdate, TakesTheStepsOfTheCpuUnderEveryPolicy) {
+    const TestScene scene = torus(32, 16);
+    const auto vulkan = validated_device(true);
+    const auto cpu = cpu::make_scalar_backend();
+    for (const char* policy : {"refit", "rebuild", "every:3", "auto"})
+        EXPECT_EQ(steps(scene, *vulkan, policy), steps(scene, *cpu, policy)) << policy;
+}
+
+}  // namespace
+}  // namespace morphray::test
