@@ -1,9 +1,10 @@
-// Lanes that work together: a part of a subgroup, of a size that is asked for and not assumed.
+// A cluster: lanes of a subgroup that work together. The host sets its size by the device's
+// subgroups.
 //
-// Where a subgroup has several clusters, one may leave a loop before another. Some devices compute
-// what the loop computes anew for those that have left, from what it carries over, and use that
-// after the loop (Mesa 22.3's lavapipe). So what depends on a count that the loop advances, and is
-// used after it, is computed under a condition.
+// In a subgroup with several clusters, one may leave a loop before another. Some devices then
+// compute values of the loop again for the clusters that have left, from the variables that the
+// loop carries, and use them after the loop (Mesa 22.3's lavapipe). So a value that depends on a
+// count of the loop and is used after it is computed under a condition.
 #ifndef SHADERS_BASE_CLUSTER_GLSL
 #define SHADERS_BASE_CLUSTER_GLSL
 
@@ -15,11 +16,11 @@
 
 /// Lanes of a cluster: 4, 8 or 16, a part of a subgroup.
 layout(constant_id = kConstantPacketLanes) const uint kLanes = 8u;
-/// Children, vertices or triangles that each lane has of 16.
+/// The share of each lane in 16 children, vertices or triangles.
 const uint kSlots = 16u / kLanes;
 
-uint lane;        // within the cluster
-uint first_lane;  // of the cluster, within the subgroup
+uint lane;        // index within the cluster
+uint first_lane;  // index of lane 0 within the subgroup
 
 void find_lane() {
     lane = gl_SubgroupInvocationID & (kLanes - 1u);

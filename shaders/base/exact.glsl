@@ -1,6 +1,7 @@
-// First include of every kernel: what makes + - * on floats round alike on every device (Vulkan
-// specification, "Precision and Operation of SPIR-V Instructions"). Mode 4462 is RoundingModeRTE,
-// 4461 SignedZeroInfNanPreserve, each for 32 bits; 4467 and 4466 are their capabilities.
+// The first include of every kernel: the modes that make + - * on floats round alike on every
+// device (Vulkan specification, "Precision and Operation of SPIR-V Instructions"). Mode 4462 is
+// RoundingModeRTE, 4461 SignedZeroInfNanPreserve, each for 32 bits; 4467 and 4466 are their
+// capabilities.
 #ifndef SHADERS_BASE_EXACT_GLSL
 #define SHADERS_BASE_EXACT_GLSL
 

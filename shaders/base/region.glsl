@@ -1,5 +1,5 @@
-// From a lane to its pixel: workgroups are tiles of 8x8 pixels, and each power of two of lanes
-// covers a block as square as can be, whatever the width of a subgroup.
+// The pixels of lanes. A workgroup is a tile of 8x8 pixels. Each power of two of lanes covers a
+// block that is as square as possible, for every width of a subgroup.
 #ifndef SHADERS_BASE_REGION_GLSL
 #define SHADERS_BASE_REGION_GLSL
 
@@ -10,7 +10,7 @@ layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
 
-/// The lane's pixel of an 8x8 tile.
+/// The lane's pixel within its tile.
 uvec2 tile_pixel() {
     uint lane = gl_LocalInvocationID.x;
     uint x = (lane & 3u) | ((lane >> 1u) & 4u);

@@ -2,10 +2,10 @@
 #ifndef SHADERS_BASE_SPREAD_GLSL
 #define SHADERS_BASE_SPREAD_GLSL
 
-/// Of two neighbouring workgroups one goes to each half of the grid: lavapipe gives each thread one
-/// contiguous half (quarter, ...) of it, and images are busier in some places than in others. Which
-/// of the two follows A. Thue's sequence, since a row may have an even number of workgroups, whose
-/// halves would then be columns of the image.
+/// Permutes workgroups so that two neighbours go to different halves of the grid. Lavapipe gives
+/// each thread a contiguous half (quarter, ...) of the grid, and some places of an image take
+/// longer than others. A. Thue's sequence chooses the half: with plain alternation the halves would
+/// be columns of the image if a row has an even number of workgroups.
 uint spread_group(uint group, uint count) {
     uint half_count = (count + 1u) / 2u;
     bool is_second = group >= half_count;

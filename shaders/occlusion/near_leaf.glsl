@@ -1,6 +1,6 @@
-// The leaves that rays from near one another meet. Triangles are sorted by edge functions of a ray's
-// direction and moment, about the point that one of them starts from, into those that a ray misses
-// or hits for certain and those uncertain, which the rule is asked for, one of each lane at a time.
+// The leaves that neighbouring rays meet. Edge functions of a ray's direction and moment, relative
+// to the origin of one of the rays, sort triangles into missed, surely hit and uncertain ones. The
+// rule resolves uncertain ones, one of each lane at a time.
 #ifndef SHADERS_OCCLUSION_NEAR_LEAF_GLSL
 #define SHADERS_OCCLUSION_NEAR_LEAF_GLSL
 
@@ -10,12 +10,12 @@
 
 layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
-/// Where floats leave a doubt: triangles and rays, a pair a lane, on the first deferred_count lanes.
+/// Deferred pairs of a triangle and a ray, one on each of the first deferred_count lanes.
 uint deferred_name;
 uint deferred_ray;
 uint deferred_count;
-/// Rays uncertain about this lane's triangles of a leaf that no lane has taken yet; none if there is
-/// room.
+/// The rays that are uncertain for this lane's triangles of a leaf and that no lane has taken; 0 if
+/// there is room.
 uint uncertain_leaf;
 uint uncertain[kSlots];
 
@@ -24,40 +24,40 @@ bool has_room() { return deferred_count < kLanes; }
 float sum_of(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
 float largest_of(vec3 v) { return greater(abs(v.x), greater(abs(v.y), abs(v.z))); }
 
-/// In place of coordinates that are not finite.
+/// Stands for coordinates that are not finite.
 const float kFarAway = 1.0e30f;
 
-/// What coordinates in leaves are relative to, and how far from it (|x| + |y| + |z|) rays start.
+/// The origin of coordinates in leaves, and the largest |x| + |y| + |z| of ray origins relative to
+/// it.
 vec3 centre;
 float spread;
 
-/// A triangle a, b, c, relative to the centre, with e = b - a and f = c - a. The edge functions of a
-/// ray from org in the direction d, such as (b - org) x (c - org) . d, are d . (b x c) + (org x d) .
-/// (c - b) and so on; in exact arithmetic, they are those of the rule but for a factor.
+/// A triangle a, b, c, relative to the centre, with e = b - a and f = c - a. The edge functions of
+/// a ray from org in the direction d, such as (b - org) x (c - org) . d, are d . (b x c) + (org x
+/// d) . (c - b) and so on; in exact arithmetic they are those of the rule times a factor.
 ///
-/// Let s be the largest |x| + |y| + |z| of a, b and c, w that of all org (`spread`), S = s + w, l the
-/// sum of those of e and f; the components of d are below 2. What moves an edge function is, in
-/// units of 2^-24,
-/// - roundings of the first one: 4 l s of the edges, 4 l s of b x c, 6 l s of its product with d; 6
-///   w l of org and org x d, 10 w l of its products, 2 w l of their difference; 2 l S of the sum;
-/// - roundings of the second one: no more; of the sum of all three: 4 l^2; hence of the third one,
-///   with those of two subtractions, 42 l S + 5 l^2 at most;
-/// - of a, b and c, each less than s, and what the rule displaces them by, 6 times how far they are
-///   off the ray: 2 |d| times that, times how far the vertices are off the ray. If the ray goes
-///   through the triangle, an edge is longer than that: 7 l s and 42 l^2.
-/// So if all are beyond 128 l (l + S) and of one sign, the ray goes through the triangle as it is,
-/// with 79 l S + 81 l^2 to spare, and hence through the displaced one.
-///
-/// a.N - org.N, N = e x f, is the ray's distance from the plane times |N|, and off by less than 13 S
-/// |e| |f|. If it is beyond 64 S |e| |f| and the rule has a hit, then the plane is met in front
-/// (cpu/single_ray/shared_leaf-inl.h, "Behind the origin"), so that the sum of the three has its sign; those of
-/// the displaced triangle have one sign, and so none of the three has the other one by more than
-/// 2 (7 l S + 42 l^2) and the roundings, which is less than 128 l (l + S) again.
-///
-/// Where a ray goes through the triangle for certain, it meets the plane at t = (a.N - org.N) / d.N,
-/// the vertices' depths differ from that by `extent` at most, and d.N, the sum of the three, is off by
-/// less than `bound`. A depth of the rule is a mean of theirs: it is beyond doubt if they are of one
-/// sign and differ by no more than the least of them, and within reach if the farthest is.
+/// 1. Let s be the largest |x| + |y| + |z| of a, b and c, w that of all org (`spread`), S = s + w,
+///    l the sum of those of e and f. The components of d are below 2. Errors are in units of 2^-24.
+/// 2. Roundings of the first edge function: 4 l s of the edges, 4 l s of b x c, 6 l s of its
+///    product with d; 6 w l of org and org x d, 10 w l of its products, 2 w l of their difference;
+///    2 l S of the sum. The second has no more, the sum of all three 4 l^2. So the third, with two
+///    subtractions, has at most 42 l S + 5 l^2.
+/// 3. The errors of a, b and c are each less than s, and the rule displaces them by 6 times their
+///    distance from the ray. They move an edge function by 2 |d| times that, times the distance of
+///    the vertices from the ray. If the ray goes through the triangle, an edge is longer than that
+///    distance: 7 l s and 42 l^2.
+/// 4. So if all three are beyond 128 l (l + S) and of one sign, the ray goes through the triangle,
+///    with 79 l S + 81 l^2 to spare, and hence through the displaced one.
+/// 5. a.N - org.N, N = e x f, is the ray's distance from the plane times |N|, and off by less than
+///    13 S |e| |f|. If it is beyond 64 S |e| |f| and the rule has a hit, the plane is met in front
+///    (cpu/single_ray/shared_leaf-inl.h, "Behind the origin"). Then the sum of the three has its
+///    sign. Those of the displaced triangle have one sign, so none of the three has the other sign
+///    by more than 2 (7 l S + 42 l^2) and the roundings, which is less than 128 l (l + S) again.
+/// 6. A ray that certainly goes through the triangle meets the plane at t = (a.N - org.N) / d.N.
+///    The depths of the vertices differ from t by at most `extent`, and d.N, the sum of the three,
+///    is off by less than `bound`. A depth of the rule is a mean of those of the vertices: it is
+///    certain if they have one sign and differ by no more than the least of them, and within reach
+///    if the farthest is.
 struct Facing {
     vec3 e;
     vec3 f;
@@ -67,16 +67,16 @@ struct Facing {
     vec3 normal;
     /// a . normal
     float height;
-    /// Beyond this an edge function is certain of its sign.
+    /// An edge function beyond this has a certain sign.
     float bound;
-    /// Beyond this a ray certainly starts on one side of the plane.
+    /// A ray whose height is beyond this certainly starts on one side of the plane.
     float side_bound;
-    /// Largest component of an edge.
+    /// The largest component of an edge.
     float extent;
     bool is_usable;
 };
 
-vec3 corners_of(vec3 vertices[kSlots], uint slot) {
+vec3 read_vertex(vec3 vertices[kSlots], uint slot) {
     uint from = slot & (kLanes - 1u);
     vec3 v = read_lane(vertices[0], from);
     [[unroll]] for (uint h = 1u; h < kSlots; ++h) {
@@ -86,10 +86,10 @@ vec3 corners_of(vec3 vertices[kSlots], uint slot) {
     return v;
 }
 
-Facing facing_of(vec3 vertices[kSlots], uint words, bool is_triangle) {
-    vec3 a = corners_of(vertices, corner(words, 0u));
-    vec3 b = corners_of(vertices, corner(words, 1u));
-    vec3 c = corners_of(vertices, corner(words, 2u));
+Facing facing_of(vec3 vertices[kSlots], uint indices, bool is_triangle) {
+    vec3 a = read_vertex(vertices, corner(indices, 0u));
+    vec3 b = read_vertex(vertices, corner(indices, 1u));
+    vec3 c = read_vertex(vertices, corner(indices, 2u));
     float size = greater(sum_of(a), greater(sum_of(b), sum_of(c)));
     Facing t;
     t.e = b - a;
@@ -119,7 +119,7 @@ void sort_hit(Facing t, vec3 org, vec3 dir, vec3 moment, float tfar, out bool ma
     float e2 = total - e0 - e1;
     float height = t.height - dot(org, t.normal);
     bool has_side = abs(height) > t.side_bound;
-    // Positive inside for rays that meet the plane in front.
+    // Makes edge functions positive inside for rays that meet the plane in front.
     float side = height < 0.0f ? -1.0f : 1.0f;
     float low = lesser(side * e0, lesser(side * e1, side * e2));
     float high = greater(side * e0, greater(side * e1, side * e2));
@@ -133,19 +133,19 @@ void sort_hit(Facing t, vec3 org, vec3 dir, vec3 moment, float tfar, out bool ma
 void visit_leaf(inout uint steps) {
     uint leaf = current & ~kLeafBit;
     vec3 vertices[kSlots];
-    uint words[kSlots];
+    uint indices[kSlots];
     [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
         uvec4 texel = imageLoad(leaves, int(leaf * kLeafVec4s + h * kLanes + lane));
         vec3 v = uintBitsToFloat(texel.xyz);
         vertices[h] = v.x <= kSceneExtent ? v - centre : vec3(kFarAway);
-        words[h] = texel.w;
+        indices[h] = texel.w;
     }
     Facing triangles[kSlots];
     uint sure = 0u;
     uncertain_leaf = leaf;
     [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
-        bool is_triangle = h * kLanes + lane < corner_triangle_count(words[h]);
-        triangles[h] = facing_of(vertices, words[h], is_triangle);
+        bool is_triangle = h * kLanes + lane < corner_triangle_count(indices[h]);
+        triangles[h] = facing_of(vertices, indices[h], is_triangle);
         uncertain[h] = 0u;
     }
     uint left = current_rays & alive;
@@ -171,23 +171,23 @@ vec3 leaf_vertex(uint leaf_at, uint slot) {
     return uintBitsToFloat(imageLoad(leaves, int(leaf_at + slot)).xyz);
 }
 
-/// The rule for the doubts, one of each lane.
+/// Applies the rule to the deferred pairs, one of each lane.
 void resolve_deferred() {
     bool is_any = lane < deferred_count;
     uint name = is_any ? deferred_name : 0u;
     uint at = (name >> 4u) * kLeafVec4s;
-    uint corners = imageLoad(leaves, int(at + (name & 15u))).w;
+    uint indices = imageLoad(leaves, int(at + (name & 15u))).w;
     TriangleHit hit;
     bool is_hit = intersect_triangle(
         shear_ray(read_ray(orgs, deferred_ray), read_ray(dirs, deferred_ray)), 0.0f,
         read_ray(tfars, deferred_ray),
-        leaf_vertex(at, corner(corners, 0u)), leaf_vertex(at, corner(corners, 1u)),
-        leaf_vertex(at, corner(corners, 2u)), hit);
+        leaf_vertex(at, corner(indices, 0u)), leaf_vertex(at, corner(indices, 1u)),
+        leaf_vertex(at, corner(indices, 2u)), hit);
     alive &= ~cluster_or(is_any && is_hit ? 1u << deferred_ray : 0u);
     deferred_count = 0u;
 }
 
-/// Hands what is uncertain to lanes, one pair after the other, as long as there is room.
+/// Gives uncertain pairs to lanes, one after the other, as long as there is room.
 void note_uncertain(inout uint steps) {
     bool more = true;
     do {

@@ -1,15 +1,17 @@
-// Rays that start near one another on a cluster of lanes, and the nodes that they meet. A node is
-// fetched once for all rays that got there; lanes are its children, and rays come in turn.
+// Rays that start near each other, on a cluster of lanes, and the nodes that they meet. A node is
+// fetched once for all rays that reach it. Lanes have its children, and rays come one after the
+// other.
 //
-// What is computed of a ray and a box is not the slab test's bits, but no box is missed that holds a
-// hit. A hit at t lies within 9/16 D of its triangle's box on each axis (docs/design/arithmetic.md,
-// "Boxes", step 1), so that 7/16 D are left for what is rounded here, D = 2^-13 E, E = max(2^20,
-// |org|), t <= 2 E. In units of D:
-// - plane * r - org * r instead of (plane - org) * r: 2^-22 E, less than 2^-8;
-// - r is 1 / dir to 4 ulp, and so is the unit of t, which moves planes by 2^-21 * 2 E: 2^-7;
-// - D is the largest of all rays' and not a ray's own, which is no less.
-// Where a component of the direction is 0, 2^47 stands for its reciprocal instead of 2^64: as if it
-// were 2^-47, which moves the ray by less than 2^-47 * 2 E.
+// The box test here has not the bits of the slab test, but misses no box that holds a hit:
+//
+// 1. A hit at t lies within 9/16 D of its triangle's box on each axis (docs/design/arithmetic.md,
+//    "Boxes", step 1), with D = 2^-13 E, E = max(2^20, |org|), t <= 2 E. So 7/16 D are left for
+//    roundings here.
+// 2. plane * r - org * r instead of (plane - org) * r: 2^-22 E, less than 2^-8 D.
+// 3. r is 1 / dir to 4 ulp, and so is the unit of t. This moves planes by 2^-21 * 2 E: 2^-7 D.
+// 4. D is the largest of all rays', which is at least that of the ray.
+// 5. For a component 0 of the direction 2^47 stands for its reciprocal instead of 2^64. It acts
+//    like a component 2^-47, which moves the ray by less than 2^-47 * 2 E.
 #ifndef SHADERS_OCCLUSION_NEAR_RAYS_GLSL
 #define SHADERS_OCCLUSION_NEAR_RAYS_GLSL
 
@@ -22,24 +24,24 @@ layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
 
 const uint kVectors = kPacketRays / kLanes;
 
-/// The rays: lane l has those of numbers l, l + kLanes, ...
+/// The rays: lane l has numbers l, l + kLanes, ...
 vec3 orgs[kVectors];
 vec3 dirs[kVectors];
 float tfars[kVectors];
-/// Reciprocals of the directions, in units of t such that the ray ends at 1, and these times the
-/// origin.
+/// Reciprocals of the directions, in a unit of t in which the ray ends at 1; and reciprocals times
+/// origins.
 vec3 slopes[kVectors];
 vec3 starts[kVectors];
-/// Of the boxes, enough for all rays.
+/// The dilation of boxes for all rays.
 float dilation;
-/// Rays that have not been found to be occluded, as bits.
+/// Rays that are not known to be occluded, as bits.
 uint alive;
 
 void set_ray(uint k, Ray ray) {
     orgs[k] = ray.org;
     dirs[k] = ray.dir;
     tfars[k] = ray.tfar;
-    // 2^-20 to 2^42: a ray may be taken for longer, and no hit is farther.
+    // 2^-20 to 2^42. A longer unit only accepts more boxes, and no hit is farther than 2^42.
     float unit_of_t = lesser(greater(ray.tfar, 9.5367431640625e-07f), 4398046511104.0f);
     // 2^47
     const float kSteepest = 140737488355328.0f;
@@ -67,8 +69,8 @@ float read_ray(float values[kVectors], uint ray) {
     return v;
 }
 
-/// The node that was visited last, and for each child of this lane the rays that meet it and have
-/// not been there; and the same of the nodes above it.
+/// The node visited last, and for each child of this lane the rays that meet it and have not
+/// visited it; the same for the nodes above it.
 uint node;
 uint children[kSlots];
 uint waiting[kSlots];
@@ -76,7 +78,7 @@ uint level;
 uint level_nodes[kMaxDepth + 1u];
 uint level_masks[kSlots * (kMaxDepth + 1u)];
 
-/// Which of the four boxes of a quarter of a node is this lane's k-th.
+/// The index of this lane's k-th box among the four boxes of a quarter of a node.
 uint own_of_four(uint k) { return kLanes == 4u ? k : (lane >> 2u) * kSlots + k; }
 
 void fetch_children() {
@@ -104,11 +106,11 @@ void pop_level() {
     fetch_children();
 }
 
-/// What to visit next, a node or leaf or kEmptyChild, and which rays go there.
+/// The next node or leaf to visit, or kEmptyChild, and the rays that visit it.
 uint current;
 uint current_rays;
 
-/// A child that the last of the rays meets, so that one ray after the other comes to its end.
+/// Takes a child that the ray of the highest number meets, so that rays end one after the other.
 void take_child(inout uint steps) {
     current = kEmptyChild;
     bool more = true;
@@ -149,11 +151,11 @@ float own_plane(vec4 v, uint k) {
     return own < 2u ? (own == 0u ? v.x : v.y) : (own == 2u ? v.z : v.w);
 }
 
-/// Of one axis, both planes of each of this lane's dilated boxes; which is which does not matter.
+/// Fetches both planes of each of this lane's dilated boxes on one axis, in any order.
 void fetch_planes(uint offset, out float planes[kSlots], out float others[kSlots]) {
     uint at = node * kNodeVec4s + offset + (lane & 3u);
     if (kLanes == 8u) {
-        // One half fetches the lower planes, the other the upper ones, and they swap two each.
+        // One half of the lanes fetches lower planes, the other upper ones, and they swap two each.
         bool is_upper = lane >= 4u;
         vec4 v = uintBitsToFloat(imageLoad(nodes, int(is_upper ? at + 4u : at))) +
                  vec4(is_upper ? dilation : -dilation);
@@ -195,7 +197,7 @@ void visit_node(inout uint steps) {
             float qy = by[k] * slope.y - start.y;
             float pz = az[k] * slope.z - start.z;
             float qz = bz[k] * slope.z - start.z;
-            // The nearer plane is that of the lesser distance, boxes that are empty aside.
+            // The nearer plane is the one of lesser distance; empty boxes are sorted out below.
             float enter = greater(greater(lesser(px, qx), lesser(py, qy)), lesser(pz, qz));
             float leave = lesser(lesser(greater(px, qx), greater(py, qy)), greater(pz, qz));
             waiting[k] |= enter <= leave && enter <= 1.0f && leave >= 0.0f ? 1u << r : 0u;

@@ -1,4 +1,4 @@
-// The closest hit of each camera ray of a region, a packet of 16x16 pixels a cluster of lanes.
+// Finds the closest hit of each camera ray of a region, with a packet of 16x16 pixels a cluster.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -17,25 +17,25 @@ layout(push_constant) uniform Arguments { PacketArguments args; };
 layout(std430, binding = kBindHits) buffer Hits { uvec4 hits[]; };
 layout(std430, binding = kBindWork) buffer Work { WorkHeader header; } work;
 
-/// Loops in a loop over what a packet still has to do.
+/// Iterations that a round costs and no loop counts.
 const uint kRoundSteps = 8u;
 const uint kAllVectors = 0xFFFFFFFFu >> (32u - kVectors);
 
-/// 1/z of the best hits so far, and how far each of them may be off.
+/// 1/z of the closest candidates, and a bound of their errors.
 float best_q[kVectors];
 float best_error;
 uint candidates[kVectors];
 
-// One bit for each vector of this lane's rays: those of which the rule's plain path could not
-// finish the candidate, and those that have a hit in `hits`.
+// One bit for each vector of this lane's rays: rays whose candidate the rule's fast path could not
+// finish, and rays that have a hit in `hits`.
 uint unfinished;
 uint written;
 
 layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
 
-uvec2 packet_origin;  // its first pixel, in the region
+uvec2 packet_origin;  // the first pixel, within the region
 
-// Arguments, read once: some devices read them lane by lane where control flow may diverge.
+// Arguments, read once: some devices read them lane by lane in divergent control flow.
 Camera camera;
 uvec2 region_origin;
 uvec2 region_size;
@@ -61,8 +61,8 @@ Ray ray_of(uvec2 pixel) {
 
 float magnitude_sum(vec3 v) { return abs(v.x) + abs(v.y) + abs(v.z); }
 
-/// A row of the whole image's frame moved to the packet's: row - middle * row_z, and what its
-/// floats leave out.
+/// Moves a row of the image's frame to the packet's frame: returns row - middle * row_z, and its
+/// rounding error in row_error.
 vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
     precise vec3 product = middle * row_z;
     precise vec3 moved = row - product;
@@ -76,13 +76,15 @@ vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
     return moved;
 }
 
-/// How far from the middle of its pixel a ray may be, in x and y.
+/// Bound of the distance of a ray from the middle of its pixel, in x and y.
 ///
-/// A component of a direction, (corner + du x) + dv y, is made by two products and two sums, each
-/// off by 2^-24 of what comes out, and put on a grid, off by 2^-45 of the largest. The rows that
-/// came from the host are off by 2^-24 of their components, and the middle times that of row_z.
-/// What that comes to in the frame's rows is e = (e0, e1, e2), and a ray at (X, Y, 1) is off by
-/// (e0 - X e2) / (1 + e2) in x, y alike. The factors make up for roundings here, 1 - e2 included.
+/// 1. A component of a direction, (corner + du x) + dv y, takes two products and two sums, each off
+///    by 2^-24 of its result, and is put on a grid, off by 2^-45 of the largest.
+/// 2. The rows from the host are off by 2^-24 of their components, and the middle times that of
+///    row_z.
+/// 3. In the frame's rows these errors are e = (e0, e1, e2). A ray at (X, Y, 1) is off by
+///    (e0 - X e2) / (1 + e2) in x, and in y alike.
+/// 4. The factors of the code cover roundings here and the division by 1 + e2.
 vec2 find_ray_error(vec3 row_x, vec3 row_y, vec2 middle) {
     vec3 du = abs(camera.du);
     vec3 dv = abs(camera.dv);
@@ -99,12 +101,12 @@ vec2 find_ray_error(vec3 row_x, vec3 row_y, vec2 middle) {
     float e0 = dot(abs(frame.row_x), error) + dot(abs(row_x) + middle.x * along, given);
     float e1 = dot(abs(frame.row_y), error) + dot(abs(row_y) + middle.y * along, given);
     vec2 off = vec2(e0, e1) + 9.0f * e2;
-    // Where that is 2^-7, or a ray is off by 8 pixels, nothing is known.
+    // From 2^-7 on, or if a ray is off by more than 8 pixels, there is no bound.
     return e2 < 0.0078125f && greater(off.x, off.y) <= 8.0f ? off : vec2(1.0e9f);
 }
 
-/// The plane's unit is a pixel, its origin the middle of the packet. Rays are taken for the middles
-/// of their pixels.
+/// The unit of the packet's plane is a pixel, its origin the middle of the packet. Rays are taken
+/// for the middles of their pixels.
 void set_frame() {
     vec2 middle = vec2(region_origin + packet_origin + uvec2(kPacketWidth, PACKET_HEIGHT) / 2u);
     vec3 row_x = vec3(args.row_x[0], args.row_x[1], args.row_x[2]);
@@ -119,7 +121,7 @@ void set_frame() {
     frame.own_row_error = lane == 0u ? x_error : lane == 1u ? y_error : vec3(0.0f);
     frame.row_size =
         vec3(magnitude_sum(frame.row_x), magnitude_sum(frame.row_y), magnitude_sum(row_z));
-    // The products of move_row round by u of them, a 16th of kBoxError.
+    // The products of move_row are off by u, a 16th of kBoxError.
     frame.row_shift = 0.07f * (middle.x + middle.y) * frame.row_size.z;
     frame.ray_error = find_ray_error(row_x, row_y, middle);
     set_directions(camera.corner + middle.x * camera.du + middle.y * camera.dv, camera.du,
@@ -194,7 +196,7 @@ uvec4 hit_words(TriangleHit hit, uint prim_id) {
     return uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v), prim_id);
 }
 
-/// To this lane's rays of the vectors that are given as bits, of which `excluded` are left out.
+/// Writes misses for this lane's rays of `vectors`, without those of `excluded` (both as bits).
 void write_misses(uint vectors, uint excluded, uint prim_id) {
     do {
         uint v = uint(findLSB(vectors)) & (kVectors - 1u);
@@ -206,7 +208,7 @@ void write_misses(uint vectors, uint excluded, uint prim_id) {
     } while (vectors != 0u);
 }
 
-/// candidates[4 * row + i], but an array that is indexed so is slow wherever it is used.
+/// candidates[4 * row + i]. An array with such an index would be slow wherever it is used.
 uint candidate_of(uint row, uint i) {
     uint name = candidates[i];
     [[unroll]] for (uint r = 1u; r < kRows; ++r) name = row == r ? candidates[4u * r + i] : name;
@@ -219,17 +221,17 @@ uint any_candidate_of(uint v) {
     return name;
 }
 
-/// t, u and v of the candidates by the rule's plain path; where that does not do, or another hit is
-/// there from doubts that were settled, they are unfinished.
+/// Writes t, u and v of the candidates by the rule's fast path. A candidate stays unfinished if the
+/// rule may not take that path, or if the ray has a hit from a deferred triangle already.
 void finish_candidates() {
     uint own = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         own |= candidates[v] != kNoTriangle ? 1u << v : 0u;
     }
     uint any = cluster_or(own);
-    // Vectors of the rows that have some.
+    // The vectors of rows with a candidate.
     uint rows = ((any | any >> 1u | any >> 2u | any >> 3u) & 0x11111111u) * kFirstRow;
-    uint settled = written;
+    uint resolved = written;
     uint left = any;
     do {
         uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
@@ -238,7 +240,7 @@ void finish_candidates() {
             uvec2 pixel = ray_pixel(v);
             Ray ray = ray_of(pixel);
             bool is_hit = (own >> v & 1u) != 0u;
-            bool is_new = (settled >> v & 1u) == 0u;
+            bool is_new = (resolved >> v & 1u) == 0u;
             vec3 a, b, c;
             uint prim_id = named_triangle(is_hit ? candidate_of(row, i) : 0u, a, b, c);
             ShearedRay sheared = shear_ray(ray.org, ray.dir);
@@ -253,11 +255,11 @@ void finish_candidates() {
         }
         left &= ~(kFirstRow << (4u * row));
     } while (left != 0u);
-    write_misses(kAllVectors & ~rows, settled, kNoPrim);
+    write_misses(kAllVectors & ~rows, resolved, kNoPrim);
 }
 
-/// The rule for all doubts and unfinished candidates, one of each lane at a time, as long as there are
-/// steps.
+/// Applies the rule to all deferred pairs and unfinished candidates, one of each lane at a time, as
+/// long as there are steps.
 void resolve_deferred(inout uint steps) {
     bool more = true;
     do {
@@ -289,27 +291,27 @@ void resolve_deferred(inout uint steps) {
     } while (more && steps < kSteps);
 }
 
-/// The first packet of the run that sees something, if there is one: its root is visited. Pixels of
-/// those before it are written.
+/// Finds the first packet of the run that meets a child of the root, and visits the root. Writes
+/// misses for the packets before it.
 void find_packet(inout uint packet, uint end, inout uint steps) {
-    bool sees_something = false;
+    bool is_met = false;
     do {
-        // Always so, but see cluster.glsl.
-        if (!sees_something) {
+        // Always true, but see cluster.glsl.
+        if (!is_met) {
             begin_packet(packet);
             visit_node(0u);
             uint any = 0u;
             [[unroll]] for (uint k = 0u; k < kSlots; ++k) any |= keys[k];
-            sees_something = cluster_or(any) != 0u;
-            write_misses(sees_something ? 0u : kAllVectors, 0u, kNoPrim);
+            is_met = cluster_or(any) != 0u;
+            write_misses(is_met ? 0u : kAllVectors, 0u, kNoPrim);
         }
         ++packet;
         ++steps;
-    } while (!sees_something && packet < end);
+    } while (!is_met && packet < end);
 }
 
-/// Each cluster has a run of packets, so that those that see nothing end before the bodies of the
-/// loops that follow, and those that leave no doubts before that of the rule.
+/// Each cluster has a run of packets. So packets that meet nothing end before the bodies of the
+/// loops that follow, and packets without deferred pairs before that of the rule.
 void main() {
     find_lane();
     uint group = spread_group(gl_WorkGroupID.x, gl_NumWorkGroups.x);
@@ -328,7 +330,7 @@ void main() {
     bool is_complete = true;
     bool is_done = false;
     do {
-        bool is_settled = false;
+        bool is_resolved = false;
         do {
             if (is_finished(t)) {
                 find_packet(packet, end, t.steps);
@@ -336,14 +338,14 @@ void main() {
                 t.current = take_child(t.steps);
                 t.triangles = kAllTriangles;
             }
-            // What is counted nowhere else: each loop that the round runs once.
+            // The loops that a round runs once without counting.
             t.steps += kRoundSteps;
             traverse(t);
             if (is_finished(t)) finish_candidates();
-            is_settled = cluster_or(unfinished | deferred_vectors[0]) == 0u;
+            is_resolved = cluster_or(unfinished | deferred_vectors[0]) == 0u;
             is_complete = t.steps < kSteps && level <= kMaxDepth;
             is_done = is_finished(t) && packet >= end;
-        } while (is_settled && is_complete && !is_done);
+        } while (is_resolved && is_complete && !is_done);
         resolve_deferred(t.steps);
         is_complete = is_complete && t.steps < kSteps;
     } while (is_complete && !is_done);

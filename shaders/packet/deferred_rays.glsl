@@ -1,16 +1,16 @@
-// Where a bound leaves a doubt about a triangle and a ray of a packet. While triangles are traced,
-// the doubts about them are bits; after that they go to a queue, which the rule empties.
+// The deferred pairs of a triangle and a ray that are uncertain. While triangles are traced, the
+// pairs are bits; then they go to a queue, which the rule empties.
 #ifndef SHADERS_PACKET_DEFERRED_RAYS_GLSL
 #define SHADERS_PACKET_DEFERRED_RAYS_GLSL
 
 #include "shaders/packet/packet_leaf.glsl"
 
-/// Of each group, kLanes bits for each of its vectors: the pending triangles that are uncertain for
-/// this lane's ray.
+/// For each group, kLanes bits for each of its vectors: the pending triangles that are uncertain
+/// for this lane's ray.
 uint pending_deferred[kGroups];
 
-/// Triangles, and for each the vectors of this lane's rays that are uncertain, the end 0 as long as
-/// there is room.
+/// The queue: triangles, and for each the vectors of this lane's rays that are uncertain. The last
+/// entry is 0 as long as there is room.
 const uint kMaxDeferred = 4u;
 uint deferred_names[kMaxDeferred];
 uint deferred_vectors[kMaxDeferred];
@@ -34,8 +34,7 @@ void push_deferred(uint name, uint vectors) {
     deferred_vectors[0] = vectors != 0u ? vectors : deferred_vectors[0];
 }
 
-/// Takes a vector from the queue, and leaves the queue as it is if there is none or is_wanted is
-/// false.
+/// Takes a vector from the queue. Leaves the queue as it is if it is empty or is_wanted is false.
 uint pop_deferred(bool is_wanted, out uint name) {
     uint v = uint(findLSB(deferred_vectors[0])) & (kVectors - 1u);
     name = deferred_names[0];
@@ -49,10 +48,10 @@ uint pop_deferred(bool is_wanted, out uint name) {
     return v;
 }
 
-/// Puts the doubts about pending triangles into the queue, as far as there is room. The triangles
-/// of which some are left, as bits of lanes.
+/// Moves the uncertain pairs of pending triangles to the queue, as long as there is room. Returns
+/// the triangles with pairs that are left, as bits of lanes.
 uint queue_deferred(inout uint steps) {
-    uint open = 0u;
+    uint rest = 0u;
     bool has_room = has_room_for_deferred();
     do {
         uint any = 0u;
@@ -60,7 +59,7 @@ uint queue_deferred(inout uint steps) {
         [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) any |= any >> (k * kLanes);
         uint i = uint(findLSB(any)) & (kLanes - 1u);
         uint vectors = 0u;
-        open = 0u;
+        rest = 0u;
         [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
             [[unroll]] for (uint k = 0u; k < kGroupVectors; ++k) {
                 // None without room: see cluster.glsl.
@@ -68,16 +67,16 @@ uint queue_deferred(inout uint steps) {
                 vectors |= (pending_deferred[g] & bit) != 0u ? 1u << vector_of(g, k) : 0u;
                 pending_deferred[g] &= ~bit;
             }
-            open |= pending_deferred[g];
+            rest |= pending_deferred[g];
         }
         push_deferred(read_lane(pending_names, i), vectors);
-        open = cluster_or(open);
+        rest = cluster_or(rest);
         has_room = has_room_for_deferred();
         ++steps;
-    } while (open != 0u && has_room);
-    [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) open |= open >> (k * kLanes);
+    } while (rest != 0u && has_room);
+    [[unroll]] for (uint k = 1u; k < kGroupVectors; ++k) rest |= rest >> (k * kLanes);
     [[unroll]] for (uint g = 0u; g < kGroups; ++g) pending_deferred[g] = 0u;
-    return open & ((1u << kLanes) - 1u);
+    return rest & ((1u << kLanes) - 1u);
 }
 
 #endif  // SHADERS_PACKET_DEFERRED_RAYS_GLSL

@@ -1,4 +1,4 @@
-// How far from the plane of its triangle the rule may place a hit, in the terms of a packet.
+// Bound of the distance from a triangle's plane at which the rule may place a hit, for a packet.
 #ifndef SHADERS_PACKET_DEPTH_BOUNDS_GLSL
 #define SHADERS_PACKET_DEPTH_BOUNDS_GLSL
 
@@ -18,13 +18,13 @@ struct Directions {
     float lateral;
     /// 1 / |det(step_x, step_y, D)|.
     float volume;
-    /// z's part of the errors of projected vertices.
+    /// The part of z in the errors of projected vertices.
     float depth_share;
 };
 
 Directions directions;
 
-/// For |x|, |y| <= reach. After the rows are set.
+/// Sets the directions for |x|, |y| <= reach. The rows of the frame must be set.
 void set_directions(vec3 middle, vec3 step_x, vec3 step_y, vec2 reach) {
     vec3 size_x = abs(step_x);
     vec3 size_y = abs(step_y);
@@ -47,43 +47,48 @@ void set_directions(vec3 middle, vec3 step_x, vec3 step_y, vec2 reach) {
         frame.row_size.z / (frame.row_size.x + frame.row_size.y + 34.0f * frame.row_size.z);
 }
 
-/// Of a triangle's vertices, seen from a ray of the packet: the largest |x| + |y|, the largest
-/// range of x or y, and |x| + |y| of an edge seen from any ray of the packet; of z the range and
-/// the largest size; how far x and y may be off; and 1 / (n.p), n the cross product of two edges
-/// and p a vertex.
+/// Sizes of a triangle's vertices relative to a ray of the packet.
 struct Extents {
+    /// The largest |x| + |y|, and the largest range of x or y.
     float size;
     float edge;
+    /// Bound of |x| + |y| of an edge relative to any ray of the packet.
     float longest;
     float z_range;
     float z_size;
+    /// Bound of the errors of x and y.
     float error;
+    /// 1 / (n.p), n the cross product of two edges and p a vertex.
     float scale;
 };
 
-/// by_q * q + by_q2 * q^2 in q = 1/z.
+/// The bound by_q * q + by_q2 * q^2, in q = 1/z.
 struct RuleDepth {
     float by_q;
     float by_q2;
 };
 
-/// The rule's z, on its own axis, is off by at most (2 B / S + kWeightRounding) R + kMeanRounding Z
-/// (docs/design/arithmetic.md, "Depth"). R and Z are the range and the largest size of the vertices'
-/// z, B = r (m + 2 r) the bound of fast_edges, S the sum of the edge functions: S = |dir.z dir.N|, N
-/// the cross product of two edges. Where the ray meets the plane z dir.N = dir.z a.N, and a.N is the
-/// packet's n.p / volume. So with m = |dir.z| m' the error, relative to z, is at most
-///     2 r (m' + 2 r) R volume scale + (kWeightRounding R + kMeanRounding Z) / z,
-///     r = kFastProjectionError (4 m' + Z) + floor.
-/// A vertex is D z + x step_x + y step_y seen from a ray D, which bounds R and Z. Of this, the
-/// rule's |x| + |y| has |dir.z| times what x step_x + y step_y has, where z counts twice at most:
-/// |D.x| + |D.y| <= 2 |D.z|. A ray through the triangle is the mean of its vertices under weights w,
-/// so it sees each of them within 1 - w of its longest edge, all three within 2 of it: 2 longest
-/// lateral is a bound of m'.
+/// Bound of the error of the rule's z.
 ///
-/// Less than half as much again is needed for the errors of all this, where the vertices are as far
-/// apart as is asked for here (edges an eighth, n.p a tenth) and B <= S / 64 (S of accurate and of
-/// plain functions a twentieth). Elsewhere, and where it were a quarter of z, what counts is that
-/// the rule takes these functions only if B's part is less than the dilation of boxes.
+/// 1. On the rule's own axis it is at most (2 B / S + kWeightRounding) R + kMeanRounding Z
+///    (docs/design/arithmetic.md, "Depth"). R and Z are the range and the largest size of the
+///    vertices' z, B = r (m + 2 r) is the bound of fast_edges, S = |dir.z dir.N| the sum of the
+///    edge functions, N the cross product of two edges.
+/// 2. At the plane z dir.N = dir.z a.N, and a.N is the packet's n.p / volume. So with m = |dir.z|
+///    m' the error relative to z is at most
+///        2 r (m' + 2 r) R volume scale + (kWeightRounding R + kMeanRounding Z) / z,
+///        r = kFastProjectionError (4 m' + Z) + floor.
+/// 3. A vertex is D z + x step_x + y step_y relative to a ray D, which bounds R and Z. The rule's
+///    |x| + |y| is |dir.z| times that of x step_x + y step_y, with z counted at most twice, since
+///    |D.x| + |D.y| <= 2 |D.z|.
+/// 4. A ray through the triangle is the mean of its vertices under weights w. So each vertex is
+///    within 1 - w of the longest edge from it, and all three together within 2 of it: 2 longest
+///    lateral is a bound of m'.
+/// 5. The errors of these steps are less than half of the bound, if the vertices are apart
+///    (is_apart: edges an eighth, n.p a tenth) and B <= S / 64 (S of accurate and of fast functions
+///    a twentieth).
+/// 6. Otherwise, and if the bound were a quarter of z, the bound is that of boxes: the rule takes
+///    these functions only if the part of B is less than the dilation of boxes.
 RuleDepth rule_depth(Extents t, float q_most, float z_error) {
     float depth = directions.depth * t.z_size + directions.step * t.size;
     // 2^-20.

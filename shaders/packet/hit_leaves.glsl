@@ -1,19 +1,20 @@
-// Candidates of a packet get t, u and v.
+// Gives the closest candidates of a packet t, u and v.
 #ifndef SHADERS_PACKET_HIT_LEAVES_GLSL
 #define SHADERS_PACKET_HIT_LEAVES_GLSL
 
 #include "common/interop/hit_rule.h"
 
-/// What the rule finds where a ray goes through a triangle for certain, in front of the origin: the
-/// hit of its plain path, to the bit. False where the rule may not take that path; then it has to
-/// be asked.
+/// The rule's hit of a ray that certainly goes through a triangle in front of the origin, by its
+/// fast path and with its bits. Returns false if the rule may not take its fast path; then only the
+/// exact rule gives the hit.
 ///
-/// Plain edge functions have the signs of the accurate ones if they are beyond their bound, and the
-/// accurate ones are known to be alike, so that magnitudes are all there is to test
-/// (surely_inside). The bound is that of fast_edges, larger by 2^-16 to make up for roundings, 35 *
-/// 2^-24 at most (proofs/fast_hits.g). All z have one sign where their range is less than their size
-/// (weighted_hit). scaled_weight() drops nothing, because such functions are beyond 2^-20 m^2, and
-/// their sum is less than m^2.
+/// 1. Fast edge functions beyond their bound have the signs of the exact ones, which are known to
+///    be equal. So testing magnitudes is enough (surely_inside).
+/// 2. The bound is that of fast_edges, larger by 2^-16 for roundings, which are at most 35 * 2^-24
+///    (proofs/fast_hits.g).
+/// 3. All z have one sign if their range is less than their size (weighted_hit).
+/// 4. scaled_weight() drops nothing, because such functions are beyond 2^-20 m^2, and their sum is
+///    less than m^2.
 bool finish_hit(ShearedRay s, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
     precise float u0 = b.x * c.y;
     precise float u1 = b.y * c.x;

@@ -1,24 +1,27 @@
-// The plane of a packet of shadow rays: where rays pass it, and its axes.
+// The plane of a light packet: the places of rays, and the axes.
 #ifndef SHADERS_PACKET_LIGHT_PACKET_AXES_GLSL
 #define SHADERS_PACKET_LIGHT_PACKET_AXES_GLSL
 
 #include "shaders/packet/packet.glsl"
 
-/// Where a direction passes the plane of a shear.
+/// The place of a direction in the plane of a shear.
 vec2 sheared_point(vec3 d, vec2 shear, float rz) {
     precise vec2 moved = d.xy - shear * d.z;
     return moved * rz;
 }
 
-/// How far such points, and dot products of them with plane_axes, may be off in x or y, given the
-/// largest of their coordinates (proofs/packet_rays.g). Directions have components below 2, shears up to 1, z is 1/2 or
-/// more: a product is off by 2^-24, a point by 2^-23 for that, and by 2^-21 of itself for the
-/// difference, the division (2.5 ulp) and what follows. Axes have a length of 1, which makes that
-/// sqrt(2) times as much of both coordinates; two products and a sum add 2^-22 of them.
+/// Bound of the error in x or y of such a point, and of its dot products with plane_axes, given the
+/// largest coordinate (proofs/packet_rays.g).
+///
+/// 1. Directions have components below 2, shears up to 1, z is at least 1/2. So the product is off
+///    by 2^-24 and the point by 2^-23 for it, and by 2^-21 of itself for the difference, the
+///    division (2.5 ulp) and the last product.
+/// 2. Axes have a length of 1, so a dot product is off by sqrt(2) times as much, and by 2^-22 for
+///    two products and a sum.
 float point_error(float most) { return kPointError + kPointErrorOfPlace * most; }
 
-/// Sums over the rays of a packet: of their points in the plane, of their pixels, and of the points
-/// times x and y of the pixels.
+/// Sums over the rays of a packet: points in the plane, pixels, and points times x and y of the
+/// pixels.
 struct PointSums {
     float count;
     vec2 points;
@@ -31,7 +34,7 @@ PointSums no_points() {
     return PointSums(0.0f, vec2(0.0f), vec2(0.0f), vec2(0.0f), vec2(0.0f));
 }
 
-/// Of vector v.
+/// Adds this lane's ray of vector v.
 void add_point(inout PointSums sums, uint v, vec2 at, bool is_wanted) {
     uvec2 at_pixel = uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
     vec2 pixel = vec2(at_pixel) - 0.5f * vec2(kPacketWidth, PACKET_HEIGHT);
@@ -51,14 +54,15 @@ vec2 cluster_sum(vec2 v) {
     return v;
 }
 
-/// Two linear functions of the plane, of length 1: one that hardly depends on the y of a pixel, and
-/// one that hardly depends on its x, so that rectangles of pixels fill rectangles of the plane. If
-/// these are within 15 degrees of one another, an orthogonal pair along the packet's longer side.
+/// Two linear functions of the plane, of length 1: the first hardly depends on y of a pixel, the
+/// second hardly on x, so that rectangles of pixels fill rectangles of the plane. If the two are
+/// within 15 degrees of each other, an orthogonal pair along the packet's longer side.
 mat2 plane_axes(PointSums own) {
     float count = greater(cluster_sum(vec2(own.count)).x, 1.0f);
     vec2 mean = cluster_sum(own.points) / count;
     vec2 pixels = cluster_sum(own.pixels);
-    // A pixel's step in x and in y times the variance of x; with 8 rows that of y is a quarter.
+    // The steps of a pixel in x and in y, times the variance of x; 8 rows have a quarter of it in
+    // y.
     float ratio = PACKET_HEIGHT == 8u ? 4.0f : 1.0f;
     vec2 along_x = cluster_sum(own.by_x) - pixels.x * mean;
     vec2 along_y = ratio * (cluster_sum(own.by_y) - pixels.y * mean);
@@ -75,9 +79,9 @@ mat2 plane_axes(PointSums own) {
     return is_known ? mat2(row_x, row_y) : mat2(1.0f);
 }
 
-/// z of an axis moved by the shear, and what that float leaves out: less than 3 * 2^-25 of the row.
-/// Only a leaf's reference vertex takes it into account, for others it is one of the roundings of
-/// rows that their bound counts (`packet_leaf.glsl`).
+/// z of an axis moved by the shear, and its rounding error, which is less than 3 * 2^-25 of the
+/// row. Only the reference vertex of a leaf uses the error; the bound of the others counts it among
+/// the roundings of rows (packet_leaf.glsl).
 vec2 sheared_axis(vec2 axis, vec2 shear) {
     precise float x = axis.x * shear.x;
     precise float y = axis.y * shear.y;

@@ -1,4 +1,4 @@
-// The shadow rays of a packet's pixels, from the light.
+// The shadow rays of a light packet's pixels.
 #ifndef SHADERS_PACKET_LIGHT_PACKET_RAYS_GLSL
 #define SHADERS_PACKET_LIGHT_PACKET_RAYS_GLSL
 
@@ -14,19 +14,19 @@ float dir_y[kVectors];
 float dir_z[kVectors];
 float tfar[kVectors];
 
-/// What the pixels show, before there are rays; t is in tfar.
-uint seen_prims[kVectors];
+/// The triangles that the pixels show, before rays are made; t is in tfar.
+uint visible_prims[kVectors];
 
-// One bit for each vector of this lane's rays: those that wait for a packet, those of the packet,
-// what is in shadow, and what is left to `resume`.
+// One bit for each vector of this lane's rays: rays that wait for a packet, rays of the packet,
+// occluded rays, and rays that are left to `resume`.
 uint waiting;
 uint traced;
 uint shadowed;
 uint left_out;
 
-uvec2 packet_origin;  // its first pixel, in the region
+uvec2 packet_origin;  // the first pixel, within the region
 
-// Arguments, read once: some devices read them lane by lane where control flow may diverge.
+// Arguments, read once: some devices read them lane by lane in divergent control flow.
 Camera camera;
 vec3 light;
 uvec2 region_origin;
@@ -48,23 +48,24 @@ bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region
 
 uint answer_index(uvec2 pixel) { return pixel.y * region_size.x + pixel.x; }
 
-/// Which vectors show something, on this lane. Leaves seen_prims and t.
-uint find_seen() {
-    uint seen = 0u;
+/// Returns the vectors of this lane whose pixel is visible. Sets visible_prims and tfar.
+uint find_visible() {
+    uint visible = 0u;
     [[unroll]] for (uint v = 0u; v < kVectors; ++v) {
         uvec2 pixel = ray_pixel(v);
         uint index = is_active(pixel) ? answer_index(pixel) : 0u;
         Hit hit = found_hit(index);
-        bool is_seen = is_active(pixel) && hit.prim_id < kUnfinishedPrim;
-        seen |= is_seen ? 1u << v : 0u;
-        seen_prims[v] = is_seen ? hit.prim_id : 0u;
+        bool is_visible = is_active(pixel) && hit.prim_id < kUnfinishedPrim;
+        visible |= is_visible ? 1u << v : 0u;
+        visible_prims[v] = is_visible ? hit.prim_id : 0u;
         tfar[v] = hit.t;
     }
-    return seen;
+    return visible;
 }
 
-// Of vector i of a row. Not dir_x[4 * row + i] and so on: arrays that are indexed so are slow
-// wherever they are used. Hence loops over rows, with the vectors of a row one after the other.
+// These functions access vector i of a row without an index such as dir_x[4 * row + i], which would
+// make the array slow wherever it is used. So loops go over rows, with the vectors of a row
+// unrolled.
 
 void set_ray(uint row, uint i, Ray ray) {
     [[unroll]] for (uint r = 0u; r < kRows; ++r) {
@@ -92,21 +93,21 @@ Ray ray_of(uint row, uint i) {
     return ray;
 }
 
-Hit seen_hit(uint row, uint i) {
+Hit visible_hit(uint row, uint i) {
     Hit hit;
     hit.t = tfar[i];
     hit.u = 0.0f;
     hit.v = 0.0f;
-    hit.prim_id = seen_prims[i];
+    hit.prim_id = visible_prims[i];
     [[unroll]] for (uint r = 1u; r < kRows; ++r) {
         uint v = 4u * r + i;
         hit.t = row == r ? tfar[v] : hit.t;
-        hit.prim_id = row == r ? seen_prims[v] : hit.prim_id;
+        hit.prim_id = row == r ? visible_prims[v] : hit.prim_id;
     }
     return hit;
 }
 
-/// Of a vector that may differ from lane to lane.
+/// The ray of a vector that may differ between lanes.
 Ray any_ray_of(uint v) {
     Ray ray = ray_of(v >> 2u, 0u);
     [[unroll]] for (uint i = 1u; i < 4u; ++i) {
@@ -120,11 +121,11 @@ Ray any_ray_of(uint v) {
     return ray;
 }
 
-void make_rays(uint seen) {
+void make_rays(uint visible) {
     waiting = 0u;
     shadowed = 0u;
     left_out = 0u;
-    uint left = cluster_or(seen);
+    uint left = cluster_or(visible);
     do {
         uint row = (uint(findLSB(left)) & (kVectors - 1u)) >> 2u;
         Hit hits[4];
@@ -135,7 +136,7 @@ void make_rays(uint seen) {
         Ray eyes[4];
         Surface surfaces[4];
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-            hits[i] = seen_hit(row, i);
+            hits[i] = visible_hit(row, i);
             triangle[i] = scene_triangle(hits[i].prim_id);
         }
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
@@ -152,10 +153,10 @@ void make_rays(uint seen) {
         }
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
             uint v = 4u * row + i;
-            bool is_seen = (seen >> v & 1u) != 0u;
+            bool is_visible = (visible >> v & 1u) != 0u;
             bool faces = faces_light(surfaces[i], light);
-            waiting |= is_seen && faces ? 1u << v : 0u;
-            shadowed |= is_seen && !faces ? 1u << v : 0u;
+            waiting |= is_visible && faces ? 1u << v : 0u;
+            shadowed |= is_visible && !faces ? 1u << v : 0u;
             set_ray(row, i, shadow_ray(surfaces[i], light));
         }
         left &= ~(kFirstRow << (4u * row));

@@ -1,5 +1,5 @@
-// Packets of rays with a common origin over the shared layout, one packet a cluster of lanes. Lanes
-// are in turn a node's children, a leaf's vertices, its triangles, and rays.
+// Packets of shared-origin rays over the shared layout, one packet a cluster of lanes. Lanes work
+// in turn on a node's children, a leaf's vertices, its triangles, and rays.
 //
 // Based on: I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes Using Dynamic Bounding
 // Volume Hierarchies. ACM TOG 26(1), 2007: packets far larger than a vector, one conservative test
@@ -7,14 +7,14 @@
 // of the packet's own plane (M. Olano, T. Greer. Triangle scan conversion using 2D homogeneous
 // coordinates. 1997), so that no vertex beside or behind the eye needs clipping.
 //
-// Nothing here decides a hit. Edge functions and 1/z carry bounds of their distance from what the
-// hit rule (common/interop/hit_rule.h) computes; where a bound leaves a doubt, the rule is asked.
-// So all arithmetic but that of accurate_dot may be fused and reordered.
+// Edge functions and 1/z carry bounds of their distance from the results of the hit rule
+// (common/interop/hit_rule.h). A triangle and a ray that are uncertain within these bounds are
+// deferred to the rule. So a device may fuse and reorder all arithmetic but that of accurate_dot.
 //
 // Some devices mask branches instead of jumping over them, and run the body of a loop at least
-// once. So loops here are nested such that each body has something to do most times it is run.
+// once. So loops here are nested such that each body has work most times it runs.
 //
-// Whoever includes this defines PACKET_HEIGHT in pixels, 8 or 16.
+// The including file defines PACKET_HEIGHT in pixels, 8 or 16.
 #ifndef SHADERS_PACKET_PACKET_GLSL
 #define SHADERS_PACKET_PACKET_GLSL
 
@@ -30,42 +30,44 @@ layout(constant_id = kConstantStepBudget) const uint kSteps = kPacketStepBudget;
 layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
 layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
-/// In place of 1/z: of rays that want no more, and of what reaches to the eye.
+/// Stand for 1/z: the first for rays that are done, the second for boxes and triangles that reach
+/// to the origin.
 const float kDone = 1.0e38f;
 const float kAnyDepth = 3.0e37f;
-/// In place of x, of vertices that are not finite.
+/// Stands for x of vertices that are not finite.
 const float kFarAway = 1.0e36f;
 
-/// The packet's projection: a point p relative to the origin has (x, y, z) = rows * p and is seen
-/// at (x / z, y / z). Every ray has z > 0 and passes the plane within [lower, upper].
+/// The packet's projection: a point p relative to the origin has (x, y, z) = rows * p and the place
+/// (x / z, y / z) in the packet's plane. Every ray has z > 0 and passes the plane within [lower,
+/// upper].
 struct PacketFrame {
     vec3 org;
     vec3 row_x;
     vec3 row_y;
     vec3 row_z;
-    /// The row that this lane computes accurately (lane 0: x, 1: y, else z), and what its floats
-    /// leave out.
+    /// The row that this lane computes accurately (lane 0: x, 1: y, others: z), and its rounding
+    /// error.
     vec3 own_row;
     vec3 own_row_error;
-    /// Sums of the magnitudes of each row; and what covers the products that row_x and row_y are made
-    /// with, times kExtentError or kBoxError.
+    /// Sums of the magnitudes of each row. row_shift times kExtentError or kBoxError covers the
+    /// rounding of the products in row_x and row_y.
     vec3 row_size;
     float row_shift;
     vec2 lower;
     vec2 upper;
-    /// How far x and y of a ray may be from those it is taken for.
+    /// Bound of the distance of a ray from the place that it is taken for, in x and y.
     vec2 ray_error;
-    /// How much nearer than exact the rule may place a hit, in z.
+    /// Bound of the distance by which the rule may place a hit nearer than exact, in z.
     float depth_error;
-    /// Roundings of an edge function over the packet, relative to the size of its coefficients:
-    /// kCameraRounding or kShadowRounding (proofs/packet_edges.g).
+    /// Bound of the rounding of an edge function over the packet, relative to the size of its
+    /// coefficients: kCameraRounding or kShadowRounding (proofs/packet_edges.g).
     float rounding;
 };
 
 PacketFrame frame;
 
-/// A packet's rays are vectors of a ray a lane, 4 in a row, each 4 pixels wide and kVectorHeight
-/// high; and groups of 8x4, two in a row.
+/// A packet's rays lie in vectors of one ray a lane, 4 pixels wide and kVectorHeight high, 4
+/// vectors in a row; and in groups of 8x4 rays, two groups in a row.
 const uint kVectors = kPacketWidth * PACKET_HEIGHT / kLanes;
 const uint kVectorHeight = kLanes / 4u;
 const uint kGroups = PACKET_HEIGHT / 2u;
@@ -81,8 +83,8 @@ uint vector_of(uint group, uint k) {
     return 2u * (group & 1u) + (k & 1u) + 4u * (k >> 1u) + 2u * kGroupVectors * (group >> 1u);
 }
 
-/// row_error * p and row * p_error added to row * p, so that about 2^-44 of the sum of magnitudes
-/// remains (T. Ogita, S. Rump, S. Oishi. Accurate sum and dot product. 2005, algorithm Dot2).
+/// (row + row_error) * (p + p_error), off by about 2^-44 of the sum of magnitudes (T. Ogita, S.
+/// Rump, S. Oishi. Accurate sum and dot product. 2005, algorithm Dot2).
 float accurate_dot(vec3 row, vec3 row_error, vec3 p, vec3 p_error) {
     precise float x = row.x * p.x;
     precise float y = row.y * p.y;
@@ -99,20 +101,20 @@ float accurate_dot(vec3 row, vec3 row_error, vec3 p, vec3 p_error) {
     return sum;
 }
 
-/// Largest coordinate of a point of the scene relative to the origin.
+/// Bound of the coordinates of points of the scene relative to the origin.
 float scene_reach() { return kSceneExtent + largest_component(frame.org); }
 
-/// Of six sums over a box's planes, what this lane's planes are multiplied by: four sides, the far
-/// end, the near end. With 4 lanes each has lower and upper planes, else lanes 4 to 7 (12 to 15)
-/// the upper ones.
+/// The factors of this lane's planes in six sums over a box's planes: four sides, the far end, the
+/// near end. With 4 lanes each lane has lower and upper planes; with more, lanes 4 to 7 (12 to 15)
+/// have the upper ones.
 vec3 plane_factors[6];
 vec3 other_factors[6];
-/// What the sums may be off by, the triangles' reach out of their boxes included.
+/// Bounds of the errors of the sums, including the reach of triangles out of their boxes.
 float plane_errors[6];
 
-/// For rays that pass within [lower, upper] of a plane, where a point p is at (row_x, row_y) * p /
-/// (row_z * p). `size` bounds the sums of magnitudes of row_x and row_y, each with its part of
-/// lower and upper.
+/// Sets the sums for rays that pass within [lower, upper] of a plane, in which the place of a point
+/// p is (row_x, row_y) * p / (row_z * p). `size` bounds the sums of magnitudes of row_x and row_y,
+/// each with its part of lower and upper.
 void set_planes(vec3 row_x, vec3 row_y, vec2 lower, vec2 upper, vec2 size) {
     vec3 row_z = frame.row_z;
     vec3 sides[6] = vec3[6](row_x - lower.x * row_z, upper.x * row_z - row_x,
@@ -120,19 +122,19 @@ void set_planes(vec3 row_x, vec3 row_y, vec2 lower, vec2 upper, vec2 size) {
     float reach = scene_reach();
     bool is_upper = kLanes >= 8u && (lane & 4u) != 0u;
     [[unroll]] for (uint i = 0u; i < 6u; ++i) {
-        // The last is the least z; it wants the other corner.
+        // The last sum is the least z, at the opposite corner of the box.
         bool largest = (i < 5u) == is_upper;
         plane_factors[i] = largest ? max(sides[i], vec3(0.0f)) : min(sides[i], vec3(0.0f));
         other_factors[i] = largest ? min(sides[i], vec3(0.0f)) : max(sides[i], vec3(0.0f));
         float terms = i < 2u ? size.x : i < 4u ? size.y : frame.row_size.z;
-        // 8 u of rounding (rows, differences, products, sums), and 8 u by which the rule displaces
-        // vertices (proofs/packet_rectangles.g).
+        // 8 u for roundings (rows, differences, products, sums), and 8 u for the displacement of
+        // vertices by the rule (proofs/packet_rectangles.g).
         plane_errors[i] = kBoxError * terms * reach;
     }
 }
 
-/// What is to be visited in the node that was visited last: for each child of this lane that is
-/// left its key (bits of 1/z at its nearest, the slot in the last four; 0: none) and its index.
+/// The children of the node visited last that are left to visit, for this lane: the key (bits of
+/// 1/z at the child's nearest point, the slot in the last four; 0: no child) and the index of each.
 uint keys[kSlots];
 uint children[kSlots];
 /// Keys and children of the nodes above.
@@ -140,7 +142,8 @@ const uint kLevelWords = (kSlots + 1u) / 2u;
 uvec4 levels[kLevelWords * (kMaxDepth + 1u)];
 uint level;
 
-/// Least 1/z of what the rays have found, of all and of each group; farther ones do not matter.
+/// The least 1/z of the hits that the rays have, of all rays and of each group. Farther boxes and
+/// triangles are culled.
 float packet_q;
 float group_q[kGroups];
 
@@ -176,7 +179,7 @@ void pop_level() {
     }
 }
 
-/// The nearest child that is left and may still matter, or kEmptyChild.
+/// Takes the nearest child that is left and not culled, or kEmptyChild.
 uint take_child(inout uint steps) {
     uint child = kEmptyChild;
     bool more = true;
@@ -209,14 +212,14 @@ vec4 fetch_planes(uint at, float org) {
     return uintBitsToFloat(imageLoad(nodes, int(at))) - vec4(org);
 }
 
-/// 1/z for the nearest that a hit may be which the rule finds from `z` on.
+/// Bound of 1/z of the hits that the rule may find from `z` on.
 float nearest_q(float z) {
     float near = z - frame.depth_error;
     return near > 1.0e-20f ? kNearestByDepth / near : kAnyDepth;
 }
 
-/// Leaves the children that the packet may meet in keys and children. Lane l has boxes 4 (l % 4) to
-/// 4 (l % 4) + 3 to compute, and keeps kSlots of them.
+/// Sets keys and children to the children that the packet may meet. Lane l computes boxes 4 (l % 4)
+/// to 4 (l % 4) + 3, and keeps kSlots of them.
 void visit_node(uint node) {
     push_level();
     uint at = node * kNodeVec4s + (lane & 3u);

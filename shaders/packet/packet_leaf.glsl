@@ -1,24 +1,24 @@
-// The leaves of a packet: their vertices projected, their triangles culled and listed.
+// The leaves of a packet: projects vertices, culls triangles, and lists the rest.
 #ifndef SHADERS_PACKET_PACKET_LEAF_GLSL
 #define SHADERS_PACKET_PACKET_LEAF_GLSL
 
 #include "common/interop/packet_bounds.h"
 #include "shaders/packet/packet.glsl"
 
-/// The leaf's vertices, projected; x is kFarAway where they are not finite.
+/// The leaf's projected vertices; x is kFarAway for those that are not finite.
 vec3 projected[kSlots];
-/// Corners of its triangles.
-uint corner_words[kSlots];
-/// How far x, y and z of a projected vertex, displaced as the rule does, may be off in all.
+/// The local vertex indices of its triangles, packed.
+uint packed_indices[kSlots];
+/// Bound of the summed errors of x, y and z of a projected vertex that is displaced by the rule.
 float leaf_error;
 
-/// What a step in x, y and z of scene space adds to x - X z and y - Y z together, at most, for |X|,
-/// |Y| up to 17 (or else ray_error is as large).
+/// Bound of the change of x - X z and y - Y z together, by a unit step in x, y and z of scene
+/// space, for |X|, |Y| up to 17 (beyond that ray_error is as large).
 float row_sizes() {
     return frame.row_size.x + frame.row_size.y + 34.0f * frame.row_size.z + frame.row_shift;
 }
 
-/// The reference, the leaf's first vertex, is projected accurately; the others by rows * (v -
+/// Projects the reference, the leaf's first vertex, accurately, and the others by rows * (v -
 /// reference), off by at most 6 u row_size extent and 2 u of the result (docs/design/arithmetic.md,
 /// "Packets").
 void project_vertices(uint leaf) {
@@ -26,10 +26,10 @@ void project_vertices(uint leaf) {
     [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
         uvec4 words = imageLoad(leaves, int(leaf * kLeafVec4s + h * kLanes + lane));
         v[h] = uintBitsToFloat(words.xyz);
-        corner_words[h] = words.w;
+        packed_indices[h] = words.w;
     }
     vec3 reference = read_lane(v[0], 0u);
-    // Any point will do in place of a vertex that is not finite.
+    // Any point can replace a vertex that is not finite.
     reference = reference.x > kSceneExtent ? vec3(0.0f) : reference;
     precise vec3 p = reference - frame.org;
     vec3 p_error = vec3(difference_error(reference.x, frame.org.x, p.x),
@@ -53,7 +53,7 @@ void project_vertices(uint leaf) {
                  kPlaneFloor;
 }
 
-vec3 projected_corner(uint slot) {
+vec3 projected_vertex(uint slot) {
     uint from = slot & (kLanes - 1u);
     vec3 v = read_lane(projected[0], from);
     [[unroll]] for (uint h = 1u; h < kSlots; ++h) {
@@ -64,35 +64,35 @@ vec3 projected_corner(uint slot) {
 }
 
 /// A triangle's projected vertices, one a component.
-struct Corners {
+struct ProjectedTriangle {
     vec3 x;
     vec3 y;
     vec3 z;
 };
 
-Corners projected_triangle(uint words) {
-    vec3 a = projected_corner(corner(words, 0u));
-    vec3 b = projected_corner(corner(words, 1u));
-    vec3 c = projected_corner(corner(words, 2u));
-    return Corners(vec3(a.x, b.x, c.x), vec3(a.y, b.y, c.y), vec3(a.z, b.z, c.z));
+ProjectedTriangle project_triangle(uint words) {
+    vec3 a = projected_vertex(corner(words, 0u));
+    vec3 b = projected_vertex(corner(words, 1u));
+    vec3 c = projected_vertex(corner(words, 2u));
+    return ProjectedTriangle(vec3(a.x, b.x, c.x), vec3(a.y, b.y, c.y), vec3(a.z, b.z, c.z));
 }
 
 float least(vec3 v) { return lesser(v.x, lesser(v.y, v.z)); }
 float most(vec3 v) { return greater(v.x, greater(v.y, v.z)); }
 
-/// Of rays that are not the middles of pixels, the rectangles of each group.
+/// The rectangles of the groups, for rays that are not at the middles of pixels.
 vec2 group_lower[kGroups];
 vec2 group_upper[kGroups];
 
-/// Whether a triangle is certainly in front of the origin, so far that it may be projected.
+/// Whether a triangle is certainly so far in front of the origin that it can be projected.
 bool is_in_front(float z_least, float z_size, float error) {
     return z_least > 0.0009765625f * z_size + 16.0f * error;
 }
 
-/// The groups of rays that a triangle may concern, as bits: its rectangle meets theirs, and covers
-/// the middle of a pixel if the rays are those (on_grid); and it is in front of the origin, nearer
-/// than what all rays have found.
-uint concerned_groups(Corners t, bool on_grid) {
+/// The groups with rays that may hit a triangle, as bits: its rectangle meets theirs and, if rays
+/// are at the middles of pixels (on_grid), covers one; it is in front of the origin, and nearer
+/// than the hits of all rays of the group.
+uint concerned_groups(ProjectedTriangle t, bool on_grid) {
     bool is_finite = most(t.x) < kFarAway;
     float z_least = least(t.z);
     float z_most = most(t.z);
@@ -109,7 +109,7 @@ uint concerned_groups(Corners t, bool on_grid) {
     high = high + kDeviceQuotientError * abs(high) + margin;
     uint groups = 0u;
     if (on_grid) {
-        // Most small triangles cover no pixel's middle, x = k + 0.5 for whole k, at all.
+        // Most small triangles cover no pixel's middle, which is at k + 0.5 for a whole k.
         vec2 first = ceil(low - frame.ray_error - vec2(0.5f));
         vec2 last = floor(high + frame.ray_error - vec2(0.5f));
         bool is_any = first.x <= last.x && first.y <= last.y;
@@ -135,39 +135,40 @@ uint concerned_groups(Corners t, bool on_grid) {
     return is_finite && z_most + z_error > 0.0f ? groups : 0u;
 }
 
-/// Of the leaf's triangles, the groups that each may concern.
+/// The concerned_groups() of the leaf's triangles.
 uint triangle_groups[kSlots];
 
-/// The triangles of a leaf that may concern the packet, as bits. Leaves projected, corner_words,
-/// leaf_error and triangle_groups.
+/// Returns the triangles of a leaf that rays of the packet may hit, as bits. Sets projected,
+/// packed_indices, leaf_error and triangle_groups.
 uint cull_leaf(uint leaf, bool on_grid) {
     project_vertices(leaf);
     uint alive = 0u;
     [[unroll]] for (uint h = 0u; h < kSlots; ++h) {
-        uint words = corner_words[h];
+        uint words = packed_indices[h];
         uint i = lane + kLanes * h;
-        uint groups = concerned_groups(projected_triangle(words), on_grid);
+        uint groups = concerned_groups(project_triangle(words), on_grid);
         triangle_groups[h] = i < corner_triangle_count(words) ? groups : 0u;
         alive |= triangle_groups[h] != 0u ? 1u << i : 0u;
     }
     return cluster_or(alive);
 }
 
-/// A triangle by its leaf and its slot there, as packets keep it.
+/// Names a triangle by its leaf and its slot there.
 uint triangle_name(uint leaf, uint i) { return leaf * 16u + i; }
 const uint kNoTriangle = 0xFFFFFFFFu;
 
-/// Triangles that wait to be traced, one on each of the first lanes: its name, the groups that it
-/// may concern (none: it was traced), its corners and their error.
+/// Triangles that wait to be traced, one on each of the first lanes: name, groups of rays that may
+/// hit it (0: it was traced), projected vertices and their error.
 uint pending_count;
 uint pending_names;
 uint pending_groups;
-Corners pending_corners;
+ProjectedTriangle pending_triangle;
 float pending_error;
-/// How many are worth tracing while there are more leaves.
+/// The number of pending triangles that are traced while more leaves follow.
 const uint kEnough = kLanes - kLanes / 4u;
 
-/// Adds as many of the leaf's triangles, given as bits, as there are lanes for. Returns the rest.
+/// Adds the leaf's triangles `alive` (bits) to the pending ones until all lanes have one. Returns
+/// the rest.
 uint append_triangles(uint leaf, uint alive) {
     uint rest = alive;
     [[unroll]] for (uint k = 0u; k < kLanes - 1u; ++k) {
@@ -176,18 +177,18 @@ uint append_triangles(uint leaf, uint alive) {
     bool is_new = lane >= pending_count && rest != 0u;
     uint triangle = uint(findLSB(rest)) & 15u;
     uint from = triangle & (kLanes - 1u);
-    uint words = read_lane(corner_words[0], from);
+    uint words = read_lane(packed_indices[0], from);
     uint groups = read_lane(triangle_groups[0], from);
     [[unroll]] for (uint h = 1u; h < kSlots; ++h) {
-        uint other = read_lane(corner_words[h], from);
+        uint other = read_lane(packed_indices[h], from);
         uint other_groups = read_lane(triangle_groups[h], from);
         words = triangle / kLanes == h ? other : words;
         groups = triangle / kLanes == h ? other_groups : groups;
     }
-    Corners t = projected_triangle(words);
-    pending_corners.x = is_new ? t.x : pending_corners.x;
-    pending_corners.y = is_new ? t.y : pending_corners.y;
-    pending_corners.z = is_new ? t.z : pending_corners.z;
+    ProjectedTriangle t = project_triangle(words);
+    pending_triangle.x = is_new ? t.x : pending_triangle.x;
+    pending_triangle.y = is_new ? t.y : pending_triangle.y;
+    pending_triangle.z = is_new ? t.z : pending_triangle.z;
     pending_error = is_new ? leaf_error : pending_error;
     pending_groups = is_new ? groups : pending_groups;
     pending_names = is_new ? triangle_name(leaf, triangle) : pending_names;
@@ -199,13 +200,14 @@ vec3 leaf_vertex(uint leaf_at, uint slot) {
     return uintBitsToFloat(imageLoad(leaves, int(leaf_at + slot)).xyz);
 }
 
+/// Reads the vertices of a triangle. Returns its prim_id.
 uint named_triangle(uint name, out vec3 a, out vec3 b, out vec3 c) {
     uint i = name & 15u;
     uint at = (name >> 4u) * kLeafVec4s;
-    uint corners = imageLoad(leaves, int(at + i)).w;
-    a = leaf_vertex(at, corner(corners, 0u));
-    b = leaf_vertex(at, corner(corners, 1u));
-    c = leaf_vertex(at, corner(corners, 2u));
+    uint indices = imageLoad(leaves, int(at + i)).w;
+    a = leaf_vertex(at, corner(indices, 0u));
+    b = leaf_vertex(at, corner(indices, 1u));
+    c = leaf_vertex(at, corner(indices, 2u));
     return imageLoad(leaves, int(at + kLeafPrimIds + i / 4u))[i % 4u];
 }
 

@@ -1,5 +1,5 @@
-// The walk of a packet through the tree. Whoever includes this defines PACKET_ON_GRID, whether the
-// rays are the middles of pixels, and the functions that are declared here.
+// The traversal of a packet. The including file defines PACKET_ON_GRID (whether rays are at the
+// middles of pixels) and the functions that are declared here.
 #ifndef SHADERS_PACKET_PACKET_TRAVERSAL_GLSL
 #define SHADERS_PACKET_PACKET_TRAVERSAL_GLSL
 
@@ -8,12 +8,12 @@
 
 const uint kAllTriangles = 0xFFFFu;
 
-/// A triangle against the rays of a group. `bit` is the triangle's in pending_deferred; 0: there is
-/// none, or it is known to miss them.
+/// Tests a triangle against the rays of a group. `bit` is the triangle's bit in pending_deferred; 0
+/// if there is no triangle, or if it surely misses them.
 void trace_triangle(uint group, Setup s, uint name, uint bit);
-/// Adds to q_error and win_error of the pending triangles what the rays' own 1/z may be off by.
+/// Adds the error of the rays' own 1/z to q_error and win_error.
 void add_ray_error(inout Setup s);
-/// The least 1/z that matters to some of this lane's rays of a group.
+/// The least 1/z that some of this lane's rays of a group have.
 float least_q(uint group);
 
 void update_depth() {
@@ -24,8 +24,8 @@ void update_depth() {
     }
 }
 
-/// What a traversal has still to do besides the pending triangles: a node or leaf, kEmptyChild if
-/// there is none; of a leaf only some triangles.
+/// The work of a traversal that is left besides the pending triangles: a node or a leaf, or
+/// kEmptyChild; of a leaf, the triangles that are left.
 struct Traversal {
     uint current;
     uint triangles;
@@ -38,11 +38,12 @@ bool is_leaf(uint child) { return (child & kLeafBit) != 0u && child != kEmptyChi
 
 bool is_finished(Traversal t) { return t.current == kEmptyChild && pending_count == 0u; }
 
-/// For each group kLanes bits, the lanes whose pending triangles concern it; several groups a word.
+/// For each group kLanes bits: the lanes whose pending triangle its rays may hit. Several groups
+/// share a word.
 const uint kMaskWords = (kGroups + kGroupVectors - 1u) / kGroupVectors;
 uint group_lanes[kMaskWords];
 
-/// `groups` are those of this lane's triangle.
+/// Sets group_lanes; `groups` are those of this lane's triangle.
 void find_group_lanes(uint groups) {
     [[unroll]] for (uint w = 0u; w < kMaskWords; ++w) {
         uint bits = 0u;
@@ -58,14 +59,14 @@ uint lanes_of_group(uint group) {
            ((1u << kLanes) - 1u);
 }
 
-/// The pending triangles that concern a group or the one below it, against both. A loop for each
-/// such pair, since it is all that some devices jump over, though not in its first round: of groups
-/// without triangles that traces the first one, which is known to miss or has an error too large to
-/// win.
+/// Traces the pending triangles of a group and of the group below it against both. Each such pair
+/// has a loop of its own, since some devices jump over loops only, and not in the first iteration:
+/// groups without triangles trace the first one, which surely misses, or whose error is too large
+/// for a certain hit.
 void trace_groups(uint group, Setup setup) {
     uint left = lanes_of_group(group) | lanes_of_group(group + 2u);
     do {
-        // The lowest bit, or 0.
+        // The index of the lowest bit; 0 if there is none.
         uint i = uint(bitCount(~left & (left - 1u))) & (kLanes - 1u);
         Setup s = read_setup(setup, i);
         uint name = read_lane(pending_names, i);
@@ -76,11 +77,11 @@ void trace_groups(uint group, Setup setup) {
     } while (left != 0u);
 }
 
-/// Adds triangles of leaves to the pending ones until these are enough, or the next is a node.
-/// `rest`: of the leaf that was looked at last some are left.
+/// Adds triangles of leaves to the pending ones until these are enough or a node is next. Sets
+/// `rest` to the triangles of the last leaf that are left.
 void gather_triangles(inout Traversal t, inout uint rest, bool has_room) {
     do {
-        // Always so in the first round of most, but see cluster.glsl.
+        // Mostly true in the first iteration, but see cluster.glsl.
         if (is_leaf(t.current) && pending_count < kEnough && rest == 0u && has_room) {
             uint leaf = t.current & ~kLeafBit;
             rest = append_triangles(leaf, cull_leaf(leaf, PACKET_ON_GRID) & t.triangles);
@@ -92,7 +93,7 @@ void gather_triangles(inout Traversal t, inout uint rest, bool has_room) {
 }
 
 void trace_pending(inout uint steps) {
-    Setup setup = set_up_triangle(pending_corners, pending_error);
+    Setup setup = set_up_triangle(pending_triangle, pending_error);
     uint groups = pending_groups & met_groups(setup, PACKET_ON_GRID);
     setup.q_error = pending_groups != 0u ? setup.q_error : kDone;
     setup.win_error = pending_groups != 0u ? setup.win_error : kDone;
@@ -106,14 +107,14 @@ void trace_pending(inout uint steps) {
         trace_groups(4u, setup);
         trace_groups(5u, setup);
     }
-    uint open = queue_deferred(steps);
-    pending_groups = (open >> lane & 1u) != 0u ? pending_groups : 0u;
-    pending_count = open == 0u ? 0u : pending_count;
+    uint rest = queue_deferred(steps);
+    pending_groups = (rest >> lane & 1u) != 0u ? pending_groups : 0u;
+    pending_count = rest == 0u ? 0u : pending_count;
     update_depth();
 }
 
-/// Continues until there is nothing left, no room for doubts, or no steps. Where triangles are few
-/// they wait for those behind the next nodes.
+/// Continues until nothing is left, the queue of deferred pairs is full, or steps are used up. Few
+/// triangles wait for those of the next leaves.
 void traverse(inout Traversal t) {
     bool has_room = true;
     do {

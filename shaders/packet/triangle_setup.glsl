@@ -1,5 +1,5 @@
-// Triangles of a packet set up as edge functions and 1/z of its plane, with the bounds of every error:
-// docs/design/arithmetic.md, "Packets". As cpu/packet/triangle_setup-inl.h.
+// Sets up triangles as edge functions and 1/z in the packet's plane, with bounds of all errors
+// (docs/design/arithmetic.md, "Packets"). cpu/packet/triangle_setup-inl.h does the same.
 #ifndef SHADERS_PACKET_TRIANGLE_SETUP_GLSL
 #define SHADERS_PACKET_TRIANGLE_SETUP_GLSL
 
@@ -13,8 +13,8 @@ float plane_reach() {
     return greater(reach.x, reach.y);
 }
 
-/// Edge functions a x + b y + c of the packet's plane, positive inside; their bound; 1/z likewise
-/// as a function of x and y, and its bound.
+/// Edge functions a x + b y + c in the packet's plane, positive inside, and the bound of their
+/// errors; 1/z = q.x x + q.y y + q.z, and the bound of its error.
 struct Setup {
     vec3 a;
     vec3 b;
@@ -22,40 +22,40 @@ struct Setup {
     vec3 q;
     float bound;
     float q_error;
-    /// q_error, or kDone where it is too large for a hit to be certain.
+    /// q_error, or kDone if it is too large for a certain hit.
     float win_error;
 };
 
-/// A triangle as the ray at `middle` sees it.
-struct SeenTriangle {
-    Corners corners;
+/// A triangle relative to the ray at `middle`.
+struct CentredTriangle {
+    ProjectedTriangle vertices;
     vec2 middle;
-    /// The largest |x| + |y|; the largest range of x or y; and |x| + |y| of a vertex as a ray sees
-    /// it that goes through the triangle, at most.
+    /// The largest |x| + |y|; the largest range of x or y; and a bound of |x| + |y| of a vertex
+    /// relative to a ray through the triangle.
     float size;
     float edge;
     float hit_reach;
     float z_least;
     float z_size;
     float z_range;
-    /// How far x and y may be off together from those of the vertices that the rule displaces.
+    /// Bound of the summed errors of x and y, relative to the vertices displaced by the rule.
     float error;
-    /// Of that, what grows with the extent and the distance.
+    /// The part of it that grows with extent and distance.
     float leaf_error;
-    /// The cross product of two edges, its product with a vertex (6 times the volume that the
-    /// triangle and the origin span, with its sign), and how far that may be off from what a hit of
-    /// the rule sees.
+    /// The cross product of two edges; its product with a vertex, which is 6 times the signed
+    /// volume of triangle and origin; and the bound of the error of that relative to a hit of the
+    /// rule.
     vec3 normal;
     float volume;
     float volume_error;
     bool in_front;
 };
 
-/// Edges are as long for a ray through the triangle as for any: 2 edge, and the way to that ray
-/// times their range of z. The rounding of the normal is 8 u edge (z_range, z_range, edge), which
-/// makes 16 u edge (2 z_range size + edge z_size) of the volume.
-SeenTriangle see_triangle(Corners t, float triangle_error) {
-    SeenTriangle s;
+/// Relative to any ray an edge is at most 2 edge long, plus the distance to that ray times its
+/// range of z. The rounding of the normal is 8 u edge (z_range, z_range, edge), so that of the
+/// volume is 16 u edge (2 z_range size + edge z_size).
+CentredTriangle centre_triangle(ProjectedTriangle t, float triangle_error) {
+    CentredTriangle s;
     s.z_least = least(t.z);
     s.z_size = most(abs(t.z));
     s.z_range = most(t.z) - s.z_least;
@@ -65,7 +65,7 @@ SeenTriangle see_triangle(Corners t, float triangle_error) {
     s.middle = clamp(vec2(t.x.x, t.y.x) * rz, frame.lower, frame.upper);
     vec3 px = t.x - s.middle.x * t.z;
     vec3 py = t.y - s.middle.y * t.z;
-    s.corners = Corners(px, py, t.z);
+    s.vertices = ProjectedTriangle(px, py, t.z);
     s.size = most(abs(px) + abs(py));
     s.edge = greater(most(px) - least(px), most(py) - least(py));
     vec2 span = frame.upper - frame.lower;
@@ -77,21 +77,22 @@ SeenTriangle see_triangle(Corners t, float triangle_error) {
     s.normal = cross(e, f);
     s.volume = s.normal.x * px.x + s.normal.y * py.x + s.normal.z * t.z.x;
     float z_error = kDepthError * s.z_size + triangle_error * directions.depth_share;
-    s.volume_error = s.hit_reach * (kVolumeError * s.error * s.z_size + 3.0f * s.hit_reach * z_error) +
-                     kDeviceVolumeRounding * s.edge *
-                         (2.0f * s.z_range * s.size + s.edge * s.z_size);
+    s.volume_error =
+        s.hit_reach * (kVolumeError * s.error * s.z_size + 3.0f * s.hit_reach * z_error) +
+        kDeviceVolumeRounding * s.edge * (2.0f * s.z_range * s.size + s.edge * s.z_size);
     return s;
 }
 
-/// q and its errors. Where |volume| is not more than kKnownVolume times its error nothing is known of
-/// q.
+/// Sets q and its errors. q is unknown if |volume| is at most kKnownVolume times its error.
 ///
-/// The plane of the float vertices is n.(x, y, 1) / n.p in 1/z. The weights of a hit, taken of
-/// these vertices, give a point of the plane that is `error` from the ray at most, and off in z by
-/// z's part of leaf_error. Then there are roundings: of n, which make `rounding` relative to 1/z,
-/// and over a ray of the packet half as much, but for what is z_range's; and of the sum over x and
-/// y, with |x|, |y| <= 17 (or else ray_error is as large) in some 20 steps.
-void set_up_depth(inout Setup setup, SeenTriangle t) {
+/// 1. The plane of the float vertices is n.(x, y, 1) / n.p in 1/z.
+/// 2. The weights of a hit give a point of this plane that is at most `error` from the ray, and off
+///    in z by the part of z in leaf_error.
+/// 3. Roundings of n are `rounding` relative to 1/z, and half as much over a ray of the packet, but
+///    for the part of z_range.
+/// 4. The sum over x and y takes some 20 roundings, with |x|, |y| <= 17 (beyond that ray_error is
+///    as large).
+void set_up_depth(inout Setup setup, CentredTriangle t) {
     float scale = 1.0f / greater(abs(t.volume), 1.0e-30f);
     setup.q = t.normal * (t.volume < 0.0f ? -scale : scale);
     setup.q.z -= setup.q.x * t.middle.x + setup.q.y * t.middle.y;
@@ -117,25 +118,24 @@ void set_up_depth(inout Setup setup, SeenTriangle t) {
                     rounding < 0.03125f && q_most * by_q2 <= kFarDepth;
     setup.q = is_known ? setup.q : vec3(0.0f);
     setup.q_error = is_known ? c0 + q_most * (c1 + q_most * by_q2) : 1.0e35f;
-    // Steep triangles, whose error would be that of all that were hit: 2^-10.
+    // Steep triangles give no certain hit, since their error would become that of all hits: 2^-10.
     setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
 }
 
-/// Edge functions are taken in the point of the packet nearest to the first vertex. `reach` bounds
-/// both |x| and |y| of the vertices as seen from any ray of the packet, so that an edge function
-/// moves by at most 2 error reach + error^2. Its own roundings are at most frame.rounding size
-/// z_size + kEdgeRounding size^2.
+/// Edge functions are computed relative to the point of the packet nearest to the first vertex.
 ///
-/// The sign of the volume is that of the edge functions of a hit where it is certain. Elsewhere they
-/// may have either sign, and add up to the volume by z, with z no nearer than a vertex; so a larger
-/// bound covers both signs where all vertices are well in front of the origin. Where they are not,
-/// and where something overflows, nothing is known of the triangle: the rule is asked for every
-/// ray. As in cpu/packet/triangle_setup-inl.h.
-Setup set_up_triangle(Corners corners, float triangle_error) {
-    SeenTriangle t = see_triangle(corners, triangle_error);
-    vec3 px = t.corners.x;
-    vec3 py = t.corners.y;
-    vec3 z = t.corners.z;
+/// 1. `reach` bounds |x| and |y| of the vertices relative to any ray of the packet, so an edge
+///    function moves by at most 2 error reach + error^2.
+/// 2. Its own roundings are at most frame.rounding size z_size + kEdgeRounding size^2.
+/// 3. If the sign of the volume is certain, it is that of the edge functions of a hit.
+/// 4. Otherwise they may have either sign. Their sum is the volume by z, with z no nearer than a
+///    vertex; so a larger bound covers both signs if all vertices are well in front of the origin.
+/// 5. If they are not, or if a value overflows, the triangle is unknown: uncertain for every ray.
+Setup set_up_triangle(ProjectedTriangle triangle, float triangle_error) {
+    CentredTriangle t = centre_triangle(triangle, triangle_error);
+    vec3 px = t.vertices.x;
+    vec3 py = t.vertices.y;
+    vec3 z = t.vertices.z;
     vec2 span = frame.upper - frame.lower;
     float reach = greater(span.x, span.y) * t.z_size + t.size;
     float rounding = t.size * (frame.rounding * t.z_size + kEdgeRounding * t.size);
@@ -160,16 +160,16 @@ Setup set_up_triangle(Corners corners, float triangle_error) {
     return setup;
 }
 
-/// The groups of which some ray may hit a triangle, as bits: somewhere in their rectangles each
-/// edge function is not below its bound, and 1/z not surely less than what all rays have found. A
-/// maximum over a rectangle is a sum as of a ray at its corner with three roundings more, of values
-/// up to 32 times the coefficients; frame.rounding is 1.8 times what rays need, so it covers these.
+/// The groups with a ray that may hit a triangle, as bits: somewhere in the group's rectangle each
+/// edge function reaches its bound, and 1/z is not surely less than that of all its hits. The
+/// maximum over a rectangle is the sum for a ray at its corner with three more roundings, of values
+/// up to 32 times the coefficients; frame.rounding is 1.8 times the need of rays and covers these.
 uint met_groups(Setup s, bool on_grid) {
     vec3 reach = s.c + s.bound;
     float q_reach = s.q.z + s.q_error;
     uint groups = 0u;
     if (on_grid) {
-        // 8x4 pixels, of which the outermost middles are 3.5 and 1.5 from the group's.
+        // The outermost middles of 8x4 pixels are 3.5 and 1.5 from the middle of the group.
         reach += 3.5f * abs(s.a) + 1.5f * abs(s.b);
         q_reach += 3.5f * abs(s.q.x) + 1.5f * abs(s.q.y);
     }
@@ -192,7 +192,7 @@ uint met_groups(Setup s, bool on_grid) {
     return groups;
 }
 
-/// The set-up of lane `from`, on all lanes.
+/// Returns the set-up of lane `from` on all lanes.
 Setup read_setup(Setup own, uint from) {
     return Setup(read_lane(own.a, from), read_lane(own.b, from), read_lane(own.c, from),
                  read_lane(own.q, from), read_lane(own.bound, from), read_lane(own.q_error, from),

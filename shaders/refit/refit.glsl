@@ -1,7 +1,7 @@
-// Boxes on their way up (I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes Using
-// Dynamic Bounding Volume Hierarchies. ACM TOG 26(1), 2007, section 4), level by level: an atomic
-// climb would be one dispatch, but gives wrong boxes where device-scope barriers in non-uniform
-// control flow do not hold.
+// The refit of boxes, level by level from the leaves up (I. Wald, S. Boulos, P. Shirley. Ray
+// Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies. ACM TOG 26(1), 2007, section
+// 4). An atomic climb would take a single dispatch, but gives wrong boxes on devices whose
+// device-scope barriers fail in non-uniform control flow.
 #ifndef SHADERS_REFIT_REFIT_GLSL
 #define SHADERS_REFIT_REFIT_GLSL
 
@@ -10,7 +10,7 @@
 layout(local_size_x = kGroupSize) in;
 
 layout(push_constant) uniform Arguments { RefitArguments args; };
-// One element a plane: the children of a node are written by different lanes.
+// One element a plane, since different lanes write the children of a node.
 layout(binding = kBindNodesOut, r32ui) writeonly uniform uimageBuffer nodes_out;
 
 void store_plane(uint node, uint planes, uint slot, float value) {
@@ -18,7 +18,7 @@ void store_plane(uint node, uint planes, uint slot, float value) {
     imageStore(nodes_out, int(at), uvec4(floatBitsToUint(value), 0u, 0u, 0u));
 }
 
-/// parent is node * kWidth + slot.
+/// Writes a box to its parent's slot; `parent` is node * kWidth + slot.
 void store_box(uint parent, vec3 lower, vec3 upper) {
     uint node = parent / kWidth;
     uint slot = parent % kWidth;

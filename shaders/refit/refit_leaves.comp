@@ -1,4 +1,4 @@
-// Gives leaves their vertices' new positions, and their parents' slots the new boxes.
+// Writes the new positions of vertices to leaves, and their boxes to the slots of their parents.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -14,7 +14,7 @@ layout(binding = kBindLeavesOut, r32ui) writeonly uniform uimageBuffer leaves_ou
 void main() {
     if (gl_GlobalInvocationID.x >= args.count) return;
     uint leaf = args.first + gl_GlobalInvocationID.x;
-    // All are asked for before the first is used: each may be far away.
+    // All are fetched before the first is used, since each may be far away in memory.
     uvec3 bits[kLeafVertices];
     [[unroll]] for (uint quarter = 0u; quarter < kLeafVertices / 4u; ++quarter) {
         uvec4 vertices = texelFetch(leaf_vertices, int(leaf * kLeafVertices / 4u + quarter));

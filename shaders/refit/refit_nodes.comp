@@ -1,5 +1,5 @@
-// Gives the parents' slots of one level of nodes the union of the nodes' boxes. Empty slots hold
-// inverted boxes, which are neutral.
+// Writes the boxes of one level of nodes to the slots of their parents. Empty slots hold inverted
+// boxes, which are neutral in a union.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"

@@ -1,4 +1,4 @@
-// The point that a pixel shows.
+// The surface that a pixel shows.
 #ifndef SHADERS_SHADE_PIXEL_SURFACE_GLSL
 #define SHADERS_SHADE_PIXEL_SURFACE_GLSL
 

@@ -1,4 +1,4 @@
-// From hits and occlusion to the pixels of a region.
+// Shades the pixels of a region from hits and occlusion.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -12,15 +12,15 @@
 layout(binding = kBindFoundOcclusion) uniform usamplerBuffer found_occlusion;
 layout(std430, binding = kBindPixels) writeonly buffer Pixels { uint pixels[]; };
 
-/// Four pixels a lane, in stages: some devices work on a few hundred instructions at a time, and a
-/// pixel alone is one long chain of them.
+/// Shades four pixels a lane, in stages: a single pixel is one long chain of dependent
+/// instructions, and some devices look only a few hundred instructions ahead.
 void main() {
-    // Read here: some devices read arguments lane by lane where control flow may diverge.
+    // Read here, since some devices read arguments lane by lane in divergent control flow.
     ImageParams params = args.params;
     uvec2 origin = uvec2(args.x, args.y);
     uvec2 size = uvec2(args.width, args.height);
-    // Four pixels of each lane lie in a row of 32 for 8 lanes. Tiles are taken as they come: the
-    // work is the same everywhere, and each thread of a CPU reads on where it was.
+    // The four pixels of 8 lanes lie in a row of 32. Tiles keep their order, since the work is the
+    // same everywhere and each thread of a CPU then reads memory in sequence.
     uint tile = gl_WorkGroupID.x;
     uint lane = gl_LocalInvocationID.x;
     uint begin = (lane & ~7u) * 4u;
@@ -50,7 +50,7 @@ void main() {
     }
     [[unroll]] for (uint i = 0u; i < 4u; ++i) {
         triangle[i] = scene_triangle(is_hit[i] ? hits[i].prim_id : 0u);
-        // Not read where there is none: it is in no cache.
+        // Without secondary rays it reads the same word for all, which stays in the cache.
         uint from = params.rays == kRaysPrimary ? 0u : index[i];
         occluded[i] = texelFetch(found_occlusion, int(from)).x;
     }

@@ -1,5 +1,5 @@
-// The hits of a pass that has ended. Some devices load structures from storage buffers lane by
-// lane, and texels at once.
+// The hits of an earlier pass, as texels: some devices load structures from storage buffers lane by
+// lane, but texels at once.
 #ifndef SHADERS_SINGLE_RAY_FOUND_HITS_GLSL
 #define SHADERS_SINGLE_RAY_FOUND_HITS_GLSL
 

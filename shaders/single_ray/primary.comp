@@ -1,4 +1,4 @@
-// The closest hit of each camera ray of a region.
+// Finds the closest hit of each camera ray of a region, one ray a lane.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"

@@ -1,5 +1,6 @@
-// A round for rays that ran out of steps: each continues where it stood, its stack kept in memory
-// between rounds, so that the answer is that of one long traversal and every dispatch is short.
+// Runs a round of the rays that ran out of steps. Each continues its traversal, whose stack is kept
+// in memory between rounds. So the answer is that of one long traversal, and every dispatch is
+// short.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -64,7 +65,7 @@ void main() {
     if (args.any_hit == 0u) {
         hits[index] = closest_hit(t);
     } else if (t.best_prim != kNoPrim) {
-        // Several rays of a pixel may end at once.
+        // Several rays of a pixel may end at the same time.
         atomicAdd(occlusion[index], 1u);
     }
 }

@@ -1,8 +1,10 @@
-// One ray a lane over the shared layout, depth first, nearest child next. The answer is that of the
-// hit rule (common/interop/hit_rule.h); the order in which boxes are visited cannot change it.
+// The traversal of one ray a lane over the shared layout, depth first, nearest child next. The
+// answer is that of the hit rule (common/interop/hit_rule.h) and does not depend on the order of
+// visits.
 //
-// Some devices mask branches instead of jumping over them and run the body of a loop at least once,
-// a `while` once more than that: hence `do`, and nests in which most bodies have something to do.
+// Some devices mask branches instead of jumping over them. They run the body of a loop at least
+// once, and that of a `while` once more. So loops here are `do` loops, nested such that most bodies
+// have work.
 #ifndef SHADERS_SINGLE_RAY_TRAVERSE_GLSL
 #define SHADERS_SINGLE_RAY_TRAVERSE_GLSL
 
@@ -17,16 +19,17 @@ layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
 layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
 layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
-/// (child, bits of t_enter). One entry more than can be used: where nothing is to be pushed, the
-/// entry above the top is overwritten all the same, which saves a branch.
+/// Entries (child, bits of t_enter). consider() writes the entry above the top even if it pushes
+/// nothing, which saves a branch; so there is one more entry than the stack needs.
 uvec2 stack[kMaxStack + 1u];
 
-/// Where a traversal stands. current is what to visit next, kEmptyChild when it is finished.
+/// The state of a traversal.
 struct Traversal {
+    /// The next node or leaf to visit; kEmptyChild when the traversal is finished.
     uint current;
     uint stack_size;
     uint best_prim;
-    /// Before the first hit t is the ray's tfar.
+    /// Before the first hit best.t is the ray's tfar.
     TriangleHit best;
     uint status;
 };
@@ -50,7 +53,7 @@ Hit closest_hit(Traversal t) {
 }
 
 /// The planes that the ray meets first and last on each axis: their offsets in a node, and the
-/// origins that they are taken relative to. As in hits_box.
+/// ray's origin for each of them, as in hits_box.
 struct NodeRay {
     uvec3 near_planes;
     uvec3 far_planes;
@@ -72,14 +75,15 @@ NodeRay node_ray(SlabRay s) {
     return n;
 }
 
-/// Where the ray meets four planes.
+/// The distances at which the ray meets four planes.
 vec4 distances(uint at, float org, float rdir) {
     precise vec4 relative = uintBitsToFloat(imageLoad(nodes, int(at))) - vec4(org);
     precise vec4 t = relative * vec4(rdir);
     return t;
 }
 
-/// A child that is hit becomes the next to visit if it is the nearest so far; the other is pushed.
+/// Makes a child that is hit the next to visit if it is the nearest so far, and pushes the other
+/// one.
 void consider(inout Traversal t, inout float nearest, uint child, float t_enter, bool is_hit) {
     bool nearer = is_hit && t_enter < nearest;
     stack[t.stack_size] = nearer ? uvec2(t.current, floatBitsToUint(nearest))
@@ -89,8 +93,8 @@ void consider(inout Traversal t, inout float nearest, uint child, float t_enter,
     nearest = nearer ? t_enter : nearest;
 }
 
-/// Slots 4 * quarter to 4 * quarter + 3 of a node: hits_box, four boxes at a time. (max
-/// and min meet no NaN, and which of two zeros they return does not matter to a comparison.)
+/// Applies hits_box to slots 4 * quarter to 4 * quarter + 3 of a node. (max and min get no NaN, and
+/// the sign of a zero does not change a comparison.)
 void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint node, uint quarter) {
     uint at = node * kNodeVec4s + quarter;
     vec4 near_x = distances(at + ray.near_planes.x, ray.near_org.x, ray.rdir.x);
@@ -108,7 +112,7 @@ void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint nod
     consider(t, nearest, child.w, enter.w, enter.w <= min(leave.w, t.best.t));
 }
 
-/// Takes the topmost entry that may still hold the answer. Returns the iterations it took.
+/// Takes the topmost entry that may hold a closer hit. Returns the number of iterations.
 uint pop(inout Traversal t) {
     uint steps = 0u;
     t.current = kEmptyChild;
@@ -145,15 +149,15 @@ vec3 leaf_vertex(uint leaf_at, uint slot) {
 }
 
 void leaf_triangle(uint leaf_at, uint i, out vec3 a, out vec3 b, out vec3 c) {
-    uint corners = imageLoad(leaves, int(leaf_at + i)).w;
-    a = leaf_vertex(leaf_at, corner(corners, 0u));
-    b = leaf_vertex(leaf_at, corner(corners, 1u));
-    c = leaf_vertex(leaf_at, corner(corners, 2u));
+    uint indices = imageLoad(leaves, int(leaf_at + i)).w;
+    a = leaf_vertex(leaf_at, corner(indices, 0u));
+    b = leaf_vertex(leaf_at, corner(indices, 1u));
+    c = leaf_vertex(leaf_at, corner(indices, 2u));
 }
 
-/// Leaves with triangles (as bits) of which plain floats cannot tell whether the ray hits them: a
-/// queue in registers, its end 0 as long as there is room. To ask the rule at once would cost all
-/// lanes its full price for the few that need it, where branches are masks.
+/// Deferred triangles, which are uncertain for the fast filter: leaves and their triangles (bits),
+/// a queue in registers whose last entry is 0 as long as there is room. Applying the rule at once
+/// would cost all lanes its full price for the few that need it, on devices that mask branches.
 const uint kMaxDeferred = 4u;
 uint deferred_leaves[kMaxDeferred];
 uint deferred_triangles[kMaxDeferred];
@@ -187,8 +191,8 @@ void take_hit(inout Traversal t, TriangleHit hit, uint prim_id, bool is_hit) {
     t.best_prim = is_better ? prim_id : t.best_prim;
 }
 
-/// The rule's fast path for a triangle that surely_inside holds for and whose z have one sign.
-bool plain_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
+/// The rule's fast path, for a triangle that is surely_inside and whose z have one sign.
+bool fast_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
     vec3 pa = project_fast(sheared, a);
     vec3 pb = project_fast(sheared, b);
     vec3 pc = project_fast(sheared, c);
@@ -196,7 +200,8 @@ bool plain_hit(Ray ray, ShearedRay sheared, vec3 a, vec3 b, vec3 c, out Triangle
     return is_in_range(hit.t, ray.tnear, ray.tfar) && finite_vertices(a, b, c);
 }
 
-/// Takes the triangles that the ray surely goes through, and notes those that it may go through.
+/// Takes the hits of triangles that the ray surely goes through, and defers the uncertain ones.
+/// Returns the number of steps.
 uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
     uint leaf = t.current & ~kLeafBit;
     uint at = leaf * kLeafVec4s;
@@ -209,7 +214,8 @@ uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
         leaf_triangle(at, i, a, b, c);
         Edges e = fast_edges(project_fast(sheared, a), project_fast(sheared, b),
                              project_fast(sheared, c));
-        // Of triangles that reach behind the origin the rule decides whether it takes its fast path.
+        // A triangle that reaches behind the origin is uncertain, since the rule may not take its
+        // fast path for it.
         bool is_sure = surely_inside(sheared, e) && e.depth_range < e.depth_size;
         inside |= is_sure ? 1u << i : 0u;
         uncertain |= may_be_inside(e) && !is_sure ? 1u << i : 0u;
@@ -220,7 +226,7 @@ uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
         i = uint(findLSB(inside)) & 15u;
         leaf_triangle(at, i, a, b, c);
         TriangleHit hit;
-        bool is_hit = plain_hit(ray, sheared, a, b, c, hit);
+        bool is_hit = fast_hit(ray, sheared, a, b, c, hit);
         take_hit(t, hit, leaf_prim(at, i), is_hit && inside != 0u);
         inside &= inside - 1u;
         ++steps;
@@ -230,7 +236,7 @@ uint visit_leaf(inout Traversal t, Ray ray, ShearedRay sheared, bool any_hit) {
     return steps + pop(t);
 }
 
-/// The rule for the triangles uncertain.
+/// Applies the rule to the deferred triangles. Returns the number of steps.
 uint resolve_deferred(inout Traversal t, Ray ray, ShearedRay sheared) {
     uint steps = 0u;
     do {
@@ -242,9 +248,11 @@ uint resolve_deferred(inout Traversal t, Ray ray, ShearedRay sheared) {
         bool is_next = deferred_triangles[0] == 0u;
         [[unroll]] for (uint k = 1u; k < kMaxDeferred; ++k) {
             deferred_leaves[k - 1u] = is_next ? deferred_leaves[k] : deferred_leaves[k - 1u];
-            deferred_triangles[k - 1u] = is_next ? deferred_triangles[k] : deferred_triangles[k - 1u];
+            deferred_triangles[k - 1u] =
+                is_next ? deferred_triangles[k] : deferred_triangles[k - 1u];
         }
-        deferred_triangles[kMaxDeferred - 1u] = is_next ? 0u : deferred_triangles[kMaxDeferred - 1u];
+        const uint last = kMaxDeferred - 1u;
+        deferred_triangles[last] = is_next ? 0u : deferred_triangles[last];
         vec3 a, b, c;
         leaf_triangle(at, i, a, b, c);
         TriangleHit hit;
@@ -255,8 +263,8 @@ uint resolve_deferred(inout Traversal t, Ray ray, ShearedRay sheared) {
     return steps;
 }
 
-/// Continues until the answer is known or the lane's steps are used up; see finished(). Any-hit
-/// traversals end with some best_prim, not the closest.
+/// Continues until the answer is known (finished()) or the lane's steps are used up. An any-hit
+/// traversal ends with some best_prim, not the closest.
 void traverse(inout Traversal t, Ray ray, bool any_hit) {
     NodeRay boxes = node_ray(slab_ray(ray.org, ray.dir));
     ShearedRay sheared = shear_ray(ray.org, ray.dir);

@@ -1,4 +1,4 @@
-// The status of a pass, and the rays that it could not finish.
+// The status of a pass, and its suspended rays.
 #ifndef SHADERS_SINGLE_RAY_WORK_GLSL
 #define SHADERS_SINGLE_RAY_WORK_GLSL
 
@@ -9,7 +9,7 @@ layout(std430, binding = kBindWork) buffer Work {
     Suspended suspended[];
 } work;
 
-/// Leaves the ray to `resume`. The order of the list depends on the schedule, the answers do not.
+/// Leaves the ray to `resume`. The order of the list depends on the schedule; the answers do not.
 void suspend(Ray ray, uint answer_index) {
     uint i = atomicAdd(work.header.suspended_count, 1u);
     work.suspended[i].ray = ray;
