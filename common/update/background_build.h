@@ -1,4 +1,4 @@
-// A tree that is built on a spare thread while frames go on.
+// Builds a tree in the background while frames are traced.
 #pragma once
 
 #include <future>
@@ -15,19 +15,19 @@ class BackgroundBuild {
 public:
     BackgroundBuild() = default;
 
-    /// Starts at a copy of these positions; nothing may be pending. The topology must stay until
-    /// the result is taken or this is destroyed, which waits.
+    /// Starts a build at a copy of these positions. No build may be pending. The topology must
+    /// outlive the build; the destructor waits for it.
     void start(const Topology& topology, std::span<const vec3> positions, SplitMethod split);
 
     bool pending() const { return result_.valid(); }
-    /// Whether take() would not wait.
+    /// Whether take() returns without waiting.
     bool ready() const;
-    /// The tree, over the positions of start(), and the milliseconds that it took. Throws what the
-    /// builder throws.
+    /// The tree over the positions of start(), and the time of its build.
     struct Result {
         Bvh bvh;
         double build_ms = 0;
     };
+    /// Ends the pending build. Throws what the builder throws.
     Result take() { return result_.get(); }
 
 private:

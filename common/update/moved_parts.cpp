@@ -14,8 +14,8 @@ namespace {
 // Blocks a task: 192 KiB of positions.
 constexpr std::uint32_t kGrain = 1024;
 
-// Blocks that are compared at once, 6 KiB: where none of them has moved, that takes 0.6 of the time
-// of comparing each.
+// Blocks that are compared at once, 6 KiB. If none of them has moved, this takes 0.6 of the time of
+// comparing each.
 constexpr std::uint32_t kStretch = 32;
 
 /// Calls `use(block)` once for each block of a leaf's vertices.
@@ -56,7 +56,7 @@ PoseMemory::PoseMemory(std::span<const vec3> positions)
 
 std::uint32_t PoseMemory::advance(std::span<const vec3> positions) {
     assert(positions.size() == positions_.size());
-    // Whether those vertices are what they were; `count` is cut at the last one.
+    // Whether `count` vertices from `begin` on have not moved; cuts `count` at the last vertex.
     const auto same = [&](std::size_t begin, std::size_t& count) {
         count = std::min(count, positions.size() - begin);
         return std::memcmp(&positions_[begin], &positions[begin], count * sizeof(vec3)) == 0;

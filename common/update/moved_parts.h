@@ -1,4 +1,4 @@
-// What of a tree the vertices that have moved reach, so that a refit can leave the rest alone.
+// The parts of a tree that moved vertices reach, so that a refit can leave the rest as it is.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@
 
 namespace morphray {
 
-/// Vertices are watched in blocks of so many: 192 bytes, three cache lines. Of animals on a static
-/// ground that is fine enough to lose nothing, and the blocks of a leaf are few.
+/// Vertices are compared in blocks of this many: 192 bytes, three cache lines. For animals on a
+/// static ground smaller blocks gain nothing, and a leaf has few blocks.
 inline constexpr std::uint32_t kMotionBlock = 16;
 
-/// The positions of the last pose, and which blocks the one before differed in.
+/// The positions of the last pose, and the blocks that moved since the pose before.
 class PoseMemory {
 public:
     PoseMemory() = default;
@@ -22,12 +22,12 @@ public:
     std::span<const vec3> positions() const { return positions_; }
     std::uint32_t block_count() const { return static_cast<std::uint32_t>(moved_.size()); }
 
-    /// Takes over the next pose (as many vertices). Returns how many blocks have a vertex that
-    /// differs in any bit. Runs in the calling thread's arena.
+    /// Takes the next pose, with as many vertices. Returns the number of blocks that moved: with a
+    /// vertex that differs in any bit. Runs in the calling thread's arena.
     std::uint32_t advance(std::span<const vec3> positions);
-    /// Whether the block differed in the last advance().
+    /// Whether the block moved in the last advance().
     bool moved(std::uint32_t block) const { return moved_[block] != 0; }
-    /// Those that did, ascending.
+    /// The blocks that moved, ascending.
     std::vector<std::uint32_t> moved_blocks() const;
 
 private:
@@ -35,25 +35,24 @@ private:
     std::vector<std::uint8_t> moved_;
 };
 
-/// Leaves and nodes, ascending: leaves with a moved vertex, and the nodes that hold a box of one of
-/// those, up to the root.
+/// Leaves with a moved vertex, and the nodes above them up to the root, each ascending.
 struct MovedParts {
     std::vector<std::uint32_t> leaves;
     std::vector<std::uint32_t> nodes;
 };
 
-/// The leaves of one tree by the blocks of their vertices. Some 4 bytes a triangle; making it takes
-/// about as long as a refit.
+/// The leaves of one tree by the blocks of their vertices. It takes some 4 bytes a triangle, and
+/// about the time of a refit to make.
 class BlockLeaves {
 public:
-    /// Looks at the tree's leaf_vertices and parents alone.
+    /// Reads only leaf_vertices and parents of the tree.
     BlockLeaves(const Bvh& bvh, std::uint32_t block_count);
 
-    /// The parts of that tree that the pose's last advance() reaches.
+    /// The parts of the tree that the last advance() of the pose reaches.
     MovedParts reached(const Bvh& bvh, const PoseMemory& pose) const;
 
 private:
-    /// Those of block b: leaves_[begin_[b] .. begin_[b + 1]).
+    /// Block b has leaves_[begin_[b] .. begin_[b + 1]).
     std::vector<std::uint32_t> begin_;
     std::vector<std::uint32_t> leaves_;
 };

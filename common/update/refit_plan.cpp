@@ -5,8 +5,8 @@
 namespace morphray {
 namespace {
 
-// A refit of parts pays where they are fewer than this of all: it visits them in no order that
-// caches know.
+// A refit of parts pays up to this part of all leaves or blocks, since its order of visits is bad
+// for caches.
 constexpr double kWorthwhile = 0.6;
 
 bool is_worthwhile(std::size_t parts, std::size_t all) {
@@ -38,8 +38,8 @@ std::vector<IndexRange> covering_ranges(std::span<const std::uint32_t> indices, 
     for (std::size_t i = 1; i < indices.size(); ++i) {
         if (indices[i] - indices[i - 1] > 1) gaps.push_back(indices[i] - indices[i - 1]);
     }
-    // Gaps of this and more part ranges; of equal ones there may be too many, which then all stay
-    // filled.
+    // Gaps of this size and more separate ranges. If too many gaps have the same size, all of them
+    // are filled.
     std::uint32_t parting = 2;
     if (gaps.size() >= most) {
         const auto place = gaps.end() - static_cast<std::ptrdiff_t>(most);

@@ -1,4 +1,4 @@
-// What a refit to the next pose has to write.
+// The parts of a tree that a refit to the next pose writes.
 #pragma once
 
 #include <optional>
@@ -9,11 +9,11 @@
 
 namespace morphray {
 
-/// Everything, or what moved; nothing if that is nothing.
 struct RefitPlan {
+    /// Whether everything is written; otherwise `parts`, which may be empty.
     bool all = false;
     MovedParts parts = {};
-    /// Of the leaves, those that are written.
+    /// The number of leaves that are written.
     std::uint64_t leaf_count = 0;
 };
 
@@ -21,24 +21,25 @@ struct RefitPlan {
 class RefitPlanner {
 public:
     RefitPlanner() = default;
-    /// At the start of a scene.
+    /// Starts at the first pose of a scene.
     explicit RefitPlanner(std::span<const vec3> positions) : pose_(positions) {}
 
     const PoseMemory& pose() const { return pose_; }
 
-    /// Another pose with a tree that belongs to it.
+    /// Takes another pose, with another tree.
     void set_frame(std::span<const vec3> positions);
-    /// Another tree at the same pose.
+    /// Takes another tree at the same pose.
     void set_tree() { block_leaves_.reset(); }
-    /// The next pose, for the tree of the last set_frame() or of the start. Of the tree only
-    /// leaf_vertices and parents are looked at.
+    /// Takes the next pose, with as many vertices.
     void advance(std::span<const vec3> positions) { moved_blocks_ = pose_.advance(positions); }
+    /// Plans the refit of the current tree to the last advance(). Reads only leaf_vertices and
+    /// parents of the tree.
     RefitPlan plan(const Bvh& tree, RefitExtent extent);
 
 private:
     PoseMemory pose_;
     std::uint32_t moved_blocks_ = 0;
-    /// Made when it is first of use to a tree.
+    /// Made at the first plan() of a tree that needs it.
     std::optional<BlockLeaves> block_leaves_;
 };
 
@@ -49,8 +50,8 @@ struct IndexRange {
     bool operator==(const IndexRange&) const = default;
 };
 
-/// At most `most` ranges that cover the ascending indices: where there would be more, gaps are
-/// filled, the smallest first. `most` is at least 1.
+/// At most `most` ranges (at least 1) that cover the ascending indices. If more would be needed, it
+/// fills gaps, the smallest first.
 std::vector<IndexRange> covering_ranges(std::span<const std::uint32_t> indices, std::size_t most);
 
 }  // namespace morphray

@@ -11,7 +11,7 @@
 namespace morphray {
 namespace {
 
-// With more triangles to be sorted anew than this part of all, a build is not much dearer.
+// If more than this part of all triangles is loose, a build does not cost much more.
 constexpr double kMostLoose = 0.5;
 
 bool is_leaf(std::uint32_t child) { return (child & kLeafBit) != 0; }
@@ -23,7 +23,7 @@ void for_each_child(const Node& node, Use use) {
         use(slot, node.child[slot]);
 }
 
-/// What of a tree is sound: boxes that have kept their size, and nodes above nothing but such.
+/// The sound parts of a tree: boxes that have kept their size, and nodes above only such boxes.
 class Soundness {
 public:
     Soundness(const Bvh& bvh, const BuiltAreas& areas, double growth)
@@ -36,10 +36,10 @@ public:
         }
     }
 
-    /// All below a node, whatever its own box.
+    /// Whether all below a node is sound; its own box does not count.
     bool is_whole(std::uint32_t node) const { return whole_[node] != 0; }
 
-    /// A child with all that is below it.
+    /// Whether a child and all below it is sound.
     bool is_sound(const Node& node, std::uint32_t slot, std::uint32_t child) const {
         if (!is_leaf(child) && !is_whole(child)) return false;
         const float built = is_leaf(child) ? areas_.leaves[leaf_of(child)] : areas_.nodes[child];
@@ -52,12 +52,12 @@ private:
     std::vector<std::uint8_t> whole_;
 };
 
-/// What the new levels are made of; nothing where a build would not be much dearer.
+/// The parts under the new levels; empty if a build would not cost much more.
 struct Parts {
-    /// The child entries of subtrees that stay as they are, in the old tree.
+    /// The child entries, in the old tree, of subtrees that stay as they are.
     std::vector<std::uint32_t> subtrees;
     std::vector<std::uint32_t> degraded_leaves;
-    /// Of the triangles of degraded leaves, ascending, then of the subtrees.
+    /// References to the triangles of degraded leaves, ascending, then to the subtrees.
     AlignedVector<PrimRef> refs;
 };
 
@@ -100,7 +100,7 @@ Parts find_parts(const Topology& topology, std::span<const vec3> positions, cons
     return parts;
 }
 
-/// Lays new nodes, new leaves and old subtrees out, nodes breadth first.
+/// Lays out new nodes, new leaves and old subtrees, with nodes breadth first.
 class Relayout {
 public:
     Relayout(const Topology& topology, std::span<const vec3> positions, const Bvh& old,
@@ -119,7 +119,7 @@ public:
         std::sort(free_.begin(), free_.end(), std::greater<>());
     }
 
-    /// Finds the place of everything. False if the tree becomes too deep.
+    /// Finds the places of nodes and leaves. Returns false if the tree becomes too deep.
     bool arrange() {
         leaf_parents_ = old_.leaf_parents;
         areas_.leaves = old_areas_.leaves;
@@ -260,7 +260,7 @@ private:
     Collapse collapse_;
     double growth_;
     std::vector<Source> sources_;
-    /// Leaves whose place nothing has taken yet, descending.
+    /// Degraded leaves whose place is free, descending.
     std::vector<std::uint32_t> free_;
     std::uint32_t leaf_count_;
     std::vector<std::pair<std::uint32_t, BinaryNode>> new_leaves_;

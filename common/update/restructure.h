@@ -1,4 +1,4 @@
-// A new tree over the parts of an old one that are still sound.
+// Builds new levels of a tree over the parts that are still sound.
 #pragma once
 
 #include <cstddef>
@@ -10,34 +10,35 @@
 
 namespace morphray {
 
-/// Half the area of the box of each node and leaf when the builder or a restructuring put it where
-/// it is, over the growth by then.
+/// Half the area of the box of each node and leaf at the time when the builder or a restructuring
+/// placed it, divided by the growth until then.
 struct BuiltAreas {
     std::vector<float> nodes;
     std::vector<float> leaves;
 };
 BuiltAreas built_areas(const Bvh& bvh);
 
-/// What rots is often little of a tree: bodies that move as a whole keep their own subtrees sound,
-/// and only leaves with triangles of several bodies, and the nodes above them, grow. Takes the
-/// largest subtrees in which no box has grown by more than kSoundGrowth (beyond `growth`, by which
-/// the triangles themselves have) and the triangles of the leaves that have, and builds a tree over
-/// those; the subtrees go below it as they are.
+/// Often only a small part of a tree degrades: bodies that move as a whole keep their subtrees
+/// sound, and only leaves with triangles of several bodies grow, with the nodes above them.
+/// Restructuring takes the largest sound subtrees, in which no box has grown by more than
+/// kSoundGrowth (beyond `growth`, that of the triangles themselves), and the triangles of all other
+/// leaves. It builds a tree over these, and keeps the subtrees below it as they are.
 ///
-/// The tree's boxes and vertices are those of the pose. Written are nodes, parents, levels, the
-/// leaves that are new (in the places of those that are gone, or at the end) and `areas`.
-/// Afterwards leaves are no longer in breadth-first order; nodes are. The result depends on the
-/// arguments alone. Returns how many subtrees and triangles the new levels are made of; 0 if there
-/// is nothing to do, or if the tree would become deeper than kMaxDepth, and then nothing has
-/// changed. Runs in the calling thread's arena.
+/// The boxes and vertices of the tree must be those of the pose. Writes nodes, parents, levels, new
+/// leaves (in the places of removed ones, or at the end) and `areas`. Afterwards nodes are in
+/// breadth-first order, leaves are not. The result depends only on the arguments. Returns the
+/// number of subtrees and triangles under the new levels. Returns 0, and changes nothing, if all is
+/// sound, if a build would not cost much more, or if the tree would become deeper than kMaxDepth.
+/// Runs in the calling thread's arena.
 ///
-/// After: S. Yoon, S. Curtis, D. Manocha. Ray tracing dynamic scenes using selective restructuring.
-/// EGSR 2007. There pairs of nodes are restructured in turn, here all that is degraded at once.
+/// Based on: S. Yoon, S. Curtis, D. Manocha. Ray tracing dynamic scenes using selective
+/// restructuring. EGSR 2007. They restructure pairs of nodes in turn; here all degraded parts are
+/// restructured at once.
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
                         Bvh& bvh, BuiltAreas& areas);
 
-/// Of areas. A flat square that turns about its own edge grows by up to 1.9 without any
-/// degradation.
+/// The largest growth of the area of a sound box. The box of a flat square that turns about its
+/// edge grows by up to 1.9 without any degradation.
 inline constexpr double kSoundGrowth = 2;
 
 }  // namespace morphray

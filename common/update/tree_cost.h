@@ -1,4 +1,4 @@
-// How well a tree fits its triangles, cheap enough to be asked for every frame.
+// Measures how well a tree fits its triangles, fast enough for every frame.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,24 @@
 
 namespace morphray {
 
-/// The surface area heuristic with the scene as it lies: the sum of half the areas of all nodes'
-/// boxes plus kLeafCost times that of the leaves' boxes. Not divided by the root's area, because
-/// what an image pays for a box goes by its size in the image. In scene units squared; 0 for a
-/// tree over nothing. Finite. The same bits for the same bytes of nodes.
+/// The surface area heuristic: the sum of half the areas of all nodes' boxes, plus kLeafCost times
+/// that of the leaves' boxes, in scene units squared. It is not divided by the root's area, because
+/// the cost of a box in an image depends on its size there. Finite; 0 for a tree over no triangles.
+/// Equal bytes of nodes give equal bits.
 double tree_cost(std::span<const Node> nodes);
 
-/// What a leaf is taken to cost, in visits of a node: its triangles (bvh_stats counts them, this
-/// does not look at the leaves).
+/// The assumed cost of a leaf in visits of a node. (bvh_stats counts the triangles of leaves
+/// instead.)
 inline constexpr double kLeafCost = 12;
 
-/// How large the triangles are, from a sample of them: tells a tree whose boxes grew because its
-/// triangles did from one that has rotted. Sampled are at most kMost triangles, evenly by prim_id.
+/// A sample of at most kMost triangles, evenly by prim_id. Its area tells a tree whose boxes grew
+/// with its triangles from a degraded one.
 class TriangleSample {
 public:
     explicit TriangleSample(const Topology& topology);
 
-    /// The sum of half the areas of the sampled triangles' boxes (scene space); triangles with a
-    /// vertex that is not finite count for nothing. 0 for no triangles.
+    /// The sum of half the areas of the sampled triangles' boxes, in scene space, without triangles
+    /// that have a vertex that is not finite. 0 for no triangles.
     double area(std::span<const vec3> positions) const;
 
 private:
@@ -35,15 +35,15 @@ private:
     std::vector<uvec3> triangles_;
 };
 
-/// A tree's cost and its triangles' size at one pose.
+/// The cost of a tree and the size of its triangles at one pose.
 struct TreeFit {
     double cost = 0;
     double triangle_area = 0;
 };
 
-/// How many times worse the tree fits now than when it was built: the costs' ratio, each over the
-/// triangles' size where both have one. 1 while both costs are 0, infinite where only the build's
-/// is 0 (a tree built in a point and then unfolded); never negative.
+/// The factor by which the tree fits worse now than when it was built: the ratio of the costs, each
+/// divided by the triangles' size if both sizes are above 0. 1 if both costs are 0; infinite if
+/// only that of the build is 0 (a tree that was built in a point); never negative.
 double cost_ratio(const TreeFit& built, const TreeFit& now);
 
 }  // namespace morphray

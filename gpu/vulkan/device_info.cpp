@@ -39,7 +39,7 @@ const char* type_name(VkPhysicalDeviceType type) {
     }
 }
 
-/// The compute queue family with the fewest other talents: dedicated ones run undisturbed.
+/// The compute queue family with the fewest other capabilities: a dedicated one runs undisturbed.
 std::optional<std::uint32_t> compute_family(std::span<const VkQueueFamilyProperties> families) {
     std::optional<std::uint32_t> best;
     for (std::uint32_t i = 0; i < families.size(); ++i) {
@@ -66,7 +66,7 @@ std::string hex(std::span<const std::uint8_t> bytes) {
     return text;
 }
 
-/// What Vulkan 1.1 tells; returns why the device is of no use, or nothing.
+/// Reads the properties of Vulkan 1.1. Returns the reason why the device is unusable, or nothing.
 std::string describe_1_1(PhysicalDevice& device) {
     const std::vector<std::string> extensions = device_extensions(device.handle);
     const auto has = [&](const char* name) {

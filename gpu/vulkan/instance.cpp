@@ -15,8 +15,8 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
     throw Error(ErrorKind::kUnavailable, "Vulkan: " + text);
 }
 
-/// Where a loader meets a driver that it cannot start or a manifest that it cannot parse, it
-/// reports these two, at whichever call comes first.
+/// A loader reports these two, at the first call, for a driver that it cannot start and a manifest
+/// that it cannot parse.
 void check_loader(VkResult result, const char* action) {
     if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_INITIALIZATION_FAILED) {
         unavailable(
@@ -97,7 +97,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
         .apiVersion = VK_API_VERSION_1_2,
     };
     VkDebugUtilsMessengerCreateInfoEXT messenger = log.messenger_info();
-    // The messenger in the chain hears what happens while the instance is created and destroyed.
+    // The messenger in the chain receives messages from creation and destruction of the instance.
     const VkValidationFeatureEnableEXT enabled[] = {
         VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
     };
@@ -116,8 +116,7 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
         .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
         .ppEnabledExtensionNames = extensions.data(),
     });
-    // volkLoadInstance, and never volkLoadDevice: these pointers serve any number of instances and
-    // devices at once.
+    // volkLoadInstance, not volkLoadDevice: its pointers serve any number of instances and devices.
     volkLoadInstance(handle_);
     if (!validate) return;
     VkDebugUtilsMessengerEXT created = VK_NULL_HANDLE;

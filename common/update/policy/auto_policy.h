@@ -1,4 +1,4 @@
-// The policy that weighs what a degraded tree costs against a new one.
+// The policy that compares the costs of a degraded tree with those of a new one.
 #pragma once
 
 #include <array>
@@ -9,17 +9,18 @@
 
 namespace morphray {
 
-/// Refits, restructures what is degraded when that pays, and rebuilds when what restructuring
-/// cannot cure has cost a build (LossAccount, one for each remedy). A frame that would lose more
-/// than a remedy's price by itself is a *jump* and gets it at once. Other builds that would take
-/// more than the budget run in the background while refitted frames are shown.
+/// Refits; restructures degraded parts when that pays; and rebuilds when the losses that
+/// restructuring cannot cure have cost a build (LossAccount, one for each remedy). A frame that
+/// would lose more than the price of a remedy by itself is a *jump* and gets the remedy at once.
+/// Other builds that take more than the budget run in the background while refitted frames are
+/// shown.
 ///
-/// Whatever the accounts say, a frame that would lose more than a fifth (kMostLoss) gets a remedy,
-/// and a build in the background begins so early that its tree is there before such a frame, as far
-/// as the last frame's degradation tells.
+/// A frame that would lose more than a fifth (kMostLoss) gets a remedy in any case. A background
+/// build starts early enough to end before such a frame, as far as the degradation of the last
+/// frame predicts it.
 ///
-/// Losses are not seen in times, which change with the image. They are what the cost ratio
-/// explains (SlowdownModel), in units of the time that a sound tree would take.
+/// Losses are not measured by times, which change with the image. They are the slow-down that the
+/// cost ratio explains (SlowdownModel), in units of the time of a sound tree.
 class AutoPolicy final : public UpdatePolicy {
 public:
     explicit AutoPolicy(const UpdateConfig& config)
@@ -33,23 +34,23 @@ public:
     void frame_done(const FrameCost& cost) override;
 
 private:
-    /// What a frame loses to a tree of this ratio, in traces of a sound one.
+    /// The loss of a frame by a tree of this ratio, in traces of a sound tree.
     double loss(double cost_ratio) const;
-    /// The part of it that only a build can cure.
+    /// The part of the loss that only a build can cure.
     double residual(double cost_ratio) const;
     /// Costs in the same unit.
     double build_price() const { return build_cost_ / sound_trace_; }
     double restructure_price() const { return restructure_cost() / sound_trace_; }
     double restructure_cost() const;
-    /// Refit and trace of a frame may take so much longer for a build.
+    /// The time that a build may add to refit and trace of a frame.
     double budget() const;
-    /// The frames that a build in the background is taken to last.
+    /// The number of frames that a background build is assumed to take.
     double build_frames() const;
     bool restructuring_is_due(double cost_ratio) const;
     void judge_restructuring(double cost_ratio);
     UpdateDecision rebuild_when_due(const RefittedTree& tree) const;
-    /// Whether a tree that is begun now will be there too late to keep frames below kMostLoss, or
-    /// only just in time.
+    /// Whether a build that starts now would end too late, or only just in time, to keep frames
+    /// below kMostLoss.
     bool will_lose_most(double cost_ratio) const;
     std::string facts(double cost_ratio) const;
     void remember_trace(double sound_trace);
@@ -62,25 +63,25 @@ private:
     double measured_build_cost_ = 0;
     /// 0 before the first.
     double restructure_cost_ = 0;
-    /// The median of the last traces, each as if of a sound tree; 0 before the first, which makes
-    /// everything infinitely dear.
+    /// The median of the last traces, each divided by its slow-down; 0 before the first trace,
+    /// which makes all prices infinite.
     double sound_trace_ = 0;
     std::array<double, 5> last_traces_ = {};
     std::size_t traces_ = 0;
-    /// Of the last frame: refit and trace.
+    /// Refit and trace of the last frame.
     double frame_cost_ = 0;
-    /// Of the last frame that no build in the background disturbed.
+    /// Time and cost ratio of the last trace that no background build disturbed.
     double trace_ = 0;
     double cost_ratio_ = 1;
-    /// Of the last frame.
+    /// The cost ratio of the last frame.
     double last_ratio_ = 1;
-    /// Of the tree in use, in its first frame; above 1 if it was built in the background.
+    /// The cost ratio of the tree in its first frame; above 1 if it was built in the background.
     double first_ratio_ = 1;
-    /// Right after the last build or restructuring: what that could not cure.
+    /// The cost ratio right after the last build or restructuring, which that could not cure.
     double floor_ratio_ = 1;
-    /// When the restructuring was decided that is to be judged next.
+    /// The cost ratio at the decision for the restructuring that is judged next.
     double asked_ratio_ = 1;
-    /// After restructurings that did not help: frames to wait, each time twice as long.
+    /// Frames to wait after a restructuring that did not help; it doubles each time.
     int backoff_ = 0;
     int wait_ = 0;
 };

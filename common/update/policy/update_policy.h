@@ -1,5 +1,5 @@
-// When a tree is refitted, when it is built anew: decided here, carried out by TreeUpdater. A
-// policy sees costs and ratios, never clocks or trees, so it decides alike for alike numbers.
+// Policies decide when a tree is refitted, restructured or rebuilt; TreeUpdater acts on it. A
+// policy sees costs and ratios, not clocks or trees, so equal numbers give equal decisions.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +11,17 @@ namespace morphray {
 
 enum class UpdateStep {
     kRefit,
-    kRestructure,          // what is degraded, in this frame (common/update/restructure.h)
-    kRebuild,              // in this frame, before it is traced
-    kRebuildInBackground,  // refit this frame; meanwhile a build at its pose goes on, for a later
-                           // one
+    kRestructure,          // restructure degraded parts (common/update/restructure.h)
+    kRebuild,              // build before this frame is traced
+    kRebuildInBackground,  // refit this frame, and start a build at its pose for a later one
 };
 
-/// What to do, and why: a clause for people, such as "the slow-down has cost a build".
+/// A step, and its reason as a clause for people, such as "the slow-down has cost a build".
 struct UpdateDecision {
     UpdateStep step = UpdateStep::kRefit;
     std::string reason;
-    /// Of kRebuildInBackground: the frames that the build may take. One whose decisions must not
-    /// depend on clocks takes exactly that many.
+    /// For kRebuildInBackground: the frames that the build may take. In deterministic updates it
+    /// takes exactly as many.
     std::uint32_t build_frames = 0;
 };
 
@@ -30,62 +29,59 @@ struct UpdateDecision {
 struct RefittedTree {
     /// cost_ratio() since its build.
     double cost_ratio = 1;
-    /// Whether a build runs in the background already; another cannot be begun.
+    /// Whether a background build is running; a second one cannot start.
     bool build_pending = false;
-    /// Whether it is in use for the first time, having been built in the background.
+    /// Whether it was built in the background and is in use for the first time.
     bool new_tree = false;
-    /// Whether it has just been restructured: this is what is left.
+    /// Whether it has been restructured in this frame, so that the ratio is that after it.
     bool restructured = false;
 };
 
-/// What a frame has cost, in one unit for all (ms, or as counted): a stage that did not happen is
-/// 0.
+/// The costs of a frame, all in one unit (ms, or counted). A stage that did not happen is 0.
 struct FrameCost {
     double refit = 0;
     double restructure = 0;
-    /// Building and handing over, if the tree was built in this frame.
+    /// The build and the upload of its tree, if the tree was built in this frame.
     double rebuild = 0;
     double trace = 0;
     /// cost_ratio() of the tree that was traced.
     double cost_ratio = 1;
-    /// Whether the traced tree is another one than the frame before.
+    /// Whether the traced tree is another one than in the frame before.
     bool new_tree = false;
-    /// Whether a build ran in the background, which makes times longer than they would be.
+    /// Whether a background build was running, which makes the other times longer.
     bool build_pending = false;
 };
 
-/// Called for each frame whose pose is new: plan(); if that says kRefit, review(), and again after
-/// a restructuring; then frame_done(). The tree is built before the first frame.
+/// For each frame TreeUpdater calls plan(); after kRefit it calls review(), and again after a
+/// restructuring; then frame_done(). The tree is built before the first frame.
 class UpdatePolicy {
 public:
     virtual ~UpdatePolicy() = default;
 
-    /// Before anything is done: kRefit or kRebuild.
+    /// Decides before any work: kRefit or kRebuild.
     virtual UpdateDecision plan() = 0;
-    /// After the refit: whether it will do.
+    /// Decides after the refit; kRefit if the refitted tree is good enough.
     virtual UpdateDecision review(const RefittedTree&) { return {UpdateStep::kRefit, "asked for"}; }
-    /// Whether review() looks at RefittedTree::cost_ratio, which costs a pass over the nodes.
+    /// Whether review() uses RefittedTree::cost_ratio, which costs a pass over the nodes.
     virtual bool needs_cost_ratio() const { return false; }
-    /// Whether review() may say kRestructure, which takes some book-keeping.
+    /// Whether review() may return kRestructure, which needs BuiltAreas.
     virtual bool may_restructure() const { return false; }
-    /// The first build and, from then on, what became of each frame.
+    /// Report the cost of the first build, and then the costs of each frame.
     virtual void built(double /*cost*/) {}
     virtual void frame_done(const FrameCost&) {}
 };
 
-/// What all policies may be told besides their name.
+/// Settings of all policies.
 struct UpdateConfig {
-    /// Decisions from counts of triangles and rays instead of measured times, so that each run
-    /// takes the same ones.
+    /// Decide by counts of triangles and rays instead of times, so that all runs decide alike.
     bool deterministic = false;
-    /// What an update may add to a frame; a build that takes more runs in the background. As a part
-    /// of the frame's refit and trace, or, if above 0, in ms.
+    /// The time that an update may add to a frame; a build that takes more runs in the background.
+    /// A part of the frame's refit and trace, or ms if budget_ms is above 0.
     double budget = 0.75;
     double budget_ms = 0;
-    /// What tracing is taken to slow down like, a power of the cost ratio, until trees that were
-    /// replaced have shown it (SlowdownModel).
+    /// The first guess of the exponent of SlowdownModel.
     double first_exponent = 0.3;
-    /// Find the cost ratio of every frame for the record, whether the policy looks at it or not.
+    /// Find the cost ratio of every frame for the record, even if the policy does not use it.
     bool record_cost_ratio = false;
 };
 
@@ -94,11 +90,11 @@ struct UpdatePolicyInfo {
     const char* form;
     const char* description;
 };
-/// All there are, in the order in which help lists them.
+/// All policies, in the order of the help text.
 std::span<const UpdatePolicyInfo> update_policies();
 
-/// The policy of a text such as "auto" or "every:8". Throws Error(kBadArgument), which tells the
-/// forms.
+/// The policy of a text such as "auto" or "every:8". For other texts it throws Error(kBadArgument),
+/// which lists the forms.
 std::unique_ptr<UpdatePolicy> make_update_policy(const std::string& text,
                                                  const UpdateConfig& config = {});
 
