@@ -18,8 +18,10 @@ public:
     MedianBuilder(const Topology& topology, std::span<const vec3> positions)
         : topology_(topology), positions_(positions), prim_ids_(topology.triangles.size()) {
         std::iota(prim_ids_.begin(), prim_ids_.end(), 0u);
-        for (const std::uint32_t id : prim_ids_)
-            centroids_.push_back(make_ref(topology, positions, id).centroid2());
+        for (const std::uint32_t id : prim_ids_) {
+            const PrimRef ref = make_ref(topology, positions, id);
+            centroids_.push_back({ref.centroid2(0), ref.centroid2(1), ref.centroid2(2)});
+        }
     }
 
     Bvh build() {
@@ -50,16 +52,12 @@ private:
 
     /// Orders a part so that its first half is below the median.
     void halve(Part part) const {
-        float4 lower = centroids_[part[0]];
-        float4 upper = lower;
-        for (const std::uint32_t id : part) {
-            lower = min(lower, centroids_[id]);
-            upper = max(upper, centroids_[id]);
-        }
-        const float4 extent = upper - lower;
-        const int axis = extent[0] >= extent[1] && extent[0] >= extent[2] ? 0
-                         : extent[1] >= extent[2]                         ? 1
-                                                                          : 2;
+        Box bounds;
+        for (const std::uint32_t id : part) bounds.extend(centroids_[id]);
+        const vec3 extent = bounds.upper - bounds.lower;
+        const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0
+                         : extent.y >= extent.z                       ? 1
+                                                                      : 2;
         std::nth_element(part.begin(), part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2),
                          part.end(), [&](std::uint32_t a, std::uint32_t b) {
                              return std::pair(centroids_[a][axis], a) <
@@ -115,7 +113,7 @@ private:
     const Topology& topology_;
     std::span<const vec3> positions_;
     std::vector<std::uint32_t> prim_ids_;
-    AlignedVector<float4> centroids_;
+    std::vector<vec3> centroids_;
     Bvh bvh_;
 };
 

@@ -36,8 +36,13 @@ constexpr std::uint32_t kNodeBlock = 128;
 class Builder {
 public:
     /// Every split moves the refs from one of the two arrays to the other.
-    Builder(const Topology& topology, SplitMethod method, BinaryTree& tree)
-        : topology_(topology), method_(method), tree_(tree), refs_{tree.refs.data(), nullptr} {
+    Builder(const Topology& topology, SplitMethod method, const SimdTarget& target,
+            BinaryTree& tree)
+        : topology_(topology),
+          method_(method),
+          target_(target),
+          tree_(tree),
+          refs_{tree.refs.data(), nullptr} {
         const std::size_t count = tree.refs.size();
         tree.spare.resize((count * sizeof(PrimRef) + sizeof(Leaf) - 1) / sizeof(Leaf));
         refs_[1] = new (tree.spare.data()) PrimRef[count];
@@ -110,11 +115,11 @@ private:
         PrimRef* out = refs_[(depth + 1) % 2] + begin;
         std::size_t left_size = 0;
         if (depth < kMedianDepth) {
-            left_size = method_ == SplitMethod::kSweep ? split_sweep(refs, out)
-                        : refs.size() <= kSweepSize    ? split_few(refs, out)
-                                                       : split_binned(refs, out);
+            left_size = method_ == SplitMethod::kSweep ? split_sweep(refs, out, target_)
+                        : refs.size() <= kSweepSize    ? split_few(refs, out, target_)
+                                                       : split_binned(refs, out, target_);
         }
-        return left_size != 0 ? left_size : split_median(refs, out);
+        return left_size != 0 ? left_size : split_median(refs, out, target_);
     }
 
     /// Parts come after all triangles.
@@ -128,15 +133,14 @@ private:
         LeafShape shape;
         const bool has_shape = !is_part(refs.back());
         if (has_shape && !find_leaf_shape(topology_, tree_.triangles(node), shape)) return false;
-        Box4 box = Box4::none();
-        for (const PrimRef& ref : refs) box.extend(ref.box());
-        node.box = box.box();
+        node.box = union_of(refs, target_);
         if (has_shape) tree_.set_shape(node, shape);
         return true;
     }
 
     const Topology& topology_;
     SplitMethod method_;
+    SimdTarget target_;
     BinaryTree& tree_;
     PrimRef* refs_[2];
     std::vector<NodeBlock> blocks_;
@@ -177,34 +181,25 @@ void BinaryTree::set_shape(const BinaryNode& leaf, const LeafShape& shape) {
     std::memcpy(room + kWord + corners, shape.vertices, kWord * shape.vertex_count);
 }
 
-PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id) {
-    const uvec3 t = topology.triangles[prim_id];
-    Box4 box = Box4::none();
-    for (const std::uint32_t vertex : {t.x, t.y, t.z}) {
-        if (is_finite_vertex(positions[vertex])) box.extend(load3(positions[vertex]));
-    }
-    return {box, prim_id};
-}
-
 BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
-                             SplitMethod method) {
+                             SplitMethod method, const SimdTarget& target) {
     const auto count = static_cast<std::uint32_t>(topology.triangles.size());
     AlignedVector<PrimRef> refs;
     refs.resize(count);
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, count, kTaskSize),
-                      [&](const auto& range) {
-                          for (std::uint32_t i = range.begin(); i != range.end(); ++i)
-                              refs[i] = make_ref(topology, positions, i);
-                      });
-    return build_binary_tree(topology, std::move(refs), method);
+    using Range = tbb::blocked_range<std::uint32_t>;
+    tbb::parallel_for(Range(0, count, kTaskSize), [&](const Range& range) {
+        make_refs(topology, positions, range.begin(),
+                  std::span(refs).subspan(range.begin(), range.size()), target);
+    });
+    return build_binary_tree(topology, std::move(refs), method, target);
 }
 
 BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
-                             SplitMethod method) {
+                             SplitMethod method, const SimdTarget& target) {
     BinaryTree tree;
     if (refs.empty()) return tree;
     tree.refs = std::move(refs);
-    Builder builder(topology, method, tree);
+    Builder builder(topology, method, target, tree);
     builder.build();
     tree.nodes.resize(builder.node_count());
     return tree;

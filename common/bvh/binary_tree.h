@@ -62,17 +62,14 @@ public:
 
 /// Every leaf fits a meshlet: at most kLeafTriangles triangles over at most kLeafVertices vertices.
 /// No nodes for no triangles. Runs in the calling thread's arena; the tree (but for the places of
-/// its nodes) does not depend on the threads.
+/// its nodes) does not depend on the threads, nor on the target.
 BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
-                             SplitMethod method);
+                             SplitMethod method, const SimdTarget& target = best_simd_target());
 
-/// The box of a triangle, without vertices that are not finite.
-PrimRef make_ref(const Topology& topology, std::span<const vec3> positions, std::uint32_t prim_id);
-
-/// Likewise over triangles and, above them, parts of any kind that are left as they are: a ref's
+/// The same over triangles and, after them, parts of any kind that are left as they are: a ref's
 /// prim_id is that of a triangle, or of a part if it is at least topology.triangles.size(). A part
 /// is a leaf of its own. The refs ascend by prim_id.
 BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
-                             SplitMethod method);
+                             SplitMethod method, const SimdTarget& target = best_simd_target());
 
 }  // namespace morphray

@@ -122,8 +122,9 @@ private:
     Bvh bvh_;
 };
 
-Bvh build_in_arena(const Topology& topology, std::span<const vec3> positions, SplitMethod split) {
-    BinaryTree tree = build_binary_tree(topology, positions, split);
+Bvh build_in_arena(const Topology& topology, std::span<const vec3> positions,
+                   const BuildConfig& config) {
+    BinaryTree tree = build_binary_tree(topology, positions, config.split, config.target);
     return Layout(topology, positions, tree).build();
 }
 
@@ -137,7 +138,7 @@ Bvh build_bvh(const Topology& topology, std::span<const vec3> positions,
                                 topology.triangles.size(), kMaxTriangles));
     }
     return ThreadArena(config.threads).execute([&] {
-        return build_in_arena(topology, positions, config.split);
+        return build_in_arena(topology, positions, config);
     });
 }
 

@@ -5,6 +5,7 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
+#include "common/simd/simd_target.h"
 
 namespace morphray {
 
@@ -17,6 +18,8 @@ struct BuildConfig {
     SplitMethod split = SplitMethod::kBinned;
     /// 0: all the threads that there are. The tree is the same for any number.
     int threads = 0;
+    /// The tree is the same for any.
+    SimdTarget target = best_simd_target();
 };
 
 /// Builds a tree over all triangles of the topology at these positions (scene space, one per

@@ -1,11 +1,11 @@
-// What all ways of dividing a set of triangles have in common.
+// Data of a split that pass between its steps.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <span>
 
+#include "common/bvh/box.h"
 #include "common/bvh/prim_ref.h"
 
 namespace morphray {
@@ -22,45 +22,55 @@ struct Split {
     }
 };
 
-// What a part costs besides its triangles, in triangle tests: the node that it is in. Trees come
-// out 0.4 to 2 % cheaper than with 0; still more makes cheaper ones, but of smaller leaves
-// (docs/layout.md, "Building and refitting").
+// The cost of the node that a part is in, in triangle tests. Trees come out 0.4 to 2 % cheaper than
+// with 0; still more makes cheaper ones, but of smaller leaves (docs/layout.md, "Building and
+// refitting").
 inline constexpr float kPartCost = 12;
 
-/// What a part of a split costs: half its area (0 if it is empty) times what is in it.
-inline float part_cost(const Box4& box, std::size_t count) {
-    const float4 d = box.extent();
-    const float4 products = d * __builtin_shufflevector(d, d, 1, 2, 0, 3);
-    return (products[0] + products[1] + products[2]) *
-           (static_cast<float>(static_cast<std::int32_t>(count)) + kPartCost);
-}
-
-inline Box4 centroid_bounds(std::span<const PrimRef> refs) {
-    // Two, so that neither waits for the other.
-    Box4 bounds[2] = {Box4::none(), Box4::none()};
-    const auto add = [&](std::size_t i) {
-        if (!refs[i].empty()) bounds[i % 2].extend(refs[i].centroid2());
-    };
-    for (std::size_t i = 0; i + 1 < refs.size(); i += 2) {
-        add(i);
-        add(i + 1);
+/// Maps twice a centroid to its bin along each axis: (centroid2 - lower) * scale, clamped to
+/// [0, bins - 1] and rounded down. Lane 3 is 0. All refs that do not differ along an axis are in
+/// its first bin.
+struct Binning {
+    /// bounds: those of twice the centroids.
+    Binning(const Box& bounds, std::size_t bins) {
+        for (int axis = 0; axis < 3; ++axis) {
+            lower[axis] = bounds.lower[axis];
+            const float extent = bounds.upper[axis] - bounds.lower[axis];
+            // A hair less than `bins`, so that the largest centroid falls into the last bin.
+            if (extent > 0) scale[axis] = static_cast<float>(bins) * 0.9999f / extent;
+        }
     }
-    if (refs.size() % 2 != 0) add(refs.size() - 1);
-    bounds[0].extend(bounds[1]);
-    return bounds[0];
-}
 
-/// Writes refs to `out` from left_index on if `goes_left`, else from right_index on. No branch on
-/// what is as good as random.
-template <class GoesLeft>
-void partition(std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,
-               std::size_t right_index, GoesLeft goes_left) {
-    for (const PrimRef& ref : refs) {
-        const std::size_t is_left = goes_left(ref) ? 1 : 0;
-        out[right_index ^ ((left_index ^ right_index) & -is_left)] = ref;
-        left_index += is_left;
-        right_index += 1 - is_left;
+    alignas(16) float lower[4] = {};
+    alignas(16) float scale[4] = {};
+};
+
+/// The triangles in a bin of each axis. The size is a power of two, which makes for a fast address.
+struct alignas(32) Bin {
+    /// The union of the boxes, as in PrimRef.
+    float planes[3][8];
+    /// Of each axis; count[3] is 0.
+    std::int32_t count[4];
+};
+
+template <std::size_t kBins>
+struct Bins {
+    Bin bin[kBins];
+
+    std::size_t count_below(std::size_t position, int axis) const {
+        std::size_t sum = 0;
+        for (std::size_t i = 0; i < position; ++i)
+            sum += static_cast<std::uint32_t>(bin[i].count[axis]);
+        return sum;
     }
-}
+};
+
+// Bins an axis for sets that are split in chunks, where bins take little of the time, and for
+// others: more than 16 would make the build 7 % slower and the tree no better (docs/layout.md,
+// "Building and refitting").
+inline constexpr std::size_t kManyBins = 32;
+inline constexpr std::size_t kFewBins = 16;
+using ManyBins = Bins<kManyBins>;
+using FewBins = Bins<kFewBins>;
 
 }  // namespace morphray

@@ -95,7 +95,7 @@ Parts find_parts(const Topology& topology, std::span<const vec3> positions, cons
     for (const Box& box : boxes) {
         const auto id = static_cast<std::uint32_t>(topology.triangles.size() + parts.refs.size() -
                                                    loose.size());
-        parts.refs.push_back({{load3(box.lower), load3(box.upper)}, id});
+        parts.refs.push_back({box, id});
     }
     return parts;
 }

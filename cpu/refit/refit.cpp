@@ -10,7 +10,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/refit/refit_leaves-inl.h"
+#include "cpu/refit/refit_kernels-inl.h"
 
 #if HWY_ONCE
 
@@ -20,35 +20,35 @@ namespace morphray::cpu {
 namespace {
 
 HWY_EXPORT(refit_leaves);
+HWY_EXPORT(refit_nodes);
 
-// Elements a task: large enough to hide the scheduling, small enough to balance. Fewer nodes are
-// one thread's.
+// Elements a task: large enough to hide the scheduling, small enough to balance. The calling thread
+// refits fewer by itself.
 constexpr std::uint32_t kLeafGrain = 1024;
 constexpr std::uint32_t kNodeGrain = 512;
 
-/// Calls step(first, last) for parts of a range of indices.
+/// Calls step(begin, end) for parts of [0, count).
 template <class Step>
-void for_each_part(std::uint32_t begin, std::uint32_t end, std::uint32_t grain, Step step) {
-    if (end - begin <= grain) return step(begin, end);
+void for_each_part(std::uint32_t count, std::uint32_t grain, Step step) {
+    if (count <= grain) return step(0, count);
     using Range = tbb::blocked_range<std::uint32_t>;
-    tbb::parallel_for(Range(begin, end, grain),
+    tbb::parallel_for(Range(0, count, grain),
                       [&](const Range& range) { step(range.begin(), range.end()); });
 }
 
-void refit_parts(const RefitArrays& tree, const LeafSequence& leaves,
-                 std::span<const vec3> positions, const SimdTarget& target) {
+void refit_all(const RefitArrays& tree, const IndexSequence& leaves,
+               std::span<const vec3> positions, const SimdTarget& target) {
     const auto refit_leaves = SIMD_FUNCTION(refit_leaves, target);
-    for_each_part(0, leaves.count, kLeafGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
+    for_each_part(leaves.count, kLeafGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
         refit_leaves(tree, leaves, begin, end, positions);
     });
 }
 
-/// Refits the nodes node_at(begin .. end), of one level.
-template <class NodeAt>
-void refit_level(const RefitArrays& tree, std::uint32_t begin, std::uint32_t end, NodeAt node_at) {
-    for_each_part(begin, end, kNodeGrain, [=](std::uint32_t first, std::uint32_t last) {
-        const RefitArrays own = tree;
-        for (std::uint32_t i = first; i < last; ++i) refit_node(own, node_at(i));
+/// Refits nodes of one level.
+void refit_level(const RefitArrays& tree, const IndexSequence& nodes, const SimdTarget& target) {
+    const auto refit_nodes = SIMD_FUNCTION(refit_nodes, target);
+    for_each_part(nodes.count, kNodeGrain, [=, &tree](std::uint32_t begin, std::uint32_t end) {
+        refit_nodes(tree, nodes, begin, end);
     });
 }
 
@@ -56,26 +56,27 @@ void refit_level(const RefitArrays& tree, std::uint32_t begin, std::uint32_t end
 
 void refit(Bvh& bvh, std::span<const vec3> positions, const SimdTarget& target) {
     const RefitArrays tree(bvh);
-    refit_parts(tree, {nullptr, static_cast<std::uint32_t>(bvh.leaves.size())}, positions, target);
+    refit_all(tree, {nullptr, 0, static_cast<std::uint32_t>(bvh.leaves.size())}, positions, target);
     for (std::uint32_t level = bvh.depth(); level-- > 1;) {
-        refit_level(tree, bvh.level_begin[level], bvh.level_begin[level + 1],
-                    [](std::uint32_t index) { return index; });
+        const std::uint32_t begin = bvh.level_begin[level];
+        refit_level(tree, {nullptr, begin, bvh.level_begin[level + 1] - begin}, target);
     }
 }
 
 void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
            const SimdTarget& target) {
     const RefitArrays tree(bvh);
-    refit_parts(tree, {parts.leaves.data(), static_cast<std::uint32_t>(parts.leaves.size())},
-                positions, target);
+    refit_all(tree, {parts.leaves.data(), 0, static_cast<std::uint32_t>(parts.leaves.size())},
+              positions, target);
     const std::vector<std::uint32_t>& nodes = parts.nodes;
     const auto place_of = [&](std::uint32_t node) {
         return static_cast<std::uint32_t>(std::lower_bound(nodes.begin(), nodes.end(), node) -
                                           nodes.begin());
     };
     for (std::uint32_t level = bvh.depth(); level-- > 1;) {
-        refit_level(tree, place_of(bvh.level_begin[level]), place_of(bvh.level_begin[level + 1]),
-                    [list = nodes.data()](std::uint32_t i) { return list[i]; });
+        const std::uint32_t begin = place_of(bvh.level_begin[level]);
+        const std::uint32_t end = place_of(bvh.level_begin[level + 1]);
+        refit_level(tree, {nodes.data() + begin, 0, end - begin}, target);
     }
 }
 

@@ -4,8 +4,8 @@
 #include <numbers>
 #include <random>
 
-#include "common/bvh/bvh_refit.h"
 #include "common/interop/arithmetic.h"
+#include "cpu/refit/scalar_refit.h"
 
 namespace morphray::test {
 namespace {
@@ -226,9 +226,9 @@ Bvh plain_tree(const TestScene& scene) {
             }
         }
     }
-    const RefitArrays tree(bvh);
-    for (std::uint32_t i = 0; i < bvh.leaves.size(); ++i) refit_leaf(tree, i, scene.positions);
-    for (auto i = static_cast<std::uint32_t>(bvh.nodes.size()); i-- > 0;) refit_node(tree, i);
+    const cpu::RefitArrays tree(bvh);
+    for (std::uint32_t i = 0; i < bvh.leaves.size(); ++i) cpu::refit_leaf(tree, i, scene.positions);
+    for (auto i = static_cast<std::uint32_t>(bvh.nodes.size()); i-- > 0;) cpu::refit_node(tree, i);
     return bvh;
 }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/bvh/bvh_refit.h"
+#include "common/bvh/box.h"
 #include "common/bvh/bvh_stats.h"
 #include "tests/support/test_scene.h"
 
@@ -36,6 +36,20 @@ TEST(BvhBuilder, GivesTheSameBytesForAnyNumberOfThreads) {
         for (const int threads : {2, 3, 4}) {
             EXPECT_EQ(bvh_hash(build_bvh(scene.topology(), scene.positions(), {split, threads})),
                       expected);
+        }
+    }
+}
+
+TEST(BvhBuilder, GivesTheSameBytesForEveryTarget) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
+            const auto hash_on = [&](const SimdTarget& target) {
+                return bvh_hash(build_bvh(scene.topology(), scene.positions(), {split, 1, target}));
+            };
+            const std::uint64_t expected = hash_on(best_simd_target());
+            for (const SimdTarget& target : supported_simd_targets())
+                EXPECT_EQ(hash_on(target), expected) << named.name << ", " << target.name;
         }
     }
 }

@@ -1,14 +1,15 @@
 #include "cpu/refit/refit.h"
 
 #include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "common/base/thread_arena.h"
 #include "common/bvh/box.h"
 #include "common/bvh/bvh_builder.h"
-#include "common/bvh/bvh_refit.h"
 #include "common/bvh/bvh_stats.h"
+#include "cpu/refit/scalar_refit.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray {
@@ -75,9 +76,9 @@ TEST(Refit, GivesTheSameBytesForEveryTarget) {
         for (std::uint32_t i = 0; i < built.leaves.size(); ++i) all.leaves.push_back(i);
         for (std::uint32_t i = 0; i < built.nodes.size(); ++i) all.nodes.push_back(i);
         Bvh expected = built;
-        const RefitArrays tree(expected);
-        for (const std::uint32_t leaf : all.leaves) refit_leaf(tree, leaf, positions);
-        for (std::size_t i = all.nodes.size(); i-- > 0;) refit_node(tree, all.nodes[i]);
+        const cpu::RefitArrays tree(expected);
+        for (const std::uint32_t leaf : all.leaves) cpu::refit_leaf(tree, leaf, positions);
+        for (std::size_t i = all.nodes.size(); i-- > 0;) cpu::refit_node(tree, all.nodes[i]);
         for (const SimdTarget& target : supported_simd_targets()) {
             Bvh whole = built;
             cpu::refit(whole, positions, target);

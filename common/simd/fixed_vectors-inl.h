@@ -1,0 +1,205 @@
+// Vectors of four and of eight floats on every target, for data that come in fours: a point with
+// its neighbour in memory, the lower or upper corner of a box, a number for each axis. A target
+// whose vectors are shorter has structs of the same operations. Compiled once for each target.
+#if defined(MORPHRAY_COMMON_SIMD_FIXED_VECTORS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_COMMON_SIMD_FIXED_VECTORS_INL_H
+#undef MORPHRAY_COMMON_SIMD_FIXED_VECTORS_INL_H
+#else
+#define MORPHRAY_COMMON_SIMD_FIXED_VECTORS_INL_H
+#endif
+
+#include "common/simd/vectors-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::simd {
+namespace HWY_NAMESPACE {
+
+#if HWY_TARGET == HWY_SCALAR
+
+template <class T>
+struct Four {
+    T lane[4];
+};
+using Float4 = Four<float>;
+using Int4 = Four<std::int32_t>;
+using Mask4 = Four<bool>;
+
+/// The four results of f(lane).
+template <class Function>
+HWY_INLINE auto for_lanes(Function f) {
+    return Four<decltype(f(0))>{{f(0), f(1), f(2), f(3)}};
+}
+
+template <class T>
+HWY_INLINE Four<T> load4(const T* from) {
+    return for_lanes([=](int i) { return from[i]; });
+}
+template <class T>
+HWY_INLINE Four<T> load4_unaligned(const T* from) {
+    return load4(from);
+}
+template <class T>
+HWY_INLINE void store(Four<T> v, T* to) {
+    for (int i = 0; i < 4; ++i) to[i] = v.lane[i];
+}
+template <class T>
+HWY_INLINE void store_unaligned(Four<T> v, T* to) {
+    store(v, to);
+}
+template <class T>
+HWY_INLINE Four<T> splat4(T x) {
+    return {{x, x, x, x}};
+}
+
+template <class T>
+HWY_INLINE Four<T> operator+(Four<T> a, Four<T> b) {
+    return for_lanes([&](int i) { return a.lane[i] + b.lane[i]; });
+}
+template <class T>
+HWY_INLINE Four<T> operator-(Four<T> a, Four<T> b) {
+    return for_lanes([&](int i) { return a.lane[i] - b.lane[i]; });
+}
+HWY_INLINE Float4 operator-(Float4 v) {
+    return for_lanes([&](int i) { return -v.lane[i]; });
+}
+HWY_INLINE Float4 operator*(Float4 a, Float4 b) {
+    return for_lanes([&](int i) { return a.lane[i] * b.lane[i]; });
+}
+HWY_INLINE Float4 min(Float4 a, Float4 b) {
+    return for_lanes([&](int i) { return a.lane[i] < b.lane[i] ? a.lane[i] : b.lane[i]; });
+}
+HWY_INLINE Float4 max(Float4 a, Float4 b) {
+    return for_lanes([&](int i) { return a.lane[i] > b.lane[i] ? a.lane[i] : b.lane[i]; });
+}
+HWY_INLINE Mask4 operator<(Float4 a, Float4 b) {
+    return for_lanes([&](int i) { return a.lane[i] < b.lane[i]; });
+}
+HWY_INLINE Mask4 operator&(Mask4 a, Mask4 b) {
+    return for_lanes([&](int i) { return a.lane[i] && b.lane[i]; });
+}
+HWY_INLINE Mask4 differ(Int4 a, Int4 b) {
+    return for_lanes([&](int i) { return a.lane[i] != b.lane[i]; });
+}
+template <class T>
+HWY_INLINE Four<T> select(Mask4 m, Four<T> a, Four<T> b) {
+    return for_lanes([&](int i) { return m.lane[i] ? a.lane[i] : b.lane[i]; });
+}
+HWY_INLINE Int4 to_int(Float4 v) {
+    return for_lanes([&](int i) { return static_cast<std::int32_t>(v.lane[i]); });
+}
+HWY_INLINE Float4 to_float(Int4 v) {
+    return for_lanes([&](int i) { return static_cast<float>(v.lane[i]); });
+}
+template <int kBits>
+HWY_INLINE Int4 shift_left(Int4 v) {
+    return for_lanes([&](int i) { return v.lane[i] << kBits; });
+}
+HWY_INLINE std::uint64_t low_halves(Int4 v) {
+    std::uint64_t result = 0;
+    for (int i = 0; i < 4; ++i)
+        result |= std::uint64_t{static_cast<std::uint16_t>(v.lane[i])} << (16 * i);
+    return result;
+}
+HWY_INLINE void transpose3(Float4 a, Float4 b, Float4 c, Float4 (&out)[3]) {
+    for (int i = 0; i < 3; ++i) out[i] = {{a.lane[i], b.lane[i], c.lane[i], 0}};
+}
+
+#else
+
+using Float4Tag = hn::CappedTag<float, 4>;
+using Int4Tag = hn::RebindToSigned<Float4Tag>;
+using Float4 = hn::Vec<Float4Tag>;
+using Int4 = hn::Vec<Int4Tag>;
+using Mask4 = hn::Mask<Float4Tag>;
+
+inline constexpr Float4Tag kFloats4;
+inline constexpr Int4Tag kInts4;
+
+HWY_INLINE Float4 load4(const float* from) { return hn::Load(kFloats4, from); }
+HWY_INLINE Int4 load4(const std::int32_t* from) { return hn::Load(kInts4, from); }
+HWY_INLINE Float4 load4_unaligned(const float* from) { return hn::LoadU(kFloats4, from); }
+HWY_INLINE Float4 splat4(float x) { return hn::Set(kFloats4, x); }
+HWY_INLINE Int4 splat4(std::int32_t x) { return hn::Set(kInts4, x); }
+
+#if HWY_MAX_BYTES > 16  // otherwise these are the functions of FloatVec
+HWY_INLINE void store(Float4 v, float* to) { hn::Store(v, kFloats4, to); }
+HWY_INLINE void store(Int4 v, std::int32_t* to) { hn::Store(v, kInts4, to); }
+HWY_INLINE void store_unaligned(Float4 v, float* to) { hn::StoreU(v, kFloats4, to); }
+HWY_INLINE Float4 operator-(Float4 v) { return hn::Neg(v); }
+HWY_INLINE Float4 min(Float4 a, Float4 b) { return hn::Min(a, b); }
+HWY_INLINE Float4 max(Float4 a, Float4 b) { return hn::Max(a, b); }
+HWY_INLINE Mask4 operator&(Mask4 a, Mask4 b) { return hn::And(a, b); }
+HWY_INLINE Float4 select(Mask4 m, Float4 a, Float4 b) { return hn::IfThenElse(m, a, b); }
+#endif
+HWY_INLINE Int4 select(Mask4 m, Int4 a, Int4 b) {
+    return hn::IfThenElse(hn::RebindMask(kInts4, m), a, b);
+}
+HWY_INLINE Mask4 differ(Int4 a, Int4 b) { return hn::RebindMask(kFloats4, a != b); }
+
+/// Rounded towards 0.
+HWY_INLINE Int4 to_int(Float4 v) { return hn::ConvertTo(kInts4, v); }
+HWY_INLINE Float4 to_float(Int4 v) { return hn::ConvertTo(kFloats4, v); }
+template <int kBits>
+HWY_INLINE Int4 shift_left(Int4 v) {
+    return hn::ShiftLeft<kBits>(v);
+}
+
+/// The four lanes, each in [0, 2^15), as 16 bits each of one number, lane 0 lowest.
+HWY_INLINE std::uint64_t low_halves(Int4 v) {
+    const hn::Rebind<std::int16_t, Int4Tag> shorts;
+    const hn::Repartition<std::uint64_t, decltype(shorts)> number;
+    return hn::GetLane(hn::BitCast(number, hn::DemoteTo(shorts, v)));
+}
+
+/// out[i] becomes lane i of a, b and c; what its lane 3 holds is left open.
+HWY_INLINE void transpose3(Float4 a, Float4 b, Float4 c, Float4 (&out)[3]) {
+    const Float4 low = hn::InterleaveLower(kFloats4, a, b);
+    const Float4 low_c = hn::InterleaveLower(kFloats4, c, c);
+    out[0] = hn::ConcatLowerLower(kFloats4, low_c, low);
+    out[1] = hn::ConcatUpperUpper(kFloats4, low_c, low);
+    out[2] = hn::ConcatUpperLower(kFloats4, c, hn::InterleaveUpper(kFloats4, a, b));
+}
+
+#endif  // HWY_TARGET
+
+// ---- Eight floats: one register where there are such, otherwise two of four
+
+#if HWY_MAX_BYTES >= 32
+
+using Float8Tag = hn::CappedTag<float, 8>;
+using Float8 = hn::Vec<Float8Tag>;
+inline constexpr Float8Tag kFloats8;
+
+HWY_INLINE Float8 load8(const float* from) { return hn::Load(kFloats8, from); }
+HWY_INLINE Float8 splat8(float x) { return hn::Set(kFloats8, x); }
+HWY_INLINE Float4 low_half(Float8 v) { return hn::LowerHalf(v); }
+HWY_INLINE Float4 high_half(Float8 v) { return hn::UpperHalf(kFloats4, v); }
+#if HWY_MAX_BYTES > 32  // otherwise these are the functions of FloatVec
+HWY_INLINE void store(Float8 v, float* to) { hn::Store(v, kFloats8, to); }
+HWY_INLINE Float8 min(Float8 a, Float8 b) { return hn::Min(a, b); }
+#endif
+
+#else
+
+struct Float8 {
+    Float4 low;
+    Float4 high;
+};
+
+HWY_INLINE Float8 load8(const float* from) { return {load4(from), load4(from + 4)}; }
+HWY_INLINE Float8 splat8(float x) { return {splat4(x), splat4(x)}; }
+HWY_INLINE Float4 low_half(Float8 v) { return v.low; }
+HWY_INLINE Float4 high_half(Float8 v) { return v.high; }
+HWY_INLINE void store(Float8 v, float* to) {
+    store(v.low, to);
+    store(v.high, to + 4);
+}
+HWY_INLINE Float8 min(Float8 a, Float8 b) { return {min(a.low, b.low), min(a.high, b.high)}; }
+
+#endif
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::simd
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target
