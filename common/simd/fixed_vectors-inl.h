@@ -139,10 +139,11 @@ HWY_INLINE Mask4 differ(Int4 a, Int4 b) { return hn::RebindMask(kFloats4, a != b
 HWY_INLINE Float4 to_float(Int4 v) { return hn::ConvertTo(kFloats4, v); }
 
 /// v rounded down, times 2^kShift, for v in [0, 2^(23 - kShift)). The last bits of
-/// floor(v) + 2^(23 - kShift) are the result; hn::ConvertTo takes three operations more, for values
-/// that do not fit.
+/// floor(v) + 2^(23 - kShift) are the result. hn::ConvertTo takes three operations more, for values
+/// that do not fit; only SSSE3 emulates hn::Floor by more than that.
 template <int kShift>
 HWY_INLINE Int4 floor_shifted(Float4 v) {
+    if constexpr (HWY_TARGET == HWY_SSSE3) return hn::ShiftLeft<kShift>(hn::ConvertTo(kInts4, v));
     constexpr auto kBase = static_cast<float>(1 << (23 - kShift));
     return hn::BitCast(kInts4, hn::Floor(v) + splat4(kBase)) -
            splat4(std::bit_cast<std::int32_t>(kBase));
