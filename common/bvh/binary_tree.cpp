@@ -21,7 +21,7 @@ namespace {
 constexpr std::uint32_t kMedianDepth = 36;
 static_assert(kMedianDepth + 28 <= kMaxBinaryHeight);
 
-// A set of this size or more is worth another task.
+// A set of at least this size gets a task of its own.
 constexpr std::size_t kTaskSize = 2048;
 
 // Up to here every position is tried even when binning. With 64 a build takes 15 % longer, with 32
@@ -29,8 +29,8 @@ constexpr std::size_t kTaskSize = 2048;
 constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
 
-// Nodes that a thread takes at a time. One pair at a time, threads write the same cache lines, and
-// the splits of two of them take 3 % longer.
+// Nodes that a thread takes at a time. With one pair at a time, threads write to the same cache
+// lines, and the splits of two threads take 3 % longer.
 constexpr std::uint32_t kNodeBlock = 128;
 
 class Builder {
@@ -47,7 +47,7 @@ public:
         tree.spare.resize((count * sizeof(PrimRef) + sizeof(Leaf) - 1) / sizeof(Leaf));
         refs_[1] = new (tree.spare.data()) PrimRef[count];
         tree_.prim_ids.resize(count);
-        // Besides the root and two for each split, some are left over in each thread's last block.
+        // The root, two for each split, and the unused rest of each thread's last block.
         blocks_.resize(static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
         tree_.nodes.resize(2 * count + blocks_.size() * kNodeBlock);
     }
@@ -57,14 +57,14 @@ public:
     std::uint32_t node_count() const { return node_count_; }
 
 private:
-    /// What is left of the nodes that a thread has taken.
+    /// The unused rest of the nodes that a thread has taken.
     struct alignas(64) NodeBlock {
         std::uint32_t next = 0;
         std::uint32_t end = 0;
     };
 
-    /// Builds the subtree of refs_[depth % 2][begin .. end). block: that of the calling thread,
-    /// where the whole subtree is built by it.
+    /// Builds the subtree of refs_[depth % 2][begin .. end). block: the calling thread's if that
+    /// builds the whole subtree, otherwise null.
     void build(std::uint32_t node_index, std::uint32_t begin, std::uint32_t end,
                std::uint32_t depth, NodeBlock* block) {
         BinaryNode& node = tree_.nodes[node_index];
@@ -74,7 +74,7 @@ private:
         node.height = 0;
         const std::span<const PrimRef> refs(refs_[depth % 2] + begin, end - begin);
         if (refs.size() <= kLeafTriangles && make_leaf(refs, node)) return;
-        // Soon asked for their vertices, and anywhere: a build takes 2 to 4 % longer without.
+        // make_leaf reads them soon, in no order: without, a build takes 2 to 4 % longer.
         if (refs.size() <= kSweepSize && !is_part(refs.back())) {
             for (const PrimRef& ref : refs) __builtin_prefetch(&topology_.triangles[ref.prim_id()]);
         }
@@ -125,7 +125,7 @@ private:
     /// Parts come after all triangles.
     bool is_part(const PrimRef& ref) const { return ref.prim_id() >= topology_.triangles.size(); }
 
-    /// Whether the triangles, or a part, fit a leaf; makes it one if so.
+    /// Makes the node a leaf and returns true if its triangles, or its part, fit one.
     bool make_leaf(std::span<const PrimRef> refs, BinaryNode& node) {
         if (refs.size() > 1 && is_part(refs.back())) return false;
         for (std::size_t i = 0; i < refs.size(); ++i)
@@ -147,7 +147,8 @@ private:
     std::atomic<std::uint32_t> node_count_ = 1;
 };
 
-// Triangles in whose room a shape fits as it is. With fewer, nothing is kept but what is set.
+// With this many triangles or more, the memory of their refs holds a whole LeafShape; with fewer,
+// only the used part.
 constexpr std::size_t kRoomy = (sizeof(LeafShape) + sizeof(PrimRef) - 1) / sizeof(PrimRef);
 
 constexpr std::size_t kWord = sizeof(std::uint32_t);

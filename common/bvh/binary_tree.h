@@ -1,4 +1,4 @@
-// The binary tree that a build makes first. It is collapsed to the shared layout and forgotten.
+// The binary tree that a build makes first, collapses to the shared layout and then discards.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 namespace morphray {
 
 struct BinaryNode {
-    /// In a union, so that making a node writes nothing: a tree has room for far more of them than
-    /// it needs.
+    /// In a union, so that constructing a node writes nothing: the array has far more nodes than
+    /// the tree needs.
     union {
         Box box;
     };
@@ -43,19 +43,19 @@ public:
         return std::span(prim_ids).subspan(leaf.begin, leaf.size());
     }
 
-    /// Of a leaf that is no part.
+    /// The shape of a leaf of triangles.
     LeafShape shape(const BinaryNode& leaf) const;
     void set_shape(const BinaryNode& leaf, const LeafShape& shape);
 
     /// Ascending in every leaf.
     AlignedVector<std::uint32_t> prim_ids;
-    /// The root first. Where else a node stands is chance, and some are not used at all: only what
-    /// is referred to counts.
+    /// The root first. The places of the others depend on the threads, and some elements are
+    /// unused: only those that the tree refers to count.
     AlignedVector<BinaryNode> nodes;
-    /// What the build began with. Leaves keep their shapes in the room of their triangles, which
-    /// are not looked at any more.
+    /// The refs that the build began with. Leaves keep their shapes in the memory of their refs,
+    /// which are not read any more.
     AlignedVector<PrimRef> refs;
-    /// Memory that the build has used, for the costs of the collapse and then for leaves: the
+    /// Memory of the build, used again for the costs of the collapse and then for leaves: the
     /// system takes as long to clear fresh memory as a split takes to fill it.
     AlignedVector<Leaf> spare;
 };

@@ -6,7 +6,7 @@
 
 namespace morphray {
 
-/// Empty when made: inverted, so that it is the neutral element of `extend`.
+/// Empty by default: inverted, the neutral element of `extend`.
 struct Box {
     vec3 lower = {kEmptyPlane, kEmptyPlane, kEmptyPlane};
     vec3 upper = {-kEmptyPlane, -kEmptyPlane, -kEmptyPlane};
@@ -27,8 +27,8 @@ struct Box {
     bool operator==(const Box&) const = default;
 };
 
-/// Half the surface area; 0 for an empty box. In double: the products of scene-space extents are
-/// exact enough there for ties to be ties.
+/// Half the surface area; 0 for an empty box. In double, in which products of scene-space extents
+/// are exact enough for equal areas to compare equal.
 inline double half_area(const Box& b) {
     if (b.empty()) return 0;
     const double dx = static_cast<double>(b.upper.x) - b.lower.x;

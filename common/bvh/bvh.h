@@ -1,4 +1,4 @@
-// A BVH in the shared layout, with what building and refitting it needs besides.
+// A BVH in the shared layout, with the links that refits and checks follow.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace morphray {
 struct Bvh {
     AlignedVector<Node> nodes;
     AlignedVector<Leaf> leaves;
-    /// The vertex that each of the 16 slots of a leaf takes its position from.
+    /// For each leaf, the vertices that its 16 slots take their positions from.
     std::vector<std::uint32_t> leaf_vertices;
     /// node * kWidth + slot that refers to this node or leaf; kNoParent for the root.
     std::vector<std::uint32_t> node_parents;

@@ -37,16 +37,16 @@ public:
     }
 
 private:
-    /// A wide node before its boxes: what it is made of.
+    /// A wide node whose boxes are not written yet.
     struct WideNode {
         WideChildren children;
-        /// Of the first child that is a node, and of the first that is a leaf.
+        /// Indices of the first child that is a node and of the first that is a leaf.
         std::uint32_t first_node;
         std::uint32_t first_leaf;
     };
 
     void add_places() {
-        std::vector<std::uint32_t> sources = {0};  // the binary nodes that wide nodes are made of
+        std::vector<std::uint32_t> sources = {0};  // the binary node of each wide node
         bvh_.node_parents = {kNoParent};
         bvh_.level_begin = {0, 1};
         std::uint32_t begin = 0;
@@ -80,7 +80,7 @@ private:
 
     void fill() {
         bvh_.nodes.resize(wide_nodes_.size());
-        // Nothing asks for the costs of the collapse any more.
+        // The costs of the collapse, which lie in `spare`, are not read any more.
         if (tree_.spare.size() >= leaf_sources_.size()) bvh_.leaves = std::move(tree_.spare);
         bvh_.leaves.resize(leaf_sources_.size());
         bvh_.leaf_vertices.resize(leaf_sources_.size() * kLeafVertices);

@@ -16,9 +16,9 @@ enum class SplitMethod {
 
 struct BuildConfig {
     SplitMethod split = SplitMethod::kBinned;
-    /// 0: all the threads that there are. The tree is the same for any number.
+    /// 0: one for each processor. The tree is the same for any number.
     int threads = 0;
-    /// The tree is the same for any.
+    /// The tree is the same for any target.
     SimdTarget target = best_simd_target();
 };
 

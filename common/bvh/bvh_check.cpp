@@ -35,7 +35,7 @@ private:
             problems_.push_back(fmt::format(format, std::forward<Args>(args)...));
     }
 
-    /// Array sizes and levels: everything that the other checks index by.
+    /// Checks array sizes and levels, which the other checks index by.
     bool check_shape() {
         const auto& levels = bvh_.level_begin;
         if (bvh_.nodes.empty() || levels.size() < 2 || levels.front() != 0 ||
@@ -108,7 +108,7 @@ private:
                    reference % kWidth, reference / kWidth, leaf);
             return;
         }
-        // From the scene, not from what the leaf says: from its triangles' own vertices.
+        // The bounds come from the scene's vertices, not from the leaf's copies.
         Box tight;
         for (const std::uint32_t prim : bvh_.leaves[leaf].prim_id) {
             if (prim >= topology_.triangles.size()) continue;

@@ -1,4 +1,4 @@
-// What a tree is worth, and whether it is one.
+// Statistics of a tree, and the check of its invariants.
 #pragma once
 
 #include <cstdint>
@@ -31,10 +31,10 @@ struct DegenerateCount {
 };
 DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions);
 
-/// Every broken invariant in words, at most `limit` of them; empty for a sound tree. Checked: the
-/// breadth-first order and parents, each triangle in exactly one leaf with the right vertices at
-/// the right positions, used slots before unused ones, and each slot's box equal to (not merely
-/// around) the bounds of what is below it.
+/// Returns a message for each broken invariant, at most `limit`; empty for a sound tree. Checks the
+/// breadth-first order and the parents, that each triangle is in exactly one leaf with the right
+/// vertices at the right positions, that used slots come before unused ones, and that each slot's
+/// box is equal to the bounds of the subtree below it.
 std::vector<std::string> check_bvh(const Bvh& bvh, const Topology& topology,
                                    std::span<const vec3> positions, std::size_t limit = 10);
 

@@ -8,7 +8,7 @@
 namespace morphray {
 namespace {
 
-// A subtree of this many triangles or more is worth another task.
+// A subtree of at least this many triangles gets a task of its own.
 constexpr std::uint32_t kTaskSize = 4096;
 
 }  // namespace
@@ -40,7 +40,7 @@ void Collapse::find_costs(std::uint32_t node) {
         find_costs(right_child);
     }
     if (nodes_[left_child].is_leaf() && nodes_[right_child].is_leaf()) {
-        // Two slots suffice, one costs the node.
+        // In two slots of the parent the leaves need no wide node, in one slot they need this one.
         own.cost.fill(0);
         own.left_slots.fill(1);
         own.left_slots[0] = 0;

@@ -1,4 +1,4 @@
-// Which descendants of a binary node become the children of a wide one.
+// Chooses the descendants of a binary node that become the children of a wide node.
 #pragma once
 
 #include <array>
@@ -20,24 +20,25 @@ private:
     std::size_t size_ = 0;
 };
 
-/// For every binary node the cheapest way to cut its subtree into wide nodes, where the cost is the
-/// sum of the areas of the wide nodes: what a random ray pays in node visits (after H. Ylitie, T.
-/// Karras, S. Laine. Efficient incoherent ray traversal on GPUs through compressed wide BVHs. HPG
-/// 2017, section 3).
+/// Finds for every binary node the cheapest way to cut its subtree into wide nodes. The cost is the
+/// sum of the areas of the wide nodes, to which a random ray's node visits are proportional (after
+/// H. Ylitie, T. Karras, S. Laine. Efficient incoherent ray traversal on GPUs through compressed
+/// wide BVHs. HPG 2017, section 3).
 class Collapse {
 public:
-    /// Works in `room`, which is nobody else's as long as this lives, where that suffices. Runs in
-    /// the calling thread's arena.
+    /// Keeps the costs in `room` if that is large enough; the caller leaves the room alone while
+    /// this object lives. Runs in the calling thread's arena.
     explicit Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room = {});
 
-    /// The children of the wide node made of an inner binary node; 2 to 16. When `levels_left` wide
-    /// levels (this one included) must suffice for its height, which they can if
-    /// height <= 4 * levels_left, they will.
+    /// Returns the 2 to 16 children of the wide node that an inner binary node becomes. The subtree
+    /// will fit in `levels_left` wide levels, this one included, if its height is at most
+    /// 4 * levels_left.
     WideChildren children(std::uint32_t node, std::uint32_t levels_left) const;
 
 private:
     struct Costs {
-        /// cost[i]: of the subtree's wide nodes when it may fill up to i + 1 slots of its parent.
+        /// cost[i]: cost of the subtree's wide nodes if it may fill up to i + 1 slots of its
+        /// parent.
         alignas(16) std::array<float, kWidth> cost;
         /// How many of those slots the left child gets; 0: the node takes a single slot.
         std::array<std::uint8_t, kWidth> left_slots;
@@ -48,8 +49,9 @@ private:
     void add_levels(std::uint32_t node, std::uint32_t height_limit, WideChildren& out) const;
 
     std::span<const BinaryNode> nodes_;
-    /// Of every node: in the room, or here.
+    /// Used if the room is too small.
     AlignedVector<Costs> own_costs_;
+    /// One for each node.
     Costs* costs_;
 };
 

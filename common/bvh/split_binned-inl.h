@@ -54,7 +54,7 @@ private:
         const Float4 centroid2 = load4(ref.planes) - load4(ref.planes + 4);
         const Float4 bin = min(max((centroid2 - lower_) * scale_, least_), most_);
         // The offsets of the three bins leave the vector registers as one number.
-        std::uint64_t offsets = low_halves(shift_left<kBinShift>(to_int(bin)));
+        std::uint64_t offsets = low_halves(floor_shifted<kBinShift>(bin));
         const Float8 own = load8(ref.planes);
         for (int axis = 0; axis < 3; ++axis, offsets >>= 16) {
             Bin& b = *reinterpret_cast<Bin*>(bins_ + (offsets & 0xFFFF));

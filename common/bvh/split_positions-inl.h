@@ -29,7 +29,7 @@ HWY_INLINE void rank_all(const float* c, std::size_t size, std::int32_t* rank) {
     for (std::size_t block = 0; block < size; block += kLanes) {
         const FloatVec own = load(c + block);
         const auto first = static_cast<std::int32_t>(block);
-        const auto end = static_cast<std::int32_t>(block + kLanes);
+        const auto end = static_cast<std::int32_t>(std::min<std::size_t>(block + kLanes, size));
         const IntVec index = hn::Iota(kInts, first);
         IntVec sum = splat(0);
         for (std::size_t j = 0; j < block; ++j) sum = increment(sum, splat(c[j]) <= own);

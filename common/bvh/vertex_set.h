@@ -9,20 +9,21 @@
 
 namespace morphray {
 
-/// Numbers vertices in the order in which they are added first: a hash table without branches on
-/// whether a vertex is new, which is as good as random. kLeafTriangles triangles can be added.
+/// Numbers vertices in the order in which they are added first. A hash table that does not branch
+/// on whether a vertex is new, which cannot be predicted. Holds the vertices of kLeafTriangles
+/// triangles.
 class VertexSet {
 public:
     VertexSet() { std::fill_n(slots_, kTableSize, kNoSlot); }
 
-    /// The number of a vertex.
+    /// Returns the number of a vertex.
     std::uint32_t add(std::uint32_t vertex) {
         // Multiplicative hashing; 2^32 over the golden ratio.
         std::uint8_t& entry = slots_[(vertex * 0x9E3779B9u) >> (32 - kTableBits)];
         vertices_[size_] = vertex;
         std::uint32_t slot = std::min<std::uint32_t>(entry, size_);
         if (vertices_[slot] != vertex) [[unlikely]] {
-            // The entry is that of another one; its own number is size_ at most.
+            // The entry belongs to another vertex. The number of this one is at most size_.
             slot = 0;
             while (vertices_[slot] != vertex) ++slot;
         }

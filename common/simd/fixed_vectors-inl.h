@@ -8,6 +8,9 @@
 #define MORPHRAY_COMMON_SIMD_FIXED_VECTORS_INL_H
 #endif
 
+#include <bit>
+#include <cstdint>
+
 #include "common/simd/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -84,15 +87,12 @@ template <class T>
 HWY_INLINE Four<T> select(Mask4 m, Four<T> a, Four<T> b) {
     return for_lanes([&](int i) { return m.lane[i] ? a.lane[i] : b.lane[i]; });
 }
-HWY_INLINE Int4 to_int(Float4 v) {
-    return for_lanes([&](int i) { return static_cast<std::int32_t>(v.lane[i]); });
-}
 HWY_INLINE Float4 to_float(Int4 v) {
     return for_lanes([&](int i) { return static_cast<float>(v.lane[i]); });
 }
-template <int kBits>
-HWY_INLINE Int4 shift_left(Int4 v) {
-    return for_lanes([&](int i) { return v.lane[i] << kBits; });
+template <int kShift>
+HWY_INLINE Int4 floor_shifted(Float4 v) {
+    return for_lanes([&](int i) { return static_cast<std::int32_t>(v.lane[i]) << kShift; });
 }
 HWY_INLINE std::uint64_t low_halves(Int4 v) {
     std::uint64_t result = 0;
@@ -136,12 +136,17 @@ HWY_INLINE Int4 select(Mask4 m, Int4 a, Int4 b) {
 }
 HWY_INLINE Mask4 differ(Int4 a, Int4 b) { return hn::RebindMask(kFloats4, a != b); }
 
-/// Rounded towards 0.
-HWY_INLINE Int4 to_int(Float4 v) { return hn::ConvertTo(kInts4, v); }
 HWY_INLINE Float4 to_float(Int4 v) { return hn::ConvertTo(kFloats4, v); }
-template <int kBits>
-HWY_INLINE Int4 shift_left(Int4 v) {
-    return hn::ShiftLeft<kBits>(v);
+
+/// v rounded down, times 2^kShift, for v in [0, 2^(23 - kShift)). The last bits of
+/// floor(v) + 2^(23 - kShift) are the result. hn::ConvertTo takes three operations more, for values
+/// that do not fit; only SSSE3 emulates hn::Floor by more than that.
+template <int kShift>
+HWY_INLINE Int4 floor_shifted(Float4 v) {
+    if constexpr (HWY_TARGET == HWY_SSSE3) return hn::ShiftLeft<kShift>(hn::ConvertTo(kInts4, v));
+    constexpr auto kBase = static_cast<float>(1 << (23 - kShift));
+    return hn::BitCast(kInts4, hn::Floor(v) + splat4(kBase)) -
+           splat4(std::bit_cast<std::int32_t>(kBase));
 }
 
 /// The four lanes, each in [0, 2^15), as 16 bits each of one number, lane 0 lowest.

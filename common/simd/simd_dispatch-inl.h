@@ -1,15 +1,17 @@
-// How code that is written once with Highway is called for a chosen target. A tracer has
+// Calls code that is written once with Highway for a chosen target. Such code has
 //
-//   cpu/x_tracer-inl.h  functions in morphray::HWY_NAMESPACE, compiled once for each target;
-//                       SIMD types stay in there, and its entry points take whole batches or tiles
-//   cpu/x_tracer.cpp    HWY_TARGET_INCLUDE, <hwy/foreach_target.h>, <hwy/highway.h>, the -inl.h,
-//                       and then, under HWY_ONCE, HWY_EXPORT(function), which makes a table of the
-//                       function for all targets, and SIMD_FUNCTION(function, target)
-//   cpu/x_tracer.h      a class that is made for a SimdTarget and keeps the function pointers
+//   x-inl.h  functions in HWY_NAMESPACE, compiled once for each target; SIMD types stay in there,
+//            and the entry points take whole batches, tiles or sets
+//   x.cpp    HWY_TARGET_INCLUDE, <hwy/foreach_target.h>, <hwy/highway.h>, x-inl.h, and then, under
+//            HWY_ONCE, HWY_EXPORT(function), which makes a table of the function for all targets,
+//            and SIMD_FUNCTION(function, target)
+//   x.h      functions that take a SimdTarget, or a class that is made for one and keeps the
+//   function
+//            pointers
 //
 // Types in the signature of an exported function are declared outside of HWY_NAMESPACE.
-// cpu/wide_tracer.* is the example. Which targets are compiled is decided in cpu/CMakeLists.txt
-// (morphray_simd), the same for every user of Highway.
+// cpu/refit/refit.* is the example. common/CMakeLists.txt (morphray_simd) decides which targets are
+// compiled, the same for every user of Highway.
 #pragma once
 
 #include <hwy/targets.h>
@@ -22,9 +24,9 @@
 
 namespace morphray {
 
-/// The entry of a target in a table of HWY_EXPORT: entry 0 dispatches by itself and is not used
-/// here, then come the SIMD targets from the best on, last the one without SIMD. A program compiled
-/// for one target has a table of one.
+/// Returns the entry of a target in a table of HWY_EXPORT. Entry 0 dispatches by itself and is not
+/// used here; then come the SIMD targets from the best on, last the one without SIMD. A program
+/// that is compiled for one target has a table of one.
 template <class Function, std::size_t N>
 Function simd_function(const Function (&table)[N], const SimdTarget& target) {
     if constexpr (N == 1) return table[0];

@@ -33,8 +33,7 @@ using ByteTag = hn::Repartition<std::uint8_t, FloatTag>;
 using FloatVec = hn::Vec<FloatTag>;
 using UintVec = hn::Vec<UintTag>;
 using IntVec = hn::Vec<IntTag>;
-/// A bool for each lane of a FloatVec; UintMask and IntMask are those of
-/// the other vectors.
+/// A bool for each lane of a FloatVec. UintMask and IntMask have those of the other vectors.
 using Mask = hn::Mask<FloatTag>;
 using UintMask = hn::Mask<UintTag>;
 using IntMask = hn::Mask<IntTag>;
@@ -226,7 +225,7 @@ public:
             return hn::GatherIndex(kFloats, values, as_int(index_));
         }
     }
-    /// Likewise with the values in kVectors registers as well: `vectors` are those of `values`.
+    /// The same for values that are in kVectors registers, too: `vectors` are those of `values`.
     HWY_INLINE FloatVec operator()(const FloatVec* vectors, const float* values) const {
         if constexpr (kVectors == 1) {
             return hn::TableLookupLanes(vectors[0], hn::IndicesFromVec(kFloats, index_));
@@ -250,8 +249,8 @@ private:
 };
 
 #if HWY_TARGET != HWY_SCALAR
-/// Four vectors combined to one: each block of 4 lanes holds, in order, what `combine` (min or max)
-/// makes of the same block of the first, second, third and fourth vector.
+/// Combines four vectors to one: lane i of each block of 4 lanes is `combine` (min or max) over the
+/// same block of v[i].
 template <class Combine>
 HWY_INLINE FloatVec combine_four(const FloatVec v[4], Combine combine) {
     const hn::Repartition<double, FloatTag> pairs;

@@ -12,13 +12,13 @@ namespace morphray::cpu {
 /// Gives every leaf its new vertex positions (scene space) and every slot its new box, leaves
 /// first, then level by level up (I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes
 /// Using Dynamic Bounding Volume Hierarchies. ACM TOG 26(1), 2007, section 4). The bytes are the
-/// same for any number of threads and any target, and those of the build when the positions are.
-/// Runs in the calling thread's arena.
+/// same for any number of threads and any target, and equal to those of a build if the positions
+/// are. Runs in the calling thread's arena.
 void refit(Bvh& bvh, std::span<const vec3> positions,
            const SimdTarget& target = best_simd_target());
 
-/// The same for a tree that is that of these positions but for `parts`: the bytes are those of the
-/// refit of all of it.
+/// Refits only `parts` of a tree whose other parts have these positions already: the bytes are
+/// those of a refit of the whole tree.
 void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
            const SimdTarget& target = best_simd_target());
 
