@@ -1,4 +1,4 @@
-# cmake -D HEADER=triangle.h -D OUTPUT=file -D FUNCTIONS=a,b -P extract.cmake: these functions of an
+# cmake -D HEADER=hit_rule.h -D OUTPUT=file -D FUNCTIONS=a,b -P extract.cmake: these functions of an
 # interop header as templates over their float type, so that proofs run the text of the code.
 # 4097, Veltkamp's constant for 24 bits, becomes Real::splitter(). REPLACE and BY, if given, make a
 # mistake that a proof must find.
@@ -7,17 +7,17 @@ string(REPLACE "," ";" functions "${FUNCTIONS}")
 string(REPLACE ";" "<semicolon>" text "${text}")
 set(result "// Made by proofs/extract.cmake from ${HEADER}.\n")
 foreach(function IN LISTS functions)
-    string(REGEX MATCH "SHARED float ${function}[(].*" rest "${text}")
+    string(REGEX MATCH "SHARED Float ${function}[(].*" rest "${text}")
     if(NOT rest)
         message(FATAL_ERROR "no function ${function} in ${HEADER}")
     endif()
     string(FIND "${rest}" "\n}\n" end)
     math(EXPR end "${end} + 3")
     string(SUBSTRING "${rest}" 0 ${end} body)
-    string(REPLACE "SHARED float" "template <class Real>\nReal" body "${body}")
-    string(REPLACE "PRECISE float" "const Real" body "${body}")
-    string(REGEX REPLACE "float ([a-z_]+ =)" "const Real \\1" body "${body}")
-    string(REGEX REPLACE "float ([a-z_]+[,)])" "Real \\1" body "${body}")
+    string(REPLACE "SHARED Float" "template <class Real>\nReal" body "${body}")
+    string(REPLACE "PRECISE Float" "const Real" body "${body}")
+    string(REGEX REPLACE "Float ([a-z_]+ =)" "const Real \\1" body "${body}")
+    string(REGEX REPLACE "Float ([a-z_]+[,)])" "Real \\1" body "${body}")
     string(REPLACE "4097.0f" "Real::splitter()" body "${body}")
     string(REPLACE "0.0f" "Real(0)" body "${body}")
     string(REGEX REPLACE "(k[A-Z][A-Za-z]+)" "Real(\\1)" body "${body}")

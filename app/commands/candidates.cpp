@@ -37,7 +37,7 @@ Candidate judge(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab, 
 bool before(const Candidate& a, const Candidate& b) {
     if (a.is_hit != b.is_hit) return a.is_hit;
     if (a.inside != b.inside) return a.inside;
-    return wins(a.t, a.prim_id, b.t, b.prim_id);
+    return is_closer(a.t, a.prim_id, b.t, b.prim_id);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Camera rays.
+#if !defined(COMMON_INTEROP_CAMERA_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_CAMERA_H
 #define COMMON_INTEROP_CAMERA_H
 
@@ -6,18 +7,22 @@
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
 
+#endif
+
 SHARED_BEGIN
 
 /// From the eye through the centre of pixel (x, y), on the plane at depth 1.
-SHARED vec3 camera_direction(Camera camera, uint x, uint y) {
-    PRECISE float px = float(x) + 0.5f;
-    PRECISE float py = float(y) + 0.5f;
-    PRECISE float dx = (camera.corner.x + camera.du.x * px) + camera.dv.x * py;
-    PRECISE float dy = (camera.corner.y + camera.du.y * px) + camera.dv.y * py;
-    PRECISE float dz = (camera.corner.z + camera.du.z * px) + camera.dv.z * py;
-    PRECISE vec3 d = vec3(dx, dy, dz);
+SHARED Float3 camera_direction(Camera camera, Uint x, Uint y) {
+    PRECISE Float px = to_float(x) + 0.5f;
+    PRECISE Float py = to_float(y) + 0.5f;
+    PRECISE Float dx = (camera.corner.x + camera.du.x * px) + camera.dv.x * py;
+    PRECISE Float dy = (camera.corner.y + camera.du.y * px) + camera.dv.y * py;
+    PRECISE Float dz = (camera.corner.z + camera.du.z * px) + camera.dv.z * py;
+    PRECISE Float3 d = Float3(dx, dy, dz);
     return d;
 }
+
+#ifndef SHARED_LANES
 
 /// The ray of pixel (x, y), with tnear = 0 and no far end.
 SHARED Ray camera_ray(Camera camera, uint x, uint y) {
@@ -34,6 +39,8 @@ SHARED float camera_depth_scale(Camera camera, uint x, uint y) {
     return scale_to_unit(largest_component(camera_direction(camera, x, y)));
 }
 
+#endif
+
 SHARED_END
 
-#endif  // COMMON_INTEROP_CAMERA_H
+#endif  // per Float type

@@ -1,4 +1,5 @@
-// The hit rule: which triangles a ray hits, and where. One text for every backend.
+// The hit rule: which triangles a ray hits, and where. One text for every backend: floats, Highway
+// vectors (cpu/simd/lanes-inl.h) and GLSL.
 //
 // The ray is sheared so that it becomes the z axis of a plane of projection (S. Woop, C. Benthin,
 // I. Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013), here without a division: with d
@@ -20,38 +21,41 @@
 // narrow as that, and is hit there: it fills the crack that the displacement opens between its
 // neighbours.
 //
-// That arithmetic is for the rays that pass close to an edge, for steep triangles, and for rays
-// that start next to a triangle. Elsewhere plain floats with a bound of their error are certain of
-// the signs, and give the weights too; a tracer may sort out misses by any test that never rejects
-// a hit, such as may_hit_triangle.
+// That exact path is for the rays that pass close to an edge, for steep triangles, and for rays
+// that start next to a triangle. Elsewhere the fast path, plain floats with a bound of their error,
+// is certain of the signs, and gives the weights too; a tracer may sort out misses by any test that
+// never rejects a hit, such as may_hit_triangle.
+#if !defined(COMMON_INTEROP_HIT_RULE_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_HIT_RULE_H
 #define COMMON_INTEROP_HIT_RULE_H
 
 #include "common/interop/slab.h"
+
+#endif
 
 SHARED_BEGIN
 
 /// What the rule needs of a ray: axis is that of its largest direction component; org and dir are
 /// rotated so that it is z. depth_slack is a quarter of the dilation of boxes.
 struct ShearedRay {
-    vec3 org;
-    vec3 dir;
-    uint axis;
-    float depth_slack;
+    Float3 org;
+    Float3 dir;
+    Uint axis;
+    Float depth_slack;
 };
 
 /// v with its axes rotated so that component `axis` becomes z.
-SHARED vec3 rotate_axes(vec3 v, uint axis) {
-    return axis == 0u ? vec3(v.y, v.z, v.x) : axis == 1u ? vec3(v.z, v.x, v.y) : v;
+SHARED Float3 rotate_axes(Float3 v, Uint axis) {
+    return select(axis == 0u, Float3(v.y, v.z, v.x), select(axis == 1u, Float3(v.z, v.x, v.y), v));
 }
 
-SHARED ShearedRay shear_ray(vec3 org, vec3 dir) {
-    vec3 size = vec3(abs(dir.x), abs(dir.y), abs(dir.z));
+SHARED ShearedRay shear_ray(Float3 org, Float3 dir) {
+    Float3 size = Float3(abs(dir.x), abs(dir.y), abs(dir.z));
     ShearedRay s;
-    s.axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
+    s.axis = select(size.x >= size.y && size.x >= size.z, 0u, select(size.y >= size.z, 1u, 2u));
     s.org = rotate_axes(org, s.axis);
     s.dir = rotate_axes(dir, s.axis);
-    PRECISE float slack = 0.25f * box_dilation(org);
+    PRECISE Float slack = 0.25f * box_dilation(org);
     s.depth_slack = slack;
     return s;
 }
@@ -59,110 +63,152 @@ SHARED ShearedRay shear_ray(vec3 org, vec3 dir) {
 /// The rounding error of the product p = a * b, exact (T. J. Dekker. A floating-point technique for
 /// extending the available precision. 1971; with Veltkamp's splitting into 12 + 12 bits).
 /// Exact: proofs/small_floats.cpp.
-SHARED float product_error(float a, float b, float p) {
-    PRECISE float ca = 4097.0f * a;
-    PRECISE float cb = 4097.0f * b;
-    PRECISE float ta = ca - a;
-    PRECISE float tb = cb - b;
-    PRECISE float ah = ca - ta;
-    PRECISE float bh = cb - tb;
-    PRECISE float al = a - ah;
-    PRECISE float bl = b - bh;
-    PRECISE float hh = ah * bh;
-    PRECISE float hl = ah * bl;
-    PRECISE float lh = al * bh;
-    PRECISE float ll = al * bl;
-    PRECISE float e0 = hh - p;
-    PRECISE float e1 = e0 + hl;
-    PRECISE float e2 = e1 + lh;
-    PRECISE float e3 = e2 + ll;
+///
+/// A fused multiply-subtract a * b - p, where there is one, has the same bits: the exact error is a
+/// float, because it is a multiple of the product of the factors' grids, at least 2^-126, and far
+/// from overflow (docs/design/arithmetic.md, "No denormals"). Where the error is 0, both are +0:
+/// the splitting begins with hh - p, and the sum of a +0 and a zero, or of x and -x, is +0.
+#ifndef SHARED_FUSED_PRODUCT_ERROR
+SHARED Float product_error(Float a, Float b, Float p) {
+    PRECISE Float ca = 4097.0f * a;
+    PRECISE Float cb = 4097.0f * b;
+    PRECISE Float ta = ca - a;
+    PRECISE Float tb = cb - b;
+    PRECISE Float ah = ca - ta;
+    PRECISE Float bh = cb - tb;
+    PRECISE Float al = a - ah;
+    PRECISE Float bl = b - bh;
+    PRECISE Float hh = ah * bh;
+    PRECISE Float hl = ah * bl;
+    PRECISE Float lh = al * bh;
+    PRECISE Float ll = al * bl;
+    PRECISE Float e0 = hh - p;
+    PRECISE Float e1 = e0 + hl;
+    PRECISE Float e2 = e1 + lh;
+    PRECISE Float e3 = e2 + ll;
     return e3;
 }
+#endif
 
 /// The rounding error of the difference d = a - b, exact (D. E. Knuth. TAOCP 2, 4.2.2, theorem B).
 /// Exact: proofs/small_floats.cpp.
-SHARED float difference_error(float a, float b, float d) {
-    PRECISE float bv = a - d;
-    PRECISE float av = d + bv;
-    PRECISE float be = bv - b;
-    PRECISE float ae = a - av;
-    PRECISE float e = ae + be;
+SHARED Float difference_error(Float a, Float b, Float d) {
+    PRECISE Float bv = a - d;
+    PRECISE Float av = d + bv;
+    PRECISE Float be = bv - b;
+    PRECISE Float ae = a - av;
+    PRECISE Float e = ae + be;
     return e;
 }
 
 /// a * b - c * d with the errors of both products: relative error of about 3 ulp, and exact sign.
 /// proofs/difference_of_products.g, proofs/small_floats.cpp.
-SHARED float difference_of_products(float a, float b, float c, float d) {
-    PRECISE float left = a * b;
-    PRECISE float right = c * d;
-    PRECISE float major = left - right;
-    PRECISE float minor = product_error(a, b, left) - product_error(c, d, right);
-    PRECISE float sum = major + minor;
+SHARED Float difference_of_products(Float a, Float b, Float c, Float d) {
+    PRECISE Float left = a * b;
+    PRECISE Float right = c * d;
+    PRECISE Float major = left - right;
+    PRECISE Float minor = product_error(a, b, left) - product_error(c, d, right);
+    PRECISE Float sum = major + minor;
     // minor is never larger than a major that is not 0, but its rounding may make the two cancel.
-    return sum == 0.0f ? major : sum;
+    return select(sum == 0.0f, major, sum);
 }
 
 /// x on the grid 2^-63, so that products of two such values are no denormals: |x| >= 2^-40 is on it
 /// already, smaller values round through the ulp of the constant.
-SHARED float snap_projected(float x) {
-    PRECISE float s = x + kProjectedSnap;
-    PRECISE float r = s - kProjectedSnap;
-    return abs(x) >= kProjectedOnGrid ? x : r;
+SHARED Float snap_projected(Float x) {
+    PRECISE Float s = x + kProjectedSnap;
+    PRECISE Float r = s - kProjectedSnap;
+    return select(abs(x) >= kProjectedOnGrid, x, r);
 }
 
 /// a.x * d.z - d.x * a.z for a = vertex - org given as rounded difference and its error.
-SHARED float project_axis(float ax, float ax_error, float az, float az_error, float dx, float dz) {
-    PRECISE float major = difference_of_products(ax, dz, dx, az);
-    PRECISE float left = ax_error * dz;
-    PRECISE float right = dx * az_error;
-    PRECISE float minor = left - right;
-    PRECISE float sum = major + minor;
+SHARED Float project_axis(Float ax, Float ax_error, Float az, Float az_error, Float dx, Float dz) {
+    PRECISE Float major = difference_of_products(ax, dz, dx, az);
+    PRECISE Float left = ax_error * dz;
+    PRECISE Float right = dx * az_error;
+    PRECISE Float minor = left - right;
+    PRECISE Float sum = major + minor;
     return snap_projected(sum);
+}
+
+/// project() of a vertex with rotated axes.
+SHARED Float3 project_rotated(ShearedRay s, Float3 vertex) {
+    PRECISE Float3 a = vertex - s.org;
+    Float ex = difference_error(vertex.x, s.org.x, a.x);
+    Float ey = difference_error(vertex.y, s.org.y, a.y);
+    Float ez = difference_error(vertex.z, s.org.z, a.z);
+    return Float3(project_axis(a.x, ex, a.z, ez, s.dir.x, s.dir.z),
+                  project_axis(a.y, ey, a.z, ez, s.dir.y, s.dir.z), a.z);
 }
 
 /// A vertex (scene space) as the ray sees it, to 2^-22 of its distance from the ray and 2^-44 of
 /// that from the origin.
 /// Checked: proofs/project.g.
-SHARED vec3 project(ShearedRay s, vec3 vertex) {
-    vec3 v = rotate_axes(vertex, s.axis);
-    PRECISE vec3 a = v - s.org;
-    float ex = difference_error(v.x, s.org.x, a.x);
-    float ey = difference_error(v.y, s.org.y, a.y);
-    float ez = difference_error(v.z, s.org.z, a.z);
-    return vec3(project_axis(a.x, ex, a.z, ez, s.dir.x, s.dir.z),
-                project_axis(a.y, ey, a.z, ez, s.dir.y, s.dir.z), a.z);
+SHARED Float3 project(ShearedRay s, Float3 vertex) {
+    return project_rotated(s, rotate_axes(vertex, s.axis));
 }
 
-/// Likewise without the errors and off the grid: to 2^-21 of the largest coordinate of a, and some
-/// ulp of x or y.
-SHARED vec3 project_fast(ShearedRay s, vec3 vertex) {
-    vec3 v = rotate_axes(vertex, s.axis);
-    PRECISE vec3 a = v - s.org;
-    PRECISE float x0 = a.x * s.dir.z;
-    PRECISE float x1 = s.dir.x * a.z;
-    PRECISE float y0 = a.y * s.dir.z;
-    PRECISE float y1 = s.dir.y * a.z;
-    PRECISE vec3 p = vec3(x0 - x1, y0 - y1, a.z);
+/// project_fast() of a = vertex - org, both with rotated axes, for a ray with this sheared
+/// direction.
+SHARED Float3 project_relative_fast(Float3 dir, Float3 a) {
+    PRECISE Float x0 = a.x * dir.z;
+    PRECISE Float x1 = dir.x * a.z;
+    PRECISE Float y0 = a.y * dir.z;
+    PRECISE Float y1 = dir.y * a.z;
+    PRECISE Float3 p = Float3(x0 - x1, y0 - y1, a.z);
     return p;
+}
+
+/// project_fast() of a vertex with rotated axes.
+SHARED Float3 project_rotated_fast(ShearedRay s, Float3 vertex) {
+    PRECISE Float3 a = vertex - s.org;
+    return project_relative_fast(s.dir, a);
+}
+
+/// project() without the errors and off the grid: to 2^-21 of the largest coordinate of
+/// vertex - org, and some ulp of x or y.
+SHARED Float3 project_fast(ShearedRay s, Float3 vertex) {
+    return project_rotated_fast(s, rotate_axes(vertex, s.axis));
 }
 
 /// The edge functions of a triangle opposite to a, b and c; how far each may be from that of the
 /// vertices as `project` gives them; and the range and the largest size of the vertices' z.
 struct Edges {
-    float u;
-    float v;
-    float w;
-    float bound;
-    float depth_range;
-    float depth_size;
+    Float u;
+    Float v;
+    Float w;
+    Float bound;
+    Float depth_range;
+    Float depth_size;
 };
 
-SHARED void measure_depth(float za, float zb, float zc, INOUT(Edges) e) {
-    float nearest = lesser(za, lesser(zb, zc));
-    float farthest = greater(za, greater(zb, zc));
-    PRECISE float range = farthest - nearest;
+SHARED void measure_depth(Float za, Float zb, Float zc, INOUT(Edges) e) {
+    Float nearest = lesser(za, lesser(zb, zc));
+    Float farthest = greater(za, greater(zb, zc));
+    PRECISE Float range = farthest - nearest;
     e.depth_range = range;
     e.depth_size = greater(abs(nearest), abs(farthest));
+}
+
+/// The size of a projected vertex, of which m of edge_bound is the sum.
+SHARED Float projected_size(Float3 p) {
+    PRECISE Float size = abs(p.x) + abs(p.y);
+    return size;
+}
+
+/// The bound of fast_edges: m is the sum of |x| + |y| over the vertices, depth_size the largest
+/// |z|.
+SHARED Float edge_bound(Float m, Float depth_size) {
+    PRECISE Float r = kFastProjectionError * ((m + m) + depth_size) + kFastProjectionFloor;
+    PRECISE Float bound = r * (m + (r + r));
+    return bound;
+}
+
+SHARED Float fast_edge(Float3 p, Float3 q) {
+    PRECISE Float e0 = p.x * q.y;
+    PRECISE Float e1 = p.y * q.x;
+    PRECISE Float e = e0 - e1;
+    return e;
 }
 
 /// The edge functions of vertices from project_fast.
@@ -172,44 +218,30 @@ SHARED void measure_depth(float za, float zb, float zc, INOUT(Edges) e) {
 /// function is within r (m + 2 r): docs/design/arithmetic.md, "Plain floats where they suffice".
 /// Products may underflow, which the 2^-49 makes too small to matter to a function beyond its
 /// bound. Checked: proofs/fast_edges.g.
-SHARED Edges fast_edges(vec3 a, vec3 b, vec3 c) {
-    PRECISE float ma = abs(a.x) + abs(a.y);
-    PRECISE float mb = abs(b.x) + abs(b.y);
-    PRECISE float mc = abs(c.x) + abs(c.y);
-    PRECISE float m = (ma + mb) + mc;
+SHARED Edges fast_edges(Float3 a, Float3 b, Float3 c) {
+    PRECISE Float m = (projected_size(a) + projected_size(b)) + projected_size(c);
     Edges e;
     measure_depth(a.z, b.z, c.z, e);
-    PRECISE float r = kFastProjectionError * ((m + m) + e.depth_size) + kFastProjectionFloor;
-    PRECISE float bound = r * (m + (r + r));
-    PRECISE float u0 = b.x * c.y;
-    PRECISE float u1 = b.y * c.x;
-    PRECISE float v0 = c.x * a.y;
-    PRECISE float v1 = c.y * a.x;
-    PRECISE float w0 = a.x * b.y;
-    PRECISE float w1 = a.y * b.x;
-    PRECISE float u = u0 - u1;
-    PRECISE float v = v0 - v1;
-    PRECISE float w = w0 - w1;
-    e.u = u;
-    e.v = v;
-    e.w = w;
-    e.bound = bound;
+    e.u = fast_edge(b, c);
+    e.v = fast_edge(c, a);
+    e.w = fast_edge(a, b);
+    e.bound = edge_bound(m, e.depth_size);
     return e;
 }
 
 /// The edge functions of vertices from project; their signs are exact.
-SHARED Edges exact_edges(vec3 a, vec3 b, vec3 c) {
+SHARED Edges exact_edges(Float3 a, Float3 b, Float3 c) {
     Edges e;
     e.u = difference_of_products(b.x, c.y, b.y, c.x);
     e.v = difference_of_products(c.x, a.y, c.y, a.x);
     e.w = difference_of_products(a.x, b.y, a.y, b.x);
-    e.bound = 0.0f;
+    e.bound = broadcast(0.0f);
     measure_depth(a.z, b.z, c.z, e);
     return e;
 }
 
 /// Whether the ray may go through the triangle: false only if two signs are certain and opposite.
-SHARED bool may_be_inside(Edges e) {
+SHARED Bool may_be_inside(Edges e) {
     return lesser(e.u, lesser(e.v, e.w)) >= -e.bound || greater(e.u, greater(e.v, e.w)) <= e.bound;
 }
 
@@ -218,28 +250,28 @@ SHARED bool may_be_inside(Edges e) {
 /// dilation D of boxes for a hit never to lie before its box. (Of D, 2^-5 is left to other errors,
 /// a quarter goes here twice over.)
 /// Checked: proofs/fast_edges.g, depth.g, boxes.g.
-SHARED bool surely_inside(ShearedRay s, Edges e) {
-    PRECISE float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
+SHARED Bool surely_inside(ShearedRay s, Edges e) {
+    PRECISE Float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
     // A range below 1 cannot matter, and its product with the bound might be a denormal.
-    PRECISE float error = e.bound * greater(e.depth_range, 1.0f);
-    PRECISE float allowed = s.depth_slack * sum;
+    PRECISE Float error = e.bound * greater(e.depth_range, 1.0f);
+    PRECISE Float allowed = s.depth_slack * sum;
     return error <= allowed &&
            (lesser(e.u, lesser(e.v, e.w)) > e.bound || greater(e.u, greater(e.v, e.w)) < -e.bound);
 }
 
 /// t and the barycentric weights u of b and v of c.
 struct TriangleHit {
-    float t;
-    float u;
-    float v;
+    Float t;
+    Float u;
+    Float v;
 };
 
 /// weight * scale for 0 <= weight <= sum, where scale is 1 / sum up to a factor of 2; and 0 if
 /// weight / sum is below 2^-60, when the product might be a denormal.
-SHARED float scaled_weight(float weight, float sum, float scale) {
-    uint gap = (floatBitsToUint(sum) >> 23u) - (floatBitsToUint(weight) >> 23u);
-    PRECISE float w = weight * scale;
-    return weight == 0.0f || gap > 60u ? 0.0f : w;
+SHARED Float scaled_weight(Float weight, Float sum, Float scale) {
+    Uint gap = (floatBitsToUint(sum) >> 23u) - (floatBitsToUint(weight) >> 23u);
+    PRECISE Float w = weight * scale;
+    return select(weight == 0.0f || gap > 60u, 0.0f, w);
 }
 
 /// The hit of a ray that goes through a triangle, from its edge functions and the vertices' z. The
@@ -247,44 +279,65 @@ SHARED float scaled_weight(float weight, float sum, float scale) {
 /// and kWeightRounding of that, and kMeanRounding of the vertices' size (proofs/depth.g). Whether
 /// the sign of z is certain: z is beyond its error, or the vertices' z have one sign, so that z has
 /// it (a sum of products of that sign; their range is less than their size then).
-SHARED bool weighted_hit(ShearedRay s, Edges e, float za, float zb, float zc,
+SHARED Bool weighted_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc,
                          OUT(TriangleHit) hit) {
-    PRECISE float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
-    bool is_any = sum > 0.0f;
-    float scale = rcp(is_any ? sum : 1.0f);
-    float wb = scaled_weight(abs(e.v), sum, scale);
-    float wc = scaled_weight(abs(e.w), sum, scale);
-    PRECISE float rest = 1.0f - (wb + wc);
-    float wa = greater(rest, 0.0f);
-    PRECISE float z = (wa * za + wb * zb) + wc * zc;
-    PRECISE float t = z * rcp(is_any ? s.dir.z : 1.0f);
-    PRECISE float by_range = 2.0f * (e.bound * scale) + kWeightRounding;
-    PRECISE float error = by_range * e.depth_range + kMeanRounding * e.depth_size;
+    PRECISE Float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
+    Bool is_any = sum > 0.0f;
+    Float scale = rcp_of_positive(select(is_any, sum, 1.0f));
+    Float wb = scaled_weight(abs(e.v), sum, scale);
+    Float wc = scaled_weight(abs(e.w), sum, scale);
+    PRECISE Float rest = 1.0f - (wb + wc);
+    Float wa = greater(rest, 0.0f);
+    PRECISE Float z = (wa * za + wb * zb) + wc * zc;
+    PRECISE Float t = z * rcp(select(is_any, s.dir.z, 1.0f));
+    PRECISE Float by_range = 2.0f * (e.bound * scale) + kWeightRounding;
+    PRECISE Float error = by_range * e.depth_range + kMeanRounding * e.depth_size;
     hit.t = t;
     hit.u = wb;
     hit.v = wc;
     return e.depth_range < e.depth_size || abs(z) > error;
 }
 
-/// A vertex that is not finite is stored as kInvalidCoordinate; its triangles are never hit.
-SHARED bool finite_vertices(vec3 a, vec3 b, vec3 c) {
-    return greater(a.x, greater(b.x, c.x)) <= kSceneExtent;
+/// weighted_hit() with edge functions from exact_edges: whether the ray hits the triangle
+/// somewhere, and where.
+SHARED Bool exact_hit(ShearedRay s, Edges e, Float za, Float zb, Float zc, OUT(TriangleHit) hit) {
+    Bool is_certain = weighted_hit(s, e, za, zb, zc, hit);
+    return may_be_inside(e) && is_certain && greater(abs(e.u), greater(abs(e.v), abs(e.w))) > 0.0f;
+}
+
+/// A vertex that is not finite is stored as kInvalidCoordinate on all axes; its triangles are never
+/// hit. a, b, c: any one coordinate of the vertices.
+SHARED Bool finite_coordinates(Float a, Float b, Float c) {
+    return greater(a, greater(b, c)) <= kSceneExtent;
+}
+
+SHARED Bool finite_vertices(Float3 a, Float3 b, Float3 c) {
+    return finite_coordinates(a.x, b.x, c.x);
 }
 
 /// Whether intersect_triangle may be true: cheap, and never wrong when it says no.
-SHARED bool may_hit_triangle(ShearedRay s, vec3 a, vec3 b, vec3 c) {
+SHARED Bool may_hit_triangle(ShearedRay s, Float3 a, Float3 b, Float3 c) {
     return may_be_inside(fast_edges(project_fast(s, a), project_fast(s, b), project_fast(s, c)));
 }
 
 /// Whether a hit at t counts for a ray from tnear to tfar.
-SHARED bool is_in_range(float t, float tnear, float tfar) {
+SHARED Bool is_in_range(Float t, Float tnear, Float tfar) {
     return t > 0.0f && t >= tnear && t <= tfar;
 }
+
+/// Whether a hit is closer than the closest so far: nearer, or as near with a smaller id. Before
+/// the first hit the closest is (tfar, kNoPrim).
+SHARED Bool is_closer(Float t, Uint prim_id, Float closest_t, Uint closest_prim) {
+    return t < closest_t || (t == closest_t && prim_id < closest_prim);
+}
+
+#ifndef SHARED_LANES
 
 /// Whether the ray hits the triangle a, b, c (scene space), and where. Triangles with a vertex that
 /// is not finite are never hit; those without area only where their projected vertices are not
 /// collinear. An origin in the plane of a triangle, up to the error of z, does not hit it, nor does
-/// a ray that sees it edge-on (all three functions are 0).
+/// a ray that sees it edge-on (all three functions are 0). On vectors: intersect_triangles
+/// (cpu/simd/hit_rule-inl.h).
 SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
                                OUT(TriangleHit) hit) {
     vec3 pa = project_fast(s, a);
@@ -295,17 +348,9 @@ SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, ve
     bool is_hit = surely_inside(s, e) && is_certain;
     if (!is_hit) {
         e = exact_edges(project(s, a), project(s, b), project(s, c));
-        is_certain = weighted_hit(s, e, pa.z, pb.z, pc.z, hit);
-        is_hit =
-            may_be_inside(e) && is_certain && greater(abs(e.u), greater(abs(e.v), abs(e.w))) > 0.0f;
+        is_hit = exact_hit(s, e, pa.z, pb.z, pc.z, hit);
     }
     return is_hit && is_in_range(hit.t, tnear, tfar) && finite_vertices(a, b, c);
-}
-
-/// Whether a hit beats the best so far: nearer, or as near with a smaller id. Before the first hit
-/// the best is (tfar, kNoPrim).
-SHARED bool wins(float t, uint prim_id, float best_t, uint best_prim) {
-    return t < best_t || (t == best_t && prim_id < best_prim);
 }
 
 SHARED Hit make_hit(TriangleHit hit, uint prim_id) {
@@ -317,6 +362,8 @@ SHARED Hit make_hit(TriangleHit hit, uint prim_id) {
     return h;
 }
 
+#endif
+
 SHARED_END
 
-#endif  // COMMON_INTEROP_HIT_RULE_H
+#endif  // per Float type

@@ -1,11 +1,17 @@
-// What lets one text compile as C++ and as GLSL. Everything else in common/interop is written in
-// the common subset: scalar types `float int uint bool`, vectors `vec3 vec4 uvec4`, free functions,
+// Lets one text compile as C++ and as GLSL. Everything else in common/interop is written in the
+// common subset: scalar types `float int uint bool`, vectors `vec3 vec4 uvec4`, free functions,
 // plain structs, literals with suffixes.
 //
 //   SHARED        marks a function (inline in C++), SHARED_CONST a constant
 //   PRECISE       marks every float local and result: no contraction, no reassociation
-//   OUT(T)        an output parameter, INOUT(T) one that is read, too
+//   OUT(T)        an output parameter, INOUT(T) one that is also read
 //   SHARED_BEGIN / SHARED_END   open and close namespace morphray in C++
+//
+// Functions on Float, Uint, Bool and Float3 compile a third time: cpu/simd/lanes-inl.h includes
+// their headers again with SHARED_LANES defined, for vectors with one ray or pixel in each lane.
+// They have no branches; select(condition, a, b) takes the place of ?:, to_float(), to_uint() and
+// broadcast() that of conversions, and && and || may evaluate both sides. What cannot be written so
+// stands between #ifndef SHARED_LANES and #endif.
 #ifndef COMMON_INTEROP_PLATFORM_H
 #define COMMON_INTEROP_PLATFORM_H
 
@@ -35,6 +41,18 @@ using glm::vec3;
 using glm::vec4;
 using uint = std::uint32_t;
 
+using Float = float;
+using Uint = uint;
+using Bool = bool;
+using Float3 = vec3;
+
+template <class T>
+T select(bool condition, T a, T b) {
+    return condition ? a : b;
+}
+inline float broadcast(float x) { return x; }
+inline float to_float(uint x) { return static_cast<float>(x); }
+inline uint to_uint(float x) { return static_cast<uint>(x); }
 inline uint floatBitsToUint(float x) { return std::bit_cast<uint>(x); }
 inline float uintBitsToFloat(uint x) { return std::bit_cast<float>(x); }
 inline float abs(float x) { return std::fabs(x); }
@@ -49,6 +67,15 @@ inline float abs(float x) { return std::fabs(x); }
 #define INOUT(T) inout T
 #define SHARED_BEGIN
 #define SHARED_END
+
+#define Float float
+#define Uint uint
+#define Bool bool
+#define Float3 vec3
+#define select(condition, a, b) ((condition) ? (a) : (b))
+#define broadcast(x) (x)
+#define to_float(x) float(x)
+#define to_uint(x) uint(x)
 
 #endif
 

@@ -1,22 +1,47 @@
 // Colour: from a hit and its occlusion to an 8-bit pixel, in the same exact operations.
+#if !defined(COMMON_INTEROP_SHADING_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_SHADING_H
 #define COMMON_INTEROP_SHADING_H
 
 #include "common/interop/params.h"
 #include "common/interop/surface.h"
 
+#endif
+
 SHARED_BEGIN
 
+#ifndef SHARED_LANES
+// The intensity of what light does not reach.
+SHARED_CONST float kUnlitIntensity = 0.125f;
+#endif
+
 /// Linear intensity in [0, 1] to 8 bits with gamma 2, rounding to nearest.
-SHARED uint encode_channel(float x) {
-    PRECISE float c = lesser(greater(x, 0.0f), 1.0f);
-    PRECISE float root = c > 0.00000095367431640625f ? c * rsqrt(c) : 0.0f;  // 2^-20
-    PRECISE float scaled = root * 255.0f + 0.5f;
-    return uint(scaled);
+SHARED Uint encode_channel(Float x) {
+    PRECISE Float c = lesser(greater(x, 0.0f), 1.0f);
+    PRECISE Float root = select(c > 0.00000095367431640625f, c * rsqrt(c), 0.0f);  // 2^-20
+    PRECISE Float scaled = root * 255.0f + 0.5f;
+    return to_uint(scaled);
 }
 
 /// R in bits 0-7, then G, B and 255 for opaque.
-SHARED uint pack_rgb(uint r, uint g, uint b) { return r | (g << 8u) | (b << 16u) | 0xFF000000u; }
+SHARED Uint pack_rgb(Uint r, Uint g, Uint b) { return r | (g << 8u) | (b << 16u) | 0xFF000000u; }
+
+/// The intensity of what light reaches, given the cosine between its normal and the light.
+SHARED Float lit_intensity(Float facing) {
+    PRECISE Float r = kUnlitIntensity + 0.875f * facing;
+    return r;
+}
+
+/// albedo is packed as by pack_rgb, linear.
+SHARED Uint colour_of(Float intensity, Uint albedo) {
+    PRECISE Float k = intensity * 0.0039215688593685626983642578125f;  // 1/255
+    PRECISE Float r = to_float(albedo & 0xFFu) * k;
+    PRECISE Float g = to_float((albedo >> 8u) & 0xFFu) * k;
+    PRECISE Float b = to_float((albedo >> 16u) & 0xFFu) * k;
+    return pack_rgb(encode_channel(r), encode_channel(g), encode_channel(b));
+}
+
+#ifndef SHARED_LANES
 
 /// Behind the scene: a vertical blend of two greys.
 SHARED uint background(uint y, uint height) {
@@ -30,7 +55,7 @@ SHARED uint shade(ImageParams params, Ray ray, Surface s, uint albedo, uint occl
     PRECISE float intensity = 0.0f;
     if (params.rays == kRaysAo) {
         PRECISE float open = float(params.ao_count - occlusion);
-        intensity = open * rcp(float(params.ao_count));
+        intensity = open * rcp_of_positive(float(params.ao_count));
     } else {
         // One unit vector for both: some devices compute all branches.
         bool is_shadow = params.rays == kRaysShadow;
@@ -39,15 +64,13 @@ SHARED uint shade(ImageParams params, Ray ray, Surface s, uint albedo, uint occl
         PRECISE float cosine = dot3(s.normal, towards);
         PRECISE float facing = is_shadow ? greater(cosine, 0.0f) : abs(cosine);
         bool is_lit = !is_shadow || occlusion == 0u;
-        intensity = is_lit ? 0.125f + 0.875f * facing : 0.125f;
+        intensity = is_lit ? lit_intensity(facing) : kUnlitIntensity;
     }
-    PRECISE float k = intensity * 0.0039215688593685626983642578125f;  // 1/255
-    PRECISE float r = float(albedo & 0xFFu) * k;
-    PRECISE float g = float((albedo >> 8u) & 0xFFu) * k;
-    PRECISE float b = float((albedo >> 16u) & 0xFFu) * k;
-    return pack_rgb(encode_channel(r), encode_channel(g), encode_channel(b));
+    return colour_of(intensity, albedo);
 }
+
+#endif
 
 SHARED_END
 
-#endif  // COMMON_INTEROP_SHADING_H
+#endif  // per Float type

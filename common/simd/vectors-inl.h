@@ -81,6 +81,26 @@ HWY_INLINE FloatVec min3(FloatVec a, FloatVec b, FloatVec c) { return min(a, min
 HWY_INLINE FloatVec max3(FloatVec a, FloatVec b, FloatVec c) { return max(a, max(b, c)); }
 HWY_INLINE FloatVec sum3(FloatVec a, FloatVec b, FloatVec c) { return a + b + c; }
 
+// A number stands for a vector of it.
+HWY_INLINE FloatVec operator+(float a, FloatVec b) { return splat(a) + b; }
+HWY_INLINE FloatVec operator+(FloatVec a, float b) { return a + splat(b); }
+HWY_INLINE FloatVec operator-(float a, FloatVec b) { return splat(a) - b; }
+HWY_INLINE FloatVec operator-(FloatVec a, float b) { return a - splat(b); }
+HWY_INLINE FloatVec operator*(float a, FloatVec b) { return splat(a) * b; }
+HWY_INLINE FloatVec operator*(FloatVec a, float b) { return a * splat(b); }
+HWY_INLINE Mask operator<(FloatVec a, float b) { return a < splat(b); }
+HWY_INLINE Mask operator<=(FloatVec a, float b) { return a <= splat(b); }
+HWY_INLINE Mask operator>(FloatVec a, float b) { return a > splat(b); }
+HWY_INLINE Mask operator>=(FloatVec a, float b) { return a >= splat(b); }
+HWY_INLINE Mask operator==(FloatVec a, float b) { return a == splat(b); }
+HWY_INLINE UintVec operator+(UintVec a, std::uint32_t b) { return a + splat(b); }
+HWY_INLINE UintVec operator-(std::uint32_t a, UintVec b) { return splat(a) - b; }
+HWY_INLINE UintVec operator*(UintVec a, std::uint32_t b) { return a * splat(b); }
+HWY_INLINE UintVec operator&(UintVec a, std::uint32_t b) { return a & splat(b); }
+HWY_INLINE UintVec operator|(UintVec a, std::uint32_t b) { return a | splat(b); }
+HWY_INLINE UintMask operator>(UintVec a, std::uint32_t b) { return a > splat(b); }
+HWY_INLINE UintMask operator==(UintVec a, std::uint32_t b) { return a == splat(b); }
+
 /// a * b - c * d.
 HWY_INLINE FloatVec difference(FloatVec a, FloatVec b, FloatVec c, FloatVec d) {
     return a * b - c * d;
@@ -93,6 +113,14 @@ HWY_INLINE UintVec shift_left(UintVec v) {
 template <int kBits>
 HWY_INLINE UintVec shift_right(UintVec v) {
     return hn::ShiftRight<kBits>(v);
+}
+
+/// Compilers shift by a constant in one operation.
+HWY_INLINE UintVec operator<<(UintVec v, std::uint32_t bits) {
+    return hn::ShiftLeftSame(v, static_cast<int>(bits));
+}
+HWY_INLINE UintVec operator>>(UintVec v, std::uint32_t bits) {
+    return hn::ShiftRightSame(v, static_cast<int>(bits));
 }
 
 // ---- Arithmetic of bounds: fused where the target can, so the last bit depends on the target. A
@@ -136,6 +164,8 @@ HWY_INLINE UintVec and_not(UintVec a, UintVec b) { return hn::AndNot(a, b); }
 
 HWY_INLINE FloatVec select(Mask m, FloatVec a, FloatVec b) { return hn::IfThenElse(m, a, b); }
 HWY_INLINE UintVec select(UintMask m, UintVec a, UintVec b) { return hn::IfThenElse(m, a, b); }
+HWY_INLINE FloatVec select(Mask m, FloatVec a, float b) { return select(m, a, splat(b)); }
+HWY_INLINE FloatVec select(Mask m, float a, FloatVec b) { return select(m, splat(a), b); }
 HWY_INLINE FloatVec zero_unless(Mask m, FloatVec v) { return hn::IfThenElseZero(m, v); }
 HWY_INLINE UintVec zero_unless(UintMask m, UintVec v) { return hn::IfThenElseZero(m, v); }
 HWY_INLINE FloatVec zero_if(Mask m, FloatVec v) { return hn::IfThenZeroElse(m, v); }

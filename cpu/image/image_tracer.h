@@ -15,7 +15,7 @@
 
 namespace morphray::cpu {
 
-/// A tracer of single rays, taken as one of batches.
+/// Makes a tracer of batches of a tracer of single rays.
 template <class Tracer>
 class OneByOne {
 public:
@@ -32,20 +32,20 @@ private:
     Tracer tracer_;
 };
 
-/// Asks a tracer of batches for some rays among those that start at org, by their indices.
+/// Traces those of the rays from org that have these indices.
 template <class Tracer>
 void occluded_among(const Tracer& tracer, vec3 org, std::span<const SharedOriginRays> rays,
-                    std::span<const std::uint16_t> asked, std::span<std::uint8_t> occluded) {
+                    std::span<const std::uint16_t> indices, std::span<std::uint8_t> occluded) {
     std::vector<Ray> batch;
-    batch.reserve(asked.size());
-    for (const std::uint16_t i : asked)
+    batch.reserve(indices.size());
+    for (const std::uint16_t i : indices)
         batch.push_back(rays[i / kBlockRays].ray(org, i % kBlockRays));
     std::vector<std::uint8_t> answers(batch.size());
     tracer.occluded(batch, answers);
-    for (std::size_t i = 0; i < asked.size(); ++i) occluded[asked[i]] = answers[i];
+    for (std::size_t i = 0; i < indices.size(); ++i) occluded[indices[i]] = answers[i];
 }
 
-/// A tracer of batches, taken as one of tiles.
+/// Makes a tracer of tiles of a tracer of batches.
 template <class Tracer>
 class BatchTiles {
 public:
@@ -62,8 +62,8 @@ public:
         }
     }
 
-    /// occluded[i] becomes 0 where ray i, which starts at org, hits nothing, and 1 where it does or
-    /// there is none; indices as by light_packet_ray().
+    /// Sets occluded[i] to 0 if there is a ray i from org and it hits nothing, else to 1; indices
+    /// as by light_packet_ray().
     void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                 std::span<std::uint8_t> occluded) const {
         std::fill(occluded.begin(), occluded.end(), std::uint8_t{1});
@@ -86,7 +86,7 @@ private:
     Tracer tracer_;
 };
 
-/// The pixels of one tile of at most 64 x 64 on their way from hits to colours.
+/// Makes colours of the hits of a tile of at most 64 x 64 pixels.
 template <class Tracer>
 class TileImage {
 public:
@@ -133,7 +133,7 @@ private:
         }
     }
 
-    /// A light behind a surface occludes it without a ray.
+    /// Pixels whose surfaces face away from the light are occluded without a ray.
     void trace_shadow() {
         std::vector<SharedOriginRays> shadows(count_ / kBlockRays, SharedOriginRays::none());
         std::vector<std::uint8_t> occluded(count_, 1);
@@ -195,14 +195,14 @@ private:
     std::vector<std::uint8_t> answers_;
 };
 
-/// Fills hits, occlusion and pixels of a tile of at most 64 x 64 pixels, with any tracer of tiles;
-/// for packets see cpu/image/tile_tracer.h. Tiles of one frame may be traced by several threads.
+/// Fills hits, occlusion and pixels of a tile of at most 64 x 64 pixels, with any tracer of tiles
+/// (cpu/image/tile_tracer.h has the one for packets). Threads may trace tiles of the same frame.
 template <class Tracer>
 void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame) {
     tracer.intersect_camera(
         params, tile, &frame.hits[std::size_t{tile.y0} * params.width + tile.x0], params.width);
-    // What is known of the pixels of a smaller part stays in the cache.
+    // The surfaces and rays of a smaller part stay in the cache.
     const std::uint32_t side = params.rays == kRaysShadow ? kLightPacketSide : kSquareSide;
     for (std::uint32_t y = tile.y0; y < tile.y1; y += side) {
         for (std::uint32_t x = tile.x0; x < tile.x1; x += side) {

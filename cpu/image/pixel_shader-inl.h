@@ -17,14 +17,14 @@
 #include <vector>
 
 #include "cpu/image/pixel_shader.h"
-#include "cpu/image/pixel_vectors-inl.h"
+#include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// A block's pixels are as a packet of shadow rays has its rays: column by column.
+/// A block's pixels are in the order of the rays of a light packet: column by column.
 constexpr std::uint32_t kColumnShift = 2;
 constexpr std::uint32_t kRowMask = kBlockSide - 1;
 static_assert(kBlockSide == 1u << kColumnShift);
@@ -32,14 +32,20 @@ static_assert(kBlockSide == 1u << kColumnShift);
 /// Some pixels of a block, one a lane.
 struct PixelLanes {
     UintVec x, y;
-    /// Where the part has a pixel, and where that shows something.
-    Mask seen;
-    /// Triangle 0 and any t where it does not.
+    /// Whether the pixel is in the part and has a hit.
+    Mask visible;
+    /// prim is 0 and t undefined where the pixel is not visible.
     UintVec prim;
     FloatVec t;
 };
 
-/// A block of a part; only its first columns and rows may be pixels of it.
+/// Rays that differ in their directions and lengths alone.
+struct DirectionLanes {
+    lanes::Float3 dir;
+    FloatVec tfar;
+};
+
+/// A block of a part, of which only the first columns and rows may be in the part.
 struct PixelBlock {
     std::uint32_t x, y;
     std::uint32_t columns, rows;
@@ -47,7 +53,7 @@ struct PixelBlock {
     std::size_t begin(const PixelPart& part) const {
         return std::size_t{y} * part.params.width + x;
     }
-    /// Among those of a point's packet.
+    /// The index of the block's first pixel in a light packet.
     std::uint32_t ray_index(const PixelPart& part) const {
         return light_packet_ray(x - part.tile.x0, y - part.tile.y0);
     }
@@ -66,7 +72,8 @@ HWY_INLINE void for_each_block(const PixelPart& part, Visit visit) {
 }
 
 #if HWY_TARGET != HWY_SCALAR
-/// In each 16 bytes, the first words of the four vectors, then their second ones, and so on.
+/// Transposes each block of four words: out[0] has the first words of the four vectors, out[1] the
+/// second, and so on.
 template <class D>
 HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) {
     const hn::Repartition<std::uint64_t, D> pairs;
@@ -80,7 +87,7 @@ HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) 
     out[3] = hn::BitCast(d, hn::InterleaveUpper(pairs, upper, next_upper));
 }
 
-/// Threes of words, by 16 bytes from each: one word after the last is read, too.
+/// load_threes() by 16 bytes for each: one word after the last is read, too.
 template <class D>
 HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::uint32_t* at,
                                     hn::Vec<D> out[3]) {
@@ -89,7 +96,7 @@ HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::u
                           HWY_ATTR { return hn::LoadU(four, from + 3 * std::size_t{at[lane]}); };
     hn::Vec<D> in[4];
     for (std::size_t j = 0; j < 4; ++j) {
-        // Lanes j, 4 + j and so on, 16 bytes each.
+        // Lanes j, 4 + j and so on.
         if constexpr (kLanes == 16) {
             const hn::Half<D> half;
             in[j] = hn::Combine(d, hn::Combine(half, load(12 + j), load(8 + j)),
@@ -106,7 +113,7 @@ HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::u
 }
 #endif
 
-/// t and prim_id of those pixels of a block that are in these columns and rows, one a lane.
+/// Loads t and prim_id of the pixels of a block in these columns and rows, one a lane.
 HWY_INLINE void load_hits(const PixelPart& part, const PixelBlock& block, std::uint32_t first,
                           UintVec column, UintVec row, FloatVec& t, UintVec& prim) {
     static_assert(sizeof(Hit) == 4 * sizeof(float));
@@ -130,7 +137,7 @@ HWY_INLINE void load_hits(const PixelPart& part, const PixelBlock& block, std::u
     prim = as_uint(hn::GatherIndex(kFloats, hits, at + splat(3)));
 }
 
-/// Pixels `first` and following of a block.
+/// Loads pixels `first` and following of a block.
 HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block,
                                   std::uint32_t first) {
     const UintVec lane = hn::Iota(kUints, first);
@@ -139,19 +146,19 @@ HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block
     PixelLanes pixels;
     pixels.x = column + splat(block.x);
     pixels.y = row + splat(block.y);
-    // Those that are not there are read from the last column or row.
+    // Pixels outside the part are read from its last column or row.
     const UintVec in_column = min(column, splat(block.columns - 1));
     const UintVec in_row = min(row, splat(block.rows - 1));
     UintVec prim;
     load_hits(part, block, first, in_column, in_row, pixels.t, prim);
     const auto is_there = (in_column == column) & (in_row == row);
-    const auto is_seen = is_there & (prim != splat(kNoPrim));
-    pixels.seen = float_mask(is_seen);
-    pixels.prim = zero_unless(is_seen, prim);
+    const auto is_visible = is_there & (prim != splat(kNoPrim));
+    pixels.visible = float_mask(is_visible);
+    pixels.prim = zero_unless(is_visible, prim);
     return pixels;
 }
 
-/// Of `count` threes of words, one after the other, those with these indices.
+/// Loads the threes of words with these indices from `count` threes, one after the other.
 template <class D>
 HWY_INLINE void load_threes(D d, const hn::TFromD<D>* from, UintVec index, std::size_t count,
                             hn::Vec<D> out[3]) {
@@ -174,32 +181,32 @@ HWY_INLINE UintVec load_albedo(const PixelPart& part, const PixelLanes& pixels) 
     return hn::GatherIndex(kUints, part.mesh.topology->albedo.data(), as_int(pixels.prim));
 }
 
-HWY_INLINE FloatVec middle_of(UintVec pixel) {
-    return hn::ConvertTo(kFloats, hn::BitCast(kInts, pixel)) + splat(0.5f);
+/// camera_ray().dir.
+HWY_INLINE lanes::Float3 directions_of(const PixelPart& part, const PixelLanes& pixels) {
+    return lanes::canonical_direction(
+        lanes::camera_direction(part.params.camera, pixels.x, pixels.y));
 }
 
-HWY_INLINE V3 directions_of(const PixelPart& part, const PixelLanes& pixels) {
-    return camera_directions(part.params.camera, middle_of(pixels.x), middle_of(pixels.y));
-}
-
-/// Only where there is a hit: the mesh has triangles then.
-HWY_INLINE SurfaceLanes load_surfaces(const PixelPart& part, const PixelLanes& pixels,
-                                      const V3& dir) {
+/// The surfaces that pixels show, of which at least one must be visible: the mesh has triangles
+/// then.
+HWY_INLINE lanes::Surface load_surfaces(const PixelPart& part, const PixelLanes& pixels,
+                                        const lanes::Float3& dir) {
     const Topology& topology = *part.mesh.topology;
     const std::span<const vec3> positions = part.mesh.positions;
     UintVec vertices[3];
     load_threes(kUints, &topology.triangles.front().x, pixels.prim, topology.triangles.size(),
                 vertices);
-    V3 corners[3];
+    lanes::Float3 corners[3];
     for (int k = 0; k < 3; ++k) {
         FloatVec at[3];
         load_threes(kFloats, &positions.front().x, vertices[k], positions.size(), at);
-        corners[k] = {at[0], at[1], at[2]};
+        corners[k] = lanes::Float3(at);
     }
-    return surfaces_at(part.params.camera.org, dir, pixels.t, corners);
+    return lanes::surface_of(lanes::Float3(part.params.camera.org), dir, pixels.t, corners[0],
+                             corners[1], corners[2]);
 }
 
-/// What lies behind the rows of a block.
+/// The background of the rows of a block.
 struct BackgroundColumn {
     alignas(64) std::uint32_t colours[kBlockRays];
 
@@ -209,7 +216,7 @@ struct BackgroundColumn {
     }
 };
 
-/// Writes a number for each pixel of a block to where the image has them.
+/// Writes a number for each pixel of a block to the image.
 HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
                             const std::uint32_t* from, std::uint32_t* image) {
     std::uint32_t* to = image + block.begin(part);
@@ -219,9 +226,9 @@ HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
     }
 }
 
-/// Occlusion and colours of a part. intensity(block, i, pixels, occlusion) says how light pixels i
-/// and following of a block are, of which some are seen, and may write by how many rays they are
-/// occluded.
+/// Writes occlusion and colours of a part. intensity(block, i, pixels, occlusion) returns the
+/// intensity of pixels i and following of a block, some of which are visible, and may write the
+/// numbers of their occluded rays.
 template <class Intensity>
 HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
     Tile row = part.tile;
@@ -235,10 +242,10 @@ HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
                 for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
                     const PixelLanes pixels = load_pixels(part, block, i);
                     UintVec colour = load(behind.colours + i);
-                    if (!none(pixels.seen)) {
+                    if (!none(pixels.visible)) {
                         const FloatVec value = intensity(block, i, pixels, occlusion + i);
-                        colour = select(uint_mask(pixels.seen),
-                                        colours_of(value, load_albedo(part, pixels)), colour);
+                        colour = select(uint_mask(pixels.visible),
+                                        lanes::colour_of(value, load_albedo(part, pixels)), colour);
                     }
                     store(colour, colours + i);
                 }
@@ -251,10 +258,15 @@ HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
 void shade_camera_part(const PixelPart& part) {
     shade_part(part, [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels, std::uint32_t*)
                          HWY_ATTR {
-                             const V3 dir = directions_of(part, pixels);
-                             const SurfaceLanes s = load_surfaces(part, pixels, dir);
-                             return lit_intensity(abs(dot_of(s.normal, unit_of(dir))));
+                             const lanes::Float3 dir = directions_of(part, pixels);
+                             const lanes::Surface s = load_surfaces(part, pixels, dir);
+                             return lanes::lit_intensity(abs(dot3(s.normal, unit(dir))));
                          });
+}
+
+HWY_INLINE DirectionLanes shadow_rays(const lanes::Surface& s, const lanes::Float3& light) {
+    const lanes::Float3 dir = shadow_direction(s, light);
+    return {canonical_direction(dir), lanes::power_of_two_below(largest_component(dir))};
 }
 
 bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, float* lit) {
@@ -264,17 +276,18 @@ bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, flo
         SharedOriginRays& to = rays[index / kBlockRays];
         for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
             const PixelLanes pixels = load_pixels(part, block, i);
-            V3 dir{splat(0.0f), splat(0.0f), splat(0.0f)};
+            lanes::Float3 dir(vec3(0.0f));
             FloatVec tfar = splat(-1.0f);
             FloatVec intensity = splat(0.0f);
-            if (!none(pixels.seen)) {
-                const SurfaceLanes s = load_surfaces(part, pixels, directions_of(part, pixels));
-                const V3 to_light = minus(splat3(part.params.light), s.point);
-                const Mask traced = pixels.seen & (dot_of(s.normal, to_light) > splat(0.0f));
-                const DirectionLanes ray = shadow_rays(s, to_light, part.params.light);
+            if (!none(pixels.visible)) {
+                const lanes::Surface s = load_surfaces(part, pixels, directions_of(part, pixels));
+                const lanes::Float3 light(part.params.light);
+                const Mask traced = pixels.visible & faces_light(s, light);
+                const DirectionLanes ray = shadow_rays(s, light);
                 dir = select(traced, ray.dir, dir);
                 tfar = select(traced, ray.tfar, tfar);
-                intensity = lit_intensity(max(dot_of(s.normal, unit_of(to_light)), splat(0.0f)));
+                intensity =
+                    lanes::lit_intensity(max(dot3(s.normal, unit(light - s.point)), zero()));
                 any = any || !none(traced);
             }
             store(dir.x, to.dir[0] + i);
@@ -293,13 +306,29 @@ void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded, 
                          std::uint32_t* occlusion) HWY_ATTR {
         const std::uint32_t index = block.ray_index(part) + i;
         const UintVec is_occluded = hn::PromoteTo(kUints, hn::LoadU(bytes, occluded + index));
-        store(zero_unless(uint_mask(pixels.seen), is_occluded), occlusion);
+        store(zero_unless(uint_mask(pixels.visible), is_occluded), occlusion);
         const auto is_lit = float_mask(is_occluded == splat(0u));
-        return select(is_lit, load_unaligned(lit + index), splat(0.125f));
+        return select(is_lit, load_unaligned(lit + index), splat(kUnlitIntensity));
     });
 }
 
-/// What comes first of a ray, and what comes last.
+/// ao_ray() of the surfaces that pixels (x, y) show, without the origin.
+HWY_INLINE DirectionLanes ao_rays(const lanes::Surface& s, UintVec x, UintVec y,
+                                  std::uint32_t sample, float tfar) {
+    UintVec seed = lanes::ao_seed(x, y, mix_bits(sample));
+    lanes::Float3 drawn = s.normal;
+    FloatVec length2 = zero();
+    Mask more = length2 == length2;
+    for (std::uint32_t attempt = 0; attempt < kAoAttempts && !none(more); ++attempt) {
+        drawn = select(more, lanes::draw_point(seed), drawn);
+        length2 = select(more, ball_length2(drawn), length2);
+        more = length2 == 0.0f;
+    }
+    const lanes::Float3 dir = ao_direction(s, drawn, length2);
+    return {canonical_direction(dir), tfar * lanes::power_of_two_below(largest_component(dir))};
+}
+
+/// The first or the last 16 bytes of a Ray.
 struct alignas(16) HalfRay {
     float words[4];
 };
@@ -311,22 +340,23 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
     for_each_block(part, [&](const PixelBlock& block) HWY_ATTR {
         for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
             const PixelLanes pixels = load_pixels(part, block, i);
-            const std::uint32_t seen = bits_of(pixels.seen);
-            if (seen == 0) continue;
-            const SurfaceLanes s = load_surfaces(part, pixels, directions_of(part, pixels));
-            const V3 org = off_surfaces(s, s.size);
+            const std::uint32_t visible = bits_of(pixels.visible);
+            if (visible == 0) continue;
+            const lanes::Surface s = load_surfaces(part, pixels, directions_of(part, pixels));
+            const lanes::Float3 org = off_surface(s, s.size);
             alignas(64) HalfRay starts[kBlockRays], ends[kBlockRays];
             hn::StoreInterleaved4(org.x, org.y, org.z, splat(0.0f), kFloats, starts[0].words);
             const std::size_t begin = rays.size();
-            const auto seen_count = static_cast<std::size_t>(hwy::PopCount(std::uint64_t{seen}));
-            rays.resize(begin + seen_count * count);
+            const auto visible_count =
+                static_cast<std::size_t>(hwy::PopCount(std::uint64_t{visible}));
+            rays.resize(begin + visible_count * count);
             for (std::uint32_t sample = 0; sample < count; ++sample) {
                 const DirectionLanes ray =
                     ao_rays(s, pixels.x, pixels.y, sample, part.params.ao_tfar);
                 hn::StoreInterleaved4(ray.dir.x, ray.dir.y, ray.dir.z, ray.tfar, kFloats,
                                       ends[0].words);
                 std::size_t at = begin + sample;
-                for (std::uint32_t left = seen; left != 0; left &= left - 1, at += count) {
+                for (std::uint32_t left = visible; left != 0; left &= left - 1, at += count) {
                     const std::size_t lane = hwy::Num0BitsBelowLS1Bit_Nonzero32(left);
                     const HalfRay both[2] = {starts[lane], ends[lane]};
                     std::memcpy(&rays[at], both, sizeof both);
@@ -341,12 +371,12 @@ void shade_ao_of_part(const PixelPart& part, const std::uint8_t* occluded) {
     const FloatVec per_ray = splat(rcp(static_cast<float>(count)));
     shade_part(part, [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels,
                          std::uint32_t* occlusion) HWY_ATTR {
-        for (std::uint32_t left = bits_of(pixels.seen); left != 0; left &= left - 1) {
+        for (std::uint32_t left = bits_of(pixels.visible); left != 0; left &= left - 1) {
             std::uint32_t& sum = occlusion[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
             for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
         }
         const UintVec open = splat(count) - load(occlusion);
-        return hn::ConvertTo(kFloats, hn::BitCast(kInts, open)) * per_ray;
+        return lanes::to_float(open) * per_ray;
     });
 }
 

@@ -1,4 +1,4 @@
-// What comes after the hits of a camera's rays: surfaces, the rays that start there, and colours.
+// From the hits of camera rays to surfaces, secondary rays and colours, with SIMD.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,7 @@
 
 namespace morphray::cpu {
 
-/// Some of an image's pixels whose camera rays have been answered: the hits of the frame are
-/// there, occlusion and pixels are about to be.
+/// A part of an image. The frame has the hits of its camera rays; occlusion and pixels are written.
 struct PixelPart {
     const ImageParams& params;
     const ShadedMesh& mesh;
@@ -21,35 +20,34 @@ struct PixelPart {
     Frame& frame;
 };
 
-/// Pixels in blocks of 4 x 4 with the bits of surface_at(), shadow_ray(), ao_ray() and shade(),
-/// which vectors of them go through operation by operation. Threads may share one; each call is
-/// about pixels that nobody else is writing.
+/// Shades pixels in blocks of 4 x 4 with the bits of surface_at(), shadow_ray(), ao_ray() and
+/// shade(). Threads may share one if their parts do not overlap.
 class PixelShader {
 public:
     explicit PixelShader(SimdTarget target);
 
-    /// Colours by a light at the eye; occlusion becomes 0. Any part.
+    /// Writes the colours under a light at the eye, and occlusion 0. The part may have any size.
     void shade_camera(const PixelPart& part) const { shade_camera_(part); }
 
-    /// The shadow rays of a part of at most kLightPacketSide x kLightPacketSide pixels, indices as
-    /// by light_packet_ray(); of `lit`, by the same indices, what shade_shadows() wants to know.
-    /// Blocks that have no pixel of the part are left alone. Returns whether there is a ray.
+    /// Makes the shadow rays of a part of at most kLightPacketSide x kLightPacketSide pixels,
+    /// indices as by light_packet_ray(), and sets `lit` for shade_shadows(), with the same indices.
+    /// Blocks without a pixel of the part are not written. Returns whether there is a ray.
     bool make_shadow_rays(const PixelPart& part, SharedOriginRays* rays, float* lit) const {
         return make_shadow_rays_(part, rays, lit);
     }
 
-    /// Occlusion and colours, given for each of these rays 0 if it hits nothing, else 1.
+    /// Writes occlusion and colours; occluded[i] is 0 if ray i hits nothing, else 1.
     void shade_shadows(const PixelPart& part, const std::uint8_t* occluded,
                        const float* lit) const {
         shade_shadows_(part, occluded, lit);
     }
 
-    /// The ambient-occlusion rays of a part, ao_count for each hit, one after the other.
+    /// Makes the ambient-occlusion rays of a part: ao_count for each hit, one after the other.
     void make_ao_rays(const PixelPart& part, std::vector<Ray>& rays) const {
         make_ao_rays_(part, rays);
     }
 
-    /// Occlusion and colours, given for each of these rays 0 if it hits nothing, else 1.
+    /// Writes occlusion and colours; occluded[i] is 0 if ray i hits nothing, else 1.
     void shade_ao(const PixelPart& part, const std::uint8_t* occluded) const {
         shade_ao_(part, occluded);
     }

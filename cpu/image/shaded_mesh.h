@@ -8,7 +8,7 @@
 
 namespace morphray::cpu {
 
-/// What shading needs besides hits.
+/// The mesh that shading takes surfaces and albedos from.
 struct ShadedMesh {
     const Topology* topology;
     std::span<const vec3> positions;

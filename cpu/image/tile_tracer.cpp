@@ -7,8 +7,8 @@
 namespace morphray::cpu {
 namespace {
 
-/// Of ambient-occlusion rays that are traced together, so that they stay in the cache; a block's
-/// may be more.
+/// At most so many ambient-occlusion rays are traced together, so that they stay in the cache,
+/// unless one block has more.
 constexpr std::uint32_t kMostAoRays = 1024;
 
 void trace_shadows(const TileTracer& tracer, const PixelPart& part) {

@@ -1,4 +1,4 @@
-// Packets where rays share an origin, single rays with SIMD where they do not.
+// Tiles of an image: packets where rays share an origin, the single-ray tracer elsewhere.
 #pragma once
 
 #include <tbb/enumerable_thread_specific.h>
@@ -32,11 +32,11 @@ public:
 
     void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                 std::span<std::uint8_t> occluded) const {
-        std::array<std::uint16_t, kLightPacketRays> left;
+        std::array<std::uint16_t, kLightPacketRays> fallback;
         const std::size_t count =
-            packets_.occluded_shared_origin(org, rays, scratch(), occluded.data(), left.data());
+            packets_.occluded_shared_origin(org, rays, scratch(), occluded.data(), fallback.data());
         if (count != 0)
-            occluded_among(single_rays_, org, rays, std::span(left).first(count), occluded);
+            occluded_among(single_rays_, org, rays, std::span(fallback).first(count), occluded);
     }
 
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
@@ -47,7 +47,7 @@ public:
     }
 
 private:
-    /// One a thread: a packet is too large to be made for each tile.
+    /// One for each thread: a packet is too large to be made for each tile.
     Packet& scratch() const {
         std::unique_ptr<Packet>& packet = packets_of_threads_.local();
         if (packet == nullptr) packet = std::make_unique<Packet>();
@@ -60,7 +60,7 @@ private:
     mutable tbb::enumerable_thread_specific<std::unique_ptr<Packet>> packets_of_threads_;
 };
 
-/// As trace_tile() of other tracers, with the same bits; SIMD also for what comes after the hits.
+/// trace_tile() of image_tracer.h with the same bits, also shading with SIMD.
 void trace_tile(const TileTracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame);
 

@@ -275,7 +275,7 @@ private:
             const TriangleLanes triangles = winning_triangles(packet_, candidates, lanes);
             FloatVec dir[3];
             directions_of(packet_.camera, load(rays), dir);
-            RuleHits hit;
+            lanes::TriangleHit hit;
             PacketRule(packet_.frame.org, dir).intersect(triangles, splat(kInfiniteT), lanes, hit);
             Hit hits[kLanes];
             hn::StoreInterleaved4(hit.t, hit.u, hit.v, as_float(triangles.prim_ids), kFloats,

@@ -70,7 +70,7 @@ private:
         const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
         const TriangleLanes asked = winning_triangles(packet_, triangles, lanes);
         const FloatVec no_end = splat(kInfiniteT);
-        RuleHits hit;
+        lanes::TriangleHit hit;
         std::uint32_t hits = bits_of(rule.intersect(asked, no_end, lanes, hit));
         const UintVec none = splat(kNoCandidate);
         std::uint32_t rivals = hits & bits_of(float_mask(load(candidates) != none));
@@ -78,7 +78,7 @@ private:
         alignas(64) std::uint32_t ids[kLanes], best_ids[kLanes];
         if (rivals != 0) {
             const TriangleLanes best = winning_triangles(packet_, candidates, rivals);
-            RuleHits best_hit;
+            lanes::TriangleHit best_hit;
             rule.intersect(best, no_end, rivals, best_hit);
             store(best_hit.t, best_t);
             store(best.prim_ids, best_ids);
@@ -91,7 +91,7 @@ private:
         store(splat(1.0f) / (hit.t * z), q);
         for (; hits != 0; hits &= hits - 1) {
             const auto l = static_cast<std::uint32_t>(__builtin_ctz(hits));
-            if ((rivals >> l & 1) != 0 && !wins(t[l], ids[l], best_t[l], best_ids[l])) continue;
+            if ((rivals >> l & 1) != 0 && !is_closer(t[l], ids[l], best_t[l], best_ids[l])) continue;
             const std::uint32_t ray = rays[l];
             packet_.q_lower[ray] = q[l] * (1 - 0x1p-16f);
             packet_.q_upper[ray] = q[l] * (1 + 0x1p-16f);

@@ -301,7 +301,7 @@ private:
             gather_rays(packet_, static_cast<std::uint32_t>(place - place % kBlockRays), rays);
             load_rays(rays, place % kBlockRays, dir, tfar);
         }
-        RuleHits hits;
+        lanes::TriangleHit hits;
         return bits_of(PacketRule(packet_.frame.org, dir)
                            .intersect(same_triangle(leaf, i), tfar, lanes, hits));
     }

@@ -15,8 +15,8 @@
 #include <cstring>
 
 #include "cpu/packet/packet.h"
-#include "cpu/simd/exact_hit_rule-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -106,19 +106,19 @@ HWY_INLINE void add_hit_leaf(Packet& packet, const Leaf& leaf) {
 class PacketRule {
 public:
     HWY_INLINE PacketRule(vec3 origin, const FloatVec (&dir)[3]) {
-        const FloatVec org[3] = {splat(origin.x), splat(origin.y), splat(origin.z)};
-        rays_ = shear_rays(org, dir);
+        rays_ = lanes::shear_ray(lanes::Float3(origin), lanes::Float3(dir));
     }
 
     /// Which of some lanes are hit up to tfar, and where.
     HWY_INLINE Mask intersect(const TriangleLanes& triangles, FloatVec tfar, std::uint32_t lanes,
-                              RuleHits& hits) const {
-        return intersect_triangles(rays_, mask_of(lanes), zero(), tfar, triangles.corner[0],
-                                   triangles.corner[1], triangles.corner[2], hits);
+                              lanes::TriangleHit& hits) const {
+        return intersect_triangles(
+            rays_, mask_of(lanes), zero(), tfar, lanes::Float3(triangles.corner[0]),
+            lanes::Float3(triangles.corner[1]), lanes::Float3(triangles.corner[2]), hits);
     }
 
 private:
-    ShearedRays rays_;
+    lanes::ShearedRay rays_;
 };
 
 }  // namespace HWY_NAMESPACE

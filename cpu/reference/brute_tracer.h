@@ -8,8 +8,8 @@
 
 namespace morphray::cpu {
 
-/// Closest and any hit over a mesh (positions in scene space) that outlives it. Threads may share
-/// one.
+/// Finds closest and any hits over a mesh (positions in scene space) that outlives it. Threads may
+/// share one.
 class BruteTracer {
 public:
     BruteTracer(const Topology& topology, std::span<const vec3> positions)

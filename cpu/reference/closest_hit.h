@@ -1,4 +1,4 @@
-// The running answer of a closest-hit query over any sequence of triangles.
+// The closest hit of a ray over any sequence of triangles.
 #pragma once
 
 #include "common/interop/hit_rule.h"
@@ -14,13 +14,13 @@ public:
         TriangleHit hit;
         if (may_hit_triangle(sheared_, a, b, c) &&
             intersect_triangle(sheared_, tnear_, tfar_, a, b, c, hit) &&
-            wins(hit.t, prim_id, t_, hit_.prim_id)) {
+            is_closer(hit.t, prim_id, t_, hit_.prim_id)) {
             t_ = hit.t;
             hit_ = make_hit(hit, prim_id);
         }
     }
 
-    /// A box entered later than this holds nothing that could win.
+    /// A box entered later than this holds no closer hit.
     float t() const { return t_; }
     Hit hit() const { return hit_; }
 
@@ -32,7 +32,7 @@ private:
     Hit hit_ = no_hit();
 };
 
-/// Whether the ray hits this triangle at all.
+/// Whether the ray hits this triangle.
 inline bool hits_triangle(const ShearedRay& sheared, const Ray& ray, vec3 a, vec3 b, vec3 c) {
     TriangleHit hit;
     return may_hit_triangle(sheared, a, b, c) &&

@@ -13,7 +13,8 @@ struct Entry {
     std::uint32_t child;
 };
 
-/// Children still to visit, nearest on top. The builder bounds the depth, and with it the size.
+/// Children still to visit, nearest on top. The size is bounded because the builder bounds the
+/// depth.
 class Stack {
 public:
     Stack() { entries_[0] = {0, 0}; }
@@ -51,10 +52,9 @@ template <class Visit>
 void for_each_triangle(const Leaf& leaf, Visit visit) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     for (std::uint32_t i = 0; i < count; ++i) {
-        const std::uint32_t corners = leaf.vertex[i].corners;
-        if (!visit(position(leaf.vertex[corner(corners, 0)]),
-                   position(leaf.vertex[corner(corners, 1)]),
-                   position(leaf.vertex[corner(corners, 2)]), leaf.prim_id[i])) {
+        const std::uint32_t local = leaf.vertex[i].corners;
+        if (!visit(position(leaf.vertex[corner(local, 0)]), position(leaf.vertex[corner(local, 1)]),
+                   position(leaf.vertex[corner(local, 2)]), leaf.prim_id[i])) {
             return;
         }
     }

@@ -1,5 +1,5 @@
-// Single rays over the shared layout, in portable C++: the reference that every faster tracer is
-// held against, and the fallback where none of them runs.
+// Single rays over the shared layout, in portable C++: the reference for tests of all faster
+// tracers.
 #pragma once
 
 #include "common/bvh/bvh.h"
@@ -7,7 +7,7 @@
 
 namespace morphray::cpu {
 
-/// Closest and any hit over a tree that outlives it. Threads may share one.
+/// Finds closest and any hits over a tree that outlives it. Threads may share one.
 class ScalarTracer {
 public:
     explicit ScalarTracer(const Bvh& bvh) : bvh_(&bvh) {}

@@ -1,22 +1,26 @@
 // One ray against the triangles of a leaf, by the hit rule and with its bits.
 //
-// The plain path goes first, in the operations of project_fast and fast_edges. A triangle is left
-// out if may_be_inside is false, or if its hit would certainly lie behind the ray's origin, which
-// is so for the triangle that a secondary ray starts from, the most frequent one of all. For those
-// that are left the plain path answers where it may, then the exact one.
+// 1. The fast path projects the vertices and computes the edge functions of all triangles.
+// 2. A triangle is skipped if may_be_inside is false, or if its hit would certainly lie behind the
+//    ray's origin. The second holds for the triangle that a secondary ray starts from, the most
+//    frequent one of all.
+// 3. The fast path answers for those of the others that it is certain of, the exact path for the
+//    rest.
 //
-// Behind the origin (proofs/near.g). Let e be the triangle's edge functions as fast_edges gives
-// them, bound as there, z the vertices' z, Z the largest |z|, S the sum of the |e|, and N = sum of
-// |e| * z. Let E be the magnitudes of the accurate edge functions, |E - |e|| <= bound. A hit has a
-// z of certain sign (docs/design/arithmetic.md, "In front"), so that sum of E * z has the sign of
-// dir.z. But
-//     sum of E * z <= N + 3 bound Z,
-// and N as computed is off by at most 3 * 2^-24 S Z. So if N + Z * (kBehindError S + 4 bound) is
-// negative, a ray with a positive direction along z does not hit the triangle; with a negative
-// direction the same holds for -z. N is below 2^127 for vertices within kSceneExtent and any
-// origin. Products may underflow here, unlike in the rule: three in N, by 2^-126 each, and in the
-// right side kBehindError S and the product with Z, of which the first does not matter to a bound
-// of at least 2^-97. So kBehindUnderflow is added.
+// Behind the origin (proofs/near.g). Names: e the edge functions of fast_edges and bound as there;
+// E the magnitudes of the exact edge functions; z the vertices' z; Z = depth_size; S the sum of the
+// |e|; n the sum of |e| * z.
+// 1. |E - |e|| <= bound for each of the three.
+// 2. A hit has a z of certain sign (docs/design/arithmetic.md, "In front"), so the sum of E * z has
+//    the sign of dir.z.
+// 3. By step 1, the sum of E * z <= n + 3 bound Z.
+// 4. n as computed is off by at most 3 * 2^-24 S Z. It is below 2^127 for vertices within
+//    kSceneExtent and any origin.
+// 5. So a ray with positive dir.z misses if n + Z * (kBehindError S + 4 bound) is negative; for
+//    negative dir.z the same holds with -z.
+// 6. Unlike in the rule, products may underflow: three in n, by 2^-126 each, and kBehindError S and
+//    the product with Z in step 5. kBehindError S does not matter to a bound of at least 2^-97;
+//    kBehindUnderflow is added for the others.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_LEAF_HIT_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_LEAF_HIT_RULE_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_LEAF_HIT_RULE_INL_H
@@ -30,7 +34,7 @@
 
 #include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
-#include "cpu/simd/exact_hit_rule-inl.h"
+#include "cpu/simd/lanes-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
@@ -69,90 +73,94 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
 
 #else
 
-/// The leaf's vertices as the ray sees them, and the |x| + |y| of the plain path.
+/// The projected vertices of a leaf, and projected_size() of them on the fast path.
 struct LeafPoints {
     VertexValues x;
     VertexValues y;
     VertexValues z;
     VertexValues size;
+
+    HWY_INLINE void set(std::size_t v, const lanes::Float3& p) {
+        x.set(v, p.x);
+        y.set(v, p.y);
+        z.set(v, p.z);
+    }
+    HWY_INLINE lanes::Float3 look_up(const LaneLookup& places) const {
+        return {x.look_up(places), y.look_up(places), z.look_up(places)};
+    }
 };
 
-HWY_INLINE LeafPoints project_leaf_fast(const RuleRays& ray, const LeafLanes& lanes) {
+HWY_INLINE LeafPoints project_leaf_fast(const lanes::ShearedRay& ray, const LeafLanes& leaf) {
     LeafPoints points;
     for (std::size_t v = 0; v < kVectors; ++v) {
-        const FloatVec vertices[3] = {lanes.x[v], lanes.y[v], lanes.z[v]};
-        const RulePoints p = project_points_fast(ray, vertices);
-        points.x.set(v, p.x);
-        points.y.set(v, p.y);
-        points.z.set(v, p.z);
-        points.size.set(v, abs(p.x) + abs(p.y));
+        const lanes::Float3 p = lanes::project_rotated_fast(ray, {leaf.x[v], leaf.y[v], leaf.z[v]});
+        points.set(v, p);
+        points.size.set(v, lanes::projected_size(p));
     }
     return points;
 }
 
 /// A vector of triangles as the ray sees them.
 struct FilteredTriangles {
-    RuleEdges edges;
+    lanes::Edges edges;
     FloatVec za;
     FloatVec zb;
     FloatVec zc;
 };
 
-/// fast_edges, with the sizes of the vertices taken from where they are.
-HWY_INLINE FilteredTriangles fast_triangles(const LeafPoints& points, const CornerGathers& at) {
-    const FloatVec ax = points.x.look_up(at.a), ay = points.y.look_up(at.a);
-    const FloatVec bx = points.x.look_up(at.b), by = points.y.look_up(at.b);
-    const FloatVec cx = points.x.look_up(at.c), cy = points.y.look_up(at.c);
-    FilteredTriangles t;
-    t.za = points.z.look_up(at.a);
-    t.zb = points.z.look_up(at.b);
-    t.zc = points.z.look_up(at.c);
-    measure_depths(t.za, t.zb, t.zc, t.edges);
+/// fast_edges(), with the sizes of the vertices looked up instead of computed for each triangle.
+HWY_INLINE FilteredTriangles fast_triangles(const LeafPoints& points, const VertexLookups& at) {
+    const lanes::Float3 a = points.look_up(at.a);
+    const lanes::Float3 b = points.look_up(at.b);
+    const lanes::Float3 c = points.look_up(at.c);
+    FilteredTriangles t{{}, a.z, b.z, c.z};
+    lanes::measure_depth(a.z, b.z, c.z, t.edges);
     const FloatVec m =
         sum3(points.size.look_up(at.a), points.size.look_up(at.b), points.size.look_up(at.c));
-    t.edges.bound = edge_bounds(m, t.edges.depth_size);
-    t.edges.u = difference(bx, cy, by, cx);
-    t.edges.v = difference(cx, ay, cy, ax);
-    t.edges.w = difference(ax, by, ay, bx);
+    t.edges.bound = lanes::edge_bound(m, t.edges.depth_size);
+    t.edges.u = lanes::fast_edge(b, c);
+    t.edges.v = lanes::fast_edge(c, a);
+    t.edges.w = lanes::fast_edge(a, b);
     return t;
 }
 
-// More than what underflow takes from the products there: 2^-120.
+// More than what underflow takes from the products: 2^-120.
 inline constexpr float kBehindUnderflow = 0x1p-120f;
 
-/// Which of the triangles may be hit; dz of the ray.
+/// The triangles that a ray with this dir.z may hit.
 HWY_INLINE Mask possible_lanes(const FilteredTriangles& t, FloatVec dz) {
-    const RuleEdges& e = t.edges;
+    const lanes::Edges& e = t.edges;
     const FloatVec au = abs(e.u), av = abs(e.v), aw = abs(e.w);
     // Fused or not: this decides no hit.
     const FloatVec n = mul_add(aw, t.zc, mul_add(av, t.zb, au * t.za));
-    const FloatVec error = mul_add(splat(kBehindError), sum3(au, av, aw), splat(4.0f) * e.bound);
+    const FloatVec error = mul_add(splat(kBehindError), sum3(au, av, aw), 4.0f * e.bound);
     const FloatVec slack = mul_add(e.depth_size, error, splat(kBehindUnderflow));
     const FloatVec away = dz & splat(-0.0f);
-    return may_be_inside_lanes(e) & ((n ^ away) >= -slack);
+    return lanes::may_be_inside(e) & ((n ^ away) >= -slack);
 }
 
-/// The lanes of vector v that are triangles.
-HWY_INLINE Mask used_lanes(UintVec corners, std::size_t v) {
-    return float_mask(slots_of_vector(v) < shift_right<24>(corners));
+/// The lanes of vector v that hold triangles.
+HWY_INLINE Mask used_lanes(UintVec local_vertices, std::size_t v) {
+    return float_mask(slots_of_vector(v) < shift_right<24>(local_vertices));
 }
 
-HWY_INLINE Mask finite_lanes(const LeafLanes& lanes, const CornerGathers& at) {
+HWY_INLINE Mask finite_lanes(const LeafLanes& vertices, const VertexLookups& at) {
     VertexValues x;
-    for (std::size_t v = 0; v < kVectors; ++v) x.set(v, lanes.x[v]);
-    return finite_triangles(x.look_up(at.a), x.look_up(at.b), x.look_up(at.c));
+    for (std::size_t v = 0; v < kVectors; ++v) x.set(v, vertices.x[v]);
+    return lanes::finite_coordinates(x.look_up(at.a), x.look_up(at.b), x.look_up(at.c));
 }
 
-/// visit(slot, hit) for these lanes of vector v, until it returns true; whether it did.
+/// Calls visit(slot, hit) for these lanes of vector v until it returns true; whether it did.
 template <class Visit>
-HWY_INLINE bool visit_lanes(std::size_t v, Mask lanes, const RuleHits& hits, Visit& visit) {
+HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHit& hits,
+                            Visit& visit) {
     HWY_ALIGN float t[kLanes];
     HWY_ALIGN float u[kLanes];
     HWY_ALIGN float w[kLanes];
     store(hits.t, t);
     store(hits.u, u);
     store(hits.v, w);
-    for (std::uint32_t bits = bits_of(lanes); bits != 0; bits &= bits - 1) {
+    for (std::uint32_t bits = bits_of(visited); bits != 0; bits &= bits - 1) {
         const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
         const auto first = static_cast<std::uint32_t>(v * kLanes);
         if (visit(slot_of_lane(first + i), TriangleHit{t[i], u[i], w[i]})) return true;
@@ -160,33 +168,29 @@ HWY_INLINE bool visit_lanes(std::size_t v, Mask lanes, const RuleHits& hits, Vis
     return false;
 }
 
-/// The exact path for the triangles of these lanes.
+/// The exact path for the triangles that are uncertain, as bits.
 template <class Visit>
 HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ray, float tfar,
-                                         const Leaf& leaf, std::uint32_t open, Visit visit) {
-    const LeafLanes lanes = load_leaf(leaf, stream.axis[ray]);
-    const RuleRays rays = rule_ray(stream, ray);
+                                         const Leaf& leaf, std::uint32_t uncertain, Visit visit) {
+    const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
+    const lanes::ShearedRay s = sheared_ray(stream, ray);
     LeafPoints points;
     for (std::size_t v = 0; v < kVectors; ++v) {
-        const FloatVec vertices[3] = {lanes.x[v], lanes.y[v], lanes.z[v]};
-        const RulePoints p = project_points(rays, vertices);
-        points.x.set(v, p.x);
-        points.y.set(v, p.y);
-        points.z.set(v, p.z);
+        points.set(v, lanes::project_rotated(s, {vertices.x[v], vertices.y[v], vertices.z[v]}));
     }
     for (std::size_t v = 0; v < kVectors; ++v) {
-        const std::uint32_t bits = open >> (v * kLanes) & kLaneBits;
+        const std::uint32_t bits = uncertain >> (v * kLanes) & kLaneBits;
         if (bits == 0) continue;
-        const CornerGathers at(lanes.corners[v]);
-        const RulePoints a{points.x.look_up(at.a), points.y.look_up(at.a), points.z.look_up(at.a)};
-        const RulePoints b{points.x.look_up(at.b), points.y.look_up(at.b), points.z.look_up(at.b)};
-        const RulePoints c{points.x.look_up(at.c), points.y.look_up(at.c), points.z.look_up(at.c)};
-        RuleHits hit;
-        Mask hits = exact_hits(rays, exact_edge_functions(a, b, c), a.z, b.z, c.z, hit);
-        hits = hits & in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
+        const VertexLookups at(vertices.local_vertices[v]);
+        const lanes::Float3 a = points.look_up(at.a);
+        const lanes::Float3 b = points.look_up(at.b);
+        const lanes::Float3 c = points.look_up(at.c);
+        lanes::TriangleHit hit;
+        Mask hits = lanes::exact_hit(s, lanes::exact_edges(a, b, c), a.z, b.z, c.z, hit);
+        hits = hits & lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
         hits = hits & mask_of(bits);
         if (none(hits)) continue;
-        if (visit_lanes(v, hits & finite_lanes(lanes, at), hit, visit)) return true;
+        if (visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit)) return true;
     }
     return false;
 }
@@ -196,26 +200,27 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
 template <class Visit>
 HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
                                const Leaf& leaf, Visit visit) {
-    const LeafLanes lanes = load_leaf(leaf, stream.axis[ray]);
-    const RuleRays rays = rule_ray(stream, ray);
-    const LeafPoints points = project_leaf_fast(rays, lanes);
-    std::uint32_t open = 0;
+    const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
+    const lanes::ShearedRay s = sheared_ray(stream, ray);
+    const LeafPoints points = project_leaf_fast(s, vertices);
+    std::uint32_t uncertain = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
-        const CornerGathers at(lanes.corners[v]);
+        const VertexLookups at(vertices.local_vertices[v]);
         const FilteredTriangles t = fast_triangles(points, at);
-        const Mask possible = possible_lanes(t, rays.dir[2]) & used_lanes(lanes.corners[v], v);
+        const Mask possible =
+            possible_lanes(t, s.dir.z) & used_lanes(vertices.local_vertices[v], v);
         if (none(possible)) continue;
-        RuleHits hit;
-        const Mask certain = weighted_hits(rays, t.edges, t.za, t.zb, t.zc, hit);
-        const Mask sure = certain & surely_inside_lanes(rays, t.edges);
-        const Mask reached = in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
-        const Mask hits = possible & sure & reached;
-        if (!none(hits) && visit_lanes(v, hits & finite_lanes(lanes, at), hit, visit)) {
+        lanes::TriangleHit hit;
+        const Mask is_certain = lanes::weighted_hit(s, t.edges, t.za, t.zb, t.zc, hit);
+        const Mask is_hit = is_certain & lanes::surely_inside(s, t.edges);
+        const Mask reached = lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
+        const Mask hits = possible & is_hit & reached;
+        if (!none(hits) && visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit)) {
             return true;
         }
-        open |= bits_of(and_not(sure, possible)) << (v * kLanes);
+        uncertain |= bits_of(and_not(is_hit, possible)) << (v * kLanes);
     }
-    return open != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, open, visit);
+    return uncertain != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, uncertain, visit);
 }
 
 #endif  // HWY_TARGET

@@ -25,8 +25,8 @@ HWY_INLINE vec3 leaf_position(const Leaf& leaf, std::uint32_t triangle, uint i) 
 
 // A vector load of a leaf brings kBlocks whole vertices, one to a block of 4 lanes. Four loads are
 // transposed within the blocks, which is cheap on every target, so slots are not in order: lane i
-// of vector v holds slot kLanes * v + kBlocks * (i % 4) + i / 4. For triangles likewise, because
-// their corners stand in the vertices.
+// of vector v holds slot kLanes * v + kBlocks * (i % 4) + i / 4. Triangles have the same order,
+// because their local vertex indices are stored with the vertices.
 inline constexpr std::uint32_t kBlocks = kLanes / 4;
 
 /// The slot of lane i of vector v, for lane = v * kLanes + i.
@@ -43,19 +43,20 @@ HWY_INLINE UintVec slots_of_vector(std::size_t v) {
     return in_block * splat(kBlocks) + block + splat(static_cast<std::uint32_t>(v * kLanes));
 }
 
-/// For each axis, which bytes of a vertex (x, y, z, corners) rotate_axes makes x, y and z.
+/// For each axis, the bytes of a vertex (x, y, z, local vertex indices) in the order of
+/// rotate_axes.
 alignas(16) inline constexpr std::uint8_t kRotations[3][16] = {
     {4, 5, 6, 7, 8, 9, 10, 11, 0, 1, 2, 3, 12, 13, 14, 15},
     {8, 9, 10, 11, 0, 1, 2, 3, 4, 5, 6, 7, 12, 13, 14, 15},
     {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15},
 };
 
-/// The vertices of a leaf with rotated axes, and the corners of its triangles.
+/// The vertices of a leaf with rotated axes, and the local vertex indices of its triangles.
 struct LeafLanes {
     FloatVec x[kVectors];
     FloatVec y[kVectors];
     FloatVec z[kVectors];
-    UintVec corners[kVectors];
+    UintVec local_vertices[kVectors];
 };
 
 HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
@@ -69,7 +70,7 @@ HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
     const auto upper = [](FloatVec a, FloatVec b) {
         return hn::BitCast(PairTag(), hn::InterleaveUpper(kFloats, a, b));
     };
-    LeafLanes lanes;
+    LeafLanes out;
     for (std::size_t v = 0; v < kVectors; ++v) {
         FloatVec row[4];
         for (std::size_t i = 0; i < 4; ++i) {
@@ -81,12 +82,12 @@ HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
         const PairVec xy23 = lower(row[2], row[3]);
         const PairVec zc01 = upper(row[0], row[1]);
         const PairVec zc23 = upper(row[2], row[3]);
-        lanes.x[v] = as_float(hn::InterleaveLower(kPairs, xy01, xy23));
-        lanes.y[v] = as_float(hn::InterleaveUpper(kPairs, xy01, xy23));
-        lanes.z[v] = as_float(hn::InterleaveLower(kPairs, zc01, zc23));
-        lanes.corners[v] = as_uint(hn::InterleaveUpper(kPairs, zc01, zc23));
+        out.x[v] = as_float(hn::InterleaveLower(kPairs, xy01, xy23));
+        out.y[v] = as_float(hn::InterleaveUpper(kPairs, xy01, xy23));
+        out.z[v] = as_float(hn::InterleaveLower(kPairs, zc01, zc23));
+        out.local_vertices[v] = as_uint(hn::InterleaveUpper(kPairs, zc01, zc23));
     }
-    return lanes;
+    return out;
 }
 
 /// A value for each vertex slot: in vectors, or in memory where permuting those does not pay.
@@ -106,33 +107,34 @@ private:
     HWY_ALIGN float table_[kLeafVertices];
 };
 
-/// For the three corners of a vector of triangles.
-struct CornerGathers {
+/// Looks up values for the three vertices of a vector of triangles.
+struct VertexLookups {
     LaneLookup a;
     LaneLookup b;
     LaneLookup c;
 
-    HWY_INLINE explicit CornerGathers(UintVec corners) : CornerGathers(places_of(corners), 0) {}
+    HWY_INLINE explicit VertexLookups(UintVec local_vertices)
+        : VertexLookups(places_of(local_vertices), 0) {}
 
 private:
-    HWY_INLINE CornerGathers(UintVec places, int)
+    HWY_INLINE VertexLookups(UintVec places, int)
         : a(places & splat(15u)),
           b(shift_right<8>(places) & splat(15u)),
           c(shift_right<16>(places) & splat(15u)) {}
 
-    /// Where VertexValues has the slots in the bytes of `corners`: the inverse of slot_of_lane, for
-    /// all bytes at once.
-    HWY_INLINE static UintVec places_of(UintVec corners) {
-        if constexpr (kVectors > 2) return corners;
+    /// The places in VertexValues of the slots in the bytes: the inverse of slot_of_lane, for all
+    /// bytes at once.
+    HWY_INLINE static UintVec places_of(UintVec slots) {
+        if constexpr (kVectors > 2) return slots;
         constexpr std::uint32_t kBytesOfOne = 0x01010101;
         constexpr int kBlockBits = kVectors == 1 ? 2 : 1;
         constexpr std::uint32_t kVectorBits = kVectors == 1 ? 0 : kLanes;
         const auto bits = [](UintVec v, std::uint32_t mask) {
             return v & splat(mask * kBytesOfOne);
         };
-        const UintVec block = shift_left<2>(bits(corners, kBlocks - 1));
-        const UintVec in_block = bits(shift_right<kBlockBits>(corners), 3);
-        return block | in_block | bits(corners, kVectorBits);
+        const UintVec block = shift_left<2>(bits(slots, kBlocks - 1));
+        const UintVec in_block = bits(shift_right<kBlockBits>(slots), 3);
+        return block | in_block | bits(slots, kVectorBits);
     }
 };
 

@@ -1,19 +1,19 @@
-// Rays against the boxes of a node: one ray against all 16, or many against each.
+// Rays against the boxes of a node: one ray against all 16, or many rays against each.
 //
-// Every box that holds a triangle which the ray hits is met, and entered no later than that hit, as
-// by hits_box; only which of the other boxes are met, and the last bits of where, may differ. A
-// plane is met at fl(plane * rdir - k) with k = fl(fl(org +- D) * rdir), fused or not. In units of
-// 2^-24 E (docs/design/arithmetic.md, "Boxes") and as a distance, that is divided by rdir, it is
-// off by at most
-//
-//     1    the rounding of org +- D
-//     4.7  the reciprocal, 2.31 * 2^-24 of |plane - org| < 2.01 E
-//     1    the product k
-//     1    the product with the plane, unless it is fused
-//     2.1  the difference
-//
-// in all 9.8 < 32, the D/64 that are allowed for there. And k is a constant of the ray and rounding
-// is monotone, so a box within a box is still met within the interval of the other, bit for bit.
+// As with hits_box, every box that holds a triangle which the ray hits is met, and is entered no
+// later than that hit; which other boxes are met and the last bits of t_enter may differ:
+// 1. A plane is met at fl(plane * rdir - k) with k = fl(fl(org +- D) * rdir), fused or not.
+// 2. In units of 2^-24 E (docs/design/arithmetic.md, "Boxes") and as a distance, which is divided
+// by
+//    rdir, that is off by at most
+//        1    the rounding of org +- D
+//        4.7  the reciprocal, 2.31 * 2^-24 of |plane - org| < 2.01 E
+//        1    the product k
+//        1    the product with the plane, unless it is fused
+//        2.1  the difference
+//    in all 9.8 < 32, the D/64 that are allowed for there.
+// 3. k is a constant of the ray and rounding is monotone, so a box within a box is still met within
+//    the interval of the other, bit for bit.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
@@ -71,8 +71,8 @@ HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
     return slots;
 }
 
-/// Which of some rays of the stream (as bits) meet the box in each slot before their tfar; sets one
-/// element for each used slot, and returns how many.
+/// Sets met[slot] to the rays among `rays` (bits) that meet the box in the slot before their tfar,
+/// for each used slot; returns the number of used slots.
 HWY_INLINE std::size_t rays_meeting(const RayStream& stream, std::uint64_t rays, const Node& node,
                                     std::uint64_t* HWY_RESTRICT met) {
     std::size_t count = 0;

@@ -1,6 +1,6 @@
-// What the single-ray tracer takes of rays, computed for a vector of them at a time: setting rays
-// up one by one took a third of the time of ambient-occlusion rays. Then a value is read of as many
-// rays as there are lanes, or broadcast of one.
+// Rays as the single-ray tracer takes them, prepared a vector at a time: preparing them one by one
+// took a third of the time of ambient-occlusion rays. Then a value is loaded for as many rays as
+// there are lanes, or broadcast for one.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H
@@ -14,7 +14,7 @@
 
 #include "common/interop/slab.h"
 #include "common/simd/vectors-inl.h"
-#include "cpu/simd/exact_hit_rule-inl.h"
+#include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -26,12 +26,13 @@ inline constexpr std::size_t kStreamRays = 64;
 
 /// Some rays as the slab test and the hit rule take them.
 struct alignas(64) RayStream {
-    // The line is in a slab between a lower and an upper plane, dilated as in slab_ray, from one to
-    // the other of t = lower * rdir - k_lower and t = upper * rdir - k_upper.
+    // The line is in a slab between a lower and an upper plane, dilated as in slab_ray, between
+    // t = lower * rdir - k_lower and t = upper * rdir - k_upper.
     float rdir[3][kStreamRays];
     float k_lower[3][kStreamRays];
     float k_upper[3][kStreamRays];
-    // The same for near and far planes, and where a node has the near ones, by the sign of rdir.
+    // The same for near and far planes, and the offset of the near ones in a node, by the sign of
+    // rdir.
     float k_near[3][kStreamRays];
     float k_far[3][kStreamRays];
     std::uint32_t near_offset[3][kStreamRays];
@@ -55,21 +56,9 @@ static_assert(kPlaneBytes == 64 && kNodeLowerX == 0 && 16 * kNodeLowerY == 2 * k
               16 * kNodeUpperY == 3 * kPlaneBytes && 16 * kNodeLowerZ == 4 * kPlaneBytes &&
               16 * kNodeUpperZ == 5 * kPlaneBytes);
 
-/// slab_reciprocal of each lane.
-HWY_INLINE FloatVec slab_reciprocals(FloatVec d) {
-    const Mask none = d == zero();
-    return select(none, splat(kHugeReciprocal), rcp_exactly(select(none, splat(1.0f), d)));
-}
-
-/// The dilation of boxes for each lane.
-HWY_INLINE FloatVec box_dilations(const FloatVec org[3]) {
-    const FloatVec extent = max3(abs(org[0]), abs(org[1]), abs(org[2]));
-    return splat(kBoxDilation) * max(extent, splat(kSceneExtent));
-}
-
 HWY_INLINE void prepare_slab(RayStream& stream, std::size_t first, std::uint32_t axis, FloatVec org,
                              FloatVec dir, FloatVec dilation) {
-    const FloatVec rdir = slab_reciprocals(dir);
+    const FloatVec rdir = lanes::slab_reciprocal(dir);
     const Mask negative = rdir < zero();
     const FloatVec k_lower = (org + dilation) * rdir;
     const FloatVec k_upper = (org - dilation) * rdir;
@@ -83,26 +72,24 @@ HWY_INLINE void prepare_slab(RayStream& stream, std::size_t first, std::uint32_t
     store(select(uint_mask(negative), upper, lower), stream.near_offset[axis] + first);
 }
 
-/// What shear_ray makes of the rays from `first` on.
-HWY_INLINE void prepare_rule(RayStream& stream, std::size_t first, const FloatVec org[3],
-                             const FloatVec dir[3]) {
-    const ShearedRays s = shear_rays(org, dir);
-    const UintVec not_x = select(uint_mask(s.is_y), splat(1u), splat(2u));
-    store(zero_if(uint_mask(s.is_x), not_x), stream.axis + first);
-    for (int k = 0; k < 3; ++k) {
-        store(s.rays.org[k], stream.sheared_org[k] + first);
-        store(s.rays.dir[k], stream.sheared_dir[k] + first);
-    }
-    store(s.rays.depth_slack, stream.depth_slack + first);
-    const FloatVec dz = s.rays.dir[2];
-    const Mask none = dz == zero();
-    const FloatVec rdz = rcp_exactly(select(none, splat(1.0f), dz));
-    for (int k = 0; k < 2; ++k) {
-        store(s.rays.dir[k] * rdz, stream.slope[k] + first);
-    }
+/// shear_ray() and the slopes of the rays from `first` on.
+HWY_INLINE void prepare_rule(RayStream& stream, std::size_t first, const lanes::Float3& org,
+                             const lanes::Float3& dir) {
+    const lanes::ShearedRay s = lanes::shear_ray(org, dir);
+    store(s.axis, stream.axis + first);
+    store(s.org.x, stream.sheared_org[0] + first);
+    store(s.org.y, stream.sheared_org[1] + first);
+    store(s.org.z, stream.sheared_org[2] + first);
+    store(s.dir.x, stream.sheared_dir[0] + first);
+    store(s.dir.y, stream.sheared_dir[1] + first);
+    store(s.dir.z, stream.sheared_dir[2] + first);
+    store(s.depth_slack, stream.depth_slack + first);
+    const FloatVec rdz = lanes::rcp(select(s.dir.z == zero(), 1.0f, s.dir.z));
+    store(s.dir.x * rdz, stream.slope[0] + first);
+    store(s.dir.y * rdz, stream.slope[1] + first);
 }
 
-/// Lanes [first, first + kLanes), of which org and dir are there.
+/// Prepares the rays [first, first + kLanes), of which org and dir are set.
 HWY_INLINE void prepare_rays(RayStream& stream, std::size_t first) {
     FloatVec org[3];
     FloatVec dir[3];
@@ -110,15 +97,14 @@ HWY_INLINE void prepare_rays(RayStream& stream, std::size_t first) {
         org[axis] = load(stream.org[axis] + first);
         dir[axis] = load(stream.dir[axis] + first);
     }
-    const FloatVec dilation = box_dilations(org);
+    const FloatVec dilation = lanes::box_dilation(lanes::Float3(org));
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
         prepare_slab(stream, first, axis, org[axis], dir[axis], dilation);
     }
-    prepare_rule(stream, first, org, dir);
+    prepare_rule(stream, first, lanes::Float3(org), lanes::Float3(dir));
 }
 
-/// At most kStreamRays rays. Those of a last vector that are none may be computed with, but mean
-/// nothing.
+/// Prepares at most kStreamRays rays. Lanes of the last vector beyond them hold no ray.
 HWY_INLINE void fill_stream(RayStream& stream, std::span<const Ray> rays) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const Ray& ray = rays[i];
@@ -137,29 +123,31 @@ HWY_INLINE void fill_stream(RayStream& stream, std::span<const Ray> rays) {
     for (std::size_t i = 0; i < rays.size(); i += kLanes) prepare_rays(stream, i);
 }
 
-/// What the rule takes of the rays from `first` on.
-HWY_INLINE ShearedRays sheared_rays(const RayStream& stream, std::size_t first) {
-    ShearedRays s;
-    for (int k = 0; k < 3; ++k) {
-        s.rays.org[k] = load(stream.sheared_org[k] + first);
-        s.rays.dir[k] = load(stream.sheared_dir[k] + first);
-    }
-    s.rays.depth_slack = load(stream.depth_slack + first);
-    const UintVec axis = load(stream.axis + first);
-    s.is_x = float_mask(axis == splat(0u));
-    s.is_y = float_mask(axis == splat(1u));
+/// The rays from `first` on as the rule takes them.
+HWY_INLINE lanes::ShearedRay sheared_rays(const RayStream& stream, std::size_t first) {
+    const auto vector = [&](const float(*values)[kStreamRays]) HWY_ATTR {
+        return lanes::Float3(load(values[0] + first), load(values[1] + first),
+                             load(values[2] + first));
+    };
+    lanes::ShearedRay s;
+    s.org = vector(stream.sheared_org);
+    s.dir = vector(stream.sheared_dir);
+    s.axis = load(stream.axis + first);
+    s.depth_slack = load(stream.depth_slack + first);
     return s;
 }
 
-/// Likewise of one ray in all lanes.
-HWY_INLINE RuleRays rule_ray(const RayStream& stream, std::size_t ray) {
-    RuleRays r;
-    for (int k = 0; k < 3; ++k) {
-        r.org[k] = splat(stream.sheared_org[k][ray]);
-        r.dir[k] = splat(stream.sheared_dir[k][ray]);
-    }
-    r.depth_slack = splat(stream.depth_slack[ray]);
-    return r;
+/// One ray, in all lanes.
+HWY_INLINE lanes::ShearedRay sheared_ray(const RayStream& stream, std::size_t ray) {
+    const auto vector = [&](const float(*values)[kStreamRays]) HWY_ATTR {
+        return lanes::Float3(vec3(values[0][ray], values[1][ray], values[2][ray]));
+    };
+    lanes::ShearedRay s;
+    s.org = vector(stream.sheared_org);
+    s.dir = vector(stream.sheared_dir);
+    s.axis = splat(stream.axis[ray]);
+    s.depth_slack = splat(stream.depth_slack[ray]);
+    return s;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,39 +1,42 @@
 // Many rays against the triangles of a leaf: lanes are rays. For rays that have a leaf in common,
-// such as ambient occlusion around one place, this takes a third of the instructions of one ray
-// after the other.
+// such as ambient-occlusion rays around one place, this takes a third of the instructions of one
+// ray after the other.
 //
-// Which rays may go through a triangle. Vertices are projected as in project_fast, but for a factor
-// 1 / d.z, by slopes: x' = a.x - (d.x / d.z) a.z, fused or not. How far is it from x / d.z, with x
-// of the accurate projection? In the notation of docs/design/arithmetic.md, "Plain floats where
-// they suffice", for x' and with e = 2^-24:
+// The filter: which rays may go through a triangle. Vertices are projected as in project_fast, but
+// divided by dir.z: with slopes, x' = a.x - (dir.x / dir.z) a.z, fused or not. The bound of its
+// edge functions, in the notation of docs/design/arithmetic.md, "Plain floats where they suffice",
+// for x' and with e = 2^-24:
+// 1. x' differs from x / dir.z, with x of `project`, by the sum of
+//        2 e r          rounding of a.x and a.z
+//        3.4 e r        the slope: 2.4 e of the reciprocal and e of the product
+//        e r            its product with a.z, unless it is fused
+//        e X            the difference
+//        4 e X + 2^-62  error of `project`
+//    so delta <= e (6.4 r + 5 X) + 2^-62 and terms 2^-19 as large, less than the
+//    e (8 r + 5 X) + 2^-62 there.
+// 2. Edge functions are computed with at most as many roundings. So each is within the bound
+// derived
+//    there of the exact one, divided by dir.z^2.
+// 3. That bound grows with m and Z, so one for the whole leaf will do: m = 3 M with M the largest
+//    |x'| + |y'| of its vertices, and Z the largest |z|.
+// 4. x' is not on a grid, and a product may underflow by at most 2^-126. The bound is at least
+//    2^-97 and has room for that.
 //
-//     2 e r          rounding of a.x and a.z
-//     3.4 e r        the slope: 2.4 e of the reciprocal and e of the product
-//     e r            its product with a.z, unless it is fused
-//     e X            the difference
-//     4 e X + 2^-62  error of `project`
-//
-// so delta <= e (6.4 r + 5 X) + 2^-62 and terms 2^-19 as large, less than the e (8 r + 5 X) + 2^-62
-// there. Edge functions are computed with at most as many roundings. So each is within the bound
-// derived there of the accurate one, divided by d.z^2; and that bound grows with m and Z, so those
-// of all of the leaf's vertices will do: 3 M with M the largest |x'| + |y'|, and Z the largest |z|.
-// x' is not on a grid, and a product may underflow by 2^-126 or a part of it; of the bound, which
-// is at least 2^-97, enough is left for that.
-//
-// Behind the origin. What is left is mostly the triangle that a secondary ray starts from. Let n =
-// (b - a) x (c - a), w = a - org and r the largest |component| of w and of b and c likewise. A hit
-// has a point H in the triangle's plane with H - org = tau d + delta, tau > 0 ("In front"), and
-// delta, the error of the projection, 0 along the largest axis of d and at most 2^-22 * 2 r + 2^-62
-// along the others. n . (H - a) = 0, so
-//
-//     n . w = tau n . d + n . delta.
-//
-// Hence there is none if n . w and n . d have opposite signs and |n . w| > |n . delta|. Let m_i be
-// the sum of the magnitudes of the two products of n_i. In units of 2^-24, a component of n is off
-// by less than 4.1 m_i (the roundings of both factors, of the product, of the difference); n . w
-// by 9.1 of the sum of m_i |w_i|, and n . d by as much of the sum of m_i |d_i|; and |n . delta| is
-// at most 12.1 r (m_x + m_y + m_z), since r is at least 2^-40. So 16 units of all these sums will
-// do. Nothing underflows that could count: n . w is a multiple of 2^-120.
+// Behind the origin: most triangles that pass the filter are those that secondary rays start from.
+// Names: n = (b - a) x (c - a), w = a - org, r the largest |component| of w and of b - org and
+// c - org, m_i the sum of the magnitudes of the two products of n_i.
+// 1. A hit has a point H in the triangle's plane with H - org = tau d + delta, tau > 0 ("In
+// front").
+//    delta, the error of the projection, is 0 along the largest axis of d and at most
+//    2^-22 * 2 r + 2^-62 along the others.
+// 2. n . (H - a) = 0, so n . w = tau n . d + n . delta.
+// 3. Hence there is no hit if n . w and n . d have opposite signs and |n . w| > |n . delta|.
+// 4. In units of 2^-24, a component of n is off by less than 4.1 m_i (the roundings of both
+// factors,
+//    of the product, of the difference); n . w by 9.1 of the sum of m_i |w_i|, and n . d by as much
+//    of the sum of m_i |d_i|; and |n . delta| is at most 12.1 r (m_x + m_y + m_z), since r is at
+//    least 2^-40. kLeavingError allows 16 units of each sum.
+// 5. Underflow cannot change a sign: n . w is a multiple of 2^-120.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H
@@ -47,7 +50,7 @@
 #include <cstdint>
 
 #include "common/interop/packet_bounds.h"
-#include "cpu/simd/exact_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
@@ -56,7 +59,7 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// A triangle and n, m of its plane.
+/// A triangle with n and m.
 struct LeafTriangle {
     vec3 a;
     vec3 b;
@@ -84,7 +87,8 @@ HWY_INLINE LeafTriangle leaf_triangle(const Leaf& leaf, std::uint32_t i) {
     return t;
 }
 
-/// The rays from `first` on that certainly have the triangle's plane behind their origins.
+/// The rays from `first` on, as bits, that certainly have the triangle's plane behind their
+/// origins.
 HWY_INLINE std::uint32_t rays_leaving(const RayStream& stream, std::size_t first,
                                       const LeafTriangle& t) {
     FloatVec distance = zero(), along = distance;
@@ -109,64 +113,57 @@ HWY_INLINE std::uint32_t rays_leaving(const RayStream& stream, std::size_t first
     return bits_of(certain & opposite);
 }
 
-/// Those of some rays from `first` on (as bits) that hit triangle i of the leaf.
+/// The rays among `rays` (bits, from `first` on) that hit triangle i of the leaf.
 HWY_NOINLINE inline std::uint32_t rays_hitting_triangle(const RayStream& stream, std::size_t first,
                                                         std::uint32_t rays, const Leaf& leaf,
                                                         std::uint32_t i) {
     const LeafTriangle t = leaf_triangle(leaf, i);
     rays &= ~rays_leaving(stream, first, t);
     if (rays == 0) return 0;
-    FloatVec a[3], b[3], c[3];
-    for (int k = 0; k < 3; ++k) {
-        a[k] = splat(t.a[k]);
-        b[k] = splat(t.b[k]);
-        c[k] = splat(t.c[k]);
-    }
-    RuleHits hit;
+    lanes::TriangleHit hit;
     return bits_of(intersect_triangles(sheared_rays(stream, first), mask_of(rays),
-                                       load(stream.tnear + first), load(stream.tfar + first), a, b,
-                                       c, hit));
+                                       load(stream.tnear + first), load(stream.tfar + first),
+                                       lanes::Float3(t.a), lanes::Float3(t.b), lanes::Float3(t.c),
+                                       hit));
 }
 
-/// A leaf's vertices as a vector of rays sees them, and the bound of the edge functions.
+/// The projected vertices of a leaf for a vector of rays, and the bound of the edge functions.
 struct SharedPoints {
     FloatVec x[kLeafVertices];
     FloatVec y[kLeafVertices];
     FloatVec bound;
 };
 
-/// The first `count` vertices for the rays from `first` on.
+/// Projects the first `count` vertices for the rays from `first` on.
 HWY_INLINE void project_shared(const RayStream& stream, std::size_t first, const Leaf& leaf,
                                std::uint32_t count, SharedPoints& points) {
-    const ShearedRays sheared = sheared_rays(stream, first);
+    const lanes::ShearedRay s = sheared_rays(stream, first);
     const FloatVec slope_x = load(stream.slope[0] + first);
     const FloatVec slope_y = load(stream.slope[1] + first);
     FloatVec m = zero(), depth = m;
     for (std::uint32_t i = 0; i < count; ++i) {
-        const FloatVec vertex[3] = {splat(leaf.vertex[i].x), splat(leaf.vertex[i].y),
-                                    splat(leaf.vertex[i].z)};
-        FloatVec a[3];
-        sheared.rotate_axes(vertex, a);
-        for (int k = 0; k < 3; ++k) a[k] = a[k] - sheared.rays.org[k];
-        points.x[i] = neg_mul_add(slope_x, a[2], a[0]);
-        points.y[i] = neg_mul_add(slope_y, a[2], a[1]);
+        const LeafVertex& v = leaf.vertex[i];
+        const lanes::Float3 vertex(vec3(v.x, v.y, v.z));
+        const lanes::Float3 a = lanes::rotate_axes(vertex, s.axis) - s.org;
+        points.x[i] = neg_mul_add(slope_x, a.z, a.x);
+        points.y[i] = neg_mul_add(slope_y, a.z, a.y);
         m = max(m, abs(points.x[i]) + abs(points.y[i]));
-        depth = max(depth, abs(a[2]));
+        depth = max(depth, abs(a.z));
     }
-    points.bound = edge_bounds(splat(3.0f) * m, depth);
+    points.bound = lanes::edge_bound(3.0f * m, depth);
 }
 
-/// The number of vertex slots that the leaf's triangles use: the first ones.
+/// The leaf's triangles use only vertex slots below this.
 HWY_INLINE std::uint32_t used_vertices(const Leaf& leaf, std::uint32_t triangle_count) {
     std::uint32_t last = 0;
     for (std::uint32_t i = 0; i < triangle_count; ++i) {
-        const std::uint32_t c = leaf.vertex[i].corners;
-        last = std::max(last, std::max(corner(c, 0), std::max(corner(c, 1), corner(c, 2))));
+        const std::uint32_t local = leaf.vertex[i].corners;
+        last = std::max({last, corner(local, 0), corner(local, 1), corner(local, 2)});
     }
     return last + 1;
 }
 
-/// Those of some rays (as bits) that hit a triangle of the leaf.
+/// The rays among `rays` (bits) that hit a triangle of the leaf.
 HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t rays,
                                       const Leaf& leaf) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
@@ -178,10 +175,10 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
         SharedPoints p;
         project_shared(stream, first, leaf, vertex_count, p);
         for (std::uint32_t i = 0; i < count && left != 0; ++i) {
-            const std::uint32_t corners = leaf.vertex[i].corners;
-            const std::uint32_t a = corner(corners, 0);
-            const std::uint32_t b = corner(corners, 1);
-            const std::uint32_t c = corner(corners, 2);
+            const std::uint32_t local = leaf.vertex[i].corners;
+            const std::uint32_t a = corner(local, 0);
+            const std::uint32_t b = corner(local, 1);
+            const std::uint32_t c = corner(local, 2);
             const auto edge = [&p](std::uint32_t i0, std::uint32_t i1) {
                 return mul_sub(p.x[i0], p.y[i1], p.y[i0] * p.x[i1]);
             };

@@ -1,8 +1,9 @@
 // The traversals of cpu/single_ray/single_ray_tracer.h, compiled once for each target.
 //
-// Boxes that hold a hit are all met, and which triangles are hit is decided by the hit rule; so the
-// answers have the bits of ScalarTracer. The order in which a ray's triangles come does not matter:
-// the candidate is the least in a total order, and boxes are culled only beyond the best t.
+// All boxes that hold a hit are met, and the hit rule decides which triangles are hit, so the
+// answers have the bits of ScalarTracer. The order of a ray's triangles does not matter: the
+// closest hit is the least in a total order (is_closer), and boxes are culled only beyond the
+// closest t.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAY_TRACER_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAY_TRACER_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_SINGLE_RAY_TRACER_INL_H
@@ -27,17 +28,16 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-// Closest hits go one ray after the other, its nearest box first.
+// Closest hits are found one ray after the other, its nearest box first.
 
-struct WideEntry {
+struct StackEntry {
     float t_enter;
     std::uint32_t child;
 };
 
-/// Pushes the children in these slots so that the nearest comes to lie on top; returns the new
-/// size.
+/// Pushes the children in these slots so that the nearest is on top; returns the new size.
 HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const float* t_enter,
-                                   WideEntry* stack, std::size_t size) {
+                                   StackEntry* stack, std::size_t size) {
     const std::size_t base = size;
     for (; slots != 0; slots &= slots - 1) {
         const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
@@ -52,17 +52,17 @@ HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const 
 }
 
 HWY_INLINE Hit intersect_ray(const Bvh& bvh, const RayStream& stream, std::size_t id) {
-    Hit best = no_hit();
-    float best_t = stream.tfar[id];
-    WideEntry stack[kMaxStack];
+    Hit closest = no_hit();
+    float closest_t = stream.tfar[id];
+    StackEntry stack[kMaxStack];
     stack[0] = {0, 0};
     for (std::size_t size = 1; size > 0;) {
-        const WideEntry entry = stack[--size];
-        if (entry.t_enter > best_t) continue;
+        const StackEntry entry = stack[--size];
+        if (entry.t_enter > closest_t) continue;
         if ((entry.child & kLeafBit) == 0) {
             const Node& node = bvh.nodes[entry.child];
             FloatVec enter[kVectors];
-            const std::uint32_t met = met_slots(stream, id, best_t, node, enter);
+            const std::uint32_t met = met_slots(stream, id, closest_t, node, enter);
             HWY_ALIGN float t_enter[kWidth];
             for (std::size_t v = 0; v < kVectors; ++v) {
                 store(enter[v], t_enter + v * kLanes);
@@ -71,15 +71,16 @@ HWY_INLINE Hit intersect_ray(const Bvh& bvh, const RayStream& stream, std::size_
             continue;
         }
         const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
-        intersect_leaf(stream, id, best_t, leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
-            if (wins(hit.t, leaf.prim_id[slot], best_t, best.prim_id)) {
-                best_t = hit.t;
-                best = make_hit(hit, leaf.prim_id[slot]);
-            }
-            return false;
-        });
+        intersect_leaf(stream, id, closest_t, leaf,
+                       [&](std::uint32_t slot, const TriangleHit& hit) {
+                           if (is_closer(hit.t, leaf.prim_id[slot], closest_t, closest.prim_id)) {
+                               closest_t = hit.t;
+                               closest = make_hit(hit, leaf.prim_id[slot]);
+                           }
+                           return false;
+                       });
     }
-    return best;
+    return closest;
 }
 
 void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {

@@ -1,5 +1,5 @@
 // Single rays over the shared layout with SIMD across the 16 children of a node and the 16
-// triangles of a leaf: for rays that have nothing in common.
+// triangles of a leaf: for incoherent rays.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace morphray::cpu {
 
-/// Closest and any hit over a tree that outlives it, with the bits of ScalarTracer. Threads may
-/// share one.
+/// Finds closest and any hits over a tree that outlives it, with the bits of ScalarTracer. Threads
+/// may share one.
 class SingleRayTracer {
 public:
     SingleRayTracer(const Bvh& bvh, SimdTarget target);

@@ -1,20 +1,22 @@
-// Whether rays hit anything: many rays at once, in no order.
+// Whether rays hit anything: a stream of 64 rays at once, in no order.
 //
-// The 64 rays of a stream go down the tree together as long as enough of them are left to fill the
+// The rays of a stream go down the tree together as long as enough of them are left to fill the
 // lanes of vectors: a node or a leaf is then tested for all of them at a time (rays_meeting,
-// rays_hitting). Rays that are few in a node or leaf go on one by one, with its 16 boxes or
-// triangles for lanes.
+// rays_hitting). Where few are left, each goes on alone, with the 16 boxes or triangles for lanes.
 //
-// That work is a stack of (ray, node). The topmost kChunk are taken together and tested in a loop
-// without a branch that depends on data, which neither waits for one node to know the next nor
-// mispredicts; met leaves are gathered and tested in a second such loop.
+// The work of rays that go on alone is a stack of (ray, node). The topmost kChunk entries are taken
+// together and tested in a loop without a branch that depends on data, which neither waits for one
+// node to know the next nor mispredicts; met leaves are gathered and tested in a second such loop.
 //
-// The size of this stack. Call what comes from the shared part generation 0, and children one more
-// than their parents. Generations do not decrease from bottom to top: a chunk's children are pushed
-// in the order of their parents, on what is left, which is no later than the first of the chunk. So
-// when an entry of generation g - 1 is taken, all of g and later are taken with it, and at most
-// kWidth * kChunk of g and later come back. By induction from the last generation, at most kWidth *
-// kChunk of each but the first are on the stack at a time, and kSeeds of that.
+// The size of this stack:
+// 1. Entries from the shared part have generation 0, children one more than their parents.
+// 2. Generations do not decrease from bottom to top: a chunk's children are pushed in the order of
+//    their parents, on entries that are no later than the first of the chunk.
+// 3. So when an entry of generation g - 1 is taken, all of g and later are taken with it, and at
+//    most kWidth * kChunk of g and later come back.
+// 4. By induction from the last generation, at most kWidth * kChunk of each generation but the
+// first
+//    are on the stack at a time, and kSeeds of the first.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H
@@ -44,8 +46,8 @@ inline constexpr std::size_t kChunk = 32;
 inline constexpr std::size_t kSeeds = 1024;
 inline constexpr std::size_t kItems = kSeeds + (kMaxDepth - 1) * kWidth * kChunk;
 
-// A node or a leaf is tested for many rays at a time if there are more than this many for each
-// vector with any of them (docs/cpu_tracer.md has the figures).
+// A node or a leaf is tested for many rays at a time if these are more than this many per vector
+// that has any of them (docs/cpu_tracer.md has the figures).
 inline constexpr std::size_t kSharedByNode = kLanes == 1   ? 1
                                              : kLanes == 4 ? 2
                                              : kLanes == 8 ? 4
@@ -60,7 +62,7 @@ struct WorkItems {
     std::uint32_t ray[kChunk + kCapacity + kWidth];
 };
 
-/// Adds the children in these slots; returns the new size.
+/// Appends the children in these slots for a ray; returns the new size.
 template <std::size_t kCapacity>
 HWY_INLINE std::size_t append(const Node& node, std::uint32_t slots, std::uint32_t ray,
                               WorkItems<kCapacity>& items, std::size_t size) {
@@ -77,7 +79,7 @@ HWY_INLINE std::size_t append(const Node& node, std::uint32_t slots, std::uint32
         store_unaligned(splat(ray), of_ray);
         return size + count;
     }
-    // Two without a branch, more seldom follow.
+    // Two without a branch; more are rare.
     for (std::size_t i = 0; i < 2; ++i) {
         child[i] = node.child[std::countr_zero(slots | 1u << (kWidth - 1))];
         of_ray[i] = ray;
@@ -200,7 +202,7 @@ private:
                 __builtin_prefetch(vertices + at);
         }
         for (std::size_t i = 0; i < count; ++i) {
-            // A ray often meets several leaves of a chunk, and what it hits is in an earlier one.
+            // A ray often meets several leaves of a chunk, and hits something in an earlier one.
             const std::uint32_t ray = outer_.ray[kChunk + i];
             if ((left_ >> ray & 1) != 0) trace_leaf_alone(ray, leaf(i));
         }
@@ -208,7 +210,7 @@ private:
 
     const Bvh& bvh_;
     RayStream stream_;
-    /// Those that have hit nothing yet.
+    /// The rays that have hit nothing yet, as bits.
     std::uint64_t left_;
     std::size_t seed_count_ = 0;
     WorkItems<kItems> inner_;

@@ -279,7 +279,7 @@ void resolve_deferred(inout uint steps) {
             uint index = answer_index(pixel);
             uvec4 best = hits[index];
             bool is_first = (written >> v & 1u) == 0u;
-            if (is_first || wins(hit.t, prim_id, uintBitsToFloat(best.x), best.w)) {
+            if (is_first || is_closer(hit.t, prim_id, uintBitsToFloat(best.x), best.w)) {
                 hits[index] = hit_words(hit, prim_id);
             }
             written |= 1u << v;

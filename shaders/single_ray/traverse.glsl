@@ -180,7 +180,7 @@ uint leaf_prim(uint leaf_at, uint i) {
 }
 
 void take_hit(inout Traversal t, TriangleHit hit, uint prim_id, bool is_hit) {
-    bool is_better = is_hit && wins(hit.t, prim_id, t.best.t, t.best_prim);
+    bool is_better = is_hit && is_closer(hit.t, prim_id, t.best.t, t.best_prim);
     t.best.t = is_better ? hit.t : t.best.t;
     t.best.u = is_better ? hit.u : t.best.u;
     t.best.v = is_better ? hit.v : t.best.v;

@@ -1,4 +1,4 @@
-// A ray and a triangle, and what the hit rule says of them.
+// A ray and a triangle, and the answer of the hit rule.
 #pragma once
 
 #include "common/interop/hit_rule.h"

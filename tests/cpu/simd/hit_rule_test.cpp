@@ -12,18 +12,18 @@
 #include "tests/support/test_scene.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "tests/cpu/simd/exact_hit_rule_test.cpp"
+#define HWY_TARGET_INCLUDE "tests/cpu/simd/hit_rule_test.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "cpu/simd/exact_hit_rule-inl.h"
+#include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Answers for the cases as the vectors give them. Of each vector only the lanes of `pattern`
-/// (repeated) are asked; the others come from an earlier call.
+/// Answers the cases by intersect_triangles. Only the lanes of `pattern` (repeated) are active;
+/// other answers are kept.
 void answer_cases(std::span<const RuleCase> cases, std::uint32_t pattern,
                   std::span<RuleAnswer> answers) {
     constexpr std::size_t kCount = kLanes;
@@ -39,27 +39,28 @@ void answer_cases(std::span<const RuleCase> cases, std::uint32_t pattern,
         }
         FloatVec v[17];
         for (int k = 0; k < 17; ++k) v[k] = load(values[k]);
-        const std::uint32_t lanes = pattern >> (first % 16);
-        RuleHits hit;
+        const std::uint32_t active = pattern >> (first % 16);
+        lanes::TriangleHit hit;
         const std::uint32_t hits = bits_of(intersect_triangles(
-            shear_rays(v, v + 3), mask_of(lanes), v[15], v[16], v + 6, v + 9, v + 12, hit));
+            lanes::shear_ray(lanes::Float3(v), lanes::Float3(v + 3)), mask_of(active), v[15], v[16],
+            lanes::Float3(v + 6), lanes::Float3(v + 9), lanes::Float3(v + 12), hit));
         store(hit.t, values[0]);
         store(hit.u, values[1]);
         store(hit.v, values[2]);
         for (std::size_t i = 0; i < std::min(kCount, cases.size() - first); ++i) {
-            if ((lanes >> i & 1) == 0) continue;
+            if ((active >> i & 1) == 0) continue;
             answers[first + i] = {(hits >> i & 1) != 0, {values[0][i], values[1][i], values[2][i]}};
         }
     }
 }
 
-/// Of each a * b the error, as many as of factors.
+/// The error of each a[i] * b[i]; as many errors as factors.
 void find_product_errors(std::span<const float> a, std::span<const float> b,
                          std::span<float> errors) {
     for (std::size_t i = 0; i < a.size(); i += kLanes) {
         const FloatVec va = load_unaligned(&a[i]);
         const FloatVec vb = load_unaligned(&b[i]);
-        store_unaligned(product_errors(va, vb, va * vb), &errors[i]);
+        store_unaligned(lanes::product_error(va, vb, va * vb), &errors[i]);
     }
 }
 
@@ -110,9 +111,9 @@ TEST(ProductErrors, HaveTheBitsOfDekkersSplittingOnAllGridsOfTheRule) {
     }
 }
 
-/// How the rule came to an answer.
+/// How often the rule took each way to an answer.
 struct Ways {
-    std::size_t plain_hits = 0;
+    std::size_t fast_hits = 0;
     std::size_t exact_hits = 0;
     std::size_t exact_misses = 0;
 };
@@ -124,10 +125,10 @@ RuleAnswer expected_answer(const RuleCase& own, Ways& ways) {
         intersect_triangle(s, own.ray.tnear, own.ray.tfar, own.a, own.b, own.c, answer.hit);
     const Edges e =
         fast_edges(project_fast(s, own.a), project_fast(s, own.b), project_fast(s, own.c));
-    const bool plain = surely_inside(s, e);
-    ways.plain_hits += plain && answer.hits;
-    ways.exact_hits += !plain && answer.hits;
-    ways.exact_misses += !plain && !answer.hits && may_be_inside(e);
+    const bool is_fast = surely_inside(s, e);
+    ways.fast_hits += is_fast && answer.hits;
+    ways.exact_hits += !is_fast && answer.hits;
+    ways.exact_misses += !is_fast && !answer.hits && may_be_inside(e);
     return answer;
 }
 
@@ -212,7 +213,7 @@ TEST(RuleOnVectors, HasTheBitsOfTheScalarRuleOnTrianglesOfAnySizeAndThinness) {
         for (int i = 0; i < 20000; ++i) cases.push_back(random_case(random));
         expect_same_answers(cases, ways, "random");
     }
-    EXPECT_GT(ways.plain_hits, 10000u);
+    EXPECT_GT(ways.fast_hits, 10000u);
     EXPECT_GT(ways.exact_hits, 10000u);
     EXPECT_GT(ways.exact_misses, 10000u);
 }
