@@ -1,4 +1,4 @@
-// Poses between two keyframes, by the same text on the host and on devices.
+// Poses between two keyframes.
 #ifndef COMMON_INTEROP_KEYFRAMES_H
 #define COMMON_INTEROP_KEYFRAMES_H
 
@@ -14,12 +14,12 @@ SHARED_CONST float kNoKeyframe = 1.7014118346046923e+38f;
 /// `a + (b - a) * f` in float, a for f = 0; f in [0, 1). The result lies in the interval between a
 /// and b if they are finite and b - a is:
 ///
-/// Let d = b - a > 0 (else mirror) and D = fl(d). For a float f < 1, so f <= 1 - 2^-24, the product
-/// p = D * f rounds to at most d: if D <= d, because p < D. If D > d, then D was rounded up, and
-/// its predecessor D' is at most d. p <= D - D * 2^-24, and D * 2^-24 is at least half of the
-/// spacing below D, exactly half only where p = D' itself; so fl(p) <= D' <= d. Hence a + fl(p) <=
-/// a + d = b before the last rounding, and after it, rounding being monotone. fl(p) >= 0 gives the
-/// other side.
+/// 1. Let d = b - a > 0 (else mirror), D = fl(d), and p = D * f with f <= 1 - 2^-24.
+/// 2. fl(p) <= d. If D <= d, because p < D. If D > d, then D was rounded up, and its predecessor D'
+///    is at most d; p <= D - D * 2^-24, and D * 2^-24 is at least half of the spacing below D,
+///    exactly half only where p = D' itself; so fl(p) <= D' <= d.
+/// 3. Hence a + fl(p) <= a + d = b before the last rounding, and after it, because rounding is
+///    monotone. fl(p) >= 0 gives the other side.
 SHARED float interpolate(float a, float b, float f) {
     PRECISE float d = b - a;
     PRECISE float p = d * f;
