@@ -29,8 +29,8 @@ SHARED_CONST uint kNodeChild = 24u;
 SHARED_CONST uint kLeafVec4s = 20u;
 SHARED_CONST uint kLeafPrimIds = 16u;
 
-// Levels of nodes that the builder never exceeds, and the stack that a depth-first traversal which
-// pushes all children of a node then needs.
+// The builder never exceeds this many levels of nodes; a depth-first traversal that pushes all
+// children of a node then needs this much stack.
 SHARED_CONST uint kMaxDepth = 16u;
 SHARED_CONST uint kMaxStack = 241u;  // kMaxDepth * (kWidth - 1) + 1
 
@@ -46,8 +46,8 @@ struct Node {
     uint child[16];
 };
 
-/// A vertex of a leaf in scene space. corners has nothing to do with this vertex: it belongs to the
-/// leaf's triangle of the same slot, as packed by pack_corners.
+/// A vertex of a leaf in scene space. corners belongs not to this vertex but to the leaf's triangle
+/// in the same slot: its local vertex indices as packed by pack_corners.
 struct LeafVertex {
     float x;
     float y;
@@ -63,7 +63,8 @@ struct Leaf {
     uint prim_id[16];
 };
 
-/// Three vertex slots and, the same in every slot of a leaf, its number of triangles.
+/// Packs the local vertex indices of a triangle (slots of its leaf) and the leaf's number of
+/// triangles.
 SHARED uint pack_corners(uint a, uint b, uint c, uint triangle_count) {
     return a | (b << 8u) | (c << 16u) | (triangle_count << 24u);
 }

@@ -1,6 +1,6 @@
 // Constants of the hit rule, each a power of two (or a simple multiple of one) written as one exact
 // decimal literal, because GLSL has no hexadecimal floats and folds constant expressions in double.
-// tests/common/interop/arithmetic_test.cpp holds them against their hexadecimal values.
+// tests/common/interop/arithmetic_test.cpp compares them with their hexadecimal values.
 #ifndef COMMON_INTEROP_CONSTANTS_H
 #define COMMON_INTEROP_CONSTANTS_H
 
@@ -25,7 +25,7 @@ SHARED_CONST float kDirectionSnap = 3.5762786865234375e-07f;    // 1.5 * 2^-22
 SHARED_CONST float kProjectedOnGrid = 9.094947017729282e-13f;   // 2^-40
 SHARED_CONST float kProjectedSnap = 2.7284841053187847e-12f;    // 1.5 * 2^-39
 
-// Of the error of project_fast, derived at fast_edges: 17/16 * 2^-21, and 2^-49.
+// The error of project_fast, derived at fast_edges: 17/16 * 2^-21, and 2^-49.
 SHARED_CONST float kFastProjectionError = 5.066394805908203125e-07f;
 SHARED_CONST float kFastProjectionFloor = 1.7763568394002505e-15f;
 

@@ -1,30 +1,32 @@
 // The hit rule: which triangles a ray hits, and where. One text for every backend: floats, Highway
 // vectors (cpu/simd/lanes-inl.h) and GLSL.
 //
-// The ray is sheared so that it becomes the z axis of a plane of projection (S. Woop, C. Benthin,
-// I. Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013), here without a division: with d
-// the direction, its largest component taken as z, and a = vertex - org,
+// Based on: S. Woop, C. Benthin, I. Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013.
+// Changed: no division, errors carried to exact signs, a fast path with a bound of its error.
+//
+// Exact path. The ray is sheared so that it becomes the z axis of a plane of projection: with d the
+// direction, its largest component taken as z, and a = vertex - org,
 //     x = a.x * d.z - d.x * a.z,     y = a.y * d.z - d.y * a.z,     z = a.z.
-// A vertex has one such point whichever triangle it is seen from. The point carries the errors of
-// the difference and of the products, so that it is off by some ulp of its distance from the *ray*,
-// not from the origin; and the sign of an edge function x0*y1 - y0*x1 on such points is exact. So
-// the ray goes through exactly those triangles of an imperceptibly displaced mesh that contain the
-// origin of the plane, edges and vertices included, and a closed mesh stays closed: nothing leaks,
-// at vertices neither.
+// 1. All triangles project a vertex to the same point.
+// 2. The point carries the errors of the difference and of the products, so it is off by some ulp
+//    of its distance from the *ray*, not from the origin.
+// 3. The sign of an edge function x0*y1 - y0*x1 on such points is exact.
+// 4. So the ray hits exactly those triangles of an imperceptibly displaced mesh that contain the
+//    origin of the plane, edges and vertices included: a closed mesh has no leaks, not even at
+//    vertices.
 //
 // Depth is the average of the vertices' z under weights that are accurate to a few ulp, so a hit
-// lies between its vertices however thin the triangle is or however much along the ray it lies.
-// Hence a hit is never outside its triangle's box by more than rounding, and the answer cannot
-// depend on the tree that led to it (docs/design/arithmetic.md, "Boxes").
+// lies between its vertices however thin or steep the triangle is. Hence a hit is outside its
+// triangle's box by rounding at most, and the answer cannot depend on the tree that led to it
+// (docs/design/arithmetic.md, "Boxes").
 //
-// The displacement is some 2^-23 of a triangle's own size. A triangle without area is a sliver as
-// narrow as that, and is hit there: it fills the crack that the displacement opens between its
+// The displacement is some 2^-23 of a triangle's own size. A triangle without area is a sliver of
+// that width, and is hit there: it fills the crack that the displacement opens between its
 // neighbours.
 //
-// That exact path is for the rays that pass close to an edge, for steep triangles, and for rays
-// that start next to a triangle. Elsewhere the fast path, plain floats with a bound of their error,
-// is certain of the signs, and gives the weights too; a tracer may sort out misses by any test that
-// never rejects a hit, such as may_hit_triangle.
+// Fast path. Plain floats with a bound of their error are certain of the signs, and give the
+// weights too, except near edges, for steep triangles, and next to the ray's origin. A tracer may
+// reject triangles by any test that never rejects a hit, such as may_hit_triangle.
 #if !defined(COMMON_INTEROP_HIT_RULE_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_HIT_RULE_H
 #define COMMON_INTEROP_HIT_RULE_H
@@ -35,7 +37,7 @@
 
 SHARED_BEGIN
 
-/// What the rule needs of a ray: axis is that of its largest direction component; org and dir are
+/// A ray as the rule takes it: axis is that of its largest direction component; org and dir are
 /// rotated so that it is z. depth_slack is a quarter of the dilation of boxes.
 struct ShearedRay {
     Float3 org;
@@ -245,7 +247,7 @@ SHARED Bool may_be_inside(Edges e) {
     return lesser(e.u, lesser(e.v, e.w)) >= -e.bound || greater(e.u, greater(e.v, e.w)) <= e.bound;
 }
 
-/// Whether all signs are certain and alike, and the edge functions good enough to weigh z with.
+/// Whether all signs are certain and alike, and the edge functions accurate enough as weights of z.
 /// Their errors move z by at most 2 * bound / sum of depth_range; that must stay a part of the
 /// dilation D of boxes for a hit never to lie before its box. (Of D, 2^-5 is left to other errors,
 /// a quarter goes here twice over.)

@@ -1,4 +1,4 @@
-// What a frame's kernels take besides the scene, the numbers of their bindings, and their sizes.
+// Camera and parameters of an image.
 #ifndef COMMON_INTEROP_PARAMS_H
 #define COMMON_INTEROP_PARAMS_H
 
@@ -6,7 +6,7 @@
 
 SHARED_BEGIN
 
-// What an image shows: closest hits; those plus one shadow ray each; those plus ambient occlusion.
+// The rays of an image: closest hits; those and one shadow ray each; those and ambient occlusion.
 SHARED_CONST uint kRaysPrimary = 0u;
 SHARED_CONST uint kRaysShadow = 1u;
 SHARED_CONST uint kRaysAo = 2u;

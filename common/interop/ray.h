@@ -1,4 +1,4 @@
-// Rays and hits in scene space, as they cross every seam: batches of rays in, batches of hits out.
+// Rays and hits in scene space, as all tracers take and return them.
 #ifndef COMMON_INTEROP_RAY_H
 #define COMMON_INTEROP_RAY_H
 

@@ -1,4 +1,4 @@
-// Colour: from a hit and its occlusion to an 8-bit pixel, in the same exact operations.
+// From a hit and its occlusion to an 8-bit colour, in the same exact operations.
 #if !defined(COMMON_INTEROP_SHADING_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_SHADING_H
 #define COMMON_INTEROP_SHADING_H
@@ -11,7 +11,7 @@
 SHARED_BEGIN
 
 #ifndef SHARED_LANES
-// The intensity of what light does not reach.
+// The intensity of a point that the light does not reach.
 SHARED_CONST float kUnlitIntensity = 0.125f;
 #endif
 
@@ -26,7 +26,7 @@ SHARED Uint encode_channel(Float x) {
 /// R in bits 0-7, then G, B and 255 for opaque.
 SHARED Uint pack_rgb(Uint r, Uint g, Uint b) { return r | (g << 8u) | (b << 16u) | 0xFF000000u; }
 
-/// The intensity of what light reaches, given the cosine between its normal and the light.
+/// The intensity of a point that the light reaches, from the cosine between normal and light.
 SHARED Float lit_intensity(Float facing) {
     PRECISE Float r = kUnlitIntensity + 0.875f * facing;
     return r;

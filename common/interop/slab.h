@@ -1,12 +1,13 @@
 // The slab test of a ray against a box dilated by D = kBoxDilation * max(kSceneExtent, |org|).
 //
-// A hit lies inside its triangle's box up to rounding, which is a small part of D: so the ray
-// always meets the dilated box of a triangle that it hits, and enters it at t_enter <= t of the
-// hit. Monotone by construction: every plane goes through one subtraction of a per-ray constant and
-// one multiplication by a per-ray constant, and rounding is monotone, so for a box inside another
-// the interval lies inside the other's interval bit for bit. No epsilon is needed for a tree of
-// boxes to answer as its triangles' own boxes do, and a box with t_enter > t of the best hit so far
-// holds nothing better (docs/design/arithmetic.md, "Boxes").
+// Conservative: a hit lies inside its triangle's box up to rounding, which is a small part of D, so
+// the ray always meets the dilated box of a triangle that it hits, at t_enter <= t of the hit.
+//
+// Monotone: every plane goes through one subtraction of a per-ray constant and one multiplication
+// by a per-ray constant, and rounding is monotone. So if a box is inside another, its interval is
+// inside the other's, bit for bit; a tree of boxes gives the answers of the triangles' own boxes
+// without an epsilon, and a box with t_enter > t of the closest hit so far holds no closer one
+// (docs/design/arithmetic.md, "Boxes").
 #if !defined(COMMON_INTEROP_SLAB_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_SLAB_H
 #define COMMON_INTEROP_SLAB_H
@@ -18,7 +19,7 @@
 
 SHARED_BEGIN
 
-/// What the slab test needs of a ray. lower planes are taken relative to org + D, upper planes
+/// A ray as the slab test takes it. Lower planes are taken relative to org + D, upper planes
 /// relative to org - D, which dilates the box by D.
 struct SlabRay {
     Float3 rdir;

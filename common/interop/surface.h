@@ -1,4 +1,4 @@
-// Where a hit lies, and the secondary rays that start from there.
+// The surface at a hit, and the secondary rays that start there.
 #if !defined(COMMON_INTEROP_SURFACE_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_SURFACE_H
 #define COMMON_INTEROP_SURFACE_H
@@ -65,14 +65,14 @@ SHARED Float3 off_surface(Surface s, Float size) {
     return snap_point(p);
 }
 
-/// Whether the light is on the side of the surface that was seen. If not, the point is in shadow
-/// without a ray.
+/// Whether the light is on the visible side of the surface. If not, the point is in shadow without
+/// a ray.
 SHARED Bool faces_light(Surface s, Float3 light) {
     PRECISE Float3 to_light = light - s.point;
     return dot3(s.normal, to_light) > 0.0f;
 }
 
-/// From the light to just off the surface, not canonical.
+/// The direction from the light to just off the surface, not canonical.
 SHARED Float3 shadow_direction(Surface s, Float3 light) {
     PRECISE Float3 to_light = light - s.point;
     PRECISE Float size = s.size + sum_of_abs(to_light);
@@ -95,8 +95,8 @@ SHARED Float signed_unit(Uint x) {
     return r;
 }
 
-/// What the points of an ambient-occlusion ray are drawn from: pixel (x, y) and mix_bits() of the
-/// sample's index.
+/// The seed of an ambient-occlusion ray, from its pixel (x, y) and mix_bits() of its sample's
+/// index.
 SHARED Uint ao_seed(Uint x, Uint y, uint sample_bits) {
     return mix_bits(x + mix_bits(y + sample_bits));
 }
@@ -118,10 +118,10 @@ SHARED Float ball_length2(Float3 p) {
     return select(length2 <= 1.0f && length2 > 0.0009765625f, length2, 0.0f);
 }
 
-/// Towards the point on the unit sphere around the normal's tip in the direction of `drawn`, of
-/// which drawn_length2 is ball_length2(); the normal itself if that is 0. Not canonical.
+/// The direction to the point in direction `drawn` on the unit sphere around the normal's tip,
+/// given drawn_length2 = ball_length2(drawn); the normal itself if that is 0. Not canonical.
 SHARED Float3 ao_direction(Surface s, Float3 drawn, Float drawn_length2) {
-    // A hair less than 1, so that a point opposite to the normal still gives a direction.
+    // Slightly less than 1, so that a point opposite to the normal still gives a direction.
     Bool is_drawn = drawn_length2 > 0.0f;
     PRECISE Float l = 0.9990234375f * rsqrt(select(is_drawn, drawn_length2, 1.0f));
     PRECISE Float3 lifted =
@@ -147,16 +147,15 @@ SHARED Ray shadow_ray(Surface s, vec3 light) {
 }
 
 /// Ambient-occlusion ray `sample_index` of pixel (x, y): cosine-distributed about the normal (a
-/// point on the unit sphere around its tip), length tfar. The point is drawn from a cube and
-/// redrawn up to 8 times until it lies in the ball; after that (3 in 1000) the normal itself is
-/// taken.
+/// point on the unit sphere around its tip), length tfar. The point is drawn from a cube at most
+/// kAoAttempts times until it lies in the ball; after that (3 in 1000) the normal itself is taken.
 SHARED Ray ao_ray(Surface s, uint x, uint y, uint sample_index, float tfar) {
     uint seed = ao_seed(x, y, mix_bits(sample_index));
     vec3 drawn = s.normal;
     float drawn_length2 = 0.0f;
     uint attempt = 0u;
     do {
-        // Always so, but see shaders/base/cluster.glsl.
+        // Always true; shaders/base/cluster.glsl says why it is tested.
         if (drawn_length2 == 0.0f && attempt < kAoAttempts) {
             drawn = draw_point(seed);
             drawn_length2 = ball_length2(drawn);
