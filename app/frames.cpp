@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
 #include "app/memory_budget.h"
 #include "common/base/errors.h"
+#include "common/base/number_text.h"
 #include "common/scene/frame_range.h"
 
 namespace morphray::app {
@@ -21,11 +21,10 @@ void require_memory_to_open(const std::string& spec) {
     if (spec.starts_with(kBuiltin)) {
         const std::size_t colon = spec.find(':', kBuiltin.size());
         if (colon == std::string::npos) return;
-        std::uint64_t triangles = 0;
-        std::from_chars(spec.data() + colon + 1, spec.data() + spec.size(), triangles);
-        // More is refused by the scene itself.
+        // The scene itself refuses other texts and larger numbers.
         constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
-        triangles = std::min(triangles, kMaxTriangles);
+        const std::uint64_t triangles =
+            std::min(parse_unsigned(spec.substr(colon + 1)).value_or(0), kMaxTriangles);
         require_memory({.triangles = triangles, .vertices = triangles / 2});
         return;
     }

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "common/base/median.h"
+
 namespace morphray::bench {
 
 /// One way to do the work. `prepare` comes before each run, outside the timing; it may be empty.
@@ -21,8 +23,6 @@ using Samples = std::vector<double>;
 /// Runs each once to warm up, then `repeat` rounds of each in turn, so that what disturbs the
 /// machine for longer than a run disturbs all alike. One Samples a method.
 std::vector<Samples> time_interleaved(std::span<const Method> methods, int repeat);
-
-double median(Samples samples);
 
 /// How many times as fast as the peer we are: the ratio of the medians, and the smallest and
 /// largest ratio of a round, between which it lies (if every peer[i] >= m * ours[i], then the

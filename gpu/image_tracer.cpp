@@ -10,18 +10,6 @@ namespace {
 
 std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
 
-std::uint32_t rays_per_hit(const ImageParams& params) {
-    if (params.rays == kRaysShadow) return 1;
-    return params.rays == kRaysAo ? params.ao_count : 0;
-}
-
-std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
-    const auto hits = static_cast<std::uint64_t>(
-        std::count_if(frame.hits.begin(), frame.hits.end(),
-                      [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
-    return frame.hits.size() + hits * rays_per_hit(params);
-}
-
 void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t height) {
     region.tile_columns = (region.width + width - 1) / width;
     region.tile_count = region.tile_columns * ((region.height + height - 1) / height);
@@ -151,7 +139,7 @@ void ImageTracer::end_region(const RegionArguments& region, BackendTimes& times)
             times.secondary_ms += passes_.complete(shadow, 1, kernels_, scene_);
             is_done = false;
         }
-    } else if (rays_per_hit(region.params) != 0) {
+    } else if (rays_per_hit(region.params.rays, region.params.ao_count) != 0) {
         times.secondary_ms += trace_listed(region);
     }
     if (!is_done) times.shade_ms += context_.submit("shade", shading(region));
@@ -232,7 +220,8 @@ double ImageTracer::trace_listed(const RegionArguments& region) {
             kernels_.select.dispatch(commands, region, region.tile_count);
         },
         seen_count);
-    const std::uint32_t ray_count = seen_count * rays_per_hit(region.params);
+    const std::uint32_t ray_count =
+        seen_count * rays_per_hit(region.params.rays, region.params.ao_count);
     const bool in_packets = kernels_.packet_lanes != 0 && region.params.rays == kRaysAo;
     const std::uint32_t most = passes_.size().rays();
     for (std::uint32_t first = 0; first < ray_count; first += most) {
@@ -255,7 +244,7 @@ double ImageTracer::trace_listed(const RegionArguments& region) {
 void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) {
     copy_rows(transfer_, passes_.hits(), region, frame.width, frame.hits);
     copy_rows(transfer_, passes_.pixels(), region, frame.width, frame.pixels);
-    if (rays_per_hit(region.params) != 0) {
+    if (rays_per_hit(region.params.rays, region.params.ao_count) != 0) {
         copy_rows(transfer_, passes_.occlusion(), region, frame.width, frame.occlusion);
     }
 }

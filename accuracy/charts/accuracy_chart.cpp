@@ -4,6 +4,7 @@
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
+#include "common/process/gnuplot.h"
 
 namespace morphray::accuracy {
 namespace {
@@ -76,7 +77,7 @@ std::string panel(const std::string& title, const std::string& file, int wrong, 
         "set xtics autofreq format '10^{{%T}}'\nset xtics add ('none' zero)\n"
         "set arrow 1 from zero, graph 0 to zero, graph 1 nohead lw 2 lc rgb '#888888'\n"
         "set key top right\n",
-        plot_quoted(title), zero, one);
+        gnuplot_quoted(title), zero, one);
     // Names stand on the side where they meet fewest others.
     const auto named = [&](const std::string& condition, const char* colour, const char* place) {
         return fmt::format(

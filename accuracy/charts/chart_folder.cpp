@@ -12,6 +12,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
+#include "common/process/gnuplot.h"
 #include "common/process/shell_command.h"
 #include "common/process/shell_text.h"
 
@@ -81,7 +82,7 @@ void ChartFolder::keep() {
 }
 
 void require_gnuplot() {
-    if (run_shell("command -v gnuplot").status == 0) return;
+    if (has_gnuplot()) return;
     throw Error(ErrorKind::kUnavailable,
                 "chart: there is no gnuplot; install the package gnuplot-nox");
 }

@@ -5,6 +5,7 @@
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
+#include "common/process/gnuplot.h"
 
 namespace morphray::accuracy {
 namespace {
@@ -83,7 +84,7 @@ std::string panel(const std::string& title, const std::string& file,
         text += fmt::format(
             "{0}'{1}.csv' skip 1 using (strcol(1) eq {2} && strcol(2) eq '{3}' ? ($3 > 0 ? $3 : "
             "{4}) : NaN):($6 > 0 ? $6 : 0.2) with linespoints pt {5} ps 1.1 lw 2 lc {5} title {2}",
-            i == 0 ? "" : ", ", file, plot_quoted(methods[i]), series, zero, i + 1);
+            i == 0 ? "" : ", ", file, gnuplot_quoted(methods[i]), series, zero, i + 1);
     }
     return text + "\n";
 }

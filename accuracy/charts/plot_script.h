@@ -5,9 +5,6 @@
 
 namespace morphray::accuracy {
 
-/// In gnuplot's single quotes, where nothing is expanded.
-std::string plot_quoted(const std::string& text);
-
 /// What an image is made by: `body` is gnuplot, once `title` and `footer` (one line each) are set.
 struct PlotScript {
     std::string title;

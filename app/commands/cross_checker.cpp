@@ -9,11 +9,6 @@ namespace {
 
 constexpr double kAffordableTests = 2e9;
 
-std::uint64_t rays_per_pixel(const ViewSpec& view, std::uint32_t rays) {
-    if (rays == kRaysPrimary) return 1;
-    return rays == kRaysShadow ? 2 : 1 + view.ao_count;
-}
-
 /// The instruction set that is asked for, or all that this machine has.
 std::vector<std::string> simd_to_check(const std::string& asked) {
     if (asked == cpu::kSimdOff) return {};
@@ -29,9 +24,8 @@ std::vector<std::string> simd_to_check(const std::string& asked) {
 
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays) {
     const double pixels = static_cast<double>(view.width) * view.height;
-    return static_cast<double>(triangles) * pixels *
-               static_cast<double>(rays_per_pixel(view, rays)) <=
-           kAffordableTests;
+    const double rays_per_pixel = 1.0 + rays_per_hit(rays, view.ao_count);
+    return static_cast<double>(triangles) * pixels * rays_per_pixel <= kAffordableTests;
 }
 
 CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double first_frame,

@@ -125,7 +125,7 @@ ExitCode run_crosscheck(const Options& given, const Messages& messages) {
         } catch (const Error& error) {
             progress.hide();
             if (error.kind() != ErrorKind::kBadInput || !crosscheck.finished_any()) throw;
-            messages.error(error.what());
+            messages.error(error);
             code = ExitCode::kPartial;
             break;
         }

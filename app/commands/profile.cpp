@@ -13,17 +13,12 @@
 #include "app/report/reports.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
+#include "common/base/median.h"
 #include "common/base/stopwatch.h"
 #include "common/base/table.h"
 
 namespace morphray::app {
 namespace {
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    const std::size_t middle = values.size() / 2;
-    return values.size() % 2 != 0 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
 
 /// Times of a step that is run once to warm up and then `repeat` times.
 double median_ms(int repeat, const std::function<double()>& run_ms) {

@@ -157,7 +157,7 @@ ExitCode run_render(const Options& options, const Messages& messages) {
             progress.hide();
             // A frame that cannot be read does not undo those before it.
             if (error.kind() != ErrorKind::kBadInput || renderer.finished() == 0) throw;
-            messages.error(error.what());
+            messages.error(error);
             code = ExitCode::kPartial;
             break;
         }

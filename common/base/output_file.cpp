@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
+#include <climits>
 #include <ctime>
 #include <optional>
 #include <string>
@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "common/base/errors.h"
+#include "common/base/number_text.h"
 
 namespace morphray {
 namespace {
@@ -140,10 +141,8 @@ std::optional<int> named_descriptor(const fs::path& path) {
     if (name == "/dev/stderr") return STDERR_FILENO;
     for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
         if (!name.starts_with(folder)) continue;
-        int fd = -1;
-        const char* end = name.data() + name.size();
-        const auto parsed = std::from_chars(name.data() + folder.size(), end, fd);
-        if (parsed.ec == std::errc() && parsed.ptr == end && fd >= 0) return fd;
+        const auto fd = parse_unsigned(std::string_view(name).substr(folder.size()));
+        if (fd && *fd <= INT_MAX) return static_cast<int>(*fd);
     }
     return std::nullopt;
 }

@@ -34,7 +34,7 @@ TEST(ParseOptions, FillsTheImageUnlessAnEyeOrATargetIsGiven) {
     EXPECT_EQ(parse({"--target", "1,2,3"}).view_kind, ViewKind::kGiven);
     EXPECT_EQ(parse({"--light", "1,2,3", "--fov", "60"}).view_kind, ViewKind::kFill);
     EXPECT_EQ(refusal_of({"--view", "fill", "--eye", "1,2,3"}),
-              "--view fill: expected no --eye and no --target besides");
+              "--view fill: expected neither --eye nor --target beside it");
 }
 
 TEST(ParseOptions, ReadsLists) {

@@ -66,6 +66,27 @@ TEST(ParseFiniteDouble, RefusesWhatIsNotFinite) {
     }
 }
 
+TEST(ParseDouble, ReadsTheWholeTextOrNothing) {
+    EXPECT_EQ(parse_double("-1.5e3"), -1500.0);
+    EXPECT_TRUE(std::isnan(*parse_double("nan")));
+    EXPECT_EQ(parse_double("-inf"), -INFINITY);
+    EXPECT_EQ(parse_double("1e999"), INFINITY);
+    EXPECT_EQ(parse_double("-1e999"), -INFINITY);
+    EXPECT_EQ(parse_double("1e-999"), 0.0);
+    for (const char* text : {"", " 1", "1 ", "1,5", "0x10", "1e", "one", "--1", "1.2.3"}) {
+        EXPECT_FALSE(parse_double(text)) << text;
+    }
+}
+
+TEST(ParseUnsigned, TakesDigitsAlone) {
+    EXPECT_EQ(parse_unsigned("0"), 0u);
+    EXPECT_EQ(parse_unsigned("18446744073709551614"), 18446744073709551614u);
+    EXPECT_EQ(parse_unsigned("99999999999999999999999"), 18446744073709551615u);
+    for (const char* text : {"", "-1", "+1", "1.0", "0x1", " 1", "1 "}) {
+        EXPECT_FALSE(parse_unsigned(text)) << text;
+    }
+}
+
 TEST(ParseInteger, SaturatesInsteadOfWrapping) {
     EXPECT_EQ(parse_integer("-12"), -12);
     EXPECT_EQ(parse_integer("007"), 7);

@@ -27,9 +27,7 @@ constexpr std::array kSizes = {
 };
 
 void choose_size(Dice& dice, const Surroundings& around, double tests, ViewSpec& view) {
-    const double rays = view.rays == kRaysPrimary  ? 1
-                        : view.rays == kRaysShadow ? 2
-                                                   : 1 + view.ao_count;
+    const double rays = 1.0 + rays_per_hit(view.rays, view.ao_count);
     const double triangles = std::max<double>(1, static_cast<double>(around.triangles.size()));
     for (int tries = 0; tries < 20; ++tries) {
         const Size size = dice.pick(kSizes);

@@ -68,8 +68,8 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
+    [[noreturn]] void fail(const std::string& what, Remedy remedy = Remedy::kNone) const {
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what), remedy);
     }
     std::string place() const { return fmt::format("{}:{}", name_, line_); }
 
@@ -197,8 +197,8 @@ private:
         if (std::abs(value) <= kMaxCoordinate) return value;
         const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
         if (!lenient_) {
-            fail(fmt::format("coordinate {} {}; repair it or accept it with --lenient",
-                             in_quotes(token), what));
+            fail(fmt::format("coordinate {} {}; repair it", in_quotes(token), what),
+                 Remedy::kLenient);
         }
         not_finite_.add([&] {
             return Warning{place(),

@@ -28,8 +28,8 @@ struct Keyframe {
     double frame = 0;
     std::vector<vec3> positions;
     WorldBounds bounds;
-    /// Why the file could not be used; empty when it could.
-    std::string problem;
+    /// Why the file cannot be used; empty if it can.
+    std::optional<Error> problem;
     std::optional<Warning> warning;
     /// An error that refuses the whole clip.
     std::exception_ptr error;
@@ -75,7 +75,12 @@ void load(const KeyframeFile& file, const Polygons& faces, std::size_t vertex_co
         mesh = read_obj(file.path, obj);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kBadInput) throw;
-        keyframe.problem = fmt::format("{} (frame {})", error.what(), file.frame);
+        const Warning at = as_warning(error, shown(file.path));
+        keyframe.problem.emplace(
+            error.kind(),
+            fmt::format("{}: frame {}: {}", at.place.empty() ? shown(file.path) : at.place,
+                        file.frame, at.text),
+            error.remedy());
         return;
     }
     const std::string differs = difference(mesh, faces, vertex_count);
@@ -150,7 +155,7 @@ public:
 
     bool usable(double frame) const override {
         const KeyframeBlend blend = blend_at(frame);
-        return keyframes_[blend.before].problem.empty() && keyframes_[blend.after].problem.empty();
+        return !keyframes_[blend.before].problem && !keyframes_[blend.after].problem;
     }
     std::optional<Warning> damage() const override { return damage_; }
 
@@ -185,8 +190,8 @@ private:
             for (std::size_t i = begin; i < end; ++i) {
                 Keyframe& keyframe = keyframes_[i];
                 if (keyframe.error) std::rethrow_exception(keyframe.error);
-                if (!keyframe.problem.empty()) {
-                    damage.add([&] { return as_warning(keyframe.problem, shown(files[i].path)); });
+                if (keyframe.problem) {
+                    damage.add([&] { return as_warning(*keyframe.problem, shown(files[i].path)); });
                 }
                 if (keyframe.warning) warnings.add([&] { return *keyframe.warning; });
             }
@@ -222,9 +227,7 @@ private:
     }
 
     const std::vector<vec3>& required(std::size_t keyframe) const {
-        if (!keyframes_[keyframe].problem.empty()) {
-            throw Error(ErrorKind::kBadInput, keyframes_[keyframe].problem);
-        }
+        if (keyframes_[keyframe].problem) throw Error(*keyframes_[keyframe].problem);
         return keyframes_[keyframe].positions;
     }
 
