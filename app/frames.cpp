@@ -14,8 +14,8 @@
 namespace morphray::app {
 namespace {
 
-// Before the scene is opened its size shows in its name or in its files. A text of OBJ becomes
-// about as many bytes of arrays while the text itself is still there.
+// Estimates the size of a scene from its name or its file. While an OBJ file is read, its text and
+// arrays of about the same size are in memory.
 void require_memory_to_open(const std::string& spec) {
     constexpr std::string_view kBuiltin = "builtin:";
     if (spec.starts_with(kBuiltin)) {
@@ -46,7 +46,7 @@ std::vector<double> few_of(const std::vector<double>& all) {
     constexpr std::size_t kFew = 4;
     if (all.size() <= kFew) return all;
     const std::size_t last = all.size() - 1;
-    // The middle, and a quarter, where something moves already but not everything has.
+    // The middle and a quarter, where some parts have moved and others have not.
     return {all.front(), all[last / 4], all[last / 2], all.back()};
 }
 

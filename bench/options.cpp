@@ -137,7 +137,7 @@ public:
 private:
     using Setter = std::function<void(const std::string& option, const std::string& value)>;
 
-    /// Of an option that is given several times, the last value counts.
+    /// Adds an option. If it is given several times, the last value counts.
     void add(const std::string& name, const char* type, const std::string& help, Setter set) {
         app_.add_option_function<std::string>(
                 name, [name, set = std::move(set)](const std::string& value) { set(name, value); },

@@ -33,7 +33,7 @@ ChartFolder::ChartFolder(const fs::path& path)
     std::error_code error;
     if (fs::exists(path_, error)) {
         if (!fs::is_directory(path_, error))
-            fail(path_, "is not a folder; name one that is not there yet");
+            fail(path_, "is not a folder; name one that does not exist yet");
         if (!fs::is_empty(path_, error))
             fail(path_, "is not empty; name another folder, or empty this one");
     }
@@ -43,7 +43,7 @@ ChartFolder::ChartFolder(const fs::path& path)
     if (mkdtemp(name.data()) == nullptr)
         fail(path_, fmt::format("{}; choose another folder", std::strerror(errno)));
     temporary_ = name;
-    // As any new folder, not as a secret one.
+    // mkdtemp makes the folder private; give it the mode of any new folder.
     const mode_t mask = umask(0);
     umask(mask);
     chmod(name.c_str(), 0777 & ~mask);
@@ -84,7 +84,7 @@ void ChartFolder::keep() {
 void require_gnuplot() {
     if (has_gnuplot()) return;
     throw Error(ErrorKind::kUnavailable,
-                "chart: there is no gnuplot; install the package gnuplot-nox");
+                "chart: gnuplot is not installed; install the package gnuplot-nox");
 }
 
 }  // namespace morphray::accuracy

@@ -7,7 +7,7 @@
 namespace morphray::accuracy {
 namespace {
 
-/// Without what only a file of its own begins with.
+/// The <svg> element, without the head of a file.
 std::string inline_svg(const std::string& svg) {
     const std::size_t begin = svg.find("<svg");
     return begin == std::string::npos ? std::string() : svg.substr(begin);

@@ -32,8 +32,7 @@ void OptionAdder::add_flag(const char* name, const char* help, bool& target) con
     command_.add_flag(name, target, help)->multi_option_policy(CLI::MultiOptionPolicy::Throw);
 }
 
-void OptionAdder::add_view(const char* name, const char* type, const char* help,
-                           Setter set) const {
+void OptionAdder::add_view(const char* name, const char* type, const char* help, Setter set) const {
     add(name, type, help,
         [&options = options_, set = std::move(set)](const std::string& option,
                                                     const std::string& value) {

@@ -24,8 +24,7 @@ public:
     CLI::App& command() const { return command_; }
     Options& options() const { return options_; }
 
-    CLI::Option* add(const char* name, const char* type, const std::string& help,
-                     Setter set) const;
+    CLI::Option* add(const char* name, const char* type, const std::string& help, Setter set) const;
     CLI::Option* add_text(const char* name, const char* type, const std::string& help,
                           std::string& target) const;
     void add_flag(const char* name, const char* help, bool& target) const;

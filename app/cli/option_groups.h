@@ -15,8 +15,7 @@ void add_lenient(const OptionAdder& adder);
 void add_frames(const OptionAdder& adder, const char* otherwise);
 
 /// Image, camera, light and kind of rays, with the defaults to show.
-void add_view_options(const OptionAdder& adder, const char* default_size,
-                      const char* default_rays);
+void add_view_options(const OptionAdder& adder, const char* default_size, const char* default_rays);
 
 /// --backend with these choices and the default to show, device, threads, instruction set.
 void add_backend_options(const OptionAdder& adder, std::span<const Choice<BackendChoice>> choices,

@@ -7,7 +7,8 @@
 
 namespace morphray::app {
 
-/// What follows an error's message: " or accept it with --lenient"; empty for Remedy::kNone.
+/// The text to add to an error's message, such as " or accept it with --lenient"; empty for
+/// Remedy::kNone.
 const char* remedy_text(Remedy remedy);
 
 /// The error's message with the option that would avoid it.

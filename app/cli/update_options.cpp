@@ -40,7 +40,7 @@ std::vector<std::string> parse_updates(const std::string& option, const std::str
         policies.push_back(parse_update(option, std::string(part)));
         if (std::count(policies.begin(), policies.end(), policies.back()) > 1) {
             throw Error(ErrorKind::kBadArgument,
-                        fmt::format("{}: {} is there twice", option, policies.back()));
+                        fmt::format("{}: {} is given twice", option, policies.back()));
         }
     }
     return policies;
@@ -52,10 +52,11 @@ void parse_update_budget(const std::string& option, const std::string& text, Upd
     const std::string number = text.substr(0, text.size() - (in_ms ? 2 : in_percent ? 1 : 0));
     const std::optional<double> value = parse_finite_double(number);
     if (!(in_ms || in_percent) || !value || *value <= 0) {
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("{}: '{}' is not a part of a frame such as 50% nor a time such as "
-                                "2ms",
-                                option, text));
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("{}: '{}' is neither a part of a frame such as 50% nor a time such as "
+                        "2ms",
+                        option, text));
     }
     config.budget_ms = in_ms ? *value : 0;
     if (in_percent) config.budget = *value / 100;

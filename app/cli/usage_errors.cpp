@@ -23,7 +23,7 @@ std::string advice(const std::string& similar, const std::string& command) {
 }
 
 [[noreturn]] void reject_option(const std::string& given, const FailedParse& parse) {
-    // The dashes, which all have in common, make nothing alike.
+    // All options begin with dashes, so dashes must not count as similarity.
     const std::string dashed = given.substr(0, given.find('='));
     const std::string name = dashed.substr(std::min(dashed.find_first_not_of('-'), dashed.size()));
     const auto& program = parse.program_options;

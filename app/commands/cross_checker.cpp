@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kAffordableTests = 2e9;
 
-/// The instruction set that is asked for, or all that this machine has.
+/// The given instruction set, or all that this machine has.
 std::vector<std::string> simd_to_check(const std::string& asked) {
     if (asked == cpu::kSimdOff) return {};
     if (!asked.empty()) return {find_simd_target(asked).name};
@@ -38,7 +38,7 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
     BackendOptions plain = options.backend;
     plain.simd = cpu::kSimdOff;
     const auto make = [&](BackendChoice choice) { return make_backend(choice, plain, messages); };
-    // The device first: without one there is no point in building.
+    // The device first, because without one the build would be in vain.
     if (with_vulkan) {
         vulkan_.refits = make(BackendChoice::kVulkan);
         vulkan_.given = make(BackendChoice::kVulkan);
@@ -111,7 +111,7 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
         row.refit_on = variant.refit_on;
         row.rays = name_of_rays(expected.rays);
         row.reference = expected.reference;
-        // The CPU without SIMD over the rebuilt tree is that reference itself.
+        // The CPU without SIMD over the rebuilt tree is the reference itself.
         if (row.reference == row.backend && row.simd.empty() && row.update == "rebuild") continue;
         variant.backend->trace_image(params_for(expected.rays), actual);
         row.trace_ms = variant.backend->times().trace_ms;

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file in the folder for temporary ones, gone at the end.
+/// A temporary file, removed at the end.
 class ScratchFile {
 public:
     explicit ScratchFile(const std::string& text)
@@ -26,7 +26,7 @@ public:
         const int fd = mkstemp(path_.data());
         if (fd < 0) {
             throw Error(ErrorKind::kOutput,
-                        fmt::format("{}: cannot be made for gnuplot; set TMPDIR", path_));
+                        fmt::format("{}: cannot be created for gnuplot; set TMPDIR", path_));
         }
         close(fd);
         write_file(path_, text);
@@ -89,7 +89,7 @@ std::string panels_of(const PolicyComparison& comparison, std::size_t index) {
         trace.add("trace" + tag,
                   by_frame(run, [](const PolicyFrame& f) { return f.times.trace_ms; }), run.policy,
                   "linespoints");
-        // A logarithmic axis has no 0, no infinity.
+        // A logarithmic axis cannot show 0 or infinity.
         ratio.add(
             "ratio" + tag,
             by_frame(run, [](const PolicyFrame& f) { return std::clamp(f.cost_ratio, 1e-3, 1e6); }),
@@ -147,7 +147,7 @@ void require_plotter(const std::string& file) {
     if (has_gnuplot()) return;
     throw Error(
         ErrorKind::kUnavailable,
-        "--plot: gnuplot is not there; install gnuplot-nox, or take the figures from --csv");
+        "--plot: gnuplot is not installed; install gnuplot-nox, or take the figures from --csv");
 }
 
 void plot_policies(const PolicyReport& report, const std::string& file) {

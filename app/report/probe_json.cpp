@@ -56,8 +56,8 @@ std::string to_json(const ProbeReport& report) {
     json["rays"] = report.rays;
     json["scene_exponent"] = report.exponent;
     json["ray"] = of(report.ray);
-    json["user_org"] = report.user_org;
-    json["user_depth"] = report.user_depth;
+    json["user_org"] = report.world_org;
+    json["user_depth"] = report.world_depth;
     json["hit"] = of(report.image);
     json["hit_alone"] = of(report.alone);
     json["occlusion"] = report.occlusion;

@@ -4,6 +4,7 @@
 #include <numeric>
 
 namespace morphray::app {
+
 FrameReport report_frame(Session& session, double frame_number, const Frame& frame,
                          bool with_tree) {
     FrameReport report;

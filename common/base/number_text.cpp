@@ -14,14 +14,14 @@ constexpr std::int64_t kManyDigits = 1'000'000'000'000'000'000;
 
 bool digit(char c) { return c >= '0' && c <= '9'; }
 
-// from_chars takes no '+'. "+-1" must not become -1.
+// from_chars accepts no '+'. "+-1" must not become -1.
 std::string_view without_plus(std::string_view text) {
     if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
     return text;
 }
 
-// Whether a number out of a type's range is too large (rather than too small) for it. `text` is a
-// decimal number that from_chars has read as a whole.
+// Whether a number outside a type's range is too large for it rather than too small. `text` is a
+// decimal number that from_chars has accepted as a whole.
 bool too_large(std::string_view text) {
     std::int64_t power = 0;  // of ten, of the digit before the point once it has been normalised
     bool significant = false;

@@ -1,4 +1,4 @@
-// Many warnings of one kind told as one.
+// Joins warnings of one kind into one.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The parts of the program that can be asked directly.
+// Functions of the program, called directly.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -113,7 +113,7 @@ TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
     EXPECT_NE(text.find(common + "vulkan --update refit --refit-on cpu --build-at 3\n"),
               std::string::npos)
         << text;
-    // They are commands that the program accepts.
+    // The program accepts these commands.
     const std::vector<std::string> arguments = {
         "probe",    "my scene.obj", "--frame",    "6.5",   "--pixel",    "3,1",       "--size",
         "4x4",      "--rays",       "ao",         "--eye", "-1,2,3",     "--backend", "vulkan",

@@ -51,7 +51,8 @@ private:
     std::vector<SpirvInstruction> instructions_;
 };
 
-/// What a kernel does that not every device rounds alike, one line each; empty if nothing. Floats
+/// Operations of a kernel whose rounding differs between devices, one line each; empty if there are
+/// none. Floats
 /// may be added, subtracted and multiplied without contraction, compared, selected, converted.
 std::vector<std::string> inexact_operations(const SpirvModule& module);
 

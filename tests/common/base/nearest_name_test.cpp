@@ -22,7 +22,7 @@ TEST(SimilarName, IsFoundAcrossTypingErrors) {
 }
 
 TEST(NearestName, IsOneOfTheNamesForEveryText) {
-    EXPECT_EQ(nearest_name("prof", kNames), "profile");
+    EXPECT_EQ(nearest_name("profil", kNames), "profile");
     EXPECT_EQ(nearest_name("zzzzzz", kNames), "render");
     EXPECT_NE(nearest_name(std::string(100000, 'x'), kNames), "");
     EXPECT_EQ(nearest_name("render", {}), "");

@@ -50,14 +50,14 @@ TEST(ParseFloat, OverflowsToInfinity) {
     EXPECT_TRUE(std::isnan(*parse_float("-nan(ind)")));
 }
 
-TEST(ParseFloat, RefusesWhatIsNoDecimalNumber) {
+TEST(ParseFloat, RefusesTextThatIsNoDecimalNumber) {
     for (const char* text : {"", "+", "-", ".", "+-1", "++1", "1e", "1e+", "1,5", "0x1p0", "0x10",
                              "1.0f", "1.2.3", "a", " 1", "1 ", "1.#INF", "e5"}) {
         EXPECT_FALSE(parse_float(text)) << text;
     }
 }
 
-TEST(ParseFiniteDouble, RefusesWhatIsNotFinite) {
+TEST(ParseFiniteDouble, RefusesNumbersThatAreNotFinite) {
     EXPECT_EQ(parse_finite_double("0.25"), 0.25);
     EXPECT_EQ(parse_finite_double("-1e300"), -1e300);
     EXPECT_EQ(parse_finite_double("1e-400"), 0.0);

@@ -44,7 +44,7 @@ double field_of_view(Dice& dice) {
     return dice.real(5, 170);
 }
 
-/// What the eye looks at.
+/// The target of the camera.
 dvec3 choose_target(Dice& dice, const Surroundings& around, const dvec3& eye, std::string& cause) {
     switch (dice.from(0, 6)) {
         case 0:

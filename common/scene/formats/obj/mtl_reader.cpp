@@ -17,7 +17,8 @@
 namespace morphray {
 namespace {
 
-// tinyobjloader's material_t takes 1.5 kB: libraries of a million materials go to it in pieces.
+// tinyobjloader's material_t takes 1.5 kB, so libraries of a million materials are parsed in
+// pieces.
 constexpr std::size_t kMaterialsAtOnce = 1024;
 
 constexpr std::string_view kBlanks = " \t\f";
@@ -32,8 +33,8 @@ std::vector<std::string_view> words_of(std::string_view text) {
     return tokens;
 }
 
-// Reduces a library to the statements that are used, each of them checked, and lets tinyobjloader
-// parse those.
+// Reduces a library to the statements that are used, checks each, and lets tinyobjloader parse
+// them.
 class MtlReader {
 public:
     MtlReader(const std::string& name, bool lenient, MaterialMap& materials)
@@ -101,7 +102,7 @@ private:
 
     void warn_default(const std::string& what) {
         odd_colours_.add([&] {
-            return Warning{fmt::format("{}:{}", name_, line_), what + "; taken as grey"};
+            return Warning{fmt::format("{}:{}", name_, line_), what + "; the material is grey"};
         });
     }
 

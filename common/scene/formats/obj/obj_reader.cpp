@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Builds the mesh from what tinyobjloader finds in checked text.
+// Builds the mesh from the statements that tinyobjloader finds in checked text.
 class MeshBuilder : public ObjEvents {
 public:
     MeshBuilder(const fs::path& path, const ObjOptions& options, const CheckedObj& checked,
@@ -41,7 +41,7 @@ public:
                 index > 0 ? std::int64_t{index} - 1
                           : static_cast<std::int64_t>(vertex_count_) + std::int64_t{index};
             if (vertex < 0 || vertex >= static_cast<std::int64_t>(vertex_total_)) {
-                // A lenient check lets indices pass that are too large.
+                // A lenient check accepts indices that are too large.
                 out_of_range_.add([&] {
                     return Warning{shown(path_), fmt::format("face with vertex {} of {}; left out",
                                                              index, vertex_total_)};

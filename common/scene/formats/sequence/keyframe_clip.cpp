@@ -20,8 +20,8 @@
 namespace morphray {
 namespace {
 
-// Files that are read before errors are looked at: all but the last core stay busy, and a sequence
-// that is wrong from its second frame on is refused soon.
+// Files that are read between checks for errors: enough to keep all cores busy, and few enough to
+// refuse a sequence soon that is wrong from its second frame on.
 constexpr std::size_t kFilesAtOnce = 64;
 
 struct Keyframe {
@@ -35,7 +35,7 @@ struct Keyframe {
     std::exception_ptr error;
 };
 
-// What tells a frame's mesh from the first frame's; empty for nothing.
+// The first difference between a frame's mesh and the first frame's; empty if they are equal.
 std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t vertex_count) {
     if (mesh.positions.size() != vertex_count) {
         return fmt::format("{} vertices instead of {}", mesh.positions.size(), vertex_count);
@@ -60,7 +60,7 @@ std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t v
     return fmt::format("other vertices in face {}", face + 1);
 }
 
-// Of one file that is not the first.
+// Reads a file other than the first.
 void load(const KeyframeFile& file, const Polygons& faces, std::size_t vertex_count,
           const SceneOptions& options, Keyframe& keyframe) {
     ObjOptions obj;
@@ -221,7 +221,7 @@ private:
         const double to = hold_ ? base + 1 : keyframes_[after].frame;
         const float f = frame == from ? 0.0f : static_cast<float>((frame - from) / (to - from));
         if (f == 0.0f || before == after) return {before, before, 0.0f};
-        // So little before a keyframe that a float does not tell: the keyframe.
+        // Closer to the next keyframe than a float can tell.
         if (f == 1.0f) return {after, after, 0.0f};
         return {before, after, f};
     }

@@ -49,7 +49,7 @@ std::vector<std::string> file_names(const fs::path& folder) {
     if (error) {
         fail(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
     }
-    // The order of a folder is that of its file system.
+    // A folder lists its files in an order of the file system.
     std::sort(names.begin(), names.end());
     return names;
 }

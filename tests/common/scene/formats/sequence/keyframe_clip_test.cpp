@@ -184,7 +184,7 @@ TEST(KeyframeClip, DamageCountsTheFilesThatCannotBeUsed) {
     EXPECT_FALSE(open_frames({triangle_at("0"), triangle_at("1")}).clip->damage());
 }
 
-TEST(KeyframeClip, FrameThatCannotBeReadFailsWhenItIsAskedFor) {
+TEST(KeyframeClip, FrameThatCannotBeReadFailsWhenItIsUsed) {
     const Opened opened = open_frames({triangle_at("0"), "v 0 0\n", triangle_at("2")});
     EXPECT_EQ(x_at(opened, 0), 0.0f);
     EXPECT_EQ(kind_of([&] { x_at(opened, 1); }), ErrorKind::kBadInput);
