@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/image/frame.h"
+
 namespace morphray::fuzz {
 namespace {
 
