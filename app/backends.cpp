@@ -21,29 +21,29 @@ std::unique_ptr<Backend> make_vulkan([[maybe_unused]] const BackendOptions& opti
 #endif
 }
 
-/// What leaves us without Vulkan, where that is no fault of ours.
+/// Whether the error means that this machine or build has no usable Vulkan.
 bool is_lack_of_vulkan(const Error& error) {
     return error.kind() == ErrorKind::kUnavailable || error.kind() == ErrorKind::kLimit;
 }
 
-/// Whether options of Vulkan rule the CPU out.
+/// Whether an option requires Vulkan.
 bool asks_for_vulkan(const BackendOptions& options) {
     return !options.device.empty() || options.validate;
 }
 
-/// Vulkan, or null after one warning where it cannot be had and nothing asks for it.
+/// Vulkan, or null after a warning if it is unavailable and no option requires it.
 std::unique_ptr<Backend> try_vulkan(const BackendOptions& options, const Messages& messages) {
     if (asks_for_vulkan(options)) return make_vulkan(options);
     try {
         return make_vulkan(options);
     } catch (const Error& error) {
         if (!is_lack_of_vulkan(error)) throw;
-        messages.warn({{}, fmt::format("{}; going on with the CPU", error.what())});
+        messages.warn({{}, fmt::format("{}; using the CPU instead", error.what())});
         return nullptr;
     }
 }
 
-/// Whether all that Vulkan could run on is the CPU once more, which our own tracer makes more of.
+/// Whether the only usable Vulkan devices run on the CPU, where the CPU backend is faster.
 bool has_only_software_devices() {
     bool any = false;
     try {
@@ -54,7 +54,7 @@ bool has_only_software_devices() {
             any = true;
         }
     } catch (const Error& error) {
-        // try_vulkan() says why.
+        // try_vulkan() warns of the reason.
         if (!is_lack_of_vulkan(error)) throw;
     }
     return any;

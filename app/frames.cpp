@@ -3,29 +3,28 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
 #include "app/memory_budget.h"
 #include "common/base/errors.h"
+#include "common/base/number_text.h"
 #include "common/scene/frame_range.h"
 
 namespace morphray::app {
 namespace {
 
-// Before the scene is opened its size shows in its name or in its files. A text of OBJ becomes
-// about as many bytes of arrays while the text itself is still there.
+// Estimates the size of a scene from its name or its file. While an OBJ file is read, its text and
+// arrays of about the same size are in memory.
 void require_memory_to_open(const std::string& spec) {
     constexpr std::string_view kBuiltin = "builtin:";
     if (spec.starts_with(kBuiltin)) {
         const std::size_t colon = spec.find(':', kBuiltin.size());
         if (colon == std::string::npos) return;
-        std::uint64_t triangles = 0;
-        std::from_chars(spec.data() + colon + 1, spec.data() + spec.size(), triangles);
-        // More is refused by the scene itself.
+        // The scene itself refuses other texts and larger numbers.
         constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
-        triangles = std::min(triangles, kMaxTriangles);
+        const std::uint64_t triangles =
+            std::min(parse_unsigned(spec.substr(colon + 1)).value_or(0), kMaxTriangles);
         require_memory({.triangles = triangles, .vertices = triangles / 2});
         return;
     }
@@ -47,7 +46,7 @@ std::vector<double> few_of(const std::vector<double>& all) {
     constexpr std::size_t kFew = 4;
     if (all.size() <= kFew) return all;
     const std::size_t last = all.size() - 1;
-    // The middle, and a quarter, where something moves already but not everything has.
+    // The middle and a quarter, where some parts have moved and others have not.
     return {all.front(), all[last / 4], all[last / 2], all.back()};
 }
 

@@ -8,8 +8,8 @@
 
 namespace {
 
-// With a closed stdin, stdout or stderr the next file that is opened would take its number and
-// receive what is printed. Opened for the other direction, it keeps failing as a closed one does.
+// If stdin, stdout or stderr is closed, the next file that is opened would take its descriptor and
+// receive output. Opening /dev/null for the other direction occupies it, and its use keeps failing.
 void hold_standard_descriptors() {
     for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
         if (::fcntl(fd, F_GETFD) >= 0) continue;

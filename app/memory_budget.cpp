@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
 // A leaf (320 B and 64 B of vertex numbers) holds about 11 triangles, and there is a node (448 B)
-// for about 11 of those: 40 B a triangle, and some more for poor scenes.
+// for about 11 of those: 40 B a triangle, and some more for unfavourable scenes.
 constexpr std::uint64_t kTreeBytesPerTriangle = 48;
 // Boxes, centroids, order and the binary tree that the builder holds beside the result.
 constexpr std::uint64_t kBuildBytesPerTriangle = 96;
@@ -32,7 +32,7 @@ constexpr std::uint64_t kBytesPerPixel = 60;
 // Code, libraries, thread stacks.
 constexpr std::uint64_t kFixedBytes = std::uint64_t{48} << 20;
 
-// What Mesa's lavapipe maps for an instance and a device; a smaller limit made it crash.
+// Address space that Mesa's lavapipe maps for an instance and a device; it crashes with less.
 constexpr std::uint64_t kDriverAddressBytes = std::uint64_t{768} << 20;
 
 std::uint64_t saturating_add(std::uint64_t a, std::uint64_t b) {
@@ -46,7 +46,7 @@ std::uint64_t saturating_multiply(std::uint64_t a, std::uint64_t b) {
 std::optional<std::uint64_t> read_value(const std::string& file) {
     std::ifstream in(file);
     std::uint64_t value = 0;
-    if (in >> value) return value;  // "max" is no number and no limit
+    if (in >> value) return value;  // "max" means no limit
     return std::nullopt;
 }
 
@@ -94,8 +94,8 @@ void apply_group(MemoryLimit& limit, const std::string& folder, const char* limi
     tighten(limit, *most > held ? *most - held : 0, "the control group's memory limit");
 }
 
-// Every group from the process's own up to the root limits it. Inside a container the listed path
-// may not exist; its own group is then the root of what is mounted.
+// Applies the limits of every group from the process's own up to the root. Inside a container the
+// listed path may not exist; the root of the mounted hierarchy is then its own group.
 void apply_control_groups(MemoryLimit& limit) {
     std::ifstream in("/proc/self/cgroup");
     for (std::string line; std::getline(in, line);) {

@@ -42,7 +42,7 @@ ExitCode explain_failure(std::exception_ptr failure, const Messages& messages) {
     try {
         std::rethrow_exception(failure);
     } catch (const Error& error) {
-        messages.error(error.what());
+        messages.error(error);
         return error.kind() == ErrorKind::kCancelled ? interrupt_exit_code()
                                                      : exit_code_of(error.kind());
     } catch (const std::bad_alloc&) {

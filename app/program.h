@@ -1,4 +1,4 @@
-// The whole program behind main().
+// Runs the program.
 #pragma once
 
 #include <exception>
@@ -10,10 +10,11 @@
 
 namespace morphray::app {
 
-/// One line on stderr about what ended a command, and the exit code that belongs to it.
+/// Writes one line about the failure to stderr and returns its exit code.
 ExitCode explain_failure(std::exception_ptr failure, const Messages& messages);
 
-/// Parses, runs the command, and turns whatever happens into an exit code and one line on stderr.
+/// Parses the arguments and runs the command. Returns the exit code; writes one line to stderr on
+/// failure.
 int run_program(std::span<const std::string> arguments);
 
 }  // namespace morphray::app

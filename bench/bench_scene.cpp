@@ -11,10 +11,10 @@ namespace morphray::bench {
 namespace {
 
 std::vector<vec3> positions_at(const Clip& clip, const SceneSpace& space, double frame) {
-    std::vector<vec3> user(clip.topology().vertex_count);
+    std::vector<vec3> world(clip.topology().vertex_count);
     std::vector<vec3> scene(clip.topology().vertex_count);
-    clip.positions(frame, user);
-    space.to_scene(user, scene);
+    clip.positions(frame, world);
+    space.to_scene(world, scene);
     return scene;
 }
 

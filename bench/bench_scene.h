@@ -1,4 +1,4 @@
-// A scene with everything that the works take.
+// A scene with everything that the works need.
 #pragma once
 
 #include <memory>
@@ -14,12 +14,12 @@
 namespace morphray::bench {
 
 /// The frame in the middle of a clip, in scene space, with a tree built for it; and the frame after
-/// it, to refit to. Of a clip with a single frame that is the same frame with every coordinate one
-/// float nearer to 0: backends that only refit what has moved have all of it to do.
+/// it, to refit to. For a clip with a single frame, that is the same frame with every coordinate
+/// one float nearer to 0, so that backends that refit moved parts only have to refit everything.
 struct BenchScene {
     std::string name;
     ViewKind view_kind;
-    /// What the image shows, in world space, with an eye, a target and a light.
+    /// The view in world space, with an eye, a target and a light.
     ViewSpec view;
     std::unique_ptr<Clip> clip;
     ImageParams params;

@@ -1,4 +1,4 @@
-// Whether two tracers agree, as far as tracers with different arithmetic can.
+// Compares the answers of tracers whose arithmetic differs.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace morphray::bench {
 
-/// Rays with different answers, by the first thing that differs.
+/// Counts of rays with different answers, by the first difference.
 struct Mismatches {
     std::uint64_t hit = 0;      // hit or miss; occluded or not
     std::uint64_t prim_id = 0;  // mostly ties at shared edges
@@ -17,11 +17,11 @@ struct Mismatches {
     std::uint64_t total() const { return hit + prim_id + t; }
 };
 
-/// Both tracers work in float, where t is good to some ulp of the distance of the ray's origin:
-/// larger differences are worth a look.
+/// Both tracers compute in float, where the error of t is some ulp of the distance of the ray's
+/// origin; larger differences indicate an error.
 inline constexpr float kMaxRelativeT = 1e-4f;
 
-/// Of the active rays of a work.
+/// Compares the active rays of a work.
 Mismatches compare_answers(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b);
 Mismatches compare_hits(const TraceWork& work, std::span<const Hit> a, std::span<const Hit> b);
 

@@ -48,7 +48,7 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
     const Camera camera = make_image_params(coarse, bounds, space).camera;
     const Window window = find_full_window(probe(camera, bvh), kProbeSide);
 
-    // Scene space differs from the user's by scale and place alone, so directions are the same.
+    // Scene space differs from world space in scale and origin only, so directions are the same.
     const double middle_x = window.x + window.side / 2.0;
     const double middle_y = window.y + window.side / 2.0;
     const ResolvedView resolved = resolve_view(whole, bounds);

@@ -1,4 +1,4 @@
-// What of a scene the image shows.
+// The part of a scene that the image shows.
 #pragma once
 
 #include "common/bvh/bvh.h"
@@ -9,14 +9,14 @@ namespace morphray::bench {
 
 /// kWhole is the default camera, which keeps the whole clip in the image. kFill looks from the
 /// same eye, by the same light, at the part of that image which is full, so that (nearly) every
-/// pixel sees the scene. kGiven is what the user asked for with an eye or a target.
+/// pixel sees the scene. kGiven is a view whose eye or target is given.
 enum class ViewKind { kFill, kWhole, kGiven };
 
 /// "fill", "whole", "given"
 const char* name_of(ViewKind kind);
 
-/// The view of kFill: `whole` with eye, target, fov and light set. `bvh` is the scene as it is
-/// seen, and decides what is full.
+/// The view of kFill: `whole` with eye, target, fov and light set. `bvh` is the tree of the scene,
+/// which decides which part of the image is full.
 ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
                    const Bvh& bvh);
 

@@ -1,4 +1,4 @@
-// Where an image is full.
+// Finds the part of an image that is full of hits.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@ struct Window {
     std::uint32_t x;
     std::uint32_t y;
     std::uint32_t side;
-    /// Of its pixels that are hits, from 0 to 1.
+    /// The share of its pixels that are hits, from 0 to 1.
     double hit_share;
 };
 
-/// An image counts as full from this share of hits on: a silhouette leaves some corner out.
+/// A window counts as full from this share of hits on, because a silhouette leaves out some corner.
 inline constexpr double kFullShare = 0.95;
-/// A window is at least this part of the image's side: of scenes that are full nowhere, hair or
-/// separate triangles, a smaller one would show a few triangles at most.
+/// A window's side is at least the image's side divided by this. In scenes that are full nowhere,
+/// such as hair or separate triangles, a smaller one would show only a few triangles.
 inline constexpr std::uint32_t kMaxZoom = 8;
 
-/// The largest full window, of several the one nearest to the middle; where none is full, the one
-/// with the greatest share, of several the largest. hits: 1 or 0 row by row, side * side of them,
-/// side >= kMaxZoom.
+/// The largest full window, of several the one nearest to the middle; if none is full, the one with
+/// the greatest share, of several the largest. `hits` is 1 or 0 for each pixel, row by row, side *
+/// side of them, side >= kMaxZoom.
 Window find_full_window(std::span<const std::uint8_t> hits, std::uint32_t side);
 
 }  // namespace morphray::bench

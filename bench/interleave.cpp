@@ -1,17 +1,17 @@
 #include "bench/interleave.h"
 
 #include <algorithm>
-#include <chrono>
+
+#include "common/base/stopwatch.h"
 
 namespace morphray::bench {
 namespace {
 
 double run_ms(const Method& method) {
     if (method.prepare) method.prepare();
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     method.run();
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-        .count();
+    return watch.ms();
 }
 
 }  // namespace
@@ -25,12 +25,6 @@ std::vector<Samples> time_interleaved(std::span<const Method> methods, int repea
         }
     }
     return samples;
-}
-
-double median(Samples samples) {
-    std::sort(samples.begin(), samples.end());
-    const std::size_t middle = samples.size() / 2;
-    return samples.size() % 2 != 0 ? samples[middle] : (samples[middle - 1] + samples[middle]) / 2;
 }
 
 Ratio ratio_of(const Samples& ours, const Samples& peer) {

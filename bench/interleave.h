@@ -1,4 +1,4 @@
-// Timing several ways to do the same work against each other.
+// Times several ways to do the same work in turn.
 #pragma once
 
 #include <functional>
@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "common/base/median.h"
+
 namespace morphray::bench {
 
-/// One way to do the work. `prepare` comes before each run, outside the timing; it may be empty.
+/// One way to do the work. `prepare` is called before each run and not timed; it may be empty.
 struct Method {
     std::string name;
     std::function<void()> prepare;
@@ -18,15 +20,14 @@ struct Method {
 /// Milliseconds of a method's runs, in the order in which they were made.
 using Samples = std::vector<double>;
 
-/// Runs each once to warm up, then `repeat` rounds of each in turn, so that what disturbs the
-/// machine for longer than a run disturbs all alike. One Samples a method.
+/// Runs each method once to warm up, then `repeat` rounds of all methods in turn, so that a
+/// disturbance that lasts longer than a run affects all methods. Returns the samples of each
+/// method.
 std::vector<Samples> time_interleaved(std::span<const Method> methods, int repeat);
 
-double median(Samples samples);
-
-/// How many times as fast as the peer we are: the ratio of the medians, and the smallest and
-/// largest ratio of a round, between which it lies (if every peer[i] >= m * ours[i], then the
-/// medians stand alike).
+/// How many times as fast as the peer morphray is: the ratio of the medians, and the smallest and
+/// largest ratio of a round. The ratio of the medians lies between those: if every
+/// peer[i] >= m * ours[i], then the medians have the same relation.
 struct Ratio {
     double median;
     double min;

@@ -7,6 +7,8 @@
 #include <sstream>
 #include <thread>
 
+#include "common/base/number_text.h"
+
 namespace morphray::bench {
 namespace {
 
@@ -40,7 +42,7 @@ std::string microarchitecture(const Cpu& cpu) {
     if (!cpu.model_name.starts_with("AMD")) return "";
     if (cpu.family == "26") return "zen5";
     if (cpu.family != "25") return "";
-    const int model = std::atoi(cpu.model.c_str());
+    const std::int64_t model = parse_integer(cpu.model).value_or(0);
     return (model >= 0x10 && model < 0x20) || model >= 0x60 ? "zen4" : "zen3";
 }
 

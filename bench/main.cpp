@@ -10,12 +10,13 @@
 #include "bench/works/works.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
+#include "common/process/shell_text.h"
 #include "common/version.h"
 
 namespace morphray::bench {
 namespace {
 
-/// The rays of a scene, made before anything is timed; those that nobody asked for are missing.
+/// The rays of a scene, made before anything is timed. Kinds that no chosen work needs are missing.
 struct SceneWorks {
     TraceWork primary;
     std::optional<TraceWork> shadow;
@@ -55,7 +56,7 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
     if (options.wants("build")) bench_build(rig, scene, works.primary);
 }
 
-/// The options that show a scene as it is seen here, also to `morphray render`.
+/// The options of bench/run and `morphray render` that give this view of the scene.
 std::string view_line(const BenchScene& scene) {
     const ViewSpec& view = scene.view;
     return fmt::format("{}: --eye {:.6g} --target {:.6g} --fov {:.6g} --light {:.6g}\n", scene.name,
@@ -63,15 +64,9 @@ std::string view_line(const BenchScene& scene) {
                        fmt::join(*view.light, ","));
 }
 
-/// The line that runs this again.
+/// The shell command that repeats this run.
 std::string command_line(std::span<const std::string> arguments) {
-    std::string line = "./bench/run";
-    for (const std::string& argument : arguments) {
-        const bool plain =
-            argument.find_first_of(" \t\n\"'\\$`*?[]{}()<>|&;#~!") == std::string::npos;
-        line += plain ? ' ' + argument : fmt::format(" '{}'", argument);
-    }
-    return line;
+    return arguments.empty() ? "./bench/run" : "./bench/run " + shell_line(arguments);
 }
 
 void run(std::span<const std::string> arguments) {
@@ -100,7 +95,7 @@ void run(std::span<const std::string> arguments) {
             run_works({device, threads, options.repeat, options.targets, report}, scene, works,
                       options);
         }
-        // After each scene, so that a scene that fails takes none of the others' figures along.
+        // After each scene, so that the figures of earlier scenes are kept if a later one fails.
         if (!options.json.empty()) write_file(options.json, to_json(head, rows));
         if (!options.csv.empty()) write_file(options.csv, to_csv(head, rows));
     }

@@ -2,44 +2,36 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <functional>
 #include <optional>
+#include <string_view>
 
 #include "bench/works/trace_work.h"
 #include "common/base/errors.h"
 #include "common/base/number_text.h"
+#include "common/base/text_parts.h"
 
 namespace morphray::bench {
 namespace {
 
-[[noreturn]] void refuse(const std::string& option, const std::string& value,
+[[noreturn]] void refuse(const std::string& option, std::string_view value,
                          const std::string& expected) {
     throw Error(ErrorKind::kBadArgument, fmt::format("{}{}{}: expected {}", option,
                                                      value.empty() ? "" : " ", value, expected));
 }
 
-std::vector<std::string> split_list(const std::string& text) {
-    std::vector<std::string> parts(1);
-    for (const char c : text) {
-        if (c == ',') {
-            parts.emplace_back();
-        } else {
-            parts.back().push_back(c);
-        }
-    }
-    return parts;
-}
-
-int parse_count(const std::string& option, const std::string& text, int max) {
-    const auto value = parse_integer(text);
-    if (!value || *value < 1 || *value > max) {
-        refuse(option, text, fmt::format("a whole number from 1 to {}", max));
+int parse_up_to(int most, const std::string& option, std::string_view text) {
+    const auto value = parse_unsigned(text);
+    if (!value || *value < 1 || *value > static_cast<std::uint64_t>(most)) {
+        refuse(option, text, fmt::format("a whole number from 1 to {}", most));
     }
     return static_cast<int>(*value);
 }
 
 Point parse_point(const std::string& option, const std::string& text) {
-    const std::vector<std::string> parts = split_list(text);
+    const std::vector<std::string_view> parts = split(text, ',');
     Point point{};
     for (std::size_t i = 0; i < 3; ++i) {
         const auto value = i < parts.size() ? parse_finite_double(parts[i]) : std::nullopt;
@@ -50,19 +42,20 @@ Point parse_point(const std::string& option, const std::string& text) {
 }
 
 std::vector<std::string> parse_works(const std::string& option, const std::string& text) {
-    std::vector<std::string> works = split_list(text);
-    for (const std::string& work : works) {
+    std::vector<std::string> works;
+    for (const std::string_view work : split(text, ',')) {
         if (std::find(std::begin(kWorks), std::end(kWorks), work) == std::end(kWorks)) {
             refuse(option, text, fmt::format("some of {}", fmt::join(kWorks, ",")));
         }
+        works.emplace_back(work);
     }
     return works;
 }
 
 std::vector<int> parse_threads(const std::string& option, const std::string& text) {
     std::vector<int> threads;
-    for (const std::string& part : split_list(text)) {
-        threads.push_back(parse_count(option, part, 1024));
+    for (const std::string_view part : split(text, ',')) {
+        threads.push_back(parse_up_to(1024, option, part));
     }
     return threads;
 }
@@ -71,7 +64,9 @@ std::vector<SimdTarget> parse_targets(const std::string& text) {
     std::vector<SimdTarget> supported = supported_simd_targets();
     if (text == "all") return supported;
     std::vector<SimdTarget> asked;
-    for (const std::string& name : split_list(text)) asked.push_back(find_simd_target(name));
+    for (const std::string_view name : split(text, ',')) {
+        asked.push_back(find_simd_target(std::string(name)));
+    }
     std::vector<SimdTarget> targets;
     for (const SimdTarget& target : supported) {
         if (std::find(asked.begin(), asked.end(), target) != asked.end()) targets.push_back(target);
@@ -80,7 +75,7 @@ std::vector<SimdTarget> parse_targets(const std::string& text) {
 }
 
 std::uint32_t parse_size(const std::string& option, const std::string& text) {
-    const int size = parse_count(option, text, 16384);
+    const int size = parse_up_to(16384, option, text);
     if (size % kTileSize != 0) refuse(option, text, fmt::format("a multiple of {}", kTileSize));
     return static_cast<std::uint32_t>(size);
 }
@@ -98,47 +93,128 @@ double parse_fov(const std::string& option, const std::string& text) {
     return *value;
 }
 
-/// An option with a value.
-struct Setting {
-    const char* option;
-    void (*set)(BenchOptions& options, const std::string& option, const std::string& value);
-};
-
-using Options = BenchOptions&;
-using Text = const std::string&;
-constexpr Setting kSettings[] = {
-    {"--json", [](Options o, Text, Text value) { o.json = value; }},
-    {"--csv", [](Options o, Text, Text value) { o.csv = value; }},
-    {"--threads",
-     [](Options o, Text option, Text value) { o.threads = parse_threads(option, value); }},
-    {"--repeat",
-     [](Options o, Text option, Text value) { o.repeat = parse_count(option, value, 10000); }},
-    {"--work", [](Options o, Text option, Text value) { o.works = parse_works(option, value); }},
-    {"--simd", [](Options o, Text, Text value) { o.targets = parse_targets(value); }},
-    {"--embree", [](Options o, Text, Text value) { o.embree = value; }},
-    {"--size", [](Options o, Text option,
-                  Text value) { o.view.width = o.view.height = parse_size(option, value); }},
-    {"--ao-samples",
-     [](Options o, Text option, Text value) {
-         o.view.ao_count = static_cast<std::uint32_t>(parse_count(option, value, 256));
-     }},
-    {"--view", [](Options o, Text option, Text value) { o.view_kind = parse_view(option, value); }},
-    {"--eye", [](Options o, Text option, Text value) { o.view.eye = parse_point(option, value); }},
-    {"--target",
-     [](Options o, Text option, Text value) { o.view.target = parse_point(option, value); }},
-    {"--fov", [](Options o, Text option, Text value) { o.view.fov = parse_fov(option, value); }},
-    {"--light",
-     [](Options o, Text option, Text value) { o.view.light = parse_point(option, value); }},
-};
-
-const Setting& find_setting(const std::string& option) {
-    const auto found = std::find_if(std::begin(kSettings), std::end(kSettings),
-                                    [&](const Setting& s) { return option == s.option; });
-    if (found == std::end(kSettings)) {
-        throw Error(ErrorKind::kBadArgument, fmt::format("{}: no such option; see --help", option));
+/// The options, each of which writes into one BenchOptions.
+class BenchParser {
+public:
+    BenchParser()
+        : app_(fmt::format("Measures morphray side by side with Embree 3.13 on {}, and on each "
+                           "SCENE given.",
+                           fmt::join(options_.scenes, ", ")),
+               "bench/run") {
+        app_.add_option("SCENE", given_scenes_,
+                        "an .obj file, a folder or pattern of them, builtin:NAME[:TRIANGLES]")
+            ->type_name("");
+        app_.add_flag("--only", only_given_,
+                      "measure the given scenes alone, not the built-in ones");
+        add_outputs();
+        add_works();
+        add_view();
     }
-    return *found;
-}
+
+    BenchOptions parse(std::span<const std::string> arguments) {
+        try {
+            app_.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+        } catch (const CLI::CallForHelp&) {
+            options_.help = true;
+            return options_;
+        } catch (const CLI::ParseError& error) {
+            explain(error, arguments);
+        }
+        if (options_.view.eye || options_.view.target) {
+            if (!given_view_.empty()) {
+                refuse("--view", given_view_, "neither --eye nor --target beside it");
+            }
+            options_.view_kind = ViewKind::kGiven;
+        }
+        if (only_given_) options_.scenes.clear();
+        options_.scenes.insert(options_.scenes.end(), given_scenes_.begin(), given_scenes_.end());
+        if (options_.scenes.empty()) refuse("--only", "", "a SCENE");
+        return options_;
+    }
+
+    std::string help() const { return app_.help(); }
+
+private:
+    using Setter = std::function<void(const std::string& option, const std::string& value)>;
+
+    /// Adds an option. If it is given several times, the last value counts.
+    void add(const std::string& name, const char* type, const std::string& help, Setter set) {
+        app_.add_option_function<std::string>(
+                name, [name, set = std::move(set)](const std::string& value) { set(name, value); },
+                help)
+            ->type_name(type)
+            ->take_last();
+    }
+
+    void add_outputs() {
+        BenchOptions& o = options_;
+        add("--json", "FILE", "a report for programs",
+            [&o](auto&, auto& value) { o.json = value; });
+        add("--csv", "FILE", "the rows as comma-separated values",
+            [&o](auto&, auto& value) { o.csv = value; });
+    }
+
+    void add_works() {
+        BenchOptions& o = options_;
+        add("--threads", "N,...", "how many threads (1,2)",
+            [&o](auto& option, auto& value) { o.threads = parse_threads(option, value); });
+        add("--repeat", "N", fmt::format("rounds, of which medians are taken ({})", o.repeat),
+            [&o](auto& option, auto& value) { o.repeat = parse_up_to(10000, option, value); });
+        add("--work", "WORK,...",
+            fmt::format("{} ({})", fmt::join(kWorks, ","), fmt::join(o.works, ",")),
+            [&o](auto& option, auto& value) { o.works = parse_works(option, value); });
+        add("--simd", "TARGET,...|all",
+            "instruction sets of morphray's tracers (best); scalar adds the reference",
+            [&o](auto&, auto& value) { o.targets = parse_targets(value); });
+        add("--embree", "CONFIG", "device settings for Embree, such as isa=avx2",
+            [&o](auto&, auto& value) { o.embree = value; });
+    }
+
+    void add_view() {
+        ViewSpec& view = options_.view;
+        add("--size", "N",
+            fmt::format("images of NxN pixels, a multiple of {} ({})", kTileSize, view.width),
+            [&view](auto& option, auto& value) {
+                view.width = view.height = parse_size(option, value);
+            });
+        add("--ao-samples", "N", fmt::format("ambient-occlusion rays a pixel ({})", view.ao_count),
+            [&view](auto& option, auto& value) {
+                view.ao_count = static_cast<std::uint32_t>(parse_up_to(256, option, value));
+            });
+        add("--view", "fill|whole",
+            "what fills the image: the scene, or the whole clip with its surroundings (fill)",
+            [this](auto& option, auto& value) {
+                options_.view_kind = parse_view(option, value);
+                given_view_ = value;
+            });
+        add("--eye", "X,Y,Z", "a view of your own of every scene, instead of --view",
+            [&view](auto& option, auto& value) { view.eye = parse_point(option, value); });
+        add("--target", "X,Y,Z", "what the eye looks at",
+            [&view](auto& option, auto& value) { view.target = parse_point(option, value); });
+        add("--fov", "DEGREES", "field of view (45); with --view fill, before it is narrowed",
+            [&view](auto& option, auto& value) { view.fov = parse_fov(option, value); });
+        add("--light", "X,Y,Z", "point light",
+            [&view](auto& option, auto& value) { view.light = parse_point(option, value); });
+    }
+
+    [[noreturn]] void explain(const CLI::ParseError& error,
+                              std::span<const std::string> arguments) const {
+        for (const std::string& extra : app_.remaining()) {
+            if (!extra.starts_with('-')) continue;
+            throw Error(ErrorKind::kBadArgument,
+                        fmt::format("{}: no such option; see --help", extra));
+        }
+        const std::string& last = arguments.back();
+        if (app_.get_option_no_throw(last) != nullptr) refuse(last, "", "a value");
+        throw Error(ErrorKind::kBadArgument, fmt::format("{}; see --help", error.what()));
+    }
+
+    BenchOptions options_;
+    std::vector<std::string> given_scenes_;
+    std::string given_view_;
+    bool only_given_ = false;
+    CLI::App app_;
+};
 
 }  // namespace
 
@@ -147,61 +223,9 @@ bool BenchOptions::wants(const std::string& work) const {
 }
 
 BenchOptions parse_options(std::span<const std::string> arguments) {
-    BenchOptions options;
-    bool own_scenes_only = false;
-    std::optional<std::string> view;
-    std::vector<std::string> scenes;
-    for (std::size_t i = 0; i < arguments.size(); ++i) {
-        const std::string& option = arguments[i];
-        if (!option.starts_with("-")) {
-            scenes.push_back(option);
-        } else if (option == "-h" || option == "--help") {
-            options.help = true;
-        } else if (option == "--only") {
-            own_scenes_only = true;
-        } else {
-            const Setting& setting = find_setting(option);
-            if (++i == arguments.size()) refuse(option, "", "a value");
-            setting.set(options, option, arguments[i]);
-            if (option == "--view") view = arguments[i];
-        }
-    }
-    if (options.view.eye || options.view.target) {
-        if (view) refuse("--view", *view, "no --eye and no --target besides");
-        options.view_kind = ViewKind::kGiven;
-    }
-    if (own_scenes_only) options.scenes.clear();
-    options.scenes.insert(options.scenes.end(), scenes.begin(), scenes.end());
-    if (options.scenes.empty()) refuse("--only", "", "a SCENE");
-    return options;
+    return BenchParser().parse(arguments);
 }
 
-std::string usage() {
-    const BenchOptions defaults;
-    return fmt::format(
-        "usage: bench/run [OPTIONS] [SCENE...]\n"
-        "Measures morphray side by side with Embree 3.13, on {},\n"
-        "and each SCENE given (an .obj file, a folder or pattern of them, "
-        "builtin:NAME[:TRIANGLES]).\n"
-        "  --json FILE, --csv FILE   reports besides the table\n"
-        "  --threads N,...           how many threads (1,2)\n"
-        "  --repeat N                rounds, of which medians are taken ({})\n"
-        "  --work WORK,...           {}\n"
-        "                            ({})\n"
-        "  --simd TARGET,...|all     instruction sets of our tracers (best); scalar adds the "
-        "reference\n"
-        "  --embree CONFIG           device settings for Embree, such as isa=avx2\n"
-        "  --only                    the SCENEs given alone, not the built-in ones\n"
-        "  --size N                  images of NxN pixels, a multiple of {} ({})\n"
-        "  --ao-samples N            ambient-occlusion rays a pixel ({})\n"
-        "  --view fill|whole         what fills the image: the scene, or all of the clip with "
-        "what "
-        "is around it (fill)\n"
-        "  --eye, --target X,Y,Z     a view of your own instead, of every scene\n"
-        "  --fov DEGREES             field of view; with --view fill, before it is narrowed (45)\n"
-        "  --light X,Y,Z\n",
-        fmt::join(defaults.scenes, ", "), defaults.repeat, fmt::join(kWorks, ","),
-        fmt::join(defaults.works, ","), kTileSize, defaults.view.width, defaults.view.ao_count);
-}
+std::string usage() { return BenchParser().help(); }
 
 }  // namespace morphray::bench

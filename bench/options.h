@@ -11,7 +11,7 @@
 
 namespace morphray::bench {
 
-/// The rays of 16 samples would fill the memory with records, and the time with rays.
+/// Few samples, because the records of 16 samples would fill the memory and take long to trace.
 inline ViewSpec few_ao_samples() {
     ViewSpec view;
     view.ao_count = 2;
@@ -22,10 +22,10 @@ inline constexpr const char* kWorks[] = {"primary", "shadow", "ao",    "refit",
                                          "build",   "packet", "vulkan"};
 
 struct BenchOptions {
-    /// The built-in ones first; those given are added.
+    /// The built-in scenes, then the given ones.
     std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
                                        "builtin:herd:1000000"};
-    /// Of kWorks.
+    /// Elements of kWorks.
     std::vector<std::string> works = {"primary", "shadow", "ao", "refit", "build"};
     std::vector<int> threads = {1, 2};
     int repeat = 9;
@@ -33,7 +33,7 @@ struct BenchOptions {
     std::vector<SimdTarget> targets = {find_simd_target("best")};
     ViewKind view_kind = ViewKind::kFill;
     ViewSpec view = few_ao_samples();
-    /// Settings of Embree's device besides the threads.
+    /// Settings of Embree's device in addition to the threads.
     std::string embree;
     std::string json;
     std::string csv;

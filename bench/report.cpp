@@ -2,42 +2,38 @@
 
 #include <fmt/format.h>
 
+#include "common/base/json.h"
+#include "common/base/number_text.h"
+#include "common/base/table.h"
+
 namespace morphray::bench {
 namespace {
 
-std::string json_text(const std::string& text) {
-    std::string quoted = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\') {
-            quoted += {'\\', c};
-        } else if (static_cast<unsigned char>(c) < 0x20) {
-            quoted += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-        } else {
-            quoted.push_back(c);
-        }
-    }
-    return quoted + '"';
+/// The number with so many significant digits.
+double rounded(double x, int digits) {
+    return parse_double(fmt::format("{:.{}g}", x, digits)).value_or(x);
 }
 
-std::string csv_text(const std::string& text) {
-    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
-    return quoted + '"';
-}
-
-std::string to_json(const Row& row) {
+Json to_json(const Row& row) {
     const Mismatches& m = row.mismatches;
-    return fmt::format(
-        "    {{\"scene\": {}, \"triangles\": {}, \"view\": {}, \"work\": {}, \"threads\": {}, "
-        "\"rays\": {}, \"hit_share\": {:.4g}, \"tracer\": {}, "
-        "\"target\": {}, \"unit\": {}, \"ours\": {:.6g}, \"peer\": {}, \"peer_value\": {:.6g}, "
-        "\"ratio\": {:.6g}, \"ratio_min\": {:.6g}, \"ratio_max\": {:.6g}, \"mismatches\": {}, "
-        "\"mismatch_kinds\": {{\"hit\": {}, \"prim_id\": {}, \"t\": {}}}}}",
-        json_text(row.scene), row.triangles, json_text(row.view), json_text(row.work), row.threads,
-        row.rays, row.hit_share, json_text(row.tracer), json_text(row.target),
-        json_text(name_of(row.unit)), row.ours, json_text(row.peer), row.peer_value,
-        row.ratio.median, row.ratio.min, row.ratio.max, m.total(), m.hit, m.prim_id, m.t);
+    return {{"scene", row.scene},
+            {"triangles", row.triangles},
+            {"view", row.view},
+            {"work", row.work},
+            {"threads", row.threads},
+            {"rays", row.rays},
+            {"hit_share", rounded(row.hit_share, 4)},
+            {"tracer", row.tracer},
+            {"target", row.target},
+            {"unit", name_of(row.unit)},
+            {"ours", rounded(row.ours, 6)},
+            {"peer", row.peer},
+            {"peer_value", rounded(row.peer_value, 6)},
+            {"ratio", rounded(row.ratio.median, 6)},
+            {"ratio_min", rounded(row.ratio.min, 6)},
+            {"ratio_max", rounded(row.ratio.max, 6)},
+            {"mismatches", m.total()},
+            {"mismatch_kinds", {{"hit", m.hit}, {"prim_id", m.prim_id}, {"t", m.t}}}};
 }
 
 constexpr const char* kTableFormat =
@@ -62,33 +58,29 @@ std::string table_line(const Row& row) {
 }
 
 std::string to_json(const ReportHead& head, std::span<const Row> rows) {
-    std::string text = fmt::format(
-        "{{\n  \"schema\": \"morphray-bench/1\",\n  \"machine\": {},\n  \"isa\": {},\n  "
-        "\"embree\": {},\n  \"version\": {},\n  \"command\": {},\n  \"rows\": [\n",
-        json_text(head.machine), json_text(head.isa), json_text(head.embree),
-        json_text(head.version), json_text(head.command));
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        text += to_json(rows[i]) + (i + 1 < rows.size() ? ",\n" : "\n");
-    }
-    return text + "  ]\n}\n";
+    Json json = {
+        {"schema", "morphray-bench/1"}, {"machine", head.machine}, {"isa", head.isa},
+        {"embree", head.embree},        {"version", head.version}, {"command", head.command},
+        {"rows", Json::array()}};
+    for (const Row& row : rows) json["rows"].push_back(to_json(row));
+    return json_text(json);
 }
 
 std::string to_csv(const ReportHead& head, std::span<const Row> rows) {
-    std::string text = fmt::format("# {}, {}; morphray {}, Embree {}\n# {}\n", head.machine,
-                                   head.isa, head.version, head.embree, head.command);
-    text +=
-        "scene,triangles,view,work,threads,rays,hit_share,tracer,target,unit,ours,peer,peer_value,"
-        "ratio,ratio_min,"
-        "ratio_max,mismatches\n";
+    Table table({"scene", "triangles", "view", "work", "threads", "rays", "hit_share", "tracer",
+                 "target", "unit", "ours", "peer", "peer_value", "ratio", "ratio_min", "ratio_max",
+                 "mismatches"});
+    const auto text = [](const auto& value) { return fmt::format("{}", value); };
+    const auto short_text = [](double value) { return fmt::format("{:.4g}", value); };
     for (const Row& row : rows) {
-        text += fmt::format(
-            "{},{},{},{},{},{},{:.4g},{},{},{},{:.4g},{},{:.4g},{:.4g},{:.4g},{:.4g},{}\n",
-            csv_text(row.scene), row.triangles, row.view, row.work, row.threads, row.rays,
-            row.hit_share, csv_text(row.tracer), csv_text(row.target), name_of(row.unit), row.ours,
-            csv_text(row.peer), row.peer_value, row.ratio.median, row.ratio.min, row.ratio.max,
-            row.mismatches.total());
+        table.add({row.scene, text(row.triangles), row.view, row.work, text(row.threads),
+                   text(row.rays), short_text(row.hit_share), row.tracer, row.target,
+                   name_of(row.unit), short_text(row.ours), row.peer, short_text(row.peer_value),
+                   short_text(row.ratio.median), short_text(row.ratio.min),
+                   short_text(row.ratio.max), text(row.mismatches.total())});
     }
-    return text;
+    return fmt::format("# {}, {}; morphray {}, Embree {}\n# {}\n{}", head.machine, head.isa,
+                       head.version, head.embree, head.command, table.csv());
 }
 
 }  // namespace morphray::bench

@@ -1,4 +1,4 @@
-// Rows as a table on a terminal, as JSON and as comma-separated values.
+// Rows as a table for a terminal, as JSON and as comma-separated values.
 #pragma once
 
 #include <span>
@@ -8,13 +8,13 @@
 
 namespace morphray::bench {
 
-/// What all rows share.
+/// Facts about all rows.
 struct ReportHead {
     std::string machine;
     std::string isa;
     std::string embree;
     std::string version;
-    /// As it was typed, to run it again.
+    /// The shell command that repeats the run.
     std::string command;
 };
 

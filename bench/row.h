@@ -1,4 +1,4 @@
-// What is reported: one of ours against one peer.
+// A row of the report: one method of morphray compared with one peer.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace morphray::bench {
 
-/// How a duration is expressed. Of kMrayPerSecond more is better, of the others less.
+/// The unit of a figure. More is better for kMrayPerSecond, less for the others.
 enum class Unit { kMrayPerSecond, kNsPerTriangle, kMs };
 
 struct Row {
@@ -20,9 +20,9 @@ struct Row {
     /// primary, shadow, ao, refit or build
     std::string work;
     int threads = 0;
-    /// Traced; 0 for refits and builds.
+    /// Rays that were traced; 0 for refits and builds.
     std::uint64_t rays = 0;
-    /// Of the rays that hit something, from 0 to 1.
+    /// The share of rays that hit something, from 0 to 1.
     double hit_share = 0;
     std::string tracer;
     std::string target;
@@ -31,7 +31,7 @@ struct Row {
     /// Medians, in `unit`.
     double ours = 0;
     double peer_value = 0;
-    /// Above 1 we are faster, whatever the unit.
+    /// Above 1 if morphray is faster, in any unit.
     Ratio ratio = {};
     Mismatches mismatches;
 };
@@ -39,7 +39,7 @@ struct Row {
 /// "Mray/s", "ns/triangle", "ms"
 const char* name_of(Unit unit);
 
-/// `count`: of rays or triangles that the durations are for.
+/// Fills in the figures. `count` is the number of rays or triangles of a run.
 void set_times(Row& row, const Samples& ours, const Samples& peer, Unit unit, std::uint64_t count);
 
 }  // namespace morphray::bench

@@ -22,17 +22,6 @@ namespace {
 
 constexpr std::size_t kRayGrain = 256;
 
-std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
-    const std::uint64_t per_hit = params.rays == kRaysShadow ? 1
-                                  : params.rays == kRaysAo   ? params.ao_count
-                                                             : 0;
-    if (per_hit == 0) return frame.hits.size();
-    const auto hits = static_cast<std::uint64_t>(
-        std::count_if(frame.hits.begin(), frame.hits.end(),
-                      [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
-    return frame.hits.size() + hits * per_hit;
-}
-
 /// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
 /// for a scene.
 template <class MakeTracer>

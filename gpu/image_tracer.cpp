@@ -8,17 +8,7 @@
 namespace morphray::gpu {
 namespace {
 
-std::uint32_t rays_per_hit(const ImageParams& params) {
-    if (params.rays == kRaysShadow) return 1;
-    return params.rays == kRaysAo ? params.ao_count : 0;
-}
-
-std::uint64_t count_rays(const ImageParams& params, const Frame& frame) {
-    const auto hits = static_cast<std::uint64_t>(
-        std::count_if(frame.hits.begin(), frame.hits.end(),
-                      [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
-    return frame.hits.size() + hits * rays_per_hit(params);
-}
+std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
 
 void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t height) {
     region.tile_columns = (region.width + width - 1) / width;
@@ -134,7 +124,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
             times.secondary_ms += passes_.complete(light, 1, kernels_, scene_);
             is_done = false;
         }
-    } else if (rays_per_hit(region.params) != 0) {
+    } else if (rays_per_hit(region.params.rays, region.params.ao_count) != 0) {
         times.secondary_ms += trace_visible(region);
     }
     if (!is_done) times.shade_ms += context_.submit("shade", shading(region));
@@ -215,7 +205,8 @@ double ImageTracer::trace_visible(const RegionArguments& region) {
             kernels_.compact.dispatch(commands, region, region.tile_count);
         },
         visible_count);
-    const std::uint32_t ray_count = visible_count * rays_per_hit(region.params);
+    const std::uint32_t ray_count =
+        visible_count * rays_per_hit(region.params.rays, region.params.ao_count);
     const bool in_packets = kernels_.packet_lanes != 0 && region.params.rays == kRaysAo;
     const std::uint32_t most = passes_.size().rays();
     for (std::uint32_t first = 0; first < ray_count; first += most) {
@@ -238,7 +229,7 @@ double ImageTracer::trace_visible(const RegionArguments& region) {
 void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) {
     copy_rows(transfer_, passes_.hits(), region, frame.width, frame.hits);
     copy_rows(transfer_, passes_.pixels(), region, frame.width, frame.pixels);
-    if (rays_per_hit(region.params) != 0) {
+    if (rays_per_hit(region.params.rays, region.params.ao_count) != 0) {
         copy_rows(transfer_, passes_.occlusion(), region, frame.width, frame.occlusion);
     }
 }

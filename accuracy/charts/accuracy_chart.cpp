@@ -4,6 +4,7 @@
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
+#include "common/process/gnuplot.h"
 
 namespace morphray::accuracy {
 namespace {
@@ -24,7 +25,7 @@ const char* name_of(Family family) {
     return family == Family::kOurs ? "ours" : family == Family::kRule ? "rule" : "peer";
 }
 
-/// Whether nobody is at least as fast and as accurate, and better in one of them.
+/// Whether no other method is at least as fast and as accurate, and better in one of the two.
 bool on_front(const Point& point, const std::vector<Point>& all, VerdictCounts Point::*counts) {
     const double wrong = (point.*counts).wrong_per_million();
     for (const Point& other : all) {
@@ -65,7 +66,7 @@ Table table_of(const std::vector<Point>& points) {
 /// One panel; `wrong` and `front` are columns of the table, from 1.
 std::string panel(const std::string& title, const std::string& file, int wrong, int front,
                   std::size_t rays) {
-    // Zero has no place on a logarithmic axis: it gets one below a single wrong ray.
+    // A logarithmic axis has no place for zero, so it is drawn below a single wrong ray.
     const double one = 1e6 / static_cast<double>(std::max<std::size_t>(1, rays));
     const double zero = std::pow(10, std::floor(std::log10(one)) - 1);
     std::string text = fmt::format(
@@ -76,8 +77,8 @@ std::string panel(const std::string& title, const std::string& file, int wrong, 
         "set xtics autofreq format '10^{{%T}}'\nset xtics add ('none' zero)\n"
         "set arrow 1 from zero, graph 0 to zero, graph 1 nohead lw 2 lc rgb '#888888'\n"
         "set key top right\n",
-        plot_quoted(title), zero, one);
-    // Names stand on the side where they meet fewest others.
+        gnuplot_quoted(title), zero, one);
+    // Names are on the side where they overlap fewest others.
     const auto named = [&](const std::string& condition, const char* colour, const char* place) {
         return fmt::format(
             "'{0}.csv' skip 1 using ({1} ? (${2} > 0 ? ${2} : zero) : NaN):3:(strcol(1)) with "
@@ -159,7 +160,7 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                         11, aimed.size());
     return {name,
             "Up is faster (camera rays, all threads), left is more accurate; methods on the grey "
-            "line made no mistake at all. Nobody is better in both than those with a red ring.",
+            "line gave no wrong answer. No method is better in both than one with a red ring.",
             table_of(points), script};
 }
 

@@ -76,8 +76,8 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
         "'#000000'\n",
         static_cast<double>(methods.size()) - 0.4, name, hits.size(), aimed.size());
     return {name,
-            "Our rule over one plain traversal; only the test of boxes differs, or what the boxes "
-            "are made of.",
+            "The program's rule over one plain traversal; only the box test or the precision of "
+            "the boxes differs.",
             table, script};
 }
 

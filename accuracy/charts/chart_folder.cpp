@@ -12,6 +12,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
+#include "common/process/gnuplot.h"
 #include "common/process/shell_command.h"
 #include "common/process/shell_text.h"
 
@@ -32,7 +33,7 @@ ChartFolder::ChartFolder(const fs::path& path)
     std::error_code error;
     if (fs::exists(path_, error)) {
         if (!fs::is_directory(path_, error))
-            fail(path_, "is not a folder; name one that is not there yet");
+            fail(path_, "is not a folder; name one that does not exist yet");
         if (!fs::is_empty(path_, error))
             fail(path_, "is not empty; name another folder, or empty this one");
     }
@@ -42,7 +43,7 @@ ChartFolder::ChartFolder(const fs::path& path)
     if (mkdtemp(name.data()) == nullptr)
         fail(path_, fmt::format("{}; choose another folder", std::strerror(errno)));
     temporary_ = name;
-    // As any new folder, not as a secret one.
+    // mkdtemp makes the folder private; give it the mode of any new folder.
     const mode_t mask = umask(0);
     umask(mask);
     chmod(name.c_str(), 0777 & ~mask);
@@ -81,9 +82,9 @@ void ChartFolder::keep() {
 }
 
 void require_gnuplot() {
-    if (run_shell("command -v gnuplot").status == 0) return;
+    if (has_gnuplot()) return;
     throw Error(ErrorKind::kUnavailable,
-                "chart: there is no gnuplot; install the package gnuplot-nox");
+                "chart: gnuplot is not installed; install the package gnuplot-nox");
 }
 
 }  // namespace morphray::accuracy

@@ -1,4 +1,4 @@
-// The folder that charts are written into: there is all of it or nothing.
+// The folder of the charts, written as a whole or not at all.
 #pragma once
 
 #include <filesystem>
@@ -7,12 +7,12 @@
 
 namespace morphray::accuracy {
 
-/// A folder of another name beside `path` until keep() gives it its own; removed with all that is
-/// in it if that does not happen.
+/// A temporary folder beside `path`, which keep() renames to `path`. Without keep() the destructor
+/// removes it with its content.
 class ChartFolder {
 public:
-    /// Throws Error(kOutput) when `path` is there and not an empty folder, or when nothing can be
-    /// made beside it.
+    /// Throws Error(kOutput) if `path` exists and is not an empty folder, or if no folder can be
+    /// created beside it.
     explicit ChartFolder(const std::filesystem::path& path);
     ~ChartFolder();
     ChartFolder(const ChartFolder&) = delete;
@@ -20,9 +20,9 @@ public:
 
     void write(const std::string& name, std::string_view text) const;
     std::string read(const std::string& name) const;
-    /// Runs gnuplot in it. Throws Error(kInternal) with what gnuplot says.
+    /// Runs gnuplot in the folder. Throws Error(kInternal) with gnuplot's message.
     void plot(const std::string& script) const;
-    /// Throws Error(kOutput).
+    /// Renames the folder to `path`. Throws Error(kOutput).
     void keep();
 
 private:
@@ -30,7 +30,7 @@ private:
     std::filesystem::path temporary_;
 };
 
-/// Throws Error(kUnavailable) where there is no gnuplot.
+/// Throws Error(kUnavailable) without gnuplot.
 void require_gnuplot();
 
 }  // namespace morphray::accuracy

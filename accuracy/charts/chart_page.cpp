@@ -2,28 +2,12 @@
 
 #include <fmt/format.h>
 
+#include "common/base/xml_text.h"
+
 namespace morphray::accuracy {
 namespace {
 
-std::string escaped(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        if (c == '&') {
-            result += "&amp;";
-        } else if (c == '<') {
-            result += "&lt;";
-        } else if (c == '>') {
-            result += "&gt;";
-        } else if (c == '"') {
-            result += "&quot;";
-        } else {
-            result += c;
-        }
-    }
-    return result;
-}
-
-/// Without what only a file of its own begins with.
+/// The <svg> element, without the head of a file.
 std::string inline_svg(const std::string& svg) {
     const std::size_t begin = svg.find("<svg");
     return begin == std::string::npos ? std::string() : svg.substr(begin);
@@ -55,16 +39,17 @@ constexpr const char* kWords = R"(<details><summary>What the words mean</summary
 std::string chart_page(const std::vector<PagedChart>& charts, const std::string& machine,
                        const std::string& command) {
     std::string page = kHead;
-    page += fmt::format("<p>{}<br><code>{}</code></p>\n", escaped(machine), escaped(command));
+    page +=
+        fmt::format("<p>{}<br><code>{}</code></p>\n", xml_escaped(machine), xml_escaped(command));
     page += kWords;
     for (const PagedChart& paged : charts) {
         const Chart& chart = *paged.chart;
-        page +=
-            fmt::format("<h2 id=\"{}\">{}</h2>\n<p>{}</p>\n{}\n", chart.name,
-                        escaped(chart.script.title), escaped(chart.caption), inline_svg(paged.svg));
+        page += fmt::format("<h2 id=\"{}\">{}</h2>\n<p>{}</p>\n{}\n", chart.name,
+                            xml_escaped(chart.script.title), xml_escaped(chart.caption),
+                            inline_svg(paged.svg));
         if (chart.table.empty()) continue;
         page += fmt::format("<details><summary>{}.csv</summary><pre>{}</pre></details>\n",
-                            chart.name, escaped(chart.table.text()));
+                            chart.name, xml_escaped(chart.table.text()));
     }
     return page + "</body></html>\n";
 }

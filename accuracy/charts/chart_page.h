@@ -1,4 +1,4 @@
-// The page that shows all charts.
+// The HTML page of all charts.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ struct PagedChart {
     std::string svg;
 };
 
-/// HTML that needs nothing else, no other file and no network.
+/// HTML that needs no other file and no network.
 std::string chart_page(const std::vector<PagedChart>& charts, const std::string& machine,
                        const std::string& command);
 

@@ -28,7 +28,7 @@ std::vector<vec3> placed(std::span<const vec3> positions, const Placement& place
     return result;
 }
 
-/// The same tree around the positions in world space: boxes of the floats themselves.
+/// The same tree over the positions in world space, with boxes of these floats.
 Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
     std::vector<Box> leaf_boxes(bvh.leaves.size());
     for (std::size_t i = 0; i < bvh.leaves.size(); ++i) {
@@ -57,29 +57,29 @@ Bvh tree_around(Bvh bvh, std::span<const vec3> positions) {
     return bvh;
 }
 
-/// The float in world space that an origin in scene space is, and the same in scene space
-/// again, so that the ray is one.
+/// The origin of a ray as floats in world space, and the same point in scene space, so that both
+/// rays are the same.
 struct Origin {
-    vec3 user;
+    vec3 world;
     vec3 scene;
 };
 
 Origin origin_of(const SceneSpace& space, vec3 scene) {
-    const vec3 user = space.to_world(scene);
-    const double point[3] = {user.x, user.y, user.z};
-    return {user, space.point_to_scene(point, "a ray's origin")};
+    const vec3 world = space.to_world(scene);
+    const double point[3] = {world.x, world.y, world.z};
+    return {world, space.point_to_scene(point, "a ray's origin")};
 }
 
 void add(ChartScene& scene, const Origin& origin, vec3 dir, std::vector<Ray> ChartSpace::*rays) {
     const Ray ray{origin.scene, 0, dir, kInfiniteT};
     (scene.scene_space.*rays).push_back(ray);
-    (scene.world_space.*rays).push_back({origin.user, 0, dir, kInfiniteT});
+    (scene.world_space.*rays).push_back({origin.world, 0, dir, kInfiniteT});
 }
 
 ImageParams snapped_camera(const ViewSpec& given, const WorldBounds& bounds,
                            const SceneSpace& space) {
     const ImageParams params = make_image_params(given, bounds, space);
-    const vec3 eye = origin_of(space, params.camera.org).user;
+    const vec3 eye = origin_of(space, params.camera.org).world;
     ViewSpec view = given;
     view.eye = Point{eye.x, eye.y, eye.z};
     return make_image_params(view, bounds, space);
@@ -92,7 +92,7 @@ void add_camera_rays(ChartScene& scene, const SceneSpace& space) {
             for (std::uint32_t i = 0; i < kChartTileSide * kChartTileSide; ++i) {
                 const Ray ray = camera_ray(scene.params.camera, x0 + i % kChartTileSide,
                                            y0 + i / kChartTileSide);
-                add(scene, {origin.user, ray.org}, ray.dir, &ChartSpace::camera_rays);
+                add(scene, {origin.world, ray.org}, ray.dir, &ChartSpace::camera_rays);
             }
         }
     }
@@ -105,7 +105,7 @@ void add_aimed_rays(ChartScene& scene, const SceneSpace& space, std::size_t coun
     const auto real = [&random](double lower, double upper) {
         return lower + (upper - lower) * static_cast<double>(random() >> 11) * 0x1p-53;
     };
-    // One in so many runs along an axis.
+    // One ray in this many runs along an axis.
     constexpr std::size_t kAlongAxis = 8;
     for (std::size_t i = 0; i < count; ++i) {
         const uvec3 t = scene.topology.triangles[random() % scene.topology.triangles.size()];

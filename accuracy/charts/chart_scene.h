@@ -1,4 +1,4 @@
-// A scene made ready to be charted: one frame, moved and scaled, with its trees and its rays.
+// The scene of a chart: one frame, moved and scaled, with its trees and rays.
 #pragma once
 
 #include <cstdint>
@@ -15,23 +15,23 @@
 
 namespace morphray::accuracy {
 
-/// Camera rays that are traced at a time: tiles of so many pixels a side.
+/// Camera rays are traced in tiles of this many pixels a side.
 inline constexpr std::uint32_t kChartTileSide = 64;
 inline constexpr std::size_t kChartTile = std::size_t{kChartTileSide} * kChartTileSide;
 
-/// What a method traces: the same mesh, tree and rays in scene space, where our rule works, or
-/// in world space, where everybody else's does.
+/// The mesh, tree and rays that a method traces: in scene space, which the program's rule needs, or
+/// in world space, which other rules take.
 struct ChartSpace {
     std::vector<vec3> positions;
     Bvh bvh;
-    /// The camera's, tile by tile.
+    /// Rays of the camera, tile by tile.
     std::vector<Ray> camera_rays;
-    /// At vertices, at points of edges, and between, from around the scene and from inside.
+    /// Rays at vertices, at points of edges and at points of faces, from outside and inside the
+    /// scene.
     std::vector<Ray> aimed_rays;
 };
 
-/// Of the scene's size: where it is moved to along (1, 1, 1), and how many times as large it is
-/// made.
+/// An offset along (1, 1, 1) in sizes of the scene, and a factor of its size.
 struct Placement {
     double offset = 0;
     double scale = 1;
@@ -45,15 +45,15 @@ struct ChartScene {
     ChartSpace world_space;
 };
 
-/// `positions` in world space, moved and scaled in double and rounded to float once. The
-/// image is side x side pixels (a multiple of kChartTileSide), seen from the default view with
-/// the given field of view; there are as many aimed rays as `aimed` says. Throws what the builder
-/// and the camera do.
+/// Makes the scene from `positions` in world space, which are moved and scaled in double and
+/// rounded to float once. The image has side x side pixels (a multiple of kChartTileSide) from the
+/// default view with kChartFov; `aimed` is the number of aimed rays. Throws what the builder and
+/// the camera throw.
 ChartScene make_chart_scene(const std::string& name, const Topology& topology,
                             std::span<const vec3> positions, const Placement& placement,
                             std::uint32_t side, std::size_t aimed);
 
-/// Degrees: near enough for most pixels to see the scene.
+/// Field of view in degrees, narrow enough for most pixels to show the scene.
 inline constexpr double kChartFov = 20;
 
 }  // namespace morphray::accuracy

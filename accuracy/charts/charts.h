@@ -1,4 +1,4 @@
-// The charts of `morphray chart`: each measures, and becomes a table and an image.
+// The charts of `morphray chart`. Each function measures and returns a table and a script.
 #pragma once
 
 #include <functional>
@@ -16,32 +16,32 @@
 namespace morphray::accuracy {
 
 struct Chart {
-    /// Of its files, without an ending.
+    /// The name of its files without an ending.
     std::string name;
-    /// What a reader should see in it, in a sentence or two.
+    /// One or two sentences on how to read the chart.
     std::string caption;
     Table table;
-    /// Without a body where there is nothing to draw.
+    /// Without a body if there is nothing to draw.
     PlotScript script;
 };
 
 /// How much work goes into the charts.
 struct Effort {
-    /// Pixels of a side, a multiple of kChartTileSide.
+    /// Pixels a side of the image, a multiple of kChartTileSide.
     std::uint32_t side;
     std::size_t aimed_rays;
     int rounds;
-    /// Of the scene moved or scaled, each, and of each failure scene.
+    /// Rays for each placement of the scene and for each failure scene.
     std::size_t placed_rays;
     std::vector<double> offsets;
     std::vector<double> scales;
-    /// Of a clip, at most.
+    /// The most frames of a clip.
     std::size_t policy_frames;
     /// Points that cones of 1,024 rays start from.
     std::size_t cone_points;
     std::vector<std::uint64_t> triangle_counts;
 };
-/// Within a minute for a scene on two cores, or within ten.
+/// Takes about a minute, or about ten, for a scene on two cores.
 const Effort& quick_effort();
 const Effort& full_effort();
 
@@ -51,24 +51,24 @@ struct ChartContext {
     int threads = 0;
     /// Makes the CPU backend.
     MakeBackend make_cpu_backend;
-    /// Makes the Vulkan backend; throws Error(kUnavailable) where there is none.
+    /// Makes the Vulkan backend; throws Error(kUnavailable) if there is none.
     MakeBackend make_vulkan_backend;
-    /// What every image says below: machine, command.
+    /// The text below every image: machine and command.
     std::string footer;
-    /// To be called after each step.
+    /// Called after each step.
     std::function<void()> step;
     /// Called often during long work; throws to end it.
     std::function<void()> check = [] {};
 };
 
-/// One frame of a scene as the charts take it, in world space.
+/// One frame of a scene, in world space.
 struct ChartInput {
     std::string name;
     Topology topology;
     std::vector<vec3> positions;
 };
 
-// Steps that each takes.
+// The number of steps of each chart.
 std::size_t accuracy_steps();
 std::size_t placement_steps(const Effort& effort);
 std::size_t packet_steps();
@@ -79,27 +79,28 @@ std::size_t box_steps();
 std::size_t scaling_steps(const Effort& effort);
 std::size_t failure_steps();
 
-/// Mray/s against wrong answers per million rays, all methods, at the origin; `suffix` makes the
-/// file's name one of its own.
+/// Mray/s against wrong answers per million rays for all methods, at the origin. `suffix`
+/// distinguishes the file names of several scenes.
 Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
                      const std::string& suffix);
-/// Wrong answers far from the origin and at small and large scales, methods with one ray.
+/// Wrong answers far from the origin and at small and large scales, for methods that trace single
+/// rays.
 Chart placement_chart(const ChartContext& context, const ChartInput& input,
                       const std::string& suffix);
 /// The size of a packet of camera rays against Mray/s.
 Chart packet_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
 /// The angle of cones of any-hit rays against Mray/s: packets, streams, single rays.
 Chart cone_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
-/// Frames of a clip against trace, quality of the tree and update, for each update policy. Of a
-/// scene with one frame, no table and no image: the caption says so.
+/// Time of trace, quality of the tree and time of update by frame, for each update policy. A scene
+/// with one frame has neither table nor image, and the caption says so.
 Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
-/// Kinds of trees against Mray/s of our tracers.
+/// Kinds of trees against Mray/s of the program's tracers.
 Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::string& suffix);
 /// Box tests and precisions of nodes: Mray/s, bytes and wrong answers.
 Chart box_chart(const ChartContext& context, const ChartInput& input, const std::string& suffix);
 /// The number of triangles against build, refit and trace.
 Chart scaling_chart(const ChartContext& context);
-/// Failure scenes against methods; `more` are scenes besides the program's own.
+/// Failure scenes against methods; `more` are added to the program's own scenes.
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
 
 }  // namespace morphray::accuracy

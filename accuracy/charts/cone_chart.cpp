@@ -22,20 +22,20 @@ namespace {
 
 constexpr double kAngles[] = {0, 2, 5, 10, 15, 20, 30, 45, 60, 75, 90};
 constexpr std::uint32_t kSide = 256;
-// Ambient occlusion as images have it: so many rays of each of many points side by side.
+// Rays a point in ambient occlusion of an image, where many points lie side by side.
 constexpr std::size_t kFew = 16;
-// As many as a square of a packet has.
+// Rays of a square packet.
 constexpr std::size_t kMany = cpu::kSquareRays;
 
-/// Some rays of each point, one point after the other.
+/// The rays of several points, point by point.
 struct Cones {
     std::size_t shared_origin_rays;
     std::vector<Ray> rays;
-    /// The same as packets take them.
+    /// The same rays in the layout of packets.
     std::vector<cpu::SharedOriginRays> blocks;
 };
 
-/// What the camera sees, in the order of its tiles.
+/// The surfaces that the camera sees, in the order of its tiles.
 std::vector<Surface> seen_surfaces(const ChartScene& scene, const cpu::SingleRayTracer& tracer) {
     const std::vector<Ray>& rays = scene.scene_space.camera_rays;
     const std::vector<vec3>& positions = scene.scene_space.positions;
@@ -51,7 +51,7 @@ std::vector<Surface> seen_surfaces(const ChartScene& scene, const cpu::SingleRay
     return surfaces;
 }
 
-/// At the angle `radius` * `largest` from the normal, the way `turn` around it.
+/// A direction at the angle `radius` * `largest` from the normal, turned by `turn` around it.
 Ray cone_ray(const Surface& surface, double largest, double radius, double turn, float tfar) {
     const vec3 n = surface.normal;
     // Two directions across (T. Duff et al. Building an Orthonormal Basis, Revisited. 2017).
@@ -71,8 +71,8 @@ Ray cone_ray(const Surface& surface, double largest, double radius, double turn,
             tfar * power_of_two_below(largest_component(dir))};
 }
 
-/// `count` points out of the surfaces, all over them or side by side, with rays in cells of a
-/// square that is bent to a disc (P. Shirley, K. Chiu. A low distortion map between disk and
+/// Rays from `count` points, spread over the surfaces or side by side, in cells of a square that is
+/// mapped to a disc (P. Shirley, K. Chiu. A low distortion map between disk and
 /// square. 1997), so that neighbours in a packet are neighbours in the cone.
 Cones make_cones(std::span<const Surface> surfaces, std::size_t count,
                  std::size_t shared_origin_rays, double degrees, float tfar) {
@@ -108,13 +108,13 @@ Cones make_cones(std::span<const Surface> surfaces, std::size_t count,
     return cones;
 }
 
-/// What became of all rays.
+/// Counts over all rays.
 struct Answers {
     std::atomic<std::size_t> occluded{0};
     std::atomic<std::size_t> undecided{0};
 };
 
-/// answer(rays, occluded, answers) for batches of rays; counts what is occluded.
+/// Calls answer(rays, occluded, answers) for batches of rays and counts the occluded ones.
 template <class Answer>
 void for_each_packet(const Cones& cones, Answers& answers, Answer answer) {
     answers.occluded = answers.undecided = 0;
@@ -138,8 +138,8 @@ void trace_streams(const Cones& cones, const cpu::SingleRayTracer& tracer, Answe
                     [&](auto rays, auto occluded, Answers&) { tracer.occluded(rays, occluded); });
 }
 
-/// Each point's rays as a packet, those that it leaves undecided as streams: what the program does
-/// with shadow rays.
+/// Traces each point's rays as a packet and its fallback rays as streams, as the program does with
+/// shadow rays.
 void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
                    const cpu::SingleRayTracer& others, Answers& answers) {
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
@@ -156,6 +156,33 @@ void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
     });
 }
 
+constexpr const char* kWays[] = {"packets (1024 rays a point)", "streams (1024 rays a point)",
+                                 "one by one (1024 rays a point)", "streams (16 rays a point)",
+                                 "one by one (16 rays a point)"};
+
+/// A line for each of kWays.
+std::string plot_body(const std::string& name) {
+    std::string body =
+        "set logscale y\nset xrange [-2:92]\nset xtics 15\nset key top right noenhanced\n"
+        "set xlabel 'half the angle of the cone about the normal, degrees'\n"
+        "set ylabel 'Mray/s (any hit)'\nplot ";
+    for (std::size_t i = 0; i < std::size(kWays); ++i) {
+        body += fmt::format(
+            "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' ? $2 : NaN):3 with linespoints pt {3} "
+            "dt {4} lw 2 lc {5} title '{2}'",
+            i == 0 ? "" : ", ", name, kWays[i],
+            i == 0       ? 7
+            : i % 2 == 1 ? 5
+                         : 9,
+            i < 3 ? 1 : 2,
+            i == 0       ? 1
+            : i % 2 == 1 ? 2
+                         : 3);
+    }
+    body += "\n";
+    return body;
+}
+
 }  // namespace
 
 std::size_t cone_steps() { return std::size(kAngles); }
@@ -168,9 +195,6 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
     const cpu::PacketTracer packets(scene.scene_space.bvh, target);
     const std::vector<Surface> surfaces = seen_surfaces(scene, wide);
     const std::size_t points = context.effort.cone_points;
-    constexpr const char* kWays[] = {"packets (1024 rays a point)", "streams (1024 rays a point)",
-                                     "one by one (1024 rays a point)", "streams (16 rays a point)",
-                                     "one by one (16 rays a point)"};
     Table table({"way", "degrees", "Mray/s", "occluded %", "undecided %"});
     std::vector<std::vector<std::vector<std::string>>> rows(std::size(kWays));
     for (const double degrees : kAngles) {
@@ -195,7 +219,7 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
         }
         context.step();
     }
-    // A line's points stand together.
+    // The points of a line must be adjacent.
     for (const auto& of_way : rows) {
         for (const std::vector<std::string>& row : of_way) table.add(row);
     }
@@ -205,29 +229,11 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
     script.title = fmt::format("Where coherence ends: rays in a cone, {}, {} triangles, {}",
                                input.name, input.topology.triangles.size(), target.name);
     script.footer = context.footer;
-    script.body =
-        "set logscale y\nset xrange [-2:92]\nset xtics 15\nset key top right noenhanced\n"
-        "set xlabel 'half the angle of the cone about the normal, degrees'\n"
-        "set ylabel 'Mray/s (any hit)'\nplot ";
-    for (std::size_t i = 0; i < std::size(kWays); ++i) {
-        script.body += fmt::format(
-            "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' ? $2 : NaN):3 with linespoints pt {3} "
-            "dt {4} lw 2 lc {5} title '{2}'",
-            i == 0 ? "" : ", ", name, kWays[i],
-            i == 0       ? 7
-            : i % 2 == 1 ? 5
-                         : 9,
-            i < 3 ? 1 : 2,
-            i == 0       ? 1
-            : i % 2 == 1 ? 2
-                         : 3);
-    }
-    script.body += "\n";
+    script.body = plot_body(name);
     return {name,
-            "Rays of ambient occlusion, on all threads. Packets need rays from one point: they pay "
-            "to the left of where their line meets that of the streams, into which 64 rays go "
-            "whatever they have in common. Dashed: few rays of each of many points side by side, "
-            "as images have them.",
+            "Rays of ambient occlusion, on all threads. Packets need rays from one point; they are "
+            "faster to the left of the crossing with the line of the streams, which take any 64 "
+            "rays. Dashed: few rays from each of many points side by side, as in images.",
             table, script};
 }
 

@@ -9,9 +9,9 @@
 namespace morphray::accuracy {
 namespace {
 
-// Of the effort's pixels a side.
+// Divides the effort's pixels a side.
 constexpr std::uint32_t kLessSide = 8;
-// Some thousand times what it takes.
+// Some thousand times the time that a cell takes.
 constexpr unsigned kLimitS = 60;
 
 struct Cell {
@@ -33,19 +33,19 @@ const char* name_of(RunEnd end) {
     return end == RunEnd::kDone ? "ok" : end == RunEnd::kCrashed ? "crash" : "no end";
 }
 
-/// Who differs in what they answer, and the program's own tracer for its speed.
+/// The methods whose answers may differ, and the program's own tracer for its speed.
 std::vector<Method> columns_of(const ChartScene& scene) {
     std::vector<Method> columns{single_method(scene)};
     std::vector<Method> boxes = box_methods(scene);
-    // The first is our rule with our boxes once more.
+    // The first box method is the program's rule with its own boxes, which is in the list already.
     boxes.erase(boxes.begin());
     for (std::vector<Method> more : {rule_methods(scene), std::move(boxes), embree_methods(scene)})
         std::move(more.begin(), more.end(), std::back_inserter(columns));
     return columns;
 }
 
-/// Traces all rays on one thread, timed by its processor, where neither a crash nor a loop without
-/// an end does harm.
+/// Traces all rays on one thread and measures its processor time, in a process that may crash or
+/// never end.
 void measure(const ChartContext& context, const Method& method, const ChartSpace& space,
              const Judge& judge, Cell& cell) {
     const std::size_t pixels = space.camera_rays.size();
@@ -150,9 +150,9 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
         static_cast<double>(inputs.size()) - 0.5,
         static_cast<double>(cells.empty() ? 0 : cells.back().column) + 0.5, name);
     return {name,
-            "A row a scene, a column a method, each cell traced by one thread. Most rays aim at "
-            "vertices, edges and faces, some of them along an axis. Red cells are scenes that a "
-            "method cannot be used for; violet ones ended in a crash, or not in time.",
+            "Rows are scenes, columns are methods; one thread traces each cell. Most rays aim at "
+            "vertices, edges and faces, some of them along an axis. Red cells are scenes for which "
+            "a method is unusable; violet cells ended in a crash, or not in time.",
             table_of(cells), script};
 }
 

@@ -94,8 +94,8 @@ Chart packet_chart(const ChartContext& context, const ChartInput& input,
     }
     script.body += "\n";
     return {name,
-            "Packets pay where a line is above the dashed one of its colour, which is the speed of "
-            "single rays over the same tree.",
+            "Packets are faster where a line is above the dashed line of its colour, which is the "
+            "speed of single rays over the same tree.",
             table, script};
 }
 

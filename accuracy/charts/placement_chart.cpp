@@ -5,6 +5,7 @@
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
+#include "common/process/gnuplot.h"
 
 namespace morphray::accuracy {
 namespace {
@@ -12,16 +13,16 @@ namespace {
 constexpr std::uint32_t kSide = 32;
 
 struct Row {
-    /// "offset" or "scale", and how much of it.
+    /// "offset" or "scale", and its value.
     std::string series;
     double x;
-    /// Its place among the methods.
+    /// The index of the method.
     std::size_t order;
     std::string method;
     VerdictCounts counts;
 };
 
-/// Those that differ in what they answer: all of ours give the same bits.
+/// The methods whose answers may differ; all tracers of the program give the same bits.
 std::vector<Method> different_methods(const ChartScene& scene) {
     std::vector<Method> all = rule_methods(scene);
     for (Method& method : embree_methods(scene)) all.push_back(std::move(method));
@@ -83,7 +84,7 @@ std::string panel(const std::string& title, const std::string& file,
         text += fmt::format(
             "{0}'{1}.csv' skip 1 using (strcol(1) eq {2} && strcol(2) eq '{3}' ? ($3 > 0 ? $3 : "
             "{4}) : NaN):($6 > 0 ? $6 : 0.2) with linespoints pt {5} ps 1.1 lw 2 lc {5} title {2}",
-            i == 0 ? "" : ", ", file, plot_quoted(methods[i]), series, zero, i + 1);
+            i == 0 ? "" : ", ", file, gnuplot_quoted(methods[i]), series, zero, i + 1);
     }
     return text + "\n";
 }
@@ -103,7 +104,7 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
     for (const double offset : context.effort.offsets)
         add_rows(context, input, "offset", offset, rows);
     for (const double scale : context.effort.scales) add_rows(context, input, "scale", scale, rows);
-    // A line's points stand together, in their order.
+    // The points of a line must be adjacent and in order.
     std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
         return std::tie(a.series, a.order, a.x) < std::tie(b.series, b.order, b.x);
     });
@@ -121,11 +122,12 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
                   "unset label 1\n" +
                   panel("scaled", name, methods, "scale", context.effort.scales[0],
                         context.effort.scales.back());
-    return {name,
-            "Rays at vertices, edges and faces. Every answer is held against the exact one for the "
-            "floats that the method was given, so coordinates that were rounded away by the "
-            "offset are nobody's mistake.",
-            table_of(rows), script};
+    return {
+        name,
+        "Rays at vertices, edges and faces. Every answer is compared with the exact one for the "
+        "floats that the method was given, so rounding of coordinates by the offset does not "
+        "count as an error.",
+        table_of(rows), script};
 }
 
 }  // namespace morphray::accuracy

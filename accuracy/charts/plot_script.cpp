@@ -2,16 +2,9 @@
 
 #include <fmt/format.h>
 
-namespace morphray::accuracy {
+#include "common/process/gnuplot.h"
 
-std::string plot_quoted(const std::string& text) {
-    std::string result = "'";
-    for (const char c : text) {
-        if (c == '\n' || c == '\r') continue;
-        result.append(c == '\'' ? 2 : 1, c);
-    }
-    return result + "'";
-}
+namespace morphray::accuracy {
 
 std::string script_text(const PlotScript& script, const std::string& name) {
     std::string text = fmt::format(
@@ -29,16 +22,16 @@ std::string script_text(const PlotScript& script, const std::string& name) {
         name, script.width, script.height);
     if (script.layout.empty()) {
         text += fmt::format("set title {} noenhanced font ',15'\nset bmargin 6\n",
-                            plot_quoted(script.title));
+                            gnuplot_quoted(script.title));
     } else {
         text += fmt::format(
             "set multiplot layout {} title {} noenhanced font ',15' margins 0.07,0.97,0.14,0.88 "
             "spacing 0.08\n",
-            script.layout, plot_quoted(script.title));
+            script.layout, gnuplot_quoted(script.title));
     }
     text += fmt::format(
         "set label 1 {} at screen 0.01,0.02 left noenhanced font ',10' tc rgb '#555555'\n",
-        plot_quoted(script.footer));
+        gnuplot_quoted(script.footer));
     text += script.body;
     if (!script.layout.empty()) text += "unset multiplot\n";
     return text + "unset output\n}\n";

@@ -115,7 +115,7 @@ Chart scaling_chart(const ChartContext& context) {
         }
         context.step();
     }
-    // A line's points stand together.
+    // The points of a line must be adjacent.
     std::stable_sort(rows.begin(), rows.end(),
                      [](const Row& a, const Row& b) { return a.backend < b.backend; });
     Table table(
@@ -149,8 +149,8 @@ Chart scaling_chart(const ChartContext& context) {
     script.body = panel(name, "build, and refit with its transfer", "ns a triangle", updates) +
                   "unset label 1\n" + panel(name, "trace and shade an image", "ns a ray", traces);
     return {name,
-            "Flat lines on the left are work in proportion to the triangles; on the right a line "
-            "rises by a constant for each factor of ten where time grows with the tree's depth.",
+            "Flat lines on the left mean work in proportion to the triangles; on the right a line "
+            "rises by a constant for each factor of ten if time grows with the tree's depth.",
             table, script};
 }
 

@@ -20,7 +20,7 @@ namespace morphray::accuracy {
 namespace {
 
 constexpr std::uint32_t kSide = cpu::kCameraSide;
-// Trees that have rotted are slow.
+// Degraded trees are slow.
 constexpr std::uint32_t kMostSide = 256;
 
 struct Tree {
@@ -36,7 +36,7 @@ Tree timed(const char* name, Build build) {
     return {name, watch.ms(), std::move(bvh)};
 }
 
-/// Built so many frames earlier (at most as many as there are) and refitted to `frame`.
+/// A tree that was built some frames earlier, within the clip, and refitted to `frame`.
 Tree refitted(SceneFrames& scene, double frame, double age) {
     const double from = std::max(scene.clip().first_frame(), frame - age);
     const Topology& topology = scene.clip().topology();
@@ -59,7 +59,7 @@ std::vector<Tree> make_trees(SceneFrames& scene, double frame) {
     return trees;
 }
 
-/// visit(tile of pixels, place of its first hit) for all tiles, on all threads.
+/// Calls visit(tile of pixels, index of its first hit) for all tiles, on all threads.
 template <class Visit>
 void for_each_tile(const ImageParams& params, Visit visit) {
     const cpu::ImageTiles tiles(params.width, params.height, kSide);
@@ -89,6 +89,27 @@ void trace_singly(const Bvh& bvh, const ImageParams& params, std::span<Hit> hits
 
 bool same(const Hit& a, const Hit& b) {
     return a.prim_id == b.prim_id && a.t == b.t && a.u == b.u && a.v == b.v;
+}
+
+/// Two bars for each tree, with its facts as text.
+std::string plot_body(const std::string& name, std::size_t trees) {
+    const auto bars = [&](int column, double shift, const char* colour, const char* title) {
+        return fmt::format(
+            "'{}.csv' skip 1 using (${}/2):($2+{}):(${}/2):(0.19):ytic(1) with boxxyerror lc rgb "
+            "'{}' title '{}', ",
+            name, column, shift, column, colour, title);
+    };
+    return fmt::format(
+               "set key bottom right\nset yrange [{0}:-0.6]\nset xrange [0:*]\n"
+               "set style fill solid 0.7\nset xlabel 'Mray/s (camera rays)'\nset ytics noenhanced\n"
+               "plot ",
+               static_cast<double>(trees) - 0.4) +
+           bars(3, -0.2, "#1f5fbf", "packets") + bars(4, 0.2, "#c46210", "single rays") +
+           fmt::format(
+               "'{}.csv' skip 1 using (0):($2-0.2):(sprintf('  SAH cost %.1f, made in %.1f ms, %d "
+               "different answers', $5, $6, $8)) with labels left tc rgb '#000000' font ',10' "
+               "notitle\n",
+               name);
 }
 
 }  // namespace
@@ -137,27 +158,10 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
                                clip.topology().triangles.size());
     script.footer = context.footer;
     script.height = 560;
-    const auto bars = [&](int column, double shift, const char* colour, const char* title) {
-        return fmt::format(
-            "'{}.csv' skip 1 using (${}/2):($2+{}):(${}/2):(0.19):ytic(1) with boxxyerror lc rgb "
-            "'{}' title '{}', ",
-            name, column, shift, column, colour, title);
-    };
-    script.body =
-        fmt::format(
-            "set key bottom right\nset yrange [{0}:-0.6]\nset xrange [0:*]\n"
-            "set style fill solid 0.7\nset xlabel 'Mray/s (camera rays)'\nset ytics noenhanced\n"
-            "plot ",
-            static_cast<double>(trees.size()) - 0.4) +
-        bars(3, -0.2, "#1f5fbf", "packets") + bars(4, 0.2, "#c46210", "single rays") +
-        fmt::format(
-            "'{}.csv' skip 1 using (0):($2-0.2):(sprintf('  SAH cost %.1f, made in %.1f ms, %d "
-            "different answers', $5, $6, $8)) with labels left tc rgb '#000000' font ',10' "
-            "notitle\n",
-            name);
+    script.body = plot_body(name, trees.size());
     return {name,
             "The same rays over different trees. Answers do not depend on the tree: none differs "
-            "from those over the first one.",
+            "from that over the first tree.",
             table, script};
 }
 

@@ -8,19 +8,19 @@
 namespace morphray::accuracy {
 namespace {
 
-// Far above the 2^-53 of a double, far below what a tracer of floats tells apart.
+// Far above the 2^-53 of a double, far below the resolution of a tracer in float.
 constexpr double kRounding = 0x1p-40;
 
 Double3 to_double(vec3 v) { return {v.x, v.y, v.z}; }
 
-/// Whether a slab is met, narrowing [enter, leave]. Without division by zero: a ray along the slab
-/// is inside or not.
+/// Whether the ray meets a slab; narrows [enter, leave]. Does not divide by zero: a ray parallel to
+/// the slab is inside or outside.
 bool meet_slab(double lower, double upper, double org, double dir, double& enter, double& leave) {
     if (dir == 0) return org >= lower && org <= upper;
     double t0 = (lower - org) / dir;
     double t1 = (upper - org) / dir;
     if (t0 > t1) std::swap(t0, t1);
-    // Quotients are off by some 2^-52 of themselves.
+    // Quotients have a relative error of about 2^-52.
     enter = std::max(enter, t0 - std::abs(t0) * kRounding);
     leave = std::min(leave, t1 + std::abs(t1) * kRounding);
     return enter <= leave;

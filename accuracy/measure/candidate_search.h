@@ -1,4 +1,4 @@
-// Which triangles a ray may meet: a search that may name too many and never one too few.
+// Finds the triangles that a ray may meet; may find too many and never misses one.
 #pragma once
 
 #include <array>
@@ -17,20 +17,20 @@ using Double3 = std::array<double, 3>;
 /// The largest magnitude of a component.
 double largest_magnitude(vec3 v);
 
-/// A tree's boxes met in double, each made larger by far more than double rounds. Knows nothing of
-/// the tracers. Whatever floats the tree is made of, scene space or not.
+/// Tests the boxes of a tree in double, enlarged by far more than the rounding errors. Shares no
+/// code with the tracers. Takes trees in any space.
 class CandidateSearch {
 public:
-    /// The tree outlives it. Its boxes contain their triangles.
+    /// The tree outlives the search; its boxes contain their triangles.
     explicit CandidateSearch(const Bvh& bvh);
 
-    /// Triangles of the leaves whose boxes come within `margin` of the ray's line at t >= 0, in no
-    /// order; `found` is emptied first. Threads may share one.
+    /// Triangles of the leaves whose boxes come within `margin` of the ray's line at t >= 0, in any
+    /// order. Replaces the content of `found`. Thread-safe.
     void find(const Ray& ray, double margin, std::vector<std::uint32_t>& found) const;
 
 private:
     const Bvh* bvh_;
-    /// Of the largest coordinate: what the boxes are made larger by besides.
+    /// By how much boxes are enlarged for rounding, from the largest coordinate.
     double rounding_;
 };
 

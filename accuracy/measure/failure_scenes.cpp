@@ -80,7 +80,7 @@ FailureScene needles() {
     for (int i = 0; i < 400; ++i) {
         std::array<double, 3> base;
         for (double& x : base) x = random.real(-1, 1);
-        // Tips towards where the default camera stands.
+        // The tips point to the default camera.
         const double way = random.real(0.3, 0.6);
         const std::uint32_t a = build.vertex(base[0], base[1], base[2]);
         const std::uint32_t b = build.vertex(base[0] + 1e-4, base[1] + 1e-4, base[2]);

@@ -15,9 +15,9 @@ struct FailureScene {
     std::vector<vec3> positions;
 };
 
-/// Always the same: a sphere, far from 0, tiny and huge; needles and slivers; a fan of thin
-/// triangles around one vertex; duplicate and coplanar triangles; details of 1 in an extent of 1e6;
-/// an axis-aligned box; a soup.
+/// The same scenes in every run: a sphere, far from 0, tiny and huge; needles and slivers; a fan of
+/// thin triangles around one vertex; duplicate and coplanar triangles; details of 1 in an extent of
+/// 1e6; an axis-aligned box; a soup.
 std::vector<FailureScene> failure_scenes();
 
 }  // namespace morphray::accuracy

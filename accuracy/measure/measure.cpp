@@ -13,11 +13,11 @@
 namespace morphray::accuracy {
 namespace {
 
-// One ray in so many is searched for among all triangles; fewer where that takes long.
+// One ray in this many is tested against all triangles; fewer in large scenes.
 constexpr std::size_t kFullSearchStep = 1009;
 constexpr std::size_t kFullSearchTriangles = 100'000'000;
 
-/// visit(begin, end) for tiles of rays.
+/// Calls visit(begin, end) for tiles of rays, in parallel.
 template <class Visit>
 void for_each_batch(std::size_t count, Visit visit) {
     tbb::parallel_for(std::size_t{0}, (count + kChartTile - 1) / kChartTile, [&](std::size_t i) {

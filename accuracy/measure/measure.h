@@ -1,4 +1,4 @@
-// How fast methods are and how often they are wrong.
+// Measures the speed of methods and counts their wrong answers.
 #pragma once
 
 #include <array>
@@ -27,8 +27,8 @@ struct VerdictCounts {
 /// The exact answers to all rays of a scene in one of its spaces. The scene outlives it.
 class Judge {
 public:
-    /// Asks the referee in parallel, and about each thousandth ray by all triangles besides: throws
-    /// Error(kInternal) should they differ.
+    /// Computes the exact answers in parallel. Checks about every thousandth one against all
+    /// triangles and throws Error(kInternal) if they differ.
     Judge(const ChartScene& scene, const ChartSpace& space);
 
     VerdictCounts camera(std::span<const Hit> hits) const;
@@ -45,12 +45,13 @@ private:
     std::vector<Truth> aimed_;
 };
 
-/// All rays of a kind, with all threads.
+/// Traces all rays of a kind on all threads.
 void trace_camera(const Method& method, const ChartScene& scene, std::span<Hit> hits);
 void trace_aimed(const Method& method, const ChartScene& scene, std::span<Hit> hits);
 
-/// The least milliseconds of `rounds` runs of each in turn, after one to warm up: what disturbs the
-/// machine only adds. Calls `check` before each run, which may throw to end the work.
+/// The least milliseconds of `rounds` runs of each, in turn, after one to warm up. The least
+/// counts, because disturbances of the machine only add time. Calls `check` before each run, which
+/// may throw to end the work.
 std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds,
                                 const std::function<void()>& check);
 

@@ -9,8 +9,8 @@ namespace {
 
 // The circle as a polygon inside it, at most 1 in 800 too small.
 constexpr int kCircleCorners = 64;
-// Of the circle's radius. Corners are up to 2^21 radii away and doubles round them to 2^-31; what
-// is left between two that meet is narrower than this by far.
+// In radii of the circle. Corners are up to 2^21 radii away and doubles round them to 2^-31, so a
+// gap that rounding leaves between two regions that meet is far narrower than this.
 constexpr double kNarrow = 0x1p-16;
 
 struct Place {
@@ -18,7 +18,7 @@ struct Place {
 };
 using Polygon = std::vector<Place>;  // convex
 
-/// a x + b y + c; a half-plane is where that is not negative.
+/// The half-plane where a x + b y + c is not negative.
 struct Affine {
     double a, b, c;
 
@@ -59,7 +59,7 @@ Polygon clipped(Polygon polygon, const std::vector<Affine>& region) {
     return polygon;
 }
 
-/// Whether all of it is outside one of the half-planes.
+/// Whether the whole polygon is outside one of the half-planes.
 bool is_beyond(const Polygon& polygon, const std::vector<Affine>& region) {
     return std::any_of(region.begin(), region.end(), [&](const Affine& half) {
         return std::none_of(polygon.begin(), polygon.end(),
@@ -67,7 +67,7 @@ bool is_beyond(const Polygon& polygon, const std::vector<Affine>& region) {
     });
 }
 
-/// What is left of convex pieces outside a convex region. Pieces that do not meet it stay whole.
+/// The parts of convex pieces outside a convex region. Pieces that do not meet it stay whole.
 std::vector<Polygon> without(std::vector<Polygon> pieces, const std::vector<Affine>& region) {
     std::vector<Polygon> left;
     for (Polygon& rest : pieces) {
@@ -93,7 +93,7 @@ Affine line_through(const Double3& p, const Double3& q) {
     const double dx = q[0] - p[0];
     const double dy = q[1] - p[1];
     const double length = std::hypot(dx, dy);
-    // From the end that is nearer: it rounds less.
+    // From the nearer end, which rounds less.
     const Double3& near = length2(p) < length2(q) ? p : q;
     return {-dy / length, dx / length, (dy * near[0] - dx * near[1]) / length};
 }
@@ -122,7 +122,7 @@ bool is_aside(const std::array<Double3, 3>& p) {
     return false;
 }
 
-/// t of the triangle's plane.
+/// t of the ray on the triangle's plane.
 Affine depth(const std::array<Double3, 3>& p) {
     const auto nearest =
         static_cast<std::size_t>(std::min_element(p.begin(), p.end(),
@@ -142,7 +142,7 @@ Affine depth(const std::array<Double3, 3>& p) {
     return {a, b, o[2] - a * o[0] - b * o[1]};
 }
 
-/// Where t is one that counts.
+/// The half-planes in which t is within the ray's range.
 void add_range(const Ray& ray, const Affine& t, std::vector<Affine>& halves) {
     halves.push_back({t.a, t.b, t.c - ray.tnear});
     if (std::isfinite(ray.tfar)) halves.push_back({-t.a, -t.b, ray.tfar - t.c});

@@ -1,4 +1,4 @@
-// What the lines see that run beside a ray: parallel to it, at most so far away.
+// The triangles that lines parallel to a ray meet, within a given distance of the ray.
 #pragma once
 
 #include <cstdint>
@@ -8,24 +8,24 @@
 
 namespace morphray::accuracy {
 
-/// Triangles as seen along one ray, by regions of a plane across it, in double. A vertex has one
-/// place in that plane, whichever triangle it is a corner of, so what is closed stays closed.
+/// Triangles projected along a ray onto a plane across it, in double. A vertex has one projection
+/// for all its triangles, so a closed mesh stays closed.
 class ParallelView {
 public:
     explicit ParallelView(const Ray& ray);
 
-    /// A triangle; those without an extent across the ray count for nothing.
+    /// Adds a triangle. Triangles without an extent across the ray have no effect.
     void add(std::uint32_t prim_id, vec3 a, vec3 b, vec3 c);
 
     /// Whether, in a spot at most `radius` away from the ray, no triangle is more than `ulps` (of a
     /// float) of t in front of prim_id, or, if that is kNoPrim, there is no triangle at all. Hits
-    /// count at t > 0 within the ray's [tnear, tfar]. A spot narrower than some 2^-16 of the radius
-    /// is none.
+    /// count at t > 0 within the ray's [tnear, tfar]. Spots narrower than about 2^-16 of the radius
+    /// are ignored.
     bool shows(std::uint32_t prim_id, double radius, double ulps) const;
 
-    /// Whether an edge of a triangle is at most `radius` away from the ray at a t that counts and
-    /// that is no more than `ulps` larger than most_t: what a triangle without an extent across the
-    /// ray can show.
+    /// Whether an edge of a triangle is at most `radius` away from the ray at a t in range that is
+    /// no more than `ulps` larger than most_t. This is the test for triangles without an extent
+    /// across the ray.
     bool grazes(vec3 a, vec3 b, vec3 c, double radius, double most_t, double ulps) const;
 
 private:

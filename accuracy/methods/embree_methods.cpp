@@ -1,4 +1,4 @@
-// Embree, where it was found when the program was built.
+// Embree, if it was found when the program was built.
 #include <embree3/rtcore.h>
 
 #include <memory>

@@ -39,7 +39,7 @@ public:
     }
 
 private:
-    /// Orders a part that is small enough, and sets its shape if it fits a leaf.
+    /// Sorts a part if it is small enough, and sets its shape if it fits a leaf.
     bool fits_leaf(Part part, LeafShape& shape) const {
         if (part.size() > kLeafTriangles) return false;
         std::sort(part.begin(), part.end());

@@ -8,7 +8,7 @@
 
 namespace morphray::accuracy {
 
-/// In the shared layout and as sound as the builder's (check_bvh), over positions in scene space.
+/// The tree in the shared layout over positions in scene space; check_bvh accepts it.
 Bvh build_median_tree(const Topology& topology, std::span<const vec3> positions);
 
 }  // namespace morphray::accuracy

@@ -30,12 +30,12 @@ Method single(const ChartScene& scene, const SimdTarget& target) {
             std::span<const Ray> rays, std::span<Hit> hits) { tracer.intersect(rays, hits); });
 }
 
-/// The camera's pixels in packets; any other rays as single ones.
+/// Traces the camera's pixels in packets and any other rays as single rays.
 Method packets(const ChartScene& scene, const SimdTarget& target) {
     Method method = ours(fmt::format("packets {}", target.name), single(scene, target).trace);
     method.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
                             std::size_t tile, std::span<Hit> hits) {
-        // Too large to be made for each tile.
+        // Too large to construct for each tile.
         thread_local const auto packet = std::make_unique<cpu::Packet>();
         const cpu::ImageTiles tiles(scene.params.width, scene.params.height, kSide);
         tracer.intersect_camera(scene.params, tiles[static_cast<std::uint32_t>(tile)], *packet,

@@ -1,5 +1,5 @@
-// One plain traversal of the shared tree for any intersection rule: scalar, ordered, no SIMD of its
-// own, so that only the rule differs.
+// One plain traversal of the shared tree for all intersection rules, scalar and ordered, so that
+// methods differ in the rule alone.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace morphray::accuracy {
 
-/// Slabs as in every textbook, their far end times `kPad`.
+/// The usual slab test; the far end of each slab is multiplied by kPad.
 template <bool kPadded>
 class SlabsInFloat {
 public:
@@ -30,7 +30,7 @@ public:
             float t0 = (lower[axis][slot] - org_[axis]) * rdir_[axis];
             float t1 = (upper[axis][slot] - org_[axis]) * rdir_[axis];
             if (rdir_[axis] < 0) std::swap(t0, t1);
-            // A NaN (0 times infinity: the ray runs in the plane) decides nothing.
+            // A NaN (0 times infinity: the ray runs in the plane) has no effect.
             enter = t0 > enter ? t0 : enter;
             leave = t1 * kPad < leave ? t1 * kPad : leave;
         }
@@ -44,8 +44,8 @@ private:
 };
 
 using PlainSlabs = SlabsInFloat<false>;
-/// Moved out by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT 2(2), 2013): no box is missed that
-/// the ray meets.
+/// Far ends enlarged by 2 ulp (T. Ize. Robust BVH ray traversal. JCGT 2(2), 2013), so that no box
+/// that the ray meets is missed.
 using PaddedSlabs = SlabsInFloat<true>;
 
 /// The dilated boxes of scene space.
@@ -62,9 +62,9 @@ private:
     SlabRay slab_;
 };
 
-/// Rule(ray) and rule.intersect(a, b, c, t, u, v), true with t in (0, infinity). The nearest hit
-/// wins, of equal ones the smaller prim_id. slabs.meets(node, slot, t_enter); nodes are Node or
-/// what has its child[].
+/// Returns the nearest hit, of equal ones that with the smaller prim_id. Rule is constructed from a
+/// ray; rule.intersect(a, b, c, t, u, v) returns true with t in (0, infinity). Slabs has
+/// meets(node, slot, t_enter). Nodes have child[] like Node.
 template <class Rule, class Slabs, class Nodes>
 Hit trace_plainly(const Nodes& nodes, std::span<const Leaf> leaves, const Ray& ray) {
     struct Entry {

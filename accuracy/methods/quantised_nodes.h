@@ -1,6 +1,6 @@
 // Nodes whose boxes are small integers on a grid of the node's own (H. Ylitie, T. Karras, S. Laine.
 // Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs. 2017), over the leaves
-// of the shared layout. Every box contains the one that it was made of, so answers stay the same.
+// of the shared layout. Every box contains the original box, so answers stay the same.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@
 
 namespace morphray::accuracy {
 
-/// Plane i of an axis is at origin + i * step, a power of two, which is exact but for the sum.
+/// Plane i of an axis is at origin + i * step. step is a power of two, so only the sum rounds.
 template <std::unsigned_integral Grid>
 struct QuantisedNode {
     float origin[3];

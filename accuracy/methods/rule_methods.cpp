@@ -7,8 +7,8 @@ namespace {
 
 using TraceAll = void (*)(const Bvh&, std::span<const Ray>, std::span<Hit>);
 
-// Only these functions may use what the oldest machines lack: everything that they call becomes a
-// part of them.
+// Only these functions may use instructions that the oldest machines lack; the compiler inlines
+// everything that they call.
 #if defined(__x86_64__) || defined(__i386__)
 #define MORPHRAY_WITH_FMA [[gnu::target("fma"), gnu::flatten]]
 bool machine_has_fma() { return __builtin_cpu_supports("fma") != 0; }

@@ -1,4 +1,4 @@
-// Intersection rules that others use, each as its authors give it, in float.
+// Intersection rules from the literature in float, each as its authors give it.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ struct Products {
     }
 };
 
-/// Whether no two of them have opposite signs, and not all are 0.
+/// Whether no two values have opposite signs and not all are 0.
 inline bool alike(float u, float v, float w) {
     return !((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) &&
            (u != 0 || v != 0 || w != 0);
@@ -63,7 +63,7 @@ private:
     vec3 dir_;
 };
 
-/// With the double precision that the paper falls back to where an edge function is 0.
+/// Falls back to double precision if an edge function is 0, as the paper does.
 template <bool kFused>
 class WoopWatertight {
 public:
@@ -149,7 +149,7 @@ private:
     vec3 dir_;
 };
 
-/// That of the program.
+/// The rule of the program.
 class OurRule {
 public:
     explicit OurRule(const Ray& ray)

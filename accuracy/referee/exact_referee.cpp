@@ -12,12 +12,12 @@ namespace morphray::accuracy {
 namespace {
 
 constexpr double kCloseUlps = 4;
-// Of the size of a triangle across the ray, and of the distance of its corners: twice what the rule
-// displaces vertices by (docs/design/arithmetic.md, "A vertex is one point").
+// In sizes of a triangle across the ray, and in distances of its corners: twice the displacement of
+// vertices by the rule (docs/design/arithmetic.md, "A vertex is one point").
 constexpr double kDisplacement = 0x1p-21;
 constexpr double kFarDisplacement = 0x1p-43;
-// Of a triangle's size. Nearer to an edge than this a surface that is missed is one that was
-// slipped through, and one that is taken instead, at the same depth, is its neighbour.
+// In sizes of a triangle. Within this distance of an edge, a missed surface counts as a leak, and a
+// triangle that is hit instead at the same depth counts as its neighbour.
 constexpr double kNearEdge = 0x1p-12;
 
 bool is_usable(vec3 p) {
@@ -88,7 +88,8 @@ Truth ExactReferee::closest_of_all(const Ray& ray) const {
     return closest_of(ray, all);
 }
 
-// Shifting the line moves all vertices alike, so a closed mesh stays closed: no leak is excused.
+// Shifting the line displaces all vertices equally, so a closed mesh stays closed and a leak never
+// counts as displaced.
 bool ExactReferee::seen_nearby(const Ray& ray, const Truth& truth, std::uint32_t prim_id) const {
     double size = 0;
     double reach = 0;

@@ -50,7 +50,7 @@ double length(const Double3& a) { return std::sqrt(dot(a, a)); }
 
 int sign_of(double x) { return (x > 0) - (x < 0); }
 
-/// Every float times this is an integer.
+/// Every float multiplied by this is an integer.
 constexpr int kIntegerExponent = 149;
 mpz_class to_integer(float x) {
     return mpz_class(std::ldexp(static_cast<double>(x), kIntegerExponent));
@@ -128,7 +128,7 @@ int ExactTriangle::sign_of_sum() const {
 bool ExactTriangle::is_met() const {
     bool negative = false;
     bool positive = false;
-    // Those that double is sure of come first: most triangles end here.
+    // Decide in double first, which suffices for most triangles.
     for (std::size_t i = 0; i < 3; ++i) {
         negative |= value_[i] < -error_[i];
         positive |= value_[i] > error_[i];

@@ -1,4 +1,4 @@
-// One ray and one triangle in exact arithmetic over their floats.
+// Intersects one ray with one triangle in exact arithmetic over their floats.
 #pragma once
 
 #include <memory>
@@ -8,12 +8,12 @@
 
 namespace morphray::accuracy {
 
-/// Where a ray meets a triangle. In homogeneous form: with a, b, c the corners relative to the
-/// origin and d the direction,
+/// The intersection of a ray with a triangle in homogeneous form. With a, b, c the corners relative
+/// to the origin and d the direction,
 ///     u = d . (b x c),   v = d . (c x a),   w = d . (a x b),   t = a . (b x c) / (u + v + w).
 /// They are computed in double with a bound of their errors (as J. R. Shewchuk. Adaptive precision
 /// floating-point arithmetic and fast robust geometric predicates. 1997, stage A), and by integers
-/// of any length (GMP) where that does not settle a question.
+/// of any length (GMP) if that does not decide.
 class ExactTriangle {
 public:
     /// Any finite floats.

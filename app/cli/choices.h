@@ -8,9 +8,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "app/cli/nearest.h"
 #include "app/cli/options.h"
 #include "common/base/errors.h"
+#include "common/base/nearest_name.h"
 
 namespace morphray::app {
 
@@ -31,7 +31,7 @@ std::string names_of(std::span<const Choice<T>> choices) {
     return names;
 }
 
-/// The value of the name; throws Error(kBadArgument) with the nearest name for any other text.
+/// The value of the name; throws Error(kBadArgument) with a similar name for any other text.
 template <class T>
 T parse_choice(const std::string& option, const std::string& text,
                std::type_identity_t<std::span<const Choice<T>>> choices) {
@@ -40,10 +40,9 @@ T parse_choice(const std::string& option, const std::string& text,
         if (text == name) return value;
         names.emplace_back(name);
     }
-    const std::string nearest = nearest_name(text, names);
     throw Error(ErrorKind::kBadArgument,
                 fmt::format("{}: '{}' is not one of {}{}", option, text, fmt::join(names, ", "),
-                            nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
+                            suggestion(text, names)));
 }
 
 inline constexpr Choice<BackendChoice> kBackends[] = {{"auto", BackendChoice::kAuto},

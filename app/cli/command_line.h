@@ -1,4 +1,4 @@
-// From argv to Options. The only place that knows CLI11.
+// From argv to Options.
 #pragma once
 
 #include <optional>
@@ -10,9 +10,9 @@
 namespace morphray::app {
 
 struct ParsedCommandLine {
-    /// Nothing when help or the version was asked for.
+    /// Nothing if help or the version was asked for.
     std::optional<Options> options;
-    /// That text, for stdout.
+    /// The help or the version, for stdout.
     std::string text;
 };
 

@@ -1,11 +1,11 @@
-// Options that are fine alone and not together.
+// Options that exclude each other.
 #pragma once
 
 #include "app/cli/options.h"
 
 namespace morphray::app {
 
-/// Throws Error(kBadArgument) that names both.
+/// Throws Error(kBadArgument) that names both options.
 void check_conflicts(const Options& options);
 
 }  // namespace morphray::app

@@ -20,8 +20,8 @@ enum class ExitCode : int {
     kTerminated = 143,
 };
 
-/// The exit code of a command that an error of this kind ended. kCancelled gives kInterrupted; a
-/// caller that knows the signal gives its code instead.
+/// The exit code of a command that ended with an error of this kind. kCancelled gives kInterrupted;
+/// a caller that knows the signal gives its code instead.
 ExitCode exit_code_of(ErrorKind kind);
 
 }  // namespace morphray::app

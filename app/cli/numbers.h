@@ -1,19 +1,14 @@
-// Numbers on the command line, read without the locale and never silently clamped.
+// Numbers as values of options: read without the locale, never silently clamped.
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string_view>
 
 #include "common/scene/camera_setup.h"
 
 namespace morphray::app {
 
-/// The whole of `text` as a number; nothing for anything else. Accepts inf and nan; a decimal
-/// number beyond the range of double becomes inf.
-std::optional<double> read_number(std::string_view text);
-
-// The functions below throw Error(kBadArgument) that names the option.
+// Each function throws Error(kBadArgument) that names the option.
 
 /// A whole number in [lower, upper].
 std::uint64_t parse_count(std::string_view option, std::string_view text, std::uint64_t lower,
@@ -22,7 +17,7 @@ std::uint64_t parse_count(std::string_view option, std::string_view text, std::u
 /// A finite number of at least `lower`.
 double parse_finite(std::string_view option, std::string_view text, double lower);
 
-/// Any number, also one that is not finite: whether a camera can use it is for camera_setup to say.
+/// Any number, also one that is not finite; camera_setup decides whether it is usable.
 double parse_number(std::string_view option, std::string_view text);
 
 /// `x,y,z`, each as in parse_number.
@@ -32,7 +27,7 @@ struct Size {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
 };
-/// `WxH`; 0 and what is not a number is kUsage, more than 65536 a side Error(kLimit).
+/// `WxH`, each side at least 1. Throws Error(kLimit) for more than 65536 a side.
 Size parse_size(std::string_view option, std::string_view text);
 
 struct Pixel {

@@ -1,4 +1,4 @@
-// What the command line asks for, as plain data.
+// The command line as plain data.
 #pragma once
 
 #include <cstdint>
@@ -21,15 +21,15 @@ enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 /// Which backend refits: kOwn is the one that traces.
 enum class RefitOn { kOwn, kCpu, kVulkan };
 
-/// What crosscheck holds the variants against.
+/// The tracer whose images crosscheck expects.
 enum class Reference { kAuto, kBrute, kCpu };
 
 struct BackendOptions {
     BackendChoice choice = BackendChoice::kAuto;
-    /// Whether --backend was given: trace takes the CPU otherwise.
+    /// Whether --backend was given; otherwise trace takes the CPU.
     bool choice_given = false;
     std::string device;
-    /// 0: all that there are.
+    /// 0: as many as the machine has.
     int threads = 0;
     /// As cpu::CpuConfig::simd.
     std::string simd;
@@ -37,13 +37,12 @@ struct BackendOptions {
 };
 
 struct TreeOptions {
-    /// How the tree follows the vertices: the text of an update policy. Empty: what the command
-    /// takes by itself.
+    /// The text of an update policy. Empty: the default of the command.
     std::string update;
     UpdateConfig update_config;
     RefitOn refit_on = RefitOn::kOwn;
     SplitMethod split = SplitMethod::kBinned;
-    /// The frame at whose positions the tree is built; none: the first frame asked for.
+    /// The frame at whose positions the tree is built; none: the first selected frame.
     std::optional<double> build_at;
 };
 
@@ -58,7 +57,7 @@ struct Options {
 
     ViewSpec view;
     bool size_given = false;
-    /// Whether --rays was given: crosscheck takes all three kinds otherwise.
+    /// Whether --rays was given; otherwise crosscheck takes all three kinds.
     bool rays_given = false;
 
     BackendOptions backend;
@@ -81,7 +80,7 @@ struct Options {
 
     // profile
     int repeat = 5;
-    /// Update policies to compare; none: times of the stages instead.
+    /// Update policies to compare; none: profile reports times of the stages.
     std::vector<std::string> policies;
     std::string trace_events;
     std::string plot;
@@ -97,7 +96,7 @@ struct Options {
     // info
     bool tree_facts = false;
 
-    /// The arguments that decide what is seen, as given, for a command that repeats it.
+    /// The given arguments that decide which image is traced, for a command that repeats it.
     std::vector<std::string> view_arguments;
 };
 

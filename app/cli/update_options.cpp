@@ -6,9 +6,10 @@
 #include <optional>
 #include <vector>
 
-#include "app/cli/nearest.h"
 #include "common/base/errors.h"
+#include "common/base/nearest_name.h"
 #include "common/base/number_text.h"
+#include "common/base/text_parts.h"
 
 namespace morphray::app {
 
@@ -28,23 +29,19 @@ std::string parse_update(const std::string& option, const std::string& text) {
     } catch (const Error& error) {
         std::vector<std::string> names;
         for (const UpdatePolicyInfo& info : update_policies()) names.emplace_back(info.form);
-        const std::string nearest = nearest_name(text, names);
         throw Error(error.kind(),
-                    fmt::format("{}: {}{}", option, error.what(),
-                                nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
+                    fmt::format("{}: {}{}", option, error.what(), suggestion(text, names)));
     }
 }
 
 std::vector<std::string> parse_updates(const std::string& option, const std::string& text) {
     std::vector<std::string> policies;
-    for (std::size_t begin = 0; begin <= text.size();) {
-        const std::size_t end = std::min(text.find(',', begin), text.size());
-        policies.push_back(parse_update(option, text.substr(begin, end - begin)));
+    for (const std::string_view part : split(text, ',')) {
+        policies.push_back(parse_update(option, std::string(part)));
         if (std::count(policies.begin(), policies.end(), policies.back()) > 1) {
             throw Error(ErrorKind::kBadArgument,
-                        fmt::format("{}: {} is there twice", option, policies.back()));
+                        fmt::format("{}: {} is given twice", option, policies.back()));
         }
-        begin = end + 1;
     }
     return policies;
 }
@@ -55,10 +52,11 @@ void parse_update_budget(const std::string& option, const std::string& text, Upd
     const std::string number = text.substr(0, text.size() - (in_ms ? 2 : in_percent ? 1 : 0));
     const std::optional<double> value = parse_finite_double(number);
     if (!(in_ms || in_percent) || !value || *value <= 0) {
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("{}: '{}' is not a part of a frame such as 50% nor a time such as "
-                                "2ms",
-                                option, text));
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("{}: '{}' is neither a part of a frame such as 50% nor a time such as "
+                        "2ms",
+                        option, text));
     }
     config.budget_ms = in_ms ? *value : 0;
     if (in_percent) config.budget = *value / 100;

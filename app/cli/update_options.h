@@ -1,4 +1,4 @@
-// The options that say how the tree follows the vertices.
+// Values of the options of tree updates.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@ namespace morphray::app {
 /// "refit|rebuild|...": the forms of all policies.
 std::string update_forms();
 
-/// The text, if it is that of a policy; throws Error(kBadArgument) with the option for any other.
+/// Returns `text` if it is a policy. Throws Error(kBadArgument) with the option for any other text.
 std::string parse_update(const std::string& option, const std::string& text);
 
-/// Several of them with commas between, each once.
+/// Policies separated by commas, each at most once.
 std::vector<std::string> parse_updates(const std::string& option, const std::string& text);
 
-/// "30%" of a frame, above 0, or "2.5ms". Throws Error(kBadArgument).
+/// Reads "30%" of a frame or "2.5ms", above 0, into `config`. Throws Error(kBadArgument).
 void parse_update_budget(const std::string& option, const std::string& text, UpdateConfig& config);
 
 }  // namespace morphray::app

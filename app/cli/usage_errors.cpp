@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "app/cli/nearest.h"
 #include "common/base/errors.h"
+#include "common/base/nearest_name.h"
 
 namespace morphray::app {
 namespace {
@@ -17,13 +17,13 @@ std::string help_of(const std::string& command) {
     return command.empty() ? "morphray --help" : fmt::format("morphray {} --help", command);
 }
 
-std::string advice(const std::string& nearest, const std::string& command) {
-    return nearest.empty() ? fmt::format("see `{}`", help_of(command))
-                           : fmt::format("did you mean {}?", nearest);
+std::string advice(const std::string& similar, const std::string& command) {
+    return similar.empty() ? fmt::format("see `{}`", help_of(command))
+                           : fmt::format("did you mean {}?", similar);
 }
 
 [[noreturn]] void reject_option(const std::string& given, const FailedParse& parse) {
-    // The dashes, which all have in common, make nothing alike.
+    // All options begin with dashes, so dashes must not count as similarity.
     const std::string dashed = given.substr(0, given.find('='));
     const std::string name = dashed.substr(std::min(dashed.find_first_not_of('-'), dashed.size()));
     const auto& program = parse.program_options;
@@ -31,16 +31,16 @@ std::string advice(const std::string& nearest, const std::string& command) {
         std::find(program.begin(), program.end(), name) != program.end()) {
         fail(fmt::format("unknown option '{}'; did you mean `morphray --{}`?", given, name));
     }
-    const std::string nearest = nearest_name(name, parse.options);
+    const std::string similar = similar_name(name, parse.options);
     fail(fmt::format("unknown option '{}'; {}", given,
-                     advice(nearest.empty() ? "" : "--" + nearest, parse.command)));
+                     advice(similar.empty() ? "" : "--" + similar, parse.command)));
 }
 
 }  // namespace
 
 void reject_command(const std::string& given, std::vector<std::string> commands) {
     commands.emplace_back("help");
-    fail(fmt::format("unknown command '{}'; {}", given, advice(nearest_name(given, commands), "")));
+    fail(fmt::format("unknown command '{}'; {}", given, advice(similar_name(given, commands), "")));
 }
 
 void explain(const FailedParse& parse) {

@@ -1,4 +1,4 @@
-// What to say to a command line that cannot be followed.
+// Messages about command lines that cannot be parsed.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@
 
 namespace morphray::app {
 
-/// What the parser made of it.
+/// A command line that the parser rejected.
 struct FailedParse {
     std::span<const std::string> arguments;
     std::vector<std::string> commands;
-    /// The command that was recognised, or empty.
+    /// The recognised command, or empty.
     std::string command;
     /// Long names without dashes: of the program itself, and of the command (or the program again).
     std::vector<std::string> program_options;
@@ -20,15 +20,15 @@ struct FailedParse {
     /// The option that was given most often, and how often.
     std::string repeated;
     std::size_t times = 0;
-    /// What nothing was made of.
+    /// Arguments that were not recognised.
     std::vector<std::string> extras;
     std::string message;
 };
 
-/// Throws Error(kBadArgument) with one line that says what is wrong and what to do.
+/// Throws Error(kBadArgument) with one line: the problem and the remedy.
 [[noreturn]] void explain(const FailedParse& parse);
 
-/// Likewise for a command that there is not.
+/// Throws Error(kBadArgument) about an unknown command.
 [[noreturn]] void reject_command(const std::string& given, std::vector<std::string> commands);
 
 }  // namespace morphray::app

@@ -1,4 +1,4 @@
-// morphray chart: speed against accuracy, as images and as data.
+// morphray chart: draws charts of speed against accuracy.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@
 namespace morphray::app {
 namespace {
 
-using namespace accuracy;  // the charts
+using namespace accuracy;
 
 std::string machine_text() {
     std::string model = "unknown processor";
@@ -141,7 +141,7 @@ ExitCode run_chart(const Options& options, const Messages& messages) {
         return write_charts(options, messages);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kCancelled) throw;
-        throw Error(error.kind(), "chart: interrupted; nothing is kept");
+        throw Error(error.kind(), "chart: interrupted; no chart is kept");
     }
 }
 

@@ -1,4 +1,4 @@
-// The commands of the program, one a file.
+// The commands of the program, each in a file of its own.
 #pragma once
 
 #include "app/cli/exit_code.h"
@@ -7,8 +7,8 @@
 
 namespace morphray::app {
 
-// Each function does the work of its command and returns kOk, kCheckFailed, or kPartial after its
-// own message. Throws Error.
+// Each function runs its command. Returns kOk, kCheckFailed, or kPartial after a message. Throws
+// Error.
 ExitCode run_render(const Options& options, const Messages& messages);
 ExitCode run_crosscheck(const Options& options, const Messages& messages);
 ExitCode run_probe(const Options& options, const Messages& messages);

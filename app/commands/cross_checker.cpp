@@ -9,12 +9,7 @@ namespace {
 
 constexpr double kAffordableTests = 2e9;
 
-std::uint64_t rays_per_pixel(const ViewSpec& view, std::uint32_t rays) {
-    if (rays == kRaysPrimary) return 1;
-    return rays == kRaysShadow ? 2 : 1 + view.ao_count;
-}
-
-/// The instruction set that is asked for, or all that this machine has.
+/// The given instruction set, or all that this machine has.
 std::vector<std::string> simd_to_check(const std::string& asked) {
     if (asked == cpu::kSimdOff) return {};
     if (!asked.empty()) return {find_simd_target(asked).name};
@@ -29,9 +24,8 @@ std::vector<std::string> simd_to_check(const std::string& asked) {
 
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays) {
     const double pixels = static_cast<double>(view.width) * view.height;
-    return static_cast<double>(triangles) * pixels *
-               static_cast<double>(rays_per_pixel(view, rays)) <=
-           kAffordableTests;
+    const double rays_per_pixel = 1.0 + rays_per_hit(rays, view.ao_count);
+    return static_cast<double>(triangles) * pixels * rays_per_pixel <= kAffordableTests;
 }
 
 CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double first_frame,
@@ -44,7 +38,7 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
     BackendOptions plain = options.backend;
     plain.simd = cpu::kSimdOff;
     const auto make = [&](BackendChoice choice) { return make_backend(choice, plain, messages); };
-    // The device first: without one there is no point in building.
+    // The device first, because without one the build would be in vain.
     if (with_vulkan) {
         vulkan_.refits = make(BackendChoice::kVulkan);
         vulkan_.given = make(BackendChoice::kVulkan);
@@ -117,7 +111,7 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
         row.refit_on = variant.refit_on;
         row.rays = name_of_rays(expected.rays);
         row.reference = expected.reference;
-        // The CPU without SIMD over the rebuilt tree is that reference itself.
+        // The CPU without SIMD over the rebuilt tree is the reference itself.
         if (row.reference == row.backend && row.simd.empty() && row.update == "rebuild") continue;
         variant.backend->trace_image(params_for(expected.rays), actual);
         row.trace_ms = variant.backend->times().trace_ms;

@@ -1,4 +1,4 @@
-// Every backend, over every kind of tree, against a reference.
+// Compares every backend over every kind of tree with a reference.
 #pragma once
 
 #include <array>
@@ -15,20 +15,20 @@
 
 namespace morphray::app {
 
-/// Whether brute force is a reference that one can wait for: about 2e9 ray-triangle tests a frame.
+/// Whether brute force takes at most 2e9 ray-triangle tests a frame.
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays);
 
 /// Holds two instances of each backend, the CPU without SIMD. One refits its own tree from frame to
-/// frame and traces that; the other is given trees: the one that the other backend refitted, and
-/// one that is built for the frame. A tree refitted on a device is read back for that. The CPU's
-/// instruction sets take turns over the tree that the CPU refitted and the one built for the frame.
+/// frame and traces it. The other is given trees: the one that the other backend refitted, which is
+/// read back from a device, and one that is built for the frame. Each instruction set of the CPU
+/// traces the tree that the CPU refitted and the tree that is built for the frame.
 class CrossChecker {
 public:
     /// Receives each comparison as it is made.
     using OnRow = std::function<void(const CheckRow&, const Frame& expected, const Frame& actual)>;
 
-    /// Builds at options.tree.build_at or at `first_frame`. Without `with_vulkan` only the CPU is
-    /// checked, and with the backend kVulkan only that. Throws what clip, builder and backends
+    /// Builds at options.tree.build_at or at `first_frame`. Checks only the CPU without
+    /// `with_vulkan`, and only Vulkan if options choose it. Throws what clip, builder and backends
     /// throw.
     CrossChecker(const Options& options, SceneFrames& scene, double first_frame, bool with_vulkan,
                  const Messages& messages);
@@ -36,9 +36,9 @@ public:
     /// Compares one frame for every kind of `rays`. Returns the trees' hashes.
     TreeRow check(double frame, const std::vector<std::uint32_t>& rays, const OnRow& on_row);
 
-    /// Comparisons that check() makes of a frame for a kind of rays.
+    /// Comparisons that check() makes for a frame and a kind of rays.
     std::size_t variant_count(std::uint32_t rays) const;
-    /// What the device is, empty without one.
+    /// The description of the device; empty without one.
     std::string device() const;
 
 private:
@@ -68,7 +68,8 @@ private:
     void check_simd(const std::string& simd, std::span<const vec3> positions, const Bvh& rebuilt,
                     double frame, const OnRow& on_row);
     bool uses_brute(std::uint32_t rays) const;
-    /// Whether the CPU's images are compared, or only make the reference and refit.
+    /// Whether the CPU's images are compared; otherwise the CPU only refits and traces the
+    /// reference.
     bool checks_cpu() const;
     void refit(Pair& pair, std::span<const vec3> positions);
     ImageParams params_for(std::uint32_t rays) const;

@@ -1,4 +1,4 @@
-// morphray crosscheck: whether all images are one.
+// morphray crosscheck: compares the images of all backends, trees and instruction sets.
 #include <fmt/format.h>
 
 #include "app/commands/commands.h"
@@ -17,7 +17,7 @@ namespace morphray::app {
 namespace {
 
 constexpr std::uint32_t kDefaultSide = 256;
-// Comparisons that are described at length.
+// Comparisons that are described in detail.
 constexpr std::size_t kShownRows = 8;
 
 Options with_defaults(Options options) {
@@ -56,7 +56,7 @@ public:
         if (with_vulkan_) report_.trees.push_back(trees);
     }
 
-    /// Comparisons of a frame.
+    /// The number of comparisons of a frame.
     std::size_t comparisons() const {
         std::size_t count = 0;
         for (const std::uint32_t rays : rays_) count += checker_.variant_count(rays);
@@ -64,7 +64,7 @@ public:
     }
     bool finished_any() const { return !report_.rows.empty(); }
 
-    /// Writes the reports; returns whether all was equal.
+    /// Writes the reports. Returns whether all images were equal.
     bool finish(bool complete, const Messages& messages) {
         report_.complete = complete;
         if (!options_.json.empty()) write_report(options_.json, to_json(report_));
@@ -107,7 +107,7 @@ ExitCode run_crosscheck(const Options& given, const Messages& messages) {
     const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);
     warn_of_damage(options, scene.clip(), frames, messages);
     const Topology& topology = scene.clip().topology();
-    // Three reference frames besides the one that is compared.
+    // Three reference frames and the one that is compared.
     const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,
@@ -125,7 +125,7 @@ ExitCode run_crosscheck(const Options& given, const Messages& messages) {
         } catch (const Error& error) {
             progress.hide();
             if (error.kind() != ErrorKind::kBadInput || !crosscheck.finished_any()) throw;
-            messages.error(error.what());
+            messages.error(error);
             code = ExitCode::kPartial;
             break;
         }

@@ -1,4 +1,4 @@
-// morphray devices: what Vulkan offers.
+// morphray devices: lists the Vulkan devices.
 #include <fmt/format.h>
 
 #include "app/backends.h"

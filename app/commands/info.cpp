@@ -1,4 +1,4 @@
-// morphray info: what a scene is made of, or what this program is.
+// morphray info: describes a scene, or this program.
 #include <fmt/format.h>
 
 #include "app/backends.h"
@@ -36,7 +36,7 @@ std::string describe_vulkan() {
         for (const gpu::DeviceInfo& device : vulkan_devices()) usable += device.unusable.empty();
         return fmt::format("Vulkan: {} usable device{}", usable, usable == 1 ? "" : "s");
     } catch (const Error& error) {
-        // The text begins with the name.
+        // The message begins with "Vulkan".
         return error.what();
     }
 }
@@ -119,7 +119,7 @@ std::string text_of(const SceneReport& report) {
                 ? "bounds          none\n"
                 : fmt::format("bounds          ({}) to ({})\n", corner(report.bounds.lower),
                               corner(report.bounds.upper));
-    text += fmt::format("scene space     user units * 2^{}\n", report.exponent);
+    text += fmt::format("scene space     world space * 2^{}\n", report.exponent);
     text += fmt::format("topology hash   {}\n", hash_text(report.topology_hash));
     if (report.trees.empty()) return text;
     Table table({"tree", "build ms", "SAH cost", "nodes", "leaves", "depth", "children",

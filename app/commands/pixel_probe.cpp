@@ -66,8 +66,8 @@ void describe_ray(const ImageParams& params, const SceneSpace& space, ProbeRepor
     report.exponent = space.exponent();
     report.ray = camera_ray(params.camera, p.x, p.y);
     const vec3 org = space.to_world(report.ray.org);
-    report.user_org = {org.x, org.y, org.z};
-    report.user_depth = space.length_to_world(camera_depth_scale(params.camera, p.x, p.y));
+    report.world_org = {org.x, org.y, org.z};
+    report.world_depth = space.length_to_world(camera_depth_scale(params.camera, p.x, p.y));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// One pixel with everything that decides it.
+// Traces one pixel and describes how its result comes about.
 #pragma once
 
 #include <string>
@@ -21,14 +21,15 @@ struct ProbeReport {
     std::string refit_on;
     std::string rays;
 
-    /// user = scene * 2^-exponent, but for a shift of the origin.
+    /// world = scene * 2^-exponent, apart from a shift of the origin.
     int exponent = 0;
     Ray ray;
-    Point user_org = {};
+    /// The origin of the ray in world space.
+    Point world_org = {};
     /// Depth along the viewing direction in world space, for t = 1.
-    double user_depth = 0;
+    double world_depth = 0;
 
-    /// The pixel of the whole image, and its ray traced alone.
+    /// The hit in the image, and the hit of the same ray traced alone.
     Hit image = no_hit();
     std::uint32_t occlusion = 0;
     std::uint32_t colour = 0;
@@ -44,12 +45,12 @@ struct ProbeReport {
 
     BvhStats tree;
     std::uint64_t bvh_hash = 0;
-    /// As find_candidates orders them.
+    /// In the order of find_candidates.
     std::vector<Candidate> candidates;
 };
 
-/// Renders the frame of options.frame and looks at options.pixel. Throws Error, kUsage for a pixel
-/// outside the image.
+/// Traces the image of options.frame and describes options.pixel. Throws Error(kBadArgument) for a
+/// pixel outside the image.
 ProbeReport probe_pixel(const Options& options, const Messages& messages);
 
 }  // namespace morphray::app

@@ -1,4 +1,4 @@
-// morphray probe: what happens in one pixel, in words.
+// morphray probe: describes one pixel.
 #include <fmt/format.h>
 
 #include "app/commands/commands.h"
@@ -20,10 +20,10 @@ std::string point(vec3 p) {
                        p.y, p.z);
 }
 
-std::string hit_text(const Hit& hit, double user_depth) {
+std::string hit_text(const Hit& hit, double world_depth) {
     if (hit.prim_id == kNoPrim) return "miss";
-    return fmt::format("prim {}  t {}  u {}  v {}  depth {:.9g} in user units", hit.prim_id,
-                       both(hit.t), both(hit.u), both(hit.v), hit.t * user_depth);
+    return fmt::format("prim {}  t {}  u {}  v {}  depth {:.9g} in world space", hit.prim_id,
+                       both(hit.t), both(hit.u), both(hit.v), hit.t * world_depth);
 }
 
 std::string ray_text(const ProbeReport& report) {
@@ -32,8 +32,8 @@ std::string ray_text(const ProbeReport& report) {
     text += "  org    " + point(ray.org) + "\n  dir    " + point(ray.dir) + "\n";
     text += fmt::format("  tnear  {}\n  tfar   {}\n", both(ray.tnear), both(ray.tfar));
     text += fmt::format(
-        "ray in user units\n  org    ({:.9g}, {:.9g}, {:.9g})\n  depth of t = 1   {:.9g}\n",
-        report.user_org[0], report.user_org[1], report.user_org[2], report.user_depth);
+        "ray in world space\n  org    ({:.9g}, {:.9g}, {:.9g})\n  depth of t = 1   {:.9g}\n",
+        report.world_org[0], report.world_org[1], report.world_org[2], report.world_depth);
     return text;
 }
 
@@ -84,8 +84,8 @@ std::string text_of(const ProbeReport& report) {
                         tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
                         hash_text(report.bvh_hash));
     text += ray_text(report) + "\n";
-    text += "hit in the image    " + hit_text(report.image, report.user_depth) + "\n";
-    text += "hit of the ray alone  " + hit_text(report.alone, report.user_depth) + "\n";
+    text += "hit in the image    " + hit_text(report.image, report.world_depth) + "\n";
+    text += "hit of the ray alone  " + hit_text(report.alone, report.world_depth) + "\n";
     text += fmt::format("colour                #{:02x}{:02x}{:02x}\n", report.colour & 0xFF,
                         (report.colour >> 8) & 0xFF, (report.colour >> 16) & 0xFF);
     return text + secondary_text(report) + "\n" + candidates_text(report);

@@ -1,4 +1,4 @@
-// morphray profile: where the time of a frame goes.
+// morphray profile: measures the stages of a frame.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,19 +13,14 @@
 #include "app/report/reports.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
+#include "common/base/median.h"
 #include "common/base/stopwatch.h"
 #include "common/base/table.h"
 
 namespace morphray::app {
 namespace {
 
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    const std::size_t middle = values.size() / 2;
-    return values.size() % 2 != 0 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
-
-/// Times of a step that is run once to warm up and then `repeat` times.
+/// The median time of `repeat` runs of a step, after one run to warm up.
 double median_ms(int repeat, const std::function<double()>& run_ms) {
     run_ms();
     std::vector<double> times;
@@ -33,8 +28,8 @@ double median_ms(int repeat, const std::function<double()>& run_ms) {
     return median(times);
 }
 
-/// Measures one backend. Its tree is built at the first frame and refitted from there; a second
-/// instance holds the tree that is built for each frame.
+/// Measures one backend. One instance refits a tree from the first frame on; a second instance
+/// traces the tree that is built for each frame.
 class Profiler {
 public:
     Profiler(const Options& options, SceneFrames& scene, double first_frame, BackendChoice choice,

@@ -1,4 +1,4 @@
-// What both kinds of profile begin with.
+// The head of the reports of both kinds of profile.
 #pragma once
 
 #include "app/cli/options.h"
@@ -7,8 +7,8 @@
 
 namespace morphray::app {
 
-/// The head of a profile's report, of a clip that fits: throws Error(kLimit) where the memory would
-/// not do for it.
+/// The head of a profile's report. Throws Error(kLimit) if the memory does not suffice for the
+/// clip.
 ReportHead profile_head(const Options& options, const Clip& clip);
 
 }  // namespace morphray::app

@@ -11,15 +11,17 @@
 #include "app/report/plot.h"
 #include "app/report/policy_report.h"
 #include "app/report/report_json.h"
+#include "app/report/trace_events.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
+#include "common/base/median.h"
 #include "common/update/policy_runs.h"
 
 namespace morphray::app {
 namespace {
 
-/// Refits of the built-in scene at up to its own size, on each backend. Nothing of files, which
-/// have one size only.
+/// Times refits of a built-in scene at four sizes up to its own, on each backend. Returns nothing
+/// for files, which have one size only.
 std::vector<RefitScaling> measure_scaling(const Options& options,
                                           const std::vector<BackendChoice>& choices,
                                           std::uint64_t triangles, const Messages& messages) {
@@ -38,12 +40,10 @@ std::vector<RefitScaling> measure_scaling(const Options& options,
             for (int i = 0; i <= options.repeat; ++i) {
                 throw_if_interrupted();
                 backend->refit(scene.positions(i % 2 == 0 ? 1 : 2), RefitExtent::kAll);
-                times.push_back(backend->times().update.total_ms());
+                // The first run warms up.
+                if (i > 0) times.push_back(backend->times().update.total_ms());
             }
-            // The first one warms up.
-            std::sort(times.begin() + 1, times.end());
-            scaling.push_back(
-                {backend->name(), topology.triangles.size(), times[1 + (times.size() - 1) / 2]});
+            scaling.push_back({backend->name(), topology.triangles.size(), median(times)});
         }
     }
     return scaling;

@@ -1,4 +1,4 @@
-// morphray profile --policies: what each update policy makes of a clip.
+// morphray profile --policies: compares update policies over a clip.
 #pragma once
 
 #include "app/cli/exit_code.h"

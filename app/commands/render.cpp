@@ -1,4 +1,4 @@
-// morphray render: an image a frame.
+// morphray render: writes an image for each frame.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -22,8 +22,8 @@
 namespace morphray::app {
 namespace {
 
-// How wide an image needs to be for the sheet, which is about 1536 pixels wide and as good as
-// square: what is kept of a thousand frames must not be a thousand frames.
+// Width of an image in the contact sheet, which is about square and 1536 pixels wide. Only these
+// small images stay in memory until the end.
 std::uint32_t thumbnail_width(std::size_t frames) {
     if (frames <= 4) return 768;
     return frames <= 16 ? 384 : 192;
@@ -70,7 +70,7 @@ public:
 
     std::size_t finished() const { return report_.frames.size(); }
 
-    /// Everything that is about all frames.
+    /// Writes the outputs that concern all frames.
     void finish(bool complete) {
         report_.complete = complete;
         if (thumbnails_.size() > 1) {
@@ -110,18 +110,19 @@ private:
 
 void require_memory_for(const Options& options, const Clip& clip, std::size_t frames) {
     const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
-    // The hits of all frames, and as much again where the growing file is copied.
+    // The hits of all frames, twice, because a growing array is copied.
     const std::uint64_t kept =
         options.hits.empty()
             ? 0
             : 2 * frames * HitsFile::bytes_per_frame(options.view.width, options.view.height);
-    // A tree that is built in the background is one more.
-    const std::uint64_t behind = options.tree.update == "auto" ? 1 : 0;
-    require_memory({.triangles = clip.topology().triangles.size(),
-                    .vertices = clip.topology().vertex_count,
-                    .pixels = pixels,
-                    .backends = (options.tree.refit_on == RefitOn::kOwn ? 1u : 2u) + behind,
-                    .kept_bytes = kept});
+    // A background build holds one more tree.
+    const std::uint64_t background_build = options.tree.update == "auto" ? 1 : 0;
+    require_memory(
+        {.triangles = clip.topology().triangles.size(),
+         .vertices = clip.topology().vertex_count,
+         .pixels = pixels,
+         .backends = (options.tree.refit_on == RefitOn::kOwn ? 1u : 2u) + background_build,
+         .kept_bytes = kept});
 }
 
 void require_distinct_names(const std::vector<double>& frames) {
@@ -155,9 +156,9 @@ ExitCode run_render(const Options& options, const Messages& messages) {
             renderer.render(frame);
         } catch (const Error& error) {
             progress.hide();
-            // A frame that cannot be read does not undo those before it.
+            // Frames before one that cannot be read are kept.
             if (error.kind() != ErrorKind::kBadInput || renderer.finished() == 0) throw;
-            messages.error(error.what());
+            messages.error(error);
             code = ExitCode::kPartial;
             break;
         }

@@ -1,4 +1,4 @@
-// morphray trace: rays from a file to hits in a file.
+// morphray trace: reads rays from a file and writes their hits to a file.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -17,10 +17,10 @@
 namespace morphray::app {
 namespace {
 
-// Rays that are converted, traced and written at a time.
+// Rays that are converted, traced and written together.
 constexpr std::size_t kBatch = std::size_t{1} << 16;
 
-/// Answers rays in batches, a line each.
+/// Traces rays in batches and writes a line for each.
 class RayTracer {
 public:
     RayTracer(const SceneSpace& space, Backend& backend) : space_(space), backend_(backend) {}
@@ -83,8 +83,8 @@ void trace_all(Reader reader, RayTracer& tracer) {
     tracer.flush();
 }
 
-// Explicit rays come in any order, which is where the CPU does well; a device is used when it, or
-// any, is asked for.
+// Rays from a file come in any order, for which the CPU is fast. A device is used if --backend,
+// --device or --validate asks for one.
 BackendOptions backend_of(const Options& options) {
     BackendOptions backend = options.backend;
     const bool device = !backend.device.empty() || backend.validate;

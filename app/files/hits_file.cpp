@@ -28,7 +28,7 @@ void append(std::vector<std::byte>& bytes, std::span<const T> values) {
     bytes.insert(bytes.end(), raw.begin(), raw.end());
 }
 
-float user_depth(const SceneSpace& space, double scene_depth) {
+float world_depth(const SceneSpace& space, double scene_depth) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     return static_cast<float>(std::min(space.length_to_world(scene_depth), kLargest));
 }
@@ -52,7 +52,7 @@ void HitsFile::add(const Frame& frame, const Camera& camera, const SceneSpace& s
             Hit& hit = hits[std::size_t{y} * frame.width + x];
             if (hit.prim_id == kNoPrim) continue;
             const double scale = camera_depth_scale(camera, x, y);
-            hit.t = user_depth(space, hit.t * scale);
+            hit.t = world_depth(space, hit.t * scale);
         }
     }
     append(bytes_, std::span<const Hit>(hits));

@@ -1,4 +1,4 @@
-// The raw hits of a render as one binary file.
+// The binary file of all hits of a render.
 //
 // Little-endian throughout:
 //     char[8]  "MRHITS1\0"
@@ -23,7 +23,7 @@ class HitsFile {
 public:
     HitsFile(std::uint32_t width, std::uint32_t height);
 
-    /// Bytes that a frame adds.
+    /// The bytes that a frame adds.
     static std::uint64_t bytes_per_frame(std::uint32_t width, std::uint32_t height);
 
     /// `frame` was traced with `camera`. A t too large for a float becomes the largest one.

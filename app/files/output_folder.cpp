@@ -28,7 +28,7 @@ OutputFolder::OutputFolder(const fs::path& path)
 OutputFolder::~OutputFolder() {
     if (first_created_.empty()) return;
     std::error_code error;
-    // remove() takes an empty folder only, and the walk ends at the first that is not.
+    // remove() fails for the first folder that is not empty, which ends the loop.
     for (fs::path folder = path_; fs::remove(folder, error) && folder != first_created_;) {
         folder = folder.parent_path();
     }

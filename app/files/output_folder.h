@@ -1,12 +1,12 @@
-// The folder that images go into.
+// The folder of output images.
 #pragma once
 
 #include <filesystem>
 
 namespace morphray::app {
 
-/// Exists and can be written to while this lives. What had to be created for it and is still empty
-/// at the end is removed again, so that a command that produces nothing leaves nothing.
+/// A folder that exists and is writable while this lives. The destructor removes the folders that
+/// the constructor created if they are still empty, so that a command without output leaves none.
 class OutputFolder {
 public:
     /// Throws Error(kOutput).
@@ -19,7 +19,7 @@ public:
 
 private:
     std::filesystem::path path_;
-    /// The topmost folder that did not exist before; empty if all did.
+    /// The topmost folder that did not exist before; empty if all existed.
     std::filesystem::path first_created_;
 };
 

@@ -1,4 +1,4 @@
-// Rays from a text or from an array of floats.
+// Reads rays from text or from an array of floats.
 #pragma once
 
 #include <cstdint>
@@ -9,16 +9,16 @@
 
 namespace morphray::app {
 
-/// Gives the rays of a text one by one: a line `ox oy oz dx dy dz [tnear tfar]` each, tnear 0 and
-/// tfar inf where they are missing. Numbers are read as floats, like vertices, so that a float
-/// printed with 9 digits comes back as itself; inf and nan are numbers. '#' begins a comment; lines
-/// without anything else are skipped.
+/// Reads the rays of a text one by one. Each is a line `ox oy oz dx dy dz [tnear tfar]`; tnear
+/// defaults to 0 and tfar to inf. Numbers are rounded to float, like vertices, so that a float
+/// printed with 9 digits is read back exactly; inf and nan are numbers. '#' begins a comment; empty
+/// lines are skipped.
 class RayTextReader {
 public:
-    /// `name` is what errors call the text; both views must outlive the reader.
+    /// `name` is the file in messages. Both views must outlive the reader.
     RayTextReader(std::string_view name, std::string_view text) : name_(name), rest_(text) {}
 
-    /// False at the end. Throws Error(kBadInput) with the line.
+    /// Returns false at the end. Throws Error(kBadInput) with the line.
     bool next(WorldRay& ray);
 
 private:
@@ -27,10 +27,10 @@ private:
     std::uint64_t line_ = 0;
 };
 
-/// Likewise for 8 little-endian floats a ray.
+/// Reads rays of 8 little-endian floats each.
 class RayBinaryReader {
 public:
-    /// Throws Error(kBadInput) when the last ray is cut off.
+    /// Throws Error(kBadInput) if the last ray is cut off.
     RayBinaryReader(std::string_view name, std::string_view bytes);
 
     bool next(WorldRay& ray);
@@ -39,7 +39,7 @@ private:
     std::string_view rest_;
 };
 
-/// The whole of a file, or of stdin for "-". Throws Error(kBadInput), kLimit.
+/// The content of a file, or of stdin for "-". Throws Error(kBadInput), kLimit.
 std::string read_rays(const std::string& file);
 
 }  // namespace morphray::app

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "app/report/report_json.h"
 #include "common/base/number_text.h"
 #include "common/base/table.h"
 #include "common/process/shell_text.h"

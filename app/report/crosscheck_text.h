@@ -1,4 +1,4 @@
-// A crosscheck in words.
+// A crosscheck as text for people.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 
 namespace morphray::app {
 
-/// The first differing pixels of a comparison with both values, every bit of them, and for each the
-/// two commands that trace it as the reference and as the variant did. `build_at` is the frame that
-/// the refitted tree was built at.
+/// The first differing pixels of a comparison with both values, exactly, and for each the commands
+/// that trace it as the reference and as the variant. `build_at` is the frame that the refitted
+/// tree was built at.
 std::string describe_row(const Options& options, const CheckRow& row, double build_at);
 
-/// A line a comparison, and a line a pair of trees.
+/// A line for each comparison of images and for each pair of trees.
 std::string table_text(const CheckReport& report);
 
-/// "all 12 comparisons are equal bit by bit" or how many are not.
+/// "all 12 comparisons are equal bit by bit", or how many differ.
 std::string summary_text(const CheckReport& report);
 
 }  // namespace morphray::app

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "app/report/report_json.h"
 #include "common/base/number_text.h"
+#include "common/base/xml_text.h"
 
 namespace morphray::app {
 namespace {
@@ -11,35 +11,13 @@ namespace {
 std::string test_case(const std::string& group, const std::string& name, double seconds,
                       const std::string& failure) {
     const std::string head = fmt::format("  <testcase classname=\"{}\" name=\"{}\" time=\"{:.6f}\"",
-                                         xml_text(group), xml_text(name), seconds);
+                                         xml_ascii(group), xml_ascii(name), seconds);
     if (failure.empty()) return head + "/>\n";
     return fmt::format("{}>\n    <failure message=\"{}\"/>\n  </testcase>\n", head,
-                       xml_text(failure));
+                       xml_ascii(failure));
 }
 
 }  // namespace
-
-std::string xml_text(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (c == '&') {
-            result += "&amp;";
-        } else if (c == '<') {
-            result += "&lt;";
-        } else if (c == '>') {
-            result += "&gt;";
-        } else if (c == '"') {
-            result += "&quot;";
-        } else if (byte < 0x20 || byte >= 0x7F) {
-            // Names need not be UTF-8, and a reader rejects the whole report for one bad byte.
-            result += '?';
-        } else {
-            result += c;
-        }
-    }
-    return result;
-}
 
 std::string to_junit(const CheckReport& report) {
     std::string cases;

@@ -1,4 +1,4 @@
-// A crosscheck as a JUnit report, which build servers read.
+// A crosscheck as a JUnit report for build servers.
 #pragma once
 
 #include <string>
@@ -7,10 +7,7 @@
 
 namespace morphray::app {
 
-/// One test case a variant, frame and kind of rays, and one a pair of trees.
+/// A test case for each variant, frame and kind of rays, and for each pair of trees.
 std::string to_junit(const CheckReport& report);
-
-/// Text for an attribute or element of XML 1.0; what XML cannot hold becomes '?'.
-std::string xml_text(const std::string& text);
 
 }  // namespace morphray::app

@@ -9,6 +9,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
+#include "common/process/gnuplot.h"
 #include "common/process/shell_command.h"
 #include "common/process/shell_text.h"
 
@@ -17,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file in the folder for temporary ones, gone at the end.
+/// A temporary file, removed at the end.
 class ScratchFile {
 public:
     explicit ScratchFile(const std::string& text)
@@ -25,7 +26,7 @@ public:
         const int fd = mkstemp(path_.data());
         if (fd < 0) {
             throw Error(ErrorKind::kOutput,
-                        fmt::format("{}: cannot be made for gnuplot; set TMPDIR", path_));
+                        fmt::format("{}: cannot be created for gnuplot; set TMPDIR", path_));
         }
         close(fd);
         write_file(path_, text);
@@ -39,16 +40,6 @@ private:
     std::string path_;
 };
 
-// gnuplot's text in single quotes: a quote is doubled.
-std::string quoted(const std::string& text) {
-    std::string result = "'";
-    for (const char c : text) {
-        if (c == '\n') continue;
-        result.append(c == '\'' ? 2 : 1, c);
-    }
-    return result + "'";
-}
-
 /// A named block of rows.
 std::string block(const std::string& name, const std::vector<std::string>& rows) {
     std::string text = "$" + name + " << END_OF_BLOCK\n";
@@ -61,13 +52,13 @@ class Panel {
 public:
     Panel(const std::string& title, const char* x, const char* y)
         : head_(fmt::format("set title {} noenhanced\nset xlabel '{}'\nset ylabel '{}'\n",
-                            quoted(title), x, y)) {}
+                            gnuplot_quoted(title), x, y)) {}
     void add(const std::string& name, const std::vector<std::string>& rows,
              const std::string& title, const char* style) {
         if (rows.empty()) return;
         blocks_ += block(name, rows);
         plot_ += fmt::format("{} ${} using 1:2 with {} title {} noenhanced",
-                             plot_.empty() ? "plot" : ",", name, style, quoted(title));
+                             plot_.empty() ? "plot" : ",", name, style, gnuplot_quoted(title));
     }
     void set(const char* setting) { head_ += std::string(setting) + "\n"; }
     std::string text() const { return blocks_ + head_ + plot_ + "\nunset logscale\n"; }
@@ -98,7 +89,7 @@ std::string panels_of(const PolicyComparison& comparison, std::size_t index) {
         trace.add("trace" + tag,
                   by_frame(run, [](const PolicyFrame& f) { return f.times.trace_ms; }), run.policy,
                   "linespoints");
-        // A logarithmic axis has no 0, no infinity.
+        // A logarithmic axis cannot show 0 or infinity.
         ratio.add(
             "ratio" + tag,
             by_frame(run, [](const PolicyFrame& f) { return std::clamp(f.cost_ratio, 1e-3, 1e6); }),
@@ -153,10 +144,10 @@ void require_plotter(const std::string& file) {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("--plot: {} ends neither in .svg nor in .png", file));
     }
-    if (run_shell("command -v gnuplot").status == 0) return;
+    if (has_gnuplot()) return;
     throw Error(
         ErrorKind::kUnavailable,
-        "--plot: gnuplot is not there; install gnuplot-nox, or take the figures from --csv");
+        "--plot: gnuplot is not installed; install gnuplot-nox, or take the figures from --csv");
 }
 
 void plot_policies(const PolicyReport& report, const std::string& file) {

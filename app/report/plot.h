@@ -11,8 +11,8 @@ namespace morphray::app {
 /// without gnuplot.
 void require_plotter(const std::string& file);
 
-/// For each backend: trace time and cost ratio by frame for each policy; total cost by the period
-/// of rebuilds with the policies' own; and, of a built-in scene, refit with transfer by triangles.
+/// Draws for each backend trace time and cost ratio by frame for each policy, and the total cost by
+/// the period of rebuilds; for a built-in scene also the time of refit and transfer by triangles.
 /// Throws as require_plotter, and Error(kOutput).
 void plot_policies(const PolicyReport& report, const std::string& file);
 

@@ -1,4 +1,4 @@
-// Reports as JSON. The only place that knows the JSON library.
+// Reports as JSON.
 //
 // Every report is one object with "schema": "morphray/1", "command" and "version". Hashes are 16
 // hexadecimal digits, times are milliseconds, and no number is ever NaN or infinite (null instead).

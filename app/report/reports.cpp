@@ -4,6 +4,7 @@
 #include <numeric>
 
 namespace morphray::app {
+
 FrameReport report_frame(Session& session, double frame_number, const Frame& frame,
                          bool with_tree) {
     FrameReport report;
@@ -21,9 +22,7 @@ FrameReport report_frame(Session& session, double frame_number, const Frame& fra
         report.bvh_hash = bvh_hash(tree);
         report.sah_cost = bvh_stats(tree).sah_cost;
     }
-    report.hits = static_cast<std::uint64_t>(
-        std::count_if(frame.hits.begin(), frame.hits.end(),
-                      [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
+    report.hits = count_hits(frame);
     report.misses = frame.hits.size() - report.hits;
     report.occluded =
         std::accumulate(frame.occlusion.begin(), frame.occlusion.end(), std::uint64_t{0});

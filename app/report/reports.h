@@ -1,4 +1,4 @@
-// What the commands find out, before it becomes a table or JSON.
+// The results of the commands, from which tables and JSON are made.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace morphray::app {
 
-/// What every report begins with.
+/// The head of every report.
 struct ReportHead {
     std::string command;
     std::string scene;
@@ -27,7 +27,7 @@ struct ReportHead {
 struct FrameReport {
     double frame = 0;
     std::string backend;
-    /// name_of(TreeStep), and why.
+    /// name_of(TreeStep) and the reason for it.
     std::string update;
     std::string reason;
     double cost_ratio = 1;
@@ -45,8 +45,8 @@ struct FrameReport {
     std::string file;
 };
 
-/// Hashes, counts and times of the frame that the session has just traced. The tree, which has to
-/// be read back, is looked at only `with_tree`.
+/// Hashes, counts and times of the frame that the session has just traced; with `with_tree` also of
+/// the tree, which is read back from a device.
 FrameReport report_frame(Session& session, double frame_number, const Frame& frame, bool with_tree);
 
 struct RenderReport {
@@ -54,12 +54,12 @@ struct RenderReport {
     std::string backend;
     std::string device;
     std::string rays;
-    /// False when an error or a signal ended it early.
+    /// False if an error or a signal ended it early.
     bool complete = true;
     std::vector<FrameReport> frames;
 };
 
-/// One variant of one frame held against the reference.
+/// The comparison of one variant of one frame with the reference.
 struct CheckRow {
     double frame = 0;
     std::string backend;
@@ -126,7 +126,7 @@ struct ProfileReport {
     std::vector<ProfileRow> rows;
 };
 
-/// Refitting all of a scene, transfer included, at one size.
+/// The time of refitting a whole scene of one size, transfer included.
 struct RefitScaling {
     std::string backend;
     std::uint64_t triangles = 0;
@@ -139,7 +139,7 @@ struct PolicyReport {
     std::string rays;
     int repeat = 0;
     std::vector<PolicyComparison> backends;
-    /// Of built-in scenes, when charts are asked for.
+    /// For built-in scenes, if charts are asked for.
     std::vector<RefitScaling> scaling;
 };
 

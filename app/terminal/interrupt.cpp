@@ -7,9 +7,9 @@
 namespace morphray::app {
 namespace {
 
-/// The signal that came, or 0. A handler can reach nothing but a global.
+/// The signal that arrived, or 0. A signal handler can only use a global.
 std::atomic<int> received_signal = 0;
-static_assert(std::atomic<int>::is_always_lock_free);  // or it would not be safe in a handler
+static_assert(std::atomic<int>::is_always_lock_free);  // required in a signal handler
 
 constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGPIPE};
 
@@ -49,7 +49,7 @@ bool interrupted() { return received_signal.load() != 0; }
 void throw_if_interrupted() {
     if (!interrupted()) return;
     throw Error(ErrorKind::kCancelled,
-                fmt::format("{}; what was finished is kept",
+                fmt::format("{}; finished results are kept",
                             received_signal.load() == SIGTERM ? "terminated" : "interrupted"));
 }
 

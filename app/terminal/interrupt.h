@@ -1,4 +1,4 @@
-// SIGINT, SIGTERM and SIGPIPE, made into something that long work can ask for.
+// Turns SIGINT, SIGTERM and SIGPIPE into a state that long work polls.
 #pragma once
 
 #include <signal.h>
@@ -10,9 +10,9 @@
 namespace morphray::app {
 
 /// While it lives, the first SIGINT or SIGTERM only makes interrupted() true, the second one ends
-/// the process at once, and SIGPIPE is ignored (a write to a pipe that nobody reads fails with
-/// EPIPE). A signal that was ignored before (nohup, background jobs) stays ignored. Afterwards
-/// everything is as before, but interrupted() keeps its answer. One at a time, made in main().
+/// the process at once, and SIGPIPE is ignored (a write to a closed pipe fails with EPIPE). A
+/// signal that was ignored before (nohup, background jobs) stays ignored. The destructor restores
+/// the handlers; interrupted() keeps its value. At most one exists at a time.
 class InterruptGuard {
 public:
     InterruptGuard();
@@ -24,11 +24,11 @@ private:
     std::array<struct sigaction, 3> before_;
 };
 
-/// Whether SIGINT or SIGTERM has come since the last guard was made. Any thread may ask.
+/// Whether SIGINT or SIGTERM has arrived since the last guard was made. Thread-safe.
 bool interrupted();
 
-/// To be called between frames: throws Error(kCancelled) after SIGINT or SIGTERM, so that finished
-/// frames are kept and no file is half written.
+/// Throws Error(kCancelled) after SIGINT or SIGTERM. Called between frames, so that finished frames
+/// are kept and no file is half written.
 void throw_if_interrupted();
 
 /// kTerminated after SIGTERM, otherwise kInterrupted.

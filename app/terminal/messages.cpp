@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "app/cli/remedy_text.h"
 #include "common/base/message_text.h"
 #include "common/base/output_file.h"
 
@@ -44,8 +45,11 @@ void Messages::error(std::string_view message) const {
     write_line(names_file(message) ? "" : "morphray: ", message);
 }
 
+void Messages::error(const Error& error) const { this->error(message_of(error)); }
+
 void Messages::warn(const Warning& warning) const {
-    write_line(warning.place.empty() ? "morphray: " : "", warning.line());
+    write_line(warning.place.empty() ? "morphray: " : "",
+               warning.line(remedy_text(warning.remedy)));
 }
 
 void Messages::note(std::string_view message) const {

@@ -1,4 +1,4 @@
-// What goes to the terminal: results to stdout, everything else to stderr.
+// Output to the terminal: results to stdout, everything else to stderr.
 #pragma once
 
 #include <string>
@@ -15,21 +15,23 @@ public:
     Messages() = default;
     explicit Messages(const Options& options);
 
-    /// One line on stderr, as it is when it begins with a file of the command line, otherwise after
-    /// "morphray: ". A failure to write it is nobody's concern.
+    /// Writes one line to stderr: as it is if it begins with a file of the command line, otherwise
+    /// after "morphray: ". Ignores a failure to write.
     void error(std::string_view message) const;
-    /// One line on stderr, after "morphray: " where the warning has no place.
+    /// As above, with the option that would avoid the error.
+    void error(const Error& error) const;
+    /// Writes one line to stderr, after "morphray: " if the warning has no place.
     void warn(const Warning& warning) const;
     /// As error(), only under --verbose.
     void note(std::string_view message) const;
 
-    /// Results, unless --quiet. Throws Error(kOutput) when stdout does not take them.
+    /// Writes results to stdout unless --quiet. Throws Error(kOutput) if that fails.
     void print(std::string_view text) const;
 
 private:
     bool names_file(std::string_view message) const;
 
-    /// What a message may begin with instead of the program's name.
+    /// Names that a message may begin with instead of the program's name.
     std::vector<std::string> files_ = {"/dev/stdout", "<stdin>"};
     bool quiet_ = false;
     bool verbose_ = false;

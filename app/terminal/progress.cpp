@@ -49,7 +49,7 @@ std::string bar(double fraction, int width, ProgressMode mode) {
     return fmt::format("[{}{}]", done, open);
 }
 
-// A bar is no reason to fail: what cannot be drawn is not drawn.
+// A bar that cannot be drawn is no error.
 void draw(int fd, std::string_view text) {
     [[maybe_unused]] const ssize_t ignored = ::write(fd, text.data(), text.size());
 }
@@ -97,7 +97,7 @@ void Progress::update(std::uint64_t done) {
     if (now < next_draw_) return;
     next_draw_ = now + kInterval;
     const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
-    // In the last column many terminals wrap.
+    // Many terminals wrap after the last column.
     const int columns = terminal_columns(fd_) - 1;
     draw(fd_, fmt::format("{}{}", kClearLine,
                           progress_line(label_, done, total_, elapsed_s, columns, mode_)));

@@ -1,4 +1,4 @@
-// A progress bar for somebody who watches.
+// A progress bar on a terminal.
 #pragma once
 
 #include <chrono>
@@ -9,19 +9,19 @@ namespace morphray::app {
 
 enum class ProgressMode { kOff, kPlain, kColour };
 
-/// Off when quiet, when `fd` is no terminal or when TERM is unset, empty or "dumb"; plain when
-/// NO_COLOR is set and not empty (no-color.org); else in colour.
+/// Off if quiet, if `fd` is no terminal or if TERM is unset, empty or "dumb"; plain if NO_COLOR is
+/// set and not empty (no-color.org); otherwise in colour.
 ProgressMode progress_mode(bool quiet, int fd = 2);
 
 /// One line of at most `columns` characters (escape sequences not counted), ASCII only:
-/// `label [#####.....] 5/10  12 s left`. No estimate before the first step is done; the bar, then
-/// the estimate, go first when there is little room.
+/// `label [#####.....] 5/10  12 s left`. The estimate is missing before the first step is done, and
+/// bar and estimate are left out where there is little room.
 std::string progress_line(const std::string& label, std::uint64_t done, std::uint64_t total,
                           double elapsed_s, int columns, ProgressMode mode);
 
-/// Draws itself over itself on a terminal, at most ten times a second and not at all in the first
-/// fifth of a second, and is gone once destroyed. Nothing else may write to the terminal between
-/// update() and hide(). Not thread-safe.
+/// Redraws its line at most ten times a second, and not in the first fifth of a second. The
+/// destructor clears the line. Nothing else may write to the terminal between update() and hide().
+/// Not thread-safe.
 class Progress {
 public:
     Progress(std::string label, std::uint64_t total, ProgressMode mode, int fd = 2);
@@ -30,7 +30,7 @@ public:
     Progress& operator=(const Progress&) = delete;
 
     void update(std::uint64_t done);
-    /// Clears the line, for a message; the next update() draws it again.
+    /// Clears the line for a message; the next update() draws it again.
     void hide();
 
 private:

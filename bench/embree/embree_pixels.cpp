@@ -33,7 +33,7 @@ void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::Pi
     }
 }
 
-/// Of a row of blocks.
+/// Traces a row of blocks.
 void trace_ao(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPart& part) {
     RTCIntersectContext context = make_context(RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT);
     std::vector<Ray> rays;

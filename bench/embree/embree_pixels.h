@@ -1,4 +1,4 @@
-// Embree tracing secondary rays as a program does that has hits, and no rays yet.
+// Embree tracing secondary rays that are made from hits while they are traced.
 #pragma once
 
 #include "bench/embree/embree_scene.h"
@@ -8,9 +8,9 @@
 
 namespace morphray::bench {
 
-/// Makes the rays of a shadow or ambient-occlusion work of the hits of `frame`, by SIMD, and traces
-/// each by Occluded1 while they are in the cache, with the flag of embree_ways; tile by tile, in
-/// the calling thread's arena. Fills the occlusion of the pixels that hit something.
+/// Makes the rays of a shadow or ambient-occlusion work from the hits of `frame`, by SIMD, and
+/// traces each by Occluded1 while it is in the cache, with the flag of embree_ways; tile by tile,
+/// in the calling thread's arena. Fills the occlusion of the pixels that hit something.
 void trace_pixels(const EmbreeScene& scene, const TraceWork& work, const cpu::ShadedMesh& mesh,
                   const cpu::PixelShader& shader, Frame& frame);
 

@@ -1,4 +1,4 @@
-// What every way of Embree's needs: its records filled, and its mode of rounding.
+// Ray records of Embree, and its mode for denormals.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -13,7 +13,7 @@
 
 namespace morphray::bench {
 
-/// Embree asks for denormals to be taken for zeros while it traces; our arithmetic has none.
+/// Treats denormals as zeros while it lives, as Embree requires for tracing.
 class FlushedDenormals {
 public:
 #ifdef __SSE2__

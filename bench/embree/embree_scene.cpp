@@ -51,7 +51,7 @@ EmbreeMesh::EmbreeMesh(const Topology& topology, std::span<const vec3> positions
 }
 
 void EmbreeMesh::set_positions(std::span<const vec3> positions) {
-    // Embree leaves triangles out whose vertices are NaN, as we do those that are not finite.
+    // Embree ignores triangles with NaN vertices, as morphray does those that are not finite.
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     for (std::size_t i = 0; i < positions.size(); ++i) {
         vertices_[i] = is_finite_vertex(positions[i]) ? positions[i] : vec3(kNan, kNan, kNan);

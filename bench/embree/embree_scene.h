@@ -1,4 +1,4 @@
-// Embree as a peer: a device, and a scene that is built or refitted as it does best.
+// Embree as a peer: a device, and a scene that is built or refitted.
 #pragma once
 
 #include <memory>
@@ -14,14 +14,15 @@ struct RTCGeometryTy;
 
 namespace morphray::bench {
 
-/// One at a time: a second device in the process would change the threads of the first.
+/// At most one exists at a time: a second device would change the threads of the first.
 class EmbreeDevice {
 public:
-    /// config: of rtcNewDevice, added to the number of threads; may be empty.
+    /// `config` is for rtcNewDevice, added to the number of threads; may be empty.
     EmbreeDevice(int threads, const std::string& config);
 
     RTCDeviceTy* handle() const { return handle_.get(); }
-    /// Throws Error(kInternal) with `action` if a call on this device has failed since last asked.
+    /// Throws Error(kInternal) with `action` if a call on this device has failed since the last
+    /// check.
     void check(const char* action) const;
 
     /// "3.13.5"
@@ -51,8 +52,8 @@ private:
 };
 
 /// How a tree is made: Embree's Morton build; binned SAH; SAH with spatial splits; and a tree that
-/// update() refits. A refit that is one needs all of: scene quality LOW, the flag DYNAMIC, and
-/// geometry quality REFIT; otherwise Embree rebuilds without a word.
+/// update() refits. Embree refits only with scene quality LOW, the flag DYNAMIC and geometry
+/// quality REFIT; otherwise it rebuilds silently.
 enum class EmbreeTree { kLow, kMedium, kHigh, kRefitted };
 
 /// Built once constructed. The device and the mesh outlive it.

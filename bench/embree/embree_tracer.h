@@ -1,4 +1,4 @@
-// Embree tracing a work, through single rays, packets or streams.
+// Embree tracing a work by single rays, packets or streams.
 #pragma once
 
 #include <functional>
@@ -12,14 +12,14 @@
 
 namespace morphray::bench {
 
-/// One of Embree's ways to trace a work, with the rays in its own records. What it is given
-/// outlives it.
+/// One of Embree's ways to trace a work, with the rays in its own records. The work and the scene
+/// outlive it.
 class EmbreeTracer {
 public:
     virtual ~EmbreeTracer() = default;
 
-    /// Undoes what a trace wrote into the records, as each trace needs. In the calling thread's
-    /// arena, as `trace`.
+    /// Restores the records that a trace has overwritten; needed before each trace. Runs in the
+    /// calling thread's arena, like trace().
     virtual void reset() = 0;
     /// Fills the records: tfar, and for closest hits u, v, primID, geomID and the normal.
     virtual void trace(const EmbreeScene& scene) = 0;
@@ -27,7 +27,7 @@ public:
     virtual TraceAnswers answers() const = 0;
 };
 
-/// Ways of the same group compete for being the peer: the best of them is the one to beat.
+/// The fastest way of each group is the peer.
 struct EmbreeWay {
     /// "Intersect16 coherent"
     std::string name;
@@ -35,8 +35,8 @@ struct EmbreeWay {
     std::function<std::unique_ptr<EmbreeTracer>(const TraceWork&)> make;
 };
 
-/// Primary rays: packets of 16, and single rays. Shadow rays: likewise. Ambient occlusion, one
-/// group: single rays, packets of 4, 8 and 16, and streams, all with the flag for incoherent rays.
+/// Primary and shadow rays: packets of 16, and single rays. Ambient occlusion, in one group: single
+/// rays, packets of 4, 8 and 16, and streams, all with the flag for incoherent rays.
 std::vector<EmbreeWay> embree_ways(std::uint32_t rays);
 
 }  // namespace morphray::bench

@@ -12,7 +12,7 @@ constexpr int kBlocksPerTile = kTileSize / kBlockSize;
 constexpr int kBlocksPerPacket = kPacketSide / kBlockSize;
 static_assert(kBlockSize * kBlockSize == kLanes && kTileSize % kPacketSide == 0);
 
-/// Of a block of a tile.
+/// The group of a block of a tile.
 std::size_t first_ray(int block_x, int block_y) {
     return cpu::light_packet_ray(static_cast<std::uint32_t>(block_x) * kBlockSize,
                                  static_cast<std::uint32_t>(block_y) * kBlockSize);

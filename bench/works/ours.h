@@ -1,4 +1,4 @@
-// What of ours is measured. A tracer, refit or builder is added here and nowhere else.
+// The tracers, refits and builders of morphray that are measured. New ones are added here only.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace morphray::bench {
 
-/// What a tracer works on; all of it outlives the tracer.
+/// The scene of a tracer, which it must outlive.
 struct TracedScene {
     const Topology& topology;
     std::span<const vec3> positions;
@@ -24,16 +24,16 @@ struct OurTracer {
     std::string name;
     /// The instruction set.
     std::string target;
-    /// Which works it can do: the kRays values.
+    /// The works that it can trace, as kRays values.
     std::vector<std::uint32_t> works;
-    /// Answers a whole work, in the calling thread's arena. Timed.
+    /// Traces a whole work in the calling thread's arena. This is timed.
     std::function<void(const TraceWork&, TraceAnswers&)> trace;
-    /// `trace` leaves primary hits row by row as in an image, not ray by ray.
+    /// `trace` writes primary hits row by row as in an image, not ray by ray.
     bool in_image_order = false;
 };
 
-/// Those for each target, best first; if "scalar" is among them also the reference. At least one
-/// target.
+/// The tracers for each target, best first; with the scalar target also the reference. Needs at
+/// least one target.
 std::vector<OurTracer> our_tracers(const TracedScene& scene, std::span<const SimdTarget> targets);
 
 /// "wide": every ray on its own.

@@ -1,4 +1,4 @@
-// Our tracers with packets and batches of every size, to see from which on they pay.
+// Tracers with packets and batches of every size, which show from which size on packets are faster.
 #pragma once
 
 #include <cstdint>
@@ -15,17 +15,17 @@ struct PacketShape {
     std::uint32_t height;
 };
 
-/// None is larger than a packet may be. Those that fit a tile divide one; the others, a square of
-/// tiles.
+/// The shapes of packets. Each divides a tile, or, if it is larger than a tile, a square of tiles.
 inline constexpr PacketShape kPacketShapes[] = {{1, 1},   {2, 2},   {4, 4},   {8, 8},   {16, 16},
                                                 {32, 32}, {64, 64}, {16, 8},  {8, 16},  {32, 4},
                                                 {4, 32},  {32, 16}, {16, 32}, {64, 32}, {32, 64}};
 
-/// Of rays that have nothing in common, given to the tracer of single rays at a time.
+/// Numbers of incoherent rays in a call of the single-ray tracer.
 inline constexpr std::size_t kBatchSizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024};
 
-/// "packet WxH" for each shape, for primary and shadow rays. A packet of shadow rays is the active
-/// ones of its pixels, traced with a mask, so what a call costs whatever the mask is in it.
+/// "packet WxH" for each shape, for primary and shadow rays. A packet of shadow rays consists of
+/// the active rays of its pixels, traced with a mask, so its time includes the fixed cost of a
+/// call.
 std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const SimdTarget& target);
 
 /// "wide N" for each batch size, for ambient occlusion.

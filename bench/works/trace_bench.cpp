@@ -18,13 +18,13 @@ struct Mine {
     TraceAnswers answers;
 };
 
-/// Tracers of the same group compete: the fastest of them is the one to beat.
+/// The fastest tracer of each group is the peer of a row.
 struct Peer {
     std::string name;
     int group;
     std::function<void()> prepare;
     std::function<void()> trace;
-    /// Those of the last trace.
+    /// The answers of the last trace.
     std::function<TraceAnswers()> answers;
 };
 
@@ -55,7 +55,7 @@ std::vector<std::size_t> best_of_groups(const std::vector<Peer>& peers,
     return best;
 }
 
-/// Embree's ways over its best trees, and the records that its rays are in.
+/// Embree's ways over its best trees, and the records of their rays.
 class EmbreePeers {
 public:
     EmbreePeers(const Rig& rig, const BenchScene& scene)
@@ -63,7 +63,7 @@ public:
           medium_(rig.device, mesh_, EmbreeTree::kMedium),
           high_(rig.device, mesh_, EmbreeTree::kHigh) {}
 
-    /// This outlives them.
+    /// This object outlives the peers.
     std::vector<Peer> peers_for(const TraceWork& work) {
         std::vector<Peer> peers;
         for (const EmbreeWay& way : embree_ways(work.params.rays)) {
@@ -88,14 +88,14 @@ private:
     std::vector<std::unique_ptr<EmbreeTracer>> records_;
 };
 
-/// The paper's tracer, which is a group of its own; for primary and shadow rays.
+/// The paper's tracer for primary and shadow rays, in a group of its own.
 class PaperPeer {
 public:
     PaperPeer(const BenchScene& scene, const TraceWork& work)
         : tree_(paper_2007::build_sweep_tree(scene.topology(), scene.positions)),
           tracer_(tree_, work) {}
 
-    /// This outlives it.
+    /// This object outlives the peer.
     Peer peer() {
         return {"paper-2007", -1, [] {}, [this] { tracer_.trace(); },
                 [this] { return tracer_.answers(); }};

@@ -1,4 +1,4 @@
-// Rays to trace, the same for every method.
+// Rays to trace, the same for all methods.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -29,27 +29,28 @@ struct TileRays {
 /// The rays of an image, tile after tile, those of squares of 2 x 2 tiles together. Within a tile
 /// they come in packets of 16: for primary and shadow rays the 4x4 blocks in Morton order, each
 /// with its pixels row by row, so that ray i of every tile is the same pixel of it; for ambient
-/// occlusion the samples of one pixel after the other, block by block. Slots without a ray (no
-/// surface, or it faces away from the light; the rest of a last packet) are inactive.
+/// occlusion the samples of one pixel after the other, block by block. Slots without a ray are
+/// inactive: those without a surface or with one that faces away from the light, and the rest of a
+/// last packet.
 struct TraceWork {
     /// params.rays says which rays these are.
     ImageParams params;
     std::vector<Ray> rays;
-    /// 1 where rays[i] is one, else 0.
+    /// 1 if rays[i] is active, else 0.
     std::vector<std::uint8_t> active;
-    /// Shadow rays once more, as packets take them: rays[i] is ray i % kPacketSize of
+    /// The shadow rays in the layout of packets: rays[i] is ray i % kPacketSize of
     /// shadows[i / kPacketSize].
     std::vector<cpu::SharedOriginRays> shadows;
     std::vector<TileRays> tiles;
-    /// Of the tiles of each square, as far as it has some.
+    /// The rays of the tiles of each square, without squares that have none.
     std::vector<TileRays> squares;
     std::size_t active_count = 0;
 
     bool any_hit() const { return params.rays != kRaysPrimary; }
 };
 
-/// hits[i] or occluded[i] (0 or 1) answers ray i of a work; the other one is empty. What is said of
-/// inactive rays does not matter.
+/// hits[i] or occluded[i] (0 or 1) is the answer for ray i of a work; the other array is empty.
+/// Answers for inactive rays have no meaning.
 struct TraceAnswers {
     std::vector<Hit> hits;
     std::vector<std::uint8_t> occluded;
@@ -106,13 +107,14 @@ void for_each_tile(const TraceWork& work, Visit visit) {
                       [&](std::size_t i) { visit(work.tiles[i]); });
 }
 
-/// From the order of an image, row by row, to that of the rays of a primary work.
+/// Reorders hits from the rows of an image to the rays of a primary work.
 void to_ray_order(const TraceWork& work, std::vector<Hit>& hits);
 
 /// params.width and height must be multiples of kTileSize.
 TraceWork make_primary_work(const ImageParams& params);
 
-/// Rays from the surfaces that `hits` names, which answer `primary`. rays: kRaysShadow or kRaysAo.
+/// The rays from the surfaces of `hits`, which are the hits of `primary`. `rays` is kRaysShadow or
+/// kRaysAo.
 TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
                               const cpu::ShadedMesh& mesh, std::uint32_t rays);
 

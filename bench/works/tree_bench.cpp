@@ -46,7 +46,7 @@ private:
     std::vector<std::byte> to_;
 };
 
-/// Small refits of Embree's, which leave its threads awake.
+/// Small refits by Embree, which keep its threads awake.
 class EmbreeWaker {
 public:
     EmbreeWaker(const EmbreeDevice& device, const BenchScene& scene)
@@ -71,7 +71,7 @@ private:
     EmbreeScene tree_;
 };
 
-/// Returns when all threads of the arena are at work in it, or do not come.
+/// Returns when all threads of the arena run in it, or after 2 ms.
 void wake_up(ThreadArena& arena) {
     using Clock = std::chrono::steady_clock;
     const auto end = Clock::now() + std::chrono::milliseconds(2);
@@ -88,7 +88,7 @@ void wake_up(ThreadArena& arena) {
     });
 }
 
-/// One of our refits with a tree and positions of its own.
+/// A refit of morphray with its own tree and positions.
 struct OurMovingTree {
     const OurRefit* refit;
     Bvh bvh;
@@ -108,10 +108,10 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     EmbreeWaker waker(rig.device, scene);
     TreeCopy copy(scene.bvh);
 
-    // Each side's positions alternate between the frames, copied outside the timing; every
-    // method is prepared once a round, and the last of all rounds is the moved frame. Threads
-    // are awake, as they are after moving the vertices: those that wait in the other side's arena
-    // would take longer to come than a small refit lasts.
+    // The positions of each side alternate between the frames and are copied outside the timing.
+    // Every method is prepared once a round, and the last round has the moved frame. The threads
+    // are woken up, as moving the vertices would do: threads that wait in another arena would take
+    // longer to wake up than a small refit lasts.
     std::size_t round = static_cast<std::size_t>(rig.repeat) % 2;
     const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
     std::vector<Method> methods;

@@ -11,7 +11,7 @@
 namespace morphray::bench {
 namespace {
 
-/// What each run of a method took by its device's own account; the first one warms up.
+/// The times of a method's runs by the clock of the device; the first run warms up.
 struct DeviceClock {
     Samples samples;
 
@@ -37,8 +37,8 @@ TraceAnswers answers_of(const TraceWork& work, const Frame& frame) {
     return answers;
 }
 
-/// Differences in how many of a pixel's ambient-occlusion rays are occluded, which is all that a
-/// image tells.
+/// Differences in the number of occluded ambient-occlusion rays of each pixel; an image holds no
+/// more than that.
 Mismatches compare_occlusion(const TraceWork& work, const Frame& frame,
                              const TraceAnswers& answers) {
     Mismatches mismatches;
@@ -96,7 +96,7 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
 
     Frame frame;
     vulkan.trace_image(work.params, frame);
-    // What Embree makes of hits, its rays made of them within the time as the device's are.
+    // For Embree with rays that are made from hits within the time, as the device's rays are.
     Frame pixels = frame;
     const cpu::PixelShader shader(best_simd_target());
     DeviceClock clock;
@@ -140,7 +140,7 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
     }
 }
 
-/// With the upload, by the clock on the wall.
+/// Refit with the upload, in wall time.
 void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan) {
     ThreadArena one_thread(1);
     const OurRefit refit = our_refits().front();

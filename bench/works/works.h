@@ -1,4 +1,4 @@
-// The works: each measures everything of ours against every peer.
+// The works, each of which compares all methods of morphray with every peer.
 #pragma once
 
 #include <functional>
@@ -18,33 +18,32 @@ struct Rig {
     const EmbreeDevice& device;
     int threads;
     int repeat;
-    /// Those that our tracers are measured with.
+    /// The instruction sets of morphray's tracers.
     std::vector<SimdTarget> targets;
-    /// Receives the rows as they are done.
+    /// Receives each row when it is done.
     std::function<void(const Row&)> report;
 };
 
-/// What all rows of a work share.
+/// A row with the fields that all rows of a work have in common.
 Row row_of(const Rig& rig, const BenchScene& scene, const char* work);
-/// Likewise, with the rays of the work and how many of them hit something, as `answers` has it.
+/// As above, with the rays of the work and the share of hits in `answers`.
 Row row_of(const Rig& rig, const BenchScene& scene, const TraceWork& work,
            const TraceAnswers& answers);
 
-/// Traces a work with every tracer of ours that can, against each group of Embree's ways. The peer
-/// is the best way of its group over the best of Embree's trees.
+/// Traces a work with every suitable tracer, against each group of Embree's ways. The peer is the
+/// fastest way of its group over the better of Embree's trees.
 void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work);
 
 /// Refits back and forth between two frames, against Embree's refit and a copy of the tree's bytes.
-/// `primary` checks the trees: mismatches count its rays, traced through both.
+/// `primary` checks the trees: mismatches count its rays that differ between both trees.
 void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
-/// Builds from nothing, against Embree's Morton, binned and spatial-split builds; `primary` as
-/// above.
+/// Builds trees, against Embree's Morton, binned and spatial-split builds; `primary` as above.
 void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& primary);
 
-/// Traces the works on the Vulkan device, timed by its clock, against our scalar tracer and
+/// Traces the works on the Vulkan device, timed by its clock, against morphray's scalar tracer and
 /// Embree's single rays; then refits there, upload included, against the CPU on one thread. Throws
-/// Error(kUnavailable) where there is no device.
+/// Error(kUnavailable) without a device.
 void bench_vulkan(const Rig& rig, const BenchScene& scene, std::span<const TraceWork* const> works);
 
 /// Traces a work with packets (ambient occlusion: batches) of every size, against single rays over

@@ -13,22 +13,22 @@
 
 namespace morphray {
 
-/// Asks for the whole huge pages (2 MiB) in this memory to be such, where that is to be asked for:
-/// one fault and one entry of the TLB instead of 512.
+/// Advises the kernel to back the memory with huge pages (2 MiB): one fault and one entry of the
+/// TLB instead of 512. Does nothing on other systems than Linux.
 inline void ask_for_huge_pages(void* p, std::size_t size) {
 #ifdef __linux__
     constexpr std::uintptr_t kHugePage = std::uintptr_t{1} << 21;
     const auto begin = reinterpret_cast<std::uintptr_t>(p);
     const std::uintptr_t first = (begin + kHugePage - 1) & -kHugePage;
     const std::uintptr_t end = (begin + size) & -kHugePage;
-    // Only advice: nothing is lost if it is refused.
+    // Advice only, so a refusal does no harm.
     if (first < end) madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE);
 #endif
 }
 
-/// Memory that starts on a cache line (64 B). resize(n) leaves new elements of trivial types as
-/// they are: threads fill them (and fault their pages in) together, and room that is not used costs
-/// nothing.
+/// Memory that starts on a cache line (64 B). resize(n) leaves new elements of trivial types
+/// uninitialised, so that threads fill them and fault their pages in together, and unused room
+/// costs no pages.
 template <class T>
 struct CacheLineAllocator {
     using value_type = T;

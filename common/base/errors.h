@@ -18,14 +18,26 @@ enum class ErrorKind {
     kInternal,     // a broken invariant that was detected
 };
 
+/// A setting under which the work would have succeeded. The message does not name it, because each
+/// caller has its own name for it: an option of the program, a member of a struct.
+enum class Remedy {
+    kNone,
+    kLenient,         // SceneOptions::lenient
+    kAllowEmpty,      // SceneOptions::allow_empty
+    kReplaceMissing,  // SceneOptions::missing other than kFail
+};
+
 /// what() is one line, `file:line: what is wrong; what to do` where there is a file and a line.
 class Error : public std::runtime_error {
 public:
-    Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+    Error(ErrorKind kind, const std::string& message, Remedy remedy = Remedy::kNone)
+        : std::runtime_error(message), kind_(kind), remedy_(remedy) {}
     ErrorKind kind() const { return kind_; }
+    Remedy remedy() const { return remedy_; }
 
 private:
     ErrorKind kind_;
+    Remedy remedy_;
 };
 
 }  // namespace morphray

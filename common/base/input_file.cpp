@@ -79,7 +79,7 @@ std::size_t read_up_to(int fd, char* out, std::size_t size, const fs::path& path
 }  // namespace
 
 std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
-    // O_NONBLOCK: opening a pipe without a writer returns at once; a regular file does not mind.
+    // O_NONBLOCK: opening a pipe without a writer returns at once; a regular file ignores it.
     const FileDescriptor file(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
     if (file.fd() < 0) {
         // A socket answers ENXIO.
@@ -112,7 +112,7 @@ fs::path side_file(const fs::path& scene_file, const std::string& name) {
     const fs::path given(name);
     if (given.is_absolute() || name.find('\0') != std::string::npos) {
         fail(scene_file, fmt::format("names {} by an absolute path, which is not followed; put the "
-                                     "file beside the scene and name it alone",
+                                     "file beside the scene and give its name only",
                                      in_quotes(name)));
     }
     std::error_code error;
@@ -122,7 +122,7 @@ fs::path side_file(const fs::path& scene_file, const std::string& name) {
     const fs::path real = fs::canonical(folder / given, error);
     const auto [folder_end, inside] =
         std::mismatch(folder.begin(), folder.end(), real.begin(), real.end());
-    // Of a missing file nothing is told but that, wherever it would have been.
+    // A missing file gives the same error wherever it would lie, so that nothing else is revealed.
     const bool leaves = std::find(given.begin(), given.end(), "..") != given.end();
     if (leaves || (!error && folder_end != folder.end())) {
         fail(scene_file, fmt::format("names {}, which lies outside of the scene's folder and is "

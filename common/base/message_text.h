@@ -1,4 +1,4 @@
-// Text from outside made fit for a message of one line.
+// Makes text from outside fit for a message of one line.
 #pragma once
 
 #include <filesystem>
@@ -7,10 +7,10 @@
 
 namespace morphray {
 
-/// 'text' in quotes, what is not printable ASCII as \xNN, cut to 80 bytes.
+/// The text in quotes, cut to 80 bytes; bytes that are not printable ASCII become \xNN.
 std::string in_quotes(std::string_view text);
 
-/// A path as it is, except that control characters become \xNN.
+/// The path, with control characters as \xNN.
 std::string shown(const std::filesystem::path& path);
 
 }  // namespace morphray

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -13,14 +14,14 @@ constexpr std::int64_t kManyDigits = 1'000'000'000'000'000'000;
 
 bool digit(char c) { return c >= '0' && c <= '9'; }
 
-// from_chars takes no '+'. "+-1" must not become -1.
+// from_chars accepts no '+'. "+-1" must not become -1.
 std::string_view without_plus(std::string_view text) {
     if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
     return text;
 }
 
-// Whether a number out of a type's range is too large (rather than too small) for it. `text` is a
-// decimal number that from_chars has read as a whole.
+// Whether a number outside a type's range is too large for it rather than too small. `text` is a
+// decimal number that from_chars has accepted as a whole.
 bool too_large(std::string_view text) {
     std::int64_t power = 0;  // of ten, of the digit before the point once it has been normalised
     bool significant = false;
@@ -66,8 +67,10 @@ std::optional<T> parse_real(std::string_view text) {
 
 std::optional<float> parse_float(std::string_view text) { return parse_real<float>(text); }
 
+std::optional<double> parse_double(std::string_view text) { return parse_real<double>(text); }
+
 std::optional<double> parse_finite_double(std::string_view text) {
-    const auto value = parse_real<double>(text);
+    const auto value = parse_double(text);
     if (!value || !std::isfinite(*value)) return std::nullopt;
     return value;
 }
@@ -82,6 +85,14 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
         value = value < kManyDigits / 10 ? value * 10 + (c - '0') : kManyDigits;
     }
     return negative ? -value : value;
+}
+
+std::optional<std::uint64_t> parse_unsigned(std::string_view text) {
+    if (text.empty() || !std::all_of(text.begin(), text.end(), digit)) return std::nullopt;
+    std::uint64_t value = 0;
+    const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (result.ec != std::errc()) return std::numeric_limits<std::uint64_t>::max();
+    return value;
 }
 
 std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }

@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
+#include <climits>
 #include <ctime>
 #include <optional>
 #include <string>
@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "common/base/errors.h"
+#include "common/base/number_text.h"
 
 namespace morphray {
 namespace {
@@ -31,11 +32,11 @@ namespace fs = std::filesystem;
     if (error == EFBIG) remedy = "raise the file size limit (ulimit -f) or choose a smaller output";
     if (error == ENOENT) remedy = "create the folder first";
     if (error == ENAMETOOLONG) remedy = "choose a shorter name";
-    if (error == EPIPE) remedy = "whatever read the output has ended";
+    if (error == EPIPE) remedy = "the reader of the output has ended";
     fail(path, "cannot be written (" + std::generic_category().message(error) + ")", remedy);
 }
 
-/// A file descriptor that is closed on the way out.
+/// Owns a file descriptor.
 class Descriptor {
 public:
     explicit Descriptor(int fd) : fd_(fd) {}
@@ -55,9 +56,9 @@ private:
     int fd_;
 };
 
-/// While it lives, a write past the file size limit or into a pipe that nobody reads fails with
-/// EFBIG or EPIPE in this thread instead of ending the process. Both signals go to the thread that
-/// writes, so what became pending meanwhile is ours and is taken back before they are let in again.
+/// While it lives, a write past the file size limit or into a closed pipe fails with EFBIG or EPIPE
+/// in this thread instead of ending the process. The kernel sends both signals to the thread that
+/// writes, so the destructor discards those that became pending and then unblocks them.
 class WriteSignalsHeldBack {
 public:
     WriteSignalsHeldBack() {
@@ -85,8 +86,8 @@ private:
     sigset_t before_;
 };
 
-/// A new empty file in `folder`, removed unless renamed. Its name does not grow with the target's,
-/// which may be as long as names can be. Errors name `output`.
+/// A new empty file in `folder`, removed unless renamed. Its name is short, because the target's
+/// may already have the greatest length. Errors name `output`.
 class Temporary {
 public:
     Temporary(const fs::path& folder, const fs::path& output) : file_(create(folder)) {
@@ -99,7 +100,7 @@ public:
     Temporary& operator=(const Temporary&) = delete;
 
     Descriptor& file() { return file_; }
-    /// Returns whether the target now is this file; else errno is set.
+    /// Returns whether the target is now this file; otherwise errno is set.
     bool rename_to(const fs::path& target) {
         renamed_ = ::rename(path_.c_str(), target.c_str()) == 0;
         return renamed_;
@@ -132,23 +133,21 @@ int write_all(int fd, std::span<const std::byte> bytes) {
     return 0;
 }
 
-/// The descriptor that /dev/stdout, /dev/stderr and /dev/fd/N name. A file that one of them was
-/// redirected to must be written through the descriptor: a rename would part the two.
+/// The descriptor that /dev/stdout, /dev/stderr or /dev/fd/N names. A file that the descriptor was
+/// redirected to must be written through it: after a rename it would still refer to the old file.
 std::optional<int> named_descriptor(const fs::path& path) {
     const std::string& name = path.native();
     if (name == "/dev/stdout") return STDOUT_FILENO;
     if (name == "/dev/stderr") return STDERR_FILENO;
     for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
         if (!name.starts_with(folder)) continue;
-        int fd = -1;
-        const char* end = name.data() + name.size();
-        const auto parsed = std::from_chars(name.data() + folder.size(), end, fd);
-        if (parsed.ec == std::errc() && parsed.ptr == end && fd >= 0) return fd;
+        const auto fd = parse_unsigned(std::string_view(name).substr(folder.size()));
+        if (fd && *fd <= INT_MAX) return static_cast<int>(*fd);
     }
     return std::nullopt;
 }
 
-/// What `path` leads to: links are followed to their last target, which need not exist.
+/// The last target of the links that start at `path`; it need not exist.
 fs::path follow_links(const fs::path& path) {
     constexpr int kMaxLinks = 40;  // as many as the kernel follows
     fs::path target = path;
@@ -163,18 +162,19 @@ fs::path follow_links(const fs::path& path) {
 
 enum class Target { kFile, kDescriptor, kStream };
 
-/// How `path` is to be written; throws when it cannot be, as far as that shows from outside.
+/// How `path` is to be written. Throws if its type or permissions already exclude that.
 Target classify(const fs::path& path) {
     if (path.empty()) fail("''", "an output needs a name", "give a file name");
     if (named_descriptor(path)) return Target::kDescriptor;
     struct stat status = {};
     if (::stat(path.c_str(), &status) != 0) {
         if (!path.has_filename()) fail(path, "is the name of a folder", "give a file name");
-        if (errno == ENOENT) return Target::kFile;  // the temporary finds out whether it can be
+        if (errno == ENOENT)
+            return Target::kFile;  // creating the temporary shows whether it can be written
         fail_with_errno(path, errno);
     }
     if (S_ISDIR(status.st_mode)) fail(path, "is a folder", "give a file name");
-    // An existing file that may not be written is not replaced behind its owner's back either.
+    // A rename could replace an existing file without write permission; its owner forbade that.
     if (::access(path.c_str(), W_OK) != 0) fail_with_errno(path, errno);
     return S_ISREG(status.st_mode) ? Target::kFile : Target::kStream;
 }
@@ -217,7 +217,7 @@ void write_file(const fs::path& path, std::string_view text) {
 }
 
 void check_writable(const fs::path& path) {
-    // A folder's mode does not tell (root, read-only and virtual file systems): try it.
+    // A folder's mode is not reliable (root, read-only and virtual file systems), so try it.
     if (classify(path) == Target::kFile) Temporary(follow_links(path).parent_path(), path);
 }
 
@@ -226,7 +226,7 @@ void make_output_folder(const fs::path& path) {
     std::error_code error;
     fs::create_directories(path, error);
     if (error) {
-        fail(path, "cannot be made a folder (" + error.message() + ")",
+        fail(path, "folder cannot be created (" + error.message() + ")",
              "choose another place for the output");
     }
     Temporary(path, path);

@@ -1,4 +1,4 @@
-// The one way in which anything is written: whole or not at all.
+// Writing of output files, whole or not at all. All outputs are written through here.
 #pragma once
 
 #include <cstddef>
@@ -9,17 +9,19 @@
 
 namespace morphray {
 
-/// Writes a temporary beside `path`, checks every write, fsyncs, and renames it over `path`. A kill
-/// at any moment leaves the old file or the new one. Writes to an existing device or pipe (such as
-/// /dev/stdout) directly. Throws Error(kOutput) and leaves no temporary.
+/// Writes a temporary file beside `path`, checks every write, calls fsync, and renames it to
+/// `path`, so that a kill at any moment leaves either the old file or the new one. Writes to an
+/// existing device or pipe (such as /dev/stdout) directly. Throws Error(kOutput) and leaves no
+/// temporary file.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
 
-/// Whether `path` could be written, asked before long work: throws Error(kOutput) when its folder
-/// is missing or not writable, it is a folder itself, or its name is too long.
+/// Checks before long work that `path` can be written. Throws Error(kOutput) if its folder is
+/// missing or not writable, if it is a folder itself, or if its name is too long.
 void check_writable(const std::filesystem::path& path);
 
-/// Likewise for a folder that outputs go into; creates it and its parents when missing.
+/// Creates the folder and its parents where they are missing. Throws Error(kOutput) if files cannot
+/// be written into it.
 void make_output_folder(const std::filesystem::path& path);
 
 }  // namespace morphray

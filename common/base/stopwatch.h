@@ -1,10 +1,11 @@
-// Wall time.
+// Measures wall time.
 #pragma once
 
 #include <chrono>
 
 namespace morphray {
 
+/// Starts when it is constructed.
 class Stopwatch {
 public:
     double ms() const {

@@ -6,7 +6,7 @@
 namespace morphray {
 namespace {
 
-// Bytes that begin a character of UTF-8: what a name takes on a terminal, near enough.
+// The number of UTF-8 characters, which is about the width on a terminal.
 std::size_t width_of(const std::string& cell) {
     return static_cast<std::size_t>(std::count_if(cell.begin(), cell.end(), [](char c) {
         return (static_cast<unsigned char>(c) & 0xC0) != 0x80;

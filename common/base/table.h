@@ -10,11 +10,11 @@ class Table {
 public:
     explicit Table(std::vector<std::string> header) : header_(std::move(header)) {}
 
-    /// As many cells as the header has (asserted).
+    /// Adds a row of as many cells as the header has (asserted).
     void add(std::vector<std::string> row);
     bool empty() const { return rows_.empty(); }
 
-    /// Columns two spaces apart; numbers to the right, everything else to the left.
+    /// Columns two spaces apart; columns of numbers are aligned right, others left.
     std::string text() const;
     /// RFC 4180, with \n.
     std::string csv() const;

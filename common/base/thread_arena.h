@@ -1,4 +1,4 @@
-// A number of threads to work in.
+// Runs tasks on a given number of threads.
 #pragma once
 
 #include <tbb/global_control.h>
@@ -8,8 +8,9 @@
 
 namespace morphray {
 
-/// Runs tasks on `threads` threads, 0 for as many as there are cores. More than there are cores are
-/// really made, too (unless arenas of several such sizes are alive: the smallest then counts).
+/// Runs tasks on `threads` threads; 0 means as many as there are cores. More threads than cores are
+/// created if asked for; while several arenas of such sizes exist, the smallest size applies to
+/// all.
 class ThreadArena {
 public:
     explicit ThreadArena(int threads) : arena_(threads > 0 ? threads : tbb::task_arena::automatic) {

@@ -1,7 +1,5 @@
-// Many warnings of one kind as one.
+// Joins warnings of one kind into one.
 #pragma once
-
-#include <fmt/format.h>
 
 #include <cstdint>
 
@@ -22,10 +20,11 @@ public:
         if (count_ == 0 || !warn) return;
         warn(together());
     }
-    /// Of at least one.
+    /// The first warning with the number of the others. Requires at least one.
     Warning together() const {
-        if (count_ == 1) return first_;
-        return {first_.place, fmt::format("{} (and {} more)", first_.text, count_ - 1)};
+        Warning warning = first_;
+        warning.more = count_ - 1;
+        return warning;
     }
     bool none() const { return count_ == 0; }
 

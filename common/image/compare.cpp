@@ -14,7 +14,7 @@ namespace {
 enum class Kind { kFalseMiss, kFalseHit, kPrimId, kT, kUv, kOcclusion, kColour };
 constexpr std::size_t kKindCount = 7;
 
-/// How a kind is counted, called (of one, of several) and painted, in the order of Kind.
+/// Counter, name in singular and plural, and colour of a kind, in the order of Kind.
 struct KindInfo {
     std::uint64_t FrameDifference::*count;
     const char* one;
@@ -121,7 +121,7 @@ Image difference_image(const Frame& expected, const Frame& actual) {
         paint_around(image, static_cast<std::uint32_t>(mark.index % image.width),
                      static_cast<std::uint32_t>(mark.index / image.width), mark.colour);
     }
-    // A neighbour's frame must not hide a pixel's own kind.
+    // A neighbour's enlarged mark must not hide a pixel's own colour.
     for (const Mark& mark : marks) image.pixels[mark.index] = mark.colour;
     return image;
 }

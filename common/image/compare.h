@@ -1,4 +1,4 @@
-// Two frames that should be one, held against each other bit by bit.
+// Compares two frames that should be equal, bit by bit.
 #pragma once
 
 #include <cstdint>
@@ -22,16 +22,16 @@ struct PixelDifference {
     std::uint32_t actual_pixel = 0;
 };
 
-/// Pixels by the first thing that differs, in this order; a pixel is counted once.
+/// Counts of differing pixels. A pixel counts once, for the first of these that differs.
 struct FrameDifference {
     std::uint64_t false_miss = 0;  // expected hits, actual does not
-    std::uint64_t false_hit = 0;   // the other way round
+    std::uint64_t false_hit = 0;   // actual hits, expected does not
     std::uint64_t prim_id = 0;
     std::uint64_t t = 0;
     std::uint64_t uv = 0;
     std::uint64_t occlusion = 0;
     std::uint64_t colour = 0;
-    /// The first ones by row, at most as many as asked for.
+    /// The first differing pixels, row by row, at most `keep` of them.
     std::vector<PixelDifference> first;
 
     std::uint64_t total() const {
@@ -39,7 +39,7 @@ struct FrameDifference {
     }
 };
 
-/// Floats are compared as bits. Both frames have the same size (asserted).
+/// Compares floats as bits. Both frames have the same size (asserted).
 FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep = 10);
 
 /// The actual image in grey with each differing pixel in the colour of its kind, enlarged to 3x3.

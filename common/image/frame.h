@@ -1,4 +1,4 @@
-// What a trace produces.
+// A traced image with the hits that it was made from.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace morphray {
 
-/// One traced image, row by row from the top. occlusion holds, for pixels whose ray hit something,
-/// the number of occluded secondary rays; it is 0 elsewhere, and for primary images everywhere.
+/// One image, row by row from the top. `occlusion` is the number of occluded secondary rays of each
+/// pixel; it is 0 where the camera ray missed and in images without secondary rays.
 struct Frame {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
@@ -18,6 +18,20 @@ struct Frame {
     std::vector<std::uint32_t> occlusion;
     std::vector<std::uint32_t> pixels;
 };
+
+/// The secondary rays that a pixel with a hit is given; `rays` is one of kRaysPrimary, kRaysShadow
+/// and kRaysAo.
+inline std::uint32_t rays_per_hit(std::uint32_t rays, std::uint32_t ao_count) {
+    if (rays == kRaysShadow) return 1;
+    return rays == kRaysAo ? ao_count : 0;
+}
+
+/// Pixels whose camera ray hit something.
+std::uint64_t count_hits(const Frame& frame);
+
+/// Camera rays and secondary rays of an image that was traced with `params`. Shadow rays count for
+/// surfaces that face away from the light, too, although they need none.
+std::uint64_t count_rays(const ImageParams& params, const Frame& frame);
 
 /// XXH3 (64 bits) of hits and occlusion, and of the pixels.
 std::uint64_t hits_hash(const Frame& frame);

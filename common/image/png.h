@@ -1,4 +1,4 @@
-// Images as files.
+// Images and their PNG files.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,8 @@ struct Image {
 /// The image as a PNG file in memory.
 std::vector<std::byte> encode_png(const Image& image);
 
-/// All images (of one size) scaled down by whole factors and laid out in rows, so that the sheet is
-/// at most about max_width wide. Empty for no images.
+/// All images, which have one size, scaled down by a whole factor and laid out in rows, so that the
+/// sheet is at most about max_width wide. Empty for no images.
 Image contact_sheet(std::span<const Image> images, std::uint32_t max_width = 1536);
 
 }  // namespace morphray

@@ -1,4 +1,4 @@
-// The only file that sees stb_image_write, and zlib, by which it compresses.
+// The only file that includes stb_image_write and zlib, which compresses for it.
 #include <zlib.h>
 
 #include <cassert>
@@ -14,18 +14,18 @@
 
 namespace {
 
-// stb goes on writing through a null pointer when memory runs out.
+// stb writes through a null pointer if memory runs out, so this throws instead.
 void* checked_malloc(std::size_t size) {
     void* memory = std::malloc(size);
     if (memory == nullptr) throw std::bad_alloc();
     return memory;
 }
 
-// Of images of flat triangles stb's own compressor makes 1.2 to 2.5 times as many bytes in 5 to 7
-// times as long; level 6 saves up to a third of the bytes, in two to three times as long.
+// On images of flat triangles stb's own compressor makes 1.2 to 2.5 times as many bytes in 5 to 7
+// times the time; level 6 saves up to a third of the bytes in two to three times the time.
 constexpr int kLevel = 3;
 
-/// In place of stb's compressor, whose level is ignored. The result is freed by std::free.
+/// Replaces stb's compressor and ignores its level. The caller frees the result with std::free.
 unsigned char* compress_bytes(unsigned char* bytes, int size, int* compressed_size, int) {
     uLongf room = compressBound(static_cast<uLong>(size));
     auto* const out = static_cast<unsigned char*>(checked_malloc(room));

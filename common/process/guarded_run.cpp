@@ -20,15 +20,16 @@ namespace morphray {
 namespace {
 
 constexpr auto kLookEvery = std::chrono::milliseconds(2);
-// Of the limit, in which a busy machine lets a process have its time.
+// Wall time in multiples of the limit, within which even a busy machine grants the processor time.
 constexpr double kWaitFactor = 50;
 
 [[noreturn]] void fail(const char* what) {
-    throw Error(ErrorKind::kLimit, fmt::format("chart: no {}: {}", what, std::strerror(errno)));
+    throw Error(ErrorKind::kLimit, fmt::format("no {}: {}; end other programs or raise the limit",
+                                               what, std::strerror(errno)));
 }
 
 [[noreturn]] void work_alone(const std::function<void()>& work, unsigned limit_s) {
-    // At the limit comes SIGXCPU, and nobody else sends it.
+    // The kernel sends SIGXCPU at the limit, and nothing else does.
     const rlimit limit{limit_s, limit_s + 1};
     setrlimit(RLIMIT_CPU, &limit);
     signal(SIGXCPU, SIG_DFL);
@@ -39,13 +40,13 @@ constexpr double kWaitFactor = 50;
     } catch (...) {
         _exit(1);
     }
-    // Without what the program does at its end: that is the caller's.
+    // Skip destructors and exit handlers, which belong to the calling process.
     _exit(0);
 }
 
 bool ran_out(int status) { return WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU; }
 
-/// Ends the process and forgets it.
+/// Kills the process and reaps it.
 void end(pid_t process) {
     kill(process, SIGKILL);
     waitpid(process, nullptr, 0);
@@ -55,7 +56,7 @@ void end(pid_t process) {
 
 SharedMemory::SharedMemory(std::size_t bytes) : bytes_(std::max<std::size_t>(1, bytes)) {
     start_ = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-    if (start_ == MAP_FAILED) fail("memory");
+    if (start_ == MAP_FAILED) fail("shared memory");
 }
 
 SharedMemory::~SharedMemory() { munmap(start_, bytes_); }
@@ -64,7 +65,7 @@ RunEnd run_guarded(const std::function<void()>& work, unsigned limit_s,
                    const std::function<void()>& check) {
     const Stopwatch watch;
     const pid_t process = fork();
-    if (process < 0) fail("process");
+    if (process < 0) fail("new process");
     if (process == 0) work_alone(work, limit_s);
     for (;;) {
         int status = 0;

@@ -1,4 +1,4 @@
-// Runs what may crash or never end without taking the program along.
+// Runs work that may crash or never end in a process of its own.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,13 @@ namespace morphray {
 /// Zeroed memory that a guarded run and its caller both see.
 class SharedMemory {
 public:
-    /// Throws Error(kLimit) when there is none.
+    /// Throws Error(kLimit) if there is no memory.
     explicit SharedMemory(std::size_t bytes);
     ~SharedMemory();
     SharedMemory(const SharedMemory&) = delete;
     SharedMemory& operator=(const SharedMemory&) = delete;
 
-    /// For types without constructors that matter; from the beginning, at most as large.
+    /// The memory as an array of implicit-lifetime objects; must not be larger than the memory.
     template <class T>
     std::span<T> as(std::size_t count) const {
         return {static_cast<T*>(start_), count};
@@ -29,11 +29,11 @@ private:
 
 enum class RunEnd { kDone, kCrashed, kNoEnd };
 
-/// Calls `work` in a process of its own, which has no thread but the caller's: it must not need
-/// others, and what it writes is seen only in shared memory. kCrashed: a signal ended it, or it
-/// threw. kNoEnd: it was ended after `limit_s` seconds of a processor (1 or more), or 50
-/// times as long waiting. Calls `check` while it waits, which may throw to end both. Throws
-/// Error(kLimit) when there can be no more processes.
+/// Calls `work` in a child process, which has only the calling thread: `work` must not need other
+/// threads, and only its writes to shared memory are visible. Returns kCrashed if a signal ended
+/// the child or `work` threw; kNoEnd if the child was ended after `limit_s` (at least 1) seconds of
+/// processor time, or 50 times as much wall time. Calls `check` while it waits; if that throws, the
+/// child is ended. Throws Error(kLimit) if no process can be started.
 RunEnd run_guarded(
     const std::function<void()>& work, unsigned limit_s,
     const std::function<void()>& check = [] {});

@@ -1,4 +1,4 @@
-// Running a command of the shell.
+// Runs shell commands.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@ namespace morphray {
 struct ShellResult {
     /// The command's exit status; -1 if it did not start or was ended by a signal.
     int status = -1;
-    /// What it wrote to its standard output.
+    /// Its standard output.
     std::string text;
 };
 
-/// Waits for the command. Never throws but for lack of memory.
+/// Runs the command and waits for it. Throws only std::bad_alloc.
 ShellResult run_shell(const std::string& command);
 
 }  // namespace morphray

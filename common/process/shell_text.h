@@ -1,4 +1,4 @@
-// Arguments as a command line that can be pasted into a shell.
+// Arguments as text for a shell.
 #pragma once
 
 #include <span>
@@ -6,10 +6,10 @@
 
 namespace morphray {
 
-/// The argument as it is, or in single quotes where a shell would take it apart.
+/// The argument as it is, or in single quotes if the shell would interpret it.
 std::string shell_quoted(const std::string& argument);
 
-/// All of them, with blanks between.
+/// All arguments, quoted where necessary, with blanks between.
 std::string shell_line(std::span<const std::string> arguments);
 
 }  // namespace morphray

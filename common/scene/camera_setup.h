@@ -1,4 +1,4 @@
-// From the camera that a user describes to the one that the tracers take.
+// Makes the parameters that tracers take from a description of the view.
 #pragma once
 
 #include <array>
@@ -11,8 +11,9 @@ namespace morphray {
 
 using Point = std::array<double, 3>;
 
-/// In world space. What is not given is chosen so that the bounds of the whole clip fill the
-/// image, seen from slightly above its front (+z) right, and lit from above the eye's left.
+/// A view in world space. Defaults for the eye, target and light let the bounds of the whole clip
+/// fill the image, seen from the front (+z) right and slightly from above, and lit from above the
+/// eye's left.
 struct ViewSpec {
     std::optional<Point> eye;
     std::optional<Point> target;
@@ -28,24 +29,24 @@ struct ViewSpec {
     double ao_distance = 0;
 };
 
-/// The eye, target and light that a view ends up with, in world space.
+/// A view's eye, target and light in world space, given or default.
 struct ResolvedView {
     Point eye;
     Point target;
     Point light;
     double ao_distance = 0;
 };
-/// Never throws; what is not finite in the view stays so. Of empty bounds the scene is taken for a
-/// cube with corners at distance 1 from 0, of a single point for one around it with corners as far
-/// as 0 is. A target that is not given is the middle of the bounds, or for an eye just there a
-/// point before it along -z.
+/// Returns the view with defaults filled in. Never throws; numbers that are not finite stay so.
+/// Empty bounds count as a cube with corners at distance 1 from 0; a single point counts as a cube
+/// around it whose corners are as far from it as 0 is. The default target is the centre of the
+/// bounds, or, for an eye at the centre, a point in direction -z from it.
 ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds);
 
-/// Throws Error(kBadInput) when eye and target coincide, up is parallel to the view, fov is not in
+/// Throws Error(kBadInput) if eye and target coincide, up is parallel to the view, fov is not in
 /// (0, 180) or too wide for the image's shape, a number is not finite, ao_distance is negative,
 /// or the eye or light is farther than a million scene sizes; Error(kBadArgument) when width,
-/// height or ao_count is 0; and Error(kLimit) above 65536 pixels a side or 2^28 in all, or 256 for
-/// ao_count.
+/// height or ao_count is 0; Error(kLimit) for more than 65536 pixels a side or 2^28 in all, or if
+/// ao_count is above 256.
 ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
                               const SceneSpace& space);
 

@@ -1,4 +1,4 @@
-// What a triangle scene is made of, in world space.
+// The constant part of a triangle scene.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ using Albedo = std::uint32_t;
 inline constexpr Albedo kDefaultAlbedo = 0x00BFBFBF;
 
 /// The constant part of a deforming scene. prim_id i is triangles[i]; every index is below
-/// vertex_count. albedo has one entry a triangle.
+/// vertex_count; albedo has one entry for each triangle.
 struct Topology {
     std::vector<uvec3> triangles;
     std::vector<Albedo> albedo;

@@ -29,7 +29,7 @@ std::string builtin_names() {
     return names;
 }
 
-// What builtin:NAME:TRIANGLES may look like, with the name as given if there is such a scene.
+// An example of builtin:NAME:TRIANGLES, with the given name if such a scene exists.
 std::string builtin_example(const std::string& name) {
     const std::span<const ProceduralScene> scenes = procedural_scenes();
     const bool exists =
@@ -75,7 +75,7 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
     }
     if (spec.starts_with(kBuiltinPrefix)) return open_builtin(spec);
 
-    // A file that is there is that file, whatever its name looks like.
+    // An existing file is opened as such even if its name contains '%'.
     std::error_code error;
     const fs::path path(spec);
     const fs::file_status status = fs::status(path, error);
@@ -87,8 +87,8 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
     }
     if (fs::is_regular_file(status) && !obj_extension(path)) {
         throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: no kind of scene that is read; give an .obj file, a folder "
-                                "of them, a pattern or builtin:NAME",
+                    fmt::format("{}: not a scene file; give an .obj file, a folder of them, a "
+                                "pattern or builtin:NAME",
                                 shown(path)));
     }
     return open_keyframes({{0.0, path}}, spec, options);

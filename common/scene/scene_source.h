@@ -1,4 +1,4 @@
-// From what the user names to a clip.
+// Opens scenes by name.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,8 @@ namespace morphray {
 enum class MissingFrames { kFail, kHold, kSkip };
 
 struct SceneOptions {
-    /// Accept vertices that are not finite, faces that cannot be read as triangles, and scenes
-    /// without faces (with a warning each) instead of refusing them.
+    /// Accept, with a warning each, vertices that are not finite and scenes without faces, and
+    /// leave out faces that cannot be read, instead of refusing the scene.
     bool lenient = false;
     /// Accept a scene without faces.
     bool allow_empty = false;

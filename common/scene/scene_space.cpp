@@ -45,12 +45,12 @@ SceneSpace::SceneSpace(const WorldBounds& bounds) {
     exponent_ = kExtentExponent - exponent;
 }
 
-vec3 SceneSpace::to_scene(vec3 user) const {
-    if (!finite(user)) return {kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate};
+vec3 SceneSpace::to_scene(vec3 world) const {
+    if (!finite(world)) return {kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate};
     vec3 scene;
     for (int axis = 0; axis < 3; ++axis) {
         const double scaled =
-            std::ldexp(static_cast<double>(user[axis]) - centre_[axis], exponent_);
+            std::ldexp(static_cast<double>(world[axis]) - centre_[axis], exponent_);
         // A value below the grid must not round to a float denormal on the way to it.
         scene[axis] =
             std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));
@@ -58,26 +58,26 @@ vec3 SceneSpace::to_scene(vec3 user) const {
     return scene;
 }
 
-void SceneSpace::to_scene(std::span<const vec3> user, std::span<vec3> scene) const {
-    for (std::size_t i = 0; i < user.size(); ++i) scene[i] = to_scene(user[i]);
+void SceneSpace::to_scene(std::span<const vec3> world, std::span<vec3> scene) const {
+    for (std::size_t i = 0; i < world.size(); ++i) scene[i] = to_scene(world[i]);
 }
 
 vec3 SceneSpace::to_world(vec3 scene) const {
-    vec3 user;
+    vec3 world;
     for (int axis = 0; axis < 3; ++axis) {
-        user[axis] = static_cast<float>(std::ldexp(static_cast<double>(scene[axis]), -exponent_) +
-                                        centre_[axis]);
+        world[axis] = static_cast<float>(std::ldexp(static_cast<double>(scene[axis]), -exponent_) +
+                                         centre_[axis]);
     }
-    return user;
+    return world;
 }
 
-double SceneSpace::length_to_scene(double user) const { return std::ldexp(user, exponent_); }
+double SceneSpace::length_to_scene(double world) const { return std::ldexp(world, exponent_); }
 double SceneSpace::length_to_world(double scene) const { return std::ldexp(scene, -exponent_); }
 
-vec3 SceneSpace::point_to_scene(const double user[3], const char* what) const {
+vec3 SceneSpace::point_to_scene(const double world[3], const char* what) const {
     vec3 scene;
     for (int axis = 0; axis < 3; ++axis) {
-        const double scaled = std::ldexp(user[axis] - centre_[axis], exponent_);
+        const double scaled = std::ldexp(world[axis] - centre_[axis], exponent_);
         if (!(std::abs(scaled) <= kOriginExtent)) {
             throw Error(ErrorKind::kBadInput, std::string(what) +
                                                   " is not finite or is more than a million scene "
@@ -89,32 +89,32 @@ vec3 SceneSpace::point_to_scene(const double user[3], const char* what) const {
     return scene;
 }
 
-SceneRay to_scene(const SceneSpace& space, const WorldRay& user) {
+SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     SceneRay result;
     double largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        if (!std::isfinite(user.org[axis]) || !std::isfinite(user.dir[axis])) return result;
-        largest = std::max(largest, std::abs(user.dir[axis]));
+        if (!std::isfinite(world.org[axis]) || !std::isfinite(world.dir[axis])) return result;
+        largest = std::max(largest, std::abs(world.dir[axis]));
     }
-    if (largest == 0 || !(user.tnear <= user.tfar) || !(user.tfar >= 0)) return result;
+    if (largest == 0 || !(world.tnear <= world.tfar) || !(world.tfar >= 0)) return result;
     int dir_exponent = std::ilogb(largest);
-    // What rounds up to 2 belongs to the next exponent.
+    // A value that rounds up to 2 takes the next exponent.
     if (static_cast<float>(std::ldexp(largest, -dir_exponent)) == 2.0f) ++dir_exponent;
     try {
-        result.ray.org = space.point_to_scene(user.org, "ray origin");
+        result.ray.org = space.point_to_scene(world.org, "ray origin");
     } catch (const Error&) {
         return result;
     }
     for (int axis = 0; axis < 3; ++axis) {
-        const double scaled = std::ldexp(user.dir[axis], -dir_exponent);
+        const double scaled = std::ldexp(world.dir[axis], -dir_exponent);
         result.ray.dir[axis] = snap_direction_component(
             std::abs(scaled) < 0x1p-60 ? 0.0f : static_cast<float>(scaled));
     }
     // org + t * dir in both spaces: t_scene * 2^-dir_exponent... = t_world * 2^exponent *
     // 2^dir_exponent.
     result.t_exponent = -(space.exponent() + dir_exponent);
-    const double tnear = std::ldexp(std::max(user.tnear, 0.0), -result.t_exponent);
-    const double tfar = std::ldexp(user.tfar, -result.t_exponent);
+    const double tnear = std::ldexp(std::max(world.tnear, 0.0), -result.t_exponent);
+    const double tfar = std::ldexp(world.tfar, -result.t_exponent);
     result.ray.tnear = static_cast<float>(std::min(tnear, static_cast<double>(kInfiniteT)));
     result.ray.tfar = static_cast<float>(std::min(tfar, static_cast<double>(kInfiniteT)));
     if (result.ray.tnear < 0x1p-100f) result.ray.tnear = 0;

@@ -1,4 +1,5 @@
-// Scene space: where the hit rule's arithmetic is exact. The only place that knows scale and grid.
+// Scene space, in which the hit rule's arithmetic is exact. The only place that knows scale and
+// grid.
 #pragma once
 
 #include <span>
@@ -9,14 +10,14 @@
 
 namespace morphray {
 
-/// The map between world space and scene space: scene = (user - centre) * 2^exponent, rounded
+/// The map between world space and scene space: scene = (world - centre) * 2^exponent, rounded
 /// once to float and snapped to the grid of 2^-40. The exponent brings the clip's bounds into
 /// [-2^20, 2^20]. centre is 0 on an axis unless the clip lies so far to one side of 0 that
-/// user - centre is exact for every float in the bounds (Sterbenz's lemma), so the map of every
+/// world - centre is exact for every float in the bounds (Sterbenz's lemma), so the map of every
 /// vertex of at least 2^-36 of the extent is exact and exactly invertible.
 class SceneSpace {
 public:
-    /// Of the empty bounds: the identity.
+    /// Empty bounds give the identity.
     explicit SceneSpace(const WorldBounds& bounds);
 
     int exponent() const { return exponent_; }
@@ -24,18 +25,18 @@ public:
     double centre(int axis) const { return centre_[axis]; }
 
     /// A vertex that is not finite becomes kInvalidCoordinate on all axes.
-    vec3 to_scene(vec3 user) const;
-    /// The two may be the same.
-    void to_scene(std::span<const vec3> user, std::span<vec3> scene) const;
+    vec3 to_scene(vec3 world) const;
+    /// `world` and `scene` have the same size and may be the same memory.
+    void to_scene(std::span<const vec3> world, std::span<vec3> scene) const;
     vec3 to_world(vec3 scene) const;
 
-    /// A length in world space in scene space, and back; exact but for overflow.
-    double length_to_scene(double user) const;
+    /// Converts a length to scene space and back; exact unless it overflows.
+    double length_to_scene(double world) const;
     double length_to_world(double scene) const;
 
     /// A point such as an eye or a light, which may lie outside the bounds. Throws Error(kBadInput)
-    /// with `what` when it is not finite or farther than 2^20 extents.
-    vec3 point_to_scene(const double user[3], const char* what) const;
+    /// that names `what` if it is not finite or farther than 2^20 extents.
+    vec3 point_to_scene(const double world[3], const char* what) const;
 
 private:
     double centre_[3] = {0, 0, 0};
@@ -50,9 +51,9 @@ struct WorldRay {
     double tfar;
 };
 
-/// `ray` is the ray in scene space with dir scaled by a power of two to a largest component in
-/// [1, 2); world_t = ray_t * 2^t_exponent. valid is false for a ray that is not finite, has no
-/// direction, starts farther than 2^20 extents from the scene, or an empty interval: it hits
+/// A ray in scene space, with dir scaled by a power of two so that its largest component is in
+/// [1, 2); world_t = ray_t * 2^t_exponent. `valid` is false for a ray that is not finite, has no
+/// direction or an empty interval, or starts farther than 2^20 extents from the scene: it hits
 /// nothing.
 struct SceneRay {
     Ray ray;

@@ -8,17 +8,17 @@
 namespace morphray {
 
 /// Lower and upper corner of a set of points in world space, in double so that no extent of
-/// floats overflows. Empty (of no finite point): lower > upper.
+/// floats overflows. Without a finite point they are empty: lower > upper.
 struct WorldBounds {
     double lower[3] = {1, 1, 1};
     double upper[3] = {-1, -1, -1};
     bool empty() const { return lower[0] > upper[0]; }
 
-    /// By a box that is not empty.
+    /// Extends the bounds by a box that is not empty.
     void extend(const double other_lower[3], const double other_upper[3]);
 };
 
-/// The bounds of those points that are finite.
+/// The bounds of the finite points.
 WorldBounds bounds_of(std::span<const vec3> points);
 
 }  // namespace morphray

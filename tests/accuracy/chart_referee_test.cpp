@@ -1,4 +1,4 @@
-// The exact referee: cases whose answer is known, and the project's rule held against it.
+// The exact referee on cases with known answers, and the program's rule compared with the referee.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +39,8 @@ struct Court {
 
 Ray towards(vec3 org, vec3 dir) { return {org, 0, dir, kInfiniteT}; }
 
-/// Two squares across the z axis, the second one behind: triangles 0, 1 at z = -8, 2, 3 at z = -16.
+/// Two squares across the z axis, the second one farther away: triangles 0, 1 at z = -8, 2, 3 at z
+/// = -16.
 TestScene two_squares() {
     std::vector<vec3> positions;
     std::vector<uvec3> triangles;
@@ -56,7 +57,7 @@ TestScene two_squares() {
 /// From world space of two_squares to scene space.
 Ray in_scene(const Court& court, vec3 org, vec3 dir) { return scene_ray(court.scene, org, dir); }
 
-TEST(ExactReferee, KnowsTheWinnerOfAPlainCase) {
+TEST(ExactReferee, FindsTheHitOfASimpleCase) {
     const Court court(two_squares());
     const Ray ray = in_scene(court, {1, -2, 0}, {0, 0, -1});
     EXPECT_EQ(court.truth(ray).prim_id, 0u);
@@ -67,7 +68,7 @@ TEST(ExactReferee, KnowsTheWinnerOfAPlainCase) {
     EXPECT_EQ(court.verdict(in_scene(court, {7, 0, 0}, {0, 0, -1}), kNoPrim), Verdict::kRight);
 }
 
-TEST(ExactReferee, TakesBothTrianglesOfAnEdgeForRightAndNoneForALeak) {
+TEST(ExactReferee, AcceptsBothTrianglesOfAnEdgeAndCallsAMissALeak) {
     const Court court(two_squares());
     const Ray ray = in_scene(court, {1, 1, 0}, {0, 0, -1});
     EXPECT_EQ(court.truth(ray).prim_id, 0u);
@@ -86,7 +87,7 @@ TEST(ExactReferee, ExcusesAMissBesideABoundaryEdgeButNotInsideTheSurface) {
     EXPECT_EQ(court.verdict(inside, kNoPrim), Verdict::kFalseMiss);
 }
 
-TEST(ExactReferee, TellsRaysApartThatNoDoubleCould) {
+TEST(ExactReferee, DistinguishesRaysBeyondThePrecisionOfDoubles) {
     // The corners span 2^60 of the smallest step: the edge's sign needs more digits than a double.
     const vec3 a(-0x1p20f, -0x1p-40f, -0x1p20f);
     const vec3 b(0x1p20f, 0, -0x1p20f);
@@ -111,24 +112,24 @@ TEST(ExactReferee, OrdersPlanesThatDifferByLessThanAFloat) {
     EXPECT_EQ(near.compare_t(same), 0);
 }
 
-TEST(ExactReferee, NeverHitsWhatHasNoAreaNorWhatIsEdgeOn) {
+TEST(ExactReferee, NeverHitsTrianglesWithoutAreaOrEdgeOn) {
     const Ray ray = towards({0, 0, 0}, {0, 0, -1});
     EXPECT_FALSE(accuracy::ExactTriangle(ray, {-1, 0, -1}, {0, 0, -1}, {1, 0, -1}).is_met());
     EXPECT_FALSE(accuracy::ExactTriangle(ray, {0, 0, -1}, {0, 0, -1}, {0, 0, -1}).is_met());
     EXPECT_FALSE(accuracy::ExactTriangle(ray, {0, -1, -1}, {0, 1, -1}, {0, 0, -2}).is_met());
 }
 
-// What runs beside a ray down the z axis: places are x, y, radii are lengths.
+// Lines beside a ray down the z axis: places are x, y; radii are lengths.
 Ray down() { return towards({0, 0, 8}, {0, 0, -1}); }
 
-TEST(ParallelView, FindsAStripBetweenAnyFewLines) {
+TEST(ParallelView, FindsAStripBetweenLines) {
     accuracy::ParallelView view(down());
     view.add(1, {0.60f, -9, 0}, {0.61f, -9, 0}, {0.605f, 9, 0});
     EXPECT_TRUE(view.shows(1, 1, 4));
     EXPECT_FALSE(view.shows(1, 0.59, 4));
 }
 
-TEST(ParallelView, HidesWhatIsCoveredByMoreThanAFewUlps) {
+TEST(ParallelView, HidesTrianglesCoveredByMoreThanAFewUlps) {
     const vec3 a(-9, -9, 0), b(9, -9, 0), c(0, 9, 0);
     const auto raised = [](vec3 p, float z) { return vec3(p.x, p.y, z); };
     accuracy::ParallelView view(down());
@@ -140,7 +141,7 @@ TEST(ParallelView, HidesWhatIsCoveredByMoreThanAFewUlps) {
     EXPECT_FALSE(view.shows(kNoPrim, 1, 4));
 }
 
-TEST(ParallelView, FindsNoGapInAFanAroundAVertexButALostBlade) {
+TEST(ParallelView, FindsAMissingBladeButNoGapInAFanAroundAVertex) {
     constexpr int kBlades = 97;
     const auto rim = [](int i) {
         const double angle = 2 * 3.14159265358979 * (i % kBlades) / kBlades;
@@ -158,7 +159,7 @@ TEST(ParallelView, FindsNoGapInAFanAroundAVertexButALostBlade) {
     EXPECT_FALSE(open.shows(50, 1, 4));
 }
 
-TEST(ParallelView, SeesNothingBehindTheOriginOrOutOfRange) {
+TEST(ParallelView, IgnoresTrianglesBehindTheOriginOrOutOfRange) {
     accuracy::ParallelView view({{0, 0, 8}, 2, {0, 0, -1}, 7});
     view.add(1, {-9, -9, 9}, {9, -9, 9}, {0, 9, 9});
     view.add(2, {-9, -9, 7}, {9, -9, 7}, {0, 9, 7});
@@ -167,7 +168,7 @@ TEST(ParallelView, SeesNothingBehindTheOriginOrOutOfRange) {
     for (const std::uint32_t prim_id : {1u, 2u, 3u}) EXPECT_FALSE(view.shows(prim_id, 1, 4));
 }
 
-TEST(ExactReferee, CallsANeighbourAtTheSameDepthBesideAndNotRight) {
+TEST(ExactReferee, ClassifiesANeighbourAtTheSameDepthAsBeside) {
     const Court court(two_squares());
     // 2^-16 of its size from the diagonal, far more than a vertex is displaced by.
     const Ray ray = in_scene(court, {1, 0.9998f, 0}, {0, 0, -1});
@@ -177,7 +178,7 @@ TEST(ExactReferee, CallsANeighbourAtTheSameDepthBesideAndNotRight) {
     EXPECT_EQ(court.verdict(in_scene(court, {1, -2, 0}, {0, 0, -1}), 1), Verdict::kWrongTriangle);
 }
 
-TEST(ExactReferee, LosesNoTriangleToTheTree) {
+TEST(ExactReferee, AgreesWithASearchWithoutTheTree) {
     for (const NamedScene& named : adversarial_scenes()) {
         const Court court(named.scene);
         for (const Ray& ray : mixed_rays(named.scene, 60, 11)) {
@@ -235,7 +236,7 @@ std::vector<Ray> aimed_rays(const TestScene& scene, std::size_t count, std::uint
     return rays;
 }
 
-/// Holds the scalar tracer's answers to `count` rays against the referee.
+/// Compares the scalar tracer's answers to `count` rays with the referee.
 void expect_never_wrong(const TestScene& scene, const std::string& name, std::size_t count) {
     const Court court(scene);
     const cpu::ScalarTracer tracer(court.bvh);

@@ -1,4 +1,4 @@
-// morphray chart: what it refuses, and charts of little effort.
+// morphray chart: refused arguments, and charts of little effort.
 #include <gtest/gtest.h>
 
 #include <sstream>
@@ -55,7 +55,7 @@ struct Counted {
                                    .step = [this] { ++steps; }};
 };
 
-TEST(Chart, TakesAsManyStepsAsItSays) {
+TEST(Chart, TakesAsManyStepsAsAnnounced) {
     Counted accuracy;
     EXPECT_GT(rows_of(accuracy::accuracy_chart(accuracy.context, cloth(), "").table), 5u);
     EXPECT_EQ(accuracy.steps, accuracy::accuracy_steps());
@@ -84,13 +84,13 @@ TEST(Chart, TakesAsManyStepsAsItSays) {
     EXPECT_EQ(scaling.steps, accuracy::scaling_steps(kLittle));
     Counted failures;
     const std::size_t scenes = accuracy::failure_steps();
-    // Embree's come on top where it is installed.
+    // Embree adds methods if it is installed.
     EXPECT_GE(rows_of(accuracy::failure_chart(failures.context, {cloth()}).table),
               12 * (scenes + 1));
     EXPECT_EQ(failures.steps, scenes + 1);
 }
 
-TEST(Chart, FindsOurTracersNeverWrongOnACloth) {
+TEST(Chart, FindsNoWrongAnswerOfTheProgramsTracersOnACloth) {
     const accuracy::ChartInput input = cloth();
     const accuracy::ChartScene scene =
         accuracy::make_chart_scene(input.name, input.topology, input.positions, {}, 64, 3000);
@@ -120,7 +120,7 @@ TEST(Chart, TracesTheSameRaysInBothSpaces) {
     }
 }
 
-TEST(Chart, SaysInsteadOfDrawingPoliciesThatASceneDoesNotMove) {
+TEST(Chart, HasNoPolicyImageOfASceneThatDoesNotMove) {
     const TemporaryFolder folder;
     folder.write("still.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     Counted policies;
@@ -141,7 +141,7 @@ TEST(MedianTree, IsSound) {
     }
 }
 
-TEST(QuantisedNode, ContainsTheBoxesThatItIsMadeOf) {
+TEST(QuantisedNode, ContainsTheOriginalBoxes) {
     for (const NamedScene& named : adversarial_scenes()) {
         const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
         for (const Node& node : bvh.nodes) {
@@ -172,7 +172,7 @@ TEST(ChartCommand, RefusesAFolderThatIsNotEmpty) {
     EXPECT_EQ(folder.names(), std::vector<std::string>{"out.txt"});
 }
 
-TEST(ChartCommand, RefusesASceneThatIsNotThereAndLeavesNothing) {
+TEST(ChartCommand, RefusesAMissingSceneAndLeavesNothing) {
     const TemporaryFolder folder;
     const Outcome outcome =
         run({"chart", "builtin:cloth:500", "none.obj", "--quick", "--out", folder.file("charts")});
@@ -180,7 +180,7 @@ TEST(ChartCommand, RefusesASceneThatIsNotThereAndLeavesNothing) {
     EXPECT_TRUE(folder.names().empty());
 }
 
-TEST(ChartCommand, SaysThatThereIsNoGnuplot) {
+TEST(ChartCommand, ReportsThatGnuplotIsMissing) {
     const TemporaryFolder folder;
     const Outcome outcome =
         run({"chart", "builtin:cloth:500", "--quick", "--out", folder.file("charts")},

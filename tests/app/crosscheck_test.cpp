@@ -20,7 +20,7 @@ Outcome crosscheck(const TemporaryFolder& folder, Words more) {
     return run(all);
 }
 
-// Tags open and close in pairs, one root, no stray markup: what a reader rejects first.
+// Whether tags open and close in pairs, with one root and no stray markup.
 void expect_well_formed(const std::string& xml) {
     Words open;
     std::size_t at = 0;
@@ -158,7 +158,7 @@ TEST(Crosscheck, BadFrameInTheMiddleKeepsTheReportOfTheEarlierOnes) {
     EXPECT_EQ(json["rows"].size(), 6u);
 }
 
-TEST(Crosscheck, BruteIsNoBackendOfIt) {
+TEST(Crosscheck, DoesNotAcceptBruteAsABackend) {
     TemporaryFolder folder;
     EXPECT_EQ(run({"crosscheck", "builtin:cloth:400", "--backend", "brute"}).code, 2);
 }

@@ -45,8 +45,8 @@ TEST(Environment, PathsNeedNotBeUtf8) {
               0);
 }
 
-// Without a driver (or without Vulkan in the build) each command says so with 4, and those that
-// may choose go on with the CPU.
+// Without a driver, or without Vulkan in the build, each command fails with 4, and commands that
+// may choose a backend use the CPU.
 const Surroundings kNoDriver = {
     .environment = {"VK_ICD_FILENAMES=/none.json", "VK_DRIVER_FILES=/none.json"}};
 
@@ -83,7 +83,7 @@ TEST(Environment, AutomaticBackendFallsBackWithOneWarning) {
     EXPECT_EQ(nlohmann::json::parse(outcome.out)["backend"], "cpu");
 }
 
-TEST(Environment, TraceOnTheAutomaticBackendFallsBackLikewise) {
+TEST(Environment, TraceOnTheAutomaticBackendFallsBackToTheCpu) {
     const std::vector<std::string> trace = {"trace", "builtin:cloth:500", "--rays", "-", "--out",
                                             "-"};
     Surroundings surroundings = kNoDriver;

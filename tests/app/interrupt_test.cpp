@@ -11,7 +11,7 @@
 namespace morphray::app {
 namespace {
 
-/// What a child that runs `body` ends with, as from waitpid; the child exits with body's result.
+/// The status of a child that runs `body`, as from waitpid; the child exits with body's result.
 int status_of_child(const std::function<int()>& body) {
     const pid_t child = ::fork();
     if (child == 0) ::_exit(body());
@@ -30,13 +30,13 @@ int exit_code_when_interrupted() {
     return 0;
 }
 
-TEST(Interrupt, IsNotThereAtFirst) {
+TEST(Interrupt, IsNotSetAtFirst) {
     const InterruptGuard guard;
     EXPECT_FALSE(interrupted());
     EXPECT_NO_THROW(throw_if_interrupted());
 }
 
-TEST(Interrupt, FirstSignalIsOnlyRememberedAndGivesTheExitCode) {
+TEST(Interrupt, FirstSignalOnlySetsTheStateAndTheExitCode) {
     for (const auto& [signal, code] : {std::pair{SIGINT, 130}, {SIGTERM, 143}}) {
         const int status = status_of_child([signal = signal] {
             const InterruptGuard guard;
@@ -75,7 +75,7 @@ TEST(Interrupt, LeavesAnIgnoredSignalIgnored) {
     EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-TEST(Interrupt, WriteToAPipeThatNobodyReadsFailsQuietly) {
+TEST(Interrupt, WriteToAClosedPipeFailsWithoutASignal) {
     const int status = status_of_child([] {
         const InterruptGuard guard;
         int ends[2];
@@ -87,7 +87,7 @@ TEST(Interrupt, WriteToAPipeThatNobodyReadsFailsQuietly) {
     EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-TEST(Interrupt, EverythingIsAsBeforeAfterTheGuard) {
+TEST(Interrupt, GuardRestoresTheHandlers) {
     for (const int signal : {SIGINT, SIGTERM, SIGPIPE}) {
         const int status = status_of_child([=] {
             { const InterruptGuard guard; }

@@ -1,4 +1,4 @@
-// Outputs that cannot be written: exit code 5, before any work where that shows, and nothing left.
+// Outputs that cannot be written: exit code 5, before any work if possible, and no file left.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -44,7 +44,7 @@ TEST(Output, NameTooLongIsRefused) {
 TEST(Output, ReportInAMissingFolderIsRefusedBeforeTheScene) {
     TemporaryFolder folder;
     const std::string name = folder.file("none/report");
-    // The scene does not exist either: the output is what is complained about.
+    // The scene does not exist either; the error is about the output.
     for (const std::vector<std::string>& arguments :
          {std::vector<std::string>{"render", "none.obj", "--json", name},
           std::vector<std::string>{"render", "none.obj", "--hits", name},
@@ -111,7 +111,7 @@ TEST(Output, FileSizeLimitLeavesNoCutFile) {
     EXPECT_TRUE(folder.names().empty()) << folder.names().front();
 }
 
-TEST(Output, FailureLeavesNoFolderBehind) {
+TEST(Output, FailureLeavesNoFolder) {
     TemporaryFolder folder;
     const std::string nested = folder.file("a/b/c");
     EXPECT_EQ(run(render(folder, {"--out", nested, "--fov", "0"})).code, 3);
@@ -120,7 +120,7 @@ TEST(Output, FailureLeavesNoFolderBehind) {
     EXPECT_TRUE(folder.names().empty());
 }
 
-TEST(Output, FailureKeepsFoldersThatWereThere) {
+TEST(Output, FailureKeepsFoldersThatExistedBefore) {
     TemporaryFolder folder;
     const std::string out = folder.file("out");
     std::filesystem::create_directory(out);
@@ -128,7 +128,7 @@ TEST(Output, FailureKeepsFoldersThatWereThere) {
     EXPECT_EQ(folder.names(), std::vector<std::string>{"out"});
 }
 
-TEST(Output, JsonOnStdoutIsNothingButJson) {
+TEST(Output, JsonIsTheOnlyTextOnStdout) {
     TemporaryFolder folder;
     const std::vector<std::string> view = {"builtin:cloth:500", "--backend", "cpu", "--size",
                                            "16x16"};
@@ -154,7 +154,7 @@ TEST(Output, JsonOnStdoutIsNothingButJson) {
     }
 }
 
-TEST(Output, OtherReportsOnStdoutAreNothingElseEither) {
+TEST(Output, OtherReportsAreTheOnlyTextOnStdout) {
     const Outcome junit = run({"crosscheck", "builtin:cloth:500", "--backend", "cpu", "--size",
                                "16x16", "--frames", "0", "--junit", "-"});
     EXPECT_EQ(junit.code, 0) << junit.err;

@@ -1,11 +1,11 @@
-// The parts of the program that can be asked directly.
+// Functions of the program, called directly.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "app/cli/command_line.h"
-#include "app/cli/nearest.h"
 #include "app/cli/numbers.h"
+#include "app/cli/remedy_text.h"
 #include "app/commands/cross_checker.h"
 #include "app/frames.h"
 #include "app/memory_budget.h"
@@ -13,8 +13,6 @@
 #include "app/report/crosscheck_text.h"
 #include "app/report/junit.h"
 #include "common/base/errors.h"
-#include "common/base/table.h"
-#include "common/process/shell_text.h"
 
 namespace morphray::app {
 namespace {
@@ -115,7 +113,7 @@ TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
     EXPECT_NE(text.find(common + "vulkan --update refit --refit-on cpu --build-at 3\n"),
               std::string::npos)
         << text;
-    // They are commands that the program accepts.
+    // The program accepts these commands.
     const std::vector<std::string> arguments = {
         "probe",    "my scene.obj", "--frame",    "6.5",   "--pixel",    "3,1",       "--size",
         "4x4",      "--rays",       "ao",         "--eye", "-1,2,3",     "--backend", "vulkan",
@@ -137,11 +135,6 @@ TEST(Junit, DifferencesAreFailures) {
     EXPECT_NE(xml.find("a&lt;b.vulkan, refit on cpu"), std::string::npos) << xml;
 }
 
-TEST(Junit, TextHoldsNothingThatXmlCannot) {
-    EXPECT_EQ(xml_text("a<b>&\"c\""), "a&lt;b&gt;&amp;&quot;c&quot;");
-    EXPECT_EQ(xml_text(std::string("\0\x1b\xff\n", 4)), "????");
-}
-
 TEST(Failure, HasTheExitCodeOfItsKind) {
     const auto code_of = [](const auto& failure) {
         return explain_failure(std::make_exception_ptr(failure), Messages());
@@ -157,6 +150,16 @@ TEST(Failure, HasTheExitCodeOfItsKind) {
     EXPECT_EQ(code_of(42), ExitCode::kInternal);
 }
 
+TEST(Remedy, IsToldAsAnOption) {
+    const auto told = [](Remedy remedy) {
+        return message_of(Error(ErrorKind::kBadInput, "a.obj: wrong; repair it", remedy));
+    };
+    EXPECT_EQ(told(Remedy::kNone), "a.obj: wrong; repair it");
+    EXPECT_EQ(told(Remedy::kLenient), "a.obj: wrong; repair it or accept it with --lenient");
+    EXPECT_EQ(told(Remedy::kReplaceMissing),
+              "a.obj: wrong; repair it, or use --missing hold or --missing skip");
+}
+
 TEST(BruteForce, IsTheReferenceUpToTwoBillionTests) {
     ViewSpec view;
     view.width = view.height = 1000;
@@ -167,56 +170,6 @@ TEST(BruteForce, IsTheReferenceUpToTwoBillionTests) {
     EXPECT_FALSE(brute_is_affordable(1001, view, kRaysShadow));
     EXPECT_TRUE(brute_is_affordable(200, view, kRaysAo));
     EXPECT_FALSE(brute_is_affordable(201, view, kRaysAo));
-}
-
-TEST(Numbers, WholeTextIsReadOrNothing) {
-    EXPECT_EQ(read_number("-1.5e3"), -1500.0);
-    EXPECT_TRUE(std::isnan(*read_number("nan")));
-    EXPECT_EQ(read_number("-inf"), -INFINITY);
-    EXPECT_EQ(read_number("1e999"), INFINITY);
-    EXPECT_EQ(read_number("-1e999"), -INFINITY);
-    EXPECT_EQ(read_number("1e-999"), 0.0);
-    for (const char* text : {"", " 1", "1 ", "1,5", "0x10", "1e", "one", "--1", "1.2.3"}) {
-        EXPECT_FALSE(read_number(text).has_value()) << text;
-    }
-}
-
-TEST(NearestName, IsFoundAcrossTypingErrors) {
-    const std::vector<std::string> names = {"render", "crosscheck", "probe", "profile"};
-    EXPECT_EQ(nearest_name("rednr", names), "render");
-    EXPECT_EQ(nearest_name("crosschek", names), "crosscheck");
-    EXPECT_EQ(nearest_name("prboe", names), "probe");
-    EXPECT_EQ(nearest_name("zzzzzz", names), "");
-    EXPECT_EQ(nearest_name(std::string(100000, 'x'), names), "");
-}
-
-TEST(EditDistance, CountsSwapsOnce) {
-    EXPECT_EQ(edit_distance("", "abc"), 3u);
-    EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
-    EXPECT_EQ(edit_distance("ab", "ba"), 1u);
-    EXPECT_EQ(edit_distance("same", "same"), 0u);
-}
-
-TEST(Table, AlignsNumbersRightAndTextLeft) {
-    Table table({"n", "name"});
-    table.add({"1", "a"});
-    table.add({"100", "bcd"});
-    EXPECT_EQ(table.text(), "  n  name\n  1  a\n100  bcd\n");
-}
-
-TEST(Table, QuotesCellsOfCsv) {
-    Table table({"a", "b"});
-    table.add({"1,2", "say \"x\""});
-    EXPECT_EQ(table.csv(), "a,b\n\"1,2\",\"say \"\"x\"\"\"\n");
-}
-
-TEST(ShellText, SurvivesAShell) {
-    EXPECT_EQ(shell_quoted("builtin:cloth:100"), "builtin:cloth:100");
-    EXPECT_EQ(shell_quoted(""), "''");
-    EXPECT_EQ(shell_quoted("a b"), "'a b'");
-    EXPECT_EQ(shell_quoted("it's $HOME"), "'it'\\''s $HOME'");
-    const std::vector<std::string> arguments = {"morphray", "a b"};
-    EXPECT_EQ(shell_line(arguments), "morphray 'a b'");
 }
 
 TEST(FrameLabel, SortsLikeItsNumber) {

@@ -42,7 +42,7 @@ TEST(Policies, SequenceThatChangesItsFacesIsRefusedUnderEveryUpdate) {
     expect_changed_faces_refused("cpu");
 }
 
-TEST(Policies, RenderTellsWhatItDidAndWhy) {
+TEST(Policies, RenderReportsEachUpdateAndItsReason) {
     const TemporaryFolder folder;
     const Outcome outcome = run(render(folder, {"--backend", "cpu", "--update", "every:3", "-v"}));
     ASSERT_EQ(outcome.code, 0) << outcome.err;
@@ -74,7 +74,7 @@ TEST(Policies, DecisionsFromCountsAreTheSameInEachRun) {
     EXPECT_EQ(reasons.size(), 1u);
 }
 
-TEST(Policies, UnknownOnesAndBadBudgetsAreRefused) {
+TEST(Policies, UnknownPoliciesAndBadBudgetsAreRefused) {
     const TemporaryFolder folder;
     for (const auto& [option, value] :
          std::vector<std::pair<std::string, std::string>>{{"--update", "every:0"},

@@ -70,7 +70,7 @@ int input_of(const std::string& text) {
     ::_exit(99);
 }
 
-// Both pipes at once: a full one would block the program for ever.
+// Reads both pipes at the same time, because a full one would block the program.
 void drain(std::array<int, 2> fds, std::array<std::string*, 2> texts, pid_t pid) {
     const auto deadline = Clock::now() + kPatience;
     std::array<pollfd, 2> polled = {{{fds[0], POLLIN, 0}, {fds[1], POLLIN, 0}}};

@@ -18,13 +18,13 @@ struct Outcome {
     std::string err;
 };
 
-/// What surrounds a run; each field is one departure from the ordinary.
+/// The environment of a run; each field is a deviation from the default.
 struct Surroundings {
     std::string input = {};
     /// NAME=value, or NAME alone to remove it.
     std::vector<std::string> environment = {};
     std::filesystem::path folder = {};
-    /// Where stdout goes instead of being captured.
+    /// The file that stdout is redirected to; empty to capture it.
     std::string stdout_to = {};
     bool stdout_closed = false;
     std::optional<rlim_t> address_space = {};
@@ -55,7 +55,7 @@ private:
 /// Lines of a text, without their ends.
 std::vector<std::string> lines(const std::string& text);
 
-/// A new empty folder, removed with all that is in it.
+/// A new empty folder, removed with its content.
 class TemporaryFolder {
 public:
     TemporaryFolder();
@@ -67,7 +67,7 @@ public:
     const std::filesystem::path& path() const { return path_; }
     /// Writes a file and returns its path.
     std::string write(const std::string& name, const std::string& text) const;
-    /// Names of all that is in it and below, sorted.
+    /// Names of all files and folders in it and below, sorted.
     std::vector<std::string> names() const;
 
 private:

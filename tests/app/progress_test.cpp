@@ -69,7 +69,7 @@ private:
     int slave_ = -1;
 };
 
-TEST(ProgressMode, IsOffWhereNobodyWatches) {
+TEST(ProgressMode, IsOffWithoutATerminal) {
     const Variable term("TERM", "xterm");
     EXPECT_EQ(progress_mode(false, ::open("/dev/null", O_WRONLY)), ProgressMode::kOff);
     EXPECT_EQ(progress_mode(false, 987), ProgressMode::kOff);
@@ -98,14 +98,14 @@ TEST(ProgressLine, ShowsTheShareAndTheTimeLeft) {
               "render [###############...............] 5/10  12 s left");
 }
 
-TEST(ProgressLine, KnowsNoTimeLeftBeforeTheFirstStepAndAfterTheLast) {
+TEST(ProgressLine, HasNoTimeLeftBeforeTheFirstStepAndAfterTheLast) {
     for (const std::uint64_t done : {0, 10, 11}) {
         const std::string line = progress_line("x", done, 10, 5, 60, ProgressMode::kPlain);
         EXPECT_EQ(line.find("left"), std::string::npos) << line;
     }
 }
 
-TEST(ProgressLine, NeverIsLongerThanTheTerminalIsWide) {
+TEST(ProgressLine, IsNeverLongerThanTheTerminal) {
     for (int columns = -1; columns < 120; ++columns) {
         for (const std::uint64_t done : {0u, 1u, 500u, 1000u}) {
             const std::string line =
@@ -115,11 +115,11 @@ TEST(ProgressLine, NeverIsLongerThanTheTerminalIsWide) {
     }
 }
 
-TEST(ProgressLine, TakesNoWorkAtAll) {
+TEST(ProgressLine, AcceptsATotalOfZero) {
     EXPECT_NE(progress_line("x", 0, 0, 0, 60, ProgressMode::kPlain).find("0/0"), std::string::npos);
 }
 
-TEST(Progress, WritesNothingWhenOffOrAtOnce) {
+TEST(Progress, WritesNothingIfOffOrFinishedAtOnce) {
     Terminal terminal;
     {
         Progress off("off", 10, ProgressMode::kOff, terminal.fd());

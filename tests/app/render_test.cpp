@@ -79,7 +79,7 @@ TEST(Render, FramesBetweenWholeFramesAreInterpolated) {
     EXPECT_NE(between["frames"][0]["image_hash"], expected["frames"][0]["image_hash"]);
 }
 
-TEST(Render, JsonHasWhatTheSchemaPromises) {
+TEST(Render, JsonHasTheMembersOfTheSchema) {
     TemporaryFolder folder;
     const Json json =
         render_json("builtin:cloth:500", folder, {"--frames", "0..1", "--rays", "ao"});
@@ -133,7 +133,7 @@ TEST(Render, ImageDoesNotDependOnTreeOrThreads) {
     EXPECT_EQ(hashes({"--threads", "7"}), expected);
 }
 
-TEST(Render, HitsFileHoldsWhatItsHeaderSays) {
+TEST(Render, HitsFileMatchesItsHeader) {
     TemporaryFolder folder;
     const std::string scene = folder.write("t.obj", unit_triangle(4));
     const std::string file = folder.file("hits");
@@ -188,7 +188,7 @@ TEST(Render, BadFrameInTheMiddleKeepsTheEarlierOnes) {
     EXPECT_EQ(report["frames"].size(), 2u);
 }
 
-TEST(Render, BadFrameThatIsNotAskedForIsAWarning) {
+TEST(Render, BadFrameThatIsNotSelectedIsAWarning) {
     TemporaryFolder folder;
     folder.write("s/f_0.obj", unit_triangle());
     folder.write("s/f_1.obj", unit_triangle());
@@ -200,7 +200,7 @@ TEST(Render, BadFrameThatIsNotAskedForIsAWarning) {
         EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
         EXPECT_TRUE(outcome.err.starts_with(scene + "/f_2.obj:2: warning: ")) << outcome.err;
     }
-    // The error of the frame that the tree is built at tells.
+    // The error is about the frame that the tree is built at.
     const Outcome refused = render(scene, folder, {"--frames", "0..1", "--build-at", "2"});
     EXPECT_EQ(refused.code, 3);
     EXPECT_EQ(lines(refused.err).size(), 1u) << refused.err;
@@ -243,7 +243,7 @@ TEST(Render, EmptySceneIsRefusedUnlessAllowed) {
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "out/frame_0000.png"));
 }
 
-TEST(Render, LenientAcceptsWhatIsNotFinite) {
+TEST(Render, LenientAcceptsVerticesThatAreNotFinite) {
     TemporaryFolder folder;
     const std::string scene = folder.write("nan.obj", unit_triangle() + "v nan 0 0\nf 1 2 4\n");
     EXPECT_EQ(render(scene, folder).code, 3);

@@ -1,4 +1,4 @@
-// probe, profile and info: numbers that can be known beforehand, and reports that can be parsed.
+// probe, profile and info: results that are known beforehand, and reports that can be parsed.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -20,7 +20,7 @@ Json probe(const std::string& scene, std::vector<std::string> more) {
     return Json::parse(outcome.out);
 }
 
-TEST(Probe, TellsTheSameOfEveryBackend) {
+TEST(Probe, GivesTheSameResultOnEveryBackend) {
     TemporaryFolder folder;
     const std::string scene = folder.write("s.obj", square_at(0));
     for (const char* backend : {"cpu", "brute"}) {
@@ -56,7 +56,7 @@ TEST(Probe, TextIsInHexAndDecimals) {
     const Outcome outcome = run({"probe", "builtin:cloth:500", "--frame", "3.5", "--pixel", "16,20",
                                  "--size", "32x32", "--backend", "cpu", "--rays", "shadow"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
-    for (const char* part : {"frame 3.5, pixel 16,20 of 32x32, shadow rays", "0x1.", "user units",
+    for (const char* part : {"frame 3.5, pixel 16,20 of 32x32, shadow rays", "0x1.", "world space",
                              "hit in the image    prim ", "hit of the ray alone  prim ", "wins"}) {
         EXPECT_NE(outcome.out.find(part), std::string::npos) << part << '\n' << outcome.out;
     }
@@ -99,7 +99,7 @@ TEST(Profile, CsvHasARowAFrameAndUniqueColumns) {
     }
 }
 
-TEST(Info, CountsWhatTheSceneHas) {
+TEST(Info, CountsTrianglesAndVertices) {
     TemporaryFolder folder;
     const std::string scene =
         folder.write("s.obj", square_at(2) + "v 9 9 9\nf 1 2 2\nf 5 5 5\nf 1 2 5\n");

@@ -47,7 +47,7 @@ TEST(Signals, InterruptKeepsWholeFramesOnly) {
     expect_whole_images_only(folder);
 }
 
-TEST(Signals, TerminateIsAnswered143) {
+TEST(Signals, TerminateGivesExitCode143) {
     TemporaryFolder folder;
     Started render(long_render(folder.file("out")));
     wait_for(folder.path() / "out/frame_0000.png");

@@ -101,7 +101,7 @@ TEST(Trace, CommentsAndBlankLinesHaveNoAnswer) {
     EXPECT_EQ(outcome.out, "H 2 0 0.25 0.25\nM\n") << outcome.err;
 }
 
-TEST(Trace, RaysThatAreNoneMissWithOneWarning) {
+TEST(Trace, InvalidRaysMissWithOneWarning) {
     TemporaryFolder folder;
     const std::string scene = folder.write("t.obj", unit_triangle());
     const Outcome outcome = trace(scene,

@@ -1,4 +1,4 @@
-// What the program says to a command line that it cannot follow.
+// Messages about command lines that are refused.
 #include <gtest/gtest.h>
 
 #include "tests/app/program.h"
@@ -69,12 +69,12 @@ TEST(Usage, UnknownChoiceNamesTheNearest) {
     expect_refused(render({"--update", "refi"}), 2, "did you mean refit?");
 }
 
-TEST(Usage, OptionOfTheProgramAfterACommandIsSentThere) {
+TEST(Usage, OptionOfTheProgramAfterACommandNamesTheRightForm) {
     expect_refused(render({"--version"}), 2,
                    "unknown option '--version'; did you mean `morphray --version`?");
 }
 
-TEST(Usage, OptionLikeNoOtherIsSentToTheHelp) {
+TEST(Usage, OptionUnlikeAllOthersRefersToTheHelp) {
     expect_refused(render({"--verbos"}), 2, "unknown option '--verbos'; did you mean --verbose?");
     expect_refused(render({"--=3"}), 2, "see `morphray render --help`");
     expect_refused(render({"--wavelength", "3"}), 2, "see `morphray render --help`");
@@ -93,15 +93,15 @@ TEST(Usage, HelpIsACommandToo) {
     }
 }
 
-TEST(Usage, HelpOnWhatIsNoCommandIsRefused) {
+TEST(Usage, HelpOnAnUnknownCommandIsRefused) {
     expect_refused({"help", "rendr"}, 2, "unknown command 'rendr'; did you mean render?");
     expect_refused({"help", "--size"}, 2, "unknown command '--size'; see `morphray --help`");
     expect_refused({"help", "render", "probe"}, 2, "unexpected argument 'probe'");
     expect_refused({"hlep"}, 2, "did you mean help?");
 }
 
-// What an option is unless given, as the help of its command says it.
-TEST(Usage, HelpTellsTheDefaultsThatDifferBetweenCommands) {
+// Defaults of options in the help of their commands.
+TEST(Usage, HelpShowsTheDefaultsThatDifferBetweenCommands) {
     struct Default {
         const char* command;
         const char* text;
@@ -111,7 +111,7 @@ TEST(Usage, HelpTellsTheDefaultsThatDifferBetweenCommands) {
           Default{"probe", "size of the image in pixels (1024x1024)"},
           Default{"profile", "size of the image in pixels (1024x1024)"},
           Default{"crosscheck", "size of the image in pixels (256x256)"},
-          Default{"render", "between whole frames (all whole ones)"},
+          Default{"render", "between whole frames (all whole frames)"},
           Default{"crosscheck", "(the first, those at a quarter and a half, the last)"},
           Default{"profile", "(the first, those at a quarter and a half, the last)"},
           Default{"trace", "(the first; of several, the first is taken)"},
@@ -186,7 +186,7 @@ TEST(Usage, ThreadsOutOfRangeAreRefused) {
     }
 }
 
-TEST(Usage, InstructionSetsThatAreNotThereAreRefusedByEveryCommand) {
+TEST(Usage, UnavailableInstructionSetsAreRefusedByEveryCommand) {
 #if defined(__x86_64__)
     const std::string elsewhere = "neon";
 #else
@@ -216,14 +216,14 @@ TEST(Usage, SamplesAndDistancesOutOfRangeAreRefused) {
     }
 }
 
-TEST(Usage, SizeThatIsNoSizeIsRefused) {
+TEST(Usage, MalformedSizeIsRefused) {
     for (const char* value : {"0x64", "64x0", "-1x64", "64", "64x", "x64", "64x64x64", "64 x 64",
                               "nanxnan", "1e2x1e2"}) {
         expect_refused(render({"--size", value}), 2, "--size");
     }
 }
 
-TEST(Usage, SizeBeyondAllLimitsIsALimit) {
+TEST(Usage, SizeBeyondTheLimitIsALimitError) {
     expect_refused(render({"--size", "65537x1"}), 6, "65536");
     expect_refused(render({"--size", "1000000000x1000000000"}), 6, "65536");
     TemporaryFolder folder;
@@ -283,7 +283,7 @@ TEST(Usage, NegativeCoordinatesAreValuesNotOptions) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
 }
 
-TEST(Usage, FrameRangesThatAreNoneAreRefused) {
+TEST(Usage, MalformedFrameRangesAreRefused) {
     TemporaryFolder folder;
     for (const char* frames : {"5..2", "0..4:0", "0..4:-1", "a..b", "0..", "nan", "0..inf", "99",
                                "-1", "0..25", "0..4:1e-9"}) {
@@ -301,7 +301,7 @@ TEST(Usage, UnknownBuiltinNamesTheNearest) {
     EXPECT_TRUE(folder.names().empty());
 }
 
-TEST(Usage, BuiltinWithoutNameOrCountIsToldWhatThereIs) {
+TEST(Usage, BuiltinWithoutNameOrCountListsTheScenes) {
     for (const char* scene : {"builtin:cloth:abc", "builtin:cloth:0", "builtin:cloth:"}) {
         expect_refused({"info", scene}, 2, "such as builtin:cloth:100000");
     }

@@ -32,7 +32,7 @@ TEST(WithVulkan, CrosscheckFindsAllVariantsEqual) {
     EXPECT_TRUE(folder.names().empty());
 }
 
-TEST(WithVulkan, CrosscheckOfVulkanComparesNothingElse) {
+TEST(WithVulkan, CrosscheckOfVulkanComparesVulkanOnly) {
     for (const char* reference : {"brute", "cpu"}) {
         TemporaryFolder folder;
         const Outcome outcome =
@@ -57,7 +57,7 @@ TEST(WithVulkan, SequenceThatChangesItsFacesIsRefusedUnderEveryUpdate) {
     expect_changed_faces_refused("vulkan");
 }
 
-TEST(WithVulkan, RenderIsTheSameWhereverItTracesAndRefits) {
+TEST(WithVulkan, RenderDoesNotDependOnWhereItTracesAndRefits) {
     const auto hashes = [](std::vector<std::string> more) {
         TemporaryFolder folder;
         std::vector<std::string> all = {"render",   "builtin:twist:800",
@@ -111,7 +111,7 @@ TEST(WithVulkan, DevicesAreListed) {
     EXPECT_EQ(json["devices"][0]["uuid"].get<std::string>().size(), 32u);
 }
 
-TEST(WithVulkan, AutomaticBackendIsTheCpuWhereThereIsNoGpu) {
+TEST(WithVulkan, AutomaticBackendIsTheCpuWithoutAGpu) {
     const Json devices = Json::parse(run({"devices", "--json", "-"}).out)["devices"];
     bool has_gpu = false;
     for (const Json& device : devices)
@@ -124,7 +124,7 @@ TEST(WithVulkan, AutomaticBackendIsTheCpuWhereThereIsNoGpu) {
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
     EXPECT_EQ(Json::parse(outcome.out)["backend"], has_gpu ? "vulkan" : "cpu");
-    // Naming a device asks for it.
+    // Naming a device requires Vulkan.
     std::vector<std::string> named = render;
     named.insert(named.end(), {"--device", "0"});
     EXPECT_EQ(Json::parse(run(named).out)["backend"], "vulkan");

@@ -42,7 +42,7 @@ TEST(FillView, FillsTheImageWithTheScene) {
     }
 }
 
-TEST(FillView, IsAViewOfWhateverScene) {
+TEST(FillView, AcceptsEveryScene) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());

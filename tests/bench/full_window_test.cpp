@@ -23,13 +23,13 @@ bool within(std::uint32_t i, std::uint32_t begin, std::uint32_t end) {
     return i >= begin && i < end;
 }
 
-TEST(FindFullWindow, IsTheImageWhereAllOfItIsFull) {
+TEST(FindFullWindow, IsTheWholeImageIfAllOfItIsFull) {
     const Window window = window_of([](auto, auto) { return true; });
     EXPECT_EQ(window.side, kSide);
     EXPECT_EQ(window.hit_share, 1.0);
 }
 
-TEST(FindFullWindow, FindsASquareWhereverItIs) {
+TEST(FindFullWindow, FindsASquareAnywhere) {
     const Window window =
         window_of([](auto x, auto y) { return within(x, 41, 60) && within(y, 3, 22); });
     // A pixel larger it would be 90 % full, a pixel aside 94.7 %.
@@ -54,8 +54,8 @@ TEST(FindFullWindow, TakesTheOneNearestToTheMiddle) {
     EXPECT_EQ(window.y, 22u);
 }
 
-TEST(FindFullWindow, TakesTheFullestWhereNoneIsFull) {
-    // One pixel in four, but one in two on the right, in every square alike.
+TEST(FindFullWindow, TakesTheFullestIfNoneIsFull) {
+    // In every square one pixel in four is a hit, on the right one in two.
     const Window window =
         window_of([](auto x, auto y) { return y % 2 == 0 && (x % 2 == 0 || x >= 56); });
     EXPECT_EQ(window.side, kSide / kMaxZoom);
@@ -63,7 +63,7 @@ TEST(FindFullWindow, TakesTheFullestWhereNoneIsFull) {
     EXPECT_EQ(window.hit_share, 0.5);
 }
 
-TEST(FindFullWindow, IsTheImageWhereNothingIsSeen) {
+TEST(FindFullWindow, IsTheWholeImageWithoutHits) {
     const Window window = window_of([](auto, auto) { return false; });
     EXPECT_EQ(window.side, kSide);
     EXPECT_EQ(window.hit_share, 0.0);

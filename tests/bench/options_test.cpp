@@ -34,7 +34,7 @@ TEST(ParseOptions, FillsTheImageUnlessAnEyeOrATargetIsGiven) {
     EXPECT_EQ(parse({"--target", "1,2,3"}).view_kind, ViewKind::kGiven);
     EXPECT_EQ(parse({"--light", "1,2,3", "--fov", "60"}).view_kind, ViewKind::kFill);
     EXPECT_EQ(refusal_of({"--view", "fill", "--eye", "1,2,3"}),
-              "--view fill: expected no --eye and no --target besides");
+              "--view fill: expected neither --eye nor --target beside it");
 }
 
 TEST(ParseOptions, ReadsLists) {
@@ -43,7 +43,7 @@ TEST(ParseOptions, ReadsLists) {
     EXPECT_EQ(*parse({"--eye", "1,-2.5,3e2"}).view.eye, (Point{1, -2.5, 300}));
 }
 
-TEST(ParseOptions, RefusesWhatItDoesNotKnow) {
+TEST(ParseOptions, RefusesUnknownOptionsAndValues) {
     EXPECT_EQ(refusal_of({"--fast"}), "--fast: no such option; see --help");
     EXPECT_EQ(refusal_of({"--size"}), "--size: expected a value");
     EXPECT_EQ(refusal_of({"--size", "100"}), "--size 100: expected a multiple of 32");

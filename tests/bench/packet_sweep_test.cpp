@@ -37,14 +37,14 @@ protected:
     }
 };
 
-TEST_F(PacketSweep, AnswersAlikeWithPacketsOfEveryShape) {
+TEST_F(PacketSweep, GivesTheSameAnswersWithPacketsOfEveryShape) {
     const auto tracers = packets_of_each_shape(bvh_, find_simd_target("best"));
     EXPECT_EQ(tracers.size(), std::size(kPacketShapes));
     expect_same_bits(tracers, primary_);
     expect_same_bits(tracers, secondary(kRaysShadow));
 }
 
-TEST_F(PacketSweep, AnswersAlikeWithBatchesOfEverySize) {
+TEST_F(PacketSweep, GivesTheSameAnswersWithBatchesOfEverySize) {
     const auto tracers = batches_of_each_size(bvh_, find_simd_target("best"));
     EXPECT_EQ(tracers.size(), std::size(kBatchSizes));
     expect_same_bits(tracers, secondary(kRaysAo));

@@ -1,4 +1,4 @@
-// The tracer of the paper, which answers with a rounding of its own.
+// The tracer of the paper, whose arithmetic differs from the program's.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -73,7 +73,7 @@ TEST_F(Paper2007, FindsTheClosestHits) {
     EXPECT_LE(compare_answers(primary_, expected(primary_), trace(primary_)).total(), kFew);
 }
 
-TEST_F(Paper2007, FindsWhatIsInShadow) {
+TEST_F(Paper2007, FindsOccludedRays) {
     const TraceWork shadow = secondary(kRaysShadow);
     EXPECT_LE(compare_answers(shadow, expected(shadow), trace(shadow)).total(), kFew);
 }

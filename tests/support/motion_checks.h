@@ -1,4 +1,4 @@
-// What has to hold of a clip on any backend, however its tree follows it.
+// Checks that hold for a clip on any backend under any update policy.
 #pragma once
 
 #include "common/backend.h"

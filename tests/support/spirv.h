@@ -47,8 +47,9 @@ private:
     std::vector<gpu::SpirvInstruction> instructions_;
 };
 
-/// The operations of a kernel that devices may round differently, one line each. Floats may be
-/// added, subtracted and multiplied without contraction, compared, selected and converted.
+/// Operations of a kernel whose rounding differs between devices, one line each; empty if there are
+/// none. Floats may be added, subtracted and multiplied without contraction, compared, selected and
+/// converted.
 std::vector<std::string> inexact_operations(const SpirvModule& module);
 
 }  // namespace morphray::test

@@ -133,11 +133,11 @@ TestScene geometric_progression() {
 }  // namespace
 
 TestScene::TestScene(std::vector<vec3> positions, std::vector<uvec3> triangles)
-    : user_(std::move(positions)), space_(bounds_of(user_)), scene_(user_.size()) {
+    : world_(std::move(positions)), space_(bounds_of(world_)), scene_(world_.size()) {
     topology_.triangles = std::move(triangles);
     topology_.albedo.assign(topology_.triangles.size(), kDefaultAlbedo);
-    topology_.vertex_count = static_cast<std::uint32_t>(user_.size());
-    space_.to_scene(user_, scene_);
+    topology_.vertex_count = static_cast<std::uint32_t>(world_.size());
+    space_.to_scene(world_, scene_);
 }
 
 TestScene icosphere(int levels, double radius, const vec3& centre) {

@@ -48,13 +48,13 @@ public:
 
     const Topology& topology() const { return topology_; }
     const SceneSpace& space() const { return space_; }
-    const std::vector<vec3>& world_positions() const { return user_; }
+    const std::vector<vec3>& world_positions() const { return world_; }
     const std::vector<vec3>& positions() const { return scene_; }
     std::size_t triangle_count() const { return topology_.triangles.size(); }
 
 private:
     Topology topology_;
-    std::vector<vec3> user_;
+    std::vector<vec3> world_;
     SceneSpace space_;
     std::vector<vec3> scene_;
 };
@@ -73,12 +73,12 @@ struct NamedScene {
     std::string name;
     TestScene scene;
 };
-/// Everything that has broken a tracer: needles, slivers, duplicates, coplanar sheets, one point,
+/// Meshes on which tracers have failed: needles, slivers, duplicates, coplanar sheets, one point,
 /// degenerate and not finite triangles, 0 to 5 triangles, far offsets, tiny and huge scales, both
 /// at once.
 std::vector<NamedScene> adversarial_scenes();
 
-/// A ray in scene space from the user's floats.
+/// A ray in scene space from floats in world space.
 Ray scene_ray(const TestScene& scene, vec3 org, vec3 dir, double tnear = 0,
               double tfar = std::numeric_limits<double>::infinity());
 

@@ -16,13 +16,14 @@ bool in_triangle(PlanePoint p, PlanePoint a, PlanePoint b, PlanePoint c) {
 
 }  // namespace
 
-// Of a corner and its neighbours; negative where the polygon turns right.
+// Twice the area of the triangle of a corner and its neighbours; negative where the polygon turns
+// right.
 double EarClipper::turn(std::uint32_t corner) const {
     return doubled_area(points_[previous_[corner]], points_[corner], points_[next_[corner]]);
 }
 
-// Whether a reflex corner lies in the triangle of this corner and its neighbours. Of all corners
-// only the reflex ones need a look: if any lies inside, a reflex one does.
+// Whether a reflex corner lies in the triangle of this corner and its neighbours. Testing
+// the reflex corners suffices: if any corner lies inside, a reflex one does.
 bool EarClipper::blocked(std::uint32_t corner) {
     const PlanePoint a = points_[previous_[corner]];
     const PlanePoint b = points_[corner];
@@ -40,8 +41,8 @@ void EarClipper::set_not_reflex(std::uint32_t corner) {
     reflex_tree_.remove(corner);
 }
 
-// A corner that waits already goes to the end: cutting one neighbour after the other would make a
-// fan, whose long triangles meet many reflex corners.
+// A corner that is queued already moves to the end: cutting neighbours one after the other would
+// make a fan, whose long triangles meet many reflex corners.
 void EarClipper::enqueue(std::uint32_t corner) {
     place_[corner] = queue_.size();
     queue_.push_back(corner);
@@ -62,8 +63,8 @@ void EarClipper::remove(std::uint32_t corner) {
     }
 }
 
-// Cuts ears until none is left to try; cutting one changes its neighbours only, so they alone are
-// tried again. False when the steps are used up.
+// Cuts ears until no corner is left to try. Cutting one changes its neighbours only, so only they
+// are tried again. Returns false if the steps are used up.
 bool EarClipper::clip_ears(bool with_area, std::vector<std::array<std::uint32_t, 3>>& triangles) {
     queue_.clear();
     for (std::uint32_t i = 0; i < points_.size(); ++i) {
@@ -105,8 +106,8 @@ bool EarClipper::clip(std::span<const PlanePoint> points, std::size_t max_steps,
     }
     reflex_tree_.build(points, queue_);
 
-    // An ear without area leaves the edge that it lies on with a corner in its middle, so it is cut
-    // only where there is no other; that may make way for ones with area.
+    // Cutting an ear without area leaves a corner in the middle of an edge, so such ears are cut
+    // only if there is no other; that may expose ears with area.
     for (std::uint32_t before = count + 1; left_ > 3 && left_ < before;) {
         before = left_;
         if (!clip_ears(true, triangles) || !clip_ears(false, triangles)) {

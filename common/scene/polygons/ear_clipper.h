@@ -1,8 +1,8 @@
 // Ear clipping of one polygon in the plane.
 //
 // Based on: G. H. Meisters. Polygons have ears. 1975; D. Eberly. Triangulation by ear clipping.
-// 2002. Changed: blocking corners are found in a k-d tree, ears are taken first come first served,
-// ones with area before ones without, and the steps are bounded.
+// 2002. Changed: blocking corners are found in a k-d tree, ears are cut in the order of a
+// queue, those with area before those without, and the steps are bounded.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ inline double doubled_area(PlanePoint a, PlanePoint b, PlanePoint c) {
 class EarClipper {
 public:
     /// Appends n - 2 triangles of the indices of `points`, the n corners of a polygon in
-    /// counter-clockwise order, n >= 3, all finite. Where no ear is left because edges cross, the
-    /// rest becomes a fan. False, with nothing appended, when it would take more than max_steps.
+    /// counter-clockwise order, n >= 3, all finite. If no ear is left because edges cross, the rest
+    /// becomes a fan. Returns false and appends nothing if that takes more than max_steps.
     bool clip(std::span<const PlanePoint> points, std::size_t max_steps,
               std::vector<std::array<std::uint32_t, 3>>& triangles);
 
@@ -42,7 +42,7 @@ private:
     std::vector<char> reflex_;
     std::vector<char> gone_;
     std::vector<std::uint32_t> queue_;
-    /// By corner: its place in queue_ that counts, the last one.
+    /// By corner: its last place in queue_, which is the valid one.
     std::vector<std::size_t> place_;
     PointTree reflex_tree_;
     std::uint32_t left_ = 0;

@@ -1,4 +1,4 @@
-// A k-d tree over points in the plane, from which points are taken away.
+// A k-d tree over points in the plane that supports removal.
 //
 // Based on: J. L. Bentley. Multidimensional binary search trees used for associative searching.
 // 1975. Changed: the tree is an order of the points (the middle of a range splits it), and parts
@@ -21,14 +21,14 @@ struct PlanePoint {
 /// Keeps its memory from one set of points to the next. Not thread-safe.
 class PointTree {
 public:
-    /// Of the points with these indices into `points`, which must outlive the use of the tree.
+    /// Builds the tree of the points with these indices. `points` must outlive the use of the tree.
     void build(std::span<const PlanePoint> points, std::span<const std::uint32_t> members);
 
-    /// Takes away a member that is still there.
+    /// Removes a member that has not been removed yet.
     void remove(std::uint32_t member);
 
-    /// Whether accept(member) holds for a member in a closed box; stops at the first one. Takes the
-    /// number of visits off `steps`; at 0 gives up and returns true.
+    /// Whether accept(member) holds for a member in a closed box; stops at the first one. Subtracts
+    /// the number of visits from `steps`; returns true when that reaches 0.
     template <class Accept>
     bool any_in_box(PlanePoint lower, PlanePoint upper, std::size_t& steps,
                     const Accept& accept) const {
@@ -60,7 +60,7 @@ private:
 
     std::span<const PlanePoint> points_;
     std::vector<std::uint32_t> order_;
-    /// By the middle of a range: whether that point is there, and how many of the range are.
+    /// By the middle of a range: whether that point is present, and how many of the range are.
     std::vector<char> there_;
     std::vector<std::uint32_t> left_;
     /// By index into points_: where in order_.

@@ -1,13 +1,13 @@
-// Which triangles have no area.
+// Tests whether a triangle has an area.
 #pragma once
 
 #include "common/interop/platform.h"
 
 namespace morphray {
 
-/// Whether a triangle has an area. It has none where its vertices are collinear and the differences
-/// of their coordinates are floats or do not matter, and then certainly so; elsewhere it counts as
-/// having one. Coordinates are those of scene space.
+/// Whether a triangle in scene space has an area. Returns false only if the vertices are certainly
+/// collinear, which it proves if every rounding error in the differences of their coordinates is 0
+/// or multiplied by 0; all other triangles count as having an area.
 bool has_area(vec3 a, vec3 b, vec3 c);
 
 }  // namespace morphray

@@ -28,9 +28,9 @@ std::array<double, 3> face_normal(Corners corners, std::span<const vec3> positio
     return {sum.x, sum.y, sum.z};
 }
 
-// The corners without the axis along which the face is seen largest: coordinates stay exact. The
-// axes are ordered so that the face is counter-clockwise. False for a face that has no area or is
-// not finite.
+// Projects the corners along the axis along which the face is largest, which keeps coordinates
+// exact. Orders the axes so that the face is counter-clockwise. Returns false for a face that has
+// no area or is not finite.
 bool project(Corners corners, std::span<const vec3> positions, std::vector<PlanePoint>& points) {
     const std::array<double, 3> normal = face_normal(corners, positions);
     int dropped = 0;

@@ -11,14 +11,16 @@
 
 namespace morphray {
 
-/// A polygon of n corners may take this times n steps; a simple polygon of fewer than 150 corners
-/// never does, a larger one only if it is made to. 200,000 corners are refused within seconds.
+/// A polygon of n corners may take this times n steps. A simple polygon of fewer than 150 corners
+/// never takes as many, a larger one only if it is constructed to. 200,000 corners are refused
+/// within seconds.
 inline constexpr std::size_t kTriangulationStepsPerCorner = 500;
 
-/// Triangles of all faces in their order, n - 2 of a face of n corners, wound as the face is: a fan
-/// from the first corner where that covers the face, otherwise ears of its projection along its
-/// normal, so that concave faces come out right. Faces that have no right triangulation (no area,
-/// corners that are not finite, crossing edges) get some n - 2 triangles of their corners.
+/// Returns the triangles of all faces in their order, n - 2 for a face of n corners, with its
+/// winding: a fan from the first corner if that covers the face, otherwise ears of its projection
+/// along its normal, so that concave faces are covered correctly. Faces without a correct
+/// triangulation (no area, corners that are not finite, crossing edges) get some n - 2 triangles of
+/// their corners.
 ///
 /// A face that takes too many steps (above) throws Error(kBadInput), or if lenient becomes a fan
 /// with a warning; `name` is the file in messages.

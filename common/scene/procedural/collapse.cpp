@@ -13,7 +13,8 @@ const glm::dvec3 kCentre(0.3, 0.2, -0.1);
 
 // Frames 0, 4, 8, ...: whole. 2, 10, 18: the plane y = kCentre.y. 6, 14, 22: the point kCentre.
 constexpr double kPeriod = 8;
-// Of the scales, (1 + cos(2 pi frame / 4)) / 2, times the largest radius: 1.24 * 1.15.
+// The second derivative of the scale, (1 + cos(2 pi frame / 4)) / 2, times the largest radius:
+// 1.24 * 1.15.
 constexpr double kAcceleration = 1.43;
 
 glm::dvec3 scale_at(double frame) {

@@ -1,4 +1,4 @@
-// What a built-in scene consists of, and the clip that is made of it.
+// The parts of a built-in scene, and a clip made from them.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +39,7 @@ struct DeformingMesh {
 /// hold every vertex of every frame, whole or not.
 std::unique_ptr<Clip> make_clip(std::string name, DeformingMesh mesh);
 
-/// The one rounding of a position.
+/// Rounds a position, once.
 inline vec3 round_to_float(const glm::dvec3& p) {
     return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
 }

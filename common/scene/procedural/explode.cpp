@@ -81,7 +81,7 @@ Shell make_shell(std::uint64_t triangles) {
         chunk.face = i / (shell.cells * shell.cells);
         chunk.row = i / shell.cells % shell.cells;
         chunk.column = i % shell.cells;
-        // 4 (n + 1)^2 - 4 triangles: what keeps the total on its way.
+        // 4 (n + 1)^2 - 4 triangles, which keeps the total near the request.
         const double due = wanted * (i + 1) / count - static_cast<double>(made);
         chunk.cuts = static_cast<std::uint32_t>(
             std::max(1.0, std::round(std::sqrt(std::max(due, 0.0) / 4 + 1) - 1)));

@@ -7,7 +7,8 @@ namespace morphray {
 namespace {
 
 constexpr double kLastFrame = 24;
-// Of the scale, cos(pi frame / 24), times the largest radius: (pi / 24)^2 * 1.3.
+// The second derivative of the scale, cos(pi frame / 24), times the largest radius:
+// (pi / 24)^2 * 1.3.
 constexpr double kAcceleration = 0.023;
 
 glm::dvec3 shape(const glm::dvec3& d) {

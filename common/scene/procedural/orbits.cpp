@@ -32,7 +32,7 @@ std::vector<Ball> make_balls(std::uint64_t triangles) {
     std::uint64_t made = 0;
     std::uint32_t vertices = 0;
     for (std::uint32_t i = 0; i < count && (i == 0 || made < triangles); ++i) {
-        // What keeps the total on its way.
+        // Keeps the total near the request.
         const std::uint64_t due = triangles * (i + 1) / count;
         if (due < made + 6 && i + 1 < count) continue;
         const Ball& ball = balls.emplace_back(Ball{Sphere(std::max(due, made) - made), vertices});
@@ -52,7 +52,7 @@ glm::dvec3 on_orbit(std::uint32_t ball, double frame) {
     return rotate(radius / glm::length(across) * across, axis, turn);
 }
 
-/// Where a ball stands until the next time that all leap at once: uniform in the unit ball.
+/// Where a ball stands until the next time that all jump at once: uniform in the unit ball.
 glm::dvec3 after_jumps(std::uint32_t ball, double frame) {
     constexpr double kFramesAtRest = 3;
     const auto draw = 8 + 5 * static_cast<std::uint64_t>(std::floor(frame / kFramesAtRest));

@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "common/base/errors.h"
+#include "common/base/nearest_name.h"
 #include "common/scene/procedural/scenes.h"
 
 namespace morphray {
 namespace {
 
-// Leaves of the BVH and prim_ids of the hit rule allow that many (common/bvh/bvh_builder.h).
+// The limit of the BVH builder (common/bvh/bvh_builder.h).
 constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
 
 struct Entry {
@@ -34,7 +35,7 @@ constexpr std::array kEntries = {
     Entry{{"orbits", "balls on crossing orbits", 40000}, make_orbits},
     Entry{{"gather", "chunks of a sphere flying apart and back", 60000}, make_gather},
     Entry{{"mirror", "a closed mesh turning inside out", 20000}, make_mirror},
-    Entry{{"teleport", "balls that leap elsewhere all at once", 40000}, make_teleport},
+    Entry{{"teleport", "balls that jump elsewhere all at once", 40000}, make_teleport},
     Entry{{"swing", "balls that step aside and back", 40000}, make_swing},
 };
 
@@ -44,33 +45,13 @@ constexpr auto kScenes = [] {
     return scenes;
 }();
 
-// Levenshtein distance: insertions, deletions and replacements of single characters.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i + 1;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replace = diagonal + (a[i] == b[j] ? 0 : 1);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({replace, row[j] + 1, row[j + 1] + 1});
-        }
-    }
-    return row[b.size()];
+std::string nearest_scene(std::string_view name) {
+    std::vector<std::string> names;
+    for (const ProceduralScene& scene : kScenes) names.emplace_back(scene.name);
+    return nearest_name(name, names);
 }
 
-const char* nearest_name(std::string_view name) {
-    // No builtin's name is longer than this; it bounds the work for any input.
-    name = name.substr(0, 32);
-    return std::min_element(kScenes.begin(), kScenes.end(),
-                            [&](const ProceduralScene& a, const ProceduralScene& b) {
-                                return edit_distance(name, a.name) < edit_distance(name, b.name);
-                            })
-        ->name;
-}
-
-// A name as it can stand in a message of one line.
+// The name, fit for a message of one line.
 std::string quoted(std::string_view name) {
     constexpr std::size_t kLongest = 40;
     std::string text(name.substr(0, kLongest));
@@ -91,12 +72,12 @@ std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t tri
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("there is no built-in scene {}; the nearest "
                                 "name is '{}'",
-                                quoted(name), nearest_name(name)));
+                                quoted(name), nearest_scene(name)));
     }
     if (triangles > kMaxTriangles) {
         throw Error(ErrorKind::kLimit,
-                    fmt::format("{} triangles are asked of the built-in scene '{}'; at most {} are "
-                                "possible",
+                    fmt::format("{} triangles are too many for the built-in scene '{}'; ask for {} "
+                                "at most",
                                 triangles, name, kMaxTriangles));
     }
     if (triangles == 0) triangles = entry->scene.default_triangles;

@@ -1,5 +1,5 @@
-// The built-in scenes, one a file. Each takes about how many triangles to make and gives at least
-// what the scene needs.
+// The built-in scenes, each in a file of its own. `triangles` is about how many triangles to make;
+// a scene has at least as many as its shape needs.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace morphray {
 DeformingMesh make_cloth(std::uint64_t triangles);
 
 /// A column of separate boxes with one end held and the other turned, evenly over the frames, by 0
-/// to 4 turns; what is between turns in proportion to its height.
+/// to 4 turns; boxes between the ends turn in proportion to their height.
 DeformingMesh make_twist(std::uint64_t triangles);
 
 /// Animals that walk about rigidly on hills. The hills are the static triangles, at least half.
@@ -21,11 +21,11 @@ DeformingMesh make_herd(std::uint64_t triangles);
 /// A hollow sphere whose chunks, each a closed mesh, fly apart and turn.
 DeformingMesh make_explode(std::uint64_t triangles);
 
-/// The same, and back to where they came from; frame 12 is the farthest.
+/// As make_explode, but the chunks return; frame 12 is the farthest.
 DeformingMesh make_gather(std::uint64_t triangles);
 
-/// One torus in every frame, made of separate triangles that change places at each whole frame:
-/// the fastest way to spoil a tree that is only refitted.
+/// One torus in every frame, made of separate triangles that change places at each whole frame,
+/// which degrades a refitted tree as fast as possible.
 DeformingMesh make_shuffle(std::uint64_t triangles);
 
 /// Small separate triangles that swing and turn.
@@ -39,17 +39,17 @@ DeformingMesh make_spikes(std::uint64_t triangles);
 /// again to its full size (every fourth frame).
 DeformingMesh make_collapse(std::uint64_t triangles);
 
-/// A sheet that two waves run over: what a refit follows without loss.
+/// A sheet that two waves run over; a refitted tree follows it without loss.
 DeformingMesh make_wave(std::uint64_t triangles);
 
-/// Balls on crossing orbits about a centre, so that what is near each other changes all the time.
+/// Balls on crossing orbits about a centre, so that neighbours change all the time.
 DeformingMesh make_orbits(std::uint64_t triangles);
 
-/// The same balls, all of which leap elsewhere at once at every third frame.
+/// The same balls, all of which jump elsewhere at once at every third frame.
 DeformingMesh make_teleport(std::uint64_t triangles);
 
-/// The same balls, each a little aside in every odd frame: a tree that is hardly worth a new one,
-/// and is sound again a frame later.
+/// The same balls, each a little aside in every odd frame: a rebuild just pays for itself, and the
+/// old tree is sound again a frame later.
 DeformingMesh make_swing(std::uint64_t triangles);
 
 /// A closed mesh without symmetry that becomes its mirror image, inside out, through a plane at

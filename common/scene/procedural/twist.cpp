@@ -46,7 +46,7 @@ void append_box(Topology& topology, Albedo albedo) {
     topology.vertex_count += 8;
 }
 
-// Of cell `index` of `count` cells in [0, extent].
+// The middle of cell `index` of `count` cells in [0, extent].
 double box_end(std::uint32_t index, std::uint32_t count, bool upper, double extent) {
     return extent * (index + 0.5 + (upper ? 0.5 : -0.5) * kFilled) / count;
 }

@@ -50,19 +50,40 @@ TEST(ParseFloat, OverflowsToInfinity) {
     EXPECT_TRUE(std::isnan(*parse_float("-nan(ind)")));
 }
 
-TEST(ParseFloat, RefusesWhatIsNoDecimalNumber) {
+TEST(ParseFloat, RefusesTextThatIsNoDecimalNumber) {
     for (const char* text : {"", "+", "-", ".", "+-1", "++1", "1e", "1e+", "1,5", "0x1p0", "0x10",
                              "1.0f", "1.2.3", "a", " 1", "1 ", "1.#INF", "e5"}) {
         EXPECT_FALSE(parse_float(text)) << text;
     }
 }
 
-TEST(ParseFiniteDouble, RefusesWhatIsNotFinite) {
+TEST(ParseFiniteDouble, RefusesNumbersThatAreNotFinite) {
     EXPECT_EQ(parse_finite_double("0.25"), 0.25);
     EXPECT_EQ(parse_finite_double("-1e300"), -1e300);
     EXPECT_EQ(parse_finite_double("1e-400"), 0.0);
     for (const char* text : {"nan", "inf", "-inf", "1e400", "", "1x"}) {
         EXPECT_FALSE(parse_finite_double(text)) << text;
+    }
+}
+
+TEST(ParseDouble, ReadsTheWholeTextOrNothing) {
+    EXPECT_EQ(parse_double("-1.5e3"), -1500.0);
+    EXPECT_TRUE(std::isnan(*parse_double("nan")));
+    EXPECT_EQ(parse_double("-inf"), -INFINITY);
+    EXPECT_EQ(parse_double("1e999"), INFINITY);
+    EXPECT_EQ(parse_double("-1e999"), -INFINITY);
+    EXPECT_EQ(parse_double("1e-999"), 0.0);
+    for (const char* text : {"", " 1", "1 ", "1,5", "0x10", "1e", "one", "--1", "1.2.3"}) {
+        EXPECT_FALSE(parse_double(text)) << text;
+    }
+}
+
+TEST(ParseUnsigned, TakesDigitsAlone) {
+    EXPECT_EQ(parse_unsigned("0"), 0u);
+    EXPECT_EQ(parse_unsigned("18446744073709551614"), 18446744073709551614u);
+    EXPECT_EQ(parse_unsigned("99999999999999999999999"), 18446744073709551615u);
+    for (const char* text : {"", "-1", "+1", "1.0", "0x1", " 1", "1 "}) {
+        EXPECT_FALSE(parse_unsigned(text)) << text;
     }
 }
 

@@ -77,7 +77,7 @@ private:
     rlimit before_;
 };
 
-TEST_F(OutputFile, HoldsExactlyTheBytesAndNothingElseIsLeft) {
+TEST_F(OutputFile, HoldsExactlyTheBytesAndLeavesNoOtherFile) {
     const std::string bytes("a\0b\r\n\xff", 6);
     write_file(folder_ / "new", bytes);
     EXPECT_EQ(read_back(folder_ / "new"), bytes);
@@ -151,7 +151,7 @@ TEST_F(OutputFile, OverTheFileSizeLimitLeavesTheSignalMaskAsItWas) {
     }
 }
 
-TEST_F(OutputFile, ReportsAPipeThatNobodyReads) {
+TEST_F(OutputFile, ReportsAClosedPipe) {
     std::array<int, 2> ends = {};
     ASSERT_EQ(::pipe(ends.data()), 0);
     ::close(ends[0]);
@@ -190,8 +190,8 @@ TEST_F(OutputFile, CreatesTheTargetOfADanglingLink) {
     EXPECT_TRUE(fs::is_symlink(folder_ / "first"));
 }
 
-/// Every name that cannot be written, refused alike by the question and by the deed.
-TEST_F(OutputFile, RefusesWhatCannotBeWritten) {
+/// Paths that cannot be written are refused by check_writable and by write_file.
+TEST_F(OutputFile, RefusesPathsThatCannotBeWritten) {
     write_file(folder_ / "file", "text");
     fs::create_directory(folder_ / "folder");
     fs::create_symlink("loop", folder_ / "loop");
@@ -230,7 +230,7 @@ TEST_F(OutputFile, NeedNotBeUtf8) {
     EXPECT_EQ(read_back(path), "text");
 }
 
-TEST_F(OutputFile, AskingLeavesNothingBehind) {
+TEST_F(OutputFile, CheckingLeavesNoFile) {
     check_writable(folder_ / "file");
     check_writable("/dev/null");
     EXPECT_TRUE(names().empty());
@@ -269,7 +269,7 @@ TEST_F(OutputFile, FolderMayEndInASlashOrBeALink) {
     EXPECT_TRUE(fs::is_directory(folder_ / "a"));
 }
 
-TEST_F(OutputFile, FolderThatCannotBeIsRefused) {
+TEST_F(OutputFile, FolderThatCannotBeCreatedIsRefused) {
     write_file(folder_ / "file", "text");
     const std::vector<fs::path> refused = {"",
                                            folder_ / "file",

@@ -51,7 +51,7 @@ TEST(CompareFrames, FindsOneUlpInOneDistance) {
     EXPECT_EQ(difference.first[0].actual.t, next_float(3.5f));
 }
 
-TEST(CompareFrames, CountsEachKindWhereItBelongs) {
+TEST(CompareFrames, CountsEachKind) {
     Frame actual = sample_frame();
     actual.hits[0] = no_hit();
     actual.hits[1] = no_hit();
@@ -76,7 +76,7 @@ TEST(CompareFrames, CountsEachKindWhereItBelongs) {
               "1 occlusion, 1 colour");
 }
 
-TEST(CompareFrames, CountsAPixelOnceByTheFirstThingThatDiffers) {
+TEST(CompareFrames, CountsAPixelOnceForItsFirstDifference) {
     Frame actual = sample_frame();
     actual.hits[4] = {.t = 1, .u = 0, .v = 0, .prim_id = 7};
     actual.occlusion[4] = 0;
@@ -106,7 +106,7 @@ TEST(CompareFrames, ComparesNotANumberAndZerosAsBits) {
     EXPECT_EQ(compare_frames(expected, actual).uv, 1u);
 }
 
-TEST(CompareFrames, HoldsMissesToBeingCleanToo) {
+TEST(CompareFrames, ComparesMissesToo) {
     Frame actual = sample_frame();
     actual.hits.back().t = 1;
     EXPECT_EQ(compare_frames(sample_frame(), actual).t, 1u);
@@ -123,7 +123,7 @@ TEST(CompareFrames, KeepsTheFirstOnesAndCountsAll) {
     EXPECT_TRUE(compare_frames(sample_frame(), actual, 0).first.empty());
 }
 
-TEST(DifferenceImage, IsGreyWhereNothingDiffers) {
+TEST(DifferenceImage, IsGreyWithoutDifferences) {
     Frame frame = sample_frame();
     frame.pixels[9] = 0xFF0000FF;
     const Image image = difference_image(frame, frame);

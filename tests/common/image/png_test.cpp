@@ -1,4 +1,4 @@
-// Images as files, read back by a decoder that shares nothing with the encoder.
+// PNG files, read back by a decoder that shares no code with the encoder.
 #include <gtest/gtest.h>
 #include <png.h>
 
@@ -98,7 +98,7 @@ TEST(ContactSheet, HoldsTheImagesRowByRow) {
     EXPECT_EQ(at(sheet.width - 1, sheet.height - 1), 0xFF000003u);
 }
 
-TEST(ContactSheet, IsAtMostAboutAsWideAsAskedFor) {
+TEST(ContactSheet, IsAtMostAboutAsWideAsRequested) {
     for (const std::size_t count : {1u, 2u, 3u, 7u, 25u, 100u}) {
         for (const std::uint32_t width : {1u, 17u, 640u, 4096u}) {
             const std::vector<Image> images(count, uniform(width, 33, 0xFF112233));

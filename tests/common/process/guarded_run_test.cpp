@@ -9,7 +9,7 @@
 namespace morphray::test {
 namespace {
 
-TEST(GuardedRun, SharesWhatIsWrittenToSharedMemoryAndNothingElse) {
+TEST(GuardedRun, SharesOnlyWritesToSharedMemory) {
     const SharedMemory memory(2 * sizeof(int));
     EXPECT_EQ(memory.as<int>(2)[1], 0);
     int own = 1;
@@ -23,7 +23,7 @@ TEST(GuardedRun, OutlivesACrashAndAnException) {
     EXPECT_EQ(run_guarded([] { throw std::runtime_error("no"); }, 60), RunEnd::kCrashed);
 }
 
-TEST(GuardedRun, EndsWhatDoesNotEnd) {
+TEST(GuardedRun, EndsWorkThatDoesNotEnd) {
     EXPECT_EQ(run_guarded(
                   [] {
                       for (volatile bool forever = true; forever;) {

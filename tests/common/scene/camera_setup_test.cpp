@@ -48,7 +48,7 @@ Basis basis_of(const Point& eye, const Point& target, const Point& up) {
     return b;
 }
 
-// Where a user's point appears, in pixels from the upper left corner, and how deep.
+// The pixel and depth at which a point in world space appears, from the upper left corner.
 struct Projection {
     Real x;
     Real y;
@@ -103,7 +103,7 @@ TEST(MakeImageParams, SendsTheRayOfTheCentrePixelThroughTheTarget) {
     }
 }
 
-TEST(MakeImageParams, SendsARayOfAPixelThroughWhatIsSeenThere) {
+TEST(MakeImageParams, SendsTheRayOfAPixelThroughThePointSeenThere) {
     const WorldBounds bounds = box(-2, 3);
     const SceneSpace space(bounds);
     for (const double fov : {1.0, 30.0, 90.0, 150.0}) {
@@ -129,7 +129,7 @@ TEST(MakeImageParams, SendsARayOfAPixelThroughWhatIsSeenThere) {
     }
 }
 
-TEST(MakeImageParams, MeasuresDepthInSceneSpaceWhateverTheSceneIsMeasuredIn) {
+TEST(MakeImageParams, MeasuresDepthInSceneSpaceAtEveryScale) {
     for (const double scale : {1e-42, 1e-20, 0.01, 1.0, 3e5, 1e37}) {
         ViewSpec view = some_view();
         for (double& x : *view.eye) x *= scale;
@@ -183,7 +183,7 @@ TEST(MakeImageParams, CopesWithASceneFarFromTheOrigin) {
     }
 }
 
-TEST(MakeImageParams, PassesOnWhatIsNotGeometry) {
+TEST(MakeImageParams, PassesOnOtherSettings) {
     ViewSpec view = some_view();
     view.rays = kRaysAo;
     view.ao_count = 256;
@@ -289,7 +289,7 @@ TEST(ResolveView, GivesOcclusionAQuarterOfTheDiagonal) {
     EXPECT_DOUBLE_EQ(resolve_view({}, bounds).ao_distance, 1.5);
 }
 
-TEST(ResolveView, IsSaneForScenesWithoutExtent) {
+TEST(ResolveView, AcceptsScenesWithoutExtent) {
     const WorldBounds scenes[] = {
         {}, box(0, 0), box(5, 5), box(-1e-44f, -1e-44f), box(3e38f, 3e38f)};
     for (const WorldBounds& bounds : scenes) {
@@ -326,7 +326,7 @@ TEST(ResolveView, NeverThrowsForNumbersThatAreNotFinite) {
     }
 }
 
-TEST(MakeImageParams, KeepsDirectionsWithinWhatTheHitRuleTakes) {
+TEST(MakeImageParams, KeepsDirectionsWithinTheRangeOfTheHitRule) {
     for (const double fov : {1e-300, 1e-30, 1e-9, 45.0, 179.999}) {
         for (const auto& [width, height] : {std::pair{9u, 9u}, {60000u, 3u}, {3u, 60000u}}) {
             ViewSpec view = some_view();

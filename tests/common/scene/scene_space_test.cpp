@@ -218,7 +218,8 @@ TEST(SceneSpace, TakesPointsUpToAMillionExtentsAwayAndRefusesOthersByName) {
     }
 }
 
-// The point of a ray at a user's t, in scene space, by way of the user's numbers and of the ray's.
+// The point of a ray at a t in world space, in scene space, computed from the world ray and from
+// the scene ray.
 void expect_same_points(const SceneSpace& space, const WorldRay& user, double t) {
     const SceneRay scene = to_scene(space, user);
     ASSERT_TRUE(scene.valid);

@@ -41,7 +41,7 @@ std::string view_text(const ViewSpec& view) {
     return text;
 }
 
-/// Line by line; blank lines and comments are skipped.
+/// Reads a case line by line; skips blank lines and comments.
 class Reader {
 public:
     Reader(std::string_view text, std::string name)

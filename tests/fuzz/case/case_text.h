@@ -1,4 +1,4 @@
-// Cases as text: the corpus' format.
+// Cases as text, the format of the corpus.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,13 @@
 
 namespace morphray::fuzz {
 
-/// Reads back bit for bit: floats are hexadecimal, and those that are no number are their bits.
-/// `remarks` are put before it, each line as a comment.
+/// The case as text that reads back bit for bit: floats are hexadecimal, NaN is written as its
+/// bits. Each line of `remarks` precedes it as a comment.
 std::string to_text(const FuzzCase& fuzz_case, const std::string& remarks = {});
 
-/// Throws Error(kBadInput), `name:line: what is wrong`.
+/// Reads the text of a case. Throws Error(kBadInput), `name:line: problem`.
 FuzzCase read_case(std::string_view text, const std::string& name);
-/// Likewise, also for a file that cannot be read.
+/// Reads a file. Throws as read_case, also if the file cannot be read.
 FuzzCase read_case_file(const std::filesystem::path& path);
 
 }  // namespace morphray::fuzz

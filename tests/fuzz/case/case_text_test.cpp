@@ -80,7 +80,7 @@ TEST(Generator, IsAFunctionOfTheSeed) {
     EXPECT_NE(to_text(make_case(1)), to_text(make_case(2)));
 }
 
-TEST(Generator, PutsATenthOfTheEyesNearAPlane) {
+TEST(Generator, PutsATenthOfTheEyesNearAPworker) {
     int near = 0;
     int images = 0;
     for (std::uint64_t seed = 0; seed < 500; ++seed) {
@@ -126,11 +126,11 @@ TEST(Reproducer, HasPositionsThatTheProgramReadsBackBitForBit) {
 }
 
 TEST(Reproducer, HasACommandLineThatTheProgramTakes) {
-    Entrant entrant;
-    entrant.arguments = "--backend cpu --simd off --threads 2";
+    Variant variant;
+    variant.arguments = "--backend cpu --simd off --threads 2";
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         const FuzzCase made = make_case(seed);
-        const auto arguments = crosscheck_arguments(made, entrant, "out/fuzz/a case");
+        const auto arguments = crosscheck_arguments(made, variant, "out/fuzz/a case");
         const auto parsed = app::parse_command_line(arguments);
         ASSERT_TRUE(parsed.options.has_value());
         const ViewSpec& view = parsed.options->view;

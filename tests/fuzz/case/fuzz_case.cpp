@@ -30,7 +30,7 @@ void require_sound(const FuzzCase& fuzz_case) {
         refuse("a frame is beyond the last pose");
 }
 
-/// Different from triangle to triangle: a colour fetched for the wrong one shows.
+/// A colour that differs between triangles, so that one fetched for a wrong triangle shows.
 Albedo albedo_of(std::size_t triangle) {
     return static_cast<Albedo>((triangle * 0x9E3779B97F4A7C15u) >> 40) | 0x404040u;
 }

@@ -1,4 +1,4 @@
-// What the fuzzer tries: a deforming mesh, an image of it, single rays through it.
+// A case of the fuzzer: a deforming mesh, an image of it, single rays through it.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ namespace morphray::fuzz {
 /// In world space, as a sequence of OBJ files and the program's options give it. Pose k is
 /// frame k.
 struct FuzzCase {
-    /// What it is made of, in one line.
+    /// How the case was made, in one line.
     std::string cause;
     std::vector<uvec3> triangles;
-    /// At least one; all of the same number of vertices.
+    /// At least one; all have the same number of vertices.
     std::vector<std::vector<vec3>> poses;
     /// The pose that the tree is built at before it is refitted to `frame`.
     std::size_t build_at = 0;
@@ -33,7 +33,7 @@ struct FuzzCase {
     bool has_image() const { return view.width > 0; }
 };
 
-/// The mesh of a case, ready to be traced. Colours tell triangles apart.
+/// The mesh of a case with its trees. Colours differ between triangles.
 class FuzzScene {
 public:
     /// Throws Error(kBadInput) for a case without poses or with indices beyond its vertices.
@@ -67,7 +67,7 @@ private:
 double distance_to_planes(const vec3& point, const Topology& topology,
                           std::span<const vec3> positions);
 
-/// A pose as single triangles: what is left of a clip when its frame is taken out.
+/// The vertices at a frame, in world space.
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame);
 
 }  // namespace morphray::fuzz

@@ -1,4 +1,4 @@
-// Draws for the generator: a pure function of the seed.
+// Random draws of the generator, a pure function of the seed.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ namespace morphray::fuzz {
 
 using glm::dvec3;
 
-/// The order of draws must not be left to the compiler: draw into variables or in braces, never in
-/// the arguments of one call.
+/// Draw into variables or in braces, never in the arguments of one call, whose order of evaluation
+/// depends on the compiler.
 class Dice {
 public:
     explicit Dice(std::uint64_t seed) : random_(seed) {}
@@ -32,17 +32,17 @@ public:
     bool one_in(std::uint32_t n) { return below(n) == 0; }
     double sign() { return one_in(2) ? 1 : -1; }
 
-    /// Between two positive numbers, all magnitudes alike.
+    /// Between two positive numbers, uniform in the logarithm.
     double magnitude(double lower, double upper) {
         return std::exp2(real(std::log2(lower), std::log2(upper)));
     }
-    /// In [-extent, extent] on all axes.
+    /// A point in [-extent, extent] on all axes.
     dvec3 point(double extent) {
         return dvec3{real(-extent, extent), real(-extent, extent), real(-extent, extent)};
     }
     /// Multiples of 1/8 in [-1, 1]: sums and halves of them are exact.
     dvec3 grid_point() { return dvec3{from(-8, 8), from(-8, 8), from(-8, 8)} / 8.0; }
-    /// Of length 1.
+    /// A direction of length 1.
     dvec3 direction() {
         for (;;) {
             const dvec3 d = point(1);

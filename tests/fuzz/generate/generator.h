@@ -1,4 +1,4 @@
-// From a seed to a case.
+// Makes cases from seeds.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct GeneratorConfig {
     std::size_t rays = 48;
 };
 
-/// A pure function of seed and config. What it makes may be refused by make_image_params().
+/// A pure function of seed and config. make_image_params() may refuse the view.
 FuzzCase make_case(std::uint64_t seed, const GeneratorConfig& config = {});
 
 /// The seed of a campaign's case.

@@ -13,8 +13,8 @@ namespace {
 
 using Positions = std::vector<dvec3>;
 
-/// Another pose of the same vertices. Where a pose keeps something of the shape, the tree of one
-/// fits the other in parts.
+/// Another pose of the same vertices. If a pose keeps a part of the shape, a tree of one pose fits
+/// the other in that part.
 Positions moved(Dice& dice, const Positions& from, std::string& how) {
     Positions to = from;
     switch (dice.from(0, 8)) {
@@ -66,7 +66,7 @@ Positions moved(Dice& dice, const Positions& from, std::string& how) {
     return to;
 }
 
-/// How unit coordinates become the user's: scale * p + offset.
+/// The map from unit coordinates to world space: scale * p + offset.
 struct Placing {
     double scale = 1;
     dvec3 offset = {0, 0, 0};
@@ -94,7 +94,7 @@ std::vector<vec3> placed(const Positions& positions, const Placing& placing) {
     for (const dvec3& p : positions) {
         vec3 user;
         for (int axis = 0; axis < 3; ++axis) {
-            // What files may hold at most; a cast from beyond the floats would be undefined.
+            // Files hold at most this; a conversion from beyond the floats would be undefined.
             const double x = placing.scale * (p[axis] + placing.offset[axis]);
             user[axis] = static_cast<float>(std::clamp(x, -1e30, 1e30));
         }
@@ -143,7 +143,7 @@ void make_shape_clip(Dice& dice, FuzzCase& fuzz_case) {
     break_some(dice, fuzz_case);
 }
 
-/// A few whole frames of a built-in scene that is as small as it gets.
+/// A few whole frames of a built-in scene of the least size.
 void make_procedural_clip(Dice& dice, FuzzCase& fuzz_case) {
     const auto scenes = procedural_scenes();
     const ProceduralScene& scene = scenes[dice.below(static_cast<std::uint32_t>(scenes.size()))];

@@ -1,4 +1,4 @@
-// From a shape to the poses of a clip, in world space.
+// Makes the poses of a clip from a shape, in world space.
 #pragma once
 
 #include "tests/fuzz/case/fuzz_case.h"
@@ -8,7 +8,7 @@
 namespace morphray::fuzz {
 
 /// Writes triangles, poses, the frame and the pose that the tree is built at: a shape that moves in
-/// some way, at some scale and offset, or a small variant of a built-in scene.
+/// some way, at some scale and offset, or a small built-in scene.
 void make_clip(Dice& dice, FuzzCase& fuzz_case);
 
 }  // namespace morphray::fuzz

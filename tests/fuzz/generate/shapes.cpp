@@ -49,7 +49,7 @@ Shape grid_soup(Dice& dice) {
     return shape;
 }
 
-/// Triangles over few vertices: every edge and vertex has many.
+/// Triangles over few vertices, so that every edge and vertex has many.
 Shape shared_vertices(Dice& dice) {
     Shape shape{"shared vertices", {}, {}};
     const bool on_grid = dice.one_in(2);
@@ -128,7 +128,7 @@ Shape coplanar_stack(Dice& dice) {
     return shape;
 }
 
-/// A square of cells, twice with some luck: every ray at a line of the grid meets ties.
+/// A square of cells, sometimes twice, so that every ray at a line of the grid meets ties.
 Shape tie_grid(Dice& dice) {
     Shape shape{"tie grid", {}, {}};
     const int cells = dice.from(1, 4);
@@ -201,7 +201,7 @@ Shape t_joints(Dice& dice) {
     return shape;
 }
 
-/// Few triangles, much larger than what stands on them.
+/// A floor of few triangles, much larger than the objects on it.
 Shape floor_with_things(Dice& dice) {
     Shape shape = dice.one_in(2) ? random_soup(dice) : closed_mesh(dice);
     const double size = dice.magnitude(2, 1e5);

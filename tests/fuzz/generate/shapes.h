@@ -1,4 +1,4 @@
-// Meshes on which tracers fail, of about the size of 1.
+// Meshes of about size 1 on which tracers fail.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct Shape {
     std::vector<uvec3> triangles;
 };
 
-/// One of all kinds, mostly of 1 to 40 triangles, rarely of up to 2000.
+/// A shape of any kind, mostly of 1 to 40 triangles, rarely of up to 2000.
 Shape make_shape(Dice& dice);
 
 }  // namespace morphray::fuzz

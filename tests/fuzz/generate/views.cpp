@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/image/frame.h"
+
 namespace morphray::fuzz {
 namespace {
 
@@ -27,9 +29,7 @@ constexpr std::array kSizes = {
 };
 
 void choose_size(Dice& dice, const Surroundings& around, double tests, ViewSpec& view) {
-    const double rays = view.rays == kRaysPrimary  ? 1
-                        : view.rays == kRaysShadow ? 2
-                                                   : 1 + view.ao_count;
+    const double rays = 1.0 + rays_per_hit(view.rays, view.ao_count);
     const double triangles = std::max<double>(1, static_cast<double>(around.triangles.size()));
     for (int tries = 0; tries < 20; ++tries) {
         const Size size = dice.pick(kSizes);
@@ -46,7 +46,7 @@ double field_of_view(Dice& dice) {
     return dice.real(5, 170);
 }
 
-/// What the eye looks at.
+/// The target of the camera.
 dvec3 choose_target(Dice& dice, const Surroundings& around, const dvec3& eye, std::string& cause) {
     switch (dice.from(0, 6)) {
         case 0:

@@ -10,10 +10,10 @@
 
 namespace morphray::fuzz {
 
-/// An image of at most `tests` ray-triangle tests of brute force. Adds to `cause` what it is.
+/// An image of at most `tests` ray-triangle tests of brute force. Appends a description to `cause`.
 ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::string& cause);
 
-/// Rays at vertices, edges and along planes, many of which start on a surface or hardly off it.
+/// Rays at vertices, edges and along planes, many of which start on a surface or just off it.
 std::vector<WorldRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count);
 
 }  // namespace morphray::fuzz

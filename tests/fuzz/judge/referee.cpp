@@ -13,7 +13,7 @@
 namespace morphray::fuzz {
 namespace {
 
-constexpr double kNearAPlane = 0x1p-20;
+constexpr double kNearAPworker = 0x1p-20;
 
 template <class T>
 bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
@@ -36,7 +36,7 @@ std::string hit_text(const Hit& hit) {
                        std::bit_cast<std::uint32_t>(hit.v));
 }
 
-/// Sends some builds in the background and decides alike in every run.
+/// Runs some builds in the background and decides the same in every run.
 UpdateConfig auto_config() { return {.deterministic = true, .budget = 0.02}; }
 
 /// A ray through the middle of scene space.
@@ -62,7 +62,7 @@ void Tally::add(const Tally& other) {
 }
 
 std::string describe(const Finding& finding) {
-    std::string text = finding.entrant->name() + ": ";
+    std::string text = finding.variant->name() + ": ";
     if (!finding.is_image()) {
         return text + fmt::format("{} single rays differ; ray {}\n  reference {}\n  found     {}",
                                   finding.ray_count, finding.ray_index, hit_text(finding.expected),
@@ -77,20 +77,20 @@ std::string describe(const Finding& finding) {
                       p.expected_pixel, hit_text(p.actual), p.actual_occlusion, p.actual_pixel);
 }
 
-void Referee::load(std::unique_ptr<FuzzScene> scene, std::span<const Entrant> entrants) {
+void Referee::load(std::unique_ptr<FuzzScene> scene, std::span<const Variant> variants) {
     loaded_.clear();
     scene_ = std::move(scene);
-    entrants_ = entrants;
+    variants_ = variants;
     reference_.set_scene(scene_->topology(), scene_->positions(), scene_->rebuilt());
 }
 
-void Referee::prepare(const Entrant& entrant) {
-    Backend& backend = *entrant.backend;
+void Referee::prepare(const Variant& variant) {
+    Backend& backend = *variant.backend;
     Loaded& loaded = loaded_[&backend];
-    if (loaded.entrant == &entrant) return;
+    if (loaded.variant == &variant) return;
     loaded.updater.reset();
-    loaded.entrant = &entrant;
-    switch (entrant.tree) {
+    loaded.variant = &variant;
+    switch (variant.tree) {
         case TreeKind::kRefitted:
             backend.set_scene(scene_->topology(), scene_->built_positions(), scene_->built());
             backend.refit(scene_->positions());
@@ -111,7 +111,7 @@ std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
                                                  BuildConfig{.threads = 1}, auto_config());
     for (const auto& positions : journey) {
         if (&positions != &journey.front()) updater->update(positions);
-        // The policy decides by what a frame has cost.
+        // The policy needs the cost of a frame.
         const Ray ray = any_ray();
         Hit hit;
         backend.trace_rays(std::span(&ray, 1), std::span(&hit, 1));
@@ -123,18 +123,18 @@ std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
 std::vector<Finding> Referee::compare_images(const ViewSpec& view, Tally& tally) {
     const ImageParams params = make_image_params(view, scene_->bounds(), scene_->space());
     const bool near = distance_to_planes(params.camera.org, scene_->topology(),
-                                         scene_->positions()) <= kNearAPlane;
+                                         scene_->positions()) <= kNearAPworker;
     reference_.trace_image(params, expected_);
     std::vector<Finding> findings;
-    for (const Entrant& entrant : entrants_) {
-        prepare(entrant);
-        entrant.backend->trace_image(params, actual_);
+    for (const Variant& variant : variants_) {
+        prepare(variant);
+        variant.backend->trace_image(params, actual_);
         ++tally.images;
         tally.images_near_a_plane += near ? 1 : 0;
-        tally.rays += entrant.backend->times().rays;
+        tally.rays += variant.backend->times().rays;
         if (same(expected_, actual_)) continue;
         Finding finding;
-        finding.entrant = &entrant;
+        finding.variant = &variant;
         finding.image = compare_frames(expected_, actual_);
         findings.push_back(finding);
     }
@@ -156,13 +156,13 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
     std::vector<Hit> actual(rays.size());
     reference_.trace_rays(rays, expected);
     std::vector<Finding> findings;
-    for (const Entrant& entrant : entrants_) {
-        prepare(entrant);
-        entrant.backend->trace_rays(rays, actual);
+    for (const Variant& variant : variants_) {
+        prepare(variant);
+        variant.backend->trace_rays(rays, actual);
         tally.rays += rays.size();
         if (same_bytes(expected, actual)) continue;
         Finding finding;
-        finding.entrant = &entrant;
+        finding.variant = &variant;
         for (std::size_t i = rays.size(); i-- > 0;) {
             if (same(expected[i], actual[i])) continue;
             ++finding.ray_count;
@@ -176,10 +176,10 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
 }
 
 std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
-                                std::span<const Entrant> entrants, Tally& tally) {
+                                std::span<const Variant> variants, Tally& tally) {
     ++tally.cases;
     std::vector<Finding> findings;
-    referee.load(std::make_unique<FuzzScene>(fuzz_case), entrants);
+    referee.load(std::make_unique<FuzzScene>(fuzz_case), variants);
     if (fuzz_case.has_image()) {
         try {
             findings = referee.compare_images(fuzz_case.view, tally);

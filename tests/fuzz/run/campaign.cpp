@@ -18,44 +18,44 @@ std::string summary(const Tally& tally, double seconds) {
         tally.failed_images);
 }
 
-LaneProgress::LaneProgress(const Lane& lane) : name_(lane.name()) {}
+WorkerProgress::WorkerProgress(const Worker& worker) : name_(worker.name()) {}
 
-double LaneProgress::seconds() const { return watch_.ms() / 1000; }
+double WorkerProgress::seconds() const { return watch_.ms() / 1000; }
 
-void LaneProgress::update(const Tally& tally) {
+void WorkerProgress::update(const Tally& tally) {
     if (seconds() < next_) return;
     next_ = seconds() + kSeconds;
     std::fprintf(stderr, "fuzz: %s: %s\n", name_.c_str(), summary(tally, seconds()).c_str());
 }
 
-int run_campaign(const CampaignConfig& config, const Lane& lane, LaneState& state,
+int run_campaign(const CampaignConfig& config, const Worker& worker, WorkerState& state,
                  std::atomic<std::uint64_t>& failures) {
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend({.threads = 1});
-    const Entrants entrants = lane.vulkan ? vulkan_entrants() : cpu_entrants();
+    const Variants variants = worker.vulkan ? vulkan_variants() : cpu_variants();
     Referee referee(*brute);
-    LaneProgress progress(lane);
-    const auto try_seed = [&](std::uint64_t seed, const std::vector<Entrant>& lineup) {
+    WorkerProgress progress(worker);
+    const auto try_seed = [&](std::uint64_t seed, const std::vector<Variant>& group) {
         state.current = seed;
         FuzzCase fuzz_case = make_case(seed);
         fuzz_case.rays = with_ends_at_hits(*brute, fuzz_case);
-        const std::vector<Finding> findings = check_case(referee, fuzz_case, lineup, state.tally);
+        const std::vector<Finding> findings = check_case(referee, fuzz_case, group, state.tally);
         if (!findings.empty()) {
             ++failures;
             report_failure(config.failure, fuzz_case, findings,
-                           fmt::format("{}-{}", lane.name(), seed), referee);
+                           fmt::format("{}-{}", worker.name(), seed), referee);
         }
         progress.update(state.tally);
     };
     if (config.only_case) {
-        for (const auto& lineup : entrants.lineups) try_seed(*config.only_case, lineup);
+        for (const auto& group : variants.groups) try_seed(*config.only_case, group);
         return 0;
     }
-    for (std::uint64_t index = lane.index;; index += lane.count) {
+    for (std::uint64_t index = worker.index;; index += worker.count) {
         if (config.cases > 0 && index >= config.cases) break;
         if (config.seconds > 0 && progress.seconds() >= config.seconds) break;
         if (failures >= config.most_failures || app::interrupted()) break;
         try_seed(case_seed(config.seed, index),
-                 entrants.lineups[(index / lane.count) % entrants.lineups.size()]);
+                 variants.groups[(index / worker.count) % variants.groups.size()]);
     }
     return 0;
 }

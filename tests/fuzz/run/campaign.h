@@ -1,40 +1,40 @@
-// Case after case.
+// Tries cases of consecutive seeds.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 
 #include "common/base/stopwatch.h"
-#include "tests/fuzz/case/lanes.h"
 #include "tests/fuzz/generate/generator.h"
-#include "tests/fuzz/shrink/failure_desk.h"
+#include "tests/fuzz/run/workers.h"
+#include "tests/fuzz/shrink/failure_report.h"
 
 namespace morphray::fuzz {
 
 struct CampaignConfig {
     std::uint64_t seed = 1;
-    /// Of all lanes together; 0: until the time is over.
+    /// The number of cases of all workers together; 0: until the time is over.
     std::uint64_t cases = 0;
     /// 0: until the cases are done.
     double seconds = 0;
-    /// After so many failing cases it ends.
+    /// The campaign ends after this many failing cases.
     std::uint64_t most_failures = 10;
-    /// Instead of a campaign, the case of this seed.
+    /// Tries only the case of this seed.
     std::optional<std::uint64_t> only_case;
     FailureConfig failure;
 };
 
-/// A lane's part. Ends early after SIGINT or SIGTERM. Returns an exit code.
-int run_campaign(const CampaignConfig& config, const Lane& lane, LaneState& state,
+/// Runs a worker's part. Ends early after SIGINT or SIGTERM. Returns an exit code.
+int run_campaign(const CampaignConfig& config, const Worker& worker, WorkerState& state,
                  std::atomic<std::uint64_t>& failures);
 
-/// "1200 cases, 15600 images (2400 near a plane), ..." for the end and on the way.
+/// "1200 cases, 15600 images (2400 near a plane), ...", for progress and for the end.
 std::string summary(const Tally& tally, double seconds);
 
-/// Tells on stderr every few seconds how far a lane is.
-class LaneProgress {
+/// Writes the progress of a worker to stderr every few seconds.
+class WorkerProgress {
 public:
-    explicit LaneProgress(const Lane& lane);
+    explicit WorkerProgress(const Worker& worker);
     void update(const Tally& tally);
     double seconds() const;
 

@@ -1,5 +1,5 @@
-// one_picture_fuzz: whether every instruction set, tree, number of threads and device draws one
-// image. `./fuzz` at the root of the checkout builds and runs it.
+// one_picture_fuzz: looks for cases in which instruction sets, trees, numbers of threads or devices
+// give different images. `./fuzz` at the root of the checkout builds and runs it.
 #include <algorithm>
 #include <cstdio>
 #include <exception>
@@ -38,36 +38,38 @@ CampaignConfig campaign_config(const FuzzOptions& options, int shares) {
     return config;
 }
 
-LaneWork work_of(const FuzzOptions& options) {
+WorkerTask work_of(const FuzzOptions& options) {
     switch (options.mode) {
         case Mode::kOnePicture: {
             const int shares = options.cpu && options.vulkan ? 2 : 1;
             return [config = campaign_config(options, shares)](
-                       const Lane& lane, LaneState& state, std::atomic<std::uint64_t>& failures) {
-                return run_campaign(config, lane, state, failures);
+                       const Worker& worker, WorkerState& state,
+                       std::atomic<std::uint64_t>& failures) {
+                return run_campaign(config, worker, state, failures);
             };
         }
         case Mode::kSweep:
             return [options, scene_case = open_sweep(options)](
-                       const Lane& lane, LaneState& state, std::atomic<std::uint64_t>& failures) {
-                return run_sweep(options, scene_case, failure_config(options), lane, state,
+                       const Worker& worker, WorkerState& state,
+                       std::atomic<std::uint64_t>& failures) {
+                return run_sweep(options, scene_case, failure_config(options), worker, state,
                                  failures);
             };
         case Mode::kReplay:
             break;
     }
-    return [cases = read_cases(options.files)](const Lane& lane, LaneState& state,
+    return [cases = read_cases(options.files)](const Worker& worker, WorkerState& state,
                                                std::atomic<std::uint64_t>& failures) {
-        return run_replay(cases, lane, state, failures);
+        return run_replay(cases, worker, state, failures);
     };
 }
 
-/// Runs the lanes of one kind of backend; returns an exit code.
-int run_on(bool vulkan, const FuzzOptions& options, const LaneWork& work) {
+/// Runs the workers of one kind of backend; returns an exit code.
+int run_on(bool vulkan, const FuzzOptions& options, const WorkerTask& work) {
     const bool shares = options.mode != Mode::kReplay && !options.only_case;
-    const Lane clock{0, 1, vulkan, 0};
-    const LaneProgress progress(clock);
-    const LanesResult result = run_lanes(make_lanes(vulkan, shares ? options.jobs : 1), work);
+    const Worker clock{0, 1, vulkan, 0};
+    const WorkerProgress progress(clock);
+    const WorkersResult result = run_workers(make_workers(vulkan, shares ? options.jobs : 1), work);
     for (const std::string& accident : result.accidents)
         std::printf("CRASHED %s\n", accident.c_str());
     std::printf("%s: %s\n", vulkan ? "vulkan" : "cpu",
@@ -86,7 +88,7 @@ int run(std::span<const std::string> arguments) {
         return 0;
     }
     const app::InterruptGuard guard;
-    const LaneWork work = work_of(*options);
+    const WorkerTask work = work_of(*options);
     int code = 0;
     if (options->cpu) code = run_on(false, *options, work);
     if (options->vulkan && !app::interrupted()) code = std::max(code, run_on(true, *options, work));

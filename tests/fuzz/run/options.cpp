@@ -23,7 +23,7 @@ void choose_backends(const std::string& option, const std::string& value, FuzzOp
     options.vulkan = value != "cpu";
 }
 
-/// Reads `option`'s value into `options`; false for an option that the mode does not have.
+/// Reads `option`'s value into `options`. Returns false for an option that the mode does not have.
 bool read_option(const std::string& option, const std::string& value, FuzzOptions& options) {
     const auto count = [&](std::uint64_t lower, std::uint64_t upper) {
         return app::parse_count(option, value, lower, upper);
@@ -83,7 +83,7 @@ Mode parse_mode(const std::string& word) {
 std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> arguments) {
     for (const std::string& argument : arguments)
         if (argument == "--help" || argument == "-h") return std::nullopt;
-    if (arguments.empty()) usage("what to do is missing: one-picture, sweep SCENE or replay FILE");
+    if (arguments.empty()) usage("the mode is missing: one-picture, sweep SCENE or replay FILE");
     FuzzOptions options;
     options.mode = parse_mode(arguments.front());
     for (std::size_t i = 1; i < arguments.size(); ++i) {
@@ -93,7 +93,7 @@ std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> argum
         } else if (argument == "--list" && options.mode != Mode::kReplay) {
             options.only_list = true;
         } else if (i + 1 == arguments.size()) {
-            usage(fmt::format("'{}' is not known here, or its value is missing", argument));
+            usage(fmt::format("'{}' is unknown, or its value is missing", argument));
         } else if (!read_option(argument, arguments[++i], options)) {
             usage(fmt::format("'{}' is no option of {}", argument, arguments.front()));
         }
@@ -108,27 +108,27 @@ std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> argum
 }
 
 const char* fuzz_help() {
-    return R"(usage: fuzz one-picture [OPTIONS]    cases of all kinds against brute force
+    return R"(usage: fuzz one-picture [OPTIONS]    random cases compared with brute force
        fuzz sweep SCENE [OPTIONS]    eyes in the planes of a scene's triangles
        fuzz replay FILE... [--backend B]    cases from text files, such as the corpus
 
 Compares hits, occlusion and pixels bit by bit: each instruction set of the CPU, on 1 and 2 threads,
-over refitted, rebuilt and kept trees; on Vulkan each width of lavapipe's vectors.
+over refitted, rebuilt and updated trees; on Vulkan each width of lavapipe's vectors.
 
-  --backend cpu|vulkan|all   what is compared with the reference (cpu)
-  --seed S        another seed, other cases (1)
+  --backend cpu|vulkan|all   backends to compare with the reference (cpu)
+  --seed S        seed of the cases (1)
   --cases N       cases to try (2000, unless --hours is given), or eyes of a sweep (all)
-  --failures N    end after so many failures (10)
+  --failures N    end after this many failures (10)
   --jobs N        processes that share the CPU's cases, 1 to 64 (2); Vulkan has one for each width
-  --list          tell failures in a line each; neither shrink nor write them
+  --list          print a line for each failure; neither shrink nor write it
   --out DIR       where failures are written (out/fuzz)
   one-picture:
-  --hours N       try cases for so long
+  --hours N       try cases for this many hours
   --case SEED     only the case of this seed, as a failure's name has it
   sweep:
   --every N       every N-th triangle (1)
   --frame F       the frame of the scene (0)
-  --size WxH      of the images (16x16)
+  --size WxH      size of the images (16x16)
 
 Failures go to stdout, each with a command line that shows it; progress goes to stderr.
 Exit codes: 0 no difference, 1 a difference or a crash, 2 usage, 3 bad input, 4 no Vulkan device,

@@ -36,7 +36,7 @@ struct FuzzOptions {
     std::vector<std::string> files;
 };
 
-/// Nothing for --help. Throws Error(kBadArgument) with what is wrong and what to do.
+/// Returns nothing for --help. Throws Error(kBadArgument) with the problem and the remedy.
 std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> arguments);
 
 /// The text of --help.

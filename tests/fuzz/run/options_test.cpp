@@ -27,7 +27,7 @@ TEST(FuzzOptions, AreRead) {
     EXPECT_FALSE(parse({"sweep", "--help"}).has_value());
 }
 
-TEST(FuzzOptions, ThatAreWrongAreRefusedWithAReason) {
+TEST(FuzzOptions, InvalidOnesAreRefusedWithAReason) {
     const std::vector<std::vector<std::string>> wrong = {
         {},
         {"image"},

@@ -14,7 +14,7 @@ std::vector<NamedCase> read_cases(const std::vector<std::string>& files) {
     std::vector<NamedCase> cases;
     for (const std::string& file : files) {
         cases.push_back({file, read_case_file(file)});
-        // Whether it is sound shows here, before any lane.
+        // Refuse invalid cases before workers start.
         try {
             const FuzzScene scene(cases.back().fuzz_case);
         } catch (const Error& error) {
@@ -24,22 +24,22 @@ std::vector<NamedCase> read_cases(const std::vector<std::string>& files) {
     return cases;
 }
 
-int run_replay(const std::vector<NamedCase>& cases, const Lane& lane, LaneState& state,
+int run_replay(const std::vector<NamedCase>& cases, const Worker& worker, WorkerState& state,
                std::atomic<std::uint64_t>& failures) {
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend({.threads = 1});
-    const Entrants entrants = lane.vulkan ? vulkan_entrants() : cpu_entrants();
+    const Variants variants = worker.vulkan ? vulkan_variants() : cpu_variants();
     Referee referee(*brute);
     for (const NamedCase& named : cases) {
         ++state.current;
         std::vector<Finding> findings;
-        for (const auto& lineup : entrants.lineups) {
-            const auto more = check_case(referee, named.fuzz_case, lineup, state.tally);
+        for (const auto& group : variants.groups) {
+            const auto more = check_case(referee, named.fuzz_case, group, state.tally);
             findings.insert(findings.end(), more.begin(), more.end());
         }
         if (findings.empty()) continue;
         ++failures;
         std::printf("%s: %zu differences on %s\n", named.name.c_str(), findings.size(),
-                    lane.name().c_str());
+                    worker.name().c_str());
         for (const Finding& finding : findings) std::printf("  %s\n", describe(finding).c_str());
     }
     return 0;

@@ -1,10 +1,10 @@
-// Cases from files: the corpus.
+// Replays cases from files, such as the corpus.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "tests/fuzz/case/lanes.h"
+#include "tests/fuzz/run/workers.h"
 
 namespace morphray::fuzz {
 
@@ -14,12 +14,11 @@ struct NamedCase {
     FuzzCase fuzz_case;
 };
 
-/// Throws Error(kBadInput) for a file that is no case.
+/// Throws Error(kBadInput) for a file that is not a case.
 std::vector<NamedCase> read_cases(const std::vector<std::string>& files);
 
-/// Every case on every entrant of the lane, whichever lane it is. Prints a line for each that
-/// differs, and where. Returns an exit code.
-int run_replay(const std::vector<NamedCase>& cases, const Lane& lane, LaneState& state,
+/// Traces every case on every variant of the worker. Prints the differences. Returns an exit code.
+int run_replay(const std::vector<NamedCase>& cases, const Worker& worker, WorkerState& state,
                std::atomic<std::uint64_t>& failures);
 
 }  // namespace morphray::fuzz

@@ -20,7 +20,7 @@ constexpr double kAffordableTests = 4e6;
 
 Point to_point(const dvec3& p) { return {p.x, p.y, p.z}; }
 
-/// In the plane, or hardly off it.
+/// A point in the plane, or just off it.
 Place near_plane(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle) {
     constexpr int kFirst = 8;
     constexpr int kLast = 50;
@@ -53,7 +53,7 @@ bool can_use_brute(const FuzzOptions& options, std::size_t triangles) {
     return static_cast<double>(triangles) * options.width * options.height <= kAffordableTests;
 }
 
-/// A scene's name as a part of a folder's.
+/// A scene's name, fit for the name of a folder.
 std::string file_name_of(const std::string& scene) {
     std::string name = scene;
     for (char& c : name)
@@ -79,19 +79,19 @@ FuzzCase open_sweep(const FuzzOptions& options) {
 }
 
 int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const FailureConfig& failure,
-              const Lane& lane, LaneState& state, std::atomic<std::uint64_t>& failures) {
+              const Worker& worker, WorkerState& state, std::atomic<std::uint64_t>& failures) {
     const Surroundings around(scene_case.poses.front(), scene_case.triangles);
     const auto reference = can_use_brute(options, scene_case.triangles.size())
                                ? cpu::make_brute_backend({.threads = 1})
                                : cpu::make_scalar_backend({.threads = 1});
-    const Entrants entrants = lane.vulkan ? vulkan_entrants() : cpu_entrants();
-    const auto& lineup = entrants.lineups.front();
+    const Variants variants = worker.vulkan ? vulkan_variants() : cpu_variants();
+    const auto& group = variants.groups.front();
     Referee referee(*reference);
-    referee.load(std::make_unique<FuzzScene>(scene_case), lineup);
-    LaneProgress progress(lane);
+    referee.load(std::make_unique<FuzzScene>(scene_case), group);
+    WorkerProgress progress(worker);
     const std::uint64_t eyes = (around.triangles.size() + options.every - 1) / options.every;
     const std::uint64_t last = options.cases > 0 ? std::min(options.cases, eyes) : eyes;
-    for (std::uint64_t eye = lane.index; eye < last; eye += lane.count) {
+    for (std::uint64_t eye = worker.index; eye < last; eye += worker.count) {
         if (failures >= options.most_failures || app::interrupted()) break;
         state.current = eye * options.every;
         Dice dice(case_seed(options.seed, state.current));
@@ -114,10 +114,10 @@ int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const Fail
         fuzz_case.triangles = scene_case.triangles;
         fuzz_case.poses = scene_case.poses;
         report_failure(failure, fuzz_case, findings,
-                       fmt::format("sweep-{}-{}-{}-{}", file_name_of(options.scene), lane.name(),
+                       fmt::format("sweep-{}-{}-{}-{}", file_name_of(options.scene), worker.name(),
                                    options.seed, state.current),
                        referee);
-        referee.load(std::make_unique<FuzzScene>(scene_case), lineup);
+        referee.load(std::make_unique<FuzzScene>(scene_case), group);
     }
     return 0;
 }

@@ -1,19 +1,19 @@
-// Eyes in the planes of all triangles of a scene.
+// Traces a scene from eyes in the planes of all its triangles.
 #pragma once
 
-#include "tests/fuzz/case/lanes.h"
 #include "tests/fuzz/run/options.h"
-#include "tests/fuzz/shrink/failure_desk.h"
+#include "tests/fuzz/run/workers.h"
+#include "tests/fuzz/shrink/failure_report.h"
 
 namespace morphray::fuzz {
 
 /// The scene's frame as a case with one pose, without an image. Throws what open_scene throws.
 FuzzCase open_sweep(const FuzzOptions& options);
 
-/// A lane's part: an eye in the plane of each options.every-th triangle, or 2^-8 to 2^-50 extents
-/// off it. The reference is brute force where that takes at most 4e6 tests, else the scalar tracer.
-/// Ends early after SIGINT or SIGTERM. Returns an exit code.
+/// Runs a worker's part, with an eye in the plane of each options.every-th triangle, or 2^-8 to
+/// 2^-50 extents off it. The reference is brute force if that takes at most 4e6 tests, otherwise
+/// the scalar tracer. Ends early after SIGINT or SIGTERM. Returns an exit code.
 int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const FailureConfig& failure,
-              const Lane& lane, LaneState& state, std::atomic<std::uint64_t>& failures);
+              const Worker& worker, WorkerState& state, std::atomic<std::uint64_t>& failures);
 
 }  // namespace morphray::fuzz

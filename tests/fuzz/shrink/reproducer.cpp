@@ -38,23 +38,23 @@ std::string trace_line(const FuzzCase& fuzz_case, const std::string& program,
                        shell_quoted(folder), fuzz_case.frame, shell_quoted(folder), backend);
 }
 
-/// The variables of the environment that decide how the device works.
-std::string environment_of(const Entrant& entrant) {
-    if (!entrant.tracer.starts_with("vulkan")) return {};
+/// The environment variables that the device depends on.
+std::string environment_of(const Variant& variant) {
+    if (!variant.tracer.starts_with("vulkan")) return {};
     const char* const width = std::getenv("LP_NATIVE_VECTOR_WIDTH");
     return width == nullptr ? std::string() : fmt::format("LP_NATIVE_VECTOR_WIDTH={} ", width);
 }
 
-std::string line_with(const std::string& program, const FuzzCase& fuzz_case, const Entrant& entrant,
+std::string line_with(const std::string& program, const FuzzCase& fuzz_case, const Variant& variant,
                       const std::string& folder) {
-    const std::string environment = environment_of(entrant);
+    const std::string environment = environment_of(variant);
     if (!fuzz_case.has_image()) {
         return environment + fmt::format("bash -c 'cmp <({}) <({})'",
                                          trace_line(fuzz_case, program, folder, "--backend brute"),
-                                         trace_line(fuzz_case, program, folder, entrant.arguments));
+                                         trace_line(fuzz_case, program, folder, variant.arguments));
     }
     return environment + program + " " +
-           shell_line(crosscheck_arguments(fuzz_case, entrant, folder));
+           shell_line(crosscheck_arguments(fuzz_case, variant, folder));
 }
 
 void write_files(const FuzzCase& fuzz_case, const std::filesystem::path& folder,
@@ -77,7 +77,7 @@ std::string obj_text(const FuzzCase& fuzz_case, std::size_t pose) {
     return text;
 }
 
-std::vector<std::string> crosscheck_arguments(const FuzzCase& fuzz_case, const Entrant& entrant,
+std::vector<std::string> crosscheck_arguments(const FuzzCase& fuzz_case, const Variant& variant,
                                               const std::string& folder) {
     const ViewSpec& view = fuzz_case.view;
     std::vector<std::string> line = {"crosscheck", folder, "--lenient", "--allow-empty"};
@@ -97,7 +97,7 @@ std::vector<std::string> crosscheck_arguments(const FuzzCase& fuzz_case, const E
     add("--ao-distance", fmt::format("{}", view.ao_distance));
     add("--reference", "brute");
     add("--out", folder + "/difference");
-    for (const std::string& word : words_of(entrant.arguments)) line.push_back(word);
+    for (const std::string& word : words_of(variant.arguments)) line.push_back(word);
     return line;
 }
 
@@ -105,18 +105,18 @@ Reproducer write_reproducer(const FuzzCase& fuzz_case, const Finding& finding,
                             const std::filesystem::path& folder,
                             const std::filesystem::path& program, const std::string& remarks) {
     Reproducer reproducer;
-    const Entrant& entrant = *finding.entrant;
-    if (!entrant.arguments.empty())
-        reproducer.line = line_with("morphray", fuzz_case, entrant, folder.string());
+    const Variant& variant = *finding.variant;
+    if (!variant.arguments.empty())
+        reproducer.line = line_with("morphray", fuzz_case, variant, folder.string());
     write_files(fuzz_case, folder, remarks);
     if (!reproducer.line.empty()) write_file(folder / "cmd.sh", reproducer.line + "\n");
     if (reproducer.line.empty()) {
         reproducer.remark = "the program has no such tracer; replay case.txt";
     } else if (!std::filesystem::exists(program)) {
-        reproducer.remark = fmt::format("not tried: there is no {}", program.string());
+        reproducer.remark = fmt::format("not tried: {} does not exist", program.string());
     } else {
         const ShellResult result = run_shell(
-            line_with(shell_quoted(program.string()), fuzz_case, entrant, folder.string()) +
+            line_with(shell_quoted(program.string()), fuzz_case, variant, folder.string()) +
             " >/dev/null 2>&1");
         reproducer.reproduces = result.status == 1;
         reproducer.remark =

@@ -1,4 +1,4 @@
-// A case as files and one line of the shell, for people and for the program.
+// Writes a case as files and a command line.
 #pragma once
 
 #include <filesystem>
@@ -9,19 +9,19 @@
 
 namespace morphray::fuzz {
 
-/// A pose as the text of an OBJ file: floats read back as themselves.
+/// A pose as the text of an OBJ file, which reads back exactly.
 std::string obj_text(const FuzzCase& fuzz_case, std::size_t pose);
 
 /// The arguments of `morphray crosscheck` (without the program) that compare the case's image on
 /// this tracer, with the scene in `folder`.
-std::vector<std::string> crosscheck_arguments(const FuzzCase& fuzz_case, const Entrant& entrant,
+std::vector<std::string> crosscheck_arguments(const FuzzCase& fuzz_case, const Variant& variant,
                                               const std::string& folder);
 
-/// A failure as it is handed over.
+/// How to reproduce a failure.
 struct Reproducer {
-    /// What to type, from the folder of the checkout; empty where the program has no such tracer.
+    /// The command line, from the folder of the checkout; empty if the program has no such tracer.
     std::string line;
-    /// Whether the program at `program` was run with it and found a difference; what else happened.
+    /// Whether `program` was run with the line and found a difference; and a remark on it.
     bool reproduces = false;
     std::string remark;
 };

@@ -16,7 +16,7 @@ using glm::dvec3;
 dvec3 to_vec(const Point& p) { return {p[0], p[1], p[2]}; }
 Point to_point(const dvec3& v) { return {v.x, v.y, v.z}; }
 
-/// What the camera does with eye, target, up and fov.
+/// The axes of the camera for eye, target, up and fov.
 struct Axes {
     dvec3 right, up, forward;
     /// Half of the image's height at distance 1.

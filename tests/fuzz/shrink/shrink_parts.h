@@ -1,4 +1,4 @@
-// The steps that the shrinker tries: each makes a case a little simpler.
+// Steps of the shrinker, each of which makes a case a little simpler.
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,15 @@
 
 namespace morphray::fuzz {
 
-/// The frame alone; the pose of the build and the frame; in this order, where that is fewer.
+/// Cases with fewer poses: the frame alone, then the pose of the build and the frame.
 std::vector<FuzzCase> with_fewer_poses(const FuzzCase& fuzz_case);
 
 /// Vertices that no triangle uses. They count for the bounds of the scene.
 std::vector<std::uint32_t> idle_vertices(const FuzzCase& fuzz_case);
-/// Without `count` of them from the one at `first`.
+/// The case without `count` idle vertices, starting with the one at `first`.
 FuzzCase without_idle_vertices(const FuzzCase& fuzz_case, std::size_t first, std::size_t count);
 
-/// With fewer secondary rays, or none.
+/// Views with fewer secondary rays, or none.
 std::vector<ViewSpec> with_simpler_rays(const ViewSpec& view);
 
 /// Smaller images: parts of it around pixel (x, y) with about the same rays (a camera's image
@@ -27,7 +27,7 @@ std::vector<ViewSpec> with_fewer_pixels(const ViewSpec& view, std::uint32_t x, s
 
 /// The numbers of a case: of the view, the poses and the rays.
 std::size_t number_count(const FuzzCase& fuzz_case);
-/// Rounds a number to so many binary digits, 0 makes it 0. False if it has no more than those.
+/// Rounds a number to `bits` binary digits; 0 bits give 0. Returns whether that changes it.
 bool round_number(FuzzCase& fuzz_case, std::size_t index, int bits);
 
 }  // namespace morphray::fuzz

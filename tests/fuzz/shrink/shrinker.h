@@ -1,4 +1,4 @@
-// Makes a failing case small.
+// Shrinks a failing case.
 #pragma once
 
 #include <cstddef>
@@ -10,19 +10,18 @@
 
 namespace morphray::fuzz {
 
-/// Where a case fails: a pixel, or one of its rays.
+/// The place where a case fails: a pixel, or one of its rays.
 struct FailurePlace {
     std::uint32_t x = 0;
     std::uint32_t y = 0;
     std::size_t ray = 0;
 };
 
-/// Where a case fails first; nothing if it does not, or cannot be traced.
+/// Returns the first place where a case fails; nothing if it does not fail or cannot be traced.
 using Fails = std::function<std::optional<FailurePlace>(const FuzzCase&)>;
 
-/// A case that fails and from which none of the following can be taken: a kind of comparison, a
-/// pose, a triangle, a vertex, a ray, pixels, digits of a number. Ends early after `trials` calls
-/// of `fails`.
+/// Returns a failing case from which no kind of comparison, pose, triangle, vertex, ray, pixels or
+/// digits of a number can be removed. Ends early after `trials` calls of `fails`.
 FuzzCase shrink(const FuzzCase& failing, const Fails& fails, std::size_t trials = 3000);
 
 }  // namespace morphray::fuzz

@@ -1,4 +1,4 @@
-// Whether the referee sees a planted error, and the shrinker takes away what has no part in it.
+// The referee finds a planted error, and the shrinker removes everything unrelated to it.
 #include "tests/fuzz/shrink/shrinker.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 namespace morphray::fuzz {
 namespace {
 
-/// Traces as another backend, but for triangles whose vertices have all one z: those it loses, or
-/// only their shadows.
+/// Traces like another backend, but loses triangles whose vertices have the same z, or only their
+/// shadows.
 class PlantedError final : public Backend {
 public:
     enum class Loses { kHits, kOcclusion };
@@ -100,13 +100,13 @@ FuzzCase soup_with_a_flat_triangle() {
 class Planted : public testing::TestWithParam<PlantedError::Loses> {
 protected:
     Planted() : planted_(GetParam()) {
-        entrant_.backend = &planted_;
-        entrant_.tracer = "planted";
-        entrant_.tree = TreeKind::kRefitted;
+        variant_.backend = &planted_;
+        variant_.tracer = "planted";
+        variant_.tree = TreeKind::kRefitted;
     }
     std::vector<Finding> findings(const FuzzCase& fuzz_case) {
         Tally tally;
-        return check_case(referee_, fuzz_case, std::span(&entrant_, 1), tally);
+        return check_case(referee_, fuzz_case, std::span(&variant_, 1), tally);
     }
     FuzzCase shrunk(const FuzzCase& fuzz_case) {
         return shrink(fuzz_case, [this](const FuzzCase& c) -> std::optional<FailurePlace> {
@@ -121,7 +121,7 @@ protected:
 
     std::unique_ptr<Backend> brute_ = cpu::make_brute_backend({.threads = 1});
     PlantedError planted_;
-    Entrant entrant_;
+    Variant variant_;
     Referee referee_{*brute_};
 };
 
@@ -162,13 +162,13 @@ TEST(Shrinker, FindsTheRayThatFails) {
     PlantedError planted(PlantedError::Loses::kHits);
     const auto brute = cpu::make_brute_backend({.threads = 1});
     Referee referee(*brute);
-    Entrant entrant;
-    entrant.backend = &planted;
+    Variant variant;
+    variant.backend = &planted;
     FuzzCase rays = soup_with_a_flat_triangle();
     rays.view.width = rays.view.height = 0;
     const FuzzCase small = shrink(rays, [&](const FuzzCase& c) -> std::optional<FailurePlace> {
         Tally tally;
-        const auto found = check_case(referee, c, std::span(&entrant, 1), tally);
+        const auto found = check_case(referee, c, std::span(&variant, 1), tally);
         if (found.empty()) return std::nullopt;
         return FailurePlace{0, 0, found.front().ray_index};
     });

@@ -11,32 +11,30 @@
 #include "common/base/errors.h"
 #include "common/base/message_text.h"
 #include "common/base/number_text.h"
+#include "common/base/text_parts.h"
 #include "common/scene/formats/obj/tiny_obj.h"
 
 namespace morphray {
 namespace {
 
-// tinyobjloader's material_t takes 1.5 kB: libraries of a million materials go to it in pieces.
+// tinyobjloader's material_t takes 1.5 kB, so libraries of a million materials are parsed in
+// pieces.
 constexpr std::size_t kMaterialsAtOnce = 1024;
 
-std::string_view trimmed(std::string_view text) {
-    const std::size_t first = text.find_first_not_of(" \t\f");
-    if (first == std::string_view::npos) return {};
-    return text.substr(first, text.find_last_not_of(" \t\f") - first + 1);
-}
+constexpr std::string_view kBlanks = " \t\f";
 
-std::vector<std::string_view> split(std::string_view text) {
+std::vector<std::string_view> words_of(std::string_view text) {
     std::vector<std::string_view> tokens;
-    for (text = trimmed(text); !text.empty();) {
+    for (text = trimmed(text, kBlanks); !text.empty();) {
         const std::size_t length = std::min(text.find_first_of(" \t"), text.size());
         tokens.push_back(text.substr(0, length));
-        text = trimmed(text.substr(length));
+        text = trimmed(text.substr(length), kBlanks);
     }
     return tokens;
 }
 
-// Reduces a library to the statements that are used, each of them checked, and lets tinyobjloader
-// parse those.
+// Reduces a library to the statements that are used, checks each, and lets tinyobjloader parse
+// them.
 class MtlReader {
 public:
     MtlReader(const std::string& name, bool lenient, MaterialMap& materials)
@@ -47,7 +45,7 @@ public:
         while (!text.empty()) {
             ++line_;
             const std::size_t length = std::min(text.find_first_of("\r\n"), text.size());
-            read_statement(trimmed(text.substr(0, length)));
+            read_statement(trimmed(text.substr(0, length), kBlanks));
             const bool two = text.substr(length).starts_with("\r\n");
             text.remove_prefix(std::min(text.size(), length + (two ? 2 : 1)));
         }
@@ -67,7 +65,7 @@ private:
         }
         const std::size_t length = std::min(statement.find_first_of(" \t"), statement.size());
         const std::string_view keyword = statement.substr(0, length);
-        const std::string_view rest = trimmed(statement.substr(length));
+        const std::string_view rest = trimmed(statement.substr(length), kBlanks);
         if (keyword == "newmtl") {
             end_material();
             material_ = rest;
@@ -77,7 +75,7 @@ private:
     }
 
     void read_kd(std::string_view rest) {
-        std::vector<std::string_view> tokens = split(rest);
+        std::vector<std::string_view> tokens = words_of(rest);
         const auto comment = std::find_if(tokens.begin(), tokens.end(),
                                           [](std::string_view token) { return token[0] == '#'; });
         tokens.erase(comment, tokens.end());
@@ -104,7 +102,7 @@ private:
 
     void warn_default(const std::string& what) {
         odd_colours_.add([&] {
-            return Warning{fmt::format("{}:{}", name_, line_), what + "; taken as grey"};
+            return Warning{fmt::format("{}:{}", name_, line_), what + "; the material is grey"};
         });
     }
 

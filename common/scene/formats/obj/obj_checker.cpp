@@ -19,7 +19,7 @@ namespace {
 using namespace std::string_view_literals;
 
 // Statements of the format (Alias|Wavefront, "Object Files (.obj)", and the skinning and tag
-// extensions of tinyobjloader) that say nothing about triangles.
+// extensions of tinyobjloader) that do not concern triangles.
 constexpr std::array kUnusedKeywords = {
     "vn"sv,     "vt"sv,    "vp"sv,    "g"sv,        "o"sv,          "s"sv,         "l"sv,
     "p"sv,      "mg"sv,    "deg"sv,   "bmat"sv,     "step"sv,       "cstype"sv,    "curv"sv,
@@ -33,7 +33,8 @@ constexpr std::size_t kMaxVertexNumbers = 8;  // x y z w r g b a
 bool blank(char c) { return c == ' ' || c == '\t'; }
 bool line_end(char c) { return c == '\n' || c == '\r'; }
 
-// Bytes that no text has: NUL, and control characters but for tab, the line ends and form feed.
+// Bytes that text does not contain: NUL, and control characters other than tab, line ends and form
+// feed.
 constexpr std::array<bool, 256> make_control_table() {
     std::array<bool, 256> table = {};
     for (std::size_t c = 0; c < 32; ++c)
@@ -68,8 +69,8 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
+    [[noreturn]] void fail(const std::string& what, Remedy remedy = Remedy::kNone) const {
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what), remedy);
     }
     std::string place() const { return fmt::format("{}:{}", name_, line_); }
 
@@ -100,7 +101,7 @@ private:
         return line_end_at;
     }
 
-    // A statement is a line, or several where a backslash is the last character but of the last.
+    // A statement is one line, or several lines that all but the last end in a backslash.
     void check_statement() {
         line_ = next_line_;
         char* first = at_;
@@ -149,7 +150,7 @@ private:
         }
     }
 
-    // Makes a comment of a statement. Its other lines are joined to the first one.
+    // Makes a statement a comment. Its other lines have been joined to the first one.
     static void hide(char* first) { *first = '#'; }
 
     // The next token, empty at the end of the statement or at a comment, which is blanked.
@@ -197,8 +198,8 @@ private:
         if (std::abs(value) <= kMaxCoordinate) return value;
         const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
         if (!lenient_) {
-            fail(fmt::format("coordinate {} {}; repair it or accept it with --lenient",
-                             in_quotes(token), what));
+            fail(fmt::format("coordinate {} {}; repair it", in_quotes(token), what),
+                 Remedy::kLenient);
         }
         not_finite_.add([&] {
             return Warning{place(),
@@ -219,8 +220,8 @@ private:
             ++corners;
         }
         if (corners < 3) {
-            // Two corners in mid file are an edge that some exporters leave behind; as the last
-            // thing in a file without a final line end they are a file that was cut.
+            // Two corners in the middle of a file are an edge that some exporters write. At the end
+            // of a file without a final line end they show that the file was cut.
             const bool cut = last == end_;
             const std::string what =
                 fmt::format("face of {} corner{}", corners, corners == 1 ? "" : "s");
@@ -239,7 +240,7 @@ private:
         }
     }
 
-    // A corner is v, v/vt, v//vn or v/vt/vn. Blanks all but v. Whether the face can be kept.
+    // A corner is v, v/vt, v//vn or v/vt/vn. Blanks all but v. Returns whether the face is kept.
     bool check_corner(std::string_view token) {
         const std::size_t slash = std::min(token.find('/'), token.size());
         const std::optional<std::int64_t> index = parse_integer(token.substr(0, slash));

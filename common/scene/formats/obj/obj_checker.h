@@ -1,4 +1,4 @@
-// Whether the text of an OBJ file says what an OBJ file may say, token by token.
+// Checks the text of an OBJ file token by token.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@
 
 namespace morphray {
 
-/// Finite coordinates beyond this are refused like infinite ones: what a simulation writes as it
-/// explodes.
+/// Finite coordinates beyond this are refused like infinite ones; simulations that diverge write
+/// them.
 inline constexpr float kMaxCoordinate = 1e30f;
-/// A line of more than this is no OBJ text. Faces are exempt: a polygon of 200,000 corners is one
+/// A longer line is not OBJ text. Faces are exempt: a polygon of 200,000 corners is one
 /// line of 1.3 MB.
 inline constexpr std::size_t kMaxLineBytes = std::size_t{1} << 20;
 inline constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
@@ -22,27 +22,27 @@ struct ObjCheckOptions {
     /// Accept coordinates that are not finite or too large, and leave out, with a warning, faces
     /// that cannot be read.
     bool lenient = false;
-    /// More refuse the file (kLimit).
+    /// A file with more is refused (kLimit).
     std::uint64_t max_triangles = kMaxTriangles;
     WarnFunction warn;
 };
 
-/// What the check found on its way.
+/// Results of the check.
 struct CheckedObj {
     /// Each `v`, correctly rounded. (tinyobjloader's own decimal conversion reads nan as 0 and is
     /// not correctly rounded.)
     std::vector<vec3> positions;
-    /// Faces of three corners and more, and the corners that they have. A lenient check counts
-    /// those too that name vertices past the last one.
+    /// Faces of three corners or more, and the number of their corners. A lenient check also counts
+    /// faces that name vertices past the last one.
     std::uint64_t face_count = 0;
     std::uint64_t corner_count = 0;
 };
 
-/// Checks `text` and edits it in place, byte for byte, into text that tinyobjloader reads as meant:
-/// a byte order mark, continued lines and trailing comments become blanks, faces keep their
-/// position indices only, statements that nothing here uses become comments. What remains is
-/// `v` of numbers, `f` of indices that are not 0 and fit an int, relative ones within the vertices
-/// so far, `usemtl` and `mtllib`. Unless lenient, no index is past the last vertex.
+/// Checks `text` and edits it in place, byte for byte, so that tinyobjloader reads it correctly: a
+/// byte order mark, continued lines and trailing comments become blanks, faces keep their position
+/// indices only, and unused statements become comments. The remaining statements are `v` of
+/// numbers, `f` of indices that are not 0 and fit an int, relative ones within the vertices so far,
+/// `usemtl` and `mtllib`. Unless lenient, no index is past the last vertex.
 ///
 /// `name` is the file in messages. Throws Error: kBadInput with file and line, kLimit above
 /// max_triangles.

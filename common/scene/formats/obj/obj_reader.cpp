@@ -11,6 +11,7 @@
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/base/message_text.h"
+#include "common/base/text_parts.h"
 #include "common/scene/formats/obj/mtl_reader.h"
 #include "common/scene/formats/obj/obj_checker.h"
 #include "common/scene/formats/obj/tiny_obj.h"
@@ -20,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Builds the mesh from what tinyobjloader finds in checked text.
+// Builds the mesh from the statements that tinyobjloader finds in checked text.
 class MeshBuilder : public ObjEvents {
 public:
     MeshBuilder(const fs::path& path, const ObjOptions& options, const CheckedObj& checked,
@@ -40,7 +41,7 @@ public:
                 index > 0 ? std::int64_t{index} - 1
                           : static_cast<std::int64_t>(vertex_count_) + std::int64_t{index};
             if (vertex < 0 || vertex >= static_cast<std::int64_t>(vertex_total_)) {
-                // A lenient check lets indices pass that are too large.
+                // A lenient check accepts indices that are too large.
                 out_of_range_.add([&] {
                     return Warning{shown(path_), fmt::format("face with vertex {} of {}; left out",
                                                              index, vertex_total_)};
@@ -56,7 +57,7 @@ public:
 
     void use_material(std::string_view text) override {
         if (!options_.materials) return;
-        const std::string name = trimmed(text);
+        const std::string name(trimmed(text, " \t"));
         const auto material = materials_.find(name);
         albedo_ = material == materials_.end() ? kDefaultAlbedo : material->second;
         if (material == materials_.end() && unknown_names_.size() < kMaxNamesTold &&
@@ -71,7 +72,7 @@ public:
     }
 
     void material_library(const std::string& text) override {
-        const std::string name = trimmed(text);
+        const std::string name(trimmed(text, " \t"));
         if (!options_.materials || name.empty()) return;
         fs::path file;
         std::string bytes;
@@ -82,9 +83,8 @@ public:
         } catch (const Error& error) {
             if (error.kind() != ErrorKind::kBadInput) throw;
             unread_.add([&] {
-                return Warning{shown(path_),
-                               fmt::format("{}; its materials are grey",
-                                           as_warning(error.what(), shown(path_)).text)};
+                return Warning{shown(path_), fmt::format("{}; its materials are grey",
+                                                         as_warning(error, shown(path_)).text)};
             });
             return;
         }
@@ -101,12 +101,6 @@ public:
 
 private:
     static constexpr std::size_t kMaxNamesTold = 1000;
-
-    static std::string trimmed(std::string_view text) {
-        const std::size_t first = text.find_first_not_of(" \t");
-        if (first == std::string_view::npos) return {};
-        return std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
-    }
 
     const fs::path& path_;
     const ObjOptions& options_;
@@ -126,9 +120,8 @@ void require_content(const ObjMesh& mesh, const std::string& name, const ObjOpti
     if (!mesh.faces.corner_counts.empty()) return;
     const char* const missing = mesh.positions.empty() ? "no vertices" : "no faces";
     if (!options.lenient && !options.allow_empty) {
-        throw Error(
-            ErrorKind::kBadInput,
-            fmt::format("{}: {}; is it an OBJ file? --allow-empty accepts it", name, missing));
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; is it an OBJ file?", name, missing),
+                    Remedy::kAllowEmpty);
     }
     options.warn({name, fmt::format("{}; the image will be empty", missing)});
 }

@@ -17,25 +17,25 @@ struct ObjOptions {
     bool lenient = false;
     /// Accept a file without faces, or without anything.
     bool allow_empty = false;
-    /// Read the material libraries. Without, every albedo is kDefaultAlbedo.
+    /// Read the material libraries; otherwise every albedo is kDefaultAlbedo.
     bool materials = true;
     WarnFunction warn;
 };
 
-/// Face i of the file that has three corners or more is faces' face i.
+/// The faces of the file that have three corners or more, in their order.
 struct ObjMesh {
     /// Each `v` of the file, in the file's units, correctly rounded to float.
     std::vector<vec3> positions;
     Polygons faces;
-    /// One a face.
+    /// One for each face.
     std::vector<Albedo> albedo;
 };
 
 /// Reads positions, faces (position indices only) and, from the material libraries beside the file,
-/// diffuse colours. Every token is checked before tinyobjloader parses the text. Faces of two
-/// corners are left out with a warning, degenerate ones kept. Warnings are told only where nothing
-/// is thrown. Throws Error: kBadInput with file and line, kLimit (4 GiB, 2^28 triangles). Threads
-/// may call it at once, each with its own options.
+/// diffuse colours. Checks every token before tinyobjloader parses the text. Leaves out faces of
+/// two corners with a warning; keeps degenerate faces. Gives warnings only if it does not throw.
+/// Throws Error: kBadInput with file and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each
+/// call has its own options.
 ObjMesh read_obj(const std::filesystem::path& path, const ObjOptions& options = {});
 
 }  // namespace morphray

@@ -10,7 +10,7 @@
 namespace morphray {
 namespace {
 
-// Reads from memory without a copy of it. The buffer is never written to.
+// Reads from memory without copying it. Never writes to the buffer.
 class TextBuffer : public std::streambuf {
 public:
     explicit TextBuffer(std::string_view text) {
@@ -41,9 +41,9 @@ void on_material(void* user_data, const char* name, int) {
     parse_of(user_data).events.use_material(name);
 }
 
-// tinyobjloader would open any path; here the events decide. They keep the materials themselves,
-// for their names need trimming before they are looked up. tinyobjloader is told of a failure each
-// time, for it would stop at the first library of a line that is there.
+// tinyobjloader would open any path; here the events decide. The events keep the materials, because
+// names need trimming before they are looked up. Each call reports a failure to tinyobjloader,
+// which would otherwise stop at the first library of a line.
 class LibraryEvents : public tinyobj::MaterialReader {
 public:
     explicit LibraryEvents(ObjEvents& events) : events_(events) {}

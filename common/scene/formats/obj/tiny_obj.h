@@ -1,4 +1,4 @@
-// The seam to tinyobjloader: what its parser finds in checked text.
+// Interface to tinyobjloader: the statements that its parser finds in checked text.
 #pragma once
 
 #include <array>
@@ -14,10 +14,10 @@ class ObjEvents {
 public:
     virtual ~ObjEvents() = default;
     virtual void vertex() = 0;
-    /// The position indices of a face as they are in the text: from 1, or relative if negative. The
-    /// span is the parser's own and may be changed.
+    /// The position indices of a face as the text has them: from 1, or relative if negative. The
+    /// span is valid during the call.
     virtual void face(std::span<const int> indices) = 0;
-    /// A name with the blanks around it.
+    /// The name includes the blanks around it.
     virtual void use_material(std::string_view name) = 0;
     virtual void material_library(const std::string& name) = 0;
 };

@@ -1,4 +1,4 @@
-// Names of numbered files, as in frame_%04d.obj.
+// Patterns of numbered file names, such as frame_%04d.obj.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace morphray {
 
-/// A path with one %d or %0Nd (N from 1 to 9) in its file name; %% is a percent sign. Parsed here
-/// and never given to printf.
+/// A path with one %d or %0Nd (N from 1 to 9) in its file name; %% is a percent sign. The text
+/// never reaches printf.
 class FramePattern {
 public:
-    /// Throws Error(kBadArgument) for any other use of '%', none, more than one, or one in a
-    /// folder.
+    /// Throws Error(kBadArgument) without a frame number, with several, with one in a folder's
+    /// name, and for any other use of '%'.
     explicit FramePattern(const std::string& pattern);
 
     /// The folder part with its slash; empty when there is none.

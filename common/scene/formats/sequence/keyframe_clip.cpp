@@ -20,22 +20,22 @@
 namespace morphray {
 namespace {
 
-// Files that are read before errors are looked at: all but the last core stay busy, and a sequence
-// that is wrong from its second frame on is refused soon.
+// Files that are read between checks for errors: enough to keep all cores busy, and few enough to
+// refuse a sequence soon that is wrong from its second frame on.
 constexpr std::size_t kFilesAtOnce = 64;
 
 struct Keyframe {
     double frame = 0;
     std::vector<vec3> positions;
     WorldBounds bounds;
-    /// Why the file could not be used; empty when it could.
-    std::string problem;
+    /// Why the file cannot be used; empty if it can.
+    std::optional<Error> problem;
     std::optional<Warning> warning;
     /// An error that refuses the whole clip.
     std::exception_ptr error;
 };
 
-// What tells a frame's mesh from the first frame's; empty for nothing.
+// The first difference between a frame's mesh and the first frame's; empty if they are equal.
 std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t vertex_count) {
     if (mesh.positions.size() != vertex_count) {
         return fmt::format("{} vertices instead of {}", mesh.positions.size(), vertex_count);
@@ -60,7 +60,7 @@ std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t v
     return fmt::format("other vertices in face {}", face + 1);
 }
 
-// Of one file that is not the first.
+// Reads a file other than the first.
 void load(const KeyframeFile& file, const Polygons& faces, std::size_t vertex_count,
           const SceneOptions& options, Keyframe& keyframe) {
     ObjOptions obj;
@@ -75,7 +75,12 @@ void load(const KeyframeFile& file, const Polygons& faces, std::size_t vertex_co
         mesh = read_obj(file.path, obj);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kBadInput) throw;
-        keyframe.problem = fmt::format("{} (frame {})", error.what(), file.frame);
+        const Warning at = as_warning(error, shown(file.path));
+        keyframe.problem.emplace(
+            error.kind(),
+            fmt::format("{}: frame {}: {}", at.place.empty() ? shown(file.path) : at.place,
+                        file.frame, at.text),
+            error.remedy());
         return;
     }
     const std::string differs = difference(mesh, faces, vertex_count);
@@ -150,7 +155,7 @@ public:
 
     bool usable(double frame) const override {
         const KeyframeBlend blend = blend_at(frame);
-        return keyframes_[blend.before].problem.empty() && keyframes_[blend.after].problem.empty();
+        return !keyframes_[blend.before].problem && !keyframes_[blend.after].problem;
     }
     std::optional<Warning> damage() const override { return damage_; }
 
@@ -185,8 +190,8 @@ private:
             for (std::size_t i = begin; i < end; ++i) {
                 Keyframe& keyframe = keyframes_[i];
                 if (keyframe.error) std::rethrow_exception(keyframe.error);
-                if (!keyframe.problem.empty()) {
-                    damage.add([&] { return as_warning(keyframe.problem, shown(files[i].path)); });
+                if (keyframe.problem) {
+                    damage.add([&] { return as_warning(*keyframe.problem, shown(files[i].path)); });
                 }
                 if (keyframe.warning) warnings.add([&] { return *keyframe.warning; });
             }
@@ -216,15 +221,13 @@ private:
         const double to = hold_ ? base + 1 : keyframes_[after].frame;
         const float f = frame == from ? 0.0f : static_cast<float>((frame - from) / (to - from));
         if (f == 0.0f || before == after) return {before, before, 0.0f};
-        // So little before a keyframe that a float does not tell: the keyframe.
+        // Closer to the next keyframe than a float can tell.
         if (f == 1.0f) return {after, after, 0.0f};
         return {before, after, f};
     }
 
     const std::vector<vec3>& required(std::size_t keyframe) const {
-        if (!keyframes_[keyframe].problem.empty()) {
-            throw Error(ErrorKind::kBadInput, keyframes_[keyframe].problem);
-        }
+        if (keyframes_[keyframe].problem) throw Error(*keyframes_[keyframe].problem);
         return keyframes_[keyframe].positions;
     }
 

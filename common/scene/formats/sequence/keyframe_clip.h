@@ -11,19 +11,18 @@
 
 namespace morphray {
 
-/// Reads all files (at least one), in parallel, and keeps their positions. Between keyframes
-/// positions are interpolated component by component (common/scene/interpolate.h), and at a
-/// keyframe they are the file's, bit for bit. A frame that is missing is the one before if
-/// options.missing is kHold; otherwise it is interpolated like any frame between two keyframes.
+/// Reads all files (at least one) in parallel and keeps their positions. Positions between
+/// keyframes are interpolated component by component (common/scene/interpolate.h); at a keyframe
+/// they equal the file's bit for bit. If options.missing is kHold, a missing frame repeats the
+/// frame before it; otherwise it is interpolated.
 ///
-/// All files must have the faces of the first one, from which triangles and colours are taken. A
-/// later file that cannot be read or, unless lenient, has coordinates that are not finite or beyond
-/// 1e30, does not fail the opening: it is the clip's damage() and left out of the bounds, and
-/// positions() of every frame that it takes part in throws Error(kBadInput) with the file, the line
-/// and the frame.
+/// Triangles and colours come from the first file; all files must have its faces. A later file that
+/// cannot be read or, unless lenient, has coordinates that are not finite or beyond 1e30 does not
+/// fail the opening: damage() tells of it, the bounds exclude it, and positions() of every frame
+/// that needs it throws Error(kBadInput) with the file, the line and the frame.
 ///
-/// Throws Error: kBadInput for a first file that cannot be read and for files of other faces, with
-/// the frame and what differs; kLimit for more keyframes than there is memory.
+/// Throws Error: kBadInput for a first file that cannot be read and for files with other faces,
+/// with the frame and the difference; kLimit if memory cannot hold the keyframes.
 std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
                                      const std::string& name, const SceneOptions& options);
 

@@ -26,8 +26,9 @@ struct NumberedName {
     std::uint64_t number = 0;
 };
 
-[[noreturn]] void fail(const fs::path& path, const std::string& what) {
-    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path), what));
+[[noreturn]] void fail(const fs::path& path, const std::string& what,
+                       Remedy remedy = Remedy::kNone) {
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path), what), remedy);
 }
 
 bool has_obj_extension(const std::string& name) {
@@ -48,7 +49,7 @@ std::vector<std::string> file_names(const fs::path& folder) {
     if (error) {
         fail(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
     }
-    // The order of a folder is that of its file system.
+    // A folder lists its files in an order of the file system.
     std::sort(names.begin(), names.end());
     return names;
 }
@@ -92,9 +93,8 @@ void report_missing(const fs::path& folder, const std::string& first, std::uint6
                     const SceneOptions& options) {
     const std::string more = count > 1 ? fmt::format(" and {} more", count - 1) : "";
     if (options.missing == MissingFrames::kFail) {
-        fail(folder / first, fmt::format("frame is missing{}; add it, or use --missing hold or "
-                                         "--missing skip",
-                                         more));
+        fail(folder / first, fmt::format("frame is missing{}; add it", more),
+             Remedy::kReplaceMissing);
     }
     if (options.warn) {
         options.warn({shown(folder / first), fmt::format("frame is missing{}; {}", more,

@@ -15,17 +15,17 @@ struct KeyframeFile {
     std::filesystem::path path;
 };
 
-/// The .obj files of a folder (not of folders in it; hidden files do not count), by the last number
-/// in their names, which must be alike apart from it. The first is frame 0; the greatest common
-/// step between the numbers is one frame. Throws Error(kBadInput) for a folder without .obj files,
-/// names that differ, a number twice, and, if options.missing is kFail, a step without a file,
-/// naming it. Otherwise warns of those.
+/// The .obj files of a folder, without those in its folders and hidden ones, ordered by the last
+/// number in their names, which must be equal apart from it. The first is frame 0; the greatest
+/// common divisor of the differences is one frame. Throws Error(kBadInput) for a folder without
+/// .obj files, names that differ, a number twice, and, if options.missing is kFail, a missing file,
+/// which it names; otherwise warns of missing files.
 std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
                                           const SceneOptions& options);
 
 /// The files that match a pattern (FramePattern), from the first number to the last; frames are the
-/// numbers in the names. Throws Error: kBadArgument for a bad pattern, kBadInput for no file, and
-/// for missing ones as above.
+/// numbers in the names. Throws Error: kBadArgument for a bad pattern, kBadInput if no file
+/// matches, and for missing files as above.
 std::vector<KeyframeFile> files_of_pattern(const std::string& pattern, const SceneOptions& options);
 
 }  // namespace morphray

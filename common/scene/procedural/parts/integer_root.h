@@ -1,4 +1,4 @@
-// Cube roots of counts: std::cbrt rounds differently from one libm to the next.
+// Cube roots of counts. std::cbrt rounds differently in different libms.
 #pragma once
 
 #include <cstdint>

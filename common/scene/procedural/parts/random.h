@@ -1,4 +1,4 @@
-// Numbers that look random and are a pure function of what they are drawn for.
+// Pseudorandom numbers as pure functions of a seed and an index.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Turns about any axis.
+// Rotation about any axis.
 #pragma once
 
 #include <glm/geometric.hpp>

@@ -1,5 +1,5 @@
-// Sine and cosine of turns from + - * alone: the same bits on every machine and with every libm,
-// which picks its instructions, and with them its rounding, by processor.
+// Sine and cosine of turns from + - * alone, with the same bits on every machine. A libm chooses
+// its instructions, and with them its rounding, by the processor.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@ inline double sin_turns(double x) {
     if (y < -0.25) y = -0.5 - y;
     if (y == 0.25) return 1;
     if (y == -0.25) return -1;
-    // The Taylor series: its first term left out is (pi/2)^23 / 23! < 2^-59.
+    // The Taylor series; its first omitted term is (pi/2)^23 / 23! < 2^-59.
     const double a = 6.283185307179586476925 * y;
     const double s = a * a;
     constexpr double kTerms[] = {1.0 / 420, 1.0 / 342, 1.0 / 272, 1.0 / 210, 1.0 / 156,
@@ -25,7 +25,7 @@ inline double sin_turns(double x) {
     return a * sum;
 }
 
-/// cos(2 pi x), likewise.
+/// cos(2 pi x), with the same error; for finite x.
 inline double cos_turns(double x) {
     // floor first: x + 1/4 would round for a large x.
     return sin_turns(x - std::floor(x) + 0.25);

@@ -1,4 +1,4 @@
-// What every built-in scene promises.
+// Properties of all built-in scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What the tests of the built-in scenes share.
+// Helpers of the tests of built-in scenes.
 #pragma once
 
 #include <cstdint>

@@ -137,7 +137,7 @@ TEST(ObjReader, CoordinatesBeyond1e30AreRefused) {
     EXPECT_TRUE(refused_at("v 0 0 0\nv 0 0 -1.1e30\nv 0 1 0\nf 1 2 3\n", 2));
     EXPECT_EQ(refusal("v 0 0 0\nv 0 0 1e30\nv 0 1 0\nf 1 2 3\n"), "");
 }
-TEST(ObjReader, LenientlyKeepsWhatIsNotFinite) {
+TEST(ObjReader, LenientlyKeepsCoordinatesThatAreNotFinite) {
     const Reading reading =
         read("v nan 0 1e38\nv inf -inf 0\nv 0 1 -1e999\nf 1 2 3\nf 3 2 1\n", lenient());
     const std::vector<vec3>& p = reading.mesh.positions;
@@ -184,7 +184,7 @@ TEST(ObjReader, IndicesOutOfRangeAreRefused) {
         EXPECT_TRUE(refused_at(kVertices + face + "\n", 4)) << face;
     }
 }
-TEST(ObjReader, TokensThatAreNoCornersAreRefused) {
+TEST(ObjReader, MalformedCornersAreRefused) {
     for (const char* face :
          {"f 1/ 2/ 3/", "f /1 /2 /3", "f 1/// 2/// 3///", "f 1/1/ 2 3", "f 1//  2 3", "f a b c",
           "f 1 2.5 3", "f 1 2 3x", "f 1 2 +3", "f 1/a 2 3", "f 1/1/b 2 3", "f 1/2/3/4 2 3",
@@ -214,7 +214,7 @@ TEST(ObjReader, AllFormsOfCornersAreRead) {
     EXPECT_EQ(mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
 }
 
-TEST(ObjReader, FileWithoutFacesIsRefusedUnlessAskedFor) {
+TEST(ObjReader, FileWithoutFacesIsRefusedUnlessAllowed) {
     EXPECT_EQ(refusal(kVertices).substr(0, 16), "a.obj: no faces;");
     EXPECT_EQ(read(kVertices, lenient()).mesh.positions.size(), 3u);
     ObjOptions allow_empty;
@@ -269,7 +269,7 @@ TEST(ObjReader, OtherStatementsAreIgnoredAndUnknownOnesWarned) {
         "a.obj:9: warning: unknown statement 'foo'; ignored (and 1 more)"))
         << reading.warnings[0];
 }
-TEST(ObjReader, NothingIsWarnedWhereAnErrorIsThrown) {
+TEST(ObjReader, ErrorSuppressesWarnings) {
     int warnings = 0;
     const TempFolder folder;
     ObjOptions options;
@@ -301,7 +301,7 @@ TEST(ObjReader, DecimalsDoNotDependOnTheLocale) {
     const std::locale before =
         std::locale::global(std::locale(std::locale(), new CommaPunctuation));
     for (const char* name : {"de_DE.UTF-8", "tr_TR.UTF-8"}) {
-        std::setlocale(LC_ALL, name);  // stays what it was where it is not installed
+        std::setlocale(LC_ALL, name);  // has no effect if the locale is not installed
         const TempFolder folder;
         folder.write("a.mtl", "newmtl m\nKd 0.5 0.25 1.0\n");
         const auto mesh = read_obj(folder.write(
@@ -326,84 +326,6 @@ TEST(ObjChecker, MoreTrianglesThanTheLimitAreRefused) {
     std::string five = kVertices + "f 1 2 3 1 2\nf 1 2 3 1\n";
     EXPECT_EQ(kind_of([&] { check_obj(five, "a.obj", options); }), ErrorKind::kLimit);
     EXPECT_EQ(kMaxTriangles, std::uint64_t{1} << 28);
-}
-
-// Materials
-
-struct Coloured {
-    std::vector<Albedo> albedo;
-    std::vector<std::string> warnings;
-};
-Coloured read_coloured(const TempFolder& folder, const std::string& text) {
-    Coloured result;
-    ObjOptions options;
-    options.warn = [&](const Warning& warning) { result.warnings.push_back(warning.line()); };
-    result.albedo = read_obj(folder.write("a.obj", text), options).albedo;
-    return result;
-}
-
-TEST(ObjMaterials, DiffuseColourBecomesTheAlbedoOfTheFacesAfterIt) {
-    const TempFolder folder;
-    folder.write("a.mtl", "newmtl red\nKd 1 0 0\nnewmtl blue  \r\n  Kd 0 0 0.5\n");
-    const Coloured result = read_coloured(
-        folder, "mtllib a.mtl\n" + kTriangle +
-                    "usemtl red\nf 1 2 3\nf 1 2 3\nusemtl  blue \nf 1 2 3\nusemtl red\nf 3 2 1\n");
-    EXPECT_EQ(result.albedo,
-              (std::vector<Albedo>{kDefaultAlbedo, 0x0000FF, 0x0000FF, 0x800000, 0x0000FF}));
-    EXPECT_TRUE(result.warnings.empty());
-}
-TEST(ObjMaterials, AllLibrariesOfALineAreRead) {
-    const TempFolder folder;
-    folder.write("a.mtl", "newmtl a\nKd 1 0 0\n");
-    folder.write("b c.mtl", "newmtl b\nKd 0 1 0\n");
-    const Coloured result = read_coloured(folder, "mtllib none.mtl a.mtl b\\ c.mtl \n" + kVertices +
-                                                      "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n");
-    EXPECT_EQ(result.albedo, (std::vector<Albedo>{0x0000FF, 0x00FF00}));
-    EXPECT_EQ(result.warnings.size(), 1u);
-}
-TEST(ObjMaterials, MissingLibraryAndMaterialAreWarnings) {
-    const TempFolder folder;
-    const Coloured result =
-        read_coloured(folder, "mtllib none.mtl\n" + kVertices + "usemtl q\nf 1 2 3\n");
-    EXPECT_EQ(result.albedo, std::vector<Albedo>{kDefaultAlbedo});
-    ASSERT_EQ(result.warnings.size(), 2u);
-    EXPECT_NE(result.warnings[0].find("a.obj: warning: "), std::string::npos);
-    EXPECT_NE(result.warnings[0].find("none.mtl: no such file"), std::string::npos);
-    EXPECT_NE(result.warnings[1].find("'q'"), std::string::npos);
-}
-TEST(ObjMaterials, LibraryOutsideOfTheFolderIsNotOpened) {
-    const TempFolder folder;
-    folder.write("outside.mtl", "newmtl a\nKd 1 0 0\n");
-    const TempFolder other;
-    const fs::path absolute = other.write("abs.mtl", "newmtl a\nKd 1 0 0\n");
-    for (const std::string& name :
-         {std::string("../outside.mtl"), std::string("../../../etc/passwd"), absolute.native()}) {
-        std::vector<std::string> warnings;
-        ObjOptions options;
-        options.warn = [&](const Warning& warning) { warnings.push_back(warning.line()); };
-        const auto mesh = read_obj(folder.write("scene/a.obj", "mtllib " + name + "\n" + kVertices +
-                                                                   "usemtl a\nf 1 2 3\n"),
-                                   options);
-        EXPECT_EQ(mesh.albedo[0], kDefaultAlbedo);
-        ASSERT_FALSE(warnings.empty());
-        EXPECT_NE(warnings[0].find("not followed"), std::string::npos) << warnings[0];
-    }
-}
-TEST(ObjMaterials, BrokenColourIsRefused) {
-    const TempFolder folder;
-    folder.write("a.mtl", "newmtl a\n\nKd nan 0 0\n");
-    const std::string message =
-        message_of([&] { read_coloured(folder, "mtllib a.mtl\n" + kTriangle); });
-    EXPECT_NE(message.find("a.mtl:3: Kd"), std::string::npos) << message;
-}
-TEST(ObjMaterials, AreLeftAloneWhenNotAskedFor) {
-    const TempFolder folder;
-    ObjOptions options;
-    options.materials = false;
-    options.warn = [](const Warning& warning) { ADD_FAILURE() << warning.line(); };
-    const auto mesh =
-        read_obj(folder.write("a.obj", "mtllib none.mtl\nusemtl x\n" + kTriangle), options);
-    EXPECT_EQ(mesh.albedo[0], kDefaultAlbedo);
 }
 
 }  // namespace

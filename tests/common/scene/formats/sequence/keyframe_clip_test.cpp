@@ -156,7 +156,7 @@ TEST(KeyframeClip, FrameThatExplodesFailsWhenItIsAskedFor) {
             EXPECT_FALSE(opened.clip->usable(frame)) << frame;
             EXPECT_EQ(error->kind(), ErrorKind::kBadInput);
             EXPECT_NE(std::string(error->what()).find("f_2.obj:1: "), std::string::npos);
-            EXPECT_NE(std::string(error->what()).find("(frame 2)"), std::string::npos);
+            EXPECT_NE(std::string(error->what()).find(": frame 2: "), std::string::npos);
         }
         EXPECT_EQ(x_at(opened, 3), 3.0f);
         EXPECT_EQ(x_at(opened, 3.5), 3.5f);
@@ -165,11 +165,11 @@ TEST(KeyframeClip, FrameThatExplodesFailsWhenItIsAskedFor) {
         for (const double frame : {0.0, 0.5, 1.0, 3.0, 3.5, 4.0}) {
             EXPECT_TRUE(opened.clip->usable(frame)) << frame;
         }
-        // Told by the error, or on request by whoever does not run into it.
+        // The error tells it, and damage() for frames that do not need the file.
         EXPECT_TRUE(opened.warnings.empty());
         ASSERT_TRUE(opened.clip->damage());
         EXPECT_TRUE(opened.clip->damage()->place.ends_with("f_2.obj:1"));
-        EXPECT_NE(opened.clip->damage()->text.find("(frame 2)"), std::string::npos);
+        EXPECT_TRUE(opened.clip->damage()->text.starts_with("frame 2: "));
     }
 }
 
@@ -177,11 +177,14 @@ TEST(KeyframeClip, DamageCountsTheFilesThatCannotBeUsed) {
     const Opened opened =
         open_frames({triangle_at("0"), triangle_at("nan"), triangle_at("inf"), triangle_at("3")});
     ASSERT_TRUE(opened.clip->damage());
-    EXPECT_TRUE(opened.clip->damage()->line().ends_with("(frame 1) (and 1 more)"));
+    EXPECT_EQ(opened.clip->damage()->more, 1u);
+    EXPECT_EQ(opened.clip->damage()->remedy, Remedy::kLenient);
+    EXPECT_TRUE(opened.clip->damage()->text.starts_with("frame 1: "));
+    EXPECT_TRUE(opened.clip->damage()->line().ends_with(" (and 1 more)"));
     EXPECT_FALSE(open_frames({triangle_at("0"), triangle_at("1")}).clip->damage());
 }
 
-TEST(KeyframeClip, FrameThatCannotBeReadFailsWhenItIsAskedFor) {
+TEST(KeyframeClip, FrameThatCannotBeReadFailsWhenItIsUsed) {
     const Opened opened = open_frames({triangle_at("0"), "v 0 0\n", triangle_at("2")});
     EXPECT_EQ(x_at(opened, 0), 0.0f);
     EXPECT_EQ(kind_of([&] { x_at(opened, 1); }), ErrorKind::kBadInput);

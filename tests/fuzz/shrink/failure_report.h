@@ -1,4 +1,4 @@
-// What becomes of a failure: it is made small, written down, and told.
+// Reports a failure: shrinks it, writes it to files and prints it.
 #pragma once
 
 #include <filesystem>
@@ -11,14 +11,14 @@ namespace morphray::fuzz {
 struct FailureConfig {
     /// Where failures are written, a folder for each.
     std::filesystem::path out = "out/fuzz";
-    /// The program that their lines are tried with.
+    /// The program with which their command lines are tried.
     std::filesystem::path program;
-    /// Only told in a line each.
+    /// Print a line for each failure only.
     bool only_list = false;
 };
 
-/// Prints the failure on stdout; unless it is only listed, shrinks it first for the entrant of its
-/// first finding, and writes it into a folder `name`.
+/// Prints the failure to stdout. Unless config.only_list is set, first shrinks it for the variant
+/// of its first finding and writes it into a folder `name`.
 void report_failure(const FailureConfig& config, const FuzzCase& fuzz_case,
                     std::span<const Finding> findings, const std::string& name, Referee& referee);
 

@@ -1,4 +1,4 @@
-#include "tests/fuzz/shrink/failure_desk.h"
+#include "tests/fuzz/shrink/failure_report.h"
 
 #include <fmt/format.h>
 
@@ -14,8 +14,8 @@
 namespace morphray::fuzz {
 namespace {
 
-/// What a failure stays while it shrinks: else one of secondary rays becomes one of camera rays
-/// that happens to be there, too.
+/// The kind of a failure, which must not change while it shrinks: otherwise a failure of secondary
+/// rays could turn into one of camera rays that the case has, too.
 enum class FailureClass { kClosestHits, kSecondary, kSingleRays };
 
 FailureClass class_of(const Finding& finding) {
@@ -25,16 +25,16 @@ FailureClass class_of(const Finding& finding) {
                                                : FailureClass::kClosestHits;
 }
 
-/// A finding like this one in a case, by its entrant alone.
+/// A finding of the same kind in a case, traced by the variant of the original finding alone.
 std::optional<Finding> find_again(Referee& referee, const FuzzCase& fuzz_case,
                                   const Finding& original) {
     Tally ignored;
     try {
         for (const Finding& finding :
-             check_case(referee, fuzz_case, std::span(original.entrant, 1), ignored))
+             check_case(referee, fuzz_case, std::span(original.variant, 1), ignored))
             if (class_of(finding) == class_of(original)) return finding;
     } catch (const Error& error) {
-        // A step of the shrinker may lead to what cannot be traced.
+        // A step of the shrinker may give a case that cannot be traced.
         if (error.kind() != ErrorKind::kBadInput) throw;
     }
     return std::nullopt;
@@ -55,7 +55,7 @@ std::string kind_of(const Finding& finding, const FuzzCase& fuzz_case) {
 
 std::string names_of(std::span<const Finding> findings) {
     std::set<std::string> names;
-    for (const Finding& finding : findings) names.insert(finding.entrant->name());
+    for (const Finding& finding : findings) names.insert(finding.variant->name());
     std::string text;
     for (const std::string& name : names) text += (text.empty() ? "" : "; ") + name;
     return text;
@@ -85,7 +85,7 @@ void report_failure(const FailureConfig& config, const FuzzCase& fuzz_case,
     const FuzzCase small = shrunk(referee, fuzz_case, findings.front());
     const std::optional<Finding> left = find_again(referee, small, findings.front());
     if (!left) {
-        // An answer that changes from one trace to the next.
+        // The answer changes from one trace to the next.
         std::printf("FAILED %s, but not each time\n%s\n", name.c_str(),
                     describe(findings.front()).c_str());
         std::fflush(stdout);

@@ -1,0 +1,14 @@
+// The commands of the program with their options.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "app/cli/options.h"
+
+namespace morphray::app {
+
+/// Adds every command to `program`. A parse writes the command and its options into `options`,
+/// which outlives it.
+void add_commands(CLI::App& program, Options& options);
+
+}  // namespace morphray::app

@@ -1,0 +1,44 @@
+#include "app/report/json_parts.h"
+
+#include "common/version.h"
+
+namespace morphray::app {
+
+Json head_of(const std::string& command) {
+    return {{"schema", "morphray/1"}, {"command", command}, {"version", kVersion}};
+}
+
+Json head_of(const ReportHead& head) {
+    Json json = head_of(head.command);
+    json["scene"] = head.scene;
+    json["triangles"] = head.triangles;
+    json["vertices"] = head.vertices;
+    if (head.width > 0) {
+        json["width"] = head.width;
+        json["height"] = head.height;
+    }
+    return json;
+}
+
+void add_times(Json& json, const FrameTimes& times) {
+    json["deform_ms"] = times.deform_ms;
+    json["upload_ms"] = times.update.upload_ms;
+    json["refit_ms"] = times.update.refit_ms;
+    json["decide_ms"] = times.update.decide_ms;
+    json["restructure_ms"] = times.update.restructure_ms;
+    json["rebuild_ms"] = times.update.rebuild_ms;
+    json["trace_ms"] = times.trace_ms;
+}
+
+Json of(const BvhStats& stats) {
+    return {{"sah_cost", stats.sah_cost},
+            {"nodes", stats.node_count},
+            {"leaves", stats.leaf_count},
+            {"depth", stats.depth},
+            {"children_per_node", stats.children_per_node},
+            {"triangles_per_leaf", stats.triangles_per_leaf},
+            {"vertices_per_leaf", stats.vertices_per_leaf},
+            {"bytes", stats.bytes}};
+}
+
+}  // namespace morphray::app

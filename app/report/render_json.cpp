@@ -1,0 +1,43 @@
+#include "app/report/report_json.h"
+
+#include "app/report/json_parts.h"
+#include "common/base/number_text.h"
+
+namespace morphray::app {
+namespace {
+
+Json of(const FrameReport& frame) {
+    Json json = {{"frame", frame.frame},
+                 {"backend", frame.backend},
+                 {"update", frame.update},
+                 {"refit_on", frame.refit_on},
+                 {"hits_hash", hash_text(frame.hits_hash)},
+                 {"image_hash", hash_text(frame.image_hash)},
+                 {"bvh_hash", hash_text(frame.bvh_hash)}};
+    add_times(json, frame.times);
+    json["total_ms"] = frame.times.total_ms();
+    json["rays"] = frame.times.rays;
+    json["hits"] = frame.hits;
+    json["misses"] = frame.misses;
+    json["occluded"] = frame.occluded;
+    json["sah_cost"] = frame.sah_cost;
+    json["cost_ratio"] = frame.cost_ratio;
+    json["reason"] = frame.reason;
+    json["file"] = frame.file;
+    return json;
+}
+
+}  // namespace
+
+std::string to_json(const RenderReport& report) {
+    Json json = head_of(report.head);
+    json["backend"] = report.backend;
+    json["device"] = report.device;
+    json["rays"] = report.rays;
+    json["complete"] = report.complete;
+    json["frames"] = Json::array();
+    for (const FrameReport& frame : report.frames) json["frames"].push_back(of(frame));
+    return json_text(json);
+}
+
+}  // namespace morphray::app

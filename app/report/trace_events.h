@@ -1,0 +1,14 @@
+// A comparison of policies for chrome://tracing and Perfetto.
+#pragma once
+
+#include <string>
+
+#include "app/report/reports.h"
+
+namespace morphray::app {
+
+/// The stages of all frames in Chrome's trace format (Trace Event Format, Google 2016): a process
+/// for each backend, a thread for each policy, the stages of a thread end to end.
+std::string trace_events(const PolicyReport& report);
+
+}  // namespace morphray::app

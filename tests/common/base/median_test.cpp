@@ -1,0 +1,15 @@
+#include "common/base/median.h"
+
+#include <gtest/gtest.h>
+
+namespace morphray {
+namespace {
+
+TEST(Median, IsTheMiddleOrTheMeanOfTwo) {
+    EXPECT_EQ(median({3}), 3);
+    EXPECT_EQ(median({5, 1, 3}), 3);
+    EXPECT_EQ(median({4, 1, 2, 8}), 3);
+}
+
+}  // namespace
+}  // namespace morphray

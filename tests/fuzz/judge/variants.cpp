@@ -1,0 +1,91 @@
+#include "tests/fuzz/judge/variants.h"
+
+#include <fmt/format.h>
+
+#include "common/base/errors.h"
+#include "common/simd/simd_target.h"
+#include "cpu/cpu_backend.h"
+#ifdef MORPHRAY_HAS_VULKAN
+#include "gpu/vulkan_backend_internal.h"
+#endif
+
+namespace morphray::fuzz {
+namespace {
+
+std::vector<std::string> simd_names() {
+    std::vector<std::string> names;
+    for (const SimdTarget& target : supported_simd_targets()) names.emplace_back(target.name);
+    names.emplace_back(cpu::kSimdOff);
+    return names;
+}
+
+}  // namespace
+
+const char* name_of(TreeKind tree) {
+    switch (tree) {
+        case TreeKind::kRefitted:
+            return "refitted";
+        case TreeKind::kRebuilt:
+            return "rebuilt";
+        case TreeKind::kAuto:
+            break;
+    }
+    return "auto";
+}
+
+std::string Variant::name() const { return fmt::format("{}, {} tree", tracer, name_of(tree)); }
+
+Variants cpu_variants() {
+    Variants variants;
+    variants.groups.resize(2);
+    const auto add = [&](const std::string& simd, int threads, TreeKind tree, std::size_t group) {
+        variants.backends.push_back(cpu::make_cpu_backend({.threads = threads, .simd = simd}));
+        Variant variant;
+        variant.backend = variants.backends.back().get();
+        variant.tracer = fmt::format("cpu {}, {}", simd, threads == 1 ? "1 thread" : "2 threads");
+        variant.tree = tree;
+        variant.arguments = fmt::format("--backend cpu --simd {} --threads {}", simd, threads);
+        variants.groups[group].push_back(variant);
+    };
+    int turn = 0;
+    for (const std::string& simd : simd_names()) {
+        for (const std::size_t group : {0, 1}) {
+            const int threads = group == 0 ? 1 : 2;
+            add(simd, threads, TreeKind::kRefitted, group);
+            add(simd, 3 - threads, TreeKind::kRebuilt, group);
+        }
+        // These cost more than the others, so each group has half of them.
+        add(simd, 1, TreeKind::kAuto, static_cast<std::size_t>(turn++ % 2));
+    }
+    return variants;
+}
+
+#ifdef MORPHRAY_HAS_VULKAN
+Variants vulkan_variants() {
+    // Suspends and resumes rays a few times; doing so at every step would take long.
+    constexpr std::uint32_t kShortBudget = 24;
+    Variants variants;
+    // Making a backend takes seconds, because kernels are compiled.
+    variants.backends.push_back(gpu::make_vulkan_backend());
+    gpu::Tuning tuning;
+    tuning.most_packet_lanes = 4;
+    tuning.step_budget = kShortBudget;
+    variants.backends.push_back(gpu::make_vulkan_backend({}, tuning));
+    Backend* const device = variants.backends[0].get();
+    Backend* const tuned = variants.backends[1].get();
+    const char* const arguments = "--backend vulkan";
+    const Variant refitted{device, "vulkan", TreeKind::kRefitted, arguments};
+    const Variant rebuilt{device, "vulkan", TreeKind::kRebuilt, arguments};
+    const Variant kept{device, "vulkan", TreeKind::kAuto, arguments};
+    const Variant narrow{tuned, "vulkan with narrow packets", TreeKind::kRefitted, {}};
+    variants.groups = {{refitted, rebuilt, narrow}, {refitted, kept, narrow}};
+    return variants;
+}
+#else
+Variants vulkan_variants() {
+    throw Error(ErrorKind::kUnavailable,
+                "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
+}
+#endif
+
+}  // namespace morphray::fuzz
