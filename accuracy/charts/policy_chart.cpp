@@ -63,9 +63,11 @@ Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::s
     view.width = view.height = side;
     view.fov = kChartFov;
     const std::vector<double> frames = spread_frames(scene.clip(), context.effort.policy_frames);
-    PolicyRunner runner(
-        scene, frames, make_image_params(view, scene.clip().bounds(), scene.space()),
-        {.threads = context.threads}, context.effort.rounds, context.make_cpu_backend());
+    SessionConfig session;
+    session.threads = context.threads;
+    PolicyRunner runner(scene, frames,
+                        make_image_params(view, scene.clip().bounds(), scene.space()), session,
+                        context.effort.rounds, context.make_cpu_backend());
     comparisons.push_back(runner.compare(kPolicies, context.check));
     context.step();
 

@@ -1,4 +1,4 @@
-// Exit codes of the program (README, "Exit codes").
+// Exit codes of the program (docs/guide/exit_codes.md).
 #pragma once
 
 #include "common/base/errors.h"

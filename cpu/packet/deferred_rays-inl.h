@@ -91,7 +91,8 @@ private:
         store(splat(1.0f) / (hit.t * z), q);
         for (; hits != 0; hits &= hits - 1) {
             const auto l = static_cast<std::uint32_t>(__builtin_ctz(hits));
-            if ((rivals >> l & 1) != 0 && !is_closer(t[l], ids[l], best_t[l], best_ids[l])) continue;
+            if ((rivals >> l & 1) != 0 && !is_closer(t[l], ids[l], best_t[l], best_ids[l]))
+                continue;
             const std::uint32_t ray = rays[l];
             packet_.q_lower[ray] = q[l] * (1 - 0x1p-16f);
             packet_.q_upper[ray] = q[l] * (1 + 0x1p-16f);

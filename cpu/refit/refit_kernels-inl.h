@@ -21,7 +21,7 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 // Leaves are prefetched so many before they are needed, with all that their refit reads and writes
-// (docs/layout.md, "Building and refitting").
+// (docs/lab/build_and_refit.md).
 inline constexpr std::uint32_t kLeavesAhead = 16;
 
 HWY_INLINE void prefetch_leaf(const RefitArrays& tree, std::uint32_t index,

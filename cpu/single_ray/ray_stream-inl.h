@@ -21,7 +21,7 @@ namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-// Rays that are traced together; docs/cpu_tracer.md has the figures.
+// Rays that are traced together; docs/lab/cpu_tracer.md has the figures.
 inline constexpr std::size_t kStreamRays = 64;
 
 /// Some rays as the slab test and the hit rule take them.
