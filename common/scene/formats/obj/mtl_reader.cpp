@@ -102,7 +102,7 @@ private:
 
     void warn_default(const std::string& what) {
         odd_colours_.add([&] {
-            return Warning{fmt::format("{}:{}", name_, line_), what + "; the material is grey"};
+            return Warning{fmt::format("{}:{}", name_, line_), what + "; taken as grey"};
         });
     }
 
