@@ -1,4 +1,4 @@
-// Which devices are offered, which one is taken, and what a user reads when none can be.
+// The list of devices, the choice of one, and the messages if none can be used.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -118,7 +118,7 @@ TEST(DeviceList, SaysThatThereIsNoDevice) {
     EXPECT_TRUE(contains(error_text([&] { gpu::list_devices(loader.get()); }), "no device"));
 }
 
-/// Sets an environment variable for as long as it lives.
+/// Sets an environment variable during its lifetime.
 class Environment {
 public:
     Environment(const char* name, const std::string& value) : name_(name) {

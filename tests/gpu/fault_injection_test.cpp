@@ -1,5 +1,5 @@
-// Whatever Vulkan call fails, the user gets an Error with the right code, and nothing leaks (run
-// under the address sanitizer, this test also shows that).
+// Every Vulkan call that fails gives an Error of the right kind, and nothing leaks (which the
+// address sanitizer checks).
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace morphray::test {
 namespace {
 
 /// A session that uses everything but packets once, in dispatches of one tile. (Some drivers
-/// compile packets for a third of a second each time; they have a test of their own.)
+/// compile packets for a third of a second each time; another test has packets.)
 void run_session(const FaultyLoader& loader, bool force_staging) {
     gpu::Tuning tuning;
     tuning.loader = loader.get();
@@ -34,7 +34,7 @@ void run_session(const FaultyLoader& loader, bool force_staging) {
     backend->read_tree(bvh);
 }
 
-/// The error that a session with these faults ends with.
+/// The error at the end of a session with these faults.
 std::optional<Error> session_error(Faults& faults, bool force_staging = false) {
     const FaultyLoader loader(faults);
     try {
@@ -62,7 +62,7 @@ void fail_each_call(VkResult result, bool force_staging, bool (*counts)(std::str
     EXPECT_GT(failures, 20u);
 }
 
-// Names for debuggers are a third of all calls; one of them fails in another test.
+// Names for debuggers are a third of all calls; another test lets one of them fail.
 TEST(FaultInjection, EveryCallThatRunsOutOfDeviceMemoryGivesALimitError) {
     fail_each_call(VK_ERROR_OUT_OF_DEVICE_MEMORY, false,
                    [](std::string_view name) { return name != "vkSetDebugUtilsObjectNameEXT"; });
@@ -144,8 +144,7 @@ TEST(FaultInjection, ABackendWhoseSceneDidNotFitCanTakeAnother) {
                             [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
 }
 
-/// An update and an image by packets, with a failure at each call in turn; afterwards the same
-/// image comes out whole.
+/// Fails each call of an update and an image by packets in turn. The next image must be right.
 void fail_each_call_of_a_frame(bool force_staging) {
     Faults faults;
     const FaultyLoader loader(faults);
@@ -174,7 +173,7 @@ void fail_each_call_of_a_frame(bool force_staging) {
             has_failed = true;
         }
         faults.fail_at = Faults::kNever;
-        // Where the second refit was not heard of any more.
+        // The second refit may not have been called.
         backend->refit(moved);
         Frame again;
         backend->trace_image(view(32, 32, kRaysShadow), again);

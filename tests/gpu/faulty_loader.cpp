@@ -10,7 +10,7 @@
 namespace morphray::test {
 namespace {
 
-// Vulkan's functions carry no user data, so the faults have to be found without.
+// A global, since Vulkan's functions carry no user data.
 Faults*& active() {
     static Faults* faults = nullptr;
     return faults;

@@ -1,4 +1,4 @@
-// A Vulkan loader whose calls fail on demand, and whose devices look different from what they are.
+// A Vulkan loader whose calls fail on demand, and whose devices report other properties.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,8 @@
 
 namespace morphray::test {
 
-/// What goes wrong. Calls are those that return a VkResult, counted from 0 over all of them or
-/// those in `counted`.
+/// The faults of a loader. Calls that return a VkResult are counted from 0: all of them, or those
+/// that `counts` accepts.
 struct Faults {
     static constexpr std::size_t kNever = ~std::size_t{0};
 
@@ -30,7 +30,7 @@ struct Faults {
     std::string failed_name;
 };
 
-/// While it lives, faulty_loader() obeys `faults`. One at a time.
+/// Applies `faults` to calls during its lifetime. There can be one at a time.
 class FaultyLoader {
 public:
     explicit FaultyLoader(Faults& faults);

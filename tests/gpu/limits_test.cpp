@@ -1,4 +1,4 @@
-// What does not fit is refused before any work, with the numbers.
+// Scenes that do not fit are refused before any work, with the numbers.
 #include <gtest/gtest.h>
 
 #include <functional>

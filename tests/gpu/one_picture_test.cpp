@@ -1,5 +1,5 @@
-// The promise: what the device answers is what the CPU answers, bit for bit. The oracle is brute
-// force, which shares the hit rule but no tree, no order and no batching with the device.
+// The device gives the answers of the CPU, bit for bit. The oracle is brute force, which shares the
+// hit rule with the device, but no tree, order or batching.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,9 +54,9 @@ TEST(OnePicture, ImagesWithoutPacketsEqualBruteForce) {
     expect_same_images(*device(tuning), 61, 43);
 }
 
-// Several packets side by side and above each other, runs of them that end within the image, and
-// rays that few of their packet share a surface with. Shadow packets are high in the large image
-// and low in the small one, which has fewer pixels than there are triangles.
+// Several packets side by side and above each other, runs of packets that end within the image, and
+// rays whose surface few rays of their packet share. Light packets are tall in the large image, and
+// low in the small one, which has fewer pixels than triangles.
 TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
@@ -77,7 +77,7 @@ TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
     }
 }
 
-// Their control flow is their own.
+// Several packets in a subgroup take their own control flow.
 TEST(OnePicture, ImagesOfSeveralPacketsASubgroupEqualBruteForce) {
     for (const std::uint32_t lanes : {4u, 8u}) {
         gpu::Tuning tuning;
@@ -86,8 +86,8 @@ TEST(OnePicture, ImagesOfSeveralPacketsASubgroupEqualBruteForce) {
     }
 }
 
-// Packets of one pixel's rays and of many pixels', on surfaces that hide each other; of any number
-// of lanes; and dispatches that end amid a pixel's rays.
+// Packets of one pixel's rays and of many pixels' rays, on surfaces that hide each other, with
+// every number of lanes; and dispatches that end between the rays of a pixel.
 TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
     for (const std::uint32_t lanes : {4u, 8u, 16u}) {
@@ -111,7 +111,7 @@ TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
     }
 }
 
-// As closely as the bounds of occlusion packets are there for, where all of these fail without.
+// Rays so close to edges that all of these cases fail without the bounds of occlusion packets.
 TEST(OnePicture, OcclusionRaysThatMeetEdgesEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
@@ -149,8 +149,8 @@ TEST(OnePicture, ImagesWithSomeRaysSuspendedEqualBruteForce) {
     expect_same_images(*device(tuning), 61, 43);
 }
 
-// The trees that deformation can leave behind, with the budget of every day: each of these rays
-// meets every triangle, which is more than one lane may do at once.
+// The worst trees after deformation, with the default budget: each ray meets every triangle, which
+// takes more steps than a lane has.
 TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
     const std::unique_ptr<Backend> vulkan = device();
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();

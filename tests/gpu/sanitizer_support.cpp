@@ -1,6 +1,6 @@
-// Linked into the device tests of sanitizer builds: keeps the driver and the layer loaded, so that
-// the leak sanitizer sees what their globals hold and can name their code, and leaves out what the
-// layer (1.3.239) leaks of its own with each device.
+// For device tests of sanitizer builds. Keeps the driver and the layer loaded, so that the leak
+// sanitizer finds memory that their globals hold and can name their code. Suppresses the leaks of
+// the layer itself (1.3.239), which it has with each device.
 #include <dlfcn.h>
 
 #include <initializer_list>

@@ -1,4 +1,4 @@
-// The image of a clip does not depend on how its tree followed it: the device.
+// On the device, the image of a clip does not depend on the updates of its tree.
 #include <gtest/gtest.h>
 
 #include "common/base/errors.h"

@@ -1,5 +1,4 @@
-// Small scenes that reach what is hard about hits, and trees over them that owe nothing to the
-// builder.
+// Small scenes with difficult hits, and trees over them that the builder has no part in.
 #pragma once
 
 #include <span>
@@ -24,27 +23,27 @@ TestScene torus(std::uint32_t rings, std::uint32_t sides);
 TestScene debris(std::uint32_t count, std::uint32_t seed);
 /// The same triangle `count` times, so that no box can be culled.
 TestScene coincident(std::uint32_t count);
-/// Triangles of all slopes in pairs that lie a little apart, down to less than a hit's depth is
-/// certain of.
+/// Pairs of triangles of all slopes with small distances, down to less than the bound of a hit's
+/// depth.
 TestScene layers(std::uint32_t pairs, std::uint32_t seed);
-/// A floor, and on it a wall of strips with gaps between them, so narrow against the distance that
-/// plain floats are often uncertain whether a ray goes through one.
+/// A floor, and on it a wall of strips with gaps. The strips are so narrow for their distance that
+/// the fast filter is often uncertain whether a ray goes through one.
 TestScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed);
-/// All of the above but the last two.
+/// All scenes above but the last two.
 std::vector<TestScene> test_scenes();
 
 /// Vertices swayed by a smooth motion of size `amount`; those that are not finite stay so.
 std::vector<vec3> swayed(const TestScene& scene, float time, float amount = 0.3f);
 
-/// A correct tree of no quality: triangles in order, five a leaf, sixteen children a node.
+/// A correct tree of bad quality: triangles in order, five a leaf, sixteen children a node.
 Bvh plain_tree(const TestScene& scene);
 
 /// A view of the scenes above, all of which lie within 4 of the origin (in units of 2^16).
 ImageParams view(std::uint32_t width, std::uint32_t height, std::uint32_t rays,
                  std::uint32_t ao_count = 4);
 
-/// Rays from and to everywhere, some along axes, some with a near and a far end, some without
-/// direction.
+/// Rays from any place to any place, some along axes, some with tnear and tfar, some with a
+/// direction of 0.
 std::vector<Ray> scattered_rays(std::size_t count, std::uint32_t seed);
 
 }  // namespace morphray::test

@@ -1,5 +1,5 @@
-// Lavapipe's vectors are 4, 8 or 16 lanes wide and its threads any number, set by the environment;
-// ctest runs this program under several of them. The answer is the CPU's in each.
+// Lavapipe gives the answers of the CPU with vectors of 4, 8 and 16 lanes and with any number of
+// threads. ctest runs this program with several environments that set them.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -13,7 +13,7 @@ namespace morphray::test {
 namespace {
 
 TEST(VectorWidth, DoesNotChangeTheImage) {
-    // Where there are more lanes, several packets share them.
+    // Several packets share a wider subgroup.
     gpu::Tuning narrow;
     narrow.most_packet_lanes = 4;
     const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend();

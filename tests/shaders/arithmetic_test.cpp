@@ -1,5 +1,5 @@
-// The shared functions give the same bits on the device and on the CPU. (That they are right is
-// tested elsewhere, against oracles that share no code with them.)
+// The shared functions give the same bits on the device and on the CPU. (Other tests compare them
+// with oracles that share no code with them.)
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -71,7 +71,7 @@ std::vector<Inputs> differences(std::span<const std::uint32_t> spirv, std::uint3
     return different;
 }
 
-/// Where both sides part, word by word.
+/// The words in which the two sides differ.
 std::string describe(std::uint32_t function, const Inputs& inputs) {
     const Outputs expected = evaluate(function, inputs);
     const Outputs actual = Evaluator(k_evaluate_spirv, function)(std::span(&inputs, 1)).front();
@@ -110,8 +110,8 @@ TEST(PlantedFault, AConstantThatIsOffByAnUlpIsFound) {
     EXPECT_TRUE(differences(k_evaluate_changed_spirv, kEvalProducts, 1000).empty());
 }
 
-// What a compiler does with the freedom is its own business, so this may find nothing on another
-// device than lavapipe; exactness_test.cpp finds the missing decorations on all.
+// On another device than lavapipe the compiler may not use its freedom, and this finds nothing;
+// exactness_test.cpp finds the missing decorations for all devices.
 TEST(PlantedFault, CodeThatMayBeReassociatedIsFound) {
     std::size_t found = 0;
     for (std::uint32_t function = 0; function < kEvalCount; ++function) {

@@ -25,7 +25,7 @@ public:
         return one_in(2) ? -x : x;
     }
 
-    /// A coordinate on the grid, now and then an extreme one.
+    /// A coordinate on the grid, sometimes an extreme one.
     float coordinate() {
         switch (bits() % 16) {
             case 0:
@@ -81,7 +81,7 @@ private:
     std::uint32_t at_ = 0;
 };
 
-/// Aimed at a triangle, often at a vertex or an edge of it.
+/// A ray to a triangle, often to a vertex or an edge of it.
 void add_ray_and_triangle(Writer& w, Generator& g) {
     const vec3 org = g.origin();
     const vec3 a = g.point();

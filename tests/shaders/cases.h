@@ -1,4 +1,4 @@
-// Random and extreme arguments for the shared functions, within what each of them is made for.
+// Random and extreme arguments for the shared functions, within the range of each function.
 #pragma once
 
 #include <cstdint>

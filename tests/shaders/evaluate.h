@@ -1,4 +1,4 @@
-// Every shared function behind one face of plain words, for both languages.
+// Every shared function with inputs and outputs as words, for C++ and GLSL.
 #ifndef TESTS_SHADERS_EVALUATE_H
 #define TESTS_SHADERS_EVALUATE_H
 

@@ -1,4 +1,4 @@
-// A refit of what has moved leaves the bytes of a refit of everything.
+// A refit of moved parts gives the bytes of a refit of everything.
 #include "common/update/moved_parts.h"
 
 #include <gtest/gtest.h>
@@ -138,7 +138,7 @@ TEST(CpuBackend, TenThousandRefitsLeaveTheBytesOfOne) {
     backend->set_scene(scene.topology(), scene.positions(), built);
     std::vector<vec3> positions;
     for (std::uint32_t i = 0; i < 10000; ++i) {
-        // From a vertex now and then to all of them: refits of parts and of everything.
+        // A single vertex up to all of them: refits of parts and of everything.
         positions = partly_moved(scene.positions(), i % 100 < 50 ? 0.02 : 0.02 * (i % 50), i);
         backend->refit(positions);
     }

@@ -31,7 +31,7 @@ struct Bodies {
         topology.albedo.assign(topology.triangles.size(), kDefaultAlbedo);
     }
 
-    /// Each body at a place of its own by the seed.
+    /// Each body at a random place; the seed chooses the places.
     std::vector<vec3> pose(std::uint64_t seed) const {
         Random random(seed);
         std::vector<vec3> positions;

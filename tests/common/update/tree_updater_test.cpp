@@ -1,4 +1,4 @@
-// The updater keeps a sound tree whatever the policy says.
+// The updater keeps a sound tree under any decisions of a policy.
 #include "common/update/tree_updater.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 
 using namespace test;
 
-/// Does what it is told, frame by frame.
+/// Decides by a script, one decision a frame.
 class Scripted final : public UpdatePolicy {
 public:
     explicit Scripted(std::vector<UpdateDecision> script) : script_(std::move(script)) {}

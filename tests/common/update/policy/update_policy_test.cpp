@@ -18,9 +18,9 @@ struct Clip {
     double build = 5;
     double refit = 0.1;
     double restructure = 0.5;
-    /// What a restructuring takes away of what the ratio has above 1.
+    /// The part of the ratio above 1 that a restructuring removes.
     double cure = 0;
-    /// How the cost ratio grows with the frames since the build, and what the trace takes by it.
+    /// The cost ratio by the frames since the build, and the time of a trace by the ratio.
     double (*ratio)(int age) = [](int age) { return 1 + 0.2 * age; };
     double (*slowdown)(double) = [](double r) { return std::pow(r, 0.3); };
 };
@@ -33,7 +33,7 @@ struct Played {
     int restructurings = 0;
 };
 
-/// Plays frames as TreeUpdater does; a build in the background is there for the next frame.
+/// Plays frames as TreeUpdater does; a background build ends before the next frame.
 Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
     policy.built(clip.build);
     Played played;
@@ -215,7 +215,7 @@ TEST(AutoPolicy, NoFrameIsAQuarterSlowerThanSoundWhateverThatCosts) {
     Clip clip;
     clip.build = 7;
     EXPECT_LE(play("auto", clip, 200).worst_slowdown, 1.25);
-    // Over the budget: begun early enough.
+    // Over the budget, so the build starts early enough.
     clip.build = 30;
     clip.ratio = [](int age) { return 1 + 0.15 * age; };
     EXPECT_LE(play("auto", clip, 200).worst_slowdown, 1.25);
