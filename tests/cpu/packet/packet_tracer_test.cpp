@@ -25,7 +25,7 @@ bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(H
 
 /// The image of a view, traced tile by tile.
 std::vector<Hit> packet_image(const cpu::PacketTracer& tracer, const ImageParams& params,
-                              cpu::Packet& packet) {
+                              cpu::CameraPacket& packet) {
     std::vector<Hit> hits(std::size_t{params.width} * params.height);
     const cpu::ImageTiles tiles(params.width, params.height, cpu::kCameraSide);
     for (std::uint32_t i = 0; i < tiles.count(); ++i) {
@@ -95,7 +95,8 @@ std::vector<ViewSpec> views(const TestScene& scene, std::uint64_t seed) {
 
 class EveryTarget : public testing::TestWithParam<SimdTarget> {
 protected:
-    std::unique_ptr<cpu::Packet> packet_ = std::make_unique<cpu::Packet>();
+    std::unique_ptr<cpu::CameraPacket> camera_packet_ = std::make_unique<cpu::CameraPacket>();
+    std::unique_ptr<cpu::LightPacket> light_packet_ = std::make_unique<cpu::LightPacket>();
 };
 
 TEST_P(EveryTarget, CameraPacketsAnswerLikeSingleRaysFromAnywhere) {
@@ -110,7 +111,7 @@ TEST_P(EveryTarget, CameraPacketsAnswerLikeSingleRaysFromAnywhere) {
             } catch (const std::exception&) {
                 continue;  // eye and target coincide in a scene of one point
             }
-            const std::vector<Hit> hits = packet_image(tracer, params, *packet_);
+            const std::vector<Hit> hits = packet_image(tracer, params, *camera_packet_);
             EXPECT_EQ(count_differences(cpu::ScalarTracer(bvh), params, hits), 0u) << named.name;
         }
     }
@@ -134,7 +135,7 @@ TEST_P(EveryTarget, CameraPacketsAnswerLikeBruteForceOnRandomSmallCases) {
         view.fov = random.real(1, 120);
         const ImageParams params =
             make_image_params(view, bounds_of(scene.world_positions()), scene.space());
-        const std::vector<Hit> hits = packet_image(tracer, params, *packet_);
+        const std::vector<Hit> hits = packet_image(tracer, params, *camera_packet_);
         ASSERT_EQ(
             count_differences(cpu::BruteTracer(scene.topology(), scene.positions()), params, hits),
             0u)
@@ -165,7 +166,7 @@ TEST_P(EveryTarget, CameraPacketsAnswerAlikeOnARefittedTree) {
     const ImageParams params =
         make_image_params(view_of(96, 80), bounds_of(after.world_positions()), after.space());
     const std::vector<Hit> hits =
-        packet_image(cpu::PacketTracer(bvh, GetParam()), params, *packet_);
+        packet_image(cpu::PacketTracer(bvh, GetParam()), params, *camera_packet_);
     EXPECT_EQ(count_differences(cpu::ScalarTracer(rebuilt), params, hits), 0u);
 }
 
@@ -210,7 +211,7 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
             const std::size_t count = cpu::kSquareRays * (4 - seed % 4);
             const std::size_t left_count =
                 tracer.occluded_shared_origin(org, std::span(blocks).first(count / cpu::kBlockRays),
-                                              *packet_, occluded.data(), left.data());
+                                              *light_packet_, occluded.data(), left.data());
             std::vector<bool> is_left(cpu::kLightPacketRays);
             for (std::size_t k = 0; k < left_count; ++k) {
                 ASSERT_TRUE(active[left[k]] != 0 && !is_left[left[k]]);
@@ -252,7 +253,7 @@ TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
         }
         std::vector<std::uint16_t> left(cpu::kLightPacketRays);
         const std::size_t left_count = tracer.occluded_shared_origin(
-            params.light, blocks_of(rays, active), *packet_, occluded.data(), left.data());
+            params.light, blocks_of(rays, active), *light_packet_, occluded.data(), left.data());
         for (std::size_t k = 0; k < left_count; ++k) active[left[k]] = 0;
         for (std::uint32_t i = 0; i < cpu::kLightPacketRays; ++i) {
             if (active[i] == 0) continue;
