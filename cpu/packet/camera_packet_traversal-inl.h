@@ -85,9 +85,9 @@ private:
         std::uint64_t blocks;
     };
 
-    /// Removes the blocks of an entry that are done with its depth. Returns whether any remain. The
-    /// depth of a block with uncertain rays is out of date, so these are resolved if only such
-    /// blocks remain.
+    /// Removes the blocks of an entry whose rays all have closer hits. Returns whether any remain.
+    /// Blocks with uncertain rays may have closer hits than is known: if only such blocks remain,
+    /// their rays are resolved first.
     HWY_INLINE bool still_matters(Entry& entry) {
         std::uint64_t any = keep_near(entry);
         std::uint64_t certain = 0;
@@ -344,9 +344,9 @@ private:
     UncertainRays uncertain_[kManyUncertain + kCameraRays / kLanes];
     std::uint32_t uncertain_count_ = 0;
     /// The blocks of the leaves visited since depths were found. A triangle may be traced against
-    /// other blocks as well: their depths stay out of date, which is only less tight.
+    /// other blocks as well: their depths are not updated, and cull less.
     BlockSet traced_ = {};
-    /// The blocks with deferred rays, whose depths are less tight until these are resolved.
+    /// The blocks with deferred rays, whose depths cull less until these are resolved.
     BlockSet uncertain_blocks_ = {};
     std::uint32_t size_ = 0;
     Entry stack_[kMaxStack];

@@ -27,8 +27,8 @@ inline constexpr std::uint32_t kLightPacketGroups = kAllLightPacketBlocks / kGro
 inline constexpr std::uint32_t kLightPacketQuads = kAllLightPacketBlocks / kQuadBlocks;
 static_assert(kLightPacketQuads == 128);
 
-/// What x and y add to the index of a ray: blocks in Morton order, the rays of a block column by
-/// column.
+/// The parts of a ray's index that come from x and from y: blocks in Morton order, the rays of a
+/// block column by column.
 struct LightPacketPlaces {
     std::uint16_t x[kLightPacketSide]{}, y[kLightPacketSide]{};
 

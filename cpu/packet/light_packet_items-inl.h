@@ -52,8 +52,8 @@ struct LightPlanes : Planes {
     FloatVec error0, error1, error2;
 };
 
-/// What the bounds know of a triangle at as many rays (x, y) as there are lanes: the least edge
-/// function, and 1/z from q_lower to q_upper. Nothing is certain of a NaN, which overflow can make.
+/// The values of a triangle at as many rays (x, y) as there are lanes: the least edge function, and
+/// 1/z from q_lower to q_upper. Overflow can make a NaN, for which both tests below are false.
 struct Position {
     HWY_INLINE Position(const LightPlanes& p, FloatVec x, FloatVec y) : least(p.least_edge(x, y)) {
         const FloatVec q = p.depth(x, y);

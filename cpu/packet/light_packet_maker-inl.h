@@ -187,7 +187,7 @@ HWY_INLINE float plane_extent(const LightPacket& packet) {
             extents = max(extents, max(-lower, upper));
         }
     });
-    return hn::GetLane(hn::MaxOfLanes(kFloats, extents));
+    return most_lane(extents);
 }
 
 /// Scales the bounds of a group's blocks to the plane's unit, widens them by `margin`, and sets its
@@ -247,10 +247,10 @@ HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
             upper_y = max(upper_y, uy);
         }
     });
-    frame.lower_x = hn::GetLane(hn::MinOfLanes(kFloats, lower_x));
-    frame.upper_x = hn::GetLane(hn::MaxOfLanes(kFloats, upper_x));
-    frame.lower_y = hn::GetLane(hn::MinOfLanes(kFloats, lower_y));
-    frame.upper_y = hn::GetLane(hn::MaxOfLanes(kFloats, upper_y));
+    frame.lower_x = least_lane(lower_x);
+    frame.upper_x = most_lane(upper_x);
+    frame.lower_y = least_lane(lower_y);
+    frame.upper_y = most_lane(upper_y);
 }
 
 /// The rays of blocks that spread more than kWide times as far as those of the median block are
@@ -333,7 +333,7 @@ bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squ
     packet.regrouped_count = 0;
     packet.rays = rays;
     FloatVec least_z = make_light_blocks(directions, packet);
-    if (!(hn::GetLane(hn::MinOfLanes(kFloats, least_z)) > kLeastZ)) return false;
+    if (!(least_lane(least_z) > kLeastZ)) return false;
     if (!regroup_wide_blocks(directions, packet, fallback, least_z)) return false;
     const float extent = plane_extent(packet);
     if (extent * unit > kWidestPlane) return false;

@@ -37,11 +37,14 @@ HWY_INLINE FloatVec nearest_q(FloatVec near) {
     return select(near > zero(), q, splat(kAnyDepth));
 }
 
+HWY_INLINE float least_lane(FloatVec v) { return hn::GetLane(hn::MinOfLanes(kFloats, v)); }
+HWY_INLINE float most_lane(FloatVec v) { return hn::GetLane(hn::MaxOfLanes(kFloats, v)); }
+
 /// The least of a block's q_lower: no hit with a smaller 1/z concerns any of its rays.
 HWY_INLINE float least_q(const float* q_lower) {
     FloatVec least = splat(kDone);
     for (std::size_t l = 0; l < kBlockRays; l += kLanes) least = min(least, load(q_lower + l));
-    return hn::GetLane(hn::MinOfLanes(kFloats, least));
+    return least_lane(least);
 }
 
 // ---- Making a frame

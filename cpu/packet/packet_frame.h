@@ -1,4 +1,4 @@
-// What camera packets and light packets share: rays with a common origin in blocks of 4 x 4, and
+// The common part of camera packets and light packets: rays with one origin in blocks of 4 x 4, and
 // the plane that they are seen in. Plain data without SIMD types.
 #pragma once
 

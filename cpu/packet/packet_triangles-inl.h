@@ -85,7 +85,7 @@ HWY_INLINE bool project_vertices(const PacketFrame& frame, const Leaf& leaf,
     return all_finite;
 }
 
-// ---- What the steps of TriangleSetup find about as many triangles as there are lanes
+// ---- The results of TriangleSetup's steps, for as many triangles as there are lanes
 
 /// Step 1: vertices in the packet's projection.
 struct TriangleVertices {
