@@ -1,10 +1,10 @@
-# Any hits of a point's packet: rays and blocks that certainly lose by constants found once a leaf.
+# Any hits of a light packet: rays and blocks that certainly miss, by constants found once a leaf.
 #
 #   bounds       an edge function with most_c = c + kLosingBound bound that is negative is less than
 #                -bound as far as the rule goes; so is that of all of a block's rays where its maximum
 #                with most_c is below -kBlockBound bound; 1/z with most_q is no less than the rule's
-#   code         store_edges, store_depth (cpu/packet/triangle_setup-inl.h); certainly_loses, blocks_through
-#                (cpu/packet/light_packet_leaf-inl.h)
+#   code         store_edges, store_depth (cpu/packet/triangle_setup-inl.h); certainly_misses, blocks_through
+#                (cpu/packet/light_packet_items-inl.h)
 #   inputs       a, b, c as stored (packet_edges.g): |a| + |b| <= 2 size z, |c| <= size^2 + 2 size R z;
 #                bound >= kEdgeRounding size (reach + kShearRounding R z) + 2 kShearError R z reach;
 #                depth_c <= q + R gradient; c0, c1, c2 as in packet_depth.g

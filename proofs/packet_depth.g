@@ -1,8 +1,8 @@
 # 1/z of a triangle in a packet against that of the rule's hit.
 #
 #   bounds       |1/z of the rule - q| <= c0 + q (c1 + q c2), q = n.(X, Y, 1) / det as computed
-#   code         store_depth (cpu/packet/triangle_setup-inl.h), narrow (cpu/packet/depth_bounds-inl.h), nearest_q
-#                (cpu/packet/packet_blocks-inl.h); set_up_depth (shaders/packet/triangle_setup.glsl), rule_depth
+#   code         find_depth, store_depth (cpu/packet/triangle_setup-inl.h), narrow (cpu/packet/depth_bounds-inl.h),
+#                nearest_q (cpu/packet/packet_frame-inl.h); set_up_depth (shaders/packet/triangle_setup.glsl), rule_depth
 #                (shaders/packet/depth_bounds.glsl), nearest_q (shaders/packet/packet.glsl)
 #   constants    kSteepError, kPlaneError (of c1, by gradient), kGradientRounding (c0, by gradient),
 #                kReciprocalRounding (c1), kRuleDepthFactor, kRuleExtentError, kNarrowDepth (by_q,

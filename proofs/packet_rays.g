@@ -4,7 +4,7 @@
 #                the plane: (28 + 20 s) s u (NearDirections), point_error(most) on a device; 1 / (tfar
 #                z): kEndError of itself
 #   code         pixel_error (cpu/packet/camera_packet_maker-inl.h), find_ray_error (shaders/packet/camera_packet.comp),
-#                NearDirections (cpu/packet/light_packet_directions-inl.h), make_light_block, make_light_packet
+#                NearDirections (cpu/packet/light_packet_directions-inl.h), make_light_block, place_error
 #                (cpu/packet/light_packet_maker-inl.h), point_error, sheared_point (shaders/packet/light_packet_axes.glsl),
 #                set_frame (shaders/packet/light_packet.comp)
 #   constants    kDirectionRounding (1.03 u, device), kPointError, kPointErrorOfPlace, kEndError
@@ -15,7 +15,7 @@
 #                l = fl(d_k / c_k), rows (d - l c) + l (rows c), fused; (d.xy - shear d.z) / z
 #   used by      packet_edges.g, packet_depth.g, packet_rectangles.g as ray_error
 #   by hand      Magnitudes over a tile are largest in its corners. c differs from axes[2] by u, which
-#                makes 24 u^2 of |d - l c| and the sums: within 2^-40 row_size of make_light_packet,
+#                makes 24 u^2 of |d - l c| and the sums: within 2^-40 row_size of place_error,
 #                that of double included. Without fused operations: u |l c| <= 3.5 u and rows twice,
 #                over z > 1/4, within 2^-19 row_size.
 #

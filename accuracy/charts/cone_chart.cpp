@@ -143,7 +143,7 @@ void trace_streams(const Cones& cones, const cpu::SingleRayTracer& tracer, Answe
 void trace_packets(const Cones& cones, const cpu::PacketTracer& tracer,
                    const cpu::SingleRayTracer& others, Answers& answers) {
     for_each_packet(cones, answers, [&](auto rays, auto occluded, Answers& counts) {
-        thread_local const auto packet = std::make_unique<cpu::Packet>();
+        thread_local const auto packet = std::make_unique<cpu::LightPacket>();
         std::array<std::uint16_t, cpu::kSquareRays> undecided;
         const auto first = static_cast<std::size_t>(&rays[0] - cones.rays.data());
         const auto blocks =

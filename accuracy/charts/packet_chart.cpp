@@ -25,7 +25,7 @@ void trace_packets(const ChartScene& scene, const cpu::PacketTracer& tracer, Sha
                    std::span<Hit> hits) {
     const cpu::ImageTiles tiles(scene.params.width, scene.params.height, kChartTileSide);
     tbb::parallel_for(0u, tiles.count(), [&](std::uint32_t i) {
-        thread_local const auto packet = std::make_unique<cpu::Packet>();
+        thread_local const auto packet = std::make_unique<cpu::CameraPacket>();
         const cpu::Tile tile = tiles[i];
         Hit* const first = &hits[std::size_t{i} * kChartTile];
         for (std::uint32_t y = tile.y0; y < tile.y1; y += shape.height) {

@@ -70,7 +70,7 @@ void for_each_tile(const ImageParams& params, Visit visit) {
 void trace_packets(const Bvh& bvh, const ImageParams& params, std::span<Hit> hits) {
     const cpu::PacketTracer tracer(bvh, supported_simd_targets().front());
     for_each_tile(params, [&](const cpu::Tile& tile, std::size_t first) {
-        thread_local const auto packet = std::make_unique<cpu::Packet>();
+        thread_local const auto packet = std::make_unique<cpu::CameraPacket>();
         tracer.intersect_camera(params, tile, *packet, &hits[first], kSide);
     });
 }

@@ -36,7 +36,7 @@ Method packets(const ChartScene& scene, const SimdTarget& target) {
     method.trace_tile = [tracer = cpu::PacketTracer(scene.scene_space.bvh, target), &scene](
                             std::size_t tile, std::span<Hit> hits) {
         // Too large to construct for each tile.
-        thread_local const auto packet = std::make_unique<cpu::Packet>();
+        thread_local const auto packet = std::make_unique<cpu::CameraPacket>();
         const cpu::ImageTiles tiles(scene.params.width, scene.params.height, kSide);
         tracer.intersect_camera(scene.params, tiles[static_cast<std::uint32_t>(tile)], *packet,
                                 hits.data(), kSide);

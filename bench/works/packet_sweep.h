@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "bench/works/ours.h"
-#include "cpu/packet/packet.h"
+#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/light_packet.h"
 
 namespace morphray::bench {
 

@@ -27,14 +27,14 @@ public:
 
     void intersect_camera(const ImageParams& params, const Tile& tile, Hit* hits,
                           std::size_t stride) const {
-        packets_.intersect_camera(params, tile, scratch(), hits, stride);
+        packets_.intersect_camera(params, tile, scratch().camera, hits, stride);
     }
 
     void occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
                                 std::span<std::uint8_t> occluded) const {
         std::array<std::uint16_t, kLightPacketRays> fallback;
-        const std::size_t count =
-            packets_.occluded_shared_origin(org, rays, scratch(), occluded.data(), fallback.data());
+        const std::size_t count = packets_.occluded_shared_origin(org, rays, scratch().light,
+                                                                  occluded.data(), fallback.data());
         if (count != 0)
             occluded_among(single_rays_, org, rays, std::span(fallback).first(count), occluded);
     }
@@ -47,17 +47,22 @@ public:
     }
 
 private:
-    /// One for each thread: a packet is too large to be made for each tile.
-    Packet& scratch() const {
-        std::unique_ptr<Packet>& packet = packets_of_threads_.local();
-        if (packet == nullptr) packet = std::make_unique<Packet>();
-        return *packet;
+    /// The packets of a thread, which are too large to be made for each tile.
+    struct Packets {
+        CameraPacket camera;
+        LightPacket light;
+    };
+
+    Packets& scratch() const {
+        std::unique_ptr<Packets>& packets = packets_of_threads_.local();
+        if (packets == nullptr) packets = std::make_unique<Packets>();
+        return *packets;
     }
 
     PacketTracer packets_;
     SingleRayTracer single_rays_;
     PixelShader shader_;
-    mutable tbb::enumerable_thread_specific<std::unique_ptr<Packet>> packets_of_threads_;
+    mutable tbb::enumerable_thread_specific<std::unique_ptr<Packets>> packets_of_threads_;
 };
 
 /// trace_tile() of image_tracer.h with the same bits, also shading with SIMD.

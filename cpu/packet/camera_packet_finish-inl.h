@@ -1,5 +1,5 @@
-// The end of a closest-hit packet: t, u and v of each candidate by the hit rule, for many rays at
-// once.
+// Finishes a camera packet: t, u and v of each closest candidate by the hit rule, many rays at a
+// time.
 
 #if defined(MORPHRAY_CPU_PACKET_CAMERA_PACKET_FINISH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_CAMERA_PACKET_FINISH_INL_H
@@ -12,10 +12,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 
+#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/camera_packet_hit_leaves-inl.h"
 #include "cpu/packet/camera_packet_maker-inl.h"
-#include "cpu/packet/hit_leaves-inl.h"
-#include "cpu/packet/packet.h"
 #include "cpu/packet/packet_hit_rule-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
@@ -23,7 +25,7 @@ HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Hits as vectors.
+/// Hits, a lane each.
 struct HitLanes {
     FloatVec t, u, v;
     UintVec prim_ids;
@@ -34,15 +36,15 @@ HWY_INLINE HitLanes no_hits() {
     return {none, none, none, splat(kNoPrim)};
 }
 
-/// Writes the hits of a packet whose rays have found their candidates.
-class PacketFinish {
+/// Writes the hits of a packet whose rays have found their closest candidates.
+class CameraPacketFinish {
 public:
-    /// rows: the pixels of the packet's blocks, row by row.
-    PacketFinish(const Packet& packet, Hit* rows, std::size_t stride)
+    /// rows: receives the pixels of the packet's blocks, row by row.
+    CameraPacketFinish(const CameraPacket& packet, Hit* rows, std::size_t stride)
         : packet_(packet), rows_(rows), stride_(stride), camera_(packet.camera) {
-        const PacketFrame& frame = packet.frame;
+        const CameraFrame& frame = packet.frame;
         if (frame.axis == kMixedAxes) return;
-        // All largest components have the sign of the middle one's, and become positive.
+        // All largest components have the sign of the middle ray's; they become positive.
         const float sign = frame.depth_rows[0][2] < 0 ? -1.0f : 1.0f;
         const float scale = morphray::scale_to_unit(frame.depth_least);
         one_scale_ = scale == morphray::scale_to_unit(frame.depth_most);
@@ -68,11 +70,13 @@ public:
         } else {
             finish_all<true>();
         }
-        if (HWY_UNLIKELY(left_count_ != 0)) finish_left();
+        if (HWY_UNLIKELY(fallback_count_ != 0)) finish_fallback();
     }
 
 private:
     static constexpr std::size_t kRowRays = kGridSide * kBlockRays;
+    /// The rule's depth_slack by the dilation of boxes, as in shear_ray.
+    static constexpr float kSlackOfDilation = 0.25f;
 
     Hit* place(std::size_t ray) const {
         const std::size_t block = ray / kBlockRays;
@@ -81,19 +85,21 @@ private:
         return rows_ + y * stride_ + x;
     }
 
-    /// A lower bound of the size of a component of the directions, before they are scaled.
+    /// A lower bound of the magnitude of component k of the directions, before they are scaled.
+    /// kRounding covers the roundings of `middle` and `spread`, each of at most 2^-24 of a term.
     float least_size(std::uint32_t k) const {
         constexpr float kHalf = 0.5f * kCameraSide;
+        constexpr float kRounding = 0x1p-20f;
         const float middle = camera_.corner[k] + camera_.du[k] * (camera_.first_x + kHalf) +
                              camera_.dv[k] * (camera_.first_y + kHalf);
         const float spread = (kHalf + 1) * (std::abs(camera_.du[k]) + std::abs(camera_.dv[k]));
         const float rounding =
-            0x1p-20f * (std::abs(camera_.corner[k]) + std::abs(camera_.du[k] * camera_.first_x) +
-                        std::abs(camera_.dv[k] * camera_.first_y) + spread);
+            kRounding * (std::abs(camera_.corner[k]) + std::abs(camera_.du[k] * camera_.first_x) +
+                         std::abs(camera_.dv[k] * camera_.first_y) + spread);
         return std::abs(middle) - spread - rounding;
     }
 
-    /// corner + du x of each column's rays.
+    /// Sets columns_: corner + du x of each column's rays.
     void point_columns() {
         for (std::uint32_t column = 0; column < kGridSide; ++column) {
             for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
@@ -106,10 +112,10 @@ private:
         }
     }
 
-    /// The parts of a row of blocks' directions that dir() adds up: camera_direction() and
-    /// canonical_direction(), in their operations, but for the common sign. Where one scale holds
-    /// for all rays it has been taken into the camera's vectors, which changes no bit; and what no
-    /// direction has to be put on the grid for is left out.
+    /// Sets the parts of a row of blocks' directions that dir() adds up. They are
+    /// canonical_direction() of camera_direction() in their operations, except for the common sign.
+    /// With one_scale_ the scale is in the camera's vectors already, which changes no bit, and no
+    /// component is so small that it must be put on the grid.
     HWY_INLINE void point_row(std::size_t row) {
         for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
             const FloatVec y = pixel(kGridRays.y[row] + l, packet_.camera.first_y);
@@ -129,19 +135,19 @@ private:
         }
     }
 
-    /// A component of the directions of as many rays of the row as there are lanes.
+    /// Component k of the directions of as many rays of the row as there are lanes.
     HWY_INLINE FloatVec dir(int k, std::size_t in_row) const {
         const float* const parts = one_scale_ ? columns_[k] : scaled_[k];
         return load(parts + in_row) + load(row_[k] + in_row % kBlockRays);
     }
 
     static HWY_INLINE FloatVec pixel(const float* offsets, float first) {
-        // From the middle of the packet to its first pixel's, and to the pixel's own.
+        // The sum of the packet's middle, the offset of its first pixel and the pixel's own.
         constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
         return load(offsets) + splat(first + kMiddle) + splat(0.5f);
     }
 
-    /// Writes the hits of some columns of a block from its first row on: four rows side by side.
+    /// Writes the hits of some columns of a block, whose four rows are side by side in `hits`.
     HWY_INLINE void write(const HitLanes& hits, Hit* out) const {
         const FloatVec prim_ids = as_float(hits.prim_ids);
 #if HWY_TARGET == HWY_SCALAR
@@ -159,72 +165,73 @@ private:
 #endif
     }
 
-    /// As many rays as there are lanes, from `first` on, on the way to their hits.
-    struct BeginFinish {
+    /// As many rays as there are lanes, from `first` on, whose hits are begun.
+    struct BegunHits {
         FastHits fast;
         UintVec prim_ids;
-        Mask sufficed;
+        Mask is_fast;  // the rule certainly takes its fast path
         std::size_t first;
-        std::uint32_t rays;  // those that have a candidate, as bits
+        std::uint32_t rays;  // those with a candidate, as bits
     };
 
-    /// kMixed: the packet has no axis.
+    /// Finishes all rays. kMixed: the packet's axis is kMixedAxes.
     ///
-    /// To end a vector of rays is one long chain of operations, and a processor has no room for
-    /// those of many at a time. So where registers allow it the first half of a chain is done
-    /// together with the second half of the one before.
+    /// Each vector of rays is one long chain of dependent operations, too long for a processor to
+    /// overlap several. So where registers allow it, begin_hits() of a vector is interleaved with
+    /// finish_hits() of the vector before.
     template <bool kMixed>
     void finish_all() {
         constexpr bool kByHalves = kLanes == kBlockRays;
         const std::size_t row_rays = packet_.frame.grid_columns * kBlockRays;
         Candidates candidates = find_candidates(packet_.candidate);
-        BeginFinish before;
+        BegunHits before;
         before.rays = 0;
         for (std::size_t row = 0; row < packet_.frame.grid_rows; ++row) {
             point_row(row);
             const std::size_t begin = row * kRowRays;
             for (std::size_t first = begin; first < begin + row_rays; first += kLanes) {
-                // The candidates of the next rays are looked for before these are finished: masks
-                // take long to get to where branches and addresses wait for them.
+                // The candidates of the next rays are found before these are finished, because
+                // branches and addresses wait long for the bits of a mask.
                 const std::size_t after = first + kLanes;
                 const std::size_t next =
                     after < begin + row_rays ? after : (begin + kRowRays) % kCameraRays;
                 const Candidates next_candidates = find_candidates(packet_.candidate + next);
-                BeginFinish now;
+                BegunHits now;
                 now.first = first;
                 now.rays = candidates.rays;
                 if (candidates.rays != 0) {
-                    begin_finish<kMixed>(candidates, now);
+                    begin_hits<kMixed>(candidates, now);
                 } else {
                     write(no_hits(), place(first));
                 }
                 if constexpr (kByHalves) {
-                    if (HWY_LIKELY(before.rays != 0)) end_finish(before);
+                    if (HWY_LIKELY(before.rays != 0)) finish_hits(before);
                     before = now;
                 } else {
-                    if (HWY_LIKELY(now.rays != 0)) end_finish(now);
+                    if (HWY_LIKELY(now.rays != 0)) finish_hits(now);
                 }
                 candidates = next_candidates;
             }
         }
-        if (kByHalves && before.rays != 0) end_finish(before);
+        if (kByHalves && before.rays != 0) finish_hits(before);
     }
 
     template <bool kMixed>
-    HWY_INLINE void begin_finish(const Candidates& found, BeginFinish& rays) const {
+    HWY_INLINE void begin_hits(const Candidates& found, BegunHits& rays) const {
         const std::size_t in_row = rays.first % kRowRays;
         const CandidateLanes candidates =
             spread_candidates(packet_, packet_.candidate + rays.first, found);
         const FloatVec d[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
-        const FloatVec slack = splat(0.25f * packet_.frame.dilation);
+        const FloatVec slack = splat(kSlackOfDilation * packet_.frame.dilation);
         rays.prim_ids = candidates.prim_ids;
-        rays.sufficed = kMixed ? project_turned(d, slack, candidates, rays.fast)
-                               : rays.fast.project(d, slack, candidates.corners);
+        rays.is_fast = kMixed ? project_mixed(d, slack, candidates, rays.fast)
+                              : rays.fast.project(d, slack, candidates.corners);
     }
 
-    /// In a packet of mixed axes nearly all neighbours still have one.
-    HWY_INLINE Mask project_turned(const FloatVec d[3], FloatVec slack,
-                                   const CandidateLanes& candidates, FastHits& fast) const {
+    /// Projects the candidates of a packet with mixed axes, for rays that have one axis and sign:
+    /// nearly all neighbours do. The others count as not fast.
+    HWY_INLINE Mask project_mixed(const FloatVec d[3], FloatVec slack,
+                                  const CandidateLanes& candidates, FastHits& fast) const {
         const FloatVec size[3] = {abs(d[0]), abs(d[1]), abs(d[2])};
         const Mask is_x = (size[0] >= size[1]) & (size[0] >= size[2]);
         const Mask is_y = and_not(is_x, size[1] >= size[2]);
@@ -233,46 +240,46 @@ private:
         const Mask away = d[axis] < zero();
         const bool one_sign = all(away) || none(away);
         const FloatVec sign = d[axis] & splat(-0.0f);
-        // Corners are rotated for axis 0.
+        // The corners are rotated for axis 0.
         FloatVec directions[3], corners[3][3];
         for (std::uint32_t k = 0; k < 3; ++k) {
             directions[k] = d[(axis + 1 + k) % 3] ^ sign;
             for (int i = 0; i < 3; ++i)
                 corners[i][k] = candidates.corners[i][(axis + k) % 3] ^ sign;
         }
-        const Mask sufficed = fast.project(directions, slack, corners);
-        return sufficed & mask_of(one_axis && one_sign ? ~0u : 0u);
+        const Mask is_fast = fast.project(directions, slack, corners);
+        return is_fast & mask_of(one_axis && one_sign ? ~0u : 0u);
     }
 
-    /// Writes those of these hits that the rule's plain path suffices for; the others are left.
-    HWY_INLINE void end_finish(const BeginFinish& rays) {
-        const Mask done = rays.sufficed & mask_of(rays.rays);
-        // Not a constant of all ones, which compilers make from a register's old contents: then
-        // each ray would wait for the last.
+    /// Writes the hits for which the rule takes its fast path. The others become fallback rays.
+    HWY_INLINE void finish_hits(const BegunHits& rays) {
+        const Mask done = rays.is_fast & mask_of(rays.rays);
+        // A mask as a vector, not a constant of all ones: compilers compare a register with itself
+        // to make one, and each iteration would wait for the last use of that register.
         const UintVec not_done = as_uint(hn::VecFromMask(kFloats, !done));
         FloatVec t, u, v;
         rays.fast.weigh(t, u, v);
         write({zero_unless(done, t), zero_unless(done, u), zero_unless(done, v),
                rays.prim_ids | not_done},
               place(rays.first));
-        for (std::uint32_t left = rays.rays & ~bits_of(done); left != 0; left &= left - 1) {
-            left_[left_count_++] = static_cast<std::uint16_t>(
-                rays.first + static_cast<std::size_t>(__builtin_ctz(left)));
+        for (std::uint32_t rest = rays.rays & ~bits_of(done); rest != 0; rest &= rest - 1) {
+            fallback_[fallback_count_++] = static_cast<std::uint16_t>(
+                rays.first + static_cast<std::size_t>(__builtin_ctz(rest)));
         }
     }
 
-    /// The hits that are left, by the whole rule.
-    HWY_NOINLINE void finish_left() const {
-        for (std::size_t i = 0; i < left_count_; i += kLanes) {
-            const std::size_t count = std::min<std::size_t>(kLanes, left_count_ - i);
+    /// Writes the hits of the fallback rays, by the whole rule.
+    HWY_NOINLINE void finish_fallback() const {
+        for (std::size_t i = 0; i < fallback_count_; i += kLanes) {
+            const std::size_t count = std::min<std::size_t>(kLanes, fallback_count_ - i);
             alignas(64) std::uint32_t rays[kLanes] = {};
             alignas(64) std::uint32_t candidates[kLanes] = {};
             for (std::size_t l = 0; l < count; ++l) {
-                rays[l] = left_[i + l];
+                rays[l] = fallback_[i + l];
                 candidates[l] = packet_.candidate[rays[l]];
             }
             const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
-            const TriangleLanes triangles = winning_triangles(packet_, candidates, lanes);
+            const PacketRuleTriangles triangles = candidate_triangles(packet_, candidates, lanes);
             FloatVec dir[3];
             directions_of(packet_.camera, load(rays), dir);
             lanes::TriangleHit hit;
@@ -280,24 +287,23 @@ private:
             Hit hits[kLanes];
             hn::StoreInterleaved4(hit.t, hit.u, hit.v, as_float(triangles.prim_ids), kFloats,
                                   &hits->t);
-            for (std::size_t l = 0; l < count; ++l) *place(left_[i + l]) = hits[l];
+            for (std::size_t l = 0; l < count; ++l) *place(fallback_[i + l]) = hits[l];
         }
     }
 
-    const Packet& packet_;
+    const CameraPacket& packet_;
     Hit* rows_;
     std::size_t stride_;
-    /// Rotated for the packet's axis, if it has one, and turned.
+    /// The packet's camera, rotated for its axis if it has one, with positive largest components.
     CameraRays camera_;
     /// Whether one scale holds for all directions, and none has a component that is nearly 0.
     bool one_scale_ = false;
     alignas(64) float columns_[3][kRowRays];
-    /// Of a row of blocks.
+    /// The parts of the current row of blocks.
     alignas(64) float row_[3][kBlockRays];
     alignas(64) float scaled_[3][kRowRays];
-    /// The rays that the plain path does not suffice for.
-    std::uint16_t left_[kCameraRays];
-    std::size_t left_count_ = 0;
+    std::uint16_t fallback_[kCameraRays];
+    std::size_t fallback_count_ = 0;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -1,4 +1,4 @@
-// Making packets: their frames, and the rays of a camera.
+// Making camera packets: the frame of a tile, and the directions of its rays.
 
 #if defined(MORPHRAY_CPU_PACKET_CAMERA_PACKET_MAKER_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_CAMERA_PACKET_MAKER_INL_H
@@ -14,135 +14,60 @@
 #include <cstddef>
 
 #include "common/interop/camera.h"
-#include "common/interop/slab.h"
 #include "cpu/image/tile.h"
-#include "cpu/packet/packet.h"
+#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/packet_frame-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// The largest |a - b t| for t = p / q, no more than 1 in magnitude, of p and q from ranges.
-HWY_INLINE double most_across(double a, double b, const double p[2], const double q[2]) {
-    double least = -1, most = 1;
-    if (q[0] > 0 || q[1] < 0) {
-        const double ends[4] = {p[0] / q[0], p[0] / q[1], p[1] / q[0], p[1] / q[1]};
-        least = std::max(least, *std::min_element(ends, ends + 4));
-        most = std::min(most, *std::max_element(ends, ends + 4));
-    }
-    return std::max(std::abs(a - b * least), std::abs(a - b * most));
-}
-
-/// What a frame says of its rays in scene space, from the corners of a square that holds them all;
-/// the square is convex, and so are the directions with one largest component and sign.
-HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
-                                 const double axis_z[3]) {
-    double least[3], most[3];
-    double range[3][2];
-    double unit[2] = {0, 0};
-    for (int axis = 0; axis < 3; ++axis) {
-        const double spread = frame.reach * (std::abs(axis_x[axis]) + std::abs(axis_y[axis]));
-        const double towards = std::abs(axis_z[axis]);
-        least[axis] = towards - spread;
-        most[axis] = towards + spread;
-        range[axis][0] = axis_z[axis] - spread;
-        range[axis][1] = axis_z[axis] + spread;
-        unit[0] += std::abs(axis_x[axis]);
-        unit[1] += std::abs(axis_y[axis]);
-    }
-    frame.unit = static_cast<float>(std::max(unit[0], unit[1]) * 1.001);
-    frame.axis = kMixedAxes;
-    frame.axis_count = 0;
-    frame.depth_most = 0;
-    frame.across = 0;
-    // Of each ray's largest component.
-    const double largest = std::max(least[0], std::max(least[1], least[2]));
-    for (std::uint32_t axis = 0; axis < 3; ++axis) {
-        if (largest > 1.0001 * most[axis]) continue;
-        frame.axis = axis;
-        float* const row = frame.depth_rows[frame.axis_count++];
-        row[0] = static_cast<float>(axis_x[axis]);
-        row[1] = static_cast<float>(axis_y[axis]);
-        row[2] = static_cast<float>(axis_z[axis]);
-        frame.depth_most = std::max(frame.depth_most, static_cast<float>(most[axis] * 1.001));
-        for (const double* step : {axis_x, axis_y}) {
-            double across = 0;
-            for (const std::uint32_t other : {(axis + 1) % 3, (axis + 2) % 3})
-                across += most_across(step[other], step[axis], range[other], range[axis]);
-            frame.across = std::max(frame.across, static_cast<float>(across * 1.001));
-        }
-    }
-    if (frame.axis_count != 1) frame.axis = kMixedAxes;
-    if (!(largest > 0)) {  // of rays that spread so widely nothing is known
-        frame.axis_count = 0;
-        return;
-    }
-    frame.depth_least = static_cast<float>(largest * 0.999);
-    frame.per_depth = 1 / frame.depth_least;
-}
-
-/// The frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z, for |X|, |Y| up
-/// to `reach`.
-HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
-                          const double axis_y[3], const double axis_z[3], float reach) {
-    const auto cross = [](const double* p, const double* q, double* out) {
-        out[0] = p[1] * q[2] - p[2] * q[1];
-        out[1] = p[2] * q[0] - p[0] * q[2];
-        out[2] = p[0] * q[1] - p[1] * q[0];
-    };
-    cross(axis_y, axis_z, frame.rows[0]);
-    cross(axis_z, axis_x, frame.rows[1]);
-    cross(axis_x, axis_y, frame.rows[2]);
-    const double det =
-        axis_x[0] * frame.rows[0][0] + axis_x[1] * frame.rows[0][1] + axis_x[2] * frame.rows[0][2];
-    for (int k = 0; k < 3; ++k) {
-        frame.row_size[k] = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-            frame.rows[k][axis] /= det;
-            frame.rows_f[k][axis] = static_cast<float>(frame.rows[k][axis]);
-            frame.row_size[k] += std::abs(frame.rows_f[k][axis]);
-        }
-    }
-    frame.org = org;
-    frame.reach = reach;
-    frame.dilation = box_dilation(org);
-    frame.per_volume = static_cast<float>(1.001 / std::abs(det));
-    bound_directions(frame, axis_x, axis_y, axis_z);
-    // A hit is off by less than 9/16 of the dilation on any axis (docs/design/arithmetic.md,
-    // "Boxes"): in z, that over a ray's largest component at z = 1. No ray is shorter than 1 there,
-    // so it is at least 0.57, whatever the axes.
-    frame.depth_error = frame.dilation;
-    if (frame.axis_count != 0) frame.depth_error *= std::min(1.0f, 0.5625f * frame.per_depth);
-}
-
-/// scale_to_unit() of vectors that are above 0.
+/// scale_to_unit() on vectors that are positive.
 HWY_INLINE FloatVec scale_to_unit(FloatVec largest) {
     const UintVec exponent = as_uint(largest) & splat(0x7F800000u);
     return as_float(splat(0x7F000000u) - exponent);
 }
 
-/// A component of a direction that has been scaled, put on the grid as canonical_direction() does.
+/// Puts a component of a scaled direction on the grid, as canonical_direction() does.
 HWY_INLINE FloatVec snap_direction(FloatVec x) {
     const FloatVec snapped = x + splat(kDirectionSnap) - splat(kDirectionSnap);
     return select(abs(x) >= splat(kDirectionOnGrid), x, snapped);
 }
 
-/// canonical_direction() of vectors, in the same operations.
+/// canonical_direction() on vectors, in the same operations.
 HWY_INLINE void canonical_directions(FloatVec d[3]) {
     const FloatVec largest = max(max(abs(d[0]), abs(d[1])), abs(d[2]));
-    const Mask some = largest > zero();
-    const FloatVec scale = select(some, scale_to_unit(largest), splat(1.0f));
+    const Mask is_scalable = largest > zero();
+    const FloatVec scale = select(is_scalable, scale_to_unit(largest), splat(1.0f));
     for (int axis = 0; axis < 3; ++axis) d[axis] = snap_direction(d[axis] * scale);
 }
 
-/// How far from the middle of its pixel, in a frame whose unit is a pixel, a camera's ray may be.
+/// The limits of a usable frame: rays are off by at most kMostPixelError pixels (TriangleSetup
+/// assumes |X|, |Y| <= reach, which has room for them), directions by less than kMostDepthError of
+/// themselves along z, and row_size[2] times a direction is below kMostOblique
+/// (proofs/packet_volume.g).
+inline constexpr double kMostPixelError = 2;
+inline constexpr double kMostDepthError = 0.5;
+inline constexpr double kMostOblique = 0x1p18;
+
+/// An error that makes every ray uncertain.
+inline constexpr float kNoPixelError = 1e30f;
+
+/// An upper bound of how far a camera ray may be from the middle of its pixel, in pixels;
+/// kNoPixelError if the tile's rays are too inexact or too oblique for the bounds.
 ///
-/// A component of the direction, (corner + du x) + dv y, is made by two products and two sums, each
-/// off by 2^-24 of what comes out, and then put on a grid, off by 2^-45. What these errors come to
-/// in the frame's rows is e = (e0, e1, e2), and the exact direction is (X, Y, 1) there, so that x
-/// is off by (e0 - X e2) / (1 + e2), y alike.
+/// 1. A direction's component is fl(fl(corner + fl(du x)) + fl(dv y)): two products and two sums,
+///    each off by 1.01 u of its result (`error`; kDirectionRounding is the device's bound).
+/// 2. It is then put on the grid of directions: off by 2^-45 of the largest component (`snap` has
+///    2^-44).
+/// 3. In the frame's rows the errors add up to e = (e0, e1, e2) with |e0|, |e1| <= beside and |e2|
+///    <= along.
+/// 4. The exact direction is (X, Y, 1) there, so x is off by (e0 - X e2) / (1 + e2) and y alike: at
+///    most (beside + reach * along) / (1 - along).
 HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, const Tile& tile) {
+    constexpr double kRounding = 1.01 * 0x1p-24;
+    constexpr double kSnap = 0x1p-44;
     double beside = 0;
     double along = 0;
     double largest = 0;
@@ -157,25 +82,27 @@ HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, con
         const double sum = std::max(std::abs(left), std::abs(right));
         const double all = std::max(std::max(std::abs(left + top), std::abs(left + bottom)),
                                     std::max(std::abs(right + top), std::abs(right + bottom)));
-        const double error = 1.01 * 0x1p-24 * (products + sum + all);
+        const double error = kRounding * (products + sum + all);
         beside += std::max(std::abs(frame.rows[0][axis]), std::abs(frame.rows[1][axis])) * error;
         along += std::abs(frame.rows[2][axis]) * error;
         largest = std::max(largest, all);
     }
-    const double snap = 0x1p-44 * largest;
+    const double snap = kSnap * largest;
     beside += snap * std::max(frame.row_size[0], frame.row_size[1]);
     along += snap * frame.row_size[2];
-    const double error = 1.001 * (beside + frame.reach * along) / (1 - along);
-    // Nothing is known of rays that are off by as much as that, nor in a frame that is as oblique:
-    // the bounds of TriangleSetup take |X|, |Y| <= reach, and row_size[2] times a direction at z =
-    // 1 for less than 2^18.
-    const bool is_usable = along < 0.5 && error <= 2 && frame.row_size[2] * largest < 0x1p18;
-    return is_usable ? static_cast<float>(error) : 1e30f;
+    const double error = kWiden * (beside + frame.reach * along) / (1 - along);
+    const bool is_usable = along < kMostDepthError && error <= kMostPixelError &&
+                           frame.row_size[2] * largest < kMostOblique;
+    return is_usable ? static_cast<float>(error) : kNoPixelError;
 }
 
-/// The frame of a camera's tile of at most 64 x 64 pixels, and the bounds of its blocks: all that a
-/// first look at the tree needs. The plane's unit is a pixel, its origin the middle of the square.
-void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& packet) {
+/// The part of grid_margin for the rounding of sums with places up to 64: 2^-16, as
+/// kRectangleRounding.
+inline constexpr float kGridRounding = 0x1p-16f;
+
+/// Sets the frame of a camera's tile of at most 64 x 64 pixels, and its blocks' depths: all that
+/// the root of the tree needs.
+void frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
     const Camera& camera = params.camera;
     double axis_x[3], axis_y[3], axis_z[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -184,10 +111,10 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
         axis_z[axis] = camera.corner[axis] + axis_x[axis] * (tile.x0 + 0.5 * kCameraSide) +
                        axis_y[axis] * (tile.y0 + 0.5 * kCameraSide);
     }
-    PacketFrame& frame = packet.frame;
+    CameraFrame& frame = packet.frame;
     set_frame(frame, camera.org, axis_x, axis_y, axis_z, 0.5f * kCameraSide + 1);
     frame.ray_error = pixel_error(frame, camera, tile);
-    frame.grid_margin = 2 * frame.ray_error + 0x1p-16f;
+    frame.grid_margin = 2 * frame.ray_error + kGridRounding;
     frame.block_extent = 2 * kBlockSide + 2 * frame.grid_margin;
     constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
     const std::uint32_t width = tile.x1 - tile.x0;
@@ -203,8 +130,8 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, Packet& pa
     packet.hit_leaves.clear();
 }
 
-/// Makes the rays of a camera's tile whose frame is set ready to be traced.
-void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& packet) {
+/// Resets the rays of a camera's tile whose frame is set: no candidate, any depth.
+void start_camera_rays(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
     packet.camera.first_x = static_cast<float>(tile.x0);
     packet.camera.first_y = static_cast<float>(tile.y0);
     for (int axis = 0; axis < 3; ++axis) {
@@ -218,7 +145,7 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& pack
         store(zero(), packet.q_upper + r);
         store(splat(kNoCandidate), packet.candidate + r);
     }
-    // What the last blocks have beyond the tile.
+    // The last blocks may reach beyond the tile.
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
     if (width % kBlockSide == 0 && height % kBlockSide == 0) return;
@@ -231,8 +158,8 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, Packet& pack
     }
 }
 
-/// Camera rays by their pixels' coordinates, as the rule takes them: camera_direction() and
-/// canonical_direction(), in their operations.
+/// The directions of camera rays by their pixels' coordinates: canonical_direction() of
+/// camera_direction(), in their operations.
 HWY_INLINE void camera_directions(const CameraRays& camera, FloatVec x, FloatVec y, FloatVec d[3]) {
     const FloatVec px = x + splat(0.5f);
     const FloatVec py = y + splat(0.5f);
@@ -243,7 +170,7 @@ HWY_INLINE void camera_directions(const CameraRays& camera, FloatVec x, FloatVec
     canonical_directions(d);
 }
 
-/// Those of any rays of a packet, by their indices.
+/// The directions of camera rays by their indices in the packet.
 HWY_INLINE void directions_of(const CameraRays& camera, UintVec rays, FloatVec d[3]) {
     const auto low = [](UintVec bits) HWY_ATTR { return bits & splat(3u); };
     const auto number = [](UintVec bits) HWY_ATTR { return hn::ConvertTo(kFloats, as_int(bits)); };

@@ -1,4 +1,4 @@
-// Where rays from a point go: the plane of their packet, and their places there.
+// Where the rays of a light packet go: the axes of their plane, and their places in it.
 
 #if defined(MORPHRAY_CPU_PACKET_LIGHT_PACKET_DIRECTIONS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_LIGHT_PACKET_DIRECTIONS_INL_H
@@ -14,19 +14,22 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "cpu/packet/packet.h"
+#include "cpu/packet/light_packet.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-// The plane's unit is such that no |x|, |y| is more.
-constexpr float kPlaneHalf = 0.5f * kLightPacketSide;
+/// The plane's unit is chosen so that |x| and |y| are at most this.
+inline constexpr float kPlaneHalf = 0.5f * kLightPacketSide;
+
+/// The least extent for which a unit is chosen: a packet of nearly parallel rays gets no tiny unit.
+inline constexpr double kLeastPlaneExtent = 0x1p-16;
 
 /// The unit for |x|, |y| up to `extent`, a power of two.
 inline double plane_unit(double extent) {
-    return std::exp2(std::ceil(std::log2(std::max(extent, 0x1p-16) / kPlaneHalf)));
+    return std::exp2(std::ceil(std::log2(std::max(extent, kLeastPlaneExtent) / kPlaneHalf)));
 }
 
 /// Directions of some rays of a packet.
@@ -35,7 +38,7 @@ struct Samples {
     std::size_t count = 0;
 };
 
-/// Of a ray each of every step-th block.
+/// Takes the first ray of every step-th block, of blocks that have one.
 HWY_INLINE void take_samples(const SharedOriginRays* rays, std::uint32_t squares,
                              std::uint32_t step, Samples& samples) {
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; block += step) {
@@ -47,8 +50,8 @@ HWY_INLINE void take_samples(const SharedOriginRays* rays, std::uint32_t squares
     }
 }
 
-/// A unit vector near all active directions, axes[2], and two across; centre: the first again, of
-/// about the length of the directions. False if there is none.
+/// Sets axes[2] to a unit vector near all active directions, axes[0] and axes[1] to unit vectors
+/// across it, and centre to axes[2] in floats. Returns false if the directions have no mean.
 HWY_INLINE bool choose_axes(const Samples& samples, double axes[3][3], float centre[3]) {
     double sum[3] = {0, 0, 0};
     for (std::size_t i = 0; i < samples.count; ++i) {
@@ -79,7 +82,7 @@ HWY_INLINE bool choose_axes(const Samples& samples, double axes[3][3], float cen
     return true;
 }
 
-/// The largest |x / z| or |y / z| of some rays.
+/// The largest |x / z| or |y / z| of the samples.
 HWY_INLINE double sampled_extent(const Samples& samples, const double axes[3][3]) {
     double extent = 0;
     for (std::size_t i = 0; i < samples.count; ++i) {
@@ -92,18 +95,27 @@ HWY_INLINE double sampled_extent(const Samples& samples, const double axes[3][3]
     return extent;
 }
 
-/// axes * d for directions d near the multiples of `centre`. With c the centre and l = d.k / c.k on
-/// its largest axis k, that is axes * (d - l c) + l (axes * c): the difference is small and, fused,
-/// rounds by 2^-24 of itself, and axes * c comes from double. In units of 2^-24, each row of the
-/// first product is off by at most 5 |d - l c|: the difference, the row, three sums. d differs from
-/// z axes[2] by at most sqrt(2) z s across if |x / z|, |y / z| <= s, and the difference by sqrt(3)
-/// as much again along c: |d - l c| <= 3.9 z s. z is off by that part and by 5 units of itself,
-/// axes * c and sums, and division makes 2; so with 19.5 units of s from x itself and 19.5 s of
-/// each from z, x / z and y / z are off by (28 + 20 s) s units of 2^-24. Without fused operations
-/// 2^-23 of |d| comes on top.
+/// The error of a place x / z or y / z with |x / z|, |y / z| <= s, in units of 2^-24 s:
+/// kPlaceUnits + kPlaceUnitsOfExtent * s. NearDirections derives it.
+inline constexpr float kPlaceUnits = 28;
+inline constexpr float kPlaceUnitsOfExtent = 20;
+
+/// Computes axes * d for directions d near the multiples of `centre`, with a small error.
+///
+/// 1. Let c = centre, k its largest axis, l = d[k] / c[k]. Then axes * d = axes * (d - l c) + l
+///    (axes * c), and axes * c comes from double.
+/// 2. d - l c is small and, fused, rounds by u = 2^-24 of itself. With the rounding of the row and
+///    of three sums, each row of axes * (d - l c) is off by at most 5 u |d - l c|.
+/// 3. Let |x / z|, |y / z| <= s. d differs from z axes[2] by at most sqrt(2) z s across, and d - l
+///    c by sqrt(3) as much again along c: |d - l c| <= 3.9 z s, so x is off by 19.5 u z s from
+///    this.
+/// 4. z is off by the same and by 5 u z: axes * c and the sums. A division rounds by 2 u.
+/// 5. Together x / z and y / z are off by at most (kPlaceUnits + kPlaceUnitsOfExtent * s) s u
+///    (proofs/packet_rays.g).
+/// 6. Without fused operations 2^-23 |d| is added; place_error's dot_error covers it.
 class NearDirections {
 public:
-    /// scale: of x and y, a power of two, so that nothing is rounded.
+    /// scale: multiplies x and y; a power of two, so that nothing is rounded.
     NearDirections(const double axes[3][3], const float centre[3], double scale) {
         for (int axis = 0; axis < 3; ++axis) {
             centre_[axis] = centre[axis];
@@ -121,6 +133,7 @@ public:
         reciprocal_ = 1.0f / centre_[largest_];
     }
 
+    /// Sets h = axes * d.
     HWY_INLINE void project(const FloatVec d[3], FloatVec h[3]) const {
         const FloatVec l = d[largest_] * splat(reciprocal_);
         FloatVec across[3];

@@ -1,5 +1,5 @@
-// Which rays of a point's packet are neighbours: where a surface ends in the image, those of one
-// block are not.
+// Finds the rays of a light packet that are neighbours. Where a surface ends in the image, the rays
+// of one block are far apart, and are regrouped.
 
 #if defined(MORPHRAY_CPU_PACKET_LIGHT_PACKET_REGROUP_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_LIGHT_PACKET_REGROUP_INL_H
@@ -15,20 +15,19 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "cpu/packet/packet.h"
-#include "cpu/packet/packet_blocks-inl.h"
+#include "cpu/packet/light_packet.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Blocks of a point's packet, those of a group in a mask.
+/// Blocks of a light packet, those of each group as bits.
 struct LightPacketBlocks {
     std::uint32_t of_group[kLightPacketGroups];
 };
 
-/// Those in place of some squares.
+/// All blocks of the first `squares` squares.
 HWY_INLINE LightPacketBlocks all_blocks(std::uint32_t squares) {
     LightPacketBlocks blocks = {};
     std::fill_n(blocks.of_group, squares * kSquareBlocks / kGroupBlocks, 0xFFFFu);
@@ -39,7 +38,7 @@ HWY_INLINE bool has_block(const LightPacketBlocks& blocks, std::uint32_t block) 
     return (blocks.of_group[block / kGroupBlocks] >> block % kGroupBlocks & 1) != 0;
 }
 
-/// Calls visit(block) for each.
+/// Calls visit(block) for each block.
 template <class Visit>
 HWY_INLINE void for_each_block(const LightPacketBlocks& blocks, Visit visit) {
     for (std::uint32_t group = 0; group < kLightPacketGroups; ++group) {
@@ -48,11 +47,11 @@ HWY_INLINE void for_each_block(const LightPacketBlocks& blocks, Visit visit) {
     }
 }
 
-/// The least of `used` positive numbers among `size` that no more than half of them are below, up
-/// to an eighth too small; the others are infinite. Found bit by bit: sorting takes as long as a
-/// tenth of a packet of a bunny's shadow rays.
+/// The median of `used` positive numbers among `size`, the others being infinite: the least number
+/// with no more than half of them below it, or up to an eighth less. It is found bit by bit, since
+/// sorting takes a tenth of the time of a packet of a bunny's shadow rays.
 HWY_INLINE float median_of_blocks(const float* values, std::size_t size, std::size_t used) {
-    constexpr int kHighest = 30, kLowest = 20;  // all of the exponent and 3 bits behind it
+    constexpr int kHighest = 30, kLowest = 20;  // the exponent and 3 bits of the mantissa
     std::uint32_t median = 0;
     for (int bit = kHighest; bit >= kLowest; --bit) {
         const std::uint32_t trial = median | std::uint32_t{1} << bit;
@@ -64,14 +63,14 @@ HWY_INLINE float median_of_blocks(const float* values, std::size_t size, std::si
     return std::bit_cast<float>(median);
 }
 
-/// How far the active rays of each block spread in x and y together; infinite where there are none.
+/// How far the active rays of each block spread in x and y together; infinite without any.
 struct Spreads {
     alignas(64) float of_block[kAllLightPacketBlocks];
-    std::size_t used = 0;
+    std::size_t used = 0;  // blocks with active rays
 };
 
-/// Of whole groups.
-HWY_INLINE void measure_spreads(const Packet& packet, std::uint32_t first, std::uint32_t end,
+/// Sets the spreads of blocks [first, end), which are whole groups.
+HWY_INLINE void measure_spreads(const LightPacket& packet, std::uint32_t first, std::uint32_t end,
                                 Spreads& spreads) {
     spreads.used = 0;
     for (std::size_t b = first; b < end; b += kLanes) {
@@ -83,7 +82,8 @@ HWY_INLINE void measure_spreads(const Packet& packet, std::uint32_t first, std::
     }
 }
 
-/// The blocks of whole groups with rays that spread farther than this; how many.
+/// Adds to `wide` the blocks of [first, end), whole groups, whose rays spread farther than `width`.
+/// Returns how many they are.
 HWY_INLINE std::size_t blocks_wider(const Spreads& spreads, std::uint32_t first, std::uint32_t end,
                                     float width, LightPacketBlocks& wide) {
     std::size_t blocks = 0;
@@ -96,7 +96,7 @@ HWY_INLINE std::size_t blocks_wider(const Spreads& spreads, std::uint32_t first,
     return blocks;
 }
 
-/// A square of cells of the plane, numbered in Morton order.
+/// Square cells of the plane, numbered in Morton order.
 struct Cells {
     static constexpr std::uint32_t kPerSide = 16;
     static constexpr std::uint32_t kCount = kPerSide * kPerSide;
@@ -104,16 +104,16 @@ struct Cells {
     float lower_x, lower_y;
     float scale_x, scale_y;
 
-    /// The cells of some points, or the nearest.
+    /// The cells of points; the nearest cells of points outside.
     HWY_INLINE UintVec of(FloatVec x, FloatVec y) const {
-        // The bits of a number, each two places from the next.
+        // Spreads the bits of a number to every other place.
         const auto spread = [](UintVec v) HWY_ATTR {
             v = (v | shift_left<2>(v)) & splat(0x33u);
             return (v | shift_left<1>(v)) & splat(0x55u);
         };
         const auto number = [](FloatVec v) HWY_ATTR {
             const FloatVec inside = min(max(v, zero()), splat(static_cast<float>(kPerSide - 1)));
-            return as_uint(hn::ConvertTo(hn::RebindToSigned<FloatTag>(), inside));
+            return as_uint(hn::ConvertTo(kInts, inside));
         };
         const UintVec column = number((x - splat(lower_x)) * splat(scale_x));
         const UintVec row = number((y - splat(lower_y)) * splat(scale_y));
@@ -121,9 +121,13 @@ struct Cells {
     }
 };
 
-/// Those that the active rays of some blocks are in.
-HWY_INLINE Cells cells_around(const Packet& packet, const LightPacketBlocks& blocks) {
-    float lower_x = 1e30f, upper_x = -1e30f, lower_y = 1e30f, upper_y = -1e30f;
+/// A cell's extent is at least this over kPerSide, so that no scale overflows.
+inline constexpr float kLeastExtent = 1e-20f;
+
+/// The cells around the active rays of some blocks.
+HWY_INLINE Cells cells_around(const LightPacket& packet, const LightPacketBlocks& blocks) {
+    float lower_x = kEmptyLower, upper_x = kEmptyUpper;
+    float lower_y = kEmptyLower, upper_y = kEmptyUpper;
     for_each_block(blocks, [&](std::uint32_t block) {
         lower_x = std::min(lower_x, packet.block_lower_x[block]);
         upper_x = std::max(upper_x, packet.block_upper_x[block]);
@@ -131,8 +135,8 @@ HWY_INLINE Cells cells_around(const Packet& packet, const LightPacketBlocks& blo
         upper_y = std::max(upper_y, packet.block_upper_y[block]);
     });
     constexpr float kSide = Cells::kPerSide;
-    return {lower_x, lower_y, kSide / std::max(upper_x - lower_x, 1e-20f),
-            kSide / std::max(upper_y - lower_y, 1e-20f)};
+    return {lower_x, lower_y, kSide / std::max(upper_x - lower_x, kLeastExtent),
+            kSide / std::max(upper_y - lower_y, kLeastExtent)};
 }
 
 /// Rays of a packet in the order of cells.
@@ -141,13 +145,13 @@ struct CellOrder {
     std::size_t count = 0;
 };
 
-/// The active rays of some blocks.
-HWY_INLINE void sort_by_cell(const Packet& packet, const LightPacketBlocks& blocks,
+/// Sorts the active rays of some blocks by cell.
+HWY_INLINE void sort_by_cell(const LightPacket& packet, const LightPacketBlocks& blocks,
                              CellOrder& order) {
     const Cells square = cells_around(packet, blocks);
     std::uint16_t rays[kLightPacketRays];
     std::uint32_t cells[kLightPacketRays];
-    // Where the rays of a cell begin.
+    // The place of the next ray of each cell.
     std::uint16_t next[Cells::kCount + 1] = {};
     std::size_t count = 0;
     for_each_block(blocks, [&](std::uint32_t block) HWY_ATTR {
@@ -170,11 +174,11 @@ HWY_INLINE void sort_by_cell(const Packet& packet, const LightPacketBlocks& bloc
     order.count = count;
 }
 
-/// Makes blocks inactive.
-HWY_INLINE void leave_out_blocks(Packet& packet, const LightPacketBlocks& blocks) {
+/// Makes all rays of some blocks inactive.
+HWY_INLINE void deactivate_blocks(LightPacket& packet, const LightPacketBlocks& blocks) {
     for_each_block(blocks, [&](std::uint32_t block) {
-        packet.block_lower_x[block] = packet.block_lower_y[block] = 1e30f;
-        packet.block_upper_x[block] = packet.block_upper_y[block] = -1e30f;
+        packet.block_lower_x[block] = packet.block_lower_y[block] = kEmptyLower;
+        packet.block_upper_x[block] = packet.block_upper_y[block] = kEmptyUpper;
         packet.block_q[block] = kDone;
     });
 }

@@ -1,6 +1,6 @@
-// Any hits of rays from a point: a packet's way through the tree. What is left of the packet at a
-// node are quads of blocks, each of which takes one comparison with a box where its blocks took
-// four; blocks are looked at in leaves alone.
+// Any hits of a light packet: its way through the tree. The active part of the packet at a node is
+// a set of quads, each of which takes one comparison with a box instead of four for its blocks.
+// Only leaves look at blocks.
 
 #if defined(MORPHRAY_CPU_PACKET_LIGHT_PACKET_TRAVERSAL_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_LIGHT_PACKET_TRAVERSAL_INL_H
@@ -15,9 +15,9 @@
 #include <cstdint>
 
 #include "common/bvh/bvh.h"
+#include "cpu/packet/light_packet.h"
+#include "cpu/packet/light_packet_blocks-inl.h"
 #include "cpu/packet/light_packet_leaf-inl.h"
-#include "cpu/packet/packet.h"
-#include "cpu/packet/packet_blocks-inl.h"
 #include "cpu/packet/packet_node-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
@@ -25,16 +25,18 @@ HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Marks what occludes the rays of a packet as done.
+/// Marks the occluded rays of a packet as done.
 class alignas(kPage) LightPacketTraversal {
 public:
-    LightPacketTraversal(const Bvh& bvh, Packet& packet)
+    LightPacketTraversal(const Bvh& bvh, LightPacket& packet)
         : bvh_(bvh), packet_(packet), occlusion_(packet) {}
 
     void run() {
-        constexpr float kAll = 1e6f;
-        // The root, which the whole packet may concern.
-        stack_[0] = {kAnyDepth, 0, {{kAllBlocks, kAllBlocks}}, {-kAll, kAll, -kAll, kAll}};
+        // The root concerns the whole packet.
+        stack_[0] = {kAnyDepth,
+                     0,
+                     {{kAllBlocks, kAllBlocks}},
+                     {-kWholePlane, kWholePlane, -kWholePlane, kWholePlane}};
         size_ = 1;
         while (size_ > 0) {
             const Entry entry = stack_[--size_];
@@ -50,8 +52,8 @@ public:
     }
 
 private:
-    /// What there is still to visit: a child that is seen in a rectangle (lower x, upper x, lower
-    /// y, upper y), no nearer than q (nearest_q), and the quads that it may concern.
+    /// A child to visit: it is seen in a rectangle (lower x, upper x, lower y, upper y) and no
+    /// nearer than q (nearest_q), and may concern `quads`.
     struct Entry {
         float q;
         std::uint32_t child;
@@ -93,17 +95,17 @@ private:
         return used;
     }
 
-    /// Different numbers in the order of 1/z, but for its last bits: those of floats that are not
-    /// negative, and the slot.
+    /// Sets distinct numbers in the order of 1/z except for its last 4 bits: the bits of floats
+    /// that are not negative, with the slot in the last bits.
     static HWY_INLINE void order_of(const float* q, std::int32_t* order) {
         for (std::size_t l = 0; l < kWidth; l += kLanes) {
             const auto bits = as_int(load(q + l));
             const auto slots = hn::Iota(kInts, static_cast<std::int32_t>(l));
-            store(hn::AndNot(splat(15), bits) | slots, order + l);
+            store((bits & splat(~15)) | slots, order + l);
         }
     }
 
-    /// The children that are farther than one.
+    /// The children whose order is less than `own`: those farther away.
     static HWY_INLINE std::uint32_t slots_before(const std::int32_t* order, std::int32_t own) {
         std::uint32_t before = 0;
         for (std::size_t l = 0; l < kWidth; l += kLanes) {
@@ -114,7 +116,7 @@ private:
     }
 
     const Bvh& bvh_;
-    Packet& packet_;
+    LightPacket& packet_;
     LeafOcclusion occlusion_;
     std::uint32_t size_ = 0;
     Entry stack_[kMaxStack];

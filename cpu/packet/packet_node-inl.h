@@ -16,18 +16,21 @@
 #include "common/bvh/bvh.h"
 #include "common/interop/bvh_layout.h"
 #include "common/interop/packet_bounds.h"
-#include "cpu/packet/packet.h"
-#include "cpu/packet/packet_blocks-inl.h"
+#include "cpu/packet/packet_frame-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Least and greatest of row k of the projection over boxes given relative to the origin.
-/// In units of 2^-24 of row_size times the largest coordinate, products and sums are off by at
-/// most 5, and the triangles that the rule sees reach out of their boxes by at most 8 (2^-22 of
-/// a vertex's distance from the ray, at most twice that coordinate): 16 on both sides.
+/// Sets the least and the greatest value of row k of the projection over boxes relative to the
+/// origin. size: the largest coordinate of each box.
+///
+/// In units of 2^-24 row_size[k] size:
+/// 1. The products and sums are off by at most 5.
+/// 2. The rule displaces a vertex by 2^-22 of its distance from the ray, at most 2 size, so that
+///    triangles reach out of their box by at most 8.
+/// 3. kBoxError widens the range by 16 on both sides (proofs/packet_rectangles.g).
 HWY_INLINE void project_boxes(const PacketFrame& frame, int k, const FloatVec lower[3],
                               const FloatVec upper[3], FloatVec size, FloatVec& least,
                               FloatVec& most) {
@@ -43,14 +46,21 @@ HWY_INLINE void project_boxes(const PacketFrame& frame, int k, const FloatVec lo
     most = most + error;
 }
 
-/// The rectangle that boxes with these bounds of x, y, z are seen in: all of the plane when
-/// they reach to the eye or behind it. Whether it meets the packet, and the box is not behind.
+/// A box is in front of the origin if its least z is more than this part of its greatest: else it
+/// counts as reaching to the origin.
+inline constexpr float kNearestPart = 0x1p-20f;
+
+/// 1 / z at its farthest, times z: kNearestByDepth for the other side.
+inline constexpr float kFarthestByDepth = 0.99999f;
+
+/// Stores the rectangles in which boxes with these bounds of x, y, z are seen: the whole plane for
+/// a box that is not in front of the origin. Returns which of them the packet may meet.
 HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const FloatVec least[3],
                                  const FloatVec most[3], Rectangles& r, std::size_t l) {
-    const FloatVec all = splat(1e6f);
-    const Mask in_front = least[2] > most[2] * splat(0x1p-20f);
-    const FloatVec by_near = splat(kNearestByDepth) / max(least[2], splat(1e-20f));
-    const FloatVec by_far = splat(0.99999f) / max(most[2], splat(1e-20f));
+    const FloatVec all = splat(kWholePlane);
+    const Mask in_front = least[2] > most[2] * splat(kNearestPart);
+    const FloatVec by_near = splat(kNearestByDepth) / max(least[2], splat(kLeastDivisor));
+    const FloatVec by_far = splat(kFarthestByDepth) / max(most[2], splat(kLeastDivisor));
     const auto low = [&](FloatVec x) {
         return select(in_front, x * select(x < zero(), by_near, by_far), -all);
     };
@@ -65,8 +75,8 @@ HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const FloatVec least[
     store(upper_x, r.upper_x + l);
     store(lower_y, r.lower_y + l);
     store(upper_y, r.upper_y + l);
-    // A box that reaches behind is held against the packet's four sides: x - side * z over its
-    // corners.
+    // The packet's four sides exclude boxes that reach behind the origin, too: x - side * z has one
+    // sign over all corners.
     const auto beyond = [&](FloatVec upper, FloatVec lower_z, FloatVec upper_z, float side) {
         return upper < splat(side) * (side > 0 ? lower_z : upper_z);
     };
@@ -80,13 +90,14 @@ HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const FloatVec least[
     return and_not(outside, most[2] > zero());
 }
 
-/// What a packet sees of a node's children: rectangles of its plane, and nearest_q.
+/// A node's children in a packet's plane: their rectangles, and nearest_q.
 struct alignas(64) NodeChildren {
     Rectangles rectangles;
     float q[16];
 };
 
-/// The children that may concern the packet, as bits, empty slots among them.
+/// Projects a node's children. Returns those that the packet may meet, as bits; these may include
+/// empty slots.
 HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node,
                                       NodeChildren& children) {
     std::uint32_t hits = 0;
@@ -112,7 +123,7 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
     return hits;
 }
 
-/// Asks for a child's memory, without a branch: of a leaf for its first lines twice.
+/// Prefetches a child's memory without a branch: a leaf's first lines are prefetched twice.
 HWY_INLINE void prefetch_child(const Bvh& bvh, std::uint32_t child) {
     constexpr std::size_t kCacheLine = 64;
     static_assert(sizeof(Leaf) <= sizeof(Node));

@@ -11,9 +11,9 @@
 
 #include "cpu/packet/camera_packet_finish-inl.h"
 #include "cpu/packet/camera_packet_maker-inl.h"
+#include "cpu/packet/camera_packet_traversal-inl.h"
 #include "cpu/packet/light_packet_maker-inl.h"
 #include "cpu/packet/light_packet_traversal-inl.h"
-#include "cpu/packet/packet_tracer-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
@@ -36,24 +36,24 @@ void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
     }
 }
 
-void write_hits(const Packet& packet, const Tile& tile, Hit* hits, std::size_t stride) {
+void write_hits(const CameraPacket& packet, const Tile& tile, Hit* hits, std::size_t stride) {
     const std::uint32_t width = tile.x1 - tile.x0;
     const std::uint32_t height = tile.y1 - tile.y0;
     if (width % kBlockSide == 0 && height % kBlockSide == 0) {
-        PacketFinish(packet, hits, stride).run();
+        CameraPacketFinish(packet, hits, stride).run();
         return;
     }
     const std::size_t columns = packet.frame.grid_columns * kBlockSide;
     std::vector<Hit> blocks(columns * packet.frame.grid_rows * kBlockSide);
-    PacketFinish(packet, blocks.data(), columns).run();
+    CameraPacketFinish(packet, blocks.data(), columns).run();
     for (std::uint32_t y = 0; y < height; ++y)
         std::copy_n(&blocks[y * columns], width, hits + y * stride);
 }
 
 void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Tile& tile,
-                             Packet& packet, Hit* hits, std::size_t stride) {
+                             CameraPacket& packet, Hit* hits, std::size_t stride) {
     frame_camera_packet(params, tile, packet);
-    PacketTraversal traversal(bvh, packet);
+    CameraPacketTraversal traversal(bvh, packet);
     if (!traversal.start()) return write_misses(tile, hits, stride);
     start_camera_rays(params, tile, packet);
     traversal.run();
@@ -61,8 +61,9 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     write_hits(packet, tile, hits, stride);
 }
 
-/// Writes which rays of a block are occluded, or are none.
-HWY_INLINE void write_block(const Packet& packet, std::uint32_t block, std::uint8_t* occluded) {
+/// Writes which rays of a block in place are occluded or absent.
+HWY_INLINE void write_block(const LightPacket& packet, std::uint32_t block,
+                            std::uint8_t* occluded) {
     const hn::Rebind<std::uint8_t, FloatTag> bytes;
     for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
         const std::size_t r = block * kBlockRays + l;
@@ -72,49 +73,49 @@ HWY_INLINE void write_block(const Packet& packet, std::uint32_t block, std::uint
     }
 }
 
-/// Likewise of a block whose rays were put together anew.
-HWY_INLINE void write_moved_block(const Packet& packet, std::uint32_t block,
-                                  std::uint8_t* occluded) {
+/// Writes which rays of a regrouped block are occluded.
+HWY_INLINE void write_regrouped_block(const LightPacket& packet, std::uint32_t block,
+                                      std::uint8_t* occluded) {
     for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
-        const std::uint16_t place = packet.place[r - kLightPacketRays];
-        if (place != kNoPlace) occluded[place] = packet.q_lower[r] == kDone;
+        const std::uint16_t ray = packet.regrouped_ray[r - kLightPacketRays];
+        if (ray != kNoRay) occluded[ray] = packet.q_lower[r] == kDone;
     }
 }
 
-/// Writes down the rays that there are in blocks of which nothing was asked; how many.
-std::size_t write_left(const Packet& packet, const LightPacketBlocks& blocks, std::uint16_t* left) {
+/// Writes the indices of the rays of blocks that were not traced. Returns their number.
+std::size_t write_fallback(const LightPacket& packet, const LightPacketBlocks& blocks,
+                           std::uint16_t* fallback) {
     std::size_t count = 0;
     for_each_block(blocks, [&](std::uint32_t block) {
         for (std::uint32_t r = block * kBlockRays; r < (block + 1) * kBlockRays; ++r) {
-            const std::uint32_t place =
-                r < kLightPacketRays ? r : packet.place[r - kLightPacketRays];
-            if (place != kNoPlace && packet.rays[place / kBlockRays].has(place % kBlockRays))
-                left[count++] = static_cast<std::uint16_t>(place);
+            const std::uint32_t ray =
+                r < kLightPacketRays ? r : packet.regrouped_ray[r - kLightPacketRays];
+            if (ray != kNoRay && packet.rays[ray / kBlockRays].has(ray % kBlockRays))
+                fallback[count++] = static_cast<std::uint16_t>(ray);
         }
     });
     return count;
 }
 
 std::size_t occluded_light_packet(const Bvh& bvh, vec3 org, const SharedOriginRays* rays,
-                                  std::uint32_t squares, Packet& packet, std::uint8_t* occluded,
-                                  std::uint16_t* left) {
-    LightPacketBlocks left_out = {};
-    LightPacketBlocks moved = {};
+                                  std::uint32_t squares, LightPacket& packet,
+                                  std::uint8_t* occluded, std::uint16_t* fallback) {
+    LightPacketBlocks not_traced = {};
     const std::uint32_t count = squares * kSquareRays;
-    if (!make_light_packet(org, rays, squares, packet, left_out, moved)) {
+    if (!make_light_packet(org, rays, squares, packet, not_traced)) {
         std::fill_n(occluded, count, std::uint8_t{1});
         packet.rays = rays;
-        return write_left(packet, all_blocks(squares), left);
+        return write_fallback(packet, all_blocks(squares), fallback);
     }
     LightPacketTraversal(bvh, packet).run();
-    // What this says of rays that are elsewhere is written again.
+    // Regrouped rays are written here as well, and again below.
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block)
         write_block(packet, block, occluded);
-    for (std::uint32_t block = kLightPacketBlocks; block < kLightPacketBlocks + packet.moved_count;
-         ++block) {
-        if (!has_block(left_out, block)) write_moved_block(packet, block, occluded);
+    for (std::uint32_t block = kLightPacketBlocks;
+         block < kLightPacketBlocks + packet.regrouped_count; ++block) {
+        if (!has_block(not_traced, block)) write_regrouped_block(packet, block, occluded);
     }
-    return write_left(packet, left_out, left);
+    return write_fallback(packet, not_traced, fallback);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -135,19 +136,19 @@ HWY_EXPORT(occluded_light_packet);
 
 PacketTracer::PacketTracer(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh),
-      camera_(SIMD_FUNCTION(intersect_camera_packet, target)),
-      point_(SIMD_FUNCTION(occluded_light_packet, target)) {}
+      intersect_(SIMD_FUNCTION(intersect_camera_packet, target)),
+      occluded_(SIMD_FUNCTION(occluded_light_packet, target)) {}
 
-void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile, Packet& packet,
-                                    Hit* hits, std::size_t stride) const {
-    camera_(*bvh_, params, tile, packet, hits, stride);
+void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
+                                    CameraPacket& packet, Hit* hits, std::size_t stride) const {
+    intersect_(*bvh_, params, tile, packet, hits, stride);
 }
 
 std::size_t PacketTracer::occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
-                                                 Packet& packet, std::uint8_t* occluded,
-                                                 std::uint16_t* left) const {
+                                                 LightPacket& packet, std::uint8_t* occluded,
+                                                 std::uint16_t* fallback) const {
     const auto squares = static_cast<std::uint32_t>(rays.size() / kSquareBlocks);
-    return point_(*bvh_, org, rays.data(), squares, packet, occluded, left);
+    return occluded_(*bvh_, org, rays.data(), squares, packet, occluded, fallback);
 }
 
 }  // namespace morphray::cpu

@@ -1,7 +1,7 @@
-// Packets of rays with a common origin over the shared layout: what camera and shadow rays are
-// traced by.
+// Traces packets of rays with a common origin: camera rays, and shadow rays of a light.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -10,38 +10,40 @@
 #include "common/interop/ray.h"
 #include "common/simd/simd_target.h"
 #include "cpu/image/tile.h"
-#include "cpu/packet/packet.h"
+#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/light_packet.h"
 
 namespace morphray::cpu {
 
-/// Closest and any hit over a tree that outlives it, with the bits of ScalarTracer. Threads may
-/// share one, each with packets of its own.
+/// Closest and any hits in a tree, which must outlive the tracer, with the bits of ScalarTracer.
+/// Threads may share a tracer; each needs packets of its own, which are scratch memory.
 class PacketTracer {
 public:
     PacketTracer(const Bvh& bvh, SimdTarget target);
 
-    /// hits[y * stride + x] answers camera_ray(params.camera, tile.x0 + x, tile.y0 + y), for a tile
-    /// of at most 64 x 64 pixels.
-    void intersect_camera(const ImageParams& params, const Tile& tile, Packet& packet, Hit* hits,
-                          std::size_t stride) const;
+    /// Sets hits[y * stride + x] to the closest hit, or a miss, of the camera ray of pixel
+    /// (tile.x0 + x, tile.y0 + y). The tile has 1 to 64 pixels on each side.
+    void intersect_camera(const ImageParams& params, const Tile& tile, CameraPacket& packet,
+                          Hit* hits, std::size_t stride) const;
 
-    /// occluded[i] becomes 0 where ray i, which starts at org, hits nothing, and 1 where it does or
-    /// there is none; one to four times kSquareBlocks of rays, indices as by light_packet_ray().
-    /// Of some nothing is said, because they have too little in common with the others to be traced
-    /// along; their indices are written to `left`, which has room for all. Returns how many.
+    /// Sets occluded[i] to 0 where ray i, which starts at org, hits nothing, and to 1 where it hits
+    /// something or is absent. rays: one to four times kSquareBlocks, with indices as in
+    /// light_packet_ray(). Some rays have too little in common with the others to be traced here:
+    /// the indices of these fallback rays are written to `fallback`, which has room for all rays,
+    /// and their occluded[i] means nothing. Returns the number of fallback rays.
     std::size_t occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,
-                                       Packet& packet, std::uint8_t* occluded,
-                                       std::uint16_t* left) const;
+                                       LightPacket& packet, std::uint8_t* occluded,
+                                       std::uint16_t* fallback) const;
 
 private:
-    using Camera = void (*)(const Bvh&, const ImageParams&, const Tile&, Packet&, Hit*,
-                            std::size_t);
-    using Point = std::size_t (*)(const Bvh&, vec3, const SharedOriginRays*, std::uint32_t, Packet&,
-                                  std::uint8_t*, std::uint16_t*);
+    using Intersect = void (*)(const Bvh&, const ImageParams&, const Tile&, CameraPacket&, Hit*,
+                               std::size_t);
+    using Occluded = std::size_t (*)(const Bvh&, vec3, const SharedOriginRays*, std::uint32_t,
+                                     LightPacket&, std::uint8_t*, std::uint16_t*);
 
     const Bvh* bvh_;
-    Camera camera_;
-    Point point_;
+    Intersect intersect_;
+    Occluded occluded_;
 };
 
 }  // namespace morphray::cpu

@@ -25,7 +25,7 @@ bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(H
 
 /// The image of a view, traced tile by tile.
 std::vector<Hit> packet_image(const cpu::PacketTracer& tracer, const ImageParams& params,
-                              cpu::Packet& packet) {
+                              cpu::CameraPacket& packet) {
     std::vector<Hit> hits(std::size_t{params.width} * params.height);
     const cpu::ImageTiles tiles(params.width, params.height, cpu::kCameraSide);
     for (std::uint32_t i = 0; i < tiles.count(); ++i) {
@@ -95,7 +95,8 @@ std::vector<ViewSpec> views(const TestScene& scene, std::uint64_t seed) {
 
 class EveryTarget : public testing::TestWithParam<SimdTarget> {
 protected:
-    std::unique_ptr<cpu::Packet> packet_ = std::make_unique<cpu::Packet>();
+    std::unique_ptr<cpu::CameraPacket> camera_packet_ = std::make_unique<cpu::CameraPacket>();
+    std::unique_ptr<cpu::LightPacket> light_packet_ = std::make_unique<cpu::LightPacket>();
 };
 
 TEST_P(EveryTarget, CameraPacketsAnswerLikeSingleRaysFromAnywhere) {
@@ -110,7 +111,7 @@ TEST_P(EveryTarget, CameraPacketsAnswerLikeSingleRaysFromAnywhere) {
             } catch (const std::exception&) {
                 continue;  // eye and target coincide in a scene of one point
             }
-            const std::vector<Hit> hits = packet_image(tracer, params, *packet_);
+            const std::vector<Hit> hits = packet_image(tracer, params, *camera_packet_);
             EXPECT_EQ(count_differences(cpu::ScalarTracer(bvh), params, hits), 0u) << named.name;
         }
     }
@@ -134,7 +135,7 @@ TEST_P(EveryTarget, CameraPacketsAnswerLikeBruteForceOnRandomSmallCases) {
         view.fov = random.real(1, 120);
         const ImageParams params =
             make_image_params(view, bounds_of(scene.world_positions()), scene.space());
-        const std::vector<Hit> hits = packet_image(tracer, params, *packet_);
+        const std::vector<Hit> hits = packet_image(tracer, params, *camera_packet_);
         ASSERT_EQ(
             count_differences(cpu::BruteTracer(scene.topology(), scene.positions()), params, hits),
             0u)
@@ -155,7 +156,7 @@ TEST_P(EveryTarget, CameraPacketsAnswerAlikeOnARefittedTree) {
             bvh.leaves[leaf].vertex[slot].z = p.z;
         }
     }
-    // Boxes that are merely large enough: the answer may depend on nothing but the triangles.
+    // Boxes that hold the whole scene: the answer depends on the triangles alone.
     for (Node& node : bvh.nodes) {
         for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
             node.lower_x[slot] = node.lower_y[slot] = node.lower_z[slot] = -kSceneExtent;
@@ -165,11 +166,11 @@ TEST_P(EveryTarget, CameraPacketsAnswerAlikeOnARefittedTree) {
     const ImageParams params =
         make_image_params(view_of(96, 80), bounds_of(after.world_positions()), after.space());
     const std::vector<Hit> hits =
-        packet_image(cpu::PacketTracer(bvh, GetParam()), params, *packet_);
+        packet_image(cpu::PacketTracer(bvh, GetParam()), params, *camera_packet_);
     EXPECT_EQ(count_differences(cpu::ScalarTracer(rebuilt), params, hits), 0u);
 }
 
-/// Those that are active, as packets take them.
+/// Blocks of the active rays; the others are absent.
 std::vector<cpu::SharedOriginRays> blocks_of(std::span<const Ray> rays,
                                              std::span<const std::uint8_t> active) {
     std::vector<cpu::SharedOriginRays> blocks(rays.size() / cpu::kBlockRays,
@@ -180,7 +181,7 @@ std::vector<cpu::SharedOriginRays> blocks_of(std::span<const Ray> rays,
     return blocks;
 }
 
-TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks) {
+TEST_P(EveryTarget, LightPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks) {
     std::vector<Ray> rays(cpu::kLightPacketRays);
     std::vector<std::uint8_t> active(cpu::kLightPacketRays);
     std::vector<std::uint8_t> occluded(cpu::kLightPacketRays);
@@ -206,19 +207,19 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
             }
             const std::vector<cpu::SharedOriginRays> blocks = blocks_of(rays, active);
             std::fill(occluded.begin(), occluded.end(), std::uint8_t{9});
-            std::vector<std::uint16_t> left(cpu::kLightPacketRays);
+            std::vector<std::uint16_t> fallback(cpu::kLightPacketRays);
             const std::size_t count = cpu::kSquareRays * (4 - seed % 4);
-            const std::size_t left_count =
+            const std::size_t fallback_count =
                 tracer.occluded_shared_origin(org, std::span(blocks).first(count / cpu::kBlockRays),
-                                              *packet_, occluded.data(), left.data());
-            std::vector<bool> is_left(cpu::kLightPacketRays);
-            for (std::size_t k = 0; k < left_count; ++k) {
-                ASSERT_TRUE(active[left[k]] != 0 && !is_left[left[k]]);
-                is_left[left[k]] = true;
+                                              *light_packet_, occluded.data(), fallback.data());
+            std::vector<bool> is_fallback(cpu::kLightPacketRays);
+            for (std::size_t k = 0; k < fallback_count; ++k) {
+                ASSERT_TRUE(active[fallback[k]] != 0 && !is_fallback[fallback[k]]);
+                is_fallback[fallback[k]] = true;
             }
             for (std::size_t i = count; i < cpu::kLightPacketRays; ++i) ASSERT_EQ(occluded[i], 9);
             for (std::uint32_t i = 0; i < count; ++i) {
-                if (is_left[i]) continue;
+                if (is_fallback[i]) continue;
                 ++decided;
                 const int expected = active[i] == 0 || scalar.occluded(rays[i]) ? 1 : 0;
                 ASSERT_EQ(occluded[i], expected) << named.name << " " << seed << " " << i;
@@ -228,7 +229,7 @@ TEST_P(EveryTarget, PointPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks)
     EXPECT_GT(decided, 100u * cpu::kSquareRays);
 }
 
-TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
+TEST_P(EveryTarget, ShadowRaysOfTheVisibleSurfaceAnswerLikeSingleRays) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
@@ -250,10 +251,11 @@ TEST_P(EveryTarget, ShadowPacketsEndOnTheSurfaceWithoutDoubt) {
                 active[i] = 1;
             }
         }
-        std::vector<std::uint16_t> left(cpu::kLightPacketRays);
-        const std::size_t left_count = tracer.occluded_shared_origin(
-            params.light, blocks_of(rays, active), *packet_, occluded.data(), left.data());
-        for (std::size_t k = 0; k < left_count; ++k) active[left[k]] = 0;
+        std::vector<std::uint16_t> fallback(cpu::kLightPacketRays);
+        const std::size_t fallback_count =
+            tracer.occluded_shared_origin(params.light, blocks_of(rays, active), *light_packet_,
+                                          occluded.data(), fallback.data());
+        for (std::size_t k = 0; k < fallback_count; ++k) active[fallback[k]] = 0;
         for (std::uint32_t i = 0; i < cpu::kLightPacketRays; ++i) {
             if (active[i] == 0) continue;
             ASSERT_EQ(occluded[i] != 0, scalar.occluded(rays[i])) << named.name;

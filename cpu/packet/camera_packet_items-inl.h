@@ -1,11 +1,11 @@
-// Triangles that have been set up against blocks of a camera's grid: which blocks are worth a look
-// at, and what their rays make of a triangle.
+// Set-up triangles against blocks of a camera packet: which (triangle, block) items need a test,
+// and the edge functions and 1/z at a block's rays.
 
-#if defined(MORPHRAY_CPU_PACKET_CAMERA_PACKET_GRID_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef MORPHRAY_CPU_PACKET_CAMERA_PACKET_GRID_INL_H
-#undef MORPHRAY_CPU_PACKET_CAMERA_PACKET_GRID_INL_H
+#if defined(MORPHRAY_CPU_PACKET_CAMERA_PACKET_ITEMS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_CAMERA_PACKET_ITEMS_INL_H
+#undef MORPHRAY_CPU_PACKET_CAMERA_PACKET_ITEMS_INL_H
 #else
-#define MORPHRAY_CPU_PACKET_CAMERA_PACKET_GRID_INL_H
+#define MORPHRAY_CPU_PACKET_CAMERA_PACKET_ITEMS_INL_H
 #endif
 
 #include <hwy/highway.h>
@@ -13,26 +13,25 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "cpu/packet/packet.h"
-#include "cpu/packet/packet_blocks-inl.h"
-#include "cpu/packet/packet_items-inl.h"
-#include "cpu/packet/triangle_setup-inl.h"
+#include "cpu/packet/camera_packet.h"
+#include "cpu/packet/camera_packet_blocks-inl.h"
+#include "cpu/packet/packet_triangles-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {
 namespace HWY_NAMESPACE {
 
-/// What a triangle's set-up is to each of its pairs with a block of a camera's packet.
+/// A set-up triangle in registers, with the error of its 1/z.
 struct GridPlanes : Planes {
-    HWY_INLINE GridPlanes(const Setup& setup, std::uint32_t i)
-        : Planes(setup, i), error(splat(setup.error[i])) {}
+    HWY_INLINE GridPlanes(const CameraTriangles& triangles, std::uint32_t i)
+        : Planes(triangles, i), error(splat(triangles.error[i])) {}
 
     FloatVec error;
 };
 
-/// What each ray of some block makes of a triangle: the least edge function and 1/z of as many of
-/// them as there are lanes, from l on.
+/// The values of a triangle at a block's rays: the least edge function and 1/z at as many rays as
+/// there are lanes, from l on.
 struct GridValues {
     const GridPlanes& planes;
     std::uint32_t block;
@@ -45,11 +44,9 @@ private:
     HWY_INLINE FloatVec y(std::size_t l) const { return load(kGridRays.y[block / kGridSide] + l); }
 };
 
-/// Likewise where a triangle meets many blocks: its edge functions and 1/z in the middles of up to
-/// kPlaces blocks, and what the rays of any block add to those.
-///
-/// The sums round by no more than TriangleSetup's bounds have for them (proofs/packet_edges.g,
-/// packet_depth.g).
+/// The same values for a triangle that meets many blocks: its edge functions and 1/z in the middles
+/// of up to kPlaces blocks, and what the rays of any block add to them. The bounds of TriangleSetup
+/// cover the rounding of these sums (proofs/packet_edges.g, packet_depth.g).
 template <std::size_t kPlaces>
 class BlockPlanes {
 public:
@@ -69,7 +66,7 @@ public:
         std::size_t place;
 
         HWY_INLINE FloatVec least_edge(std::size_t l) const {
-            return min(value(0, l), min(value(1, l), value(2, l)));
+            return min3(value(0, l), value(1, l), value(2, l));
         }
         HWY_INLINE FloatVec depth(std::size_t l) const { return value(3, l); }
 
@@ -83,20 +80,20 @@ public:
     const GridPlanes& planes() const { return planes_; }
 
 protected:
-    /// The edge functions in the middles of blocks at as many places as there are lanes, with what
-    /// rays there may add to them. Which of these blocks have a ray that may be inside.
+    /// Sets the edge functions in the middles of as many blocks as there are lanes. most: what a
+    /// ray of a block may add to them. Returns which of the blocks have a ray that may be inside.
     HWY_INLINE Mask set_edges(std::size_t place, FloatVec u, FloatVec v, FloatVec w,
                               const FloatVec most[3]) {
         store(u, middle_[0] + place);
         store(v, middle_[1] + place);
         store(w, middle_[2] + place);
-        const FloatVec least = min(u + most[0], min(v + most[1], w + most[2]));
+        const FloatVec least = min3(u + most[0], v + most[1], w + most[2]);
         return least >= -planes_.bound;
     }
     HWY_INLINE void set_depth(std::size_t place, FloatVec q) { store(q, middle_[3] + place); }
 
-    /// How much more a x + b y is at any ray of a block than in its middle.
-    static HWY_INLINE FloatVec most_in_block(const PacketFrame& frame, FloatVec a, FloatVec b) {
+    /// How much larger a x + b y is at a ray of a block than in its middle, at most.
+    static HWY_INLINE FloatVec most_in_block(const CameraFrame& frame, FloatVec a, FloatVec b) {
         const FloatVec half = splat(0.5f * (kBlockSide - 1) + frame.grid_margin);
         return (abs(a) + abs(b)) * half;
     }
@@ -109,10 +106,10 @@ private:
     alignas(64) float middle_[4][kPlaces];
 };
 
-/// Of a window of 4 x 4 blocks, row by row.
+/// BlockPlanes of a window of 4 x 4 blocks, row by row.
 class WindowPlanes : public BlockPlanes<16> {
 public:
-    HWY_INLINE WindowPlanes(const PacketFrame& frame, const GridPlanes& p, std::uint32_t first)
+    HWY_INLINE WindowPlanes(const CameraFrame& frame, const GridPlanes& p, std::uint32_t first)
         : BlockPlanes(p) {
         const FloatVec most[3] = {most_in_block(frame, p.a0, p.b0),
                                   most_in_block(frame, p.a1, p.b1),
@@ -128,19 +125,19 @@ public:
         }
     }
 
-    /// The places of blocks with a ray that may be inside.
+    /// The places of the blocks with a ray that may be inside, as bits.
     std::uint32_t met() const { return met_; }
 
 private:
     std::uint32_t met_ = 0;
 };
 
-/// Of eight rows of blocks, four of them at a time.
+/// BlockPlanes of eight rows of blocks, four of them at a time.
 class RowPlanes : public BlockPlanes<8 * kGridSide> {
 public:
-    HWY_INLINE RowPlanes(const Packet& packet, const GridPlanes& p, std::uint32_t columns)
+    HWY_INLINE RowPlanes(const CameraPacket& packet, const GridPlanes& p, std::uint32_t columns)
         : BlockPlanes(p), packet_(packet), columns_(columns * kEachRow) {
-        const PacketFrame& frame = packet.frame;
+        const CameraFrame& frame = packet.frame;
         for (std::size_t i = 0; i < kVectors; ++i) {
             const FloatVec x = load(kGridMiddles.x + i * kLanes);
             u_[i] = mul_add(p.a0, x, p.c0);
@@ -154,8 +151,9 @@ public:
         most_q_ = most_in_block(frame, p.depth_a, p.depth_b) + p.error;
     }
 
-    /// The blocks of which a ray may win, as a word: of those of four rows of the grid whose bits
-    /// are set, which are the first. The first block's place is `place`.
+    /// Returns the blocks with a ray that may hit the triangle nearer than its candidate, as a word
+    /// of four rows of the grid from first_row on. rows: the rows to look at, which are the first
+    /// ones, as bits. place: where the values of the first block go.
     HWY_INLINE std::uint64_t blocks_met(std::uint32_t first_row, std::uint32_t rows,
                                         std::size_t place) {
         constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
@@ -182,7 +180,7 @@ public:
 private:
     static constexpr std::size_t kVectors = kGridSide / kLanes;
 
-    const Packet& packet_;
+    const CameraPacket& packet_;
     std::uint64_t columns_;
     FloatVec u_[kVectors], v_[kVectors], w_[kVectors], q_[kVectors];
     FloatVec most_[3], most_q_;

@@ -1,0 +1,131 @@
+// A camera packet: up to 64 x 64 camera rays on a grid of pixels, and the closest candidate of
+// each. Plain data without SIMD types.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/interop/bvh_layout.h"
+#include "cpu/packet/packet_frame.h"
+
+namespace morphray::cpu {
+
+/// Blocks are stored row by row; a word of bits holds four rows of blocks.
+inline constexpr std::uint32_t kCameraSide = 64;
+inline constexpr std::uint32_t kGridSide = kCameraSide / kBlockSide;
+inline constexpr std::uint32_t kGridBlocks = kGridSide * kGridSide;
+inline constexpr std::uint32_t kGridWords = kGridBlocks / 64;
+inline constexpr std::uint32_t kCameraRays = kGridBlocks * kBlockRays;
+static_assert(kGridSide == 16);
+
+/// Returns the index of the ray at (x, y): blocks row by row, the rays of a block column by column.
+inline std::uint32_t camera_packet_ray(std::uint32_t x, std::uint32_t y) {
+    const std::uint32_t block = (y / kBlockSide) * kGridSide + x / kBlockSide;
+    return block * kBlockRays + (x % kBlockSide) * kBlockSide + y % kBlockSide;
+}
+
+/// The middles of the blocks in the packet's plane.
+struct alignas(64) GridMiddles {
+    float x[kGridBlocks]{}, y[kGridBlocks]{};
+
+    constexpr GridMiddles() {
+        constexpr float kFirst = 0.5f * kBlockSide - 0.5f * kCameraSide;
+        for (std::uint32_t block = 0; block < kGridBlocks; ++block) {
+            x[block] = kFirst + static_cast<float>(block % kGridSide * kBlockSide);
+            y[block] = kFirst + static_cast<float>(block / kGridSide * kBlockSide);
+        }
+    }
+};
+inline constexpr GridMiddles kGridMiddles;
+
+/// The rays in the packet's plane: x by column of blocks, y by row of blocks.
+struct alignas(64) GridRays {
+    float x[kGridSide][kBlockRays]{}, y[kGridSide][kBlockRays]{};
+
+    constexpr GridRays() {
+        constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
+        for (std::uint32_t block = 0; block < kGridSide; ++block) {
+            for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
+                x[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray / kBlockSide);
+                y[block][ray] = kFirst + static_cast<float>(block * kBlockSide + ray % kBlockSide);
+            }
+        }
+    }
+};
+inline constexpr GridRays kGridRays;
+
+/// The offsets of a window's 4 x 4 blocks from its first block, row by row.
+struct alignas(64) WindowBlocks {
+    float x[16]{}, y[16]{};
+
+    constexpr WindowBlocks() {
+        for (std::uint32_t i = 0; i < 16; ++i) {
+            x[i] = static_cast<float>(i % 4 * kBlockSide);
+            y[i] = static_cast<float>(i / 4 * kBlockSide);
+        }
+    }
+};
+inline constexpr WindowBlocks kWindowBlocks;
+
+/// The offsets of a block's rays from its middle.
+struct alignas(64) BlockPlaces {
+    float x[kBlockRays]{}, y[kBlockRays]{};
+
+    constexpr BlockPlaces() {
+        constexpr float kFirst = 0.5f - 0.5f * kBlockSide;
+        for (std::uint32_t ray = 0; ray < kBlockRays; ++ray) {
+            x[ray] = kFirst + static_cast<float>(ray / kBlockSide);
+            y[ray] = kFirst + static_cast<float>(ray % kBlockSide);
+        }
+    }
+};
+inline constexpr BlockPlaces kBlockPlaces;
+
+/// Stands for a candidate: the ray has none. A candidate is the index of its leaf in hit_leaves
+/// times kLeafTriangles, plus its slot in the leaf.
+inline constexpr std::uint32_t kNoCandidate = 0xFFFFFFFFu;
+
+/// A leaf with a candidate, kept until the packet is finished. corner[k][axis] holds corner k of
+/// each triangle relative to the origin: rotated as shear_ray rotates for the packet's axis, and
+/// negated if directions are negative on it. With kMixedAxes they are rotated for axis 0.
+struct alignas(64) HitLeaf {
+    float corner[3][3][kLeafTriangles];
+    float prim_id[kLeafTriangles];  // bits
+    const Leaf* leaf;
+
+    HitLeaf() {}  // uninitialized: add_hit_leaf() fills it
+};
+
+/// The camera's frame, whose unit is a pixel and whose origin is the middle of the 64 x 64 square.
+struct CameraFrame : PacketFrame {
+    /// Twice ray_error, and room for the rounding of sums.
+    float grid_margin;
+    /// Columns and rows of blocks that hold rays.
+    std::uint32_t grid_columns, grid_rows;
+    /// The largest extent of a block in x and y together, margins included.
+    float block_extent;
+};
+
+/// Makes camera rays: corner + du x + dv y for pixel (first_x, first_y) of the image and those
+/// after it. The axes may be rotated.
+struct CameraRays {
+    float corner[3], du[3], dv[3];
+    float first_x, first_y;
+};
+
+struct alignas(kPage) CameraPacket {
+    CameraFrame frame;
+    CameraRays camera;
+    /// By ray. 1/z of the closest hit so far lies in [q_lower, q_upper]; 0: none. A ray that needs
+    /// no further test has kDone in both.
+    alignas(64) float q_lower[kCameraRays];
+    float q_upper[kCameraRays];
+    /// The closest candidate of each ray, or kNoCandidate.
+    std::uint32_t candidate[kCameraRays];
+    /// The least q_lower of each block: nothing with a smaller 1/z concerns any of its rays.
+    float block_q[kGridBlocks];
+
+    std::vector<HitLeaf> hit_leaves;
+};
+
+}  // namespace morphray::cpu

@@ -1,0 +1,109 @@
+// A light packet: up to 64 x 64 rays that start at one point, such as shadow rays from a light, and
+// which of them are occluded. Plain data without SIMD types.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "common/interop/ray.h"
+#include "cpu/packet/packet_frame.h"
+
+namespace morphray::cpu {
+
+/// Blocks are stored in Morton order: four squares, in each of them groups of 4 x 4 blocks, in each
+/// of these quads of 2 x 2 blocks. As many blocks again may hold regrouped rays.
+inline constexpr std::uint32_t kQuadBlocks = 4;
+inline constexpr std::uint32_t kGroupBlocks = 16;
+inline constexpr std::uint32_t kSquareSide = 32;
+inline constexpr std::uint32_t kSquareRays = kSquareSide * kSquareSide;
+inline constexpr std::uint32_t kSquareBlocks = kSquareRays / kBlockRays;
+inline constexpr std::uint32_t kLightPacketSide = 2 * kSquareSide;
+inline constexpr std::uint32_t kLightPacketRays = kLightPacketSide * kLightPacketSide;
+inline constexpr std::uint32_t kLightPacketBlocks = kLightPacketRays / kBlockRays;
+inline constexpr std::uint32_t kAllLightPacketBlocks = 2 * kLightPacketBlocks;
+inline constexpr std::uint32_t kAllLightPacketRays = kAllLightPacketBlocks * kBlockRays;
+inline constexpr std::uint32_t kLightPacketGroups = kAllLightPacketBlocks / kGroupBlocks;
+inline constexpr std::uint32_t kLightPacketQuads = kAllLightPacketBlocks / kQuadBlocks;
+static_assert(kLightPacketQuads == 128);
+
+/// The parts of a ray's index that come from x and from y: blocks in Morton order, the rays of a
+/// block column by column.
+struct LightPacketPlaces {
+    std::uint16_t x[kLightPacketSide]{}, y[kLightPacketSide]{};
+
+    constexpr LightPacketPlaces() {
+        for (std::uint32_t i = 0; i < kLightPacketSide; ++i) {
+            std::uint32_t blocks = 0;
+            for (std::uint32_t bit = 0; kBlockSide << bit < kLightPacketSide; ++bit)
+                blocks |= (i / kBlockSide >> bit & 1) << 2 * bit;
+            x[i] = static_cast<std::uint16_t>(blocks * kBlockRays + i % kBlockSide * kBlockSide);
+            y[i] = static_cast<std::uint16_t>(2 * blocks * kBlockRays + i % kBlockSide);
+        }
+    }
+};
+inline constexpr LightPacketPlaces kLightPacketPlaces;
+
+/// Returns the index of the ray at (x, y).
+inline std::uint32_t light_packet_ray(std::uint32_t x, std::uint32_t y) {
+    return std::uint32_t{kLightPacketPlaces.x[x]} + kLightPacketPlaces.y[y];
+}
+
+/// Returns how many squares the rays of width x height pixels need.
+inline std::uint32_t light_packet_squares(std::uint32_t width, std::uint32_t height) {
+    return (height > kSquareSide ? 2 : 0) + (width > kSquareSide ? 2 : 1);
+}
+
+/// The rays of a block, which start at one point: dir[axis][i] and tfar[i] are those of ray i, as
+/// in Ray; tnear is 0. Ray i is absent where tfar[i] < 0.
+struct alignas(64) SharedOriginRays {
+    float dir[3][kBlockRays];
+    float tfar[kBlockRays];
+
+    static SharedOriginRays none() {
+        SharedOriginRays rays{};
+        std::fill_n(rays.tfar, kBlockRays, -1.0f);
+        return rays;
+    }
+
+    bool has(std::size_t i) const { return tfar[i] >= 0; }
+    vec3 direction(std::size_t i) const { return {dir[0][i], dir[1][i], dir[2][i]}; }
+    Ray ray(vec3 org, std::size_t i) const { return {org, 0, direction(i), tfar[i]}; }
+
+    /// Takes the direction and tfar of `ray`.
+    void set(std::size_t i, const Ray& ray) {
+        for (int axis = 0; axis < 3; ++axis) dir[axis][i] = ray.dir[axis];
+        tfar[i] = ray.tfar;
+    }
+};
+
+/// Stands for the index of a ray: there is none.
+inline constexpr std::uint16_t kNoRay = 0xFFFF;
+
+struct alignas(kPage) LightPacket {
+    PacketFrame frame;
+    /// The caller's rays, a block each.
+    const SharedOriginRays* rays;
+    /// By ray, those of the regrouped blocks behind the others. x and y are the ray's place in the
+    /// plane. A hit with 1/z less than q_lower does not concern the ray; kDone: it is occluded or
+    /// absent.
+    alignas(64) float x[kAllLightPacketRays];
+    float y[kAllLightPacketRays];
+    float q_lower[kAllLightPacketRays];
+    /// The least q_lower of each block.
+    float block_q[kAllLightPacketBlocks];
+    /// Bounds of x and y of the active rays of each block; empty (lower > upper) without any.
+    float block_lower_x[kAllLightPacketBlocks], block_upper_x[kAllLightPacketBlocks];
+    float block_lower_y[kAllLightPacketBlocks], block_upper_y[kAllLightPacketBlocks];
+    /// The same bounds of each quad, and the least q_lower in it.
+    float quad_lower_x[kLightPacketQuads], quad_upper_x[kLightPacketQuads];
+    float quad_lower_y[kLightPacketQuads], quad_upper_y[kLightPacketQuads];
+    float quad_q[kLightPacketQuads];
+    std::uint32_t square_count;
+    /// The number of regrouped blocks, which are kLightPacketBlocks and those after it.
+    std::uint32_t regrouped_count;
+    /// The caller's index of each ray of the regrouped blocks, or kNoRay.
+    std::uint16_t regrouped_ray[kLightPacketRays];
+};
+
+}  // namespace morphray::cpu

@@ -1,0 +1,98 @@
+// The common part of camera packets and light packets: rays with one origin in blocks of 4 x 4, and
+// the plane that they are seen in. Plain data without SIMD types.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "common/interop/ray.h"
+
+namespace morphray::cpu {
+
+inline constexpr std::uint32_t kBlockSide = 4;
+inline constexpr std::uint32_t kBlockRays = kBlockSide * kBlockSide;
+
+/// A word of bits with all blocks set.
+inline constexpr std::uint64_t kAllBlocks = ~std::uint64_t{0};
+
+/// Stands for 1/z. kDone is nearer than any candidate: it marks rays that need no further test.
+/// kAnyDepth is nearer than any hit but not than kDone: it marks boxes and triangles that reach to
+/// the origin or behind it.
+inline constexpr float kDone = std::numeric_limits<float>::infinity();
+inline constexpr float kAnyDepth = 3e38f;
+
+/// Bounds x and y of a rectangle that is the whole plane: far beyond any ray, since `reach` is 33.
+inline constexpr float kWholePlane = 1e6f;
+
+/// Bounds of an empty range of x or y.
+inline constexpr float kEmptyLower = 1e30f;
+inline constexpr float kEmptyUpper = -kEmptyLower;
+
+/// A load waits for an earlier store if the lower 12 bits of their addresses are equal. Packets
+/// start on pages, so that the same arrays collide in every process.
+inline constexpr std::size_t kPage = 4096;
+
+/// Stands for an axis: the rays' largest direction components lie on several axes.
+inline constexpr std::uint32_t kMixedAxes = 3;
+
+/// A packet's projection. A point p relative to the origin has (x, y, z) = rows * p and is seen at
+/// (x / z, y / z). Every ray has z > 0.
+struct PacketFrame {
+    vec3 org;
+    /// No ray is farther than this from the plane's origin on either axis.
+    float reach;
+    double rows[3][3];
+    float rows_f[3][3];
+    /// Sums of the magnitudes of a row.
+    float row_size[3];
+    /// How far a ray's stored x or y may be from that of its exact direction. A camera packet
+    /// stores the middles of pixels.
+    float ray_error;
+    /// Bounds of x and y of all active rays.
+    float lower_x, upper_x, lower_y, upper_y;
+    /// The dilation of boxes, and how far from the exact hit the rule may place one, in z.
+    float dilation, depth_error;
+    /// The axis on which all rays have their largest direction component, or kMixedAxes.
+    std::uint32_t axis;
+    /// How many axes hold the largest direction component of some ray; 0: unknown, and then the
+    /// fields below are unused. A point (x, y, z) has the coordinate depth_rows[k] * (x, y, z) on
+    /// the k-th of these axes of scene space.
+    std::uint32_t axis_count;
+    float depth_rows[3][3];
+    /// Bounds of the magnitude of a ray's largest direction component at z = 1.
+    float depth_least, depth_most;
+    /// A step of 1 in x or y measures at most `unit` in |x| + |y| + |z| of scene space, and at most
+    /// `across` in |x| + |y| of the plane that the rule projects to, for a ray of length 1 on its
+    /// axis.
+    float unit, across;
+    /// 1 / the volume of the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1), and 1 / depth_least.
+    float per_volume, per_depth;
+};
+
+// ---- Limits of the bounds of TriangleSetup (docs/design/arithmetic.md, "Packets"; the errors
+// themselves are in common/interop/packet_bounds.h)
+
+/// A triangle is in front of the origin if all z of its vertices are more than kFrontDepth times
+/// the largest |z|, plus kFrontError times the error of a vertex. Then all displaced z are positive
+/// and quotients by z are off by little more than their numerators (proofs/packet_rectangles.g).
+inline constexpr float kFrontDepth = 0x1p-10f;
+inline constexpr float kFrontError = 16.0f;
+/// It also has all z above this, so that 1/z and what is multiplied by it stay finite.
+inline constexpr float kLeastFrontZ = 1e-10f;
+
+/// Edge functions are at most bound / kEdgeRounding. A triangle with a larger bound, or with a
+/// larger volume, may overflow: nothing is known of it.
+inline constexpr float kMostBound = 1e28f;
+inline constexpr float kMostVolume = 1e34f;
+/// The bound, or the error of 1/z, of a triangle of which nothing is known: larger than any value
+/// of other triangles.
+inline constexpr float kUnknown = 1e35f;
+/// Reciprocals of smaller volumes could overflow.
+inline constexpr float kLeastVolume = 1e-30f;
+
+/// Multiply an error of 1/z to cover its own rounding, a few products and sums.
+inline constexpr float kCameraErrorFactor = 1.0001f;
+inline constexpr float kLightErrorFactor = 1 + 0x1p-18f;
+
+}  // namespace morphray::cpu
