@@ -8,7 +8,6 @@
 namespace morphray::gpu {
 namespace {
 
-std::uint32_t groups_of(std::uint32_t items) { return (items + kGroupSize - 1) / kGroupSize; }
 
 void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t height) {
     region.tile_columns = (region.width + width - 1) / width;

@@ -41,7 +41,7 @@ struct Variants {
 /// each kind of tree.
 Variants cpu_variants();
 
-/// The Vulkan device with the default tuning, and with interpolation on the device and narrow
+/// The Vulkan device with the default tuning, and with narrow
 /// packets. Throws Error(kUnavailable) without a device. The environment sets the width of its
 /// vectors.
 Variants vulkan_variants();
