@@ -8,8 +8,8 @@
 
 #include "app/memory_budget.h"
 #include "common/base/errors.h"
-#include "common/base/number_text.h"
 #include "common/scene/frame_range.h"
+#include "common/text/number_text.h"
 
 namespace morphray::app {
 namespace {

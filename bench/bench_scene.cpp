@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/scene_source.h"
 #include "common/scene/scene_space.h"
 

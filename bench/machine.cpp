@@ -7,7 +7,7 @@
 #include <sstream>
 #include <thread>
 
-#include "common/base/number_text.h"
+#include "common/text/number_text.h"
 
 namespace morphray::bench {
 namespace {

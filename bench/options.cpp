@@ -10,8 +10,8 @@
 
 #include "bench/works/trace_work.h"
 #include "common/base/errors.h"
-#include "common/base/number_text.h"
-#include "common/base/text_parts.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace morphray::bench {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "common/base/json.h"
-#include "common/base/number_text.h"
-#include "common/base/table.h"
+#include "common/text/json.h"
+#include "common/text/number_text.h"
+#include "common/text/table.h"
 
 namespace morphray::bench {
 namespace {

@@ -8,7 +8,6 @@
 namespace morphray::gpu {
 namespace {
 
-
 void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t height) {
     region.tile_columns = (region.width + width - 1) / width;
     region.tile_count = region.tile_columns * ((region.height + height - 1) / height);

@@ -4,7 +4,7 @@
 #                -bound as far as the rule goes; so is that of all of a block's rays where its maximum
 #                with most_c is below -kBlockBound bound; 1/z with most_q is no less than the rule's
 #   code         store_edges, store_depth (cpu/packet/triangle_setup-inl.h); certainly_misses, blocks_through
-#                (cpu/packet/light_packet_items-inl.h)
+#                (cpu/packet/light/light_packet_items-inl.h)
 #   inputs       a, b, c as stored (packet_edges.g): |a| + |b| <= 2 size z, |c| <= size^2 + 2 size R z;
 #                bound >= kEdgeRounding size (reach + kShearRounding R z) + 2 kShearError R z reach;
 #                depth_c <= q + R gradient; c0, c1, c2 as in packet_depth.g

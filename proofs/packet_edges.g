@@ -6,8 +6,8 @@
 #                displaced by the rule; on a device 2 error (reach + error) + size (frame.rounding
 #                z_size + kEdgeRounding size) + ray_error slope, met_groups included
 #   code         find_edges, store_edges (cpu/packet/triangle_setup-inl.h), Planes (cpu/packet/packet_triangles-inl.h),
-#                Position (cpu/packet/light_packet_items-inl.h), BlockPlanes, WindowPlanes, RowPlanes
-#                (cpu/packet/camera_packet_items-inl.h);
+#                Position (cpu/packet/light/light_packet_items-inl.h), BlockPlanes, WindowPlanes, RowPlanes
+#                (cpu/packet/camera/camera_packet_items-inl.h);
 #                set_up_triangle, met_groups (shaders/packet/triangle_setup.glsl), trace_triangle
 #                (shaders/packet/camera_packet.comp, shadow_packet.comp)
 #   constants    kEdgeRounding, kShearRounding; frame.rounding is kCameraRounding, kShadowRounding

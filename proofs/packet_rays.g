@@ -3,9 +3,9 @@
 #   bounds       a camera's ray from the middle of its pixel: pixel_error, find_ray_error; a point's in
 #                the plane: (28 + 20 s) s u (NearDirections), point_error(most) on a device; 1 / (tfar
 #                z): kEndError of itself
-#   code         pixel_error (cpu/packet/camera_packet_maker-inl.h), find_ray_error (shaders/packet/camera_packet.comp),
-#                NearDirections (cpu/packet/light_packet_directions-inl.h), make_light_block, place_error
-#                (cpu/packet/light_packet_maker-inl.h), point_error, sheared_point (shaders/packet/light_packet_axes.glsl),
+#   code         pixel_error (cpu/packet/camera/camera_packet_maker-inl.h), find_ray_error (shaders/packet/camera_packet.comp),
+#                NearDirections (cpu/packet/light/light_packet_directions-inl.h), make_light_block, place_error
+#                (cpu/packet/light/light_packet_maker-inl.h), point_error, sheared_point (shaders/packet/light_packet_axes.glsl),
 #                set_frame (shaders/packet/light_packet.comp)
 #   constants    kDirectionRounding (1.03 u, device), kPointError, kPointErrorOfPlace, kEndError
 #   inputs       camera: e = (e0, e1, e2) the error of a direction in the frame's rows, |X| <= 7.5 on a

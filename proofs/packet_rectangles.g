@@ -4,7 +4,7 @@
 #                projected vertices, out by kQuotientError of its ends and by kRectangleError
 #                (leaf_error / z_least + ray_error) + kRectangleRounding; rows of boxes hold those of
 #                their triangles' displaced vertices with kBoxError row_size size
-#   code         find_places (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid (cpu/packet/camera_packet_blocks-inl.h),
+#   code         find_places (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid (cpu/packet/camera/camera_packet_blocks-inl.h),
 #                project_boxes, rectangle_of_box (cpu/packet/packet_node-inl.h); concerned_groups
 #                (shaders/packet/packet_leaf.glsl), set_planes, visit_node (shaders/packet/packet.glsl)
 #   inputs       z_least > 2^-10 z_size + 16 leaf_error, so that all displaced z are positive and a ray

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "common/base/xml_text.h"
+#include "common/text/xml_text.h"
 
 namespace morphray::accuracy {
 namespace {

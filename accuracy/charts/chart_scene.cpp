@@ -6,7 +6,7 @@
 #include <random>
 
 #include "common/bvh/box.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 
 namespace morphray::accuracy {

@@ -10,8 +10,8 @@
 #include "accuracy/charts/plot_script.h"
 #include "accuracy/measure/failure_scenes.h"
 #include "accuracy/methods/method.h"
-#include "common/base/table.h"
 #include "common/scene/scene_frames.h"
+#include "common/text/table.h"
 
 namespace morphray::accuracy {
 

@@ -6,7 +6,7 @@
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
 #include "common/base/errors.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/procedural/procedural.h"
 #include "common/scene/scene_frames.h"
 

@@ -9,7 +9,7 @@
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/median_tree.h"
 #include "common/base/stopwatch.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/interop/camera.h"
 #include "cpu/packet/packet_tracer.h"

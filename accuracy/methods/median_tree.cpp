@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <numeric>
 
-#include "common/bvh/binary_tree.h"
 #include "common/bvh/box.h"
-#include "common/bvh/meshlet.h"
+#include "common/bvh/builder/binary_tree.h"
+#include "common/bvh/builder/meshlet.h"
 #include "cpu/refit/refit.h"
 
 namespace morphray::accuracy {

@@ -10,7 +10,7 @@
 
 #include "app/cli/options.h"
 #include "common/base/errors.h"
-#include "common/base/nearest_name.h"
+#include "common/text/nearest_name.h"
 
 namespace morphray::app {
 

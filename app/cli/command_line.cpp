@@ -6,8 +6,8 @@
 #include <sstream>
 #include <vector>
 
-#include "app/cli/command_options.h"
 #include "app/cli/conflicts.h"
+#include "app/cli/options/command_options.h"
 #include "app/cli/usage_errors.h"
 #include "common/base/errors.h"
 #include "common/version.h"

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/base/number_text.h"
-#include "common/base/text_parts.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace morphray::app {
 namespace {

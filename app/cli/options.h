@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/cli/numbers.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_source.h"
 #include "common/update/policy/update_policy.h"

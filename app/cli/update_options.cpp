@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/base/nearest_name.h"
-#include "common/base/number_text.h"
-#include "common/base/text_parts.h"
+#include "common/text/nearest_name.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace morphray::app {
 

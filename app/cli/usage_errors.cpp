@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/nearest_name.h"
+#include "common/text/nearest_name.h"
 
 namespace morphray::app {
 namespace {

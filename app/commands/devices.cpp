@@ -4,7 +4,7 @@
 #include "app/backends.h"
 #include "app/commands/commands.h"
 #include "app/report/report_json.h"
-#include "common/base/table.h"
+#include "common/text/table.h"
 
 namespace morphray::app {
 

@@ -7,11 +7,11 @@
 #include "app/memory_budget.h"
 #include "app/report/report_json.h"
 #include "app/report/reports.h"
-#include "common/base/number_text.h"
 #include "common/base/stopwatch.h"
-#include "common/base/table.h"
 #include "common/scene/procedural/procedural.h"
 #include "common/simd/simd_target.h"
+#include "common/text/number_text.h"
+#include "common/text/table.h"
 #include "common/version.h"
 
 namespace morphray::app {

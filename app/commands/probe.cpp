@@ -4,8 +4,8 @@
 #include "app/commands/commands.h"
 #include "app/commands/pixel_probe.h"
 #include "app/report/report_json.h"
-#include "common/base/number_text.h"
-#include "common/base/table.h"
+#include "common/text/number_text.h"
+#include "common/text/table.h"
 
 namespace morphray::app {
 namespace {

@@ -15,7 +15,7 @@
 #include "app/terminal/progress.h"
 #include "common/base/median.h"
 #include "common/base/stopwatch.h"
-#include "common/base/table.h"
+#include "common/text/table.h"
 
 namespace morphray::app {
 namespace {

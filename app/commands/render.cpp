@@ -16,8 +16,8 @@
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
-#include "common/base/table.h"
 #include "common/image/png.h"
+#include "common/text/table.h"
 
 namespace morphray::app {
 namespace {

@@ -10,9 +10,9 @@
 #include "app/frames.h"
 #include "app/memory_budget.h"
 #include "app/terminal/interrupt.h"
-#include "common/base/message_text.h"
 #include "common/base/output_file.h"
 #include "common/bvh/bvh_stats.h"
+#include "common/text/message_text.h"
 
 namespace morphray::app {
 namespace {

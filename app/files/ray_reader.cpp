@@ -14,8 +14,8 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/base/message_text.h"
-#include "common/base/number_text.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
 
 namespace morphray::app {
 namespace {

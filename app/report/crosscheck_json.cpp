@@ -1,7 +1,7 @@
 #include "app/report/report_json.h"
 
 #include "app/report/json_parts.h"
-#include "common/base/number_text.h"
+#include "common/text/number_text.h"
 
 namespace morphray::app {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "common/base/number_text.h"
-#include "common/base/table.h"
 #include "common/process/shell_text.h"
+#include "common/text/number_text.h"
+#include "common/text/table.h"
 
 namespace morphray::app {
 namespace {

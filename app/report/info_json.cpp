@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/report/json_parts.h"
-#include "common/base/number_text.h"
+#include "common/text/number_text.h"
 
 namespace morphray::app {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "app/report/reports.h"
-#include "common/base/json.h"
+#include "common/text/json.h"
 
 namespace morphray::app {
 

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "common/base/number_text.h"
-#include "common/base/xml_text.h"
+#include "common/text/number_text.h"
+#include "common/text/xml_text.h"
 
 namespace morphray::app {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/report/reports.h"
-#include "common/base/table.h"
+#include "common/text/table.h"
 
 namespace morphray::app {
 

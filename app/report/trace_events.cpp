@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/base/json.h"
+#include "common/text/json.h"
 
 namespace morphray::app {
 namespace {

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "app/cli/remedy_text.h"
-#include "common/base/message_text.h"
 #include "common/base/output_file.h"
+#include "common/text/message_text.h"
 
 namespace morphray::app {
 namespace {

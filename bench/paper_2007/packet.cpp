@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cpu/packet/light_packet.h"
+#include "cpu/packet/light/light_packet.h"
 
 namespace morphray::bench::paper_2007 {
 namespace {

@@ -1,6 +1,6 @@
 #include "bench/works/ours.h"
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"

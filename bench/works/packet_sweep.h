@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "bench/works/ours.h"
-#include "cpu/packet/camera_packet.h"
-#include "cpu/packet/light_packet.h"
+#include "cpu/packet/camera/camera_packet.h"
+#include "cpu/packet/light/light_packet.h"
 
 namespace morphray::bench {
 

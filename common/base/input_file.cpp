@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "common/base/errors.h"
-#include "common/base/message_text.h"
+#include "common/text/message_text.h"
 
 namespace morphray {
 namespace {

@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/number_text.h"
+#include "common/text/number_text.h"
 
 namespace morphray {
 namespace {

@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "common/base/errors.h"
-#include "common/base/message_text.h"
-#include "common/base/number_text.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
 
 namespace morphray {
 namespace {

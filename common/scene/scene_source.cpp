@@ -8,11 +8,11 @@
 #include <system_error>
 
 #include "common/base/errors.h"
-#include "common/base/message_text.h"
-#include "common/base/number_text.h"
 #include "common/scene/formats/sequence/keyframe_clip.h"
 #include "common/scene/formats/sequence/keyframe_files.h"
 #include "common/scene/procedural/procedural.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
 
 namespace morphray {
 namespace {

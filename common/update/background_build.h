@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 
 namespace morphray {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/base/number_text.h"
 #include "common/base/stopwatch.h"
+#include "common/text/number_text.h"
 #include "common/update/tree_updater.h"
 
 namespace morphray {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/backend.h"
-#include "common/base/table.h"
 #include "common/scene/scene_frames.h"
+#include "common/text/table.h"
 #include "common/update/frame_times.h"
 #include "common/update/policy/schedule.h"
 #include "common/update/session.h"

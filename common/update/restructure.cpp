@@ -4,9 +4,9 @@
 #include <functional>
 #include <utility>
 
-#include "common/bvh/binary_tree.h"
-#include "common/bvh/collapse.h"
-#include "common/bvh/meshlet.h"
+#include "common/bvh/builder/binary_tree.h"
+#include "common/bvh/builder/collapse.h"
+#include "common/bvh/builder/meshlet.h"
 
 namespace morphray {
 namespace {

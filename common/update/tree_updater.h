@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/backend.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/update/background_build.h"
 #include "common/update/policy/update_policy.h"
 #include "common/update/restructure.h"

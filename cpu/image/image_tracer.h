@@ -11,7 +11,7 @@
 #include "common/interop/shading.h"
 #include "cpu/image/shaded_mesh.h"
 #include "cpu/image/tile.h"
-#include "cpu/packet/light_packet.h"
+#include "cpu/packet/light/light_packet.h"
 
 namespace morphray::cpu {
 

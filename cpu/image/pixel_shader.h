@@ -8,7 +8,7 @@
 #include "common/simd/simd_target.h"
 #include "cpu/image/shaded_mesh.h"
 #include "cpu/image/tile.h"
-#include "cpu/packet/light_packet.h"
+#include "cpu/packet/light/light_packet.h"
 
 namespace morphray::cpu {
 

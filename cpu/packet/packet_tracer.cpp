@@ -9,11 +9,11 @@
 #include <cstring>
 #include <vector>
 
-#include "cpu/packet/camera_packet_finish-inl.h"
-#include "cpu/packet/camera_packet_maker-inl.h"
-#include "cpu/packet/camera_packet_traversal-inl.h"
-#include "cpu/packet/light_packet_maker-inl.h"
-#include "cpu/packet/light_packet_traversal-inl.h"
+#include "cpu/packet/camera/camera_packet_finish-inl.h"
+#include "cpu/packet/camera/camera_packet_maker-inl.h"
+#include "cpu/packet/camera/camera_packet_traversal-inl.h"
+#include "cpu/packet/light/light_packet_maker-inl.h"
+#include "cpu/packet/light/light_packet_traversal-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace morphray::cpu {

@@ -16,7 +16,7 @@
 #include <cstdint>
 
 #include "common/interop/bvh_layout.h"
-#include "cpu/packet/camera_packet_blocks-inl.h"
+#include "cpu/packet/camera/camera_packet_blocks-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 

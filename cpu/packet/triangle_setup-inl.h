@@ -15,8 +15,8 @@
 
 #include "common/interop/bvh_layout.h"
 #include "common/interop/packet_bounds.h"
-#include "cpu/packet/camera_packet.h"
-#include "cpu/packet/camera_packet_blocks-inl.h"
+#include "cpu/packet/camera/camera_packet.h"
+#include "cpu/packet/camera/camera_packet_blocks-inl.h"
 #include "cpu/packet/depth_bounds-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
 #include "cpu/packet/packet_triangles-inl.h"

@@ -6,7 +6,7 @@
 #include "accuracy/measure/failure_scenes.h"
 #include "accuracy/measure/parallel_view.h"
 #include "accuracy/referee/exact_referee.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/oracle.h"

@@ -8,7 +8,7 @@
 #include "accuracy/methods/median_tree.h"
 #include "accuracy/methods/quantised_nodes.h"
 #include "common/base/errors.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/scene/procedural/procedural.h"
 #include "common/scene/scene_source.h"

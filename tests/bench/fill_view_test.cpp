@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "bench/full_window.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/test_scene.h"

@@ -5,7 +5,7 @@
 
 #include "bench/works/ours.h"
 #include "bench/works/trace_work.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "tests/support/test_scene.h"
 

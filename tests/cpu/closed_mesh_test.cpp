@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/surface.h"
 #include "common/scene/polygons/triangle_area.h"
 #include "cpu/reference/brute_tracer.h"

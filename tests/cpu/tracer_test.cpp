@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
 #include "common/simd/simd_target.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 #include "common/scene/camera_setup.h"

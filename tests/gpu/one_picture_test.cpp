@@ -6,7 +6,7 @@
 #include <cstring>
 #include <random>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/image/frame.h"
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan_backend_internal.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/update/restructure.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "common/base/errors.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/image/frame.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"

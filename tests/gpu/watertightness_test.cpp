@@ -1,7 +1,7 @@
 // Surfaces stay closed on the device.
 #include <gtest/gtest.h>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "gpu/vulkan_backend.h"
 #include "tests/support/closed_poses.h"
 

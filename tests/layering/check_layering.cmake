@@ -31,7 +31,7 @@ set(places
     "^gmp(xx)?\\.h$"            "^accuracy/"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One room for JSON, which reports of the program and of the benchmark share.
-    "^nlohmann/"                "^(common/base/json\\.h$|tests/)"
+    "^nlohmann/"                "^(common/text/json\\.h$|tests/)"
     # The command lines of the program and of the benchmark.
     "^CLI/"                     "^(app/cli/|bench/options\\.cpp$)"
     "stb_image\\.h$"            "^$")

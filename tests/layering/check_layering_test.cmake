@@ -47,7 +47,7 @@ check(accepts tests/gpu/x.cpp "\"gpu/y.h\"" "\"cpu/y.h\"" "<volk/volk.h>" "\"tes
 check(accepts tests/shaders/x.comp "\"shaders/y.glsl\"" "\"common/interop/a.h\"")
 check(accepts bench/x.cpp "\"bench/y.h\"" "\"cpu/y.h\"" "\"gpu/y.h\"" "<embree3/rtcore.h>")
 check(accepts common/base/hash.h "<xxhash.h>")
-check(accepts common/base/json.h "<nlohmann/json.hpp>")
+check(accepts common/text/json.h "<nlohmann/json.hpp>")
 check(accepts bench/options.cpp "<CLI/CLI.hpp>")
 check(accepts common/png.cpp "<stb/stb_image_write.h>")
 

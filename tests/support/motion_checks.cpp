@@ -6,7 +6,7 @@
 #include <cctype>
 #include <cstring>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/interop/arithmetic.h"
 #include "common/update/tree_updater.h"

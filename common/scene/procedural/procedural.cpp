@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/base/nearest_name.h"
 #include "common/scene/procedural/scenes.h"
+#include "common/text/nearest_name.h"
 
 namespace morphray {
 namespace {
 
-// The limit of the BVH builder (common/bvh/bvh_builder.h).
+// The limit of the BVH builder (common/bvh/builder/bvh_builder.h).
 constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
 
 struct Entry {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "common/bvh/box.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/procedural/procedural.h"
 #include "common/scene/scene_space.h"
 #include "common/update/refit_plan.h"

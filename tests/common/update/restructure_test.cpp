@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/update/tree_cost.h"
 #include "cpu/cpu_backend.h"

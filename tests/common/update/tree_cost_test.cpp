@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/bvh/box.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "cpu/refit/refit.h"
 #include "tests/support/test_scene.h"
 

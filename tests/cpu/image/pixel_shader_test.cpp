@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/image/image_tracer.h"
 #include "cpu/image/tile_tracer.h"

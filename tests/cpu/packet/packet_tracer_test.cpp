@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
 #include "cpu/image/image_tracer.h"

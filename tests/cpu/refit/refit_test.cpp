@@ -7,7 +7,7 @@
 
 #include "common/base/thread_arena.h"
 #include "common/bvh/box.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "cpu/refit/scalar_refit.h"
 #include "tests/support/test_scene.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/slab.h"
 #include "common/simd/simd_target.h"

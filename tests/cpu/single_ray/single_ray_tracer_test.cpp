@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/test_scene.h"
 

@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "common/base/errors.h"
-#include "common/bvh/bvh_builder.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "tests/support/listed_clip.h"
 
 namespace morphray::fuzz {

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/base/message_text.h"
-#include "common/base/number_text.h"
-#include "common/base/text_parts.h"
 #include "common/scene/formats/obj/tiny_obj.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace morphray {
 namespace {

@@ -10,11 +10,11 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
-#include "common/base/message_text.h"
-#include "common/base/text_parts.h"
 #include "common/scene/formats/obj/mtl_reader.h"
 #include "common/scene/formats/obj/obj_checker.h"
 #include "common/scene/formats/obj/tiny_obj.h"
+#include "common/text/message_text.h"
+#include "common/text/text_parts.h"
 
 namespace morphray {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/base/message_text.h"
-#include "common/base/number_text.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
 
 namespace morphray {
 namespace {

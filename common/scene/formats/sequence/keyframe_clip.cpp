@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/base/message_text.h"
 #include "common/scene/formats/obj/obj_reader.h"
 #include "common/scene/interpolate.h"
 #include "common/scene/polygons/triangulate.h"
+#include "common/text/message_text.h"
 
 namespace morphray {
 namespace {

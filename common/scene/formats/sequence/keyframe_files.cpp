@@ -9,9 +9,9 @@
 #include <system_error>
 
 #include "common/base/errors.h"
-#include "common/base/message_text.h"
-#include "common/base/number_text.h"
 #include "common/scene/formats/sequence/frame_pattern.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
 
 namespace morphray {
 namespace {

@@ -1,0 +1,171 @@
+#include "app/cli/options/command_options.h"
+
+#include <fmt/format.h>
+
+#include "app/cli/numbers.h"
+#include "app/cli/options/option_groups.h"
+#include "app/cli/update_options.h"
+
+namespace morphray::app {
+namespace {
+
+// Defaults that several commands have in common; the size is ViewSpec's.
+constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
+constexpr const char* kFirstFrame = "the first; of several, the first is taken";
+constexpr const char* kWholeImage = "1024x1024";
+constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
+
+OptionAdder add_command(CLI::App& program, Options& options, const char* name, const char* help,
+                        Command command) {
+    CLI::App& app = *program.add_subcommand(name, help);
+    app.callback([&options, command] { options.command = command; });
+    return {app, options};
+}
+
+void define_render(CLI::App& program, Options& options) {
+    const OptionAdder adder = add_command(
+        program, options, "render", "One image per frame, and a contact sheet", Command::kRender);
+    add_scene(adder, true);
+    add_frames(adder, "all whole frames");
+    add_view_options(adder, kWholeImage, "primary");
+    add_backend_options(adder, kBackends, kVulkanOrCpu);
+    add_tree_options(adder, "auto");
+    adder.add_text("--out", "DIR", "folder of the images (out)", options.out);
+    adder.add_text("--hits", "FILE", "file of the raw hits of all frames", options.hits);
+    add_report_options(adder, true);
+}
+
+void define_crosscheck(CLI::App& program, Options& options) {
+    const OptionAdder adder = add_command(
+        program, options, "crosscheck",
+        "Compares every backend and tree with a reference, bit by bit", Command::kCrosscheck);
+    add_scene(adder, true);
+    add_frames(adder, kFewFrames);
+    add_view_options(adder, "256x256", "all three, one after the other");
+    add_backend_options(adder, kCheckedBackends, "all");
+    add_tree_options(adder, nullptr);
+    adder.add_choice("--reference", "reference of the comparison (auto)", kReferences,
+                     options.reference);
+    adder.add_text("--out", "DIR", "folder of difference images (out/crosscheck)", options.out);
+    adder.add_text("--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
+    add_report_options(adder, true);
+}
+
+void define_probe(CLI::App& program, Options& options) {
+    const OptionAdder adder = add_command(
+        program, options, "probe",
+        "One pixel: its ray, its hit and the triangles that it could hit", Command::kProbe);
+    add_scene(adder, true);
+    adder
+        .add("--frame", "F", "the frame",
+             [&options](const std::string& option, const std::string& value) {
+                 options.frame = parse_finite(option, value, -1e9);
+             })
+        ->required();
+    adder
+        .add("--pixel", "X,Y", "the pixel, from the upper left corner",
+             [&options](const std::string& option, const std::string& value) {
+                 options.pixel = parse_pixel(option, value);
+             })
+        ->required();
+    add_view_options(adder, kWholeImage, "primary");
+    add_backend_options(adder, kBackends, kVulkanOrCpu);
+    add_tree_options(adder, "refit");
+    add_report_options(adder, false);
+}
+
+void define_profile(CLI::App& program, Options& options) {
+    const OptionAdder adder =
+        add_command(program, options, "profile", "Times of deforming, refitting, building, tracing",
+                    Command::kProfile);
+    add_scene(adder, true);
+    add_frames(adder, kFewFrames);
+    add_view_options(adder, kWholeImage, "primary");
+    add_backend_options(adder, kBackends, "auto: the CPU, and Vulkan where there is a device");
+    add_tree_options(adder, nullptr);
+    adder.add("--repeat", "N", "runs whose median is reported (5)",
+              [&options](const std::string& option, const std::string& value) {
+                  options.repeat = static_cast<int>(parse_count(option, value, 1, 10000));
+              });
+    adder.add("--policies", "A,B,...",
+              fmt::format("compare update policies over all whole frames: {}", update_forms()),
+              [&options](const std::string& option, const std::string& value) {
+                  options.policies = parse_updates(option, value);
+              });
+    adder
+        .add("--update", "", "as --policies, for a single policy",
+             [&options](const std::string& option, const std::string& value) {
+                 options.tree.update = parse_update(option, value);
+             })
+        ->type_name(update_forms());
+    add_update_limits(adder);
+    adder.add_text("--trace-events", "FILE|-",
+                   "with --policies, the stages in Chrome's trace format", options.trace_events);
+    adder.add_text("--plot", "FILE.svg|.png", "with --policies, charts (needs gnuplot)",
+                   options.plot);
+    adder.add_text("--csv", "FILE|-", "the table as comma-separated values; - is stdout",
+                   options.csv);
+    add_report_options(adder, true);
+}
+
+void define_trace(CLI::App& program, Options& options) {
+    const OptionAdder adder = add_command(program, options, "trace",
+                                          "Rays from a file to hits in a file", Command::kTrace);
+    add_scene(adder, true);
+    add_frames(adder, kFirstFrame);
+    adder
+        .add_text("--rays", "FILE|-", "a line `ox oy oz dx dy dz [tnear tfar]` for each ray",
+                  options.ray_file)
+        ->required();
+    adder.add_text("--out", "FILE|-", "a line `H t prim u v` or `M` for each ray", options.out)
+        ->required();
+    adder.add_flag("--binary", "rays are 8 little-endian floats each", options.binary_rays);
+    add_backend_options(adder, kBackends, "cpu; with --device or --validate vulkan");
+    adder.add_flag("-q,--quiet", "no progress", options.quiet);
+}
+
+void define_chart(CLI::App& program, Options& options) {
+    const OptionAdder adder =
+        add_command(program, options, "chart",
+                    "Charts of speed against accuracy, as images and data", Command::kChart);
+    adder.command()
+        .add_option("scenes", options.scenes, "what to trace, at the middle frame")
+        ->type_name("SCENE")
+        ->required();
+    adder.add_text("--out", "DIR", "a folder that does not exist yet or is empty", options.out)
+        ->required();
+    adder.add_flag("--quick", "fewer rays and runs: a minute instead of ten", options.quick);
+    add_lenient(adder);
+    adder.add_flag("-q,--quiet", "neither result nor progress", options.quiet);
+}
+
+void define_info(CLI::App& program, Options& options) {
+    const OptionAdder adder =
+        add_command(program, options, "info",
+                    "Facts about a scene; without a scene, about this program", Command::kInfo);
+    add_scene(adder, false);
+    add_frames(adder, kFirstFrame);
+    adder.add_flag("--bvh", "build the tree both ways and describe it", options.tree_facts);
+    add_threads(adder);
+    add_report_options(adder, false);
+}
+
+void define_devices(CLI::App& program, Options& options) {
+    add_report_options(
+        add_command(program, options, "devices", "The Vulkan devices", Command::kDevices), false);
+}
+
+}  // namespace
+
+void add_commands(CLI::App& program, Options& options) {
+    define_render(program, options);
+    define_crosscheck(program, options);
+    define_probe(program, options);
+    define_profile(program, options);
+    define_trace(program, options);
+    define_chart(program, options);
+    define_info(program, options);
+    define_devices(program, options);
+}
+
+}  // namespace morphray::app

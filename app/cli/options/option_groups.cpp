@@ -1,0 +1,172 @@
+#include "app/cli/options/option_groups.h"
+
+#include <fmt/format.h>
+
+#include "app/cli/numbers.h"
+#include "app/cli/update_options.h"
+#include "common/base/errors.h"
+#include "cpu/cpu_backend.h"
+
+namespace morphray::app {
+namespace {
+
+/// A setter that writes the value, parsed by `parse(option, value)`, to `target`.
+template <class Target, class Parse>
+OptionAdder::Setter parsed(Target& target, Parse parse) {
+    return [&target, parse](const std::string& option, const std::string& value) {
+        target = static_cast<Target>(parse(option, value));
+    };
+}
+
+/// A setter of a whole number in [lower, upper].
+template <class Count>
+OptionAdder::Setter counted(Count& target, std::uint64_t lower, std::uint64_t upper) {
+    return parsed(target, [lower, upper](const std::string& option, const std::string& value) {
+        return parse_count(option, value, lower, upper);
+    });
+}
+
+/// A setter of a finite number of at least `lower`.
+template <class Number>
+OptionAdder::Setter finite(Number& target, double lower) {
+    return parsed(target, [lower](const std::string& option, const std::string& value) {
+        return parse_finite(option, value, lower);
+    });
+}
+
+void add_camera(const OptionAdder& adder) {
+    ViewSpec& view = adder.options().view;
+    adder.add_view("--eye", "X,Y,Z", "position of the camera", parsed(view.eye, parse_point));
+    adder.add_view("--target", "X,Y,Z", "point that the camera looks at",
+                   parsed(view.target, parse_point));
+    adder.add_view("--up", "X,Y,Z", "upwards in the image (0,1,0)", parsed(view.up, parse_point));
+    adder.add_view("--fov", "DEGREES", "vertical field of view (45)",
+                   parsed(view.fov, parse_number));
+    adder.add_view("--light", "X,Y,Z", "point light", parsed(view.light, parse_point));
+}
+
+}  // namespace
+
+void add_scene(const OptionAdder& adder, bool required) {
+    Options& options = adder.options();
+    CLI::Option* scene = adder.add_text("scene", "SCENE", "what to trace", options.scene);
+    if (required) scene->required();
+    adder.add_view("--missing", "fail|hold|skip", "what to do about missing frames of a sequence",
+                   parsed(options.missing, [](const std::string& option, const std::string& value) {
+                       return parse_choice<MissingFrames>(option, value, kMissing);
+                   }));
+    adder.add_flag("--allow-empty", "accept a scene without triangles", options.allow_empty);
+    add_lenient(adder);
+}
+
+void add_lenient(const OptionAdder& adder) {
+    adder.add_flag("--lenient",
+                   "accept vertices that are not finite, and leave out faces that are invalid",
+                   adder.options().lenient);
+}
+
+void add_frames(const OptionAdder& adder, const char* otherwise) {
+    adder.add_text("--frames", "A..B[:STEP]",
+                   fmt::format("frames; fractions lie between whole frames ({})", otherwise),
+                   adder.options().frames);
+}
+
+void add_view_options(const OptionAdder& adder, const char* default_size,
+                      const char* default_rays) {
+    Options& options = adder.options();
+    ViewSpec& view = options.view;
+    adder.add("--size", "WxH", fmt::format("size of the image in pixels ({})", default_size),
+              [&options](const std::string& option, const std::string& value) {
+                  const Size size = parse_size(option, value);
+                  options.view.width = size.width;
+                  options.view.height = size.height;
+                  options.size_given = true;
+              });
+    add_camera(adder);
+    adder.add("--rays", "primary|shadow|ao",
+              fmt::format("what each pixel traces ({})", default_rays),
+              [&options](const std::string& option, const std::string& value) {
+                  options.view.rays = parse_choice<std::uint32_t>(option, value, kRays);
+                  options.rays_given = true;
+              });
+    adder.add_view("--ao-samples", "N", "ambient-occlusion rays a pixel, 1 to 256 (16)",
+                   counted(view.ao_count, 1, 256));
+    adder.add_view("--ao-distance", "LENGTH",
+                   "length of ambient-occlusion rays; 0: a quarter of the scene's diagonal",
+                   finite(view.ao_distance, 0));
+}
+
+void add_backend_options(const OptionAdder& adder, std::span<const Choice<BackendChoice>> choices,
+                         const char* otherwise) {
+    BackendOptions& backend = adder.options().backend;
+    adder
+        .add("--backend", "", fmt::format("what traces ({})", otherwise),
+             [&backend, choices](const std::string& option, const std::string& value) {
+                 backend.choice = parse_choice<BackendChoice>(option, value, choices);
+                 backend.choice_given = true;
+             })
+        ->type_name(names_of<BackendChoice>(choices));
+    adder.add_text("--device", "DEVICE",
+                   "Vulkan device: its index, a part of its name, or its UUID (see `devices`)",
+                   backend.device);
+    add_threads(adder);
+    adder.add("--simd", "NAME",
+              "CPU instruction set (the best one; see `info`), or off: the scalar reference",
+              [&backend](const std::string& option, const std::string& value) {
+                  try {
+                      cpu::check_simd(value);
+                  } catch (const Error& error) {
+                      throw Error(error.kind(), option + ": " + error.what());
+                  }
+                  backend.simd = value;
+              });
+    adder.add_flag("--validate", "run under the Vulkan validation layer", backend.validate);
+}
+
+void add_threads(const OptionAdder& adder) {
+    adder.add("--threads", "N", "CPU threads, 1 to 1024 (as many as the machine has)",
+              counted(adder.options().backend.threads, 1, 1024));
+}
+
+void add_tree_options(const OptionAdder& adder, const char* update) {
+    TreeOptions& tree = adder.options().tree;
+    if (update != nullptr) {
+        adder.command().preparse_callback([&tree, update](std::size_t) { tree.update = update; });
+        adder
+            .add("--update", "", fmt::format("how the tree follows the vertices ({})", update),
+                 parsed(tree.update, parse_update))
+            ->type_name(update_forms());
+        add_update_limits(adder);
+        adder.add_choice("--refit-on", "which backend refits (the one that traces)", kRefitOn,
+                         tree.refit_on);
+    }
+    adder.add_view("--build", "binned|sweep", "how the tree is built (binned)",
+                   parsed(tree.split, [](const std::string& option, const std::string& value) {
+                       return parse_choice<SplitMethod>(option, value, kSplits);
+                   }));
+    adder.add("--build-at", "FRAME", "frame whose positions the tree is built at (the first frame)",
+              finite(tree.build_at, -1e9));
+}
+
+void add_update_limits(const OptionAdder& adder) {
+    UpdateConfig& config = adder.options().tree.update_config;
+    adder.add(
+        "--update-budget", "N%|Nms",
+        "what an update may add to a frame; a build that takes longer runs in the background (75%)",
+        [&config](const std::string& option, const std::string& value) {
+            parse_update_budget(option, value, config);
+        });
+    adder.add_flag("--deterministic-updates",
+                   "decide from counts of triangles and rays instead of times",
+                   config.deterministic);
+}
+
+void add_report_options(const OptionAdder& adder, bool with_quiet) {
+    Options& options = adder.options();
+    adder.add_text("--json", "FILE|-", "a report for programs; - is stdout", options.json);
+    if (!with_quiet) return;
+    adder.add_flag("-q,--quiet", "neither table nor progress", options.quiet);
+    adder.add_flag("-v,--verbose", "say what is used and decided", options.verbose);
+}
+
+}  // namespace morphray::app

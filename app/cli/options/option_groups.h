@@ -1,0 +1,33 @@
+// Groups of options that several commands have in common.
+#pragma once
+
+#include <span>
+
+#include "app/cli/options/option_adder.h"
+
+namespace morphray::app {
+
+/// The scene and how strictly it is read.
+void add_scene(const OptionAdder& adder, bool required);
+void add_lenient(const OptionAdder& adder);
+
+/// --frames; `otherwise` says which frames are the default.
+void add_frames(const OptionAdder& adder, const char* otherwise);
+
+/// Image, camera, light and kind of rays, with the defaults to show.
+void add_view_options(const OptionAdder& adder, const char* default_size, const char* default_rays);
+
+/// --backend with these choices and the default to show, device, threads, instruction set.
+void add_backend_options(const OptionAdder& adder, std::span<const Choice<BackendChoice>> choices,
+                         const char* otherwise);
+void add_threads(const OptionAdder& adder);
+
+/// How the tree is built and updated. `update` is the default of --update; null leaves out the
+/// options of updates.
+void add_tree_options(const OptionAdder& adder, const char* update);
+void add_update_limits(const OptionAdder& adder);
+
+/// --json, and with `with_quiet` also --quiet and --verbose.
+void add_report_options(const OptionAdder& adder, bool with_quiet);
+
+}  // namespace morphray::app

@@ -1,0 +1,75 @@
+// The binary tree that a build makes first, collapses to the shared layout and then discards.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/base/aligned_vector.h"
+#include "common/bvh/box.h"
+#include "common/bvh/builder/bvh_builder.h"
+#include "common/bvh/builder/meshlet.h"
+#include "common/bvh/builder/prim_ref.h"
+#include "common/scene/mesh.h"
+
+namespace morphray {
+
+struct BinaryNode {
+    /// In a union, so that constructing a node writes nothing: the array has far more nodes than
+    /// the tree needs.
+    union {
+        Box box;
+    };
+    /// The triangles below: prim_ids[begin .. end).
+    std::uint32_t begin;
+    std::uint32_t end;
+    /// The left child; the right one is the next. 0 for a leaf.
+    std::uint32_t children;
+    /// Levels below; 0 for a leaf. At most kMaxBinaryHeight.
+    std::uint32_t height;
+
+    BinaryNode() {}
+
+    bool is_leaf() const { return children == 0; }
+    std::uint32_t size() const { return end - begin; }
+};
+
+/// Four binary levels fit into one wide level in any case.
+inline constexpr std::uint32_t kMaxBinaryHeight = 4 * kMaxDepth;
+
+class BinaryTree {
+public:
+    /// The triangles of a leaf, ascending.
+    std::span<const std::uint32_t> triangles(const BinaryNode& leaf) const {
+        return std::span(prim_ids).subspan(leaf.begin, leaf.size());
+    }
+
+    /// The shape of a leaf of triangles.
+    LeafShape shape(const BinaryNode& leaf) const;
+    void set_shape(const BinaryNode& leaf, const LeafShape& shape);
+
+    /// Ascending in every leaf.
+    AlignedVector<std::uint32_t> prim_ids;
+    /// The root first. The places of the others depend on the threads, and some elements are
+    /// unused: only those that the tree refers to count.
+    AlignedVector<BinaryNode> nodes;
+    /// The refs that the build began with. Leaves keep their shapes in the memory of their refs,
+    /// which are not read any more.
+    AlignedVector<PrimRef> refs;
+    /// Memory of the build, used again for the costs of the collapse and then for leaves: the
+    /// system takes as long to clear fresh memory as a split takes to fill it.
+    AlignedVector<Leaf> spare;
+};
+
+/// Every leaf fits a meshlet: at most kLeafTriangles triangles over at most kLeafVertices vertices.
+/// No nodes for no triangles. Runs in the calling thread's arena; the tree (but for the places of
+/// its nodes) does not depend on the threads, nor on the target.
+BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> positions,
+                             SplitMethod method, const SimdTarget& target = best_simd_target());
+
+/// The same over triangles and, after them, parts of any kind that are left as they are: a ref's
+/// prim_id is that of a triangle, or of a part if it is at least topology.triangles.size(). A part
+/// is a leaf of its own. The refs ascend by prim_id.
+BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
+                             SplitMethod method, const SimdTarget& target = best_simd_target());
+
+}  // namespace morphray

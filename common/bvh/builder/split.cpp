@@ -1,0 +1,129 @@
+#include "common/bvh/builder/split.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "common/base/aligned_vector.h"
+#include "common/bvh/builder/split_parts.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "common/bvh/builder/split.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "common/bvh/builder/split_binned-inl.h"
+#include "common/bvh/builder/split_positions-inl.h"
+
+#if HWY_ONCE
+
+#include "common/simd/simd_dispatch-inl.h"
+
+namespace morphray {
+namespace {
+
+HWY_EXPORT(split_at_once);
+HWY_EXPORT(bin_chunk);
+HWY_EXPORT(best_of_chunks);
+HWY_EXPORT(divide_chunk);
+HWY_EXPORT(split_few);
+HWY_EXPORT(sweep_axis);
+
+// Sets of two chunks or more are bounded, binned and divided by chunks, each a task.
+constexpr std::size_t kChunk = 8192;
+
+/// Boxes and counts do not depend on the order in which chunks are added, nor places on the thread
+/// that writes them: so neither does the result on the number of threads.
+std::size_t split_in_chunks(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
+    const std::size_t chunk_count = (refs.size() + kChunk - 1) / kChunk;
+    const auto for_each_chunk = [&](auto step) {
+        tbb::parallel_for(std::size_t{0}, chunk_count, [&](std::size_t i) {
+            step(i, refs.subspan(i * kChunk, std::min(kChunk, refs.size() - i * kChunk)));
+        });
+    };
+    std::vector<Box> bounds(chunk_count);
+    for_each_chunk([&](std::size_t i, std::span<const PrimRef> chunk) {
+        bounds[i] = centroid_bounds(chunk, target);
+    });
+    for (const Box& b : bounds) bounds[0].extend(b);
+    const Binning binning(bounds[0], kManyBins);
+    AlignedVector<ManyBins> bins(chunk_count);
+    for_each_chunk(
+        [&, bin_chunk = SIMD_FUNCTION(bin_chunk, target)](
+            std::size_t i, std::span<const PrimRef> chunk) { bin_chunk(chunk, binning, bins[i]); });
+    const Split best = SIMD_FUNCTION(best_of_chunks, target)(bins);
+    if (best.position == 0) return 0;
+
+    std::vector<std::size_t> left_before(chunk_count + 1, 0);
+    for (std::size_t i = 0; i < chunk_count; ++i)
+        left_before[i + 1] = left_before[i] + bins[i].count_below(best.position, best.axis);
+    for_each_chunk([&, divide_chunk = SIMD_FUNCTION(divide_chunk, target)](
+                       std::size_t i, std::span<const PrimRef> chunk) {
+        divide_chunk(chunk, out, left_before[i], best.left_size + i * kChunk - left_before[i],
+                     binning, best);
+    });
+    return best.left_size;
+}
+
+/// An order on triangles without ties.
+struct ByCentroid {
+    int axis;
+    bool operator()(const PrimRef& a, const PrimRef& b) const {
+        const float ca = a.centroid2(axis);
+        const float cb = b.centroid2(axis);
+        return ca < cb || (ca == cb && a.prim_id() < b.prim_id());
+    }
+};
+
+/// Divides by the order along an axis, `position` refs to the left.
+std::size_t divide_by_order(std::span<const PrimRef> refs, int axis, std::size_t position,
+                            PrimRef* out) {
+    std::vector<PrimRef> order(refs.begin(), refs.end());
+    const auto pivot = order.begin() + static_cast<std::ptrdiff_t>(position);
+    std::nth_element(order.begin(), pivot, order.end(), ByCentroid{axis});
+    PrimRef* left = out;
+    PrimRef* right = out + position;
+    for (const PrimRef& ref : refs) *(ByCentroid{axis}(ref, *pivot) ? left : right)++ = ref;
+    return position;
+}
+
+}  // namespace
+
+std::size_t split_binned(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
+    return refs.size() >= 2 * kChunk ? split_in_chunks(refs, out, target)
+                                     : SIMD_FUNCTION(split_at_once, target)(refs, out);
+}
+
+std::size_t split_sweep(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
+    if (refs.size() <= kFewRefs) return split_few(refs, out, target);
+    const Box bounds = centroid_bounds(refs, target);
+    std::vector<PrimRef> order(refs.begin(), refs.end());
+    std::vector<float> right_cost(refs.size());
+    Split best;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (bounds.upper[axis] <= bounds.lower[axis]) continue;
+        std::sort(order.begin(), order.end(), ByCentroid{axis});
+        SIMD_FUNCTION(sweep_axis, target)(order, axis, right_cost.data(), best);
+    }
+    return best.position == 0 ? 0 : divide_by_order(refs, best.axis, best.position, out);
+}
+
+std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
+    return SIMD_FUNCTION(split_few, target)(refs, out);
+}
+
+std::size_t split_median(std::span<const PrimRef> refs, PrimRef* out, const SimdTarget& target) {
+    const Box bounds = centroid_bounds(refs, target);
+    const vec3 extent = bounds.upper - bounds.lower;
+    int widest = 0;
+    for (int axis = 1; axis < 3; ++axis) {
+        if (extent[axis] > extent[widest]) widest = axis;
+    }
+    return divide_by_order(refs, widest, refs.size() / 2, out);
+}
+
+}  // namespace morphray
+
+#endif  // HWY_ONCE

@@ -1,0 +1,154 @@
+// The steps of a binned split, compiled once for each target.
+#if defined(MORPHRAY_COMMON_BVH_BUILDER_SPLIT_BINNED_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_BINNED_INL_H
+#undef MORPHRAY_COMMON_BVH_BUILDER_SPLIT_BINNED_INL_H
+#else
+#define MORPHRAY_COMMON_BVH_BUILDER_SPLIT_BINNED_INL_H
+#endif
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "common/bvh/builder/prim_ref-inl.h"
+#include "common/bvh/builder/split_cost-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray {
+namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+template <std::size_t kBins>
+HWY_INLINE void clear(Bins<kBins>& bins) {
+    for (Bin& bin : bins.bin) {
+        for (float* const planes : bin.planes) store(splat8(kEmptyPlane), planes);
+        store(splat4(0), bin.count);
+    }
+}
+
+/// Adds refs to their bins.
+template <std::size_t kBins>
+class BinFiller {
+public:
+    HWY_INLINE BinFiller(const Binning& binning, Bins<kBins>& bins)
+        : bins_(reinterpret_cast<std::byte*>(bins.bin)),
+          lower_(load4(binning.lower)),
+          scale_(load4(binning.scale)) {}
+
+    HWY_INLINE void add(std::span<const PrimRef> refs) const {
+        // Neighbours in the list are often neighbours in space, and a bin has to be stored before
+        // it can be extended again: so the next ref comes from another quarter.
+        const std::size_t quarter = refs.size() / 4;
+        for (std::size_t i = 0; i < quarter; ++i) {
+            for (std::size_t k = 0; k < 4; ++k) add(refs[k * quarter + i]);
+        }
+        for (std::size_t i = 4 * quarter; i < refs.size(); ++i) add(refs[i]);
+    }
+
+private:
+    HWY_INLINE void add(const PrimRef& ref) const {
+        constexpr int kBinShift = std::countr_zero(sizeof(Bin));
+        static_assert(sizeof(Bin) == 1 << kBinShift && sizeof(Bins<kBins>) <= 1 << 15);
+        // An empty box has centroid 0, which may lie outside the bounds.
+        const Float4 centroid2 = load4(ref.planes) - load4(ref.planes + 4);
+        const Float4 bin = min(max((centroid2 - lower_) * scale_, least_), most_);
+        // The offsets of the three bins leave the vector registers as one number.
+        std::uint64_t offsets = low_halves(floor_shifted<kBinShift>(bin));
+        const Float8 own = load8(ref.planes);
+        for (int axis = 0; axis < 3; ++axis, offsets >>= 16) {
+            Bin& b = *reinterpret_cast<Bin*>(bins_ + (offsets & 0xFFFF));
+            store(min(load8(b.planes[axis]), own), b.planes[axis]);
+            ++b.count[axis];
+        }
+    }
+
+    std::byte* bins_;
+    Float4 lower_;
+    Float4 scale_;
+    Float4 least_ = splat4(0.0f);
+    Float4 most_ = splat4(static_cast<float>(kBins - 1));
+};
+
+/// The boundary with the least sum of part_costs on both sides; position 0 if one side of each is
+/// empty.
+template <std::size_t kBins>
+HWY_INLINE Split best_boundary(const Bins<kBins>& bins) {
+    Float4 right_cost[kBins];
+    AxisBoxes right;
+    Int4 count = splat4(0);
+    for (std::size_t i = kBins; --i > 0;) {
+        right.extend(bins.bin[i]);
+        count = count + load4(bins.bin[i].count);
+        right_cost[i] = part_costs(right, count);
+    }
+    const Int4 none = splat4(0);
+    const Int4 total = count + load4(bins.bin[0].count);
+    AxisBoxes left;
+    count = none;
+    CheapestPlaces places;
+    for (std::size_t i = 1; i < kBins; ++i) {
+        left.extend(bins.bin[i - 1]);
+        count = count + load4(bins.bin[i - 1].count);
+        places.consider(differ(count, none) & differ(count, total),
+                        part_costs(left, count) + right_cost[i], i, count);
+    }
+    return places.best();
+}
+
+/// Divides refs at a boundary of bins. Comparing with the position, which is in [1, bins), gives
+/// the same sides as the bins do: neither rounding down nor clamping to [0, bins - 1] takes a
+/// number past such an integer.
+HWY_INLINE void partition_at(const Split& split, const Binning& binning,
+                             std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,
+                             std::size_t right_index) {
+    partition_refs(
+        refs, out, left_index, right_index,
+        [axis = split.axis, lower = binning.lower[split.axis], scale = binning.scale[split.axis],
+         end = static_cast<float>(static_cast<int>(split.position))](const PrimRef& ref)
+            HWY_ATTR { return (ref.centroid2(axis) - lower) * scale < end; });
+}
+
+/// The split of a set by one thread.
+std::size_t split_at_once(std::span<const PrimRef> refs, PrimRef* out) {
+    const Binning binning(bound_centroids(refs), kFewBins);
+    FewBins bins;
+    clear(bins);
+    BinFiller<kFewBins>(binning, bins).add(refs);
+    const Split best = best_boundary(bins);
+    if (best.position == 0) return 0;
+    partition_at(best, binning, refs, out, 0, best.left_size);
+    return best.left_size;
+}
+
+// ---- The steps of a set that is split in chunks
+
+void bin_chunk(std::span<const PrimRef> refs, const Binning& binning, ManyBins& bins) {
+    clear(bins);
+    BinFiller<kManyBins>(binning, bins).add(refs);
+}
+
+Split best_of_chunks(std::span<const ManyBins> chunks) {
+    ManyBins sum = chunks[0];
+    for (const ManyBins& chunk : chunks.subspan(1)) {
+        for (std::size_t i = 0; i < kManyBins; ++i) {
+            Bin& to = sum.bin[i];
+            const Bin& from = chunk.bin[i];
+            for (int axis = 0; axis < 3; ++axis)
+                store(min(load8(to.planes[axis]), load8(from.planes[axis])), to.planes[axis]);
+            store(load4(to.count) + load4(from.count), to.count);
+        }
+    }
+    return best_boundary(sum);
+}
+
+void divide_chunk(std::span<const PrimRef> refs, PrimRef* out, std::size_t left_index,
+                  std::size_t right_index, const Binning& binning, const Split& split) {
+    partition_at(split, binning, refs, out, left_index, right_index);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

@@ -1,0 +1,206 @@
+// The blocks of a camera packet that a rectangle of its plane or a depth concerns.
+
+#if defined(MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_BLOCKS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_BLOCKS_INL_H
+#undef MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_BLOCKS_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_BLOCKS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/packet/camera/camera_packet.h"
+#include "cpu/packet/packet_frame-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Blocks of a camera packet as bits, four rows of blocks a word.
+struct BlockSet {
+    std::uint64_t words[kGridWords];
+};
+
+/// The columns (or rows) of pixels, in the first `blocks` blocks of the grid, whose middles lie
+/// within `margin` of [lower, upper]; none if first > last. The middle of pixel k is at k - 31.5.
+struct PixelRange {
+    FloatVec first, last;
+
+    HWY_INLINE PixelRange(FloatVec lower, FloatVec upper, float margin, std::uint32_t blocks) {
+        constexpr float kMiddle = 0.5f * kCameraSide - 0.5f;
+        const FloatVec end = splat(static_cast<float>(blocks * kBlockSide - 1));
+        first = max(hn::Ceil(lower + splat(kMiddle - margin)), zero());
+        last = min(hn::Floor(upper + splat(kMiddle + margin)), end);
+    }
+
+    HWY_INLINE Mask any() const { return first <= last; }
+
+    /// The blocks that hold the first and the last pixel, if there are any.
+    HWY_INLINE UintVec first_block() const { return block(first); }
+    HWY_INLINE UintVec last_block() const { return block(last); }
+
+private:
+    static HWY_INLINE UintVec block(FloatVec pixel) {
+        static_assert(kBlockSide == 4);
+        const UintVec block = shift_right<2>(as_uint(hn::ConvertTo(kInts, pixel)));
+        // Without pixels it still must be a valid shift count.
+        return block & splat(kGridSide - 1);
+    }
+};
+
+/// The columns and rows of blocks that rectangles meet, as bits.
+struct alignas(64) GridRanges {
+    std::uint32_t columns[16], rows[16];
+};
+
+HWY_INLINE void to_grid(const CameraFrame& frame, const Rectangles& r, GridRanges& ranges) {
+    const auto bits = [&](const PixelRange& range) HWY_ATTR {
+        const UintVec below = hn::Shl(splat(1u), range.first_block());
+        const UintVec up_to = hn::Shl(splat(2u), range.last_block());
+        return zero_unless(uint_mask(range.any()), up_to - below);
+    };
+    const float margin = frame.grid_margin;
+    for (std::size_t l = 0; l < 16; l += kLanes) {
+        const PixelRange x(load(r.lower_x + l), load(r.upper_x + l), margin, frame.grid_columns);
+        const PixelRange y(load(r.lower_y + l), load(r.upper_y + l), margin, frame.grid_rows);
+        store(bits(x), ranges.columns + l);
+        store(bits(y), ranges.rows + l);
+    }
+}
+
+/// Windows of up to 4 x 4 blocks, by the numbers of columns and rows after the first. blocks: bit b
+/// stands for the block b after the window's first one in the packet. places: the same blocks as
+/// bits of a window of 4 x 4, row by row.
+inline constexpr std::uint32_t kWindowSide = 4;
+struct Windows {
+    std::uint64_t blocks[kWindowSide][kWindowSide]{};
+    std::uint32_t places[kWindowSide][kWindowSide]{};
+
+    constexpr Windows() {
+        for (std::uint32_t columns = 0; columns < kWindowSide; ++columns) {
+            for (std::uint32_t rows = 0; rows < kWindowSide; ++rows) {
+                for (std::uint32_t row = 0; row <= rows; ++row) {
+                    const std::uint64_t all = (2u << columns) - 1;
+                    blocks[columns][rows] |= all << (row * kGridSide);
+                    places[columns][rows] |= static_cast<std::uint32_t>(all) << row * kWindowSide;
+                }
+            }
+        }
+    }
+};
+inline constexpr Windows kWindows;
+
+/// The blocks that up to sixteen triangles meet: the first one, and how many columns and rows more.
+/// Bits of triangles: `fit` meet no more than a window; `few` of these meet at most six blocks,
+/// because they have fewer than kFewSteps columns and rows more together.
+struct alignas(64) GridWindows {
+    std::uint32_t first[16], columns[16], rows[16];
+    std::uint32_t fit = 0, few = 0;
+
+    static constexpr std::int32_t kFewSteps = 4;
+
+    /// Sets as many triangles as there are lanes, from l on.
+    HWY_INLINE void set(std::size_t l, const PixelRange& x, const PixelRange& y) {
+        const UintVec left = x.first_block();
+        const UintVec top = y.first_block();
+        const UintVec more_columns = x.last_block() - left;
+        const UintVec more_rows = y.last_block() - top;
+        static_assert(kGridSide == 16);
+        store(shift_left<4>(top) | left, first + l);
+        store(more_columns, columns + l);
+        store(more_rows, rows + l);
+        const auto below = [&](UintVec number, std::int32_t end) HWY_ATTR {
+            const auto is = as_int(number) < splat(end);
+            return bits_of(float_mask(is)) << l;
+        };
+        fit |= below(max(more_columns, more_rows), kWindowSide);
+        few |= below(more_columns + more_rows, kFewSteps);
+    }
+};
+
+/// A word with the first column of each of its four rows of blocks.
+inline constexpr std::uint64_t kEachRow = 0x0001000100010001;
+
+/// Finds the blocks of `among` in some columns and rows. Returns whether there are any. It reads
+/// and writes whole vectors: a load that spans several recent stores would wait for them.
+HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows, const BlockSet& among,
+                               BlockSet& out) {
+#if HWY_TARGET == HWY_SCALAR
+    out = {};
+    std::uint64_t any = 0;
+    for (std::uint32_t row = 0; row < kGridSide; ++row) {
+        if ((rows >> row & 1) == 0) continue;
+        const std::uint64_t own = std::uint64_t{columns} << row % 4 * kGridSide;
+        out.words[row / 4] |= among.words[row / 4] & own;
+        any |= among.words[row / 4] & own;
+    }
+    return any != 0;
+#else
+    const hn::CappedTag<std::uint16_t, kGridSide> d;
+    const hn::Repartition<std::uint64_t, decltype(d)> words;
+    bool any = false;
+    for (std::uint32_t row = 0; row < kGridSide; row += static_cast<std::uint32_t>(hn::Lanes(d))) {
+        const std::uint8_t bytes[8] = {static_cast<std::uint8_t>(rows >> row),
+                                       static_cast<std::uint8_t>(rows >> row >> 8)};
+        const auto own = hn::IfThenElseZero(hn::LoadMaskBits(d, bytes),
+                                            hn::Set(d, static_cast<std::uint16_t>(columns)));
+        const auto blocks = own & hn::BitCast(d, hn::LoadU(words, among.words + row / 4));
+        any |= !hn::AllTrue(d, blocks == hn::Zero(d));
+        hn::StoreU(hn::BitCast(words, blocks), words, out.words + row / 4);
+    }
+    return any;
+#endif
+}
+
+#if HWY_TARGET != HWY_SCALAR
+/// The minimum of each lane of a block of four and the same lane of all other blocks.
+template <class D>
+HWY_INLINE auto least_of_quarters(D d, hn::Vec<D> v) {
+    if constexpr (hn::MaxLanes(d) <= 4) {
+        return v;
+    } else {
+        const hn::Half<D> half;
+        return least_of_quarters(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
+    }
+}
+#endif
+
+/// Updates block_q of four blocks at once from their rays.
+HWY_INLINE void find_four_depths(CameraPacket& packet, const std::uint32_t blocks[4]) {
+#if HWY_TARGET == HWY_SCALAR
+    for (int i = 0; i < 4; ++i)
+        packet.block_q[blocks[i]] = least_q(packet.q_lower + blocks[i] * kBlockRays);
+#else
+    FloatVec least[4];
+    for (int i = 0; i < 4; ++i) {
+        const float* const q = packet.q_lower + blocks[i] * kBlockRays;
+        least[i] = load(q);
+        for (std::size_t l = kLanes; l < kBlockRays; l += kLanes)
+            least[i] = min(least[i], load(q + l));
+    }
+    const FloatVec all =
+        combine_four(least, [](FloatVec a, FloatVec b) HWY_ATTR { return min(a, b); });
+    alignas(16) float q[4];
+    hn::Store(least_of_quarters(kFloats, all), hn::Full128<float>(), q);
+    for (int i = 0; i < 4; ++i) packet.block_q[blocks[i]] = q[i];
+#endif
+}
+
+/// The blocks of a word that hold a ray that a hit at 1/z <= q may concern, as bits.
+HWY_INLINE std::uint64_t blocks_beyond(const CameraPacket& packet, float q, std::size_t word) {
+    std::uint64_t blocks = 0;
+    const float* block_q = packet.block_q + 64 * word;
+    for (std::size_t b = 0; b < 64; b += kLanes)
+        blocks |= std::uint64_t{bits_of(splat(q) >= load(block_q + b))} << b;
+    return blocks;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,152 @@
+// The closest candidates of a camera packet's rays: the leaves that they are in, and their
+// triangles as vectors.
+
+#if defined(MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_HIT_LEAVES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_HIT_LEAVES_INL_H
+#undef MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_HIT_LEAVES_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_HIT_LEAVES_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstdint>
+#include <cstring>
+
+#include "cpu/packet/camera/camera_packet.h"
+#include "cpu/packet/packet_hit_rule-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Appends a leaf with a triangle that is, or may be, the closest candidate of a ray.
+HWY_INLINE void add_hit_leaf(CameraPacket& packet, const Leaf& leaf) {
+    packet.hit_leaves.emplace_back();
+    HitLeaf& hit_leaf = packet.hit_leaves.back();
+    hit_leaf.leaf = &leaf;
+    std::memcpy(hit_leaf.prim_id, leaf.prim_id, sizeof hit_leaf.prim_id);
+    const FloatVec sign = packet.frame.axis == kMixedAxes
+                              ? zero()
+                              : splat(packet.frame.depth_rows[0][2]) & splat(-0.0f);
+    alignas(64) float values[3][kLeafVertices];
+    alignas(64) std::uint32_t indices[kLeafTriangles];
+    for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
+        FloatVec v[3], w;
+        hn::LoadInterleaved4(kFloats, &leaf.vertex[l].x, v[0], v[1], v[2], w);
+        for (int axis = 0; axis < 3; ++axis)
+            store((v[axis] - splat(packet.frame.org[axis])) ^ sign, values[axis] + l);
+        store(as_uint(w), indices + l);
+    }
+    const std::uint32_t z = packet.frame.axis % kMixedAxes;
+    for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
+        const UintVec own = load(indices + l);
+        for (std::uint32_t axis = 0; axis < 3; ++axis) {
+            FloatVec at_corners[3];
+            gather_corners(values[(z + 1 + axis) % 3], own, at_corners);
+            for (int k = 0; k < 3; ++k) store(at_corners[k], hit_leaf.corner[k][axis] + l);
+        }
+    }
+}
+
+/// The triangles of as many candidates as there are lanes, in scene space. `lanes` has at least one
+/// bit; the other lanes hold any value.
+HWY_INLINE PacketRuleTriangles candidate_triangles(const CameraPacket& packet,
+                                                   const std::uint32_t* candidates,
+                                                   std::uint32_t lanes) {
+    const auto leaf_of = [&](std::uint32_t candidate) -> const Leaf& {
+        return *packet.hit_leaves[candidate / kLeafTriangles].leaf;
+    };
+    const std::uint32_t any = candidates[__builtin_ctz(lanes)];
+    const auto same = load(candidates) == splat(any);
+    if ((lanes & ~bits_of(float_mask(same))) == 0)
+        return same_triangle(leaf_of(any), any % kLeafTriangles);
+    alignas(64) float corners[3][3][kLanes] = {};
+    alignas(64) std::uint32_t prim_ids[kLanes] = {};
+    for (; lanes != 0; lanes &= lanes - 1) {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+        const Leaf& leaf = leaf_of(candidates[lane]);
+        const std::uint32_t slot = candidates[lane] % kLeafTriangles;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
+            corners[k][0][lane] = v.x;
+            corners[k][1][lane] = v.y;
+            corners[k][2][lane] = v.z;
+        }
+        prim_ids[lane] = leaf.prim_id[slot];
+    }
+    PacketRuleTriangles out;
+    for (int k = 0; k < 3; ++k) {
+        for (int axis = 0; axis < 3; ++axis) out.corner[k][axis] = load(corners[k][axis]);
+    }
+    out.prim_ids = load(prim_ids);
+    return out;
+}
+
+/// Candidates for FastHits, a lane each: corners as in HitLeaf.
+struct CandidateLanes {
+    FloatVec corners[3][3];
+    UintVec prim_ids;
+};
+
+/// As many consecutive rays as there are lanes, as bits: those with a candidate (`rays`), and those
+/// whose candidate is not in the first one's leaf (`others`).
+struct Candidates {
+    std::uint32_t rays = 0;
+    std::uint32_t leaf = 0;
+    std::uint32_t others = 0;
+};
+
+/// Which candidates are in a leaf.
+HWY_INLINE Mask candidates_in(UintVec candidates, std::uint32_t leaf) {
+    static_assert(kLeafTriangles == 16);
+    return float_mask(shift_right<4>(candidates) == splat(leaf));
+}
+
+HWY_INLINE Candidates find_candidates(const std::uint32_t* indices) {
+    const UintVec candidates = load(indices);
+    Candidates found;
+    // Only kNoCandidate has its sign bit set.
+    found.rays = bits_of(!float_mask(as_int(candidates) < splat(0)));
+    if (found.rays == 0) return found;
+    found.leaf = indices[__builtin_ctz(found.rays)] / kLeafTriangles;
+    found.others = found.rays & ~bits_of(candidates_in(candidates, found.leaf));
+    return found;
+}
+
+/// Collects the candidates of rays of which at least one has a candidate; the lanes of the others
+/// hold some triangle. Neighbours have candidates in the same leaves, so one leaf is taken after
+/// the other: this is faster than gathers.
+HWY_INLINE CandidateLanes spread_candidates(const CameraPacket& packet,
+                                            const std::uint32_t* indices, const Candidates& found) {
+    const UintVec candidates = load(indices);
+    const LaneLookup slots(candidates & splat(kLeafTriangles - 1));
+    CandidateLanes out;
+    const HitLeaf* hit_leaf = &packet.hit_leaves[found.leaf];
+    for (int k = 0; k < 3; ++k) {
+        for (int axis = 0; axis < 3; ++axis)
+            out.corners[k][axis] = slots(hit_leaf->corner[k][axis]);
+    }
+    out.prim_ids = as_uint(slots(hit_leaf->prim_id));
+    for (std::uint32_t others = found.others; others != 0;) {
+        const std::uint32_t leaf = indices[__builtin_ctz(others)] / kLeafTriangles;
+        hit_leaf = &packet.hit_leaves[leaf];
+        const Mask own = candidates_in(candidates, leaf);
+        for (int k = 0; k < 3; ++k) {
+            for (int axis = 0; axis < 3; ++axis) {
+                out.corners[k][axis] =
+                    select(own, slots(hit_leaf->corner[k][axis]), out.corners[k][axis]);
+            }
+        }
+        out.prim_ids = select(uint_mask(own), as_uint(slots(hit_leaf->prim_id)), out.prim_ids);
+        others &= ~bits_of(own);
+    }
+    return out;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

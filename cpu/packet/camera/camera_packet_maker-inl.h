@@ -1,0 +1,190 @@
+// Making camera packets: the frame of a tile, and the directions of its rays.
+
+#if defined(MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_MAKER_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_MAKER_INL_H
+#undef MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_MAKER_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_CAMERA_CAMERA_PACKET_MAKER_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "common/interop/camera.h"
+#include "cpu/image/tile.h"
+#include "cpu/packet/camera/camera_packet.h"
+#include "cpu/packet/packet_frame-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// scale_to_unit() on vectors that are positive.
+HWY_INLINE FloatVec scale_to_unit(FloatVec largest) {
+    const UintVec exponent = as_uint(largest) & splat(0x7F800000u);
+    return as_float(splat(0x7F000000u) - exponent);
+}
+
+/// Puts a component of a scaled direction on the grid, as canonical_direction() does.
+HWY_INLINE FloatVec snap_direction(FloatVec x) {
+    const FloatVec snapped = x + splat(kDirectionSnap) - splat(kDirectionSnap);
+    return select(abs(x) >= splat(kDirectionOnGrid), x, snapped);
+}
+
+/// canonical_direction() on vectors, in the same operations.
+HWY_INLINE void canonical_directions(FloatVec d[3]) {
+    const FloatVec largest = max(max(abs(d[0]), abs(d[1])), abs(d[2]));
+    const Mask is_scalable = largest > zero();
+    const FloatVec scale = select(is_scalable, scale_to_unit(largest), splat(1.0f));
+    for (int axis = 0; axis < 3; ++axis) d[axis] = snap_direction(d[axis] * scale);
+}
+
+/// The limits of a usable frame: rays are off by at most kMostPixelError pixels (TriangleSetup
+/// assumes |X|, |Y| <= reach, which has room for them), directions by less than kMostDepthError of
+/// themselves along z, and row_size[2] times a direction is below kMostOblique
+/// (proofs/packet_volume.g).
+inline constexpr double kMostPixelError = 2;
+inline constexpr double kMostDepthError = 0.5;
+inline constexpr double kMostOblique = 0x1p18;
+
+/// An error that makes every ray uncertain.
+inline constexpr float kNoPixelError = 1e30f;
+
+/// An upper bound of how far a camera ray may be from the middle of its pixel, in pixels;
+/// kNoPixelError if the tile's rays are too inexact or too oblique for the bounds.
+///
+/// 1. A direction's component is fl(fl(corner + fl(du x)) + fl(dv y)): two products and two sums,
+///    each off by 1.01 u of its result (`error`; kDirectionRounding is the device's bound).
+/// 2. It is then put on the grid of directions: off by 2^-45 of the largest component (`snap` has
+///    2^-44).
+/// 3. In the frame's rows the errors add up to e = (e0, e1, e2) with |e0|, |e1| <= beside and |e2|
+///    <= along.
+/// 4. The exact direction is (X, Y, 1) there, so x is off by (e0 - X e2) / (1 + e2) and y alike: at
+///    most (beside + reach * along) / (1 - along).
+HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, const Tile& tile) {
+    constexpr double kRounding = 1.01 * 0x1p-24;
+    constexpr double kSnap = 0x1p-44;
+    double beside = 0;
+    double along = 0;
+    double largest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double du = camera.du[axis];
+        const double dv = camera.dv[axis];
+        const double left = camera.corner[axis] + du * tile.x0;
+        const double right = camera.corner[axis] + du * tile.x1;
+        const double top = dv * tile.y0;
+        const double bottom = dv * tile.y1;
+        const double products = std::abs(du * tile.x1) + std::abs(bottom);
+        const double sum = std::max(std::abs(left), std::abs(right));
+        const double all = std::max(std::max(std::abs(left + top), std::abs(left + bottom)),
+                                    std::max(std::abs(right + top), std::abs(right + bottom)));
+        const double error = kRounding * (products + sum + all);
+        beside += std::max(std::abs(frame.rows[0][axis]), std::abs(frame.rows[1][axis])) * error;
+        along += std::abs(frame.rows[2][axis]) * error;
+        largest = std::max(largest, all);
+    }
+    const double snap = kSnap * largest;
+    beside += snap * std::max(frame.row_size[0], frame.row_size[1]);
+    along += snap * frame.row_size[2];
+    const double error = kWiden * (beside + frame.reach * along) / (1 - along);
+    const bool is_usable = along < kMostDepthError && error <= kMostPixelError &&
+                           frame.row_size[2] * largest < kMostOblique;
+    return is_usable ? static_cast<float>(error) : kNoPixelError;
+}
+
+/// The part of grid_margin for the rounding of sums with places up to 64: 2^-16, as
+/// kRectangleRounding.
+inline constexpr float kGridRounding = 0x1p-16f;
+
+/// Sets the frame of a camera's tile of at most 64 x 64 pixels, and its blocks' depths: all that
+/// the root of the tree needs.
+void frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
+    const Camera& camera = params.camera;
+    double axis_x[3], axis_y[3], axis_z[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        axis_x[axis] = camera.du[axis];
+        axis_y[axis] = camera.dv[axis];
+        axis_z[axis] = camera.corner[axis] + axis_x[axis] * (tile.x0 + 0.5 * kCameraSide) +
+                       axis_y[axis] * (tile.y0 + 0.5 * kCameraSide);
+    }
+    CameraFrame& frame = packet.frame;
+    set_frame(frame, camera.org, axis_x, axis_y, axis_z, 0.5f * kCameraSide + 1);
+    frame.ray_error = pixel_error(frame, camera, tile);
+    frame.grid_margin = 2 * frame.ray_error + kGridRounding;
+    frame.block_extent = 2 * kBlockSide + 2 * frame.grid_margin;
+    constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
+    const std::uint32_t width = tile.x1 - tile.x0;
+    const std::uint32_t height = tile.y1 - tile.y0;
+    frame.lower_x = frame.lower_y = kFirst - frame.grid_margin;
+    frame.upper_x = kFirst + static_cast<float>(width) - 1 + frame.grid_margin;
+    frame.upper_y = kFirst + static_cast<float>(height) - 1 + frame.grid_margin;
+    frame.grid_columns = (width + kBlockSide - 1) / kBlockSide;
+    frame.grid_rows = (height + kBlockSide - 1) / kBlockSide;
+    std::fill_n(packet.block_q, kGridBlocks, kDone);
+    for (std::uint32_t row = 0; row < packet.frame.grid_rows; ++row)
+        std::fill_n(packet.block_q + row * kGridSide, packet.frame.grid_columns, 0.0f);
+    packet.hit_leaves.clear();
+}
+
+/// Resets the rays of a camera's tile whose frame is set: no candidate, any depth.
+void start_camera_rays(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
+    packet.camera.first_x = static_cast<float>(tile.x0);
+    packet.camera.first_y = static_cast<float>(tile.y0);
+    for (int axis = 0; axis < 3; ++axis) {
+        packet.camera.corner[axis] = params.camera.corner[axis];
+        packet.camera.du[axis] = params.camera.du[axis];
+        packet.camera.dv[axis] = params.camera.dv[axis];
+    }
+    const std::size_t count = packet.frame.grid_rows * kGridSide * kBlockRays;
+    for (std::size_t r = 0; r < count; r += kLanes) {
+        store(zero(), packet.q_lower + r);
+        store(zero(), packet.q_upper + r);
+        store(splat(kNoCandidate), packet.candidate + r);
+    }
+    // The last blocks may reach beyond the tile.
+    const std::uint32_t width = tile.x1 - tile.x0;
+    const std::uint32_t height = tile.y1 - tile.y0;
+    if (width % kBlockSide == 0 && height % kBlockSide == 0) return;
+    for (std::uint32_t y = 0; y < packet.frame.grid_rows * kBlockSide; ++y) {
+        for (std::uint32_t x = y < height ? width : 0; x < packet.frame.grid_columns * kBlockSide;
+             ++x) {
+            packet.q_lower[camera_packet_ray(x, y)] = kDone;
+            packet.q_upper[camera_packet_ray(x, y)] = kDone;
+        }
+    }
+}
+
+/// The directions of camera rays by their pixels' coordinates: canonical_direction() of
+/// camera_direction(), in their operations.
+HWY_INLINE void camera_directions(const CameraRays& camera, FloatVec x, FloatVec y, FloatVec d[3]) {
+    const FloatVec px = x + splat(0.5f);
+    const FloatVec py = y + splat(0.5f);
+    for (int axis = 0; axis < 3; ++axis) {
+        d[axis] =
+            splat(camera.corner[axis]) + splat(camera.du[axis]) * px + splat(camera.dv[axis]) * py;
+    }
+    canonical_directions(d);
+}
+
+/// The directions of camera rays by their indices in the packet.
+HWY_INLINE void directions_of(const CameraRays& camera, UintVec rays, FloatVec d[3]) {
+    const auto low = [](UintVec bits) HWY_ATTR { return bits & splat(3u); };
+    const auto number = [](UintVec bits) HWY_ATTR { return hn::ConvertTo(kFloats, as_int(bits)); };
+    static_assert(kBlockSide == 4 && kGridSide == 16);
+    const UintVec blocks = shift_right<4>(rays);
+    const UintVec columns = blocks & splat(15u);
+    const UintVec x = shift_left<2>(columns) | low(shift_right<2>(rays));
+    const UintVec y = shift_left<2>(shift_right<4>(blocks)) | low(rays);
+    camera_directions(camera, number(x) + splat(camera.first_x), number(y) + splat(camera.first_y),
+                      d);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

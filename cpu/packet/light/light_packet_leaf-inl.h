@@ -1,0 +1,243 @@
+// Any hits of a light packet in a leaf: its triangles against blocks of rays.
+
+#if defined(MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_LEAF_INL_H
+#undef MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_LEAF_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_LEAF_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "common/interop/packet_bounds.h"
+#include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/light/light_packet_blocks-inl.h"
+#include "cpu/packet/light/light_packet_items-inl.h"
+#include "cpu/packet/packet_hit_rule-inl.h"
+#include "cpu/packet/triangle_setup-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// Appends the numbers of the bits of a mask, bit 0 being `first`, behind `count` numbers. Returns
+/// how many numbers there are then. `numbers` has room for 15 more than are appended. Targets that
+/// can compress a vector have no branch on the mask: the work on a number takes less time than a
+/// mispredicted branch.
+HWY_INLINE std::size_t append_bits(std::uint32_t* numbers, std::size_t count, std::uint32_t first,
+                                   std::uint32_t mask) {
+#if HWY_TARGET <= HWY_AVX3
+    const UintVec all = hn::Iota(kUints, 0) + splat(first);
+    store_unaligned(hn::Compress(all, uint_mask(mask_of(mask))), numbers + count);
+    return count + hwy::PopCount(mask);
+#else
+    for (; mask != 0; mask &= mask - 1)
+        numbers[count++] = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
+    return count;
+#endif
+}
+
+/// 1 / tfar in z lies between 1 - kEndError and 1 + kEndError times the computed value, so q_lower
+/// times this is an upper bound of it: 2 kEndError, and 2^-20 for rounding.
+inline constexpr float kUpperByLower = 1 + 2 * kEndError + 0x1p-20f;
+
+/// Marks the rays of a packet that leaves occlude.
+class LeafOcclusion {
+public:
+    explicit LeafOcclusion(LightPacket& packet) : packet_(packet) {}
+
+    /// Tests a leaf, whose box is seen in a rectangle and no nearer than q, against some quads.
+    HWY_INLINE void trace(const Leaf& leaf, const float rectangle[4], float q,
+                          const QuadSet& quads) {
+        const std::size_t count = list_blocks(rectangle, q, quads);
+        if (count == 0) return;
+        const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, triangles_);
+        if (count > kManyBlocks * hwy::PopCount(alive))
+            return trace_triangles(leaf, alive, rectangle, q, quads);
+        for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
+            const std::size_t end = std::min(begin + kBlocksAtOnce, count);
+            trace_items(leaf, list_items(alive, begin, end));
+        }
+    }
+
+private:
+    /// The first quad of each group that has some, as bits.
+    static HWY_INLINE std::uint64_t groups_of(std::uint64_t quads) {
+        const std::uint64_t pairs = quads | quads >> 1;
+        return (pairs | pairs >> 2) & 0x1111111111111111;
+    }
+
+    /// Blocks of a group, as bits.
+    struct GroupPart {
+        std::uint32_t group, blocks;
+    };
+
+    static constexpr std::size_t kBlocksAtOnce = 64;
+
+    /// With more blocks than this for each triangle, triangles are taken one by one.
+    static constexpr std::size_t kManyBlocks = 6;
+
+    /// Calls visit(group, blocks) for each group of some quads, with its blocks that a rectangle
+    /// and a hit at 1/z <= q may concern.
+    template <class Visit>
+    HWY_INLINE void for_each_group(const float rectangle[4], float q, const QuadSet& quads,
+                                   Visit visit) const {
+        for (std::uint32_t word = 0; word < 2; ++word) {
+            for (std::uint64_t groups = groups_of(quads.words[word]); groups != 0;
+                 groups &= groups - 1) {
+                const std::uint32_t group =
+                    (64 * word + static_cast<std::uint32_t>(__builtin_ctzll(groups))) /
+                    (kGroupBlocks / kQuadBlocks);
+                visit(group, blocks_in(packet_, rectangle, q, group));
+            }
+        }
+    }
+
+    /// Lists these blocks in blocks_. Returns their number.
+    HWY_INLINE std::size_t list_blocks(const float rectangle[4], float q, const QuadSet& quads) {
+        std::size_t count = 0;
+        for_each_group(rectangle, q, quads,
+                       [&](std::uint32_t group, std::uint32_t blocks) HWY_ATTR {
+                           count = append_bits(blocks_, count, group * kGroupBlocks, blocks);
+                       });
+        return count;
+    }
+
+    /// Lists in items_ the items of blocks_[begin, end) and the triangles that meet them. Returns
+    /// their number.
+    HWY_INLINE std::size_t list_items(std::uint32_t alive, std::size_t begin, std::size_t end) {
+        std::size_t count = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+            const std::uint32_t block = blocks_[k];
+            count = append_bits(items_, count, block * kLeafTriangles,
+                                alive & triangles_at(packet_, triangles_, block));
+        }
+        return count;
+    }
+
+    /// Traces the listed items. Most triangles belong to the surface that the rays end at, so the
+    /// items that do not certainly miss are collected first.
+    HWY_INLINE void trace_items(const Leaf& leaf, std::size_t count) {
+        std::size_t uncertain = 0;
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::uint32_t item = items_[k];
+            items_[uncertain] = item;
+            const MissPlanes planes(triangles_, item % kLeafTriangles);
+            uncertain += certainly_misses(packet_, planes, item / kLeafTriangles) ? 0 : 1;
+        }
+        for (std::size_t k = 0; k < uncertain; ++k)
+            occlude(leaf, items_[k] / kLeafTriangles, items_[k] % kLeafTriangles);
+    }
+
+    /// Traces triangles one by one, each against all its blocks, so that its planes are read once.
+    HWY_NOINLINE void trace_triangles(const Leaf& leaf, std::uint32_t alive,
+                                      const float rectangle[4], float q, const QuadSet& quads) {
+        GroupPart groups[kLightPacketGroups];
+        std::size_t group_count = 0;
+        for_each_group(rectangle, q, quads,
+                       [&](std::uint32_t group, std::uint32_t blocks) HWY_ATTR {
+                           groups[group_count++] = {group, blocks};
+                       });
+        for (; alive != 0; alive &= alive - 1) {
+            const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
+            const std::size_t count = list_blocks_of(i, std::span(groups, group_count));
+            const MissPlanes planes(triangles_, i);
+            std::size_t uncertain = 0;
+            for (std::size_t k = 0; k < count; ++k) {
+                const std::uint32_t block = blocks_[k];
+                blocks_[uncertain] = block;
+                uncertain += certainly_misses(packet_, planes, block) ? 0 : 1;
+            }
+            for (std::size_t k = 0; k < uncertain; ++k) occlude(leaf, blocks_[k], i);
+        }
+    }
+
+    /// A triangle that meets more blocks than this is larger than they are, so that its edges
+    /// exclude some.
+    static constexpr std::size_t kManyOfTriangle = 16;
+
+    /// Lists in blocks_ the leaf's blocks that triangle i meets. Returns their number.
+    HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, std::span<const GroupPart> groups) {
+        const Rectangles& r = triangles_.rectangles;
+        const float rectangle[4] = {r.lower_x[i], r.upper_x[i], r.lower_y[i], r.upper_y[i]};
+        const float q = triangles_.q[i];
+        std::size_t count = 0;
+        for (const GroupPart& part : groups) {
+            count = append_bits(blocks_, count, part.group * kGroupBlocks,
+                                part.blocks & blocks_in(packet_, rectangle, q, part.group));
+        }
+        if (HWY_LIKELY(count <= kManyOfTriangle)) return count;
+        count = 0;
+        for (const GroupPart& part : groups) {
+            const std::uint32_t blocks = blocks_through(packet_, triangles_, i, part.group) &
+                                         blocks_in(packet_, rectangle, q, part.group);
+            count = append_bits(blocks_, count, part.group * kGroupBlocks, part.blocks & blocks);
+        }
+        return count;
+    }
+
+    /// Marks the rays of a block that triangle i occludes. A ray outside the triangle's rectangle
+    /// does not hit it; the bounds do not hold there.
+    HWY_NOINLINE void occlude(const Leaf& leaf, std::uint32_t block, std::uint32_t i) {
+        const LightPlanes planes(triangles_, i);
+        const FloatVec left = splat(triangles_.rectangles.lower_x[i]);
+        const FloatVec right = splat(triangles_.rectangles.upper_x[i]);
+        const FloatVec low = splat(triangles_.rectangles.lower_y[i]);
+        const FloatVec high = splat(triangles_.rectangles.upper_y[i]);
+        const auto within = [](FloatVec v, FloatVec lower, FloatVec upper)
+                                HWY_ATTR { return (v >= lower) & (v <= upper); };
+        bool any = false;
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+            const std::size_t r = block * kBlockRays + l;
+            const FloatVec lower = load(packet_.q_lower + r);
+            const FloatVec upper = lower * splat(kUpperByLower);
+            const FloatVec x = load(packet_.x + r);
+            const FloatVec y = load(packet_.y + r);
+            const Mask in_rectangle = within(x, left, right) & within(y, low, high);
+            const Position at(planes, x, y);
+            Mask occluded = in_rectangle & at.is_closer(planes, upper);
+            const Mask uncertain = and_not(occluded | at.is_rejected(planes, lower), in_rectangle);
+            if (HWY_UNLIKELY(!none(uncertain)))
+                occluded = occluded | mask_of(resolve(r, leaf, i, bits_of(uncertain)));
+            any |= !none(occluded);
+            store(select(occluded, splat(kDone), lower), packet_.q_lower + r);
+        }
+        if (any) update_depth(packet_, block);
+    }
+
+    /// Asks the rule about triangle i and uncertain rays, `lanes` from r on. Returns those that it
+    /// occludes, as bits.
+    HWY_NOINLINE std::uint32_t resolve(std::size_t r, const Leaf& leaf, std::uint32_t i,
+                                       std::uint32_t lanes) const {
+        FloatVec dir[3], tfar;
+        if (HWY_LIKELY(r < kLightPacketRays)) {
+            load_rays(packet_.rays[r / kBlockRays], r % kBlockRays, dir, tfar);
+        } else {
+            SharedOriginRays rays;
+            const std::size_t regrouped = r - kLightPacketRays;
+            gather_rays(packet_, static_cast<std::uint32_t>(regrouped - regrouped % kBlockRays),
+                        rays);
+            load_rays(rays, regrouped % kBlockRays, dir, tfar);
+        }
+        lanes::TriangleHit hits;
+        return bits_of(PacketRule(packet_.frame.org, dir)
+                           .intersect(same_triangle(leaf, i), tfar, lanes, hits));
+    }
+
+    LightPacket& packet_;
+    LightTriangles triangles_;
+    std::uint32_t blocks_[kAllLightPacketBlocks + 15];
+    std::uint32_t items_[kBlocksAtOnce * kLeafTriangles + 15];
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,356 @@
+// Making light packets from rays that start at one point and have any directions.
+
+#if defined(MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_MAKER_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_MAKER_INL_H
+#undef MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_MAKER_INL_H
+#else
+#define MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_MAKER_INL_H
+#endif
+
+#include <hwy/cache_control.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "common/interop/packet_bounds.h"
+#include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/light/light_packet_blocks-inl.h"
+#include "cpu/packet/light/light_packet_directions-inl.h"
+#include "cpu/packet/light/light_packet_regroup-inl.h"
+#include "cpu/packet/packet_frame-inl.h"
+#include "cpu/simd/fast_hit_rule-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace morphray::cpu {
+namespace HWY_NAMESPACE {
+
+/// One ray of every block with this step tells well enough where the packet goes. Waiting in memory
+/// for more of them takes a tenth of a packet's time.
+inline constexpr std::uint32_t kSampleStep = 17;
+
+/// How many blocks ahead of the current one rays are prefetched.
+inline constexpr std::uint32_t kBlocksAhead = 24;
+
+/// Prefetches a block of rays. Behind the last block there are those of the next packet, or memory
+/// that is never read.
+HWY_INLINE void prefetch_block(const SharedOriginRays* rays, std::uint32_t block) {
+    const auto first = reinterpret_cast<std::uintptr_t>(rays) + block * sizeof(SharedOriginRays);
+    for (std::size_t i = 0; i < sizeof(SharedOriginRays); i += 64)
+        hwy::Prefetch(reinterpret_cast<const char*>(first + i));
+}
+
+/// Reduces each of kGroupBlocks vectors to one of kGroupBlocks floats. combine: min or max of two
+/// vectors.
+template <class Combine>
+HWY_INLINE void reduce_lanes(const float* vectors, Combine combine, float* out) {
+#if HWY_TARGET == HWY_SCALAR
+    for (std::size_t k = 0; k < kGroupBlocks; ++k) out[k] = vectors[k];
+    (void)combine;
+#else
+    const auto four = [&](std::size_t first) HWY_ATTR {
+        FloatVec v[4];
+        for (std::size_t k = 0; k < 4; ++k) v[k] = load(vectors + (first + k) * kLanes);
+        return combine_four(v, combine);
+    };
+    const auto halves = [&](FloatVec a, FloatVec b) HWY_ATTR {
+        return combine(hn::ConcatLowerLower(kFloats, b, a), hn::ConcatUpperUpper(kFloats, b, a));
+    };
+    if constexpr (kLanes == 16) {
+        const FloatVec even = halves(four(0), four(8));
+        const FloatVec odd = halves(four(4), four(12));
+        store(combine(hn::OddEvenBlocks(odd, even),
+                      hn::SwapAdjacentBlocks(hn::OddEvenBlocks(even, odd))),
+              out);
+    } else if constexpr (kLanes == 8) {
+        store(halves(four(0), four(4)), out);
+        store(halves(four(8), four(12)), out + 8);
+    } else {
+        for (std::size_t k = 0; k < kGroupBlocks; k += 4) store(four(k), out + k);
+    }
+#endif
+}
+
+/// The largest |x / z| or |y / z| of a packet. With s of NearDirections up to this, z is off by
+/// 2^-19.1 of itself, and q by 2^-18 (kEndError) at most.
+inline constexpr float kWidestPlane = 1.5f;
+
+/// The least z of a ray in a packet, which the bounds of rounding assume.
+inline constexpr float kLeastZ = 0.25f;
+
+/// Bounds of x, y and 1 / z of blocks while their group is made: a vector each, not reduced yet.
+struct alignas(64) GroupBounds {
+    float lower_x[kGroupBlocks * kLanes], upper_x[kGroupBlocks * kLanes];
+    float lower_y[kGroupBlocks * kLanes], upper_y[kGroupBlocks * kLanes];
+    float q[kGroupBlocks * kLanes];
+
+    /// Reduces them and stores them as those of a group.
+    HWY_INLINE void store(std::uint32_t group, LightPacket& packet) const {
+        const auto lesser = [](FloatVec a, FloatVec b) HWY_ATTR { return min(a, b); };
+        const auto greater = [](FloatVec a, FloatVec b) HWY_ATTR { return max(a, b); };
+        const std::uint32_t first = group * kGroupBlocks;
+        reduce_lanes(lower_x, lesser, packet.block_lower_x + first);
+        reduce_lanes(upper_x, greater, packet.block_upper_x + first);
+        reduce_lanes(lower_y, lesser, packet.block_lower_y + first);
+        reduce_lanes(upper_y, greater, packet.block_upper_y + first);
+        reduce_lanes(q, lesser, packet.block_q + first);
+    }
+};
+
+/// Makes the rays of one block. The plane has the sampled unit, which may still change.
+HWY_INLINE void make_light_block(const SharedOriginRays& rays, const NearDirections& directions,
+                                 std::uint32_t block, LightPacket& packet, GroupBounds& bounds,
+                                 FloatVec& least_z) {
+    const FloatVec far = splat(kEmptyLower);
+    FloatVec lower_x = far, lower_y = far, upper_x = -far, upper_y = upper_x;
+    FloatVec least_q = splat(kDone);
+    for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+        const std::size_t r = block * kBlockRays + l;
+        FloatVec d[3], tfar, h[3];
+        load_rays(rays, l, d, tfar);
+        const Mask on = tfar >= zero();
+        directions.project(d, h);
+        const FloatVec z = select(on, h[2], splat(1.0f));
+        const FloatVec rz = splat(1.0f) / z;
+        const FloatVec x = zero_unless(on, h[0] * rz);
+        const FloatVec y = zero_unless(on, h[1] * rz);
+        least_z = min(least_z, z);
+        store(x, packet.x + r);
+        store(y, packet.y + r);
+        // Only hits nearer than tfar concern the ray.
+        const FloatVec q = rz / select(on, tfar, splat(1.0f));
+        const FloatVec q_lower = select(on, q * splat(1 - kEndError), splat(kDone));
+        store(q_lower, packet.q_lower + r);
+        least_q = min(least_q, q_lower);
+        lower_x = min(lower_x, select(on, x, far));
+        upper_x = max(upper_x, select(on, x, -far));
+        lower_y = min(lower_y, select(on, y, far));
+        upper_y = max(upper_y, select(on, y, -far));
+    }
+    const std::size_t own = block % kGroupBlocks * kLanes;
+    store(lower_x, bounds.lower_x + own);
+    store(upper_x, bounds.upper_x + own);
+    store(lower_y, bounds.lower_y + own);
+    store(upper_y, bounds.upper_y + own);
+    store(least_q, bounds.q + own);
+}
+
+/// Regroups the active rays of some blocks by where they go through the plane, and deactivates
+/// these blocks.
+HWY_NOINLINE inline void regroup_blocks(const NearDirections& directions,
+                                        const LightPacketBlocks& blocks, LightPacket& packet,
+                                        FloatVec& least_z) {
+    CellOrder order;
+    sort_by_cell(packet, blocks, order);
+    deactivate_blocks(packet, blocks);
+    packet.regrouped_count =
+        static_cast<std::uint32_t>((order.count + kBlockRays - 1) / kBlockRays);
+    const std::uint32_t groups = (packet.regrouped_count + kGroupBlocks - 1) / kGroupBlocks;
+    GroupBounds bounds;
+    for (std::uint32_t i = 0; i < groups * kGroupBlocks; ++i) {
+        SharedOriginRays own;
+        for (std::uint32_t k = 0; k < kBlockRays; ++k) {
+            const std::uint32_t at = i * kBlockRays + k;
+            packet.regrouped_ray[at] = at < order.count ? order.rays[at] : kNoRay;
+        }
+        gather_rays(packet, i * kBlockRays, own);
+        make_light_block(own, directions, kLightPacketBlocks + i, packet, bounds, least_z);
+        if (i % kGroupBlocks == kGroupBlocks - 1)
+            bounds.store((kLightPacketBlocks + i) / kGroupBlocks, packet);
+    }
+}
+
+/// The number of groups that hold the regrouped blocks.
+HWY_INLINE std::uint32_t regrouped_groups(const LightPacket& packet) {
+    return (packet.regrouped_count + kGroupBlocks - 1) / kGroupBlocks;
+}
+
+/// Calls visit(first, end) for the blocks in place and for the regrouped blocks, in whole groups.
+template <class Visit>
+HWY_INLINE void for_each_range(const LightPacket& packet, Visit visit) {
+    visit(0, packet.square_count * kSquareBlocks);
+    const std::uint32_t groups = regrouped_groups(packet);
+    if (groups != 0) visit(kLightPacketBlocks, kLightPacketBlocks + groups * kGroupBlocks);
+}
+
+/// The largest |x| or |y| of the active rays.
+HWY_INLINE float plane_extent(const LightPacket& packet) {
+    FloatVec extents = zero();
+    for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
+        for (std::size_t b = first; b < end; b += kLanes) {
+            const FloatVec lower =
+                min(load(packet.block_lower_x + b), load(packet.block_lower_y + b));
+            const FloatVec upper =
+                max(load(packet.block_upper_x + b), load(packet.block_upper_y + b));
+            extents = max(extents, max(-lower, upper));
+        }
+    });
+    return most_lane(extents);
+}
+
+/// Scales the bounds of a group's blocks to the plane's unit, widens them by `margin`, and sets its
+/// quads' bounds.
+HWY_INLINE void scale_group(LightPacket& packet, std::uint32_t group, float scale, float margin) {
+    const std::uint32_t first = group * kGroupBlocks;
+    const auto scaled = [&](float* bound, float own_margin) HWY_ATTR {
+        for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
+            const FloatVec v = mul_add(load(bound + first + l), splat(scale), splat(own_margin));
+            store(v, bound + first + l);
+        }
+    };
+    scaled(packet.block_lower_x, -margin);
+    scaled(packet.block_upper_x, margin);
+    scaled(packet.block_lower_y, -margin);
+    scaled(packet.block_upper_y, margin);
+    for (std::uint32_t k = first / kQuadBlocks; k < (first + kGroupBlocks) / kQuadBlocks; ++k) {
+        const auto least = [k](const float* v) {
+            v += kQuadBlocks * k;
+            return std::min(std::min(v[0], v[1]), std::min(v[2], v[3]));
+        };
+        const auto most = [k](const float* v) {
+            v += kQuadBlocks * k;
+            return std::max(std::max(v[0], v[1]), std::max(v[2], v[3]));
+        };
+        packet.quad_lower_x[k] = least(packet.block_lower_x);
+        packet.quad_upper_x[k] = most(packet.block_upper_x);
+        packet.quad_lower_y[k] = least(packet.block_lower_y);
+        packet.quad_upper_y[k] = most(packet.block_upper_y);
+        packet.quad_q[k] = least(packet.block_q);
+    }
+}
+
+/// Scales the packet to the plane's unit, and sets the bounds of quads and frame. scale: a power of
+/// two, so that nothing is rounded.
+HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
+    PacketFrame& frame = packet.frame;
+    // Absent squares are done.
+    std::fill_n(packet.quad_q, kLightPacketQuads, kDone);
+    FloatVec lower_x = splat(kEmptyLower), lower_y = lower_x;
+    FloatVec upper_x = splat(kEmptyUpper), upper_y = upper_x;
+    for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
+        for (std::size_t r = first * kBlockRays; scale != 1 && r < end * kBlockRays; r += kLanes) {
+            store(load(packet.x + r) * splat(scale), packet.x + r);
+            store(load(packet.y + r) * splat(scale), packet.y + r);
+        }
+        for (std::uint32_t group = first / kGroupBlocks; group < end / kGroupBlocks; ++group)
+            scale_group(packet, group, scale, 2 * frame.ray_error);
+        for (std::size_t b = first; b < end; b += kLanes) {
+            const FloatVec lx = load(packet.block_lower_x + b);
+            const FloatVec ux = load(packet.block_upper_x + b);
+            const FloatVec ly = load(packet.block_lower_y + b);
+            const FloatVec uy = load(packet.block_upper_y + b);
+            lower_x = min(lower_x, lx);
+            upper_x = max(upper_x, ux);
+            lower_y = min(lower_y, ly);
+            upper_y = max(upper_y, uy);
+        }
+    });
+    frame.lower_x = least_lane(lower_x);
+    frame.upper_x = most_lane(upper_x);
+    frame.lower_y = least_lane(lower_y);
+    frame.upper_y = most_lane(upper_y);
+}
+
+/// The rays of blocks that spread more than kWide times as far as those of the median block are
+/// regrouped, if these are at least kFewBlocks. Blocks that still spread more than kTooWide times
+/// as far are deactivated; their rays become fallback rays.
+inline constexpr float kWide = 1.6f;
+inline constexpr float kTooWide = 12;
+inline constexpr std::size_t kFewBlocks = 2;
+
+/// Makes all blocks of a packet in place. Returns the least z of their rays.
+HWY_INLINE FloatVec make_light_blocks(const NearDirections& directions, LightPacket& packet) {
+    FloatVec least_z = splat(kEmptyLower);
+    GroupBounds bounds;
+    for (std::uint32_t block = 0; block < packet.square_count * kSquareBlocks; ++block) {
+        prefetch_block(packet.rays, block + kBlocksAhead);
+        make_light_block(packet.rays[block], directions, block, packet, bounds, least_z);
+        if (block % kGroupBlocks == kGroupBlocks - 1) bounds.store(block / kGroupBlocks, packet);
+    }
+    return least_z;
+}
+
+/// Regroups the rays of wide blocks and finds the fallback blocks. Returns false if no ray is
+/// active.
+HWY_INLINE bool regroup_wide_blocks(const NearDirections& directions, LightPacket& packet,
+                                    LightPacketBlocks& fallback, FloatVec& least_z) {
+    Spreads spreads;
+    LightPacketBlocks regrouped = {};
+    const std::uint32_t count = packet.square_count * kSquareBlocks;
+    measure_spreads(packet, 0, count, spreads);
+    if (spreads.used == 0) return false;
+    const float median = median_of_blocks(spreads.of_block, count, spreads.used);
+    const std::size_t wide = blocks_wider(spreads, 0, count, kWide * median, regrouped);
+    if (wide >= kFewBlocks) {
+        regroup_blocks(directions, regrouped, packet, least_z);
+        const std::uint32_t end = kLightPacketBlocks + regrouped_groups(packet) * kGroupBlocks;
+        measure_spreads(packet, kLightPacketBlocks, end, spreads);
+        blocks_wider(spreads, kLightPacketBlocks, end, kTooWide * median, fallback);
+        deactivate_blocks(packet, fallback);
+    } else if (wide != 0) {
+        blocks_wider(spreads, 0, count, kTooWide * median, fallback);
+        deactivate_blocks(packet, fallback);
+    }
+    return true;
+}
+
+/// An upper bound of how far a ray's stored x or y is from that of its exact direction, in the
+/// plane's unit. extent: the largest |x| or |y| before x and y are scaled by `scale`; unit: what 1
+/// is there in x / z.
+///
+/// 1. NearDirections has an error of (kPlaceUnits + kPlaceUnitsOfExtent s) s u, with s = extent *
+///    unit; in the plane's unit s is extent / scale.
+/// 2. dot_error is relative to row_size and covers second orders of the fused form (2^-40), or the
+///    roundings of products of magnitude up to 2 row_size over z > kLeastZ (2^-19) without fused
+///    operations (proofs/packet_rays.g).
+HWY_INLINE float place_error(const PacketFrame& frame, float extent, double unit, double scale) {
+    const double units = kPlaceUnits + kPlaceUnitsOfExtent * extent * unit;
+    const double own_error = kWiden * 0x1p-24 * units * extent / scale;
+    const float dot_error = HWY_NATIVE_FMA ? 0x1p-40f : 0x1p-19f;
+    return static_cast<float>(own_error) +
+           dot_error * (frame.row_size[0] + frame.row_size[1] + kPlaneHalf * frame.row_size[2]);
+}
+
+/// The unit is chosen for the sampled extent times this, so that it is mostly the right one.
+inline constexpr double kSampleMargin = 1.25;
+
+/// Makes a packet of some squares of rays that start at `org`. Returns false if they spread too
+/// widely for one plane, or if there is no ray. fallback: receives the blocks whose rays have too
+/// little in common with the others and are not traced; it is empty before.
+bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squares,
+                       LightPacket& packet, LightPacketBlocks& fallback) {
+    double axes[3][3];
+    float centre[3];
+    Samples samples;
+    take_samples(rays, squares, kSampleStep, samples);
+    if (samples.count == 0) take_samples(rays, squares, 1, samples);
+    if (!choose_axes(samples, axes, centre)) return false;
+    const double unit = plane_unit(kSampleMargin * sampled_extent(samples, axes));
+    const NearDirections directions(axes, centre, 1 / unit);
+    packet.square_count = squares;
+    packet.regrouped_count = 0;
+    packet.rays = rays;
+    FloatVec least_z = make_light_blocks(directions, packet);
+    if (!(least_lane(least_z) > kLeastZ)) return false;
+    if (!regroup_wide_blocks(directions, packet, fallback, least_z)) return false;
+    const float extent = plane_extent(packet);
+    if (extent * unit > kWidestPlane) return false;
+    double scale = 1;
+    if (extent > kPlaneHalf || extent < kPlaneHalf / 4) scale = plane_unit(extent * unit) / unit;
+    for (int axis = 0; axis < 3; ++axis) {
+        axes[0][axis] *= unit * scale;
+        axes[1][axis] *= unit * scale;
+    }
+    set_frame(packet.frame, org, axes[0], axes[1], axes[2], kPlaneHalf + 1);
+    packet.frame.ray_error = place_error(packet.frame, extent, unit, scale);
+    scale_plane(packet, static_cast<float>(1 / scale));
+    return true;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace morphray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif

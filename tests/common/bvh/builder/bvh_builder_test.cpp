@@ -1,0 +1,181 @@
+#include "common/bvh/builder/bvh_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/bvh/box.h"
+#include "common/bvh/bvh_stats.h"
+#include "tests/support/test_scene.h"
+
+namespace morphray {
+namespace {
+
+using test::adversarial_scenes;
+using test::NamedScene;
+using test::TestScene;
+
+TEST(BvhBuilder, KeepsEveryInvariantOnEveryScene) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
+            const TestScene& scene = named.scene;
+            const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {.split = split});
+            EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()),
+                      std::vector<std::string>{})
+                << named.name;
+        }
+    }
+}
+
+TEST(BvhBuilder, GivesTheSameBytesForAnyNumberOfThreads) {
+    const TestScene scene = test::random_soup(20000, 0.02, 7);
+    for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
+        const std::uint64_t expected =
+            bvh_hash(build_bvh(scene.topology(), scene.positions(), {split, 1}));
+        for (const int threads : {2, 3, 4}) {
+            EXPECT_EQ(bvh_hash(build_bvh(scene.topology(), scene.positions(), {split, threads})),
+                      expected);
+        }
+    }
+}
+
+TEST(BvhBuilder, GivesTheSameBytesForEveryTarget) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
+            const auto hash_on = [&](const SimdTarget& target) {
+                return bvh_hash(build_bvh(scene.topology(), scene.positions(), {split, 1, target}));
+            };
+            const std::uint64_t expected = hash_on(best_simd_target());
+            for (const SimdTarget& target : supported_simd_targets())
+                EXPECT_EQ(hash_on(target), expected) << named.name << ", " << target.name;
+        }
+    }
+}
+
+// Around the sizes at which the builder goes from leaves to ranks, to bins, to tasks, to chunks.
+TEST(BvhBuilder, GivesTheSameSoundTreeForAnyNumberOfThreadsAtEverySize) {
+    for (const std::uint32_t size : {1u, 5u, 6u, 16u, 17u, 24u, 25u, 64u, 65u, 2047u, 2048u, 4096u,
+                                     16383u, 16384u, 16385u, 24576u, 24577u, 40000u}) {
+        const TestScene scene = test::random_soup(size, 0.02, size);
+        const Bvh expected = build_bvh(scene.topology(), scene.positions(), {.threads = 1});
+        EXPECT_EQ(check_bvh(expected, scene.topology(), scene.positions()),
+                  std::vector<std::string>{})
+            << size;
+        for (const int threads : {2, 4}) {
+            const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {.threads = threads});
+            EXPECT_EQ(bvh_hash(bvh), bvh_hash(expected)) << size;
+            EXPECT_EQ(bvh.leaf_vertices, expected.leaf_vertices) << size;
+            EXPECT_EQ(bvh.leaf_parents, expected.leaf_parents) << size;
+            EXPECT_EQ(bvh.node_parents, expected.node_parents) << size;
+        }
+    }
+}
+
+TEST(BvhBuilder, DividesAtTheMedianWhereTensOfThousandsOfCentroidsCoincide) {
+    const std::vector<uvec3> triangles(40000, uvec3(0, 1, 2));
+    const TestScene scene({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, triangles);
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{});
+    EXPECT_LE(bvh.depth(), 5u);
+}
+
+TEST(BvhBuilder, DoesNotDependOnTheOrderOfTrianglesWithoutTies) {
+    const TestScene scene = test::random_soup(3000, 0.1, 9);
+    std::vector<uvec3> reversed = scene.topology().triangles;
+    std::reverse(reversed.begin(), reversed.end());
+    const TestScene mirrored(scene.world_positions(), reversed);
+    const BvhStats a = bvh_stats(build_bvh(scene.topology(), scene.positions()));
+    const BvhStats b = bvh_stats(build_bvh(mirrored.topology(), mirrored.positions()));
+    EXPECT_EQ(a.sah_cost, b.sah_cost);
+    EXPECT_EQ(a.node_count, b.node_count);
+    EXPECT_EQ(a.leaf_count, b.leaf_count);
+}
+
+TEST(BvhBuilder, BoundsTheDepthWhereSplitsPeelOneTriangleAtATime) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
+        EXPECT_GE(bvh.depth(), 1u);
+        EXPECT_LE(bvh.depth(), kMaxDepth) << named.name;
+    }
+}
+
+TEST(BvhBuilder, FillsNodesAndLeavesOnAnOrdinaryMesh) {
+    const TestScene scene = test::torus(200, 100);
+    const BvhStats stats = bvh_stats(build_bvh(scene.topology(), scene.positions()));
+    EXPECT_GT(stats.children_per_node, 8);
+    EXPECT_GT(stats.triangles_per_leaf, 9);
+    EXPECT_LE(stats.vertices_per_leaf, 16);
+}
+
+TEST(BvhBuilder, SahCostOfTwoLeavesIsWhatTheFormulaSays) {
+    // Two clusters of 16 coinciding unit squares' halves, 9 apart: leaves A and B under one root.
+    std::vector<vec3> positions = {{0, 0, 0}, {1, 0, 0},  {0, 1, 0},
+                                   {9, 0, 0}, {10, 0, 0}, {9, 1, 0}};
+    std::vector<uvec3> triangles(16, uvec3(0, 1, 2));
+    triangles.insert(triangles.end(), 16, uvec3(3, 4, 5));
+    const TestScene scene(positions, triangles);
+    const BvhStats stats = bvh_stats(build_bvh(scene.topology(), scene.positions()));
+    EXPECT_EQ(stats.leaf_count, 2u);
+    // Half areas: root 10 x 1, leaves 1 x 1: (10 + 16 * 1 + 16 * 1) / 10.
+    EXPECT_DOUBLE_EQ(stats.sah_cost, 4.2);
+}
+
+class BrokenBvh : public testing::Test {
+protected:
+    std::size_t problems() const {
+        return check_bvh(bvh_, scene_.topology(), scene_.positions()).size();
+    }
+
+    TestScene scene_ = test::torus(40, 20);
+    Bvh bvh_ = build_bvh(scene_.topology(), scene_.positions());
+};
+
+TEST_F(BrokenBvh, IsNotFoundWhereNothingIsBroken) { EXPECT_EQ(problems(), 0u); }
+
+TEST_F(BrokenBvh, IsFoundByABoxThatMerelyContains) {
+    const Box root = node_box(bvh_.nodes[0]);
+    set_slot_box(bvh_.nodes.back(), 0, root);
+    EXPECT_GT(problems(), 0u);
+}
+
+TEST_F(BrokenBvh, IsFoundByABoxOneUlpTooSmall) {
+    float& x = bvh_.nodes.back().upper_x[0];
+    x = std::nextafter(x, -INFINITY);
+    EXPECT_GT(problems(), 0u);
+}
+
+TEST_F(BrokenBvh, IsFoundByALostTriangle) {
+    bvh_.leaves[3].prim_id[0] = bvh_.leaves[4].prim_id[0];
+    EXPECT_GT(problems(), 0u);
+}
+
+TEST_F(BrokenBvh, IsFoundByAWrongCorner) {
+    bvh_.leaves[2].vertex[1].corners ^= 1;
+    EXPECT_GT(problems(), 0u);
+}
+
+TEST_F(BrokenBvh, IsFoundByALinkThatDoesNotReferBack) {
+    std::swap(bvh_.nodes[0].child[0], bvh_.nodes[0].child[1]);
+    EXPECT_GT(problems(), 0u);
+}
+
+TEST(CountDegenerate, CountsBothKinds) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const DegenerateCount count =
+            count_degenerate(named.scene.topology(), named.scene.positions());
+        if (named.name == "one point" || named.name == "collinear") {
+            EXPECT_EQ(count.zero_area, 100u);
+        } else if (named.name == "not finite") {
+            // One vertex of the first twelve (valence 5) and two later ones (valence 6), not
+            // adjacent.
+            EXPECT_EQ(count.not_finite, 5u + 6u + 6u);
+        } else if (named.name == "torus") {
+            EXPECT_EQ(count.zero_area + count.not_finite, 0u);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace morphray

@@ -1,0 +1,39 @@
+#include "common/text/nearest_name.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace morphray {
+namespace {
+
+const std::vector<std::string> kNames = {"render", "crosscheck", "probe", "profile"};
+
+TEST(SimilarName, IsFoundAcrossTypingErrors) {
+    EXPECT_EQ(similar_name("rednr", kNames), "render");
+    EXPECT_EQ(similar_name("crosschek", kNames), "crosscheck");
+    EXPECT_EQ(similar_name("prboe", kNames), "probe");
+    EXPECT_EQ(similar_name("zzzzzz", kNames), "");
+    EXPECT_EQ(similar_name(std::string(100000, 'x'), kNames), "");
+    EXPECT_EQ(similar_name("render", {}), "");
+    EXPECT_EQ(suggestion("rednr", kNames), "; did you mean render?");
+    EXPECT_EQ(suggestion("zzzzzz", kNames), "");
+}
+
+TEST(NearestName, IsOneOfTheNamesForEveryText) {
+    EXPECT_EQ(nearest_name("profil", kNames), "profile");
+    EXPECT_EQ(nearest_name("zzzzzz", kNames), "render");
+    EXPECT_NE(nearest_name(std::string(100000, 'x'), kNames), "");
+    EXPECT_EQ(nearest_name("render", {}), "");
+}
+
+TEST(EditDistance, CountsSwapsOnce) {
+    EXPECT_EQ(edit_distance("", "abc"), 3u);
+    EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
+    EXPECT_EQ(edit_distance("ab", "ba"), 1u);
+    EXPECT_EQ(edit_distance("same", "same"), 0u);
+}
+
+}  // namespace
+}  // namespace morphray
