@@ -22,7 +22,8 @@ inline void ask_for_huge_pages(void* p, std::size_t size) {
     const std::uintptr_t first = (begin + kHugePage - 1) & -kHugePage;
     const std::uintptr_t end = (begin + size) & -kHugePage;
     // Advice only, so a refusal does no harm.
-    if (first < end) madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE);
+    if (first < end)
+        madvise(static_cast<std::byte*>(p) + (first - begin), end - first, MADV_HUGEPAGE);
 #endif
 }
 

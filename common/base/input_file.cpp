@@ -119,7 +119,7 @@ fs::path side_file(const fs::path& scene_file, const std::string& name) {
     const fs::path parent = scene_file.has_parent_path() ? scene_file.parent_path() : ".";
     const fs::path folder = fs::canonical(parent, error);
     if (error) fail(parent, why_not_opened(error.value()));
-    const fs::path real = fs::canonical(folder / given, error);
+    fs::path real = fs::canonical(folder / given, error);
     const auto [folder_end, inside] =
         std::mismatch(folder.begin(), folder.end(), real.begin(), real.end());
     // A missing file gives the same error wherever it would lie, so that nothing else is revealed.

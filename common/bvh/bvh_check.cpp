@@ -157,6 +157,7 @@ private:
             if (slot >= kLeafVertices ||
                 bvh_.leaf_vertices[std::size_t{index} * kLeafVertices + slot] != expected[k]) {
                 report("leaf {}, triangle {}: corner {} is another vertex", index, prim, k);
+                // Bits, not values. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
             } else if (std::memcmp(&leaf.vertex[slot].x, &positions_[expected[k]], sizeof(vec3)) !=
                        0) {
                 report("leaf {}, triangle {}: corner {} is elsewhere", index, prim, k);

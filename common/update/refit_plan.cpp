@@ -22,7 +22,7 @@ void RefitPlanner::set_frame(std::span<const vec3> positions) {
 
 RefitPlan RefitPlanner::plan(const Bvh& tree, RefitExtent extent) {
     const std::size_t leaf_count = tree.leaf_parents.size();
-    const RefitPlan all = {.all = true, .leaf_count = leaf_count};
+    RefitPlan all = {.all = true, .leaf_count = leaf_count};
     if (extent == RefitExtent::kAll) return all;
     if (moved_blocks_ == 0) return {};
     if (!is_worthwhile(moved_blocks_, pose_.block_count())) return all;

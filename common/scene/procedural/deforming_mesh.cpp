@@ -49,7 +49,8 @@ WorldBounds bounds_in_parallel(std::span<const vec3> points) {
 WorldBounds bounds_over_clip(const DeformingMesh& mesh) {
     WorldBounds bounds;
     std::vector<vec3> positions(mesh.topology.vertex_count);
-    for (double frame = 0; frame <= mesh.last_frame; ++frame) {
+    const int last_frame = static_cast<int>(mesh.last_frame);
+    for (int frame = 0; frame <= last_frame; ++frame) {
         move_in_parallel(mesh, frame, positions);
         const WorldBounds at_frame = bounds_in_parallel(positions);
         if (!at_frame.empty()) bounds.extend(at_frame.lower, at_frame.upper);

@@ -132,7 +132,8 @@ void move_chunk(const Shell& shell, std::uint32_t index, double time, double mos
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
         const std::uint32_t grid_vertex = (i - chunk.first_vertex) % chunk.grid_vertices();
         const bool inner = i - chunk.first_vertex >= chunk.grid_vertices();
-        const double row = static_cast<double>(grid_vertex / (chunk.cuts + 1)) / chunk.cuts;
+        const std::uint32_t grid_row = grid_vertex / (chunk.cuts + 1);
+        const double row = static_cast<double>(grid_row) / chunk.cuts;
         const double column = static_cast<double>(grid_vertex % (chunk.cuts + 1)) / chunk.cuts;
         const glm::dvec3 p =
             (inner ? kInnerRadius : 1.0) * chunk_direction(shell, chunk, row, column);

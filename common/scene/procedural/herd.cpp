@@ -96,7 +96,8 @@ struct Pose {
 Pose pose_of(const Pasture& pasture, std::uint32_t animal, double frame) {
     const double side = pasture.side();
     const double x = (animal % pasture.squares + 0.5) * side - kGroundHalfSide;
-    const double z = (animal / pasture.squares + 0.5) * side - kGroundHalfSide;
+    const std::uint32_t row = animal / pasture.squares;
+    const double z = (row + 0.5) * side - kGroundHalfSide;
     const double circle = (0.4 + 0.6 * uniform(kSeed, animal, 0)) * kMostCircle * side;
     const double pace = (uniform(kSeed, animal, 1) < 0.5 ? -1 : 1) *
                         (0.4 + 0.6 * uniform(kSeed, animal, 2)) * kMostTurnsPerFrame;

@@ -23,7 +23,8 @@ DeformingMesh make_wave(std::uint64_t triangles) {
         const std::uint32_t stride = sheet.grid().columns + 1;
         for (std::uint32_t i = range.begin; i < range.end; ++i) {
             const double x = 2.0 * (i % stride) / sheet.grid().columns - 1;
-            const double z = 2.0 * (i / stride) / sheet.grid().rows - 1;
+            const std::uint32_t row = i / stride;
+            const double z = 2.0 * row / sheet.grid().rows - 1;
             const double y = kHeight * (sin_turns(1.5 * x + 0.5 * z - frame / 12) +
                                         sin_turns(2.5 * z - x + frame / 24));
             out[i] = round_to_float({x, y, z});

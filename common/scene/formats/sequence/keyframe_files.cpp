@@ -125,8 +125,8 @@ std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const SceneOpt
     std::string first_missing;
     for (std::size_t i = 0; i < names.size(); ++i) {
         const std::uint64_t offset = names[i].number - names[0].number;
-        files.push_back(
-            {step == 0 ? 0 : static_cast<double>(offset / step), folder / names[i].name});
+        const std::uint64_t frame = step == 0 ? 0 : offset / step;
+        files.push_back({static_cast<double>(frame), folder / names[i].name});
         if (i > 0 && first_missing.empty() && names[i].number - names[i - 1].number > step) {
             first_missing = fmt::format("{}{:0{}}{}", names[i].prefix, names[i - 1].number + step,
                                         names[i - 1].digits.size(), names[i].suffix);
@@ -149,6 +149,7 @@ std::vector<KeyframeFile> files_of_pattern(const std::string& text, const SceneO
     std::sort(numbers.begin(), numbers.end());
 
     std::vector<KeyframeFile> files;
+    files.reserve(numbers.size());
     for (const std::uint64_t number : numbers) {
         files.push_back(
             {static_cast<double>(number), fs::path(pattern.folder()) / pattern.file_name(number)});
