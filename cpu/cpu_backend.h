@@ -22,11 +22,11 @@ inline constexpr const char* kSimdOff = "off";
 void check_simd(const std::string& simd);
 
 /// The fastest CPU tracer for the instruction set. name() is "cpu". Throws Error: kBadArgument for
-/// an instruction set that is none, kUnavailable for one that this machine lacks.
+/// an unknown instruction set, kUnavailable for one that this machine lacks.
 std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config = {});
 
-/// Single rays over the shared layout in portable C++, whatever config.simd says: what every
-/// other tracer is held against. name() is "cpu".
+/// The scalar tracer, which every other tracer is compared with: single rays in portable C++.
+/// config.simd is ignored. name() is "cpu".
 std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config = {});
 
 /// Every ray against every triangle: no tree to be wrong about. name() is "brute"; its refit and

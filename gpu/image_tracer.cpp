@@ -13,7 +13,7 @@ void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t heigh
     region.tile_count = region.tile_columns * ((region.height + height - 1) / height);
 }
 
-/// Sets the tiles for shading: the widest of those that are fewest.
+/// Sets the tiles for shading: the smallest number of tiles, and of those the widest.
 void set_shaded_tiles(RegionArguments& region) {
     std::uint32_t best = kMostShadedTileBits;
     std::uint32_t least = ~0u;

@@ -2,7 +2,7 @@
 // volume hierarchies. ACM Transactions on Graphics 26(1). 2007.
 //
 // A binary tree by full sweeps. Changed: triangles are sorted once for each axis and then divided
-// stably, which gives the same order as sorting anew for each node.
+// stably, which gives the order of a sort for each node.
 #pragma once
 
 #include <cstdint>

@@ -75,7 +75,7 @@ OurTracer packet_by_packet(const Bvh& bvh, const SimdTarget& target) {
 }  // namespace
 
 OurTracer single_rays(const Bvh& bvh, const SimdTarget& target) {
-    return batch_by_batch("wide", target.name, cpu::SingleRayTracer(bvh, target));
+    return batch_by_batch("single", target.name, cpu::SingleRayTracer(bvh, target));
 }
 
 std::vector<OurTracer> our_tracers(const TracedScene& scene, std::span<const SimdTarget> targets) {

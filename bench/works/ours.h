@@ -36,7 +36,7 @@ struct OurTracer {
 /// least one target.
 std::vector<OurTracer> our_tracers(const TracedScene& scene, std::span<const SimdTarget> targets);
 
-/// "wide": every ray on its own.
+/// "single": every ray on its own.
 OurTracer single_rays(const Bvh& bvh, const SimdTarget& target);
 
 /// The closest hits of a primary work by the scalar reference, in the calling thread's arena.

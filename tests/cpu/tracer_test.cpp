@@ -236,8 +236,7 @@ TEST(Images, RaiseNothingButInexact) {
                       build_bvh(scene.topology(), scene.positions()));
     _mm_setcsr(before & ~0x3Fu);
     image_hashes(*scalar, scene);
-    // Making the parameters in double may do as it likes; it stays inside the same set of flags
-    // here.
+    // The flags include those of making the parameters in double.
     EXPECT_EQ(_mm_getcsr() & 0x1Fu, 0u);
     _mm_setcsr(before);
 }

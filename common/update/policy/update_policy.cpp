@@ -68,7 +68,7 @@ constexpr std::array kEntries = {
     Entry{{"refit", "one tree for all frames"}, make_plain<AlwaysRefit>},
     Entry{{"rebuild", "a tree for each frame"}, make_plain<AlwaysRebuild>},
     Entry{{"every:K", "a tree for K frames"}, make_every},
-    Entry{{"auto", "repaired or built anew when the old tree has cost more than that"}, make_auto},
+    Entry{{"auto", "restructured or rebuilt when the old tree has cost more than that"}, make_auto},
 };
 
 constexpr auto kInfos = [] {
