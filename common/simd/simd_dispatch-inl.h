@@ -6,8 +6,7 @@
 //            HWY_ONCE, HWY_EXPORT(function), which makes a table of the function for all targets,
 //            and SIMD_FUNCTION(function, target)
 //   x.h      functions that take a SimdTarget, or a class that is made for one and keeps the
-//   function
-//            pointers
+//            function pointers
 //
 // Types in the signature of an exported function are declared outside of HWY_NAMESPACE.
 // cpu/refit/refit.* is the example. common/CMakeLists.txt (morphray_simd) decides which targets are

@@ -3,14 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "tests/bench/star_works.h"
+#include "tests/support/same_bits.h"
 
 namespace morphray::bench {
 namespace {
-
-bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
 
 /// Active rays that two answers differ in.
 std::size_t count_differences(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b) {

@@ -13,18 +13,13 @@
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
 #include "tests/support/oracle.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray {
 namespace {
 
 using namespace test;
-
-bool same_bits(const Hit& a, const Hit& b) {
-    return floatBitsToUint(a.t) == floatBitsToUint(b.t) &&
-           floatBitsToUint(a.u) == floatBitsToUint(b.u) &&
-           floatBitsToUint(a.v) == floatBitsToUint(b.v) && a.prim_id == b.prim_id;
-}
 
 /// Rays (out of all) that two tracers answer differently.
 template <class A, class B>

@@ -23,7 +23,7 @@ void run_session(const FaultyLoader& loader, bool force_staging) {
     tuning.step_budget = 20;
     tuning.tiles_per_dispatch = 16;
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
-    const TestScene scene = torus(12, 8);
+    const DeviceScene scene = torus(12, 8);
     Bvh bvh = plain_tree(scene);
     backend->set_scene(scene.topology, scene.positions, bvh);
     backend->refit(swayed(scene, 1));
@@ -127,7 +127,7 @@ TEST(FaultInjection, ABackendWhoseSceneDidNotFitCanTakeAnother) {
     gpu::Tuning tuning;
     tuning.loader = loader.get();
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
-    const TestScene scene = torus(12, 8);
+    const DeviceScene scene = torus(12, 8);
     const Bvh bvh = plain_tree(scene);
     for (std::size_t k = 0; k < 40; ++k) {
         faults.fail_at = faults.call_count + k;
@@ -152,7 +152,7 @@ void fail_each_call_of_a_frame(bool force_staging) {
     tuning.loader = loader.get();
     tuning.force_staging = force_staging;
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
-    const TestScene scene = torus(12, 8);
+    const DeviceScene scene = torus(12, 8);
     backend->set_scene(scene.topology, scene.positions, plain_tree(scene));
     const std::vector<vec3> moved = swayed(scene, 1);
     Frame expected;
@@ -197,7 +197,7 @@ TEST(FaultInjection, AFrameWhoseTreeDidNotFitLeavesTheOldTree) {
     gpu::Tuning tuning;
     tuning.loader = loader.get();
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
-    const TestScene scene = torus(12, 8);
+    const DeviceScene scene = torus(12, 8);
     const Bvh bvh = plain_tree(scene);
     backend->set_scene(scene.topology, scene.positions, bvh);
     Frame before;

@@ -24,7 +24,7 @@ void use_a_backend_once() {
     gpu::Tuning tuning;
     tuning.use_packets = false;
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
-    const TestScene scene = torus(24, 12);
+    const DeviceScene scene = torus(24, 12);
     backend->set_scene(scene.topology, scene.positions, plain_tree(scene));
     Frame frame;
     backend->refit(swayed(scene, 1));

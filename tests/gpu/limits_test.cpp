@@ -99,8 +99,8 @@ TEST(SmallDevice, RefusesASceneAndGoesOnWithASmallerOne) {
     gpu::Tuning tuning;
     tuning.loader = loader.get();
     const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
-    const TestScene large = torus(256, 128);
-    const TestScene small = torus(32, 16);
+    const DeviceScene large = torus(256, 128);
+    const DeviceScene small = torus(32, 16);
     backend->set_scene(small.topology, small.positions, plain_tree(small));
     Frame before, after;
     backend->trace_image(view(200, 150, kRaysPrimary), before);

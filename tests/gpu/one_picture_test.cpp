@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <random>
 
 #include "common/bvh/builder/bvh_builder.h"
@@ -11,6 +10,7 @@
 #include "cpu/cpu_backend.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
+#include "tests/support/same_bits.h"
 
 namespace morphray::test {
 namespace {
@@ -18,8 +18,6 @@ namespace {
 std::unique_ptr<Backend> device(const gpu::Tuning& tuning = {}) {
     return gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
 }
-
-bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
 
 std::size_t differing(const Frame& a, const Frame& b) {
     std::size_t count = a.width != b.width || a.height != b.height;
@@ -32,7 +30,7 @@ std::size_t differing(const Frame& a, const Frame& b) {
 
 void expect_same_images(Backend& actual, std::uint32_t width, std::uint32_t height) {
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-    for (const TestScene& scene : test_scenes()) {
+    for (const DeviceScene& scene : test_scenes()) {
         const Bvh bvh = plain_tree(scene);
         brute->set_scene(scene.topology, scene.positions, bvh);
         actual.set_scene(scene.topology, scene.positions, bvh);
@@ -60,7 +58,7 @@ TEST(OnePicture, ImagesWithoutPacketsEqualBruteForce) {
 TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    for (const TestScene& scene : {torus(128, 64), debris(4000, 5), layers(3000, 2)}) {
+    for (const DeviceScene& scene : {torus(128, 64), debris(4000, 5), layers(3000, 2)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
         for (Backend* backend : {vulkan.get(), cpu.get()}) {
             backend->set_scene(scene.topology, scene.positions, bvh);
@@ -95,7 +93,7 @@ TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
         tuning.most_packet_lanes = lanes;
         tuning.tiles_per_dispatch = 30;
         const std::unique_ptr<Backend> vulkan = device(tuning);
-        for (const TestScene& scene : {torus(32, 16), debris(700, 9)}) {
+        for (const DeviceScene& scene : {torus(32, 16), debris(700, 9)}) {
             const Bvh bvh = build_bvh(scene.topology, scene.positions);
             for (Backend* backend : {vulkan.get(), brute.get()}) {
                 backend->set_scene(scene.topology, scene.positions, bvh);
@@ -115,7 +113,7 @@ TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
 TEST(OnePicture, OcclusionRaysThatMeetEdgesEqualTheCpu) {
     const std::unique_ptr<Backend> vulkan = device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    for (const TestScene& scene :
+    for (const DeviceScene& scene :
          {strips(30000, 1, 1), strips(6000, 24, 2), debris(20000, 11), layers(3000, 3)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
         for (Backend* backend : {vulkan.get(), cpu.get()}) {
@@ -154,7 +152,7 @@ TEST(OnePicture, ImagesWithSomeRaysSuspendedEqualBruteForce) {
 TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
     const std::unique_ptr<Backend> vulkan = device();
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
-    for (TestScene& scene : std::vector{coincident(5000), torus(64, 32)}) {
+    for (DeviceScene& scene : std::vector{coincident(5000), torus(64, 32)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
         std::shuffle(scene.positions.begin(), scene.positions.end(), std::mt19937(1));
         for (Backend* backend : {vulkan.get(), brute.get()}) {
@@ -180,7 +178,7 @@ TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
     const std::unique_ptr<Backend> vulkan = device(tuning);
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
     const std::vector<Ray> rays = scattered_rays(5000, 7);
-    for (const TestScene& scene : test_scenes()) {
+    for (const DeviceScene& scene : test_scenes()) {
         const Bvh bvh = plain_tree(scene);
         brute->set_scene(scene.topology, scene.positions, bvh);
         vulkan->set_scene(scene.topology, scene.positions, bvh);

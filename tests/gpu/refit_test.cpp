@@ -29,7 +29,7 @@ std::unique_ptr<Backend> device() {
 }
 
 /// Refits `frames` times on both sides, and then to the first pose.
-void expect_same_refits(Backend& vulkan, const TestScene& scene, const Bvh& built, int frames) {
+void expect_same_refits(Backend& vulkan, const DeviceScene& scene, const Bvh& built, int frames) {
     Bvh expected = built;
     Bvh actual = built;
     vulkan.set_scene(scene.topology, scene.positions, built);
@@ -47,13 +47,13 @@ void expect_same_refits(Backend& vulkan, const TestScene& scene, const Bvh& buil
 
 TEST(VulkanRefit, EqualsTheCpuForTwoHundredFrames) {
     const std::unique_ptr<Backend> vulkan = device();
-    const TestScene scene = torus(64, 32);
+    const DeviceScene scene = torus(64, 32);
     expect_same_refits(*vulkan, scene, build_bvh(scene.topology, scene.positions), 200);
 }
 
 TEST(VulkanRefit, OfTenThousandPosesDoesNotDrift) {
     const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend({.device = ""});
-    const TestScene scene = torus(16, 8);
+    const DeviceScene scene = torus(16, 8);
     const Bvh built = build_bvh(scene.topology, scene.positions);
     vulkan->set_scene(scene.topology, scene.positions, built);
     std::vector<vec3> positions;
@@ -70,7 +70,7 @@ TEST(VulkanRefit, OfTenThousandPosesDoesNotDrift) {
 
 TEST(VulkanRefit, EqualsTheCpuForEveryKindOfScene) {
     const std::unique_ptr<Backend> vulkan = device();
-    for (const TestScene& scene : test_scenes()) {
+    for (const DeviceScene& scene : test_scenes()) {
         expect_same_refits(*vulkan, scene, build_bvh(scene.topology, scene.positions), 3);
         expect_same_refits(*vulkan, scene, plain_tree(scene), 3);
     }
@@ -78,7 +78,7 @@ TEST(VulkanRefit, EqualsTheCpuForEveryKindOfScene) {
 
 TEST(VulkanRefit, BoundsNothingWhereNoVertexIsFinite) {
     const std::unique_ptr<Backend> vulkan = device();
-    const TestScene scene = torus(16, 8);
+    const DeviceScene scene = torus(16, 8);
     Bvh expected = build_bvh(scene.topology, scene.positions);
     Bvh actual = expected;
     vulkan->set_scene(scene.topology, scene.positions, expected);
@@ -91,7 +91,7 @@ TEST(VulkanRefit, BoundsNothingWhereNoVertexIsFinite) {
 
 TEST(VulkanRefit, FrameWithATreeOfAnotherShapeReplacesTheTree) {
     const std::unique_ptr<Backend> vulkan = device();
-    const TestScene scene = torus(32, 16);
+    const DeviceScene scene = torus(32, 16);
     const Bvh plain = plain_tree(scene);
     const Bvh built = build_bvh(scene.topology, scene.positions);
     ASSERT_NE(plain.nodes.size(), built.nodes.size());
@@ -104,7 +104,7 @@ TEST(VulkanRefit, FrameWithATreeOfAnotherShapeReplacesTheTree) {
 }
 
 /// Parts the torus into groups of sixteen rings, each moved in a direction of its own.
-std::vector<vec3> parted(const TestScene& scene, std::uint32_t sides, float distance) {
+std::vector<vec3> parted(const DeviceScene& scene, std::uint32_t sides, float distance) {
     std::vector<vec3> positions = scene.positions;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const auto ring = static_cast<float>(i / sides / 16);
@@ -121,7 +121,7 @@ void expect_same_restructurings(bool force_staging) {
     const auto vulkan = gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
     const auto cpu = cpu::make_scalar_backend();
     constexpr std::uint32_t kSides = 32;
-    const TestScene scene = torus(128, kSides);
+    const DeviceScene scene = torus(128, kSides);
     const Bvh built = build_bvh(scene.topology, scene.positions);
     BuiltAreas areas = built_areas(built);
     BuiltAreas cpu_areas = areas;

@@ -23,7 +23,7 @@ private:
     std::uniform_real_distribution<float> unit{0.0f, 1.0f};
 };
 
-void finish(TestScene& scene) {
+void finish(DeviceScene& scene) {
     scene.topology.vertex_count = static_cast<std::uint32_t>(scene.positions.size());
     for (std::uint32_t i = 0; i < scene.topology.triangles.size(); ++i) {
         scene.topology.albedo.push_back(0x00404040 + (i * 2654435761u & 0x007F7F7F));
@@ -31,7 +31,7 @@ void finish(TestScene& scene) {
     for (vec3& p : scene.positions) p = snap_point(p);
 }
 
-void add_triangle(TestScene& scene, vec3 a, vec3 b, vec3 c) {
+void add_triangle(DeviceScene& scene, vec3 a, vec3 b, vec3 c) {
     const auto base = static_cast<std::uint32_t>(scene.positions.size());
     scene.positions.insert(scene.positions.end(), {a, b, c});
     scene.topology.triangles.push_back({base, base + 1, base + 2});
@@ -39,8 +39,8 @@ void add_triangle(TestScene& scene, vec3 a, vec3 b, vec3 c) {
 
 }  // namespace
 
-TestScene torus(std::uint32_t rings, std::uint32_t sides) {
-    TestScene scene{.name = "torus", .topology = {}, .positions = {}};
+DeviceScene torus(std::uint32_t rings, std::uint32_t sides) {
+    DeviceScene scene{.name = "torus", .topology = {}, .positions = {}};
     for (std::uint32_t r = 0; r < rings; ++r) {
         const double u = 2 * std::numbers::pi * r / rings;
         for (std::uint32_t s = 0; s < sides; ++s) {
@@ -66,8 +66,8 @@ TestScene torus(std::uint32_t rings, std::uint32_t sides) {
     return scene;
 }
 
-TestScene debris(std::uint32_t count, std::uint32_t seed) {
-    TestScene scene{.name = "debris", .topology = {}, .positions = {}};
+DeviceScene debris(std::uint32_t count, std::uint32_t seed) {
+    DeviceScene scene{.name = "debris", .topology = {}, .positions = {}};
     Random random(seed);
     for (std::uint32_t i = 0; i < count; ++i) {
         const vec3 a = random.point(3) * kUnit;
@@ -99,16 +99,16 @@ TestScene debris(std::uint32_t count, std::uint32_t seed) {
     return scene;
 }
 
-TestScene coincident(std::uint32_t count) {
-    TestScene scene{.name = "coincident", .topology = {}, .positions = {}};
+DeviceScene coincident(std::uint32_t count) {
+    DeviceScene scene{.name = "coincident", .topology = {}, .positions = {}};
     scene.positions = {vec3(-3, -2, 0) * kUnit, vec3(3, -2, 0) * kUnit, vec3(0, 3, 0) * kUnit};
     scene.topology.triangles.assign(count, {0, 1, 2});
     finish(scene);
     return scene;
 }
 
-TestScene layers(std::uint32_t pairs, std::uint32_t seed) {
-    TestScene scene{.name = "layers", .topology = {}, .positions = {}};
+DeviceScene layers(std::uint32_t pairs, std::uint32_t seed) {
+    DeviceScene scene{.name = "layers", .topology = {}, .positions = {}};
     Random random(seed);
     for (std::uint32_t i = 0; i < pairs; ++i) {
         const vec3 a = random.point(3) * kUnit;
@@ -124,8 +124,8 @@ TestScene layers(std::uint32_t pairs, std::uint32_t seed) {
     return scene;
 }
 
-TestScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed) {
-    TestScene scene{.name = "strips", .topology = {}, .positions = {}};
+DeviceScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed) {
+    DeviceScene scene{.name = "strips", .topology = {}, .positions = {}};
     Random random(seed);
     add_triangle(scene, vec3(-9, -1, -9) * kUnit, vec3(9, -1, -9) * kUnit, vec3(0, -1, 9) * kUnit);
     const float width = 2.0f / static_cast<float>(rows);
@@ -151,21 +151,21 @@ TestScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed) 
     return scene;
 }
 
-std::vector<TestScene> test_scenes() {
-    std::vector<TestScene> scenes;
+std::vector<DeviceScene> test_scenes() {
+    std::vector<DeviceScene> scenes;
     scenes.push_back(torus(48, 24));
     scenes.push_back(debris(3000, 1));
     scenes.push_back(coincident(500));
-    TestScene nothing{.name = "nothing", .topology = {}, .positions = {}};
+    DeviceScene nothing{.name = "nothing", .topology = {}, .positions = {}};
     scenes.push_back(nothing);
-    TestScene single{.name = "single", .topology = {}, .positions = {}};
+    DeviceScene single{.name = "single", .topology = {}, .positions = {}};
     add_triangle(single, vec3(-3, -2, 0) * kUnit, vec3(3, -2, 1) * kUnit, vec3(0, 3, 0) * kUnit);
     finish(single);
     scenes.push_back(single);
     return scenes;
 }
 
-std::vector<vec3> swayed(const TestScene& scene, float time, float amount) {
+std::vector<vec3> swayed(const DeviceScene& scene, float time, float amount) {
     std::vector<vec3> positions = scene.positions;
     for (vec3& p : positions) {
         if (p.x > kSceneExtent) continue;
@@ -177,7 +177,7 @@ std::vector<vec3> swayed(const TestScene& scene, float time, float amount) {
     return positions;
 }
 
-Bvh plain_tree(const TestScene& scene) {
+Bvh plain_tree(const DeviceScene& scene) {
     constexpr std::uint32_t kTrianglesPerLeaf = 5;
     const auto& triangles = scene.topology.triangles;
     Bvh bvh;

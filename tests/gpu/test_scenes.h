@@ -11,32 +11,32 @@
 
 namespace morphray::test {
 
-struct TestScene {
+struct DeviceScene {
     const char* name;
     Topology topology;
     std::vector<vec3> positions;  // scene space
 };
 
 /// A closed torus of 2 * rings * sides triangles.
-TestScene torus(std::uint32_t rings, std::uint32_t sides);
+DeviceScene torus(std::uint32_t rings, std::uint32_t sides);
 /// Triangles of all sizes and shapes: needles, slivers, points, and vertices that are not finite.
-TestScene debris(std::uint32_t count, std::uint32_t seed);
+DeviceScene debris(std::uint32_t count, std::uint32_t seed);
 /// The same triangle `count` times, so that no box can be culled.
-TestScene coincident(std::uint32_t count);
+DeviceScene coincident(std::uint32_t count);
 /// Pairs of triangles of all slopes with small distances, down to less than the bound of a hit's
 /// depth.
-TestScene layers(std::uint32_t pairs, std::uint32_t seed);
+DeviceScene layers(std::uint32_t pairs, std::uint32_t seed);
 /// A floor, and on it a wall of strips with gaps. The strips are so narrow for their distance that
 /// the fast filter is often uncertain whether a ray goes through one.
-TestScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed);
+DeviceScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed);
 /// All scenes above but the last two.
-std::vector<TestScene> test_scenes();
+std::vector<DeviceScene> test_scenes();
 
 /// Vertices swayed by a smooth motion of size `amount`; those that are not finite stay so.
-std::vector<vec3> swayed(const TestScene& scene, float time, float amount = 0.3f);
+std::vector<vec3> swayed(const DeviceScene& scene, float time, float amount = 0.3f);
 
 /// A correct tree of bad quality: triangles in order, five a leaf, sixteen children a node.
-Bvh plain_tree(const TestScene& scene);
+Bvh plain_tree(const DeviceScene& scene);
 
 /// A view of the scenes above, all of which lie within 4 of the origin (in units of 2^16).
 ImageParams view(std::uint32_t width, std::uint32_t height, std::uint32_t rays,

@@ -19,7 +19,7 @@ namespace {
 constexpr int kPoses = 8;
 
 /// Even poses move all of the scene, odd ones its first tenth.
-std::vector<vec3> pose(const TestScene& scene, int number) {
+std::vector<vec3> pose(const DeviceScene& scene, int number) {
     std::vector<vec3> positions = swayed(scene, 0.2f * static_cast<float>(number / 2));
     const std::vector<vec3> next = swayed(scene, 0.2f * static_cast<float>(number / 2) + 0.1f);
     if (number % 2 == 1) std::copy_n(next.begin(), positions.size() / 10, positions.begin());
@@ -46,7 +46,7 @@ struct Hashes {
     bool operator==(const Hashes&) const = default;
 };
 
-std::vector<Hashes> images(Backend& backend, const TestScene& scene, const ImageParams& view) {
+std::vector<Hashes> images(Backend& backend, const DeviceScene& scene, const ImageParams& view) {
     std::vector<Hashes> images;
     for (int i = 0; i < kPoses; ++i) {
         backend.refit(pose(scene, i));
@@ -59,7 +59,7 @@ std::vector<Hashes> images(Backend& backend, const TestScene& scene, const Image
 
 TEST(VulkanUpdate, ImagesAfterDeferredRefitsAreThoseOfTheCpu) {
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    const TestScene scene = torus(64, 32);
+    const DeviceScene scene = torus(64, 32);
     const Bvh bvh = build_bvh(scene.topology, scene.positions);
     for (const bool force_staging : {false, true}) {
         // A small budget suspends rays, which are resumed after the refit's submission.
@@ -86,7 +86,7 @@ TEST(VulkanUpdate, AndImageAreOneSubmissionWithItsTimes) {
         tuning.loader = loader.get();
         tuning.force_staging = force_staging;
         const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend({}, tuning);
-        const TestScene scene = torus(64, 32);
+        const DeviceScene scene = torus(64, 32);
         vulkan->set_scene(scene.topology, scene.positions, plain_tree(scene));
         Frame frame;
         // Hits and pixels, if the host does not see them.
@@ -113,7 +113,7 @@ TEST(VulkanUpdate, ThatFailsIsMadeUpForByTheNext) {
     tuning.loader = loader.get();
     tuning.force_staging = true;
     const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend({}, tuning);
-    const TestScene scene = torus(64, 32);
+    const DeviceScene scene = torus(64, 32);
     const Bvh bvh = build_bvh(scene.topology, scene.positions);
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
     cpu->set_scene(scene.topology, scene.positions, bvh);
@@ -134,14 +134,14 @@ TEST(VulkanUpdate, ThatFailsIsMadeUpForByTheNext) {
 
 TEST(VulkanUpdate, ABackendCanEndBeforeItsRefitIsDone) {
     const std::unique_ptr<Backend> vulkan = validated_device(false);
-    const TestScene scene = torus(64, 32);
+    const DeviceScene scene = torus(64, 32);
     vulkan->set_scene(scene.topology, scene.positions, plain_tree(scene));
     vulkan->refit(swayed(scene, 1));
 }
 
 TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
     for (const bool force_staging : {false, true}) {
-        const TestScene scene = torus(64, 16);
+        const DeviceScene scene = torus(64, 16);
         const Bvh built = build_bvh(scene.topology, scene.positions);
         BuiltAreas areas = built_areas(built);
         BuiltAreas cpu_areas = areas;
@@ -174,7 +174,8 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
     }
 }
 
-std::vector<std::string> steps(const TestScene& scene, Backend& tracer, const std::string& policy) {
+std::vector<std::string> steps(const DeviceScene& scene, Backend& tracer,
+                               const std::string& policy) {
     const UpdateConfig config{.deterministic = true, .budget = 0.02};
     TreeUpdater updater(scene.topology, scene.positions, tracer, nullptr,
                         make_update_policy(policy, config), {}, config);
@@ -192,7 +193,7 @@ std::vector<std::string> steps(const TestScene& scene, Backend& tracer, const st
 }
 
 TEST(VulkanUpdate, TakesTheStepsOfTheCpuUnderEveryPolicy) {
-    const TestScene scene = torus(32, 16);
+    const DeviceScene scene = torus(32, 16);
     const auto vulkan = validated_device(true);
     const auto cpu = cpu::make_scalar_backend();
     for (const char* policy : {"refit", "rebuild", "every:3", "auto"})

@@ -90,7 +90,7 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
         tuning.force_staging = force_staging;
         tuning.step_budget = 40;
         const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
-        const TestScene scene = torus(24, 12);
+        const DeviceScene scene = torus(24, 12);
         Bvh bvh = plain_tree(scene);
         backend->set_scene(scene.topology, scene.positions, bvh);
         backend->refit(swayed(scene, 1));
@@ -118,7 +118,7 @@ TEST(Lifetime, TwentyBackendsCanComeAndGo) {
     gpu::ValidationLog log;
     gpu::Tuning tuning;
     tuning.log = &log;
-    const TestScene scene = torus(12, 8);
+    const DeviceScene scene = torus(12, 8);
     const Bvh bvh = plain_tree(scene);
     for (int i = 0; i < 20; ++i) {
         const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend(kValidated, tuning);
@@ -132,7 +132,7 @@ TEST(Lifetime, TwentyBackendsCanComeAndGo) {
 TEST(Lifetime, TwoBackendsCanLiveSideBySide) {
     const std::unique_ptr<Backend> a = gpu::make_vulkan_backend(kValidated);
     std::unique_ptr<Backend> b = gpu::make_vulkan_backend({});
-    const TestScene scene = torus(12, 8);
+    const DeviceScene scene = torus(12, 8);
     const Bvh bvh = plain_tree(scene);
     Frame from_a, from_b;
     a->set_scene(scene.topology, scene.positions, bvh);

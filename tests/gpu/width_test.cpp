@@ -20,7 +20,7 @@ TEST(VectorWidth, DoesNotChangeTheImage) {
     const std::unique_ptr<Backend> shared = gpu::make_vulkan_backend({}, narrow);
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
     std::printf("%s\n", vulkan->description().c_str());
-    for (const TestScene& scene : {torus(96, 48), debris(5000, 3)}) {
+    for (const DeviceScene& scene : {torus(96, 48), debris(5000, 3)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
         const std::vector<vec3> positions = swayed(scene, 2);
         for (Backend* backend : {vulkan.get(), shared.get(), cpu.get()}) {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <span>
 #include <vector>
@@ -14,14 +13,13 @@
 #include "cpu/image/image_tracer.h"
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray {
 namespace {
 
 using namespace test;
-
-bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
 
 /// The image of a view, traced tile by tile.
 std::vector<Hit> packet_image(const cpu::PacketTracer& tracer, const ImageParams& params,

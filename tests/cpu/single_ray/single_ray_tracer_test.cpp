@@ -7,18 +7,13 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
 namespace morphray {
 namespace {
 
 using namespace test;
-
-bool same_bits(const Hit& a, const Hit& b) {
-    return floatBitsToUint(a.t) == floatBitsToUint(b.t) &&
-           floatBitsToUint(a.u) == floatBitsToUint(b.u) &&
-           floatBitsToUint(a.v) == floatBitsToUint(b.v) && a.prim_id == b.prim_id;
-}
 
 TEST(SingleRayTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
@@ -33,11 +28,11 @@ TEST(SingleRayTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
             expected_occluded.push_back(scalar.occluded(ray));
         }
         for (const SimdTarget& target : supported_simd_targets()) {
-            const cpu::SingleRayTracer wide(bvh, target);
+            const cpu::SingleRayTracer tracer(bvh, target);
             std::vector<Hit> hits(rays.size());
             std::vector<std::uint8_t> occluded(rays.size(), 7);
-            wide.intersect(rays, hits);
-            wide.occluded(rays, occluded);
+            tracer.intersect(rays, hits);
+            tracer.occluded(rays, occluded);
             std::size_t different = 0;
             for (std::size_t i = 0; i < rays.size(); ++i) {
                 different += !same_bits(hits[i], expected[i]);
@@ -55,12 +50,12 @@ TEST(SingleRayTracer, AnswersABatchOfAnySizeAndNothingBesides) {
     const cpu::ScalarTracer scalar(bvh);
     const Hit untouched{-1, -2, -3, 77};
     for (const SimdTarget& target : supported_simd_targets()) {
-        const cpu::SingleRayTracer wide(bvh, target);
+        const cpu::SingleRayTracer tracer(bvh, target);
         for (const std::size_t size : {0, 1, 2, 3, 7, 16, 17, 33, 64, 70}) {
             std::vector<Hit> hits(size + 1, untouched);
             std::vector<std::uint8_t> occluded(size + 1, 7);
-            wide.intersect({rays.data(), size}, {hits.data(), size});
-            wide.occluded({rays.data(), size}, {occluded.data(), size});
+            tracer.intersect({rays.data(), size}, {hits.data(), size});
+            tracer.occluded({rays.data(), size}, {occluded.data(), size});
             for (std::size_t i = 0; i < size; ++i) {
                 EXPECT_TRUE(same_bits(hits[i], scalar.intersect(rays[i])));
                 EXPECT_EQ(occluded[i], scalar.occluded(rays[i]));
@@ -81,10 +76,10 @@ TEST(SingleRayTracer, RaisesNothingInvalidAndNoOverflow) {
         std::vector<Hit> hits(rays.size());
         std::vector<std::uint8_t> occluded(rays.size());
         for (const SimdTarget& target : supported_simd_targets()) {
-            const cpu::SingleRayTracer wide(bvh, target);
+            const cpu::SingleRayTracer tracer(bvh, target);
             _mm_setcsr(before & ~0x3Fu);
-            wide.intersect(rays, hits);
-            wide.occluded(rays, occluded);
+            tracer.intersect(rays, hits);
+            tracer.occluded(rays, occluded);
             EXPECT_EQ(_mm_getcsr() & (_MM_EXCEPT_INVALID | _MM_EXCEPT_OVERFLOW), 0u)
                 << named.name << ", " << target.name;
         }
