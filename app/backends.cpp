@@ -62,14 +62,6 @@ bool has_only_software_devices() {
 
 }  // namespace
 
-bool vulkan_built_in() {
-#ifdef MORPHRAY_HAS_VULKAN
-    return true;
-#else
-    return false;
-#endif
-}
-
 std::vector<gpu::DeviceInfo> vulkan_devices() {
 #ifdef MORPHRAY_HAS_VULKAN
     return gpu::list_devices();

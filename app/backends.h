@@ -13,8 +13,6 @@
 
 namespace morphray::app {
 
-bool vulkan_built_in();
-
 /// gpu::list_devices(); throws Error(kUnavailable) without Vulkan.
 std::vector<gpu::DeviceInfo> vulkan_devices();
 

@@ -1,4 +1,4 @@
-# What ./run, ./test and ./fuzz share: install what is missing, configure, build. To be sourced by
+# What the scripts share: install what is missing, configure, build. To be sourced by
 # bash with `root` set to the checkout. Exit codes are the program's (docs/guide/exit_codes.md): 4 when
 # packages cannot be had, 70 when the build fails.
 

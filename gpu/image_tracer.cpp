@@ -205,7 +205,8 @@ double ImageTracer::trace_visible(const RegionArguments& region) {
         visible_count);
     const std::uint32_t ray_count =
         visible_count * rays_per_hit(region.params.rays, region.params.ao_count);
-    const bool in_packets = kernels_.packet_lanes != 0 && region.params.rays == kRaysAo;
+    // Shadow rays get here only without packets.
+    const bool in_packets = kernels_.packet_lanes != 0;
     const std::uint32_t most = passes_.size().rays();
     for (std::uint32_t first = 0; first < ray_count; first += most) {
         arguments.ray_first = first;

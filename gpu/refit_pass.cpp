@@ -47,11 +47,7 @@ private:
 std::vector<IndexRange> moved_vertices(const PoseMemory& pose, const RefitPlan& plan) {
     const auto count = static_cast<std::uint32_t>(pose.positions().size());
     if (plan.all && count > 0) return {{0, count}};
-    std::vector<std::uint32_t> blocks;
-    for (std::uint32_t block = 0; block < pose.block_count(); ++block) {
-        if (pose.moved(block)) blocks.push_back(block);
-    }
-    std::vector<IndexRange> ranges = covering_ranges(blocks, kMostRanges);
+    std::vector<IndexRange> ranges = covering_ranges(pose.moved_blocks(), kMostRanges);
     for (IndexRange& range : ranges) {
         range = {range.begin * kMotionBlock, std::min(range.end * kMotionBlock, count)};
     }

@@ -106,9 +106,7 @@ void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> po
                               const Bvh& bvh) {
     const Stopwatch watch;
     check_scene(context_.physical(), size_of(positions.size(), topology.triangles.size(), bvh));
-    // The scene before goes first, with its deferred refit: there may not be room for both.
-    context_.drop_deferred();
-    is_behind_ = false;
+    // The scene before goes first: there may not be room for both.
     clear();
     scene_ = SceneBuffers(context_, transfer_, topology, positions, bvh);
     bind();
@@ -215,7 +213,11 @@ std::optional<std::uint64_t> VulkanBackend::change_tree(const Bvh& before, const
     }
 }
 
+/// Drops the scene with its deferred refit. Until the next set_scene() nothing is hit.
 void VulkanBackend::clear() {
+    context_.drop_deferred();
+    is_behind_ = false;
+    planner_ = RefitPlanner();
     const Bvh nothing = empty_tree();
     scene_ = SceneBuffers(context_, transfer_, Topology{}, {}, nothing);
     keep_links(nothing);

@@ -10,7 +10,7 @@
 //                (fast_edges.g, last lemma). surely_inside: where fl(depth_slack * sum) is a
 //                denormal, it is less than bound >= 2^-98 either way. weighted_hit of plain
 //                functions that surely_inside rejects may underflow or overflow, and t where z is
-//                not certain: neither is used. surface.h, shade.h: left to tests.
+//                not certain: neither is used. surface.h, shading.h: left to tests.
 #include <cstdio>
 #include <string_view>
 

@@ -9,7 +9,7 @@
 #                Position (cpu/packet/light/light_packet_items-inl.h), BlockPlanes, WindowPlanes, RowPlanes
 #                (cpu/packet/camera/camera_packet_items-inl.h);
 #                set_up_triangle, met_groups (shaders/packet/triangle_setup.glsl), trace_triangle
-#                (shaders/packet/camera_packet.comp, shadow_packet.comp)
+#                (shaders/packet/camera_packet.comp, light_packet.comp)
 #   constants    kEdgeRounding, kShearRounding; frame.rounding is kCameraRounding, kShadowRounding
 #   inputs       vertices as the ray in the middle m sees them, |x| + |y| <= size, |z| <= z_size; a ray
 #                (X, Y) with |X|, |Y|, |m| <= R; X' = (X, Y) - m, and size + |X'| z_size <= reach

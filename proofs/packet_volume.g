@@ -7,7 +7,7 @@
 #                on a device L (kVolumeError error z + 3 L z_error) + kDeviceVolumeRounding edge
 #                (2 z_range size + edge z). Where |det^| <= det_error and all vertices are well in
 #                front of the origin, |e'_k| <= kEitherSign det_error / z_least.
-#   code         find_volume, orient (cpu/packet/triangle_setup-inl.h), see_triangle, set_up_triangle
+#   code         find_volume, orient (cpu/packet/triangle_setup-inl.h), centre_triangle, set_up_triangle
 #                (shaders/packet/triangle_setup.glsl)
 #   inputs       L = hit_reach >= size, |l| + error for rays in the rectangle; error and z as in
 #                packet_vertices.g; D the direction at z = 1, r the rule's axis

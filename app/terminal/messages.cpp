@@ -27,18 +27,25 @@ void write_line(const char* prefix, std::string_view message) {
 }  // namespace
 
 Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(options.verbose) {
-    for (const std::string& name : {options.scene, options.out, options.json, options.csv,
-                                    options.junit, options.hits, options.ray_file}) {
+    std::vector<std::string> names = options.scenes;
+    names.insert(names.end(), {options.scene, options.out, options.json, options.csv, options.junit,
+                               options.hits, options.ray_file, options.trace_events, options.plot});
+    for (const std::string& name : names) {
+        if (name.empty() || name == "-" || name.starts_with("builtin:")) continue;
         // The files of a sequence begin like its pattern.
-        const std::string file = shown(name.substr(0, name.find('%')));
-        if (file.empty() || file == "-" || file.starts_with("builtin:")) continue;
-        files_.push_back(file);
+        const std::size_t number = name.find('%');
+        files_.push_back({shown(name.substr(0, number)), number != std::string::npos});
     }
 }
 
 bool Messages::names_file(std::string_view message) const {
-    return std::any_of(files_.begin(), files_.end(),
-                       [&](const std::string& file) { return message.starts_with(file); });
+    return std::any_of(files_.begin(), files_.end(), [&](const NamedFile& file) {
+        if (file.name.empty() || !message.starts_with(file.name)) return false;
+        // A word of a message may begin like a file or folder.
+        const std::string_view rest = message.substr(file.name.size());
+        return file.is_pattern || file.name.ends_with('/') || rest.starts_with(':') ||
+               rest.starts_with('/');
+    });
 }
 
 void Messages::error(std::string_view message) const {

@@ -31,8 +31,14 @@ public:
 private:
     bool names_file(std::string_view message) const;
 
-    /// Names that a message may begin with instead of the program's name.
-    std::vector<std::string> files_ = {"/dev/stdout", "<stdin>"};
+    struct NamedFile {
+        std::string name;
+        /// Of a sequence: the part before its first '%'.
+        bool is_pattern = false;
+    };
+
+    /// Files of the command line, which a message may begin with instead of the program's name.
+    std::vector<NamedFile> files_ = {{"/dev/stdout"}, {"<stdin>"}};
     bool quiet_ = false;
     bool verbose_ = false;
 };

@@ -73,8 +73,6 @@ HWY_INLINE FloatVec min(FloatVec a, FloatVec b) { return hn::Min(a, b); }
 HWY_INLINE FloatVec max(FloatVec a, FloatVec b) { return hn::Max(a, b); }
 HWY_INLINE UintVec min(UintVec a, UintVec b) { return hn::Min(a, b); }
 HWY_INLINE UintVec max(UintVec a, UintVec b) { return hn::Max(a, b); }
-HWY_INLINE IntVec min(IntVec a, IntVec b) { return hn::Min(a, b); }
-HWY_INLINE IntVec max(IntVec a, IntVec b) { return hn::Max(a, b); }
 HWY_INLINE FloatVec abs(FloatVec v) { return hn::Abs(v); }
 HWY_INLINE FloatVec min3(FloatVec a, FloatVec b, FloatVec c) { return min(a, min(b, c)); }
 HWY_INLINE FloatVec max3(FloatVec a, FloatVec b, FloatVec c) { return max(a, max(b, c)); }
@@ -99,11 +97,6 @@ HWY_INLINE UintVec operator&(UintVec a, std::uint32_t b) { return a & splat(b); 
 HWY_INLINE UintVec operator|(UintVec a, std::uint32_t b) { return a | splat(b); }
 HWY_INLINE UintMask operator>(UintVec a, std::uint32_t b) { return a > splat(b); }
 HWY_INLINE UintMask operator==(UintVec a, std::uint32_t b) { return a == splat(b); }
-
-/// a * b - c * d.
-HWY_INLINE FloatVec difference(FloatVec a, FloatVec b, FloatVec c, FloatVec d) {
-    return a * b - c * d;
-}
 
 template <int kBits>
 HWY_INLINE UintVec shift_left(UintVec v) {
@@ -157,9 +150,6 @@ HWY_INLINE UintMask operator|(UintMask a, UintMask b) { return hn::Or(a, b); }
 HWY_INLINE UintMask operator!(UintMask m) { return hn::Not(m); }
 /// !a & b in one operation.
 HWY_INLINE Mask and_not(Mask a, Mask b) { return hn::AndNot(a, b); }
-HWY_INLINE UintMask and_not(UintMask a, UintMask b) { return hn::AndNot(a, b); }
-HWY_INLINE FloatVec and_not(FloatVec a, FloatVec b) { return hn::AndNot(a, b); }
-HWY_INLINE UintVec and_not(UintVec a, UintVec b) { return hn::AndNot(a, b); }
 
 HWY_INLINE FloatVec select(Mask m, FloatVec a, FloatVec b) { return hn::IfThenElse(m, a, b); }
 HWY_INLINE UintVec select(UintMask m, UintVec a, UintVec b) { return hn::IfThenElse(m, a, b); }
@@ -167,8 +157,6 @@ HWY_INLINE FloatVec select(Mask m, FloatVec a, float b) { return select(m, a, sp
 HWY_INLINE FloatVec select(Mask m, float a, FloatVec b) { return select(m, splat(a), b); }
 HWY_INLINE FloatVec zero_unless(Mask m, FloatVec v) { return hn::IfThenElseZero(m, v); }
 HWY_INLINE UintVec zero_unless(UintMask m, UintVec v) { return hn::IfThenElseZero(m, v); }
-HWY_INLINE FloatVec zero_if(Mask m, FloatVec v) { return hn::IfThenZeroElse(m, v); }
-HWY_INLINE UintVec zero_if(UintMask m, UintVec v) { return hn::IfThenZeroElse(m, v); }
 
 HWY_INLINE Mask float_mask(UintMask m) { return hn::RebindMask(kFloats, m); }
 HWY_INLINE Mask float_mask(IntMask m) { return hn::RebindMask(kFloats, m); }
@@ -177,7 +165,6 @@ HWY_INLINE UintMask uint_mask(Mask m) { return hn::RebindMask(kUints, m); }
 HWY_INLINE bool none(Mask m) { return hn::AllFalse(kFloats, m); }
 HWY_INLINE bool none(UintMask m) { return hn::AllFalse(kUints, m); }
 HWY_INLINE bool all(Mask m) { return hn::AllTrue(kFloats, m); }
-HWY_INLINE bool all(UintMask m) { return hn::AllTrue(kUints, m); }
 HWY_INLINE std::size_t count(Mask m) { return hn::CountTrue(kFloats, m); }
 
 /// Lane i as bit i; other bits are 0.

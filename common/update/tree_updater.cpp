@@ -54,7 +54,10 @@ TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positio
     build(positions);
     tracer_.set_scene(topology_, positions, bvh_);
     last_.times.upload_ms = tracer_.times().update.upload_ms;
-    if (refitter_ != nullptr) refitter_->set_scene(topology_, positions, bvh_);
+    if (refitter_ != nullptr) {
+        refitter_->set_scene(topology_, positions, bvh_);
+        last_.times.upload_ms += refitter_->times().update.upload_ms;
+    }
     last_.reason = "the first tree";
     policy_->built(cost_of_frame().rebuild);
 }
@@ -78,7 +81,9 @@ void TreeUpdater::hand_over(std::span<const vec3> positions) {
     take_refit_times();
     tracer_.set_frame(positions, bvh_);
     last_.times.upload_ms += tracer_.times().update.upload_ms;
-    if (refitter_ != nullptr) refitter_->set_frame(positions, bvh_);
+    if (refitter_ == nullptr) return;
+    refitter_->set_frame(positions, bvh_);
+    last_.times.upload_ms += refitter_->times().update.upload_ms;
 }
 
 /// Gives the refitter's tree to the tracer.

@@ -24,7 +24,8 @@ int exit_code_when_interrupted() {
     try {
         throw_if_interrupted();
     } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::kCancelled);
+        // In a child process an EXPECT would be lost.
+        if (error.kind() != ErrorKind::kCancelled) return 2;
         return static_cast<int>(interrupt_exit_code());
     }
     return 0;

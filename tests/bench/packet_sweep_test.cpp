@@ -15,8 +15,8 @@ std::size_t count_differences(const TraceWork& work, const TraceAnswers& a, cons
     std::size_t differences = 0;
     for (std::size_t i = 0; i < work.rays.size(); ++i) {
         if (work.active[i] == 0) continue;
-        differences +=
-            work.any_hit() ? a.occluded[i] != b.occluded[i] : !same_bits(a.hits[i], b.hits[i]);
+        differences += work.any_hit() ? a.occluded[i] != b.occluded[i]
+                                      : !test::same_bits(a.hits[i], b.hits[i]);
     }
     return differences;
 }

@@ -9,7 +9,7 @@ namespace morphray::test {
 namespace {
 
 TEST(WatertightOnVulkan, LetsNoRayOutAfterAThousandRefits) {
-    const DeviceScene scene = icosphere(3);
+    const TestScene scene = icosphere(3);
     const auto vulkan = gpu::make_vulkan_backend({.device = "", .validate = true});
     vulkan->set_scene(scene.topology(), scene.positions(),
                       build_bvh(scene.topology(), scene.positions()));
