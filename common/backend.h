@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "common/base/index_range.h"
 #include "common/bvh/bvh.h"
 #include "common/image/frame.h"
 #include "common/scene/mesh.h"
@@ -57,10 +58,12 @@ public:
                            const Bvh& bvh) = 0;
     /// Takes new positions and a tree over them, refitted or built elsewhere.
     virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;
-    /// Takes new positions and refits the tree to them. A device may leave the refit to the next
-    /// call that needs the tree. Returns the number of leaves that it writes.
+    /// Takes new positions and refits the tree to them. Vertices outside of `changed` (ascending
+    /// ranges) are where they were. A device may leave the refit to the next call that needs the
+    /// tree. Returns the number of leaves that it writes.
     virtual std::uint64_t refit(std::span<const vec3> positions,
-                                RefitExtent extent = RefitExtent::kMoved) = 0;
+                                RefitExtent extent = RefitExtent::kMoved,
+                                std::span<const IndexRange> changed = kAllIndices) = 0;
 
     /// The nodes of the tree at the current positions. Valid until the next call of a function
     /// that is not times().

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <type_traits>
 
 #include "common/base/stopwatch.h"
 #include "common/base/thread_arena.h"
@@ -25,15 +26,16 @@ constexpr std::size_t kRayGrain = 256;
 /// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
 /// for a scene.
 template <class MakeTracer>
-class CpuBackend final : public Backend {
+class TracerBackend final : public CpuBackend {
 public:
-    CpuBackend(std::string name, std::string how, const SimdTarget& target, int threads,
-               MakeTracer make_tracer)
+    TracerBackend(std::string name, std::string how, const SimdTarget& target, int threads,
+                  MakeTracer make_tracer)
         : name_(std::move(name)),
           how_(std::move(how)),
           target_(target),
           arena_(threads),
-          make_tracer_(std::move(make_tracer)) {}
+          make_tracer_(std::move(make_tracer)),
+          tracer_(make_tracer_(topology_, planner_.pose().positions(), bvh_)) {}
 
     const std::string& name() const override { return name_; }
     std::string description() const override {
@@ -46,6 +48,9 @@ public:
         topology_ = topology;
         planner_ = RefitPlanner(positions);
         bvh_ = bvh;
+        // Until the next scene the arrays of topology, pose and tree may change, but not their
+        // places.
+        tracer_ = make_tracer_(topology_, planner_.pose().positions(), bvh_);
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
@@ -56,9 +61,10 @@ public:
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
-    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent) override {
+    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
+                        std::span<const IndexRange> changed) override {
         const Stopwatch upload;
-        arena_.execute([&] { planner_.advance(positions); });
+        arena_.execute([&] { planner_.advance(positions, changed); });
         times_ = {.update = {.upload_ms = upload.ms()}};
         const Stopwatch watch;
         const RefitPlan plan = planner_.plan(bvh_, extent);
@@ -90,12 +96,11 @@ public:
         frame.occlusion.resize(pixels);
         frame.pixels.resize(pixels);
         const Stopwatch watch;
-        const auto tracer = make_tracer_(topology_, planner_.pose().positions(), bvh_);
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const ImageTiles tiles = tiles_for(params);
         arena_.execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
-                trace_tile(*tracer, mesh, params, tiles[i], frame);
+                trace_tile(*tracer_, mesh, params, tiles[i], frame);
             });
         });
         times_.trace_ms = watch.ms();
@@ -105,21 +110,31 @@ public:
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {
         assert(rays.size() == hits.size());
         const Stopwatch watch;
-        const auto tracer = make_tracer_(topology_, planner_.pose().positions(), bvh_);
         using Range = tbb::blocked_range<std::size_t>;
         arena_.execute([&] {
             tbb::parallel_for(Range(0, rays.size(), kRayGrain), [&](const Range& r) {
-                tracer->intersect(rays.subspan(r.begin(), r.size()),
-                                  hits.subspan(r.begin(), r.size()));
+                tracer_->intersect(rays.subspan(r.begin(), r.size()),
+                                   hits.subspan(r.begin(), r.size()));
             });
         });
         times_.trace_ms = watch.ms();
         times_.rays = rays.size();
     }
 
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+        tracer_->intersect(rays, hits);
+    }
+
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override {
+        tracer_->occluded(rays, occluded);
+    }
+
     const BackendTimes& times() override { return times_; }
 
 private:
+    using Tracer =
+        std::invoke_result_t<MakeTracer, const Topology&, std::span<const vec3>, const Bvh&>;
+
     /// The largest that packets are made of, but where these are few for the threads.
     ImageTiles tiles_for(const ImageParams& params) const {
         constexpr std::uint32_t kTilesAThread = 4;
@@ -137,20 +152,22 @@ private:
     Topology topology_;
     RefitPlanner planner_;
     Bvh bvh_;
+    Tracer tracer_;
     BackendTimes times_;
 };
 
 template <class MakeTracer>
-std::unique_ptr<Backend> make_backend(std::string name, std::string how, const SimdTarget& target,
-                                      const CpuConfig& config, MakeTracer make_tracer) {
-    return std::make_unique<CpuBackend<MakeTracer>>(std::move(name), std::move(how), target,
-                                                    config.threads, std::move(make_tracer));
+std::unique_ptr<CpuBackend> make_backend(std::string name, std::string how,
+                                         const SimdTarget& target, const CpuConfig& config,
+                                         MakeTracer make_tracer) {
+    return std::make_unique<TracerBackend<MakeTracer>>(std::move(name), std::move(how), target,
+                                                       config.threads, std::move(make_tracer));
 }
 
 /// A backend without SIMD.
 template <class MakeTracer>
-std::unique_ptr<Backend> make_portable(std::string name, const CpuConfig& config,
-                                       MakeTracer make_tracer) {
+std::unique_ptr<CpuBackend> make_portable(std::string name, const CpuConfig& config,
+                                          MakeTracer make_tracer) {
     return make_backend(std::move(name), "portable C++", find_simd_target("scalar"), config,
                         std::move(make_tracer));
 }
@@ -161,7 +178,7 @@ void check_simd(const std::string& simd) {
     if (simd != kSimdOff) find_simd_target(simd);
 }
 
-std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
+std::unique_ptr<CpuBackend> make_cpu_backend(const CpuConfig& config) {
     if (config.simd == kSimdOff) return make_scalar_backend(config);
     const SimdTarget target = find_simd_target(config.simd);
     const auto make = [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
@@ -170,14 +187,14 @@ std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
     return make_backend("cpu", target.name, target, config, make);
 }
 
-std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config) {
+std::unique_ptr<CpuBackend> make_scalar_backend(const CpuConfig& config) {
     const auto make = [](const Topology&, std::span<const vec3>, const Bvh& bvh) {
         return std::make_unique<BatchTiles<OneByOne<ScalarTracer>>>(OneByOne(ScalarTracer(bvh)));
     };
     return make_portable("cpu", config, make);
 }
 
-std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
+std::unique_ptr<CpuBackend> make_brute_backend(const CpuConfig& config) {
     const auto make = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
         return std::make_unique<BatchTiles<OneByOne<BruteTracer>>>(
             OneByOne(BruteTracer(topology, positions)));

@@ -47,7 +47,8 @@ public:
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override;
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
-    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent) override;
+    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
+                        std::span<const IndexRange> changed) override;
     std::span<const Node> nodes() override;
     void read_tree(Bvh& bvh) override;
     void edit_tree(const TreeEdit& edit) override;
@@ -132,10 +133,11 @@ void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
     times_.update.upload_ms = watch.ms();
 }
 
-std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent extent) {
+std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent extent,
+                                   std::span<const IndexRange> changed) {
     finish_refit();
     const Stopwatch watch;
-    planner_.advance(positions);
+    planner_.advance(positions, changed);
     const RefitPlan plan = planner_.plan(links_, extent);
     times_.update.refit_ms = 0;
     times_.refitted_leaves = plan.leaf_count;

@@ -1,13 +1,11 @@
 #include "app/files/hits_file.h"
 
-#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstring>
-#include <limits>
 #include <span>
 
-#include "common/interop/camera.h"
+#include "common/image/depth.h"
 
 namespace mray::app {
 namespace {
@@ -28,11 +26,6 @@ void append(std::vector<std::byte>& bytes, std::span<const T> values) {
     bytes.insert(bytes.end(), raw.begin(), raw.end());
 }
 
-float world_depth(const SceneSpace& space, double scene_depth) {
-    constexpr double kLargest = std::numeric_limits<float>::max();
-    return static_cast<float>(std::min(space.length_to_world(scene_depth), kLargest));
-}
-
 }  // namespace
 
 HitsFile::HitsFile(std::uint32_t width, std::uint32_t height) {
@@ -51,8 +44,7 @@ void HitsFile::add(const Frame& frame, const Camera& camera, const SceneSpace& s
         for (std::uint32_t x = 0; x < frame.width; ++x) {
             Hit& hit = hits[std::size_t{y} * frame.width + x];
             if (hit.prim_id == kNoPrim) continue;
-            const double scale = camera_depth_scale(camera, x, y);
-            hit.t = world_depth(space, hit.t * scale);
+            hit.t = world_depth(camera, space, hit.t, x, y);
         }
     }
     append(bytes_, std::span<const Hit>(hits));

@@ -43,14 +43,15 @@ SceneSpace::SceneSpace(const WorldBounds& bounds) {
     const double mantissa = std::frexp(extent, &exponent);  // extent = mantissa * 2^exponent
     if (mantissa == 0.5) --exponent;                        // exactly 2^20 is inside
     exponent_ = kExtentExponent - exponent;
+    scale_ = std::ldexp(1.0, exponent_);
 }
 
 vec3 SceneSpace::to_scene(vec3 world) const {
     if (!finite(world)) return {kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate};
     vec3 scene;
     for (int axis = 0; axis < 3; ++axis) {
-        const double scaled =
-            std::ldexp(static_cast<double>(world[axis]) - centre_[axis], exponent_);
+        // Exact: floats and the scale of their extent are within 2^+-170.
+        const double scaled = (static_cast<double>(world[axis]) - centre_[axis]) * scale_;
         // A value below the grid must not round to a float denormal on the way to it.
         scene[axis] =
             std::abs(scaled) < 0x1p-60 ? 0.0f : snap_coordinate(static_cast<float>(scaled));

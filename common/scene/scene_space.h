@@ -41,6 +41,8 @@ public:
 private:
     double centre_[3] = {0, 0, 0};
     int exponent_ = 0;
+    /// 2^exponent.
+    double scale_ = 1;
 };
 
 /// A ray in world space as read from a file, made fit for the hit rule.

@@ -54,14 +54,33 @@ PoseMemory::PoseMemory(std::span<const vec3> positions)
     : positions_(positions.begin(), positions.end()),
       moved_((positions.size() + kMotionBlock - 1) / kMotionBlock) {}
 
-std::uint32_t PoseMemory::advance(std::span<const vec3> positions) {
+std::uint32_t PoseMemory::advance(std::span<const vec3> positions,
+                                  std::span<const IndexRange> changed) {
     assert(positions.size() == positions_.size());
+    std::uint32_t moved = 0;
+    std::uint32_t end = 0;
+    for (const IndexRange& range : changed) {
+        // Neighbouring ranges may share a block.
+        const std::uint32_t begin = std::max(end, range.begin / kMotionBlock);
+        std::fill(moved_.begin() + end, moved_.begin() + std::min(begin, block_count()),
+                  std::uint8_t{0});
+        if (begin >= block_count()) return moved;
+        end = range.end / kMotionBlock + (range.end % kMotionBlock != 0 ? 1 : 0);
+        end = std::clamp(end, begin, block_count());
+        moved += take_over(positions, {begin, end});
+    }
+    std::fill(moved_.begin() + end, moved_.end(), std::uint8_t{0});
+    return moved;
+}
+
+/// Compares these blocks with the last pose, and takes those that moved.
+std::uint32_t PoseMemory::take_over(std::span<const vec3> positions, IndexRange blocks) {
     // Whether `count` vertices from `begin` on have not moved; cuts `count` at the last vertex.
     const auto same = [&](std::size_t begin, std::size_t& count) {
         count = std::min(count, positions.size() - begin);
         return std::memcmp(&positions_[begin], &positions[begin], count * sizeof(vec3)) == 0;
     };
-    const auto take_over = [&](std::uint32_t block) -> std::uint32_t {
+    const auto take_block = [&](std::uint32_t block) -> std::uint32_t {
         const std::size_t begin = std::size_t{block} * kMotionBlock;
         std::size_t count = kMotionBlock;
         moved_[block] = same(begin, count) ? 0 : 1;
@@ -69,22 +88,22 @@ std::uint32_t PoseMemory::advance(std::span<const vec3> positions) {
             std::memcpy(&positions_[begin], &positions[begin], count * sizeof(vec3));
         return moved_[block];
     };
-    const auto take_over_stretch = [&](std::uint32_t first, std::uint32_t end) {
+    const auto take_stretch = [&](std::uint32_t first, std::uint32_t end) {
         std::size_t vertices = std::size_t{end - first} * kMotionBlock;
         std::uint32_t count = 0;
         if (same(std::size_t{first} * kMotionBlock, vertices)) {
             std::fill(moved_.begin() + first, moved_.begin() + end, std::uint8_t{0});
         } else {
-            for (std::uint32_t block = first; block < end; ++block) count += take_over(block);
+            for (std::uint32_t block = first; block < end; ++block) count += take_block(block);
         }
         return count;
     };
     using Range = tbb::blocked_range<std::uint32_t>;
     return tbb::parallel_reduce(
-        Range(0, block_count(), kGrain), std::uint32_t{0},
+        Range(blocks.begin, blocks.end, kGrain), std::uint32_t{0},
         [&](const Range& range, std::uint32_t count) {
             for (std::uint32_t block = range.begin(); block < range.end(); block += kStretch)
-                count += take_over_stretch(block, std::min(block + kStretch, range.end()));
+                count += take_stretch(block, std::min(block + kStretch, range.end()));
             return count;
         },
         std::plus<>());

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/index_range.h"
 #include "common/bvh/bvh.h"
 
 namespace mray {
@@ -22,15 +23,19 @@ public:
     std::span<const vec3> positions() const { return positions_; }
     std::uint32_t block_count() const { return static_cast<std::uint32_t>(moved_.size()); }
 
-    /// Takes the next pose, with as many vertices. Returns the number of blocks that moved: with a
-    /// vertex that differs in any bit. Runs in the calling thread's arena.
-    std::uint32_t advance(std::span<const vec3> positions);
+    /// Takes the next pose, with as many vertices; those outside of `changed` (ascending ranges)
+    /// are the same as in the last pose and are not read. Returns the number of blocks that moved:
+    /// with a vertex that differs in any bit. Runs in the calling thread's arena.
+    std::uint32_t advance(std::span<const vec3> positions,
+                          std::span<const IndexRange> changed = kAllIndices);
     /// Whether the block moved in the last advance().
     bool moved(std::uint32_t block) const { return moved_[block] != 0; }
     /// The blocks that moved, ascending.
     std::vector<std::uint32_t> moved_blocks() const;
 
 private:
+    std::uint32_t take_over(std::span<const vec3> positions, IndexRange blocks);
+
     std::vector<vec3> positions_;
     std::vector<std::uint8_t> moved_;
 };

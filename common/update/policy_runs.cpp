@@ -130,7 +130,7 @@ std::vector<PolicyFrame> PolicyRunner::play(const std::string& policy,
         frame.times.deform_ms = scene_.deform_ms();
         frame.times.trace_ms = measure(on_frame);
         frame.times.rays = backend_->times().rays;
-        updater.frame_done();
+        updater.frame_done({.ms = frame.times.trace_ms, .rays = frame.times.rays});
         const TreeUpdate& update = updater.last();
         if (!first) frame.times.update = update.times;
         frame.update = name_of(update.step);

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "common/backend.h"
+#include "common/base/index_range.h"
 #include "common/update/moved_parts.h"
 
 namespace mray {
@@ -30,8 +31,11 @@ public:
     void set_frame(std::span<const vec3> positions);
     /// Takes another tree at the same pose.
     void set_tree() { block_leaves_.reset(); }
-    /// Takes the next pose, with as many vertices.
-    void advance(std::span<const vec3> positions) { moved_blocks_ = pose_.advance(positions); }
+    /// Takes the next pose, as PoseMemory::advance().
+    void advance(std::span<const vec3> positions,
+                 std::span<const IndexRange> changed = kAllIndices) {
+        moved_blocks_ = pose_.advance(positions, changed);
+    }
     /// Plans the refit of the current tree to the last advance(). Reads only leaf_vertices and
     /// parents of the tree.
     RefitPlan plan(const Bvh& tree, RefitExtent extent);
@@ -41,13 +45,6 @@ private:
     std::uint32_t moved_blocks_ = 0;
     /// Made at the first plan() of a tree that needs it.
     std::optional<BlockLeaves> block_leaves_;
-};
-
-/// Indices [begin, end).
-struct IndexRange {
-    std::uint32_t begin = 0;
-    std::uint32_t end = 0;
-    bool operator==(const IndexRange&) const = default;
 };
 
 /// At most `most` ranges (at least 1) that cover the ascending indices. If more would be needed, it

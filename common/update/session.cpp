@@ -45,7 +45,7 @@ void Session::trace(const ImageParams& params, Frame& frame) {
     tracer_->trace_image(params, frame);
     times_.trace_ms = tracer_->times().trace_ms;
     times_.rays = tracer_->times().rays;
-    updater_->frame_done();
+    updater_->frame_done(last_trace(*tracer_));
     times_.update = updater_->last().times;
 }
 

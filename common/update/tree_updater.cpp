@@ -42,7 +42,8 @@ const char* name_of(TreeStep step) {
 
 TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
                          Backend* refitter, std::unique_ptr<UpdatePolicy> policy,
-                         const BuildConfig& build_config, const UpdateConfig& config)
+                         const BuildConfig& build_config, const UpdateConfig& config,
+                         const Bvh* tree)
     : topology_(topology),
       tracer_(tracer),
       refitter_(refitter),
@@ -51,15 +52,23 @@ TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positio
       deterministic_(config.deterministic),
       follows_ratio_(config.record_cost_ratio || policy_->needs_cost_ratio()),
       sample_(topology) {
-    build(positions);
+    if (tree == nullptr) {
+        build(positions);
+        last_.reason = "the first tree";
+    } else {
+        bvh_ = *tree;
+        took_tree(follows_ratio_ ? sample_.area(positions) : 0);
+        last_.reason = "a copy of another scene's tree";
+    }
     tracer_.set_scene(topology_, positions, bvh_);
     last_.times.upload_ms = tracer_.times().update.upload_ms;
     if (refitter_ != nullptr) {
         refitter_->set_scene(topology_, positions, bvh_);
         last_.times.upload_ms += refitter_->times().update.upload_ms;
     }
-    last_.reason = "the first tree";
-    policy_->built(cost_of_frame().rebuild);
+    // A copied tree tells nothing of the time of a build.
+    const double estimate = kBuildPerTriangle * static_cast<double>(topology_.triangles.size());
+    policy_->built(tree == nullptr ? cost_of_frame({}).rebuild : estimate);
 }
 
 void TreeUpdater::build(std::span<const vec3> positions) {
@@ -93,8 +102,9 @@ void TreeUpdater::pass_on_refitted(std::span<const vec3> positions) {
     tracer_.set_frame(positions, bvh_);
 }
 
-void TreeUpdater::refit(std::span<const vec3> positions, RefitExtent extent) {
-    const std::uint64_t leaves = refitter().refit(positions, extent);
+void TreeUpdater::refit(std::span<const vec3> positions, RefitExtent extent,
+                        std::span<const IndexRange> changed) {
+    const std::uint64_t leaves = refitter().refit(positions, extent, changed);
     refitted_ = true;
     const bool moved = extent == RefitExtent::kAll || leaves > 0;
     if (last_.step != TreeStep::kSwapped) {
@@ -149,10 +159,11 @@ void TreeUpdater::swap(std::span<const vec3> positions) {
     last_.step = TreeStep::kSwapped;
     last_.reason =
         fmt::format("for the tree that was built in the background in {:.1f} ms", result.build_ms);
-    refit(positions, RefitExtent::kAll);
+    refit(positions, RefitExtent::kAll, kAllIndices);
 }
 
-const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
+const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions,
+                                      std::span<const IndexRange> changed) {
     if (positions.size() != topology_.vertex_count) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{} vertices for a tree over {}: the topology has changed, which "
@@ -170,7 +181,7 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions) {
     if (swap_is_due()) {
         swap(positions);
     } else {
-        refit(positions, RefitExtent::kMoved);
+        refit(positions, RefitExtent::kMoved, changed);
         last_.reason = plan.reason;
     }
     UpdateDecision decision = review(positions, false);
@@ -237,7 +248,7 @@ void TreeUpdater::follow(const UpdateDecision& decision, std::span<const vec3> p
     last_.build_pending = background_.pending();
 }
 
-FrameCost TreeUpdater::cost_of_frame() const {
+FrameCost TreeUpdater::cost_of_frame(const TraceCost& trace) const {
     FrameCost cost;
     cost.cost_ratio = last_.cost_ratio;
     const bool built = last_.step == TreeStep::kBuilt || last_.step == TreeStep::kRebuilt;
@@ -248,7 +259,7 @@ FrameCost TreeUpdater::cost_of_frame() const {
         cost.refit = kRefitPerTriangle * triangles;
         cost.restructure = restructured_ ? kRestructurePerTriangle * triangles : 0;
         cost.rebuild = built ? kBuildPerTriangle * triangles : 0;
-        cost.trace = kTracePerRay * static_cast<double>(tracer_.times().rays) *
+        cost.trace = kTracePerRay * static_cast<double>(trace.rays) *
                      std::pow(std::max(1.0, last_.cost_ratio), kTraceExponent);
         return cost;
     }
@@ -256,13 +267,18 @@ FrameCost TreeUpdater::cost_of_frame() const {
     cost.refit = times.refit_ms + times.decide_ms + (built ? 0 : times.upload_ms);
     cost.restructure = times.restructure_ms;
     cost.rebuild = built ? times.rebuild_ms + times.upload_ms : 0;
-    cost.trace = tracer_.times().trace_ms;
+    cost.trace = trace.ms;
     return cost;
 }
 
-void TreeUpdater::frame_done() {
+void TreeUpdater::frame_done(const TraceCost& trace) {
+    settle();
+    policy_->frame_done(cost_of_frame(trace));
+}
+
+const TreeUpdate& TreeUpdater::settle() {
     if (refitter_ == nullptr) take_refit_times();
-    policy_->frame_done(cost_of_frame());
+    return last_;
 }
 
 const Bvh& TreeUpdater::tree() {

@@ -36,22 +36,37 @@ struct TreeUpdate {
     bool build_pending = false;
 };
 
+/// What tracing a frame took.
+struct TraceCost {
+    double ms = 0;
+    std::uint64_t rays = 0;
+};
+/// The cost of a backend's last trace.
+inline TraceCost last_trace(Backend& backend) {
+    const BackendTimes& times = backend.times();
+    return {times.trace_ms, times.rays};
+}
+
 /// Topology and backends must outlive it.
 class TreeUpdater {
 public:
     /// Builds a tree at these positions and hands it to the tracer. `refitter` is a backend that
-    /// refits for the tracer, which then takes its trees; null: the tracer refits. Throws what
-    /// builder and backends throw.
+    /// refits for the tracer, which then takes its trees; null: the tracer refits. `tree`, if not
+    /// null, is a tree over these positions that is copied instead. Throws what builder and
+    /// backends throw.
     TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
                 Backend* refitter, std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build,
-                const UpdateConfig& config);
+                const UpdateConfig& config, const Bvh* tree = nullptr);
 
-    /// Brings the tracer's tree to this pose. For another number of vertices, which means another
-    /// topology, it changes nothing and throws Error(kBadInput).
-    const TreeUpdate& update(std::span<const vec3> positions);
-    /// Ends a frame that has been traced: adds the time of a refit that ran with the trace to
-    /// last(), and tells the policy the costs of the frame.
-    void frame_done();
+    /// Brings the tracer's tree to this pose. Vertices outside of `changed` (ascending ranges) are
+    /// those of the last pose. For another number of vertices, which means another topology, it
+    /// changes nothing and throws Error(kBadInput).
+    const TreeUpdate& update(std::span<const vec3> positions,
+                             std::span<const IndexRange> changed = kAllIndices);
+    /// Ends a frame that has been traced: settle(), and tells the policy the costs of the frame.
+    void frame_done(const TraceCost& trace);
+    /// Finishes a refit that was left to the trace, and adds its time to last().
+    const TreeUpdate& settle();
 
     const TreeUpdate& last() const { return last_; }
     /// The tree at the current pose, read back from the tracer.
@@ -59,7 +74,8 @@ public:
 
 private:
     void build(std::span<const vec3> positions);
-    void refit(std::span<const vec3> positions, RefitExtent extent);
+    void refit(std::span<const vec3> positions, RefitExtent extent,
+               std::span<const IndexRange> changed);
     void take_refit_times();
     double wait_for_refit();
     Backend& refitter() { return refitter_ != nullptr ? *refitter_ : tracer_; }
@@ -73,7 +89,7 @@ private:
     bool swap_is_due();
     void swap(std::span<const vec3> positions);
     void follow(const UpdateDecision& decision, std::span<const vec3> positions);
-    FrameCost cost_of_frame() const;
+    FrameCost cost_of_frame(const TraceCost& trace) const;
 
     const Topology& topology_;
     Backend& tracer_;

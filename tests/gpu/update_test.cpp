@@ -184,7 +184,7 @@ std::vector<std::string> steps(const DeviceScene& scene, Backend& tracer,
         updater.update(swayed(scene, time));
         Frame image;
         tracer.trace_image(view(32, 24, kRaysPrimary), image);
-        updater.frame_done();
+        updater.frame_done(last_trace(tracer));
         taken.push_back(name_of(updater.last().step) + (' ' + updater.last().reason) + ' ' +
                         std::to_string(bvh_hash(updater.tree())) + ' ' +
                         std::to_string(hits_hash(image)));

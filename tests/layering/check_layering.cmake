@@ -1,24 +1,28 @@
 # cmake -D ROOT=checkout -P check_layering.cmake: fails with a line for each #include that points up
 # or sideways in
 #
-#     app  accuracy  bench  tests  proofs -> cpu, gpu -> common -> common/interop
-#     app -> accuracy        gpu -> shaders -> common/interop
+#     app  accuracy  bench  tests  proofs -> library -> cpu, gpu -> common -> common/interop
+#     app -> accuracy        gpu -> shaders -> common/interop        examples, python -> include
 #
-# or that brings a library outside its one place. tests/app and tests/fuzz may also see app,
-# tests/bench also bench, tests/accuracy also
-# accuracy, tests/gpu and tests/shaders also shaders.
+# or that brings a library outside its one place. What sees library sees include, too, whose files
+# are included as <morphray/...> or "morphray/...". tests/app and tests/fuzz may also see app,
+# tests/bench also bench, tests/accuracy also accuracy, tests/gpu and tests/shaders also shaders.
 cmake_minimum_required(VERSION 3.25)
 
-set(layers common/interop common cpu gpu shaders accuracy app bench tests proofs)
+set(layers common/interop common cpu gpu shaders include library accuracy app bench tests proofs examples python)
 set(may_see_common/interop common/interop)
 set(may_see_common common common/interop)
 set(may_see_cpu cpu common common/interop)
 set(may_see_gpu gpu shaders common common/interop)
 set(may_see_shaders shaders common/interop)
+set(may_see_include include)
+set(may_see_library library include cpu gpu common common/interop)
+set(may_see_examples examples include)
+set(may_see_python python include)
 set(may_see_accuracy accuracy cpu gpu common common/interop)
-set(may_see_app app accuracy cpu gpu common common/interop)
-set(may_see_bench bench cpu gpu common common/interop)
-set(may_see_tests tests cpu gpu common common/interop)
+set(may_see_app app library include accuracy cpu gpu common common/interop)
+set(may_see_bench bench library include cpu gpu common common/interop)
+set(may_see_tests tests library include cpu gpu common common/interop)
 set(may_see_proofs proofs cpu common common/interop)
 
 # Where a library may be included: the regular expression of the header, then that of the files.
@@ -112,7 +116,8 @@ foreach(file IN LISTS files)
             endif()
         endforeach()
 
-        layer_of(${include} to)
+        string(REGEX REPLACE "^morphray/" "include/morphray/" path ${include})
+        layer_of(${path} to)
         if(to)
             if(NOT to IN_LIST visible)
                 violation(${file} ${include} "${from} must not see ${to}")

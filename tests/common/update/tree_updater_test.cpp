@@ -51,7 +51,7 @@ struct Rig {
         updater.update(positions);
         EXPECT_EQ(check_bvh(updater.tree(), scene.topology(), positions),
                   std::vector<std::string>{});
-        updater.frame_done();
+        updater.frame_done(last_trace(*tracer));
         return updater.last().step;
     }
 
@@ -121,8 +121,8 @@ TEST(TreeUpdater, ARefitterBesideTheTracerGivesItTheSameTree) {
             EXPECT_EQ(with.update(turned(scene, step)).step,
                       without.update(turned(scene, step)).step);
             EXPECT_EQ(bvh_hash(with.tree()), bvh_hash(without.tree())) << policy << step;
-            with.frame_done();
-            without.frame_done();
+            with.frame_done(last_trace(*tracer));
+            without.frame_done(last_trace(*alone));
         }
     }
 }

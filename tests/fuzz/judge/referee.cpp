@@ -115,7 +115,7 @@ std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
         const Ray ray = any_ray();
         Hit hit;
         backend.trace_rays(std::span(&ray, 1), std::span(&hit, 1));
-        updater->frame_done();
+        updater->frame_done(last_trace(backend));
     }
     return updater;
 }

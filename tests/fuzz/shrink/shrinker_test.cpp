@@ -32,9 +32,10 @@ public:
         inner_->set_frame(positions, bvh);
         positions_.assign(positions.begin(), positions.end());
     }
-    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent) override {
+    std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
+                        std::span<const IndexRange> changed) override {
         positions_.assign(positions.begin(), positions.end());
-        return inner_->refit(positions, extent);
+        return inner_->refit(positions, extent, changed);
     }
     std::span<const Node> nodes() override { return inner_->nodes(); }
     void read_tree(Bvh& bvh) override { inner_->read_tree(bvh); }

@@ -1,0 +1,77 @@
+// Where scenes live and rays are traced.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "morphray/export.hpp"
+
+namespace morphray {
+
+namespace detail {
+class DeviceImpl;
+}
+
+struct CpuOptions {
+    /// 0: one for each processor. Results do not depend on it.
+    int threads = 0;
+    /// An instruction set of simd_targets(); empty: the best of this machine. "off": portable C++
+    /// without SIMD. Results do not depend on it.
+    std::string simd = {};
+};
+
+struct VulkanOptions {
+    /// An index of vulkan_devices(), a part of the name of one device only, or a UUID (32 hex
+    /// digits, dashes ignored). Empty: the first usable device, discrete before integrated,
+    /// virtual, CPU.
+    std::string device = {};
+    /// Enables the Khronos validation layer; a call that it objects to throws ErrorCode::internal.
+    bool validate = false;
+};
+
+/// A handle to a device; copies share it. Devices have no state that a caller can see: threads may
+/// use one at the same time, for any number of scenes. A scene keeps its device alive.
+class MORPHRAY_API Device {
+public:
+    /// The processors of this machine. Throws bad_argument for an unknown instruction set or
+    /// negative threads, and unavailable for an instruction set that the machine lacks.
+    static Device cpu(const CpuOptions& options = {});
+    /// A Vulkan 1.1 device. Starting it compiles its kernels, which takes from 0.1 s to some
+    /// seconds. Throws unavailable: not built in, no Vulkan library, no driver, no such device, an
+    /// ambiguous name, a device that lacks a feature.
+    static Device vulkan(const VulkanOptions& options = {});
+    /// Tests every triangle for every ray: no tree to be wrong about. For checks of small scenes.
+    static Device brute_force(const CpuOptions& options = {});
+
+    /// "cpu", "vulkan" or "brute".
+    const std::string& name() const;
+    /// For people: instruction set and threads, or the device's name and driver.
+    std::string description() const;
+
+private:
+    friend class detail::DeviceImpl;
+    explicit Device(std::shared_ptr<detail::DeviceImpl> impl);
+    std::shared_ptr<detail::DeviceImpl> impl_;
+};
+
+/// The instruction sets that Device::cpu() accepts on this machine, the best one first.
+MORPHRAY_API std::vector<std::string> simd_targets();
+
+struct VulkanDeviceInfo {
+    std::uint32_t index = 0;
+    std::string name;
+    /// "discrete", "integrated", "virtual", "cpu" or "other".
+    std::string type;
+    std::string driver;
+    std::string uuid;
+    std::uint64_t memory_bytes = 0;
+    /// Empty if Device::vulkan() can use the device; otherwise what it lacks.
+    std::string unusable;
+};
+
+/// Throws unavailable: not built in, no Vulkan library, no driver, a broken driver.
+MORPHRAY_API std::vector<VulkanDeviceInfo> vulkan_devices();
+
+}  // namespace morphray

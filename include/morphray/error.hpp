@@ -1,0 +1,42 @@
+// The one exception of the library.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "morphray/export.hpp"
+
+namespace morphray {
+
+enum class ErrorCode {
+    bad_argument,  ///< An argument that no call accepts: sizes that do not fit, an empty scene
+                   ///< handle.
+    bad_input,     ///< An array or a file that cannot be used: an index out of range.
+    unavailable,   ///< A device or an instruction set that this machine or build does not have.
+    output,        ///< A file that cannot be written.
+    limit,         ///< More memory, triangles or pixels than the machine, or the library, takes.
+    device_lost,   ///< The device stopped answering. The scene is of no use any more.
+    busy,          ///< Another thread is changing this scene.
+    internal,      ///< A broken invariant of the library: please report it.
+};
+
+/// "bad_argument" for ErrorCode::bad_argument, and so on.
+MORPHRAY_API const char* to_string(ErrorCode code) noexcept;
+
+/// What every function of the library throws, and nothing else. what() is one line that says what
+/// is wrong and, where there is a remedy, what to do. A call that throws has changed nothing, but
+/// for device_lost, and for limit from a call that changes a scene (Scene says more).
+class MORPHRAY_API Error : public std::runtime_error {
+public:
+    Error(ErrorCode code, const std::string& message);
+    ~Error() override;
+    Error(const Error&) = default;
+    Error& operator=(const Error&) = default;
+
+    ErrorCode code() const noexcept { return code_; }
+
+private:
+    ErrorCode code_;
+};
+
+}  // namespace morphray

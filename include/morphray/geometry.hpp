@@ -1,0 +1,65 @@
+// Points, boxes, rays and hits in world space: the caller's units and axes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+
+namespace morphray {
+
+struct Vec3 {
+    float x = 0;
+    float y = 0;
+    float z = 0;
+    bool operator==(const Vec3&) const = default;
+};
+
+/// x, y and z.
+using Point = std::array<double, 3>;
+
+/// All points p with lower <= p <= upper on each axis. A box with lower > upper is empty.
+struct Box {
+    Point lower = {0, 0, 0};
+    Point upper = {0, 0, 0};
+    bool operator==(const Box&) const = default;
+};
+
+/// The points org + t * dir with tnear <= t <= tfar. `dir` has any length but 0; t is in units of
+/// it. 32 bytes, in the order of the members, so that an array of 8 floats a ray may be read as
+/// rays.
+///
+/// A ray hits nothing if a number in it is NaN, if org or dir is infinite, if dir is 0, if the
+/// interval is empty (tnear > tfar or tfar < 0), or if org is more than a million scene sizes away.
+/// A negative tnear counts as 0.
+struct Ray {
+    Vec3 org;
+    float tnear = 0;
+    Vec3 dir;
+    float tfar = std::numeric_limits<float>::infinity();
+};
+
+inline constexpr std::uint32_t kNoPrim = 0xFFFFFFFFu;
+inline constexpr std::uint32_t kNoGeometry = 0xFFFFFFFFu;
+
+/// The closest hit of a ray, or a miss: {0, 0, 0, kNoPrim, kNoGeometry}.
+///
+/// The hit point is (1 - u - v) * p0 + u * p1 + v * p2 for the corners p0, p1, p2 of triangle
+/// `prim_id` (a number from 0 in the mesh `geom_id`), and org + t * dir up to rounding. Among
+/// triangles hit at the same t, the lowest (geom_id, prim_id) is the hit. Triangles are hit from
+/// both sides; one without area, or with a corner that is not finite, is never hit. An edge that
+/// two triangles share lets no ray through.
+struct Hit {
+    float t = 0;  ///< Rounded to a float; a larger value becomes the largest float.
+    float u = 0;
+    float v = 0;
+    std::uint32_t prim_id = kNoPrim;
+    std::uint32_t geom_id = kNoGeometry;
+
+    /// Whether it is a hit.
+    explicit operator bool() const { return prim_id != kNoPrim; }
+    bool operator==(const Hit&) const = default;
+};
+
+static_assert(sizeof(Vec3) == 12 && sizeof(Ray) == 32 && sizeof(Hit) == 20);
+
+}  // namespace morphray

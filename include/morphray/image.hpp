@@ -1,0 +1,64 @@
+// Images of a scene.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "morphray/export.hpp"
+#include "morphray/geometry.hpp"
+
+namespace morphray {
+
+/// The rays of an image.
+enum class Rays {
+    primary,  ///< Camera rays, shaded as if lit from the camera.
+    shadow,   ///< and a ray to the light from each hit.
+    ao,       ///< and ambient-occlusion rays from each hit.
+};
+
+/// A pinhole camera and a light, in world space. What is not given is chosen so that the bounds of
+/// the scene fill the image.
+struct View {
+    std::optional<Point> eye = {};
+    std::optional<Point> target = {};
+    Point up = {0, 1, 0};
+    /// Vertical, in degrees, between 0 and 180.
+    double fov = 45;
+    std::optional<Point> light = {};
+    /// In pixels, from 1 to 65536 a side and at most 2^28 in all.
+    std::uint32_t width = 1024;
+    std::uint32_t height = 1024;
+    Rays rays = Rays::primary;
+    /// Ambient-occlusion rays a pixel, from 1 to 256.
+    std::uint32_t ao_count = 16;
+    /// Length of ambient-occlusion rays. 0: a quarter of the diagonal of the bounds.
+    double ao_distance = 0;
+};
+
+/// An image with the hits that it was made from, row by row from the top.
+struct Image {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    /// 8 bits a channel, sRGB: red in bits 0 to 7, green in 8 to 15, blue in 16 to 23, alpha above.
+    std::vector<std::uint32_t> pixels;
+    /// The hit of each camera ray; t is the depth along the viewing direction, in world space.
+    std::vector<Hit> hits;
+    /// The number of occluded shadow or ambient-occlusion rays of each pixel.
+    std::vector<std::uint32_t> occlusion;
+    /// The rays that were traced.
+    std::uint64_t ray_count = 0;
+    /// The time of the trace; a device takes it by its own clock, if it has one.
+    double trace_ms = 0;
+    /// XXH3 (64 bits) of hits and occlusion, and of the pixels: the same on every device and
+    /// machine. They are what `morphray render --json` reports.
+    std::uint64_t hits_hash = 0;
+    std::uint64_t image_hash = 0;
+};
+
+/// Writes a PNG file: as a whole, or not at all. Throws output if it cannot be written, and
+/// bad_argument for an image whose pixels do not fit its size.
+MORPHRAY_API void write_png(const std::string& file, const Image& image);
+
+}  // namespace morphray

@@ -1,0 +1,200 @@
+// A scene of deforming meshes on one device.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+
+#include "morphray/device.hpp"
+#include "morphray/error.hpp"
+#include "morphray/export.hpp"
+#include "morphray/geometry.hpp"
+#include "morphray/image.hpp"
+#include "morphray/mesh.hpp"
+
+namespace morphray {
+
+namespace detail {
+class SceneImpl;
+}
+
+/// One tree for all poses: each update refits it.
+struct Refit {};
+/// Each update builds a tree.
+struct Rebuild {};
+/// An update builds a tree after this many poses (1 to 1000000), and refits in between.
+struct Every {
+    std::uint32_t poses = 8;
+};
+/// Refits; restructures, or builds, when the tree's degradation has cost as much time as that would
+/// take. Trees that take longer than the budget are built in the background.
+struct Auto {
+    /// The time that an update may add, in milliseconds. 0: `budget` decides.
+    double budget_ms = 0;
+    /// The same as a part of the time that refit and queries of a pose take.
+    double budget = 0.75;
+    /// Decide by counts of triangles and rays instead of times, so that all runs decide alike.
+    /// Results never depend on the decisions.
+    bool deterministic = false;
+};
+/// How the tree follows the meshes (Wald, Boulos, Shirley, TOG 26(1), 2007, section 5).
+using UpdatePolicy = std::variant<Auto, Refit, Rebuild, Every>;
+
+/// How trees are built: in either case by the surface area heuristic.
+enum class Split {
+    binned,  ///< Over bins of the centroids: fast.
+    sweep,   ///< Every position on all three axes: several times slower, the best tree.
+};
+
+struct SceneOptions {
+    /// The part of world space that the meshes move in. It fixes scene space, and with it the last
+    /// bits of all hits: with the same bounds, equal positions give equal bits on all machines and
+    /// devices, whatever the poses before. Without it the bounds of the first pose are taken.
+    /// Meshes may leave the bounds: as long as they do, scene space is that of bounds and meshes
+    /// together, and hits are as right as ever. build() throws bad_argument if
+    /// they are empty or not within the range of floats.
+    std::optional<Box> bounds = {};
+    UpdatePolicy update = Auto{};
+    Split split = Split::binned;
+    /// The device that refits, if it is not the one that traces.
+    std::optional<Device> refit_on = {};
+    /// Find the cost ratio at each update, even if the policy does not need it.
+    bool record_cost_ratio = false;
+};
+
+/// What an update did to the tree.
+enum class Step {
+    build,        ///< The first tree, or one over another set of meshes.
+    keep,         ///< Nothing moved.
+    refit,        ///< Boxes and vertices were written again.
+    restructure,  ///< Refitted, and its degraded parts built again.
+    rebuild,      ///< Built at this pose.
+    swap,         ///< Replaced by a tree from the background, refitted to this pose.
+};
+/// "build", "keep", ...
+MORPHRAY_API const char* to_string(Step step) noexcept;
+
+struct Update {
+    Step step = Step::build;
+    /// Why, as a clause for people: "the slow-down has cost a build".
+    std::string reason;
+    /// The cost of the tree by the surface area heuristic, relative to that when it was built and
+    /// to the growth of its triangles; 1 if neither policy nor options ask for it.
+    double cost_ratio = 1;
+    /// Whether a tree is being built in the background.
+    bool build_pending = false;
+
+    /// Milliseconds. A part that did not happen is 0. A device may put a refit off until the first
+    /// query, which then takes longer; last_update() tells its refit_ms afterwards.
+    double read_ms = 0;    ///< Reading the caller's positions.
+    double upload_ms = 0;  ///< Positions and trees to the device.
+    double refit_ms = 0;
+    double decide_ms = 0;  ///< Finding the cost ratio, and deciding.
+    double restructure_ms = 0;
+    double rebuild_ms = 0;
+
+    double milliseconds() const {
+        return read_ms + upload_ms + refit_ms + decide_ms + restructure_ms + rebuild_ms;
+    }
+};
+
+struct TreeStatistics {
+    /// Expected visits of nodes and tests of triangles of a random ray that meets the root's box.
+    double sah_cost = 0;
+    std::uint32_t node_count = 0;
+    std::uint32_t leaf_count = 0;
+    std::uint32_t depth = 0;
+    std::uint64_t bytes = 0;
+    /// XXH3 (64 bits) of nodes and leaves: the same on every device.
+    std::uint64_t hash = 0;
+};
+
+/// Meshes, the tree over them, and queries.
+///
+/// Threads: const members may be called by any number of threads at the same time. update(),
+/// attach(), detach(), moving and destroying a scene need it for themselves; a second thread in
+/// update(), attach() or detach() gets Error(busy), queries meanwhile are undefined. Different
+/// scenes are independent.
+///
+/// Errors: any member throws bad_argument if the scene has been moved from. If a change of the
+/// scene throws limit (no memory) or device_lost, queries and updates throw the same until the
+/// scene is destroyed; otherwise a call that throws has changed nothing.
+///
+/// Memory: 12 bytes a vertex and 24 bytes a triangle for positions and indices, and some 40 bytes a
+/// triangle for the tree. A background build takes as much again.
+class MORPHRAY_API Scene {
+public:
+    /// Builds a scene of one mesh, geom_id 0. Time: O(n log n) in the triangles, some 0.1 us a
+    /// triangle and core. Throws bad_input for an index that is out of range (named), or triangles
+    /// that are not in threes; bad_argument for positions without data, a stride below 12 and
+    /// unsuitable options; limit above 2^28 triangles in all.
+    static Scene build(const MeshView& mesh, const Device& device = Device::cpu(),
+                       const SceneOptions& options = {});
+    /// A scene of several meshes, with geom_ids 0, 1, ... in order. There may be none.
+    static Scene build(std::span<const MeshView> meshes, const Device& device = Device::cpu(),
+                       const SceneOptions& options = {});
+
+    Scene(Scene&& other) noexcept;
+    Scene& operator=(Scene&& other) noexcept;
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
+    ~Scene();
+
+    /// Reads the positions of all deforming meshes again and brings the tree to them. Time: O(n) in
+    /// vertices and triangles of what moved.
+    Update update();
+    /// Reads `count` positions of one mesh from `first` on; all others are those of the last
+    /// update. Works for meshes that do not deform, too. Throws bad_argument if they are not in the
+    /// mesh.
+    Update update(std::uint32_t geom_id, std::size_t first, std::size_t count);
+
+    /// Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one. Throws
+    /// what build() throws.
+    std::uint32_t attach(const MeshView& mesh);
+    /// Removes a mesh from the next update() on; until then its positions stay borrowed. Its
+    /// geom_id is free afterwards. Throws bad_argument if there is none of this geom_id.
+    void detach(std::uint32_t geom_id);
+
+    /// What the last build or update() did, with the times that are known by now.
+    Update last_update() const;
+
+    /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays, in any order. Runs on
+    /// all threads of the device if there are many rays, and in the calling thread if there are
+    /// few. Throws bad_argument if the sizes differ, device_lost, limit.
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
+    /// One ray, for callers that need each hit before they make the next ray. On a Vulkan device a
+    /// call is a submission: hand over many rays there.
+    Hit intersect(const Ray& ray) const;
+
+    /// Finds whether rays hit anything: occluded[i] is 1 if rays[i] does, else 0.
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+    bool occluded(const Ray& ray) const;
+
+    /// Renders an image. Throws bad_input for an impossible view (eye and target coincide, up is
+    /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
+    /// of 0, limit for more pixels or ao_count than View allows.
+    Image render(const View& view) const;
+
+    /// A scene over the same meshes with a copy of this tree on another device, at the current
+    /// pose. Afterwards both go their own ways. Throws what build() throws.
+    Scene on(const Device& device) const;
+
+    /// Reads the tree back from a device, which takes O(n).
+    TreeStatistics tree_statistics() const;
+
+    const Device& device() const;
+    std::uint64_t triangle_count() const;
+    std::uint64_t vertex_count() const;
+    /// The bounds of the finite positions at the current pose; lower > upper if there are none.
+    Box bounds() const;
+
+private:
+    explicit Scene(std::unique_ptr<detail::SceneImpl> impl);
+    std::unique_ptr<detail::SceneImpl> impl_;
+};
+
+}  // namespace morphray

@@ -1,0 +1,26 @@
+// Turns the errors of the engine into those of the public interface.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "morphray/error.hpp"
+
+namespace morphray::detail {
+
+/// Throws the exception that is being handled again, as an Error of the public interface.
+[[noreturn]] void rethrow_as_public();
+
+/// Calls `work`; whatever it throws comes out as a public Error.
+template <class Work>
+decltype(auto) with_public_errors(Work&& work) {
+    try {
+        return std::forward<Work>(work)();
+    } catch (...) {
+        rethrow_as_public();
+    }
+}
+
+[[noreturn]] void throw_bad_argument(const std::string& message);
+
+}  // namespace morphray::detail

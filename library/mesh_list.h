@@ -1,0 +1,76 @@
+// The meshes of a scene, as one topology and one sequence of vertices.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/scene/mesh.h"
+#include "morphray/geometry.hpp"
+#include "morphray/mesh.hpp"
+
+namespace morphray::detail {
+
+/// One mesh of the list. Its vertices and triangles are consecutive in the topology.
+struct MeshPlace {
+    bool used = false;
+    Positions positions;
+    bool deforms = true;
+    std::uint32_t first_vertex = 0;
+    std::uint32_t first_prim = 0;
+    std::uint32_t prim_count = 0;
+
+    std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(positions.count); }
+};
+
+/// The meshes in the order of their geom_ids. attach() and detach() are collected until commit().
+class MeshList {
+public:
+    /// Returns the geom_id: the lowest one that is free. Throws Error.
+    std::uint32_t attach(const MeshView& mesh);
+    /// Throws Error if there is no such mesh.
+    void detach(std::uint32_t geom_id);
+    bool has_changes() const { return !changes_.empty(); }
+    /// The list with the collected changes made.
+    MeshList changed() const;
+
+    const mray::Topology& topology() const { return topology_; }
+    std::span<const MeshPlace> places() const { return places_; }
+    /// The mesh, or nothing for a geom_id that is free or not committed.
+    const MeshPlace* find(std::uint32_t geom_id) const;
+
+    /// Replaces the number of a triangle in the topology, hit.prim_id, by geom_id and prim_id.
+    void locate(Hit& hit) const {
+        if (hit.prim_id == kNoPrim) return;
+        const auto after = std::upper_bound(first_prims_.begin(), first_prims_.end(), hit.prim_id);
+        const auto i = static_cast<std::size_t>(after - first_prims_.begin()) - 1;
+        hit.geom_id = geometry_ids_[i];
+        hit.prim_id -= first_prims_[i];
+    }
+
+private:
+    struct Change {
+        std::uint32_t geom_id = 0;
+        bool attaches = false;
+        MeshPlace place = {};
+        std::vector<mray::uvec3> triangles = {};
+        std::vector<mray::Albedo> albedo = {};
+    };
+
+    /// Whether the geom_id is in use once the changes are made.
+    bool will_be_used(std::uint32_t geom_id) const;
+    void append(std::uint32_t geom_id, MeshPlace place, std::span<const mray::uvec3> triangles,
+                std::uint32_t old_first_vertex, std::span<const mray::Albedo> albedo);
+
+    /// By geom_id.
+    std::vector<MeshPlace> places_;
+    /// geom_ids in use with triangles, ascending, and the first_prim of each.
+    std::vector<std::uint32_t> geometry_ids_;
+    std::vector<std::uint32_t> first_prims_;
+    mray::Topology topology_;
+    std::vector<Change> changes_;
+};
+
+}  // namespace morphray::detail

@@ -1,0 +1,58 @@
+// Reads the caller's positions into scene space.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/base/index_range.h"
+#include "common/base/thread_arena.h"
+#include "common/scene/scene_space.h"
+#include "common/scene/world_bounds.h"
+#include "library/mesh_list.h"
+
+namespace morphray::detail {
+
+/// The positions of all meshes in scene space, and the space. The space is that of the bounds, as
+/// long as all finite positions lie in its range; otherwise it is that of the bounds and all
+/// positions together. So it depends on bounds and positions only, not on earlier poses.
+class PoseReader {
+public:
+    /// Without bounds, those of the first positions that are read are taken.
+    explicit PoseReader(const std::optional<Box>& bounds);
+
+    const mray::SceneSpace& space() const { return space_; }
+    /// The bounds that the space follows; empty before there is a position.
+    const mray::WorldBounds& bounds() const { return bounds_; }
+    std::span<const mray::vec3> positions() const { return positions_; }
+
+    /// Reads all positions of all meshes, which may be others than before.
+    void read_all(const MeshList& meshes, mray::ThreadArena& arena);
+    /// Reads the positions of all meshes that deform. Returns the vertices outside of which none
+    /// has changed in scene space.
+    std::vector<mray::IndexRange> read_deforming(const MeshList& meshes, mray::ThreadArena& arena);
+    /// Reads these vertices of a mesh, which must be in it. Returns as above.
+    std::vector<mray::IndexRange> read(const MeshList& meshes, const MeshPlace& mesh,
+                                       std::size_t first, std::size_t count,
+                                       mray::ThreadArena& arena);
+
+private:
+    struct Piece {
+        const MeshPlace* mesh;
+        std::size_t first;
+        std::size_t count;
+    };
+
+    std::vector<mray::IndexRange> read_pieces(const MeshList& meshes, std::span<const Piece> pieces,
+                                              mray::ThreadArena& arena);
+    bool convert(std::span<const Piece> pieces, const mray::SceneSpace& space,
+                 mray::ThreadArena& arena);
+
+    mray::WorldBounds bounds_;
+    mray::SceneSpace space_;
+    /// Whether positions lie outside the range of the space of the bounds.
+    bool is_extended_ = false;
+    std::vector<mray::vec3> positions_;
+};
+
+}  // namespace morphray::detail

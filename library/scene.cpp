@@ -1,0 +1,113 @@
+#include "morphray/scene.hpp"
+
+#include <utility>
+
+#include "library/errors.h"
+#include "library/scene_impl.h"
+
+namespace morphray {
+namespace {
+
+using detail::SceneImpl;
+using detail::with_public_errors;
+
+template <class Impl>
+Impl& require(const std::unique_ptr<Impl>& impl) {
+    if (impl == nullptr) detail::throw_bad_argument("this scene has been moved from");
+    return *impl;
+}
+
+}  // namespace
+
+const char* to_string(Step step) noexcept {
+    switch (step) {
+        case Step::build:
+            return "build";
+        case Step::keep:
+            return "keep";
+        case Step::refit:
+            return "refit";
+        case Step::restructure:
+            return "restructure";
+        case Step::rebuild:
+            return "rebuild";
+        default:
+            return "swap";
+    }
+}
+
+Scene::Scene(std::unique_ptr<SceneImpl> impl) : impl_(std::move(impl)) {}
+Scene::Scene(Scene&& other) noexcept = default;
+Scene& Scene::operator=(Scene&& other) noexcept = default;
+Scene::~Scene() = default;
+
+Scene Scene::build(const MeshView& mesh, const Device& device, const SceneOptions& options) {
+    return build(std::span<const MeshView>(&mesh, 1), device, options);
+}
+
+Scene Scene::build(std::span<const MeshView> meshes, const Device& device,
+                   const SceneOptions& options) {
+    return with_public_errors(
+        [&] { return Scene(std::make_unique<SceneImpl>(meshes, device, options)); });
+}
+
+Update Scene::update() {
+    return with_public_errors([&] { return require(impl_).update(); });
+}
+
+Update Scene::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
+    return with_public_errors([&] { return require(impl_).update(geom_id, first, count); });
+}
+
+std::uint32_t Scene::attach(const MeshView& mesh) {
+    return with_public_errors([&] { return require(impl_).attach(mesh); });
+}
+
+void Scene::detach(std::uint32_t geom_id) {
+    with_public_errors([&] { require(impl_).detach(geom_id); });
+}
+
+Update Scene::last_update() const {
+    return with_public_errors([&] { return require(impl_).last_update(); });
+}
+
+void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+    with_public_errors([&] { require(impl_).intersect(rays, hits); });
+}
+
+Hit Scene::intersect(const Ray& ray) const {
+    return with_public_errors([&] { return require(impl_).intersect(ray); });
+}
+
+void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+    with_public_errors([&] { require(impl_).occluded(rays, occluded); });
+}
+
+bool Scene::occluded(const Ray& ray) const {
+    return with_public_errors([&] { return require(impl_).occluded(ray); });
+}
+
+Image Scene::render(const View& view) const {
+    return with_public_errors([&] { return require(impl_).render(view); });
+}
+
+Scene Scene::on(const Device& device) const {
+    return with_public_errors(
+        [&] { return Scene(std::make_unique<SceneImpl>(require(impl_), device)); });
+}
+
+TreeStatistics Scene::tree_statistics() const {
+    return with_public_errors([&] { return require(impl_).tree_statistics(); });
+}
+
+const Device& Scene::device() const { return require(impl_).device(); }
+
+std::uint64_t Scene::triangle_count() const { return require(impl_).topology().triangles.size(); }
+
+std::uint64_t Scene::vertex_count() const { return require(impl_).topology().vertex_count; }
+
+Box Scene::bounds() const {
+    return with_public_errors([&] { return require(impl_).bounds(); });
+}
+
+}  // namespace morphray

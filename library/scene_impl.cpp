@@ -1,0 +1,460 @@
+#include "library/scene_impl.h"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "common/base/stopwatch.h"
+#include "common/bvh/bvh_stats.h"
+#include "common/update/session.h"
+#include "library/errors.h"
+#include "library/image_conversion.h"
+
+namespace morphray::detail {
+namespace {
+
+// Up to so many rays are traced in the calling thread: others would take longer to wake up.
+constexpr std::size_t kFewRays = 256;
+// Rays that are converted and traced together, in memory on the stack.
+constexpr std::size_t kRun = 256;
+// Rays that are handed to a device together.
+constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
+
+template <class... Cases>
+struct Overloaded : Cases... {
+    using Cases::operator()...;
+};
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
+
+struct PolicyText {
+    std::string text;
+    mray::UpdateConfig config;
+};
+
+PolicyText text_of(const UpdatePolicy& policy) {
+    return std::visit(Overloaded{
+                          [](const Refit&) {
+                              return PolicyText{"refit", {}};
+                          },
+                          [](const Rebuild&) {
+                              return PolicyText{"rebuild", {}};
+                          },
+                          [](const Every& every) {
+                              return PolicyText{fmt::format("every:{}", every.poses), {}};
+                          },
+                          [](const Auto& automatic) {
+                              if (!(automatic.budget_ms >= 0) || !(automatic.budget >= 0))
+                                  throw_bad_argument("Auto: a budget must not be negative");
+                              return PolicyText{"auto",
+                                                {.deterministic = automatic.deterministic,
+                                                 .budget = automatic.budget,
+                                                 .budget_ms = automatic.budget_ms}};
+                          },
+                      },
+                      policy);
+}
+
+void check(const std::optional<Box>& bounds) {
+    if (!bounds) return;
+    // Positions are floats.
+    constexpr double kMost = std::numeric_limits<float>::max();
+    const auto& [lower, upper] = *bounds;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (!std::isfinite(lower[axis]) || !std::isfinite(upper[axis]) || lower[axis] > upper[axis])
+            throw_bad_argument("bounds: must be finite, with lower <= upper");
+        if (lower[axis] < -kMost || upper[axis] > kMost)
+            throw_bad_argument("bounds: must be within the range of floats");
+    }
+}
+
+Step step_of(mray::TreeStep step) {
+    switch (step) {
+        case mray::TreeStep::kBuilt:
+            return Step::build;
+        case mray::TreeStep::kKept:
+            return Step::keep;
+        case mray::TreeStep::kRefitted:
+            return Step::refit;
+        case mray::TreeStep::kRestructured:
+            return Step::restructure;
+        case mray::TreeStep::kRebuilt:
+            return Step::rebuild;
+        default:
+            return Step::swap;
+    }
+}
+
+Update to_public(const mray::TreeUpdate& update, double read_ms) {
+    return {.step = step_of(update.step),
+            .reason = update.reason,
+            .cost_ratio = update.cost_ratio,
+            .build_pending = update.build_pending,
+            .read_ms = read_ms,
+            .upload_ms = update.times.upload_ms,
+            .refit_ms = update.times.refit_ms,
+            .decide_ms = update.times.decide_ms,
+            .restructure_ms = update.times.restructure_ms,
+            .rebuild_ms = update.times.rebuild_ms};
+}
+
+/// Rays in scene space that come from a run of the caller's.
+struct SceneRays {
+    std::array<mray::Ray, kRun> rays;
+    std::array<int, kRun> t_exponents;
+    /// The ray of the run that each comes from; rays that cannot hit anything have none.
+    std::array<std::uint16_t, kRun> sources;
+    std::size_t count = 0;
+};
+
+void convert(const RayConverter& converter, std::span<const Ray> rays, SceneRays& out) {
+    out.count = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const RayScale scale = converter.to_scene(rays[i], out.rays[out.count]);
+        out.t_exponents[out.count] = scale.t_exponent;
+        out.sources[out.count] = static_cast<std::uint16_t>(i);
+        out.count += scale.is_valid ? 1 : 0;
+        // The next ray is written over one that is not valid; after the last one nothing is.
+        if (out.count == kRun) break;
+    }
+}
+
+/// Calls `work(first, count)` for runs of at most kRun of `total` rays, in this thread or in many.
+template <class Work>
+void for_each_run(std::size_t total, mray::ThreadArena& arena, Work work) {
+    const auto run_range = [&](std::size_t first, std::size_t end) {
+        for (; first < end; first += kRun) work(first, std::min(kRun, end - first));
+    };
+    if (total <= kFewRays) {
+        run_range(0, total);
+        return;
+    }
+    using Range = tbb::blocked_range<std::size_t>;
+    arena.execute([&] {
+        tbb::parallel_for(Range(0, total, kRun),
+                          [&](const Range& range) { run_range(range.begin(), range.end()); });
+    });
+}
+
+}  // namespace
+
+/// A call that changes the scene: keeps other threads out, and notes an error that leaves it of no
+/// use.
+class SceneImpl::Change {
+public:
+    explicit Change(SceneImpl& scene) : scene_(scene) {
+        if (scene_.is_changing_.exchange(true)) {
+            throw Error(ErrorCode::busy,
+                        "another thread is changing this scene; update() takes one at a time");
+        }
+    }
+    ~Change() { scene_.is_changing_ = false; }
+    Change(const Change&) = delete;
+
+    template <class Work>
+    void run(Work work) {
+        scene_.require_usable();
+        try {
+            with_public_errors(work);
+        } catch (const Error& error) {
+            scene_.broken_ = error;
+            throw;
+        }
+    }
+
+private:
+    SceneImpl& scene_;
+};
+
+SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
+                     const SceneOptions& options)
+    : device_(device), options_(options), pose_((check(options.bounds), options.bounds)) {
+    make_policy();
+    for (const MeshView& mesh : meshes) meshes_.attach(mesh);
+    meshes_ = meshes_.changed();
+    start(nullptr);
+}
+
+SceneImpl::SceneImpl(const SceneImpl& other, const Device& device)
+    : device_(device), options_(other.options_), meshes_(other.meshes_), pose_(other.pose_) {
+    other.require_usable();
+    options_.refit_on.reset();
+    mray::Bvh tree;
+    {
+        const std::scoped_lock lock(other.mutex_);
+        other.tracer_->read_tree(tree);
+    }
+    start(&tree);
+}
+
+std::unique_ptr<mray::UpdatePolicy> SceneImpl::make_policy() const {
+    PolicyText policy = text_of(options_.update);
+    if (tracer_ != nullptr) policy.config = mray::for_tracer(policy.config, *tracer_);
+    return mray::make_update_policy(policy.text, policy.config);
+}
+
+/// Hands the committed meshes to the device with a tree, which is built if there is none.
+void SceneImpl::start(const mray::Bvh* tree) {
+    updater_.reset();
+    if (tracer_ == nullptr) {
+        tracer_ = take_backend(device_);
+        cpu_ = dynamic_cast<mray::cpu::CpuBackend*>(tracer_.get());
+    }
+    if (options_.refit_on && refitter_ == nullptr) refitter_ = take_backend(*options_.refit_on);
+    const mray::Stopwatch watch;
+    if (tree == nullptr) pose_.read_all(meshes_, arena());
+    read_ms_ = watch.ms();
+    converter_.emplace(pose_.space());
+    mray::UpdateConfig config = text_of(options_.update).config;
+    config.record_cost_ratio = options_.record_cost_ratio;
+    const mray::BuildConfig build{.split = options_.split == Split::sweep
+                                               ? mray::SplitMethod::kSweep
+                                               : mray::SplitMethod::kBinned,
+                                  .threads = DeviceImpl::of(device_).threads()};
+    updater_ =
+        std::make_unique<mray::TreeUpdater>(meshes_.topology(), pose_.positions(), *tracer_,
+                                            refitter_.get(), make_policy(), build, config, tree);
+    cost_.reset();
+}
+
+void SceneImpl::require_usable() const {
+    if (broken_) throw *broken_;
+}
+
+/// Brings the tree to the positions of pose_.
+void SceneImpl::follow(std::span<const mray::IndexRange> changed, double read_ms) {
+    read_ms_ = read_ms;
+    converter_.emplace(pose_.space());
+    updater_->frame_done({.ms = cost_.ms(), .rays = cost_.rays()});
+    cost_.reset();
+    updater_->update(pose_.positions(), changed);
+}
+
+Update SceneImpl::update() {
+    Change change(*this);
+    change.run([&] {
+        if (meshes_.has_changes()) {
+            MeshList meshes = meshes_.changed();
+            // The updater follows the topology that it was made for.
+            updater_.reset();
+            meshes_ = std::move(meshes);
+            start(nullptr);
+            return;
+        }
+        const mray::Stopwatch watch;
+        const std::vector<mray::IndexRange> changed = pose_.read_deforming(meshes_, arena());
+        follow(changed, watch.ms());
+    });
+    return to_public(updater_->last(), read_ms_);
+}
+
+Update SceneImpl::update(std::uint32_t geom_id, std::size_t first, std::size_t count) {
+    Change change(*this);
+    require_usable();
+    const MeshPlace* const mesh = meshes_.find(geom_id);
+    if (mesh == nullptr)
+        throw_bad_argument(fmt::format("the scene has no mesh with geom_id {}", geom_id));
+    if (first > mesh->positions.count || count > mesh->positions.count - first) {
+        throw_bad_argument(fmt::format("positions {} to {} of a mesh that has {}", first,
+                                       first + count, mesh->positions.count));
+    }
+    if (meshes_.has_changes()) {
+        throw_bad_argument(
+            "meshes have been attached or detached; call update() without a range first");
+    }
+    change.run([&] {
+        const mray::Stopwatch watch;
+        const std::vector<mray::IndexRange> changed =
+            pose_.read(meshes_, *mesh, first, count, arena());
+        follow(changed, watch.ms());
+    });
+    return to_public(updater_->last(), read_ms_);
+}
+
+std::uint32_t SceneImpl::attach(const MeshView& mesh) {
+    const Change change(*this);
+    require_usable();
+    return meshes_.attach(mesh);
+}
+
+void SceneImpl::detach(std::uint32_t geom_id) {
+    const Change change(*this);
+    require_usable();
+    meshes_.detach(geom_id);
+}
+
+Update SceneImpl::last_update() const {
+    require_usable();
+    const std::scoped_lock lock(mutex_);
+    return to_public(updater_->settle(), read_ms_);
+}
+
+void SceneImpl::trace_on_device(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) const {
+    const std::scoped_lock lock(mutex_);
+    tracer_->trace_rays(rays, hits);
+}
+
+/// Converts in many threads, and traces in large batches.
+void SceneImpl::intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const {
+    std::vector<mray::Ray> batch;
+    std::vector<RayScale> scales;
+    std::vector<mray::Hit> found;
+    for (std::size_t begin = 0; begin < rays.size(); begin += kDeviceBatch) {
+        const std::size_t size = std::min(kDeviceBatch, rays.size() - begin);
+        batch.resize(size);
+        scales.resize(size);
+        found.resize(size);
+        for_each_run(size, arena(), [&](std::size_t first, std::size_t count) {
+            for (std::size_t i = first; i < first + count; ++i) {
+                scales[i] = converter_->to_scene(rays[begin + i], batch[i]);
+                // A ray with an empty interval hits nothing, and keeps the others in their places.
+                if (!scales[i].is_valid)
+                    batch[i] = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .tfar = 0};
+            }
+        });
+        trace_on_device(batch, found);
+        for_each_run(size, arena(), [&](std::size_t first, std::size_t count) {
+            for (std::size_t i = first; i < first + count; ++i) {
+                to_world(scales[i].is_valid ? found[i] : mray::no_hit(), scales[i],
+                         hits[begin + i]);
+                meshes_.locate(hits[begin + i]);
+            }
+        });
+    }
+}
+
+void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+    require_usable();
+    if (rays.size() != hits.size())
+        throw_bad_argument(fmt::format("{} rays, but room for {} hits", rays.size(), hits.size()));
+    const mray::Stopwatch watch;
+    if (cpu_ == nullptr) {
+        intersect_on_device(rays, hits);
+    } else {
+        for_each_run(rays.size(), arena(), [&](std::size_t first, std::size_t count) {
+            SceneRays scene;
+            std::array<mray::Hit, kRun> found;
+            convert(*converter_, rays.subspan(first, count), scene);
+            cpu_->intersect(std::span(scene.rays).first(scene.count),
+                            std::span(found).first(scene.count));
+            if (scene.count < count) std::fill_n(&hits[first], count, Hit{});
+            for (std::size_t i = 0; i < scene.count; ++i) {
+                Hit& hit = hits[first + scene.sources[i]];
+                to_world(found[i], {scene.t_exponents[i], true}, hit);
+                meshes_.locate(hit);
+            }
+        });
+    }
+    cost_.add(watch.ms(), rays.size());
+}
+
+Hit SceneImpl::intersect(const Ray& ray) const {
+    Hit hit;
+    if (cpu_ == nullptr) {
+        intersect(std::span<const Ray>(&ray, 1), std::span<Hit>(&hit, 1));
+        return hit;
+    }
+    require_usable();
+    mray::Ray scene;
+    const RayScale scale = converter_->to_scene(ray, scene);
+    if (!scale.is_valid) return hit;
+    mray::Hit found;
+    cost_.sample(1, [&] {
+        cpu_->intersect(std::span<const mray::Ray>(&scene, 1), std::span<mray::Hit>(&found, 1));
+    });
+    to_world(found, scale, hit);
+    meshes_.locate(hit);
+    return hit;
+}
+
+void SceneImpl::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+    require_usable();
+    if (rays.size() != occluded.size()) {
+        throw_bad_argument(
+            fmt::format("{} rays, but room for {} answers", rays.size(), occluded.size()));
+    }
+    if (cpu_ == nullptr) {
+        // A device has no kernel that ends at the first hit of any ray.
+        std::vector<Hit> hits(rays.size());
+        intersect(rays, std::span<Hit>(hits));
+        for (std::size_t i = 0; i < hits.size(); ++i) occluded[i] = hits[i] ? 1 : 0;
+        return;
+    }
+    const mray::Stopwatch watch;
+    for_each_run(rays.size(), arena(), [&](std::size_t first, std::size_t count) {
+        SceneRays scene;
+        std::array<std::uint8_t, kRun> found;
+        convert(*converter_, rays.subspan(first, count), scene);
+        cpu_->occluded(std::span(scene.rays).first(scene.count),
+                       std::span(found).first(scene.count));
+        if (scene.count < count) std::fill_n(&occluded[first], count, std::uint8_t{0});
+        for (std::size_t i = 0; i < scene.count; ++i) occluded[first + scene.sources[i]] = found[i];
+    });
+    cost_.add(watch.ms(), rays.size());
+}
+
+bool SceneImpl::occluded(const Ray& ray) const {
+    std::uint8_t found = 0;
+    if (cpu_ == nullptr) {
+        occluded(std::span<const Ray>(&ray, 1), std::span<std::uint8_t>(&found, 1));
+        return found != 0;
+    }
+    require_usable();
+    mray::Ray scene;
+    if (!converter_->to_scene(ray, scene).is_valid) return false;
+    cost_.sample(1, [&] {
+        cpu_->occluded(std::span<const mray::Ray>(&scene, 1), std::span<std::uint8_t>(&found, 1));
+    });
+    return found != 0;
+}
+
+Image SceneImpl::render(const View& view) const {
+    require_usable();
+    const mray::ImageParams params =
+        mray::make_image_params(to_spec(view), pose_.bounds(), pose_.space());
+    mray::Frame frame;
+    double trace_ms = 0;
+    {
+        const std::scoped_lock lock(mutex_);
+        tracer_->trace_image(params, frame);
+        trace_ms = tracer_->times().trace_ms;
+    }
+    Image image = to_image(std::move(frame), params, pose_.space(), meshes_);
+    image.trace_ms = trace_ms;
+    cost_.add(trace_ms, image.ray_count);
+    return image;
+}
+
+TreeStatistics SceneImpl::tree_statistics() const {
+    require_usable();
+    mray::Bvh tree;
+    {
+        const std::scoped_lock lock(mutex_);
+        tracer_->read_tree(tree);
+    }
+    const mray::BvhStats stats = mray::bvh_stats(tree);
+    return {stats.sah_cost, stats.node_count, stats.leaf_count,
+            stats.depth,    stats.bytes,      mray::bvh_hash(tree)};
+}
+
+Box SceneImpl::bounds() const {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    Box box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+    for (const mray::vec3 scene : pose_.positions()) {
+        if (scene.x == mray::kInvalidCoordinate) continue;
+        const mray::vec3 p = pose_.space().to_world(scene);
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto k = static_cast<std::size_t>(axis);
+            box.lower[k] = std::min(box.lower[k], static_cast<double>(p[axis]));
+            box.upper[k] = std::max(box.upper[k], static_cast<double>(p[axis]));
+        }
+    }
+    return box;
+}
+
+}  // namespace morphray::detail

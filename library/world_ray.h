@@ -1,0 +1,37 @@
+// Rays of the caller, brought into scene space.
+#pragma once
+
+#include "common/interop/ray.h"
+#include "common/scene/scene_space.h"
+#include "morphray/geometry.hpp"
+
+namespace morphray::detail {
+
+/// What makes hits of a ray in scene space hits in world space.
+struct RayScale {
+    /// t in world space is t in scene space times 2^t_exponent.
+    int t_exponent = 0;
+    /// Whether the ray can hit anything; if not, its ray in scene space is not set.
+    bool is_valid = false;
+};
+
+/// A ray of floats in scene space, with the bits of mray::to_scene(). This one has no branches for
+/// most rays, and scales by multiplications, which are exact: all exponents are within +-400.
+class RayConverter {
+public:
+    explicit RayConverter(const mray::SceneSpace& space);
+
+    RayScale to_scene(const Ray& world, mray::Ray& scene) const;
+
+private:
+    int exponent_;
+    double centre_[3];
+    /// 2^exponent of the space.
+    double scale_;
+};
+
+/// A hit in scene space, in world space; its prim_id is that in the topology of all meshes, and its
+/// geom_id 0.
+void to_world(const mray::Hit& hit, const RayScale& scale, Hit& world);
+
+}  // namespace morphray::detail

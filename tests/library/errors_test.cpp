@@ -1,0 +1,170 @@
+// Bad input gets an error with a code and a line, and changes nothing.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <thread>
+
+#include "tests/library/scenes.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::Device;
+using morphray::MeshView;
+using morphray::Scene;
+
+std::string error_of_mesh(const MeshView& mesh) {
+    return error_of([&] { Scene::build(mesh); });
+}
+
+TEST(LibraryErrors, NameTheTriangleOfABadIndex) {
+    UserMesh mesh(icosphere(1));
+    mesh.triangles[3 * 17 + 1] = 5000;
+    try {
+        Scene::build(mesh.view());
+        FAIL();
+    } catch (const morphray::Error& error) {
+        EXPECT_EQ(error.code(), morphray::ErrorCode::bad_input);
+        EXPECT_STREQ(error.what(), "triangle 17 has vertex 5000, but there are 42 positions");
+    }
+}
+
+TEST(LibraryErrors, RefuseMeshesWhoseArraysDoNotFit) {
+    const UserMesh mesh(icosphere(1));
+    MeshView view = mesh.view();
+    view.triangles = view.triangles.first(7);
+    EXPECT_EQ(error_of_mesh(view), "bad_input");
+    view = mesh.view();
+    view.positions.data = nullptr;
+    EXPECT_EQ(error_of_mesh(view), "bad_argument");
+    view = mesh.view();
+    view.positions.stride = 8;
+    EXPECT_EQ(error_of_mesh(view), "bad_argument");
+    view = mesh.view();
+    view.positions.count = std::size_t{1} << 40;
+    EXPECT_EQ(error_of_mesh(view), "limit");
+    view = mesh.view();
+    const std::uint32_t albedo[2] = {};
+    view.albedo = albedo;
+    EXPECT_EQ(error_of_mesh(view), "bad_argument");
+    view = mesh.view();
+    view.positions = {};
+    EXPECT_EQ(error_of_mesh(view), "bad_input");
+}
+
+TEST(LibraryErrors, AcceptScenesOfNothing) {
+    const std::vector<morphray::Ray> rays = {{{0, 0, 3}, 0, {0, 0, -1}}};
+    for (const MeshView& mesh : {MeshView{}, MeshView{{rays.data(), 2, 12}, {}}}) {
+        Scene scene = Scene::build(mesh);
+        EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
+        scene.update();
+        EXPECT_FALSE(scene.occluded(rays[0]));
+        EXPECT_EQ(scene.render({.width = 4, .height = 4}).hits.size(), 16u);
+    }
+    Scene scene = Scene::build(std::span<const MeshView>());
+    scene.update();
+    EXPECT_EQ(scene.triangle_count(), 0u);
+    EXPECT_EQ(scene.attach({}), 0u);
+    scene.update();
+}
+
+TEST(LibraryErrors, RefuseUnsuitableOptions) {
+    const UserMesh mesh(icosphere(1));
+    const auto with = [&](const morphray::SceneOptions& options) {
+        return error_of([&] { Scene::build(mesh.view(), Device::cpu(), options); });
+    };
+    EXPECT_EQ(with({.bounds = morphray::Box{{1, 0, 0}, {0, 1, 1}}}), "bad_argument");
+    EXPECT_EQ(with({.bounds = morphray::Box{{0, 0, 0}, {0, NAN, 1}}}), "bad_argument");
+    EXPECT_EQ(with({.update = morphray::Every{0}}), "bad_argument");
+    EXPECT_EQ(with({.update = morphray::Every{2000000}}), "bad_argument");
+    EXPECT_EQ(with({.update = morphray::Auto{.budget_ms = -1}}), "bad_argument");
+    EXPECT_EQ(with({.update = morphray::Auto{.budget = NAN}}), "bad_argument");
+    EXPECT_EQ(with({}), "none");
+    EXPECT_EQ(error_of([] { Device::cpu({.threads = -1}); }), "bad_argument");
+    EXPECT_EQ(error_of([] { Device::cpu({.simd = "mmx"}); }), "bad_argument");
+}
+
+TEST(LibraryErrors, RefuseSpansAndRangesThatDoNotFit) {
+    const UserMesh mesh(icosphere(1));
+    Scene scene = Scene::build(mesh.view());
+    const std::vector<morphray::Ray> rays(3);
+    std::vector<morphray::Hit> hits(2);
+    std::vector<std::uint8_t> occluded(4);
+    EXPECT_EQ(error_of([&] {
+                  scene.intersect(std::span<const morphray::Ray>(rays),
+                                  std::span<morphray::Hit>(hits));
+              }),
+              "bad_argument");
+    EXPECT_EQ(error_of([&] { scene.occluded(rays, std::span<std::uint8_t>(occluded)); }),
+              "bad_argument");
+    const std::size_t count = mesh.points.size();
+    EXPECT_EQ(error_of([&] { scene.update(0, 0, count + 1); }), "bad_argument");
+    EXPECT_EQ(error_of([&] { scene.update(0, count + 1, 0); }), "bad_argument");
+    EXPECT_EQ(error_of([&] { scene.update(0, 1, ~std::size_t{0}); }), "bad_argument");
+    EXPECT_EQ(error_of([&] { scene.update(1, 0, 1); }), "bad_argument");
+    EXPECT_EQ(error_of([&] { scene.detach(1); }), "bad_argument");
+    EXPECT_EQ(scene.attach(mesh.view()), 1u);
+    EXPECT_EQ(error_of([&] { scene.update(0, 0, 1); }), "bad_argument");
+    scene.detach(1);
+    EXPECT_EQ(error_of([&] { scene.detach(1); }), "bad_argument");
+    // None of this has changed anything.
+    scene.update();
+    EXPECT_EQ(scene.update(0, 0, count).step, morphray::Step::keep);
+}
+
+TEST(LibraryErrors, RefuseImpossibleViews) {
+    const UserMesh mesh(icosphere(1));
+    const Scene scene = Scene::build(mesh.view());
+    const auto with = [&](const morphray::View& view) {
+        return error_of([&] { scene.render(view); });
+    };
+    EXPECT_EQ(with({.width = 0}), "bad_argument");
+    EXPECT_EQ(with({.width = 70000, .height = 1}), "limit");
+    EXPECT_EQ(with({.rays = morphray::Rays::ao, .ao_count = 0}), "bad_argument");
+    EXPECT_EQ(with({.eye = morphray::Point{0, 0, 0}, .target = morphray::Point{0, 0, 0}}),
+              "bad_input");
+    EXPECT_EQ(with({.fov = 180}), "bad_input");
+    EXPECT_EQ(with({.rays = static_cast<morphray::Rays>(9)}), "bad_argument");
+    EXPECT_EQ(error_of([] { morphray::write_png("image.png", {}); }), "bad_argument");
+    morphray::Image image = scene.render({.width = 2, .height = 2});
+    EXPECT_EQ(error_of([&] { morphray::write_png("/no/such/folder/image.png", image); }), "output");
+    EXPECT_EQ(error_of([&] { morphray::compare(image, scene.render({.width = 4, .height = 1})); }),
+              "bad_argument");
+}
+
+TEST(LibraryErrors, RefuseScenesThatWereMovedFrom) {
+    const UserMesh mesh(icosphere(1));
+    Scene scene = Scene::build(mesh.view());
+    Scene other = std::move(scene);
+    EXPECT_TRUE(other.intersect(morphray::Ray{{0, 0, 3}, 0, {0, 0, -1}}));
+    EXPECT_EQ(error_of([&] { scene.update(); }), "bad_argument");
+    EXPECT_EQ(error_of([&] { scene.intersect(morphray::Ray{}); }), "bad_argument");
+    EXPECT_EQ(error_of([&] { scene.render({}); }), "bad_argument");
+    EXPECT_EQ(error_of([&] { scene.device(); }), "bad_argument");
+    scene = std::move(other);
+    EXPECT_EQ(error_of([&] { scene.update(); }), "none");
+}
+
+TEST(LibraryErrors, ASecondThreadInUpdateIsToldSo) {
+    const UserMesh mesh(icosphere(5));
+    Scene scene = Scene::build(mesh.view(), Device::cpu(), {.update = morphray::Rebuild{}});
+    std::atomic<int> busy = 0;
+    std::atomic<int> done = 0;
+    const auto update = [&] {
+        for (int i = 0; i < 200 && busy == 0; ++i) {
+            const std::string error = error_of([&] { scene.update(); });
+            if (error == "busy") ++busy;
+            if (error == "none") ++done;
+        }
+    };
+    std::thread other(update);
+    update();
+    other.join();
+    EXPECT_GT(busy, 0);
+    EXPECT_GT(done, 0);
+    EXPECT_EQ(error_of([&] { scene.update(); }), "none");
+}
+
+}  // namespace
+}  // namespace mray::test

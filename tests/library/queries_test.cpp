@@ -1,0 +1,177 @@
+// Closest and any hits through the public interface equal brute force.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "tests/library/scenes.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::Device;
+using morphray::Scene;
+
+constexpr std::size_t kRays = 2000;
+
+TEST(Queries, EqualBruteForceOnHardMeshes) {
+    std::size_t hits = 0;
+    for (const NamedScene& named : adversarial_scenes()) {
+        const UserMesh mesh(named.scene);
+        const std::vector<morphray::Ray> rays = world_rays(mesh, kRays, 3);
+        const Scene brute = Scene::build(mesh.view(), Device::brute_force());
+        const std::vector<morphray::Hit> expected = hits_of(brute, rays);
+        hits += count_hits(expected);
+        expect_same_hits(hits_of(Scene::build(mesh.view()), rays), expected, named.name);
+    }
+    EXPECT_GT(hits, 5000u);
+}
+
+TEST(Queries, AreTheSameForEachInstructionSet) {
+    const UserMesh mesh(torus(60, 40));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, kRays, 4);
+    const std::vector<morphray::Hit> expected = hits_of(Scene::build(mesh.view()), rays);
+    EXPECT_GT(count_hits(expected), kRays / 3);
+    std::vector<std::string> targets = morphray::simd_targets();
+    targets.push_back("off");
+    for (const std::string& simd : targets) {
+        const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2, .simd = simd}));
+        expect_same_hits(hits_of(scene, rays), expected, simd);
+    }
+}
+
+TEST(Queries, AreTheSameForEachSizeOfBatch) {
+    const UserMesh mesh(star(3, 8));
+    const Scene scene = Scene::build(mesh.view());
+    const std::vector<morphray::Ray> rays = world_rays(mesh, kRays, 5);
+    const std::vector<morphray::Hit> expected = hits_of(scene, rays);
+    std::vector<std::uint8_t> occluded(rays.size());
+    scene.occluded(rays, std::span<std::uint8_t>(occluded));
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_EQ(scene.intersect(rays[i]), expected[i]);
+        ASSERT_EQ(scene.occluded(rays[i]), bool{expected[i]});
+        ASSERT_EQ(occluded[i] != 0, bool{expected[i]});
+    }
+    for (const std::size_t size :
+         {std::size_t{1}, std::size_t{255}, std::size_t{256}, std::size_t{257}}) {
+        std::vector<morphray::Hit> some(size);
+        scene.intersect(std::span(rays).first(size), std::span<morphray::Hit>(some));
+        expect_same_hits(some,
+                         {expected.begin(), expected.begin() + static_cast<std::ptrdiff_t>(size)});
+    }
+    scene.intersect(std::span<const morphray::Ray>(), std::span<morphray::Hit>());
+}
+
+TEST(Queries, HitPointsAreOnTheTrianglesOfTheCaller) {
+    const UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.view());
+    const std::vector<morphray::Ray> rays = world_rays(mesh, kRays, 6);
+    const std::vector<morphray::Hit> hits = hits_of(scene, rays);
+    EXPECT_GT(count_hits(hits), kRays / 3);
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const morphray::Hit& hit = hits[i];
+        if (!hit) continue;
+        ASSERT_EQ(hit.geom_id, 0u);
+        const auto corner = [&](std::size_t k) {
+            const morphray::Vec3& p = mesh.points[mesh.triangles[3 * hit.prim_id + k]];
+            return vec3(p.x, p.y, p.z);
+        };
+        const vec3 on_triangle =
+            (1 - hit.u - hit.v) * corner(0) + hit.u * corner(1) + hit.v * corner(2);
+        const morphray::Ray& r = rays[i];
+        const vec3 on_ray(r.org.x + hit.t * r.dir.x, r.org.y + hit.t * r.dir.y,
+                          r.org.z + hit.t * r.dir.z);
+        for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(on_triangle[axis], on_ray[axis], 1e-4);
+    }
+}
+
+TEST(Queries, RaysThatCannotHitAnythingHitNothing) {
+    const UserMesh mesh(icosphere(2));
+    const Scene scene = Scene::build(mesh.view());
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    const morphray::Ray good{{0, 0, 3}, 0, {0, 0, -1}, kInfinity};
+    const std::vector<morphray::Ray> rays = {
+        good,
+        {{kNan, 0, 3}, 0, {0, 0, -1}, kInfinity},
+        {{0, kInfinity, 3}, 0, {0, 0, -1}, kInfinity},
+        {{0, 0, 3}, 0, {0, 0, 0}, kInfinity},
+        {{0, 0, 3}, 0, {0, kNan, -1}, kInfinity},
+        {{0, 0, 3}, 0, {0, 0, -kInfinity}, kInfinity},
+        {{0, 0, 3}, 5, {0, 0, -1}, 4},
+        {{0, 0, 3}, kNan, {0, 0, -1}, kInfinity},
+        {{0, 0, 3}, 0, {0, 0, -1}, kNan},
+        {{0, 0, 3}, -2, {0, 0, -1}, -1},
+        {{0, 0, 1e30f}, 0, {0, 0, -1}, kInfinity},
+        {{0, 0, 3}, -5, {0, 0, -1}, kInfinity},
+    };
+    const std::vector<morphray::Hit> hits = hits_of(scene, rays);
+    EXPECT_TRUE(hits.front());
+    EXPECT_EQ(hits.back(), hits.front());
+    for (std::size_t i = 1; i + 1 < hits.size(); ++i) {
+        EXPECT_EQ(hits[i], morphray::Hit{}) << i;
+        EXPECT_EQ(scene.intersect(rays[i]), morphray::Hit{}) << i;
+        EXPECT_FALSE(scene.occluded(rays[i])) << i;
+    }
+}
+
+TEST(Queries, ManyThreadsMayAskOneScene) {
+    const UserMesh mesh(torus(60, 40));
+    const Scene scene = Scene::build(mesh.view());
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 5000, 7);
+    const std::vector<morphray::Hit> expected = hits_of(scene, rays);
+    std::vector<std::size_t> different(4);
+    std::vector<std::thread> threads;
+    for (std::size_t& count : different) {
+        threads.emplace_back([&] {
+            for (int round = 0; round < 5; ++round) {
+                const std::vector<morphray::Hit> hits = hits_of(scene, rays);
+                for (std::size_t i = 0; i < rays.size(); ++i) {
+                    count += !(hits[i] == expected[i]);
+                    if (i % 10 == 0) count += !(scene.intersect(rays[i]) == expected[i]);
+                }
+                scene.render({.width = 20, .height = 20});
+            }
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+    for (const std::size_t count : different) EXPECT_EQ(count, 0u);
+}
+
+TEST(Queries, ImagesAndTreesAreThoseOfBruteForceAndTheScalarTarget) {
+    const UserMesh mesh(torus(24, 16));
+    const Scene scene = Scene::build(mesh.view());
+    const Scene brute = scene.on(Device::brute_force());
+    const Scene scalar = scene.on(Device::cpu({.simd = "scalar"}));
+    EXPECT_EQ(scene.tree_statistics().hash, scalar.tree_statistics().hash);
+    EXPECT_GT(scene.tree_statistics().node_count, 1u);
+    for (const morphray::Rays rays :
+         {morphray::Rays::primary, morphray::Rays::shadow, morphray::Rays::ao}) {
+        const morphray::View view{.width = 80, .height = 60, .rays = rays, .ao_count = 4};
+        const morphray::Image image = scene.render(view);
+        EXPECT_GT(count_hits(image.hits), 500u);
+        EXPECT_EQ(image.hits_hash, brute.render(view).hits_hash);
+        const morphray::Comparison comparison = morphray::compare(image, scalar.render(view));
+        EXPECT_TRUE(comparison.equal()) << morphray::describe(comparison);
+        EXPECT_EQ(comparison.compared, 4800u);
+    }
+}
+
+TEST(Compare, NamesTheFirstHitsThatDiffer) {
+    UserMesh mesh(icosphere(2));
+    const Scene scene = Scene::build(mesh.view());
+    UserMesh other = mesh;
+    for (morphray::Vec3& p : other.points) p.z *= 0.5f;
+    const Scene changed = Scene::build(other.view());
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 500, 9);
+    EXPECT_TRUE(morphray::compare(scene, scene, rays).equal());
+    const morphray::Comparison comparison = morphray::compare(scene, changed, rays, 3);
+    EXPECT_FALSE(comparison.equal());
+    EXPECT_EQ(comparison.compared, 500u);
+    EXPECT_EQ(comparison.differences.size(), 3u);
+    EXPECT_NE(morphray::describe(comparison).find(" of 500 differ\n"), std::string::npos);
+    EXPECT_EQ(comparison.differences[0].first,
+              scene.intersect(rays[comparison.differences[0].index]));
+}
+
+}  // namespace
+}  // namespace mray::test

@@ -1,0 +1,91 @@
+// Meshes and rays for tests of the library, as its users have them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "morphray/morphray.hpp"
+#include "tests/support/test_scene.h"
+
+namespace mray::test {
+
+/// A mesh in arrays of its own.
+struct UserMesh {
+    std::vector<morphray::Vec3> points;
+    std::vector<std::uint32_t> triangles;
+
+    UserMesh() = default;
+    explicit UserMesh(const TestScene& scene) {
+        for (const vec3& p : scene.world_positions()) points.push_back({p.x, p.y, p.z});
+        for (const uvec3& t : scene.topology().triangles)
+            triangles.insert(triangles.end(), {t.x, t.y, t.z});
+    }
+
+    morphray::MeshView view(bool deforms = true) const {
+        return {morphray::packed(points), triangles, deforms};
+    }
+};
+
+/// Rays of floats in world space: from around and inside a mesh, at its vertices and along axes.
+inline std::vector<morphray::Ray> world_rays(const UserMesh& mesh, std::size_t count,
+                                             std::uint64_t seed) {
+    Random random(seed);
+    const auto vertex = [&] {
+        return mesh.points.empty()
+                   ? morphray::Vec3{}
+                   : mesh.points[random.below(static_cast<std::uint32_t>(mesh.points.size()))];
+    };
+    std::vector<morphray::Ray> rays(count);
+    for (morphray::Ray& ray : rays) {
+        const morphray::Vec3 at = vertex();
+        const morphray::Vec3 from = vertex();
+        const vec3 jitter = random.point(0.5);
+        ray.org = {3 * from.x + jitter.x, 3 * from.y + jitter.y, 3 * from.z + jitter.z};
+        ray.dir = {at.x - ray.org.x, at.y - ray.org.y, at.z - ray.org.z};
+        if (random.below(8) == 0) ray.dir = {0, 0, random.below(2) == 0 ? 1.0f : -2.5f};
+        if (random.below(8) == 0) ray.tnear = static_cast<float>(random.real(-1, 1));
+        if (random.below(8) == 0) ray.tfar = static_cast<float>(random.real(0, 2));
+    }
+    return rays;
+}
+
+inline std::vector<morphray::Hit> hits_of(const morphray::Scene& scene,
+                                          const std::vector<morphray::Ray>& rays) {
+    std::vector<morphray::Hit> hits(rays.size());
+    scene.intersect(std::span<const morphray::Ray>(rays), std::span<morphray::Hit>(hits));
+    return hits;
+}
+
+inline std::size_t count_hits(const std::vector<morphray::Hit>& hits) {
+    std::size_t count = 0;
+    for (const morphray::Hit& hit : hits) count += hit ? 1 : 0;
+    return count;
+}
+
+/// Equal bit by bit.
+inline void expect_same_hits(const std::vector<morphray::Hit>& a,
+                             const std::vector<morphray::Hit>& b, const std::string& what = {}) {
+    ASSERT_EQ(a.size(), b.size());
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        different += std::memcmp(&a[i], &b[i], sizeof(a[i])) != 0;
+    EXPECT_EQ(different, 0u) << what;
+}
+
+/// The code of the error that `work` throws, or "none".
+template <class Work>
+std::string error_of(Work work) {
+    try {
+        work();
+    } catch (const morphray::Error& error) {
+        EXPECT_STRNE(error.what(), "");
+        return morphray::to_string(error.code());
+    }
+    return "none";
+}
+
+}  // namespace mray::test

@@ -1,0 +1,250 @@
+// After any sequence of updates a scene answers as one that is built anew.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "tests/library/scenes.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::Box;
+using morphray::Device;
+using morphray::Scene;
+using morphray::SceneOptions;
+using morphray::Step;
+
+constexpr Box kBounds{{-3, -3, -3}, {3, 3, 3}};
+
+void sway(UserMesh& mesh, const UserMesh& rest, int pose) {
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+        const float angle = 0.1f * static_cast<float>(pose) * rest.points[i].y;
+        const morphray::Vec3 p = rest.points[i];
+        mesh.points[i] = {p.x * std::cos(angle) - p.z * std::sin(angle), p.y,
+                          p.x * std::sin(angle) + p.z * std::cos(angle)};
+    }
+}
+
+/// A scene that has come here through updates answers as one that is built at its positions.
+void expect_as_new(const Scene& scene, const std::vector<morphray::MeshView>& meshes,
+                   const SceneOptions& options, const std::vector<morphray::Ray>& rays,
+                   const std::string& what) {
+    const Scene fresh =
+        Scene::build(std::span<const morphray::MeshView>(meshes), Device::brute_force(), options);
+    const std::vector<morphray::Hit> expected = hits_of(fresh, rays);
+    expect_same_hits(hits_of(scene, rays), expected, what);
+}
+
+TEST(SceneUpdate, FollowsTheMeshUnderEachPolicy) {
+    const UserMesh rest(torus(40, 20));
+    const std::vector<morphray::UpdatePolicy> policies = {
+        morphray::Refit{}, morphray::Rebuild{}, morphray::Every{3},
+        morphray::Auto{.budget = 0.02, .deterministic = true}};
+    const Step first_steps[] = {Step::refit, Step::rebuild, Step::refit, Step::refit};
+    for (std::size_t p = 0; p < policies.size(); ++p) {
+        UserMesh mesh = rest;
+        const SceneOptions options{.bounds = kBounds, .update = policies[p]};
+        Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
+        EXPECT_EQ(scene.last_update().step, Step::build);
+        for (int pose = 1; pose < 7; ++pose) {
+            sway(mesh, rest, pose);
+            const morphray::Update update = scene.update();
+            if (pose == 1) {
+                EXPECT_EQ(update.step, first_steps[p]);
+            }
+            EXPECT_NE(update.reason, "");
+            EXPECT_GE(update.milliseconds(), 0);
+            const std::vector<morphray::Ray> rays = world_rays(mesh, 300, 10);
+            expect_as_new(scene, {mesh.view()}, options, rays, std::to_string(pose));
+        }
+        if (p != 1) {
+            EXPECT_EQ(scene.update().step, Step::keep);
+        }
+    }
+}
+
+TEST(SceneUpdate, ReadsTheCallersOwnVerticesInPlace) {
+    struct Vertex {
+        double weight = 0;
+        std::array<float, 3> position = {};
+        char colour[5] = {};
+    };
+    const UserMesh rest(icosphere(3));
+    std::vector<Vertex> vertices(rest.points.size());
+    const auto place = [&](const UserMesh& mesh) {
+        for (std::size_t i = 0; i < vertices.size(); ++i)
+            vertices[i].position = {mesh.points[i].x, mesh.points[i].y, mesh.points[i].z};
+    };
+    place(rest);
+    Scene scene = Scene::build({morphray::strided(vertices, &Vertex::position), rest.triangles},
+                               Device::cpu(), {.bounds = kBounds});
+    UserMesh mesh = rest;
+    sway(mesh, rest, 4);
+    place(mesh);
+    scene.update();
+    expect_as_new(scene, {mesh.view()}, {.bounds = kBounds}, world_rays(mesh, 1000, 11), "strided");
+
+    // At an odd address, too.
+    std::vector<std::byte> bytes(13 * mesh.points.size() + 1);
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+        std::memcpy(&bytes[1 + 13 * i], &mesh.points[i], 12);
+    const Scene odd = Scene::build({{bytes.data() + 1, mesh.points.size(), 13}, mesh.triangles},
+                                   Device::cpu(), {.bounds = kBounds});
+    expect_same_hits(hits_of(odd, world_rays(mesh, 1000, 11)),
+                     hits_of(scene, world_rays(mesh, 1000, 11)));
+}
+
+TEST(SceneUpdate, ReadsOnlyTheRangeThatIsNamed) {
+    const UserMesh rest(torus(40, 20));
+    UserMesh mesh = rest;
+    Scene scene = Scene::build(mesh.view(), Device::cpu(), {.bounds = kBounds});
+    const SceneOptions options{.bounds = kBounds};
+    UserMesh moved = rest;
+    sway(moved, rest, 5);
+    // All positions move, but the scene is told of some only.
+    const std::size_t first = 100;
+    const std::size_t count = 333;
+    mesh.points = moved.points;
+    EXPECT_EQ(scene.update(0, first, count).step, Step::refit);
+    UserMesh partly = rest;
+    std::copy_n(moved.points.begin() + first, count, partly.points.begin() + first);
+    expect_as_new(scene, {partly.view()}, options, world_rays(moved, 1000, 12), "part");
+    EXPECT_EQ(scene.update(0, 0, 0).step, Step::keep);
+    scene.update();
+    expect_as_new(scene, {moved.view()}, options, world_rays(moved, 1000, 12), "all");
+}
+
+TEST(SceneUpdate, MeshesComeAndGo) {
+    const UserMesh rest(icosphere(3));
+    UserMesh sphere = rest;
+    UserMesh ring(torus(30, 20));
+    UserMesh box(grid_box(6));
+    const SceneOptions options{.bounds = kBounds};
+    Scene scene = Scene::build(sphere.view(), Device::cpu(), options);
+    EXPECT_EQ(scene.attach(ring.view(false)), 1u);
+    EXPECT_EQ(scene.attach(box.view()), 2u);
+    EXPECT_EQ(scene.triangle_count(), sphere.triangles.size() / 3);
+    EXPECT_EQ(scene.update().step, Step::build);
+    EXPECT_EQ(scene.triangle_count(),
+              (sphere.triangles.size() + ring.triangles.size() + box.triangles.size()) / 3);
+    const std::vector<morphray::Ray> rays = world_rays(ring, 2000, 13);
+    expect_as_new(scene, {sphere.view(), ring.view(), box.view()}, options, rays, "three");
+
+    sway(sphere, rest, 3);
+    // The ring moves, but does not deform as far as the scene knows.
+    const UserMesh old_ring = ring;
+    for (morphray::Vec3& p : ring.points) p.x += 0.5f;
+    scene.update();
+    expect_as_new(scene, {sphere.view(), old_ring.view(), box.view()}, options, rays, "static");
+    scene.update(1, 0, ring.points.size());
+    expect_as_new(scene, {sphere.view(), ring.view(), box.view()}, options, rays, "told");
+
+    scene.detach(0);
+    scene.update();
+    const std::vector<morphray::Hit> hits = hits_of(scene, rays);
+    std::size_t of_box = 0;
+    for (const morphray::Hit& hit : hits) {
+        if (!hit) continue;
+        ASSERT_TRUE(hit.geom_id == 1 || hit.geom_id == 2);
+        ASSERT_LT(hit.prim_id, (hit.geom_id == 1 ? ring : box).triangles.size() / 3);
+        of_box += hit.geom_id == 2 ? 1 : 0;
+    }
+    EXPECT_GT(of_box, 0u);
+    EXPECT_LT(of_box, count_hits(hits));
+    // The lowest geom_id is free again.
+    EXPECT_EQ(scene.attach(sphere.view()), 0u);
+    scene.detach(1);
+    scene.detach(2);
+    scene.update();
+    expect_as_new(scene, {sphere.view()}, options, rays, "one");
+    scene.detach(0);
+    scene.update();
+    EXPECT_EQ(scene.triangle_count(), 0u);
+    EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
+}
+
+TEST(SceneUpdate, TheLowestGeometryWinsAmongEqualHits) {
+    const UserMesh mesh(icosphere(2));
+    const std::vector<morphray::MeshView> twice = {mesh.view(), mesh.view()};
+    const Scene scene = Scene::build(std::span<const morphray::MeshView>(twice));
+    const std::vector<morphray::Hit> hits = hits_of(scene, world_rays(mesh, 1000, 14));
+    EXPECT_GT(count_hits(hits), 300u);
+    for (const morphray::Hit& hit : hits) EXPECT_EQ(hit.geom_id, hit ? 0u : morphray::kNoGeometry);
+}
+
+TEST(SceneUpdate, MeshesMayLeaveTheBoundsAndComeBack) {
+    const UserMesh rest(torus(30, 20));
+    UserMesh mesh = rest;
+    const SceneOptions options{.bounds = Box{{-2, -2, -2}, {2, 2, 2}}};
+    Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 1000, 15);
+    const std::vector<morphray::Hit> before = hits_of(scene, rays);
+    for (const float scale : {1.5f, 100.0f, 3e6f, 1e30f, 1.0f}) {
+        for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+            const morphray::Vec3 p = rest.points[i];
+            mesh.points[i] = {scale * p.x, scale * p.y, p.z + (scale - 1)};
+        }
+        scene.update();
+        const std::vector<morphray::Ray> at_pose = world_rays(mesh, 1000, 16);
+        const std::vector<morphray::Hit> hits = hits_of(scene, at_pose);
+        EXPECT_GT(count_hits(hits), 300u) << scale;
+        expect_as_new(scene, {mesh.view()}, options, at_pose, std::to_string(scale));
+    }
+    expect_same_hits(hits_of(scene, rays), before, "back");
+}
+
+TEST(SceneUpdate, PositionsThatAreNotFiniteAreLeftOut) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    const UserMesh rest(torus(30, 20));
+    UserMesh mesh = rest;
+    const SceneOptions options{.bounds = kBounds};
+    Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
+    const std::vector<morphray::Ray> rays = world_rays(rest, 1000, 17);
+    const std::vector<morphray::Hit> before = hits_of(scene, rays);
+    mesh.points[7].y = kNan;
+    mesh.points[8].x = std::numeric_limits<float>::infinity();
+    scene.update();
+    expect_as_new(scene, {mesh.view()}, options, rays, "some");
+    for (morphray::Vec3& p : mesh.points) p.z = kNan;
+    scene.update();
+    EXPECT_EQ(count_hits(hits_of(scene, rays)), 0u);
+    EXPECT_GT(scene.bounds().lower[0], scene.bounds().upper[0]);
+    mesh.points = rest.points;
+    scene.update();
+    expect_same_hits(hits_of(scene, rays), before, "finite again");
+}
+
+TEST(SceneUpdate, ATwinGoesItsOwnWay) {
+    const UserMesh rest(torus(40, 20));
+    UserMesh mesh = rest;
+    const SceneOptions options{.bounds = kBounds, .update = morphray::Refit{}};
+    Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
+    sway(mesh, rest, 3);
+    scene.update();
+    Scene twin = scene.on(Device::cpu({.threads = 1}));
+    EXPECT_EQ(twin.tree_statistics().hash, scene.tree_statistics().hash);
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 1000, 18);
+    const std::vector<morphray::Hit> before = hits_of(scene, rays);
+    expect_same_hits(hits_of(twin, rays), before);
+    sway(mesh, rest, 6);
+    twin.update();
+    expect_same_hits(hits_of(scene, rays), before);
+    expect_as_new(twin, {mesh.view()}, options, rays, "twin");
+    scene.update();
+    EXPECT_EQ(twin.tree_statistics().hash, scene.tree_statistics().hash);
+}
+
+TEST(SceneUpdate, ManyScenesShareADevice) {
+    const Device device = Device::cpu();
+    const UserMesh mesh(icosphere(3));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 500, 19);
+    std::vector<Scene> scenes;
+    for (int i = 0; i < 10; ++i) scenes.push_back(Scene::build(mesh.view(), device));
+    for (const Scene& scene : scenes)
+        expect_same_hits(hits_of(scene, rays), hits_of(scenes.front(), rays));
+}
+
+}  // namespace
+}  // namespace mray::test
