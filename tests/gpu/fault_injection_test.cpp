@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <functional>
 #include <optional>
 
 #include "common/base/errors.h"
@@ -13,6 +12,8 @@
 #include "tests/gpu/faulty_device.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
+#include "tests/support/backend_hashes.h"
+#include "tests/support/thrown_error.h"
 
 namespace morphray::test {
 namespace {
@@ -41,12 +42,7 @@ void run_session(const FaultyLoader& loader, bool force_staging) {
 /// The error at the end of a session with these faults.
 std::optional<Error> session_error(Faults& faults, bool force_staging = false) {
     const FaultyLoader loader(faults);
-    try {
-        run_session(loader, force_staging);
-    } catch (const Error& error) {
-        return error;
-    }
-    return std::nullopt;
+    return error_of([&] { run_session(loader, force_staging); });
 }
 
 /// Fails the calls of a session that count one by one, until there are no more.
@@ -126,17 +122,7 @@ TEST(FaultInjection, AFenceThatNeverSignalsIsALostDevice) {
     }
 }
 
-struct Hashes {
-    std::uint64_t hits;
-    std::uint64_t image;
-    bool operator==(const Hashes&) const = default;
-};
-
-Hashes hashes_of(Backend& backend, std::uint32_t rays = kRaysShadow) {
-    Frame frame;
-    backend.trace_image(view(32, 32, rays), frame);
-    return {hits_hash(frame), image_hash(frame)};
-}
+ImageHashes hashes_of(Backend& backend) { return image_hashes(backend, view(32, 32, kRaysShadow)); }
 
 std::size_t hit_count(Backend& backend) {
     Frame frame;
@@ -160,22 +146,14 @@ void on_each_faulty_device(const Test& test) {
     }
 }
 
-void expect_refused(const std::function<void()>& call) {
-    try {
-        call();
-        ADD_FAILURE() << "accepted";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::kBadArgument) << error.what();
-    }
-}
-
 /// Positions of a scene that the device does not hold are refused, and nothing is hit.
 void expect_no_scene(Backend& backend, const DeviceScene& scene) {
     EXPECT_EQ(hit_count(backend), 0u);
     const std::vector<vec3> moved = swayed(scene, 1);
-    expect_refused([&] { backend.refit(moved); });
-    expect_refused([&] { backend.refit(moved, RefitExtent::kAll); });
-    expect_refused([&] { backend.set_frame(moved, plain_tree(scene)); });
+    EXPECT_EQ(kind_of([&] { backend.refit(moved); }), ErrorKind::kBadArgument);
+    EXPECT_EQ(kind_of([&] { backend.refit(moved, RefitExtent::kAll); }), ErrorKind::kBadArgument);
+    EXPECT_EQ(kind_of([&] { backend.set_frame(moved, plain_tree(scene)); }),
+              ErrorKind::kBadArgument);
     EXPECT_EQ(hit_count(backend), 0u);
 }
 
@@ -187,7 +165,7 @@ TEST(FaultInjection, ASceneThatDidNotFitLeavesNoneAndAnotherCanBeSet) {
     on_each_faulty_device([&](FaultyDevice& device) {
         Backend& backend = *device.backend;
         backend.set_scene(small.topology, small.positions, bvh);
-        const Hashes expected = hashes_of(backend);
+        const ImageHashes expected = hashes_of(backend);
         ASSERT_GT(hit_count(backend), 0u);
         // A refit that is left to the next submission goes with its scene.
         backend.refit(swayed(small, 1));
@@ -214,7 +192,7 @@ void fail_each_call_of_a_frame(bool force_staging) {
     backend.set_scene(scene.topology, scene.positions, plain_tree(scene));
     const std::vector<vec3> moved = swayed(scene, 1);
     backend.refit(moved);
-    const Hashes expected = hashes_of(backend);
+    const ImageHashes expected = hashes_of(backend);
     const auto frame = [&] {
         backend.refit(scene.positions);
         backend.refit(moved);
@@ -245,16 +223,14 @@ TEST(FaultInjection, AFrameWhoseTreeDidNotFitLeavesTheOldTreeAndPose) {
     on_each_faulty_device([&](FaultyDevice& device) {
         Backend& backend = *device.backend;
         backend.set_scene(scene.topology, moved, new_tree);
-        const Hashes expected = hashes_of(backend);
+        const ImageHashes expected = hashes_of(backend);
         backend.set_scene(scene.topology, scene.positions, old_tree);
-        const Hashes before = hashes_of(backend);
+        const ImageHashes before = hashes_of(backend);
         ASSERT_NE(before, expected);
         const auto set_frame = [&] { backend.set_frame(moved, new_tree); };
         const std::size_t failures = fail_in_turn(device.faults, set_frame, [&] {
             EXPECT_EQ(hashes_of(backend), before);
-            Bvh tree;
-            backend.read_tree(tree);
-            EXPECT_EQ(bvh_hash(tree), bvh_hash(old_tree));
+            EXPECT_EQ(tree_hash(backend), bvh_hash(old_tree));
         });
         EXPECT_GT(failures, 20u);
         EXPECT_EQ(hashes_of(backend), expected);
@@ -267,7 +243,7 @@ std::size_t fail_each_call_of_an_edit(FaultyDevice& device, const DeviceScene& s
                                       const Bvh& before, const Bvh& after) {
     Backend& backend = *device.backend;
     backend.set_scene(scene.topology, scene.positions, before);
-    const Hashes expected = hashes_of(backend);
+    const ImageHashes expected = hashes_of(backend);
     std::size_t drops = 0;
     const auto edit = [&] {
         backend.edit_tree([&](Bvh& bvh) {
@@ -276,9 +252,7 @@ std::size_t fail_each_call_of_an_edit(FaultyDevice& device, const DeviceScene& s
         });
     };
     fail_in_turn(device.faults, edit, [&] {
-        Bvh tree;
-        backend.read_tree(tree);
-        if (bvh_hash(tree) == bvh_hash(before)) {
+        if (tree_hash(backend) == bvh_hash(before)) {
             EXPECT_EQ(hashes_of(backend), expected);
             const std::vector<vec3> moved = swayed(scene, 1);
             backend.refit(moved);
@@ -290,9 +264,7 @@ std::size_t fail_each_call_of_an_edit(FaultyDevice& device, const DeviceScene& s
         backend.set_scene(scene.topology, scene.positions, before);
         EXPECT_EQ(hashes_of(backend), expected);
     });
-    Bvh tree;
-    backend.read_tree(tree);
-    EXPECT_EQ(bvh_hash(tree), bvh_hash(after));
+    EXPECT_EQ(tree_hash(backend), bvh_hash(after));
     EXPECT_EQ(hashes_of(backend), expected);
     return drops;
 }

@@ -9,9 +9,10 @@
 #include "common/image/frame.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
-#include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_device.h"
 #include "tests/gpu/test_scenes.h"
+#include "tests/gpu/validated_device.h"
+#include "tests/support/backend_hashes.h"
 
 namespace morphray::test {
 namespace {
@@ -26,33 +27,19 @@ std::vector<vec3> pose(const DeviceScene& scene, int number) {
     return positions;
 }
 
-std::unique_ptr<Backend> validated_device(bool force_staging,
-                                          std::uint32_t step_budget = kStepBudget) {
+std::unique_ptr<Backend> tuned_device(bool force_staging, std::uint32_t step_budget = kStepBudget) {
     gpu::Tuning tuning;
     tuning.force_staging = force_staging;
     tuning.step_budget = step_budget;
-    return gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
+    return validated_device(tuning);
 }
 
-std::uint64_t tree_hash(Backend& backend) {
-    Bvh tree;
-    backend.read_tree(tree);
-    return bvh_hash(tree);
-}
-
-struct Hashes {
-    std::uint64_t hits;
-    std::uint64_t image;
-    bool operator==(const Hashes&) const = default;
-};
-
-std::vector<Hashes> images(Backend& backend, const DeviceScene& scene, const ImageParams& view) {
-    std::vector<Hashes> images;
+std::vector<ImageHashes> images(Backend& backend, const DeviceScene& scene,
+                                const ImageParams& view) {
+    std::vector<ImageHashes> images;
     for (int i = 0; i < kPoses; ++i) {
         backend.refit(pose(scene, i));
-        Frame frame;
-        backend.trace_image(view, frame);
-        images.push_back({hits_hash(frame), image_hash(frame)});
+        images.push_back(image_hashes(backend, view));
     }
     return images;
 }
@@ -64,7 +51,7 @@ TEST(VulkanUpdate, ImagesAfterDeferredRefitsAreThoseOfTheCpu) {
     for (const bool force_staging : {false, true}) {
         // A small budget suspends rays, which are resumed after the refit's submission.
         for (const std::uint32_t step_budget : {kStepBudget, 60u}) {
-            const std::unique_ptr<Backend> vulkan = validated_device(force_staging, step_budget);
+            const std::unique_ptr<Backend> vulkan = tuned_device(force_staging, step_budget);
             for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
                 for (Backend* backend : {vulkan.get(), cpu.get()}) {
                     backend->set_scene(scene.topology, scene.positions, bvh);
@@ -125,7 +112,7 @@ TEST(VulkanUpdate, ARefitAfterOneThatFailedGivesTheTreeOfTheCpu) {
 }
 
 TEST(VulkanUpdate, ABackendCanEndBeforeItsRefitIsDone) {
-    const std::unique_ptr<Backend> vulkan = validated_device(false);
+    const std::unique_ptr<Backend> vulkan = tuned_device(false);
     const DeviceScene scene = torus(64, 32);
     vulkan->set_scene(scene.topology, scene.positions, plain_tree(scene));
     vulkan->refit(swayed(scene, 1));
@@ -138,7 +125,7 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
         BuiltAreas areas = built_areas(built);
         BuiltAreas cpu_areas = areas;
         const auto cpu = cpu::make_scalar_backend();
-        const auto vulkan = validated_device(force_staging);
+        const auto vulkan = tuned_device(force_staging);
         for (Backend* backend : {vulkan.get(), cpu.get()})
             backend->set_scene(scene.topology, scene.positions, built);
         std::size_t edits = 0;
@@ -191,7 +178,7 @@ std::vector<std::string> steps(const DeviceScene& scene, Backend& tracer,
 
 TEST(VulkanUpdate, TakesTheStepsOfTheCpuUnderEveryPolicy) {
     const DeviceScene scene = torus(32, 16);
-    const auto vulkan = validated_device(true);
+    const auto vulkan = tuned_device(true);
     const auto cpu = cpu::make_scalar_backend();
     for (const char* policy : {"refit", "rebuild", "every:3", "auto"})
         EXPECT_EQ(steps(scene, *vulkan, policy), steps(scene, *cpu, policy)) << policy;
