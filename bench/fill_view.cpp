@@ -9,7 +9,7 @@
 #include "common/interop/camera.h"
 #include "cpu/reference/scalar_tracer.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -72,4 +72,4 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
     return fill;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -3,7 +3,7 @@
 
 #include "gpu/vulkan/pipeline.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Workgroups for so many lanes.
 inline std::uint32_t groups_of(std::uint32_t lanes) {
@@ -36,4 +36,4 @@ struct Kernels {
 /// (lavapipe takes 13 to 89 ms each).
 void warm_up(Context& context, const Kernels& kernels);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

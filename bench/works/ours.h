@@ -11,7 +11,7 @@
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// The scene of a tracer, which it must outlive.
 struct TracedScene {
@@ -59,4 +59,4 @@ struct OurBuild {
 
 std::vector<OurBuild> our_builds();
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

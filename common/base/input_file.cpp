@@ -13,7 +13,7 @@
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -133,4 +133,4 @@ fs::path side_file(const fs::path& scene_file, const std::string& name) {
     return real;
 }
 
-}  // namespace morphray
+}  // namespace mray

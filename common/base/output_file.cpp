@@ -17,7 +17,7 @@
 #include "common/base/errors.h"
 #include "common/text/number_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -232,4 +232,4 @@ void make_output_folder(const fs::path& path) {
     Temporary(path, path);
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -13,7 +13,7 @@
 #include <sstream>
 #include <utility>
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -139,4 +139,4 @@ std::vector<std::string> lines(const std::string& text) {
     return result;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -11,7 +11,7 @@
 
 #include "tests/support/temporary_folder.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 struct Outcome {
     /// The exit code, or 128 + the signal that ended it.
@@ -57,4 +57,4 @@ private:
 /// Lines of a text, without their ends.
 std::vector<std::string> lines(const std::string& text);
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -15,7 +15,7 @@
 #include "tests/support/backend_hashes.h"
 #include "tests/support/thrown_error.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 /// A session that uses everything but packets once, in dispatches of one tile. (Some drivers
@@ -284,4 +284,4 @@ TEST(FaultInjection, AnEditThatFailsLeavesTheOldTreeOrNoScene) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

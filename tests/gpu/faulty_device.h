@@ -9,7 +9,7 @@
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// There can be one at a time.
 struct FaultyDevice {
@@ -52,4 +52,4 @@ std::size_t fail_in_turn(Faults& faults, const Action& action, const Recover& re
     return kTooMany;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

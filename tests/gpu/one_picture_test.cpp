@@ -12,7 +12,7 @@
 #include "tests/gpu/validated_device.h"
 #include "tests/support/same_bits.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 std::size_t differing(const Frame& a, const Frame& b) {
@@ -191,4 +191,4 @@ TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

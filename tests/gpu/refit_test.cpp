@@ -13,7 +13,7 @@
 #include "tests/gpu/validated_device.h"
 #include "tests/support/same_bits.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 bool same_tree(const Bvh& a, const Bvh& b) {
@@ -159,4 +159,4 @@ TEST(VulkanRestructuring, ThroughStagingWritesWhatDiffersAndEqualsTheCpu) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -7,7 +7,7 @@
 #include "tests/gpu/validated_device.h"
 #include "tests/support/motion_checks.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 TEST(HardMotionOnVulkan, GivesTheHitsOfBruteForceUnderEveryPolicy) {
@@ -38,4 +38,4 @@ TEST(HardMotionOnVulkan, RefusesAPoseOfAnotherTopology) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

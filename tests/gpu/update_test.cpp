@@ -14,7 +14,7 @@
 #include "tests/gpu/validated_device.h"
 #include "tests/support/backend_hashes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 constexpr int kPoses = 8;
@@ -185,4 +185,4 @@ TEST(VulkanUpdate, TakesTheStepsOfTheCpuUnderEveryPolicy) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

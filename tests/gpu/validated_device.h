@@ -5,11 +5,11 @@
 
 #include "gpu/vulkan_backend_internal.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// A backend whose calls throw if the layer reports an error.
 inline std::unique_ptr<Backend> validated_device(const gpu::Tuning& tuning = {}) {
     return gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -11,7 +11,7 @@
 #include "tests/shaders/kernel_table.h"
 #include "tests/support/spirv.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 /// The kernels whose bits are those of the CPU.
@@ -72,4 +72,4 @@ TEST(SpirvModule, RejectsWordsThatAreNoModule) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

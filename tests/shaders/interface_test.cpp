@@ -9,7 +9,7 @@
 #include "shaders/kernel_interface.h"
 #include "tests/shaders/kernel_table.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 constexpr auto kUniformTexels = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
@@ -60,4 +60,4 @@ TEST(ShaderInterface, RefusesOtherResources) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -18,7 +18,7 @@
 #include "shaders/single_ray/rays_spirv.h"
 #include "shaders/single_ray/resume_spirv.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 struct Kernel {
     const char* name;
@@ -44,4 +44,4 @@ inline const Kernel kKernels[] = {
     {"shade", k_shade_spirv, sizeof(RegionArguments)},
 };
 
-}  // namespace morphray::test
+}  // namespace mray::test

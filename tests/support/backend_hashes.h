@@ -5,7 +5,7 @@
 
 #include "common/backend.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 inline std::uint64_t tree_hash(Backend& backend) {
     Bvh tree;
@@ -25,4 +25,4 @@ inline ImageHashes image_hashes(Backend& backend, const ImageParams& params) {
     return {hits_hash(frame), image_hash(frame)};
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -13,7 +13,7 @@
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 // Enough to meet every leaf of some hundred triangles from several sides.
@@ -113,4 +113,4 @@ std::string test_name(const Motion& motion) {
     return name;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

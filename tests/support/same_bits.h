@@ -7,7 +7,7 @@
 
 #include "common/interop/ray.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 inline bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
@@ -17,4 +17,4 @@ bool same_bytes(const Values& a, const Values& b) {
     return std::ranges::equal(std::as_bytes(std::span(a)), std::as_bytes(std::span(b)));
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

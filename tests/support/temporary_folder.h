@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace morphray::test {
+namespace mray::test {
 
 /// A new empty folder, removed with its content. All users may read it.
 class TemporaryFolder {
@@ -60,4 +60,4 @@ inline std::string read_file(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

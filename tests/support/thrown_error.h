@@ -6,7 +6,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// The Error that a call throws, if it does.
 template <class Call>
@@ -32,4 +32,4 @@ std::string message_of(const Call& call) {
     return error ? error->what() : "";
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -182,4 +182,4 @@ TEST(SideFile, NeverLeavesTheFolderOfTheScene) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -16,7 +16,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -266,4 +266,4 @@ TEST_F(OutputFile, FolderThatCannotBeCreatedIsRefused) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -54,4 +54,4 @@ TEST(FrameRange, AcceptsAMillionFrames) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -170,4 +170,4 @@ TEST(OpenScene, NamesThatAreNotUtf8Work) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -11,7 +11,7 @@
 #include "cpu/cpu_backend.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -132,4 +132,4 @@ TEST(TreeUpdater, ARefitterBesideTheTracerGivesItTheSameTree) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -13,7 +13,7 @@
 #include "common/scene/scene_frames.h"
 #include "common/scene/scene_space.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 inline Point to_point(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
 
@@ -72,4 +72,4 @@ double distance_to_planes(const vec3& point, const Topology& topology,
 /// The vertices at a frame, in world space.
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -8,7 +8,7 @@
 #include "common/image/frame.h"
 #include "tests/fuzz/case/fuzz_case.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 dvec3 unit(const dvec3& v) {
@@ -136,4 +136,4 @@ std::vector<WorldRay> make_rays(Dice& dice, const Surroundings& around, std::siz
     return rays;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -10,7 +10,7 @@
 #include "common/bvh/bvh_stats.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using test::adversarial_scenes;
@@ -220,4 +220,4 @@ TEST(CountDegenerate, CountsBothKinds) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

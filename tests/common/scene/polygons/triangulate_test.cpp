@@ -13,7 +13,7 @@
 #include "common/base/errors.h"
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -235,4 +235,4 @@ TEST(Triangulate, CrossingEdgesOfAHundredThousandCornersTakeLittleTime) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -75,4 +75,4 @@ TEST(MtlReader, AMillionMaterialsAreReadInTime) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -5,7 +5,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -91,4 +91,4 @@ TEST(ObjMaterials, AreIgnoredOnRequest) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

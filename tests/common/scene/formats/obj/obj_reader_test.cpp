@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -331,4 +331,4 @@ TEST(ObjChecker, MoreTrianglesThanTheLimitAreRefused) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

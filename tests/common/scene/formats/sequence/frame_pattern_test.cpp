@@ -4,7 +4,7 @@
 
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -73,4 +73,4 @@ TEST(FramePattern, RefusesEveryOtherUseOfThePercentSign) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

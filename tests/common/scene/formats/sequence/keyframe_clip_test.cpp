@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -254,4 +254,4 @@ TEST(KeyframeClip, ManyFramesAreInTheirPlaces) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

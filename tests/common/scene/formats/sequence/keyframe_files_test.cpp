@@ -6,7 +6,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -123,4 +123,4 @@ TEST(KeyframeFilesOfPattern, WithoutFilesAreBadInput) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray
