@@ -42,7 +42,8 @@ using TreeEdit = std::function<bool(Bvh&)>;
 
 /// A backend holds one scene at a time: topology, positions, and a BVH of its own. Not thread-safe;
 /// it uses threads or a device inside. Calls throw Error: kUnavailable, kLimit (before any work),
-/// kDeviceLost.
+/// kDeviceLost. A set_scene() or edit_tree() that throws may have dropped the scene: then nothing
+/// is hit, and refit() and set_frame() throw Error(kBadArgument), until the next set_scene().
 class Backend {
 public:
     virtual ~Backend() = default;

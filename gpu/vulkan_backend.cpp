@@ -59,6 +59,7 @@ public:
 private:
     void bind();
     void keep_links(const Bvh& bvh);
+    void require_scene_of(std::span<const vec3> positions) const;
     std::optional<std::uint64_t> change_tree(const Bvh& before, const Bvh& after);
     void clear();
     void defer_refit(const RefitPlan& plan);
@@ -71,6 +72,8 @@ private:
     Kernels kernels_;
     RayPasses passes_;
     SceneBuffers scene_;
+    /// The scene of nothing while scene_ is another, so that dropping that one cannot fail.
+    std::optional<SceneBuffers> no_scene_;
     ImageTracer images_;
     RefitPlanner planner_;
     /// Whether the device's tree is not, or not yet, that of the planner's pose.
@@ -103,13 +106,25 @@ void VulkanBackend::keep_links(const Bvh& bvh) {
     links_.triangle_count = bvh.triangle_count;
 }
 
+/// Throws if there is no scene of so many vertices, as after clear(): their positions would be
+/// written beyond the end of its buffer.
+void VulkanBackend::require_scene_of(std::span<const vec3> positions) const {
+    if (positions.size() == scene_.vertex_count()) return;
+    throw Error(ErrorKind::kBadArgument,
+                fmt::format("positions of {} vertices are given for a scene of {}; a call that "
+                            "failed may have dropped the scene, so set one again",
+                            positions.size(), scene_.vertex_count()));
+}
+
 void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> positions,
                               const Bvh& bvh) {
     const Stopwatch watch;
     check_scene(context_.physical(), size_of(positions.size(), topology.triangles.size(), bvh));
     // The scene before goes first: there may not be room for both.
     clear();
-    scene_ = SceneBuffers(context_, transfer_, topology, positions, bvh);
+    SceneBuffers next(context_, transfer_, topology, positions, bvh);
+    no_scene_.emplace(std::move(scene_));
+    scene_ = std::move(next);
     bind();
     planner_ = RefitPlanner(positions);
     keep_links(bvh);
@@ -118,6 +133,7 @@ void VulkanBackend::set_scene(const Topology& topology, std::span<const vec3> po
 }
 
 void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
+    require_scene_of(positions);
     finish_refit();
     const Stopwatch watch;
     check_scene(context_.physical(), size_of(positions.size(), scene_.triangle_count(), bvh));
@@ -135,6 +151,7 @@ void VulkanBackend::set_frame(std::span<const vec3> positions, const Bvh& bvh) {
 
 std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent extent,
                                    std::span<const IndexRange> changed) {
+    require_scene_of(positions);
     finish_refit();
     const Stopwatch watch;
     planner_.advance(positions, changed);
@@ -215,14 +232,16 @@ std::optional<std::uint64_t> VulkanBackend::change_tree(const Bvh& before, const
     }
 }
 
-/// Drops the scene with its deferred refit. Until the next set_scene() nothing is hit.
+/// Drops the scene with its deferred refit. Until the next set_scene() nothing is hit. Makes
+/// nothing on the device, which may have no memory left.
 void VulkanBackend::clear() {
     context_.drop_deferred();
     is_behind_ = false;
     planner_ = RefitPlanner();
-    const Bvh nothing = empty_tree();
-    scene_ = SceneBuffers(context_, transfer_, Topology{}, {}, nothing);
-    keep_links(nothing);
+    keep_links(empty_tree());
+    if (!no_scene_) return;
+    scene_ = std::move(*no_scene_);
+    no_scene_.reset();
     bind();
 }
 

@@ -14,7 +14,7 @@ enum class Memory {
     kHost,    // mapped, for copies
 };
 
-/// A buffer with memory of its own. There are fewer than 30 of them.
+/// A buffer with memory of its own. There are fewer than 40 of them.
 class Buffer {
 public:
     Buffer() = default;

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/temporary_folder.h"
+
 namespace mray::test {
 
 struct Outcome {
@@ -54,26 +56,5 @@ private:
 
 /// Lines of a text, without their ends.
 std::vector<std::string> lines(const std::string& text);
-
-/// A new empty folder, removed with its content.
-class TemporaryFolder {
-public:
-    TemporaryFolder();
-    ~TemporaryFolder();
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-    std::string file(const std::string& name) const { return (path_ / name).string(); }
-    const std::filesystem::path& path() const { return path_; }
-    /// Writes a file and returns its path.
-    std::string write(const std::string& name, const std::string& text) const;
-    /// Names of all files and folders in it and below, sorted.
-    std::vector<std::string> names() const;
-
-private:
-    std::filesystem::path path_;
-};
-
-std::string read_file(const std::filesystem::path& path);
 
 }  // namespace mray::test

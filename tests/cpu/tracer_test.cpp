@@ -98,8 +98,8 @@ TEST(Ties, GoToTheSmallerPrimId) {
 TEST(UnitTriangle, IsHitAtKnownTAndBarycentrics) {
     const TestScene scene({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
     const cpu::BruteTracer brute(scene.topology(), scene.positions());
-    const WorldRay user{{0.25, 0.5, 2}, {0, 0, -4}, 0, INFINITY};
-    const SceneRay ray = to_scene(scene.space(), user);
+    const WorldRay world{{0.25, 0.5, 2}, {0, 0, -4}, 0, INFINITY};
+    const SceneRay ray = to_scene(scene.space(), world);
     const Hit hit = brute.intersect(ray.ray);
     ASSERT_EQ(hit.prim_id, 0u);
     EXPECT_EQ(hit.u, 0.25f);

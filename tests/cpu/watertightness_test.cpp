@@ -2,6 +2,7 @@
 // origins on vertices and faces, for lights on a surface.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/bvh/builder/bvh_builder.h"
@@ -51,6 +52,7 @@ TEST(Watertight, SeesTheFarSideFromVerticesAndFaces) {
         const auto count = static_cast<std::uint32_t>(scene.positions().size());
         return scene.positions()[random.below(count)];
     };
+    int traced = 0;
     for (int i = 0; i < 50000; ++i) {
         vec3 org = vertex();
         if (i % 2 == 1) {
@@ -63,8 +65,10 @@ TEST(Watertight, SeesTheFarSideFromVerticesAndFaces) {
         const vec3 target = vertex();
         if (dot3(target - org, target - org) < 0.01f * kSceneExtent * kSceneExtent) continue;
         const Ray ray{org, 0, canonical_direction(target - org), kInfiniteT};
+        ++traced;
         ASSERT_NE(tracer.intersect(ray).prim_id, kNoPrim);
     }
+    EXPECT_GT(traced, 40000);
 }
 
 /// Calls visit(surface, prim_id) for what the pixels of an image see.
@@ -86,29 +90,36 @@ void for_each_surface(const Topology& topology, std::span<const vec3> positions,
 
 TEST(ShadowRay, NeverMeetsTheTriangleThatItBelongsTo) {
     for (const ProceduralScene& builtin : procedural_scenes()) {
+        std::size_t rays = 0;
         const auto clip = make_procedural(builtin.name, 4000);
-        std::vector<vec3> user(clip->topology().vertex_count);
-        std::vector<vec3> positions(user.size());
-        clip->positions((clip->first_frame() + clip->last_frame()) / 2, user);
         const SceneSpace space(clip->bounds());
-        space.to_scene(user, positions);
-        const Bvh bvh = build_bvh(clip->topology(), positions);
-        const cpu::ScalarTracer tracer(bvh);
         ViewSpec view;
         view.width = view.height = 128;
         const ImageParams params = make_image_params(view, clip->bounds(), space);
-        for_each_surface(clip->topology(), positions, bvh, params,
-                         [&](const Surface& surface, std::uint32_t prim_id) {
-                             if (!faces_light(surface, params.light)) return;
-                             const Ray ray = shadow_ray(surface, params.light);
-                             EXPECT_NE(tracer.intersect(ray).prim_id, prim_id) << builtin.name;
-                         });
+        std::vector<vec3> world(clip->topology().vertex_count);
+        std::vector<vec3> positions(world.size());
+        // In the middle the mirror is flat and seen from its edge.
+        for (const double part : {0.0, 0.3, 0.5}) {
+            clip->positions(std::lerp(clip->first_frame(), clip->last_frame(), part), world);
+            space.to_scene(world, positions);
+            const Bvh bvh = build_bvh(clip->topology(), positions);
+            const cpu::ScalarTracer tracer(bvh);
+            for_each_surface(clip->topology(), positions, bvh, params,
+                             [&](const Surface& surface, std::uint32_t prim_id) {
+                                 if (!faces_light(surface, params.light)) return;
+                                 ++rays;
+                                 const Ray ray = shadow_ray(surface, params.light);
+                                 EXPECT_NE(tracer.intersect(ray).prim_id, prim_id) << builtin.name;
+                             });
+        }
+        EXPECT_GT(rays, 1000u) << builtin.name;
     }
 }
 
 TEST(ShadowRay, LeavesAConvexSurfaceInTheLight) {
     for (const TestScene& scene : {icosphere(4), icosphere(4, 1e-12), icosphere(4, 1e12),
                                    icosphere(3, 1, {1000, -2000, 500})}) {
+        std::size_t rays = 0;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
         const cpu::ScalarTracer tracer(bvh);
         ViewSpec view;
@@ -118,8 +129,10 @@ TEST(ShadowRay, LeavesAConvexSurfaceInTheLight) {
         for_each_surface(scene.topology(), scene.positions(), bvh, params,
                          [&](const Surface& surface, std::uint32_t) {
                              if (!faces_light(surface, params.light)) return;
+                             ++rays;
                              EXPECT_FALSE(tracer.occluded(shadow_ray(surface, params.light)));
                          });
+        EXPECT_GT(rays, 1000u);
     }
 }
 
@@ -135,6 +148,7 @@ TEST(ShadowImage, IsTheScalarOneForLightsOnVerticesOnFacesAndBehind) {
     ViewSpec view;
     view.width = view.height = 96;
     view.rays = kRaysShadow;
+    std::size_t dark = 0;
     for (const vec3 light :
          {p[0], p[t.y], (p[t.x] + p[t.y] + p[t.z]) * (1.0f / 3), vec3(-1, -1, -3), vec3(0, 0, 0)}) {
         view.light = Point{light.x, light.y, light.z};
@@ -144,7 +158,9 @@ TEST(ShadowImage, IsTheScalarOneForLightsOnVerticesOnFacesAndBehind) {
         scalar->trace_image(params, expected);
         best->trace_image(params, actual);
         EXPECT_EQ(actual.occlusion, expected.occlusion);
+        dark += static_cast<std::size_t>(std::ranges::count(expected.occlusion, 1u));
     }
+    EXPECT_GT(dark, 1000u);
 }
 
 }  // namespace

@@ -2,13 +2,18 @@
 // address sanitizer checks).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "common/base/errors.h"
+#include "common/bvh/builder/bvh_builder.h"
 #include "gpu/vulkan/result.h"
 #include "gpu/vulkan_backend_internal.h"
+#include "tests/gpu/faulty_device.h"
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
+#include "tests/support/backend_hashes.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray::test {
 namespace {
@@ -37,12 +42,7 @@ void run_session(const FaultyLoader& loader, bool force_staging) {
 /// The error at the end of a session with these faults.
 std::optional<Error> session_error(Faults& faults, bool force_staging = false) {
     const FaultyLoader loader(faults);
-    try {
-        run_session(loader, force_staging);
-    } catch (const Error& error) {
-        return error;
-    }
-    return std::nullopt;
+    return error_of([&] { run_session(loader, force_staging); });
 }
 
 /// Fails the calls of a session that count one by one, until there are no more.
@@ -56,6 +56,7 @@ void fail_each_call(VkResult result, bool force_staging, bool (*counts)(std::str
         const std::optional<Error> error = session_error(faults, force_staging);
         ASSERT_EQ(error.has_value(), !faults.failed_name.empty()) << faults.failed_name;
         if (!error) break;
+        ASSERT_LT(failures, 10000u);
         EXPECT_EQ(error->kind(), gpu::error_kind_of(result))
             << faults.failed_name << ": " << error->what();
     }
@@ -121,66 +122,88 @@ TEST(FaultInjection, AFenceThatNeverSignalsIsALostDevice) {
     }
 }
 
-TEST(FaultInjection, ABackendWhoseSceneDidNotFitCanTakeAnother) {
-    Faults faults;
-    const FaultyLoader loader(faults);
-    gpu::Tuning tuning;
-    tuning.loader = loader.get();
-    const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
-    const DeviceScene scene = torus(12, 8);
-    const Bvh bvh = plain_tree(scene);
-    for (std::size_t k = 0; k < 40; ++k) {
-        faults.fail_at = faults.call_count + k;
-        EXPECT_THROW(backend->set_scene(scene.topology, scene.positions, bvh), Error);
-        faults.fail_at = Faults::kNever;
-        Frame frame;
-        backend->trace_image(view(8, 8, kRaysAo), frame);  // of nothing
-        EXPECT_EQ(frame.hits.front().prim_id, kNoPrim);
-    }
-    backend->set_scene(scene.topology, scene.positions, bvh);
+ImageHashes hashes_of(Backend& backend) { return image_hashes(backend, view(32, 32, kRaysShadow)); }
+
+std::size_t hit_count(Backend& backend) {
     Frame frame;
-    backend->trace_image(view(32, 32, kRaysPrimary), frame);
-    EXPECT_TRUE(std::any_of(frame.hits.begin(), frame.hits.end(),
-                            [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
+    backend.trace_image(view(32, 32, kRaysAo), frame);
+    return static_cast<std::size_t>(
+        std::ranges::count_if(frame.hits, [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
+}
+
+/// Calls test(device) for devices with and without staging, on which one call fails or, with it,
+/// all that come after.
+template <class Test>
+void on_each_faulty_device(const Test& test) {
+    for (const bool force_staging : {false, true}) {
+        for (const bool keep_failing : {false, true}) {
+            SCOPED_TRACE(testing::Message()
+                         << "staging " << force_staging << ", goes on failing " << keep_failing);
+            FaultyDevice device(force_staging);
+            device.faults.keep_failing = keep_failing;
+            test(device);
+        }
+    }
+}
+
+/// Positions of a scene that the device does not hold are refused, and nothing is hit.
+void expect_no_scene(Backend& backend, const DeviceScene& scene) {
+    EXPECT_EQ(hit_count(backend), 0u);
+    const std::vector<vec3> moved = swayed(scene, 1);
+    EXPECT_EQ(kind_of([&] { backend.refit(moved); }), ErrorKind::kBadArgument);
+    EXPECT_EQ(kind_of([&] { backend.refit(moved, RefitExtent::kAll); }), ErrorKind::kBadArgument);
+    EXPECT_EQ(kind_of([&] { backend.set_frame(moved, plain_tree(scene)); }),
+              ErrorKind::kBadArgument);
+    EXPECT_EQ(hit_count(backend), 0u);
+}
+
+TEST(FaultInjection, ASceneThatDidNotFitLeavesNoneAndAnotherCanBeSet) {
+    const DeviceScene small = torus(12, 8);
+    const DeviceScene large = torus(24, 16);
+    const Bvh bvh = plain_tree(small);
+    const Bvh large_bvh = plain_tree(large);
+    on_each_faulty_device([&](FaultyDevice& device) {
+        Backend& backend = *device.backend;
+        backend.set_scene(small.topology, small.positions, bvh);
+        const ImageHashes expected = hashes_of(backend);
+        ASSERT_GT(hit_count(backend), 0u);
+        // A refit that is left to the next submission goes with its scene.
+        backend.refit(swayed(small, 1));
+        const auto set_large = [&] {
+            backend.set_scene(large.topology, large.positions, large_bvh);
+        };
+        const std::size_t failures = fail_in_turn(device.faults, set_large, [&] {
+            expect_no_scene(backend, small);
+            expect_no_scene(backend, large);
+            backend.set_scene(small.topology, small.positions, bvh);
+            EXPECT_EQ(hashes_of(backend), expected);
+            backend.refit(swayed(small, 1));
+        });
+        EXPECT_GT(failures, 20u);
+        EXPECT_GT(hit_count(backend), 0u);
+    });
 }
 
 /// Fails each call of an update and an image by packets in turn. The next image must be right.
 void fail_each_call_of_a_frame(bool force_staging) {
-    Faults faults;
-    const FaultyLoader loader(faults);
-    gpu::Tuning tuning;
-    tuning.loader = loader.get();
-    tuning.force_staging = force_staging;
-    const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
+    FaultyDevice device(force_staging);
+    Backend& backend = *device.backend;
     const DeviceScene scene = torus(12, 8);
-    backend->set_scene(scene.topology, scene.positions, plain_tree(scene));
+    backend.set_scene(scene.topology, scene.positions, plain_tree(scene));
     const std::vector<vec3> moved = swayed(scene, 1);
-    Frame expected;
-    backend->refit(moved);
-    backend->trace_image(view(32, 32, kRaysShadow), expected);
-    bool has_failed = true;
-    std::size_t k = 0;
-    for (; has_failed; ++k) {
-        ASSERT_LT(k, 1000u);
-        faults.fail_at = faults.call_count + k;
-        has_failed = false;
-        Frame frame;
-        try {
-            backend->refit(scene.positions);
-            backend->refit(moved);
-            backend->trace_image(view(32, 32, kRaysShadow), frame);
-        } catch (const Error&) {
-            has_failed = true;
-        }
-        faults.fail_at = Faults::kNever;
+    backend.refit(moved);
+    const ImageHashes expected = hashes_of(backend);
+    const auto frame = [&] {
+        backend.refit(scene.positions);
+        backend.refit(moved);
+        hashes_of(backend);
+    };
+    const std::size_t failures = fail_in_turn(device.faults, frame, [&] {
         // The second refit may not have been called.
-        backend->refit(moved);
-        Frame again;
-        backend->trace_image(view(32, 32, kRaysShadow), again);
-        ASSERT_EQ(hits_hash(again), hits_hash(expected)) << k;
-        ASSERT_EQ(image_hash(again), image_hash(expected)) << k;
-    }
-    EXPECT_GT(k, 10u);
+        backend.refit(moved);
+        EXPECT_EQ(hashes_of(backend), expected);
+    });
+    EXPECT_GT(failures, 10u);
 }
 
 TEST(FaultInjection, AFrameOfPacketsMayFailAtAnyCallAndBeMadeAgain) {
@@ -191,25 +214,73 @@ TEST(FaultInjection, AFrameOfPacketsThroughStagingMayFailAtAnyCallAndBeMadeAgain
     fail_each_call_of_a_frame(true);
 }
 
-TEST(FaultInjection, AFrameWhoseTreeDidNotFitLeavesTheOldTree) {
-    Faults faults;
-    const FaultyLoader loader(faults);
-    gpu::Tuning tuning;
-    tuning.loader = loader.get();
-    const std::unique_ptr<Backend> backend = gpu::make_vulkan_backend({}, tuning);
+TEST(FaultInjection, AFrameWhoseTreeDidNotFitLeavesTheOldTreeAndPose) {
     const DeviceScene scene = torus(12, 8);
-    const Bvh bvh = plain_tree(scene);
-    backend->set_scene(scene.topology, scene.positions, bvh);
-    Frame before;
-    backend->trace_image(view(32, 32, kRaysShadow), before);
-    for (std::size_t k = 0; k < 20; ++k) {
-        faults.fail_at = faults.call_count + k;
-        EXPECT_THROW(backend->set_frame(scene.positions, bvh), Error);
-        faults.fail_at = Faults::kNever;
-        Frame after;
-        backend->trace_image(view(32, 32, kRaysShadow), after);
-        EXPECT_EQ(hits_hash(before), hits_hash(after));
-    }
+    const std::vector<vec3> moved = swayed(scene, 1);
+    const Bvh old_tree = plain_tree(scene);
+    const Bvh new_tree = build_bvh(scene.topology, moved);
+    ASSERT_NE(old_tree.leaves.size(), new_tree.leaves.size());
+    on_each_faulty_device([&](FaultyDevice& device) {
+        Backend& backend = *device.backend;
+        backend.set_scene(scene.topology, moved, new_tree);
+        const ImageHashes expected = hashes_of(backend);
+        backend.set_scene(scene.topology, scene.positions, old_tree);
+        const ImageHashes before = hashes_of(backend);
+        ASSERT_NE(before, expected);
+        const auto set_frame = [&] { backend.set_frame(moved, new_tree); };
+        const std::size_t failures = fail_in_turn(device.faults, set_frame, [&] {
+            EXPECT_EQ(hashes_of(backend), before);
+            EXPECT_EQ(tree_hash(backend), bvh_hash(old_tree));
+        });
+        EXPECT_GT(failures, 20u);
+        EXPECT_EQ(hashes_of(backend), expected);
+    });
+}
+
+/// Fails each call of edit_tree() in turn when it replaces a tree by another. Returns how often
+/// the scene was dropped.
+std::size_t fail_each_call_of_an_edit(FaultyDevice& device, const DeviceScene& scene,
+                                      const Bvh& before, const Bvh& after) {
+    Backend& backend = *device.backend;
+    backend.set_scene(scene.topology, scene.positions, before);
+    const ImageHashes expected = hashes_of(backend);
+    std::size_t drops = 0;
+    const auto edit = [&] {
+        backend.edit_tree([&](Bvh& bvh) {
+            bvh = after;
+            return true;
+        });
+    };
+    fail_in_turn(device.faults, edit, [&] {
+        if (tree_hash(backend) == bvh_hash(before)) {
+            EXPECT_EQ(hashes_of(backend), expected);
+            const std::vector<vec3> moved = swayed(scene, 1);
+            backend.refit(moved);
+            EXPECT_NE(hashes_of(backend), expected);
+        } else {
+            ++drops;
+            expect_no_scene(backend, scene);
+        }
+        backend.set_scene(scene.topology, scene.positions, before);
+        EXPECT_EQ(hashes_of(backend), expected);
+    });
+    EXPECT_EQ(tree_hash(backend), bvh_hash(after));
+    EXPECT_EQ(hashes_of(backend), expected);
+    return drops;
+}
+
+TEST(FaultInjection, AnEditThatFailsLeavesTheOldTreeOrNoScene) {
+    const DeviceScene scene = torus(12, 8);
+    const Bvh small = build_bvh(scene.topology, scene.positions);
+    const Bvh large = plain_tree(scene);
+    ASSERT_LT(small.nodes.size(), large.nodes.size());
+    ASSERT_LT(small.leaves.size(), large.leaves.size());
+    on_each_faulty_device([&](FaultyDevice& device) {
+        EXPECT_EQ(fail_each_call_of_an_edit(device, scene, small, large), 0u) << "it has no room";
+        // In place: only copies through staging can fail.
+        const std::size_t drops = fail_each_call_of_an_edit(device, scene, large, small);
+        EXPECT_EQ(drops > 0, device.force_staging);
+    });
 }
 
 }  // namespace

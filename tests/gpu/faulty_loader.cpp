@@ -24,8 +24,11 @@ PFN_vkGetInstanceProcAddr real_loader() {
 
 bool fails(const char* name) {
     Faults& f = *active();
-    const std::size_t index = f.counts(name) ? f.call_count++ : Faults::kNever - 1;
-    if (f.fail_name.empty() ? index != f.fail_at : f.fail_name != name) return false;
+    const bool is_counted = f.counts(name);
+    const std::size_t index = f.call_count;
+    if (is_counted) ++f.call_count;
+    const bool has_turn = is_counted && (f.keep_failing ? index >= f.fail_at : index == f.fail_at);
+    if (f.fail_name.empty() ? !has_turn : f.fail_name != name) return false;
     f.failed_name = name;
     return true;
 }

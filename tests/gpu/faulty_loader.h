@@ -15,6 +15,8 @@ struct Faults {
     static constexpr std::size_t kNever = ~std::size_t{0};
 
     std::size_t fail_at = kNever;
+    /// Whether the calls after that one fail, too.
+    bool keep_failing = false;
     std::function<bool(std::string_view)> counts = [](std::string_view) { return true; };
     /// Fails every call of this name instead, if set.
     std::string fail_name;

@@ -8,16 +8,12 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/image/frame.h"
 #include "cpu/cpu_backend.h"
-#include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
+#include "tests/gpu/validated_device.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::test {
 namespace {
-
-std::unique_ptr<Backend> device(const gpu::Tuning& tuning = {}) {
-    return gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
-}
 
 std::size_t differing(const Frame& a, const Frame& b) {
     std::size_t count = a.width != b.width || a.height != b.height;
@@ -44,19 +40,19 @@ void expect_same_images(Backend& actual, std::uint32_t width, std::uint32_t heig
     }
 }
 
-TEST(OnePicture, ImagesEqualBruteForce) { expect_same_images(*device(), 77, 53); }
+TEST(OnePicture, ImagesEqualBruteForce) { expect_same_images(*validated_device(), 77, 53); }
 
 TEST(OnePicture, ImagesWithoutPacketsEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.use_packets = false;
-    expect_same_images(*device(tuning), 61, 43);
+    expect_same_images(*validated_device(tuning), 61, 43);
 }
 
 // Several packets side by side and above each other, runs of packets that end within the image, and
 // rays whose surface few rays of their packet share. Light packets are tall in the large image, and
 // low in the small one, which has fewer pixels than triangles.
 TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
-    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
     for (const DeviceScene& scene : {torus(128, 64), debris(4000, 5), layers(3000, 2)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
@@ -80,7 +76,7 @@ TEST(OnePicture, ImagesOfSeveralPacketsASubgroupEqualBruteForce) {
     for (const std::uint32_t lanes : {4u, 8u}) {
         gpu::Tuning tuning;
         tuning.most_packet_lanes = lanes;
-        expect_same_images(*device(tuning), 61, 43);
+        expect_same_images(*validated_device(tuning), 61, 43);
     }
 }
 
@@ -92,7 +88,7 @@ TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
         gpu::Tuning tuning;
         tuning.most_packet_lanes = lanes;
         tuning.tiles_per_dispatch = 30;
-        const std::unique_ptr<Backend> vulkan = device(tuning);
+        const std::unique_ptr<Backend> vulkan = validated_device(tuning);
         for (const DeviceScene& scene : {torus(32, 16), debris(700, 9)}) {
             const Bvh bvh = build_bvh(scene.topology, scene.positions);
             for (Backend* backend : {vulkan.get(), brute.get()}) {
@@ -111,7 +107,7 @@ TEST(OnePicture, AnyNumberOfOcclusionRaysGivesTheImageOfBruteForce) {
 
 // Rays so close to edges that all of these cases fail without the bounds of occlusion packets.
 TEST(OnePicture, OcclusionRaysThatMeetEdgesEqualTheCpu) {
-    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
     for (const DeviceScene& scene :
          {strips(30000, 1, 1), strips(6000, 24, 2), debris(20000, 11), layers(3000, 3)}) {
@@ -131,26 +127,26 @@ TEST(OnePicture, OcclusionRaysThatMeetEdgesEqualTheCpu) {
 TEST(OnePicture, ImagesInManyRegionsEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.tiles_per_dispatch = 3;
-    expect_same_images(*device(tuning), 61, 43);
+    expect_same_images(*validated_device(tuning), 61, 43);
 }
 
 TEST(OnePicture, ImagesWithASuspensionAtEveryStepEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.step_budget = 1;
     tuning.resume_slots = 128;
-    expect_same_images(*device(tuning), 31, 23);
+    expect_same_images(*validated_device(tuning), 31, 23);
 }
 
 TEST(OnePicture, ImagesWithSomeRaysSuspendedEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.step_budget = 60;
-    expect_same_images(*device(tuning), 61, 43);
+    expect_same_images(*validated_device(tuning), 61, 43);
 }
 
 // The worst trees after deformation, with the default budget: each ray meets every triangle, which
 // takes more steps than a lane has.
 TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
-    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> vulkan = validated_device();
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
     for (DeviceScene& scene : std::vector{coincident(5000), torus(64, 32)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
@@ -169,13 +165,13 @@ TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
 TEST(OnePicture, ImagesCopiedThroughStagingEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.force_staging = true;
-    expect_same_images(*device(tuning), 61, 43);
+    expect_same_images(*validated_device(tuning), 61, 43);
 }
 
 TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.tiles_per_dispatch = 16;
-    const std::unique_ptr<Backend> vulkan = device(tuning);
+    const std::unique_ptr<Backend> vulkan = validated_device(tuning);
     const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
     const std::vector<Ray> rays = scattered_rays(5000, 7);
     for (const DeviceScene& scene : test_scenes()) {

@@ -3,29 +3,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/update/restructure.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/refit/refit.h"
-#include "gpu/vulkan_backend_internal.h"
+#include "gpu/vulkan_backend.h"
 #include "tests/gpu/test_scenes.h"
+#include "tests/gpu/validated_device.h"
+#include "tests/support/same_bits.h"
 
 namespace mray::test {
 namespace {
 
-template <class Values>
-bool same_bytes(const Values& a, const Values& b) {
-    return std::ranges::equal(std::as_bytes(std::span(a)), std::as_bytes(std::span(b)));
-}
-
 bool same_tree(const Bvh& a, const Bvh& b) {
     return same_bytes(a.nodes, b.nodes) && same_bytes(a.leaves, b.leaves);
-}
-
-std::unique_ptr<Backend> device() {
-    return gpu::make_vulkan_backend({.device = "", .validate = true});
 }
 
 /// Refits `frames` times on both sides, and then to the first pose.
@@ -46,13 +38,13 @@ void expect_same_refits(Backend& vulkan, const DeviceScene& scene, const Bvh& bu
 }
 
 TEST(VulkanRefit, EqualsTheCpuForTwoHundredFrames) {
-    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> vulkan = validated_device();
     const DeviceScene scene = torus(64, 32);
     expect_same_refits(*vulkan, scene, build_bvh(scene.topology, scene.positions), 200);
 }
 
 TEST(VulkanRefit, OfTenThousandPosesDoesNotDrift) {
-    const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend({.device = ""});
+    const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend();
     const DeviceScene scene = torus(16, 8);
     const Bvh built = build_bvh(scene.topology, scene.positions);
     vulkan->set_scene(scene.topology, scene.positions, built);
@@ -69,7 +61,7 @@ TEST(VulkanRefit, OfTenThousandPosesDoesNotDrift) {
 }
 
 TEST(VulkanRefit, EqualsTheCpuForEveryKindOfScene) {
-    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> vulkan = validated_device();
     for (const DeviceScene& scene : test_scenes()) {
         expect_same_refits(*vulkan, scene, build_bvh(scene.topology, scene.positions), 3);
         expect_same_refits(*vulkan, scene, plain_tree(scene), 3);
@@ -77,7 +69,7 @@ TEST(VulkanRefit, EqualsTheCpuForEveryKindOfScene) {
 }
 
 TEST(VulkanRefit, BoundsNothingWhereNoVertexIsFinite) {
-    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> vulkan = validated_device();
     const DeviceScene scene = torus(16, 8);
     Bvh expected = build_bvh(scene.topology, scene.positions);
     Bvh actual = expected;
@@ -90,7 +82,7 @@ TEST(VulkanRefit, BoundsNothingWhereNoVertexIsFinite) {
 }
 
 TEST(VulkanRefit, FrameWithATreeOfAnotherShapeReplacesTheTree) {
-    const std::unique_ptr<Backend> vulkan = device();
+    const std::unique_ptr<Backend> vulkan = validated_device();
     const DeviceScene scene = torus(32, 16);
     const Bvh plain = plain_tree(scene);
     const Bvh built = build_bvh(scene.topology, scene.positions);
@@ -118,7 +110,7 @@ std::vector<vec3> parted(const DeviceScene& scene, std::uint32_t sides, float di
 void expect_same_restructurings(bool force_staging) {
     gpu::Tuning tuning;
     tuning.force_staging = force_staging;
-    const auto vulkan = gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
+    const auto vulkan = validated_device(tuning);
     const auto cpu = cpu::make_scalar_backend();
     constexpr std::uint32_t kSides = 32;
     const DeviceScene scene = torus(128, kSides);

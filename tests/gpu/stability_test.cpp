@@ -4,37 +4,33 @@
 #include "common/base/errors.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
-#include "gpu/vulkan_backend.h"
+#include "tests/gpu/validated_device.h"
 #include "tests/support/motion_checks.h"
 
 namespace mray::test {
 namespace {
 
-std::unique_ptr<Backend> device() {
-    return gpu::make_vulkan_backend({.device = "", .validate = true});
-}
-
 TEST(HardMotionOnVulkan, GivesTheHitsOfBruteForceUnderEveryPolicy) {
-    const auto vulkan = device();
+    const auto vulkan = validated_device();
     const auto brute = cpu::make_brute_backend();
     for (const Motion& motion : hard_motions()) expect_hits_of_brute_force(motion, *vulkan, *brute);
 }
 
 TEST(HardMotionOnVulkan, TakesTheDecisionsOfTheCpu) {
-    const auto vulkan = device();
+    const auto vulkan = validated_device();
     const auto cpu = cpu::make_cpu_backend();
     for (const Motion& motion : hard_motions())
         EXPECT_EQ(counted_decisions(motion, *vulkan), counted_decisions(motion, *cpu));
 }
 
 TEST(HardMotionOnVulkan, LeavesTheBytesOfAFreshRefit) {
-    const auto vulkan = device();
+    const auto vulkan = validated_device();
     for (const Motion& motion : hard_motions()) expect_no_drift(motion, *vulkan);
 }
 
 TEST(HardMotionOnVulkan, RefusesAPoseOfAnotherTopology) {
     const Motion motion = hard_motions().front();
-    const auto vulkan = device();
+    const auto vulkan = validated_device();
     TreeUpdater updater(motion.topology, motion.poses[0], *vulkan, nullptr,
                         make_update_policy("auto"), {}, {});
     EXPECT_THROW(updater.update(std::vector<vec3>(motion.poses[0].size() - 1)), Error);

@@ -9,9 +9,10 @@
 #include "common/image/frame.h"
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
-#include "gpu/vulkan_backend_internal.h"
-#include "tests/gpu/faulty_loader.h"
+#include "tests/gpu/faulty_device.h"
 #include "tests/gpu/test_scenes.h"
+#include "tests/gpu/validated_device.h"
+#include "tests/support/backend_hashes.h"
 
 namespace mray::test {
 namespace {
@@ -26,33 +27,19 @@ std::vector<vec3> pose(const DeviceScene& scene, int number) {
     return positions;
 }
 
-std::unique_ptr<Backend> validated_device(bool force_staging,
-                                          std::uint32_t step_budget = kStepBudget) {
+std::unique_ptr<Backend> tuned_device(bool force_staging, std::uint32_t step_budget = kStepBudget) {
     gpu::Tuning tuning;
     tuning.force_staging = force_staging;
     tuning.step_budget = step_budget;
-    return gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
+    return validated_device(tuning);
 }
 
-std::uint64_t tree_hash(Backend& backend) {
-    Bvh tree;
-    backend.read_tree(tree);
-    return bvh_hash(tree);
-}
-
-struct Hashes {
-    std::uint64_t hits;
-    std::uint64_t image;
-    bool operator==(const Hashes&) const = default;
-};
-
-std::vector<Hashes> images(Backend& backend, const DeviceScene& scene, const ImageParams& view) {
-    std::vector<Hashes> images;
+std::vector<ImageHashes> images(Backend& backend, const DeviceScene& scene,
+                                const ImageParams& view) {
+    std::vector<ImageHashes> images;
     for (int i = 0; i < kPoses; ++i) {
         backend.refit(pose(scene, i));
-        Frame frame;
-        backend.trace_image(view, frame);
-        images.push_back({hits_hash(frame), image_hash(frame)});
+        images.push_back(image_hashes(backend, view));
     }
     return images;
 }
@@ -64,7 +51,7 @@ TEST(VulkanUpdate, ImagesAfterDeferredRefitsAreThoseOfTheCpu) {
     for (const bool force_staging : {false, true}) {
         // A small budget suspends rays, which are resumed after the refit's submission.
         for (const std::uint32_t step_budget : {kStepBudget, 60u}) {
-            const std::unique_ptr<Backend> vulkan = validated_device(force_staging, step_budget);
+            const std::unique_ptr<Backend> vulkan = tuned_device(force_staging, step_budget);
             for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow, kRaysAo}) {
                 for (Backend* backend : {vulkan.get(), cpu.get()}) {
                     backend->set_scene(scene.topology, scene.positions, bvh);
@@ -77,63 +64,55 @@ TEST(VulkanUpdate, ImagesAfterDeferredRefitsAreThoseOfTheCpu) {
     }
 }
 
-TEST(VulkanUpdate, AndImageAreOneSubmissionWithItsTimes) {
+TEST(VulkanUpdate, RefitAndImageAreOneSubmissionWithItsTimes) {
     for (const bool force_staging : {false, true}) {
-        Faults faults;
-        faults.counts = [](std::string_view name) { return name == "vkQueueSubmit"; };
-        const FaultyLoader loader(faults);
-        gpu::Tuning tuning;
-        tuning.loader = loader.get();
-        tuning.force_staging = force_staging;
-        const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend({}, tuning);
+        FaultyDevice device(force_staging);
+        std::size_t& submissions = device.faults.call_count;
+        device.faults.counts = [](std::string_view name) { return name == "vkQueueSubmit"; };
+        Backend& vulkan = *device.backend;
         const DeviceScene scene = torus(64, 32);
-        vulkan->set_scene(scene.topology, scene.positions, plain_tree(scene));
+        vulkan.set_scene(scene.topology, scene.positions, plain_tree(scene));
         Frame frame;
         // Hits and pixels, if the host does not see them.
         const std::size_t copies = force_staging ? 2 : 0;
-        faults.call_count = 0;
-        vulkan->refit(swayed(scene, 1));
-        EXPECT_EQ(faults.call_count, 0u);
-        vulkan->trace_image(view(64, 48, kRaysPrimary), frame);
-        EXPECT_EQ(faults.call_count, 1 + copies);
-        vulkan->refit(swayed(scene, 2));
-        EXPECT_EQ(faults.call_count, 1 + copies);
-        vulkan->trace_image(view(64, 48, kRaysPrimary), frame);
-        EXPECT_GT(vulkan->times().update.refit_ms, 0);
-        EXPECT_GT(vulkan->times().trace_ms, vulkan->times().shade_ms);
-        EXPECT_GT(vulkan->times().shade_ms, 0);
-        EXPECT_EQ(faults.call_count, 2 + 2 * copies);
+        submissions = 0;
+        vulkan.refit(swayed(scene, 1));
+        EXPECT_EQ(submissions, 0u);
+        vulkan.trace_image(view(64, 48, kRaysPrimary), frame);
+        EXPECT_EQ(submissions, 1 + copies);
+        vulkan.refit(swayed(scene, 2));
+        EXPECT_EQ(submissions, 1 + copies);
+        vulkan.trace_image(view(64, 48, kRaysPrimary), frame);
+        EXPECT_GT(vulkan.times().update.refit_ms, 0);
+        EXPECT_GT(vulkan.times().trace_ms, vulkan.times().shade_ms);
+        EXPECT_GT(vulkan.times().shade_ms, 0);
+        EXPECT_EQ(submissions, 2 + 2 * copies);
     }
 }
 
-TEST(VulkanUpdate, ThatFailsIsMadeUpForByTheNext) {
-    Faults faults;
-    const FaultyLoader loader(faults);
-    gpu::Tuning tuning;
-    tuning.loader = loader.get();
-    tuning.force_staging = true;
-    const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend({}, tuning);
+TEST(VulkanUpdate, ARefitAfterOneThatFailedGivesTheTreeOfTheCpu) {
+    FaultyDevice device(/*staging=*/true);
+    Backend& vulkan = *device.backend;
     const DeviceScene scene = torus(64, 32);
     const Bvh bvh = build_bvh(scene.topology, scene.positions);
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
     cpu->set_scene(scene.topology, scene.positions, bvh);
     cpu->refit(pose(scene, 3));
-    for (std::size_t k = 0; k < 20; ++k) {
-        vulkan->set_scene(scene.topology, scene.positions, bvh);
-        faults.fail_at = faults.call_count + k;
-        try {
-            vulkan->refit(pose(scene, 2));
-            vulkan->times();
-        } catch (const Error&) {
-        }
-        faults.fail_at = Faults::kNever;
-        vulkan->refit(pose(scene, 3));
-        EXPECT_EQ(tree_hash(*vulkan), tree_hash(*cpu)) << k;
-    }
+    vulkan.set_scene(scene.topology, scene.positions, bvh);
+    const auto refit = [&] {
+        vulkan.refit(pose(scene, 2));
+        vulkan.times();
+    };
+    const std::size_t failures = fail_in_turn(device.faults, refit, [&] {
+        vulkan.refit(pose(scene, 3));
+        EXPECT_EQ(tree_hash(vulkan), tree_hash(*cpu));
+        vulkan.set_scene(scene.topology, scene.positions, bvh);
+    });
+    EXPECT_GT(failures, 5u);
 }
 
 TEST(VulkanUpdate, ABackendCanEndBeforeItsRefitIsDone) {
-    const std::unique_ptr<Backend> vulkan = validated_device(false);
+    const std::unique_ptr<Backend> vulkan = tuned_device(false);
     const DeviceScene scene = torus(64, 32);
     vulkan->set_scene(scene.topology, scene.positions, plain_tree(scene));
     vulkan->refit(swayed(scene, 1));
@@ -146,9 +125,10 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
         BuiltAreas areas = built_areas(built);
         BuiltAreas cpu_areas = areas;
         const auto cpu = cpu::make_scalar_backend();
-        const auto vulkan = validated_device(force_staging);
+        const auto vulkan = tuned_device(force_staging);
         for (Backend* backend : {vulkan.get(), cpu.get()})
             backend->set_scene(scene.topology, scene.positions, built);
+        std::size_t edits = 0;
         std::mt19937 random(1);
         for (int step = 0; step < 60; ++step) {
             const std::vector<vec3> positions =
@@ -163,7 +143,10 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
                 }
                 if (what < 3) return;
                 backend.edit_tree([&](Bvh& bvh) {
-                    return restructure(scene.topology, positions, 1, bvh, its_areas) > 0;
+                    const bool is_changed =
+                        restructure(scene.topology, positions, 1, bvh, its_areas) > 0;
+                    edits += is_changed;
+                    return is_changed;
                 });
             };
             const auto what = static_cast<std::uint32_t>(random() % 6);
@@ -171,6 +154,7 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
             act(*vulkan, areas, what);
             ASSERT_EQ(tree_hash(*vulkan), tree_hash(*cpu)) << step << ' ' << what;
         }
+        EXPECT_GT(edits, 0u);
     }
 }
 
@@ -194,7 +178,7 @@ std::vector<std::string> steps(const DeviceScene& scene, Backend& tracer,
 
 TEST(VulkanUpdate, TakesTheStepsOfTheCpuUnderEveryPolicy) {
     const DeviceScene scene = torus(32, 16);
-    const auto vulkan = validated_device(true);
+    const auto vulkan = tuned_device(true);
     const auto cpu = cpu::make_scalar_backend();
     for (const char* policy : {"refit", "rebuild", "every:3", "auto"})
         EXPECT_EQ(steps(scene, *vulkan, policy), steps(scene, *cpu, policy)) << policy;

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/bvh/builder/bvh_builder.h"
-#include "gpu/vulkan_backend.h"
+#include "tests/gpu/validated_device.h"
 #include "tests/support/closed_poses.h"
 
 namespace mray::test {
@@ -10,7 +10,7 @@ namespace {
 
 TEST(WatertightOnVulkan, LetsNoRayOutAfterAThousandRefits) {
     const TestScene scene = icosphere(3);
-    const auto vulkan = gpu::make_vulkan_backend({.device = "", .validate = true});
+    const auto vulkan = validated_device();
     vulkan->set_scene(scene.topology(), scene.positions(),
                       build_bvh(scene.topology(), scene.positions()));
     Random random(23);

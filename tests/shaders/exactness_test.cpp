@@ -2,73 +2,53 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <iterator>
+#include <vector>
 
 #include "common/base/errors.h"
-#include "shaders/occlusion/occlusion_packet_spirv.h"
-#include "shaders/occlusion/occlusion_spirv.h"
-#include "shaders/packet/camera_packet_spirv.h"
-#include "shaders/packet/light_packet_spirv.h"
-#include "shaders/refit/refit_leaves_spirv.h"
-#include "shaders/refit/refit_nodes_spirv.h"
-#include "shaders/shade/compact_spirv.h"
-#include "shaders/shade/shade_spirv.h"
-#include "shaders/single_ray/primary_spirv.h"
-#include "shaders/single_ray/rays_spirv.h"
-#include "shaders/single_ray/resume_spirv.h"
 #include "tests/shaders/evaluate_contracted_spirv.h"
 #include "tests/shaders/evaluate_spirv.h"
+#include "tests/shaders/kernel_table.h"
 #include "tests/support/spirv.h"
 
 namespace mray::test {
 namespace {
 
-struct Kernel {
-    const char* name;
-    std::span<const std::uint32_t> words;
-};
+/// The kernels whose bits are those of the CPU.
+std::vector<Kernel> exact_kernels() {
+    std::vector<Kernel> kernels = {{"evaluate", k_evaluate_spirv, 0}};
+    for (const Kernel& kernel : kKernels) {
+        if (!kernel.has_bounds) kernels.push_back(kernel);
+    }
+    return kernels;
+}
 
-const Kernel kKernels[] = {
-    {"occlusion", k_occlusion_spirv},
-    {"primary", k_primary_spirv},
-    {"rays", k_rays_spirv},
-    {"refit_leaves", k_refit_leaves_spirv},
-    {"refit_nodes", k_refit_nodes_spirv},
-    {"resume", k_resume_spirv},
-    {"compact", k_compact_spirv},
-    {"shade", k_shade_spirv},
-    {"evaluate", k_evaluate_spirv},
-};
+class ExactKernel : public testing::TestWithParam<Kernel> {};
 
-/// Kernels with arithmetic outside the hit rule, whose bounds hold in any order and with any
-/// fusion.
-const Kernel kPacketKernels[] = {
-    {"occlusion_packet", k_occlusion_packet_spirv},
-    {"camera_packet", k_camera_packet_spirv},
-    {"light_packet", k_light_packet_spirv},
-};
-
-class EveryKernel : public testing::TestWithParam<Kernel> {};
-
-void expect_modes(const Kernel& kernel) {
+void expect_modes(std::span<const std::uint32_t> words) {
     constexpr std::uint32_t kRoundingModeRte = 4462;
     constexpr std::uint32_t kSignedZeroInfNanPreserve = 4461;
-    const SpirvModule module(kernel.words);
-    EXPECT_TRUE(module.has_execution_mode(kRoundingModeRte, 32)) << kernel.name;
-    EXPECT_TRUE(module.has_execution_mode(kSignedZeroInfNanPreserve, 32)) << kernel.name;
+    const SpirvModule module(words);
+    EXPECT_TRUE(module.has_execution_mode(kRoundingModeRte, 32));
+    EXPECT_TRUE(module.has_execution_mode(kSignedZeroInfNanPreserve, 32));
 }
 
-TEST_P(EveryKernel, RoundsToNearestAndKeepsZerosInfinitiesAndNans) { expect_modes(GetParam()); }
-
-TEST(PacketKernels, RoundToNearestAndKeepZerosInfinitiesAndNans) {
-    for (const Kernel& kernel : kPacketKernels) expect_modes(kernel);
+TEST(Kernels, RoundToNearestAndKeepZerosInfinitiesAndNans) {
+    expect_modes(k_evaluate_spirv);
+    for (const Kernel& kernel : kKernels) {
+        SCOPED_TRACE(kernel.name);
+        expect_modes(kernel.words);
+    }
 }
 
-TEST_P(EveryKernel, ComputesWithExactOperationsOnly) {
+TEST(Kernels, AreAllInTheTable) { EXPECT_EQ(std::size(kKernels), MORPHRAY_KERNEL_COUNT); }
+
+TEST_P(ExactKernel, ComputesWithExactOperationsOnly) {
     const std::vector<std::string> found = inexact_operations(SpirvModule(GetParam().words));
     EXPECT_TRUE(found.empty()) << found.size() << ", the first: " << found.front();
 }
 
-INSTANTIATE_TEST_SUITE_P(Shaders, EveryKernel, testing::ValuesIn(kKernels),
+INSTANTIATE_TEST_SUITE_P(Shaders, ExactKernel, testing::ValuesIn(exact_kernels()),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST(InexactOperations, AreFoundWhereContractionIsAllowed) {

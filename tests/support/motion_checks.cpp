@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstring>
 
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/interop/arithmetic.h"
 #include "common/update/tree_updater.h"
+#include "tests/support/backend_hashes.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {
@@ -45,8 +46,7 @@ std::vector<Hit> hits_of(Backend& backend, const std::vector<Ray>& rays) {
 
 std::size_t different(const std::vector<Hit>& a, const std::vector<Hit>& b) {
     std::size_t count = 0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        count += std::memcmp(&a[i], &b[i], sizeof(Hit)) != 0 ? 1 : 0;
+    for (std::size_t i = 0; i < a.size(); ++i) count += same_bits(a[i], b[i]) ? 0 : 1;
     return count;
 }
 
@@ -93,21 +93,16 @@ std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer
 void expect_no_drift(const Motion& motion, Backend& tracer) {
     const std::vector<vec3>& start = motion.poses[motion.build_at];
     const Bvh built = build_bvh(motion.topology, start);
-    const auto hash_now = [&] {
-        Bvh tree = built;
-        tracer.read_tree(tree);
-        return bvh_hash(tree);
-    };
     tracer.set_scene(motion.topology, start, built);
     tracer.refit(motion.poses.back(), RefitExtent::kAll);
-    const std::uint64_t fresh = hash_now();
+    const std::uint64_t fresh = tree_hash(tracer);
     tracer.set_scene(motion.topology, start, built);
     for (int round = 0; round < 3; ++round) {
         for (const std::vector<vec3>& positions : motion.poses) tracer.refit(positions);
     }
-    EXPECT_EQ(hash_now(), fresh) << motion.name;
+    EXPECT_EQ(tree_hash(tracer), fresh) << motion.name;
     tracer.refit(start);
-    EXPECT_EQ(hash_now(), bvh_hash(built)) << motion.name;
+    EXPECT_EQ(tree_hash(tracer), bvh_hash(built)) << motion.name;
 }
 
 std::string test_name(const Motion& motion) {

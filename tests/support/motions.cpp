@@ -15,9 +15,9 @@ namespace {
 constexpr std::uint64_t kTriangles = 900;
 
 std::vector<std::vector<vec3>> to_scene(const SceneSpace& space,
-                                        const std::vector<std::vector<vec3>>& user) {
+                                        const std::vector<std::vector<vec3>>& world) {
     std::vector<std::vector<vec3>> poses;
-    for (const std::vector<vec3>& pose : user) {
+    for (const std::vector<vec3>& pose : world) {
         poses.emplace_back(pose.size());
         space.to_scene(pose, poses.back());
     }
@@ -26,22 +26,22 @@ std::vector<std::vector<vec3>> to_scene(const SceneSpace& space,
 
 Motion of_builtin(const std::string& name, const std::vector<double>& frames) {
     const std::unique_ptr<Clip> clip = make_procedural(name, kTriangles);
-    std::vector<std::vector<vec3>> user;
+    std::vector<std::vector<vec3>> world;
     for (const double frame : frames) {
-        user.emplace_back(clip->topology().vertex_count);
-        clip->positions(frame, user.back());
+        world.emplace_back(clip->topology().vertex_count);
+        clip->positions(frame, world.back());
     }
-    return {name, clip->topology(), to_scene(SceneSpace(clip->bounds()), user)};
+    return {name, clip->topology(), to_scene(SceneSpace(clip->bounds()), world)};
 }
 
 using Move = std::function<vec3(std::size_t pose, std::size_t vertex, vec3 at)>;
 
-/// Poses of a test scene's user positions, each moved within twice the scene's extent.
+/// Poses of a test scene's world positions, each moved within twice the scene's extent.
 Motion of_scene(const std::string& name, const TestScene& scene, std::size_t count,
                 const Move& move) {
-    std::vector<std::vector<vec3>> user;
+    std::vector<std::vector<vec3>> world;
     for (std::size_t pose = 0; pose < count; ++pose) {
-        std::vector<vec3>& positions = user.emplace_back(scene.world_positions());
+        std::vector<vec3>& positions = world.emplace_back(scene.world_positions());
         for (std::size_t i = 0; i < positions.size(); ++i)
             positions[i] = move(pose, i, positions[i]);
     }
@@ -50,7 +50,7 @@ Motion of_scene(const std::string& name, const TestScene& scene, std::size_t cou
         bounds.lower[axis] = -8;
         bounds.upper[axis] = 8;
     }
-    return {name, scene.topology(), to_scene(SceneSpace(bounds), user)};
+    return {name, scene.topology(), to_scene(SceneSpace(bounds), world)};
 }
 
 vec3 turned_about_y(vec3 p, double angle) {

@@ -1,12 +1,20 @@
-// Equality of hits in every bit: -0 differs from 0, and a NaN equals itself.
+// Equality in every bit: -0 differs from 0, and a NaN equals itself.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
+#include <span>
 
 #include "common/interop/ray.h"
 
 namespace mray::test {
 
 inline bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+/// The same for the elements of two contiguous containers, and their number.
+template <class Values>
+bool same_bytes(const Values& a, const Values& b) {
+    return std::ranges::equal(std::as_bytes(std::span(a)), std::as_bytes(std::span(b)));
+}
 
 }  // namespace mray::test

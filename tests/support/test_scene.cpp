@@ -274,8 +274,8 @@ std::vector<NamedScene> adversarial_scenes() {
 }
 
 Ray scene_ray(const TestScene& scene, vec3 org, vec3 dir, double tnear, double tfar) {
-    const WorldRay user{{org.x, org.y, org.z}, {dir.x, dir.y, dir.z}, tnear, tfar};
-    return to_scene(scene.space(), user).ray;
+    const WorldRay world{{org.x, org.y, org.z}, {dir.x, dir.y, dir.z}, tnear, tfar};
+    return to_scene(scene.space(), world).ray;
 }
 
 std::vector<Ray> mixed_rays(const TestScene& scene, std::size_t count, std::uint64_t seed) {

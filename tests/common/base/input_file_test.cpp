@@ -12,11 +12,13 @@
 #include <chrono>
 #include <thread>
 
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
 
+using namespace test;
 namespace fs = std::filesystem;
 
 std::optional<ErrorKind> kind_of_reading(const fs::path& path) {
@@ -28,14 +30,14 @@ std::string message_of_reading(const fs::path& path) {
 }
 
 TEST(InputFile, ReturnsTheWholeFile) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const std::string bytes("a\0b\r\n\xFF", 6);
     EXPECT_EQ(read_input_file(folder.write("a", bytes)), bytes);
     EXPECT_EQ(read_input_file(folder.write("empty", "")), "");
 }
 
 TEST(InputFile, MissingFileIsBadInput) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     EXPECT_EQ(kind_of_reading(folder.path() / "none.obj"), ErrorKind::kBadInput);
     EXPECT_NE(message_of_reading(folder.path() / "none.obj").find("none.obj: no such file; "),
               std::string::npos);
@@ -45,13 +47,13 @@ TEST(InputFile, MissingFileIsBadInput) {
 }
 
 TEST(InputFile, FolderIsBadInput) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     EXPECT_EQ(kind_of_reading(folder.path()), ErrorKind::kBadInput);
     EXPECT_NE(message_of_reading(folder.path()).find("is a folder"), std::string::npos);
 }
 
 TEST(InputFile, FileWithoutReadPermissionIsBadInput) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const fs::path path = folder.write("secret.obj", "v 0 0 0\n");
     chmod(path.c_str(), 0);
     // Root may read everything.
@@ -68,7 +70,7 @@ TEST(InputFile, FileWithoutReadPermissionIsBadInput) {
 }
 
 TEST(InputFile, PipesDevicesAndSocketsAreRefusedAtOnce) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const fs::path pipe = folder.path() / "pipe.obj";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0644), 0);
     const fs::path socket_path = folder.path() / "s";
@@ -89,7 +91,7 @@ TEST(InputFile, PipesDevicesAndSocketsAreRefusedAtOnce) {
 }
 
 TEST(InputFile, LoopOfLinksIsBadInput) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     fs::create_symlink("b.obj", folder.path() / "a.obj");
     fs::create_symlink("a.obj", folder.path() / "b.obj");
     EXPECT_EQ(kind_of_reading(folder.path() / "a.obj"), ErrorKind::kBadInput);
@@ -97,7 +99,7 @@ TEST(InputFile, LoopOfLinksIsBadInput) {
 }
 
 TEST(InputFile, MoreThanFourGibibytesAreRefusedBeforeReading) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const fs::path path = folder.write("huge.obj", "");
     fs::resize_file(path, kMaxInputBytes + 1);  // sparse
     const auto start = std::chrono::steady_clock::now();
@@ -106,7 +108,7 @@ TEST(InputFile, MoreThanFourGibibytesAreRefusedBeforeReading) {
 }
 
 TEST(InputFile, LimitIsOfBytesAndInclusive) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const fs::path path = folder.write("a", "12345");
     EXPECT_EQ(read_input_file(path, 5), "12345");
     EXPECT_EQ(kind_of([&] { read_input_file(path, 4); }), ErrorKind::kLimit);
@@ -130,7 +132,7 @@ void expect_change_noticed(const fs::path& path, const Change& change) {
 }
 
 TEST(InputFile, FileThatGrowsWhileItIsReadIsRefused) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const fs::path path = folder.write("grows.obj", std::string(std::size_t{16} << 20, 'x'));
     std::ofstream file(path, std::ios::app);
     int appended = 0;
@@ -140,7 +142,7 @@ TEST(InputFile, FileThatGrowsWhileItIsReadIsRefused) {
 }
 
 TEST(InputFile, FileThatShrinksWhileItIsReadIsRefused) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const fs::path path = folder.write("shrinks.obj", std::string(std::size_t{16} << 20, 'x'));
     bool small = false;
     expect_change_noticed(path, [&] {
@@ -155,7 +157,7 @@ TEST(InputFile, ControlCharactersInNamesDoNotBreakTheMessage) {
 }
 
 TEST(SideFile, IsFoundBesideTheSceneAndBelowIt) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const fs::path scene = folder.write("scene.obj", "");
     const fs::path mtl = folder.write("a.mtl", "");
     const fs::path below = folder.write("materials/b.mtl", "");
@@ -164,7 +166,7 @@ TEST(SideFile, IsFoundBesideTheSceneAndBelowIt) {
 }
 
 TEST(SideFile, NeverLeavesTheFolderOfTheScene) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const fs::path scene = folder.write("inside/scene.obj", "");
     const fs::path outside = folder.write("outside.mtl", "");
     folder.write("inside_too/c.mtl", "");

@@ -10,56 +10,38 @@
 
 #include <array>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
-#include "common/base/errors.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
 
+using namespace test;
 namespace fs = std::filesystem;
 
 /// An empty folder of its own for each test.
 class OutputFile : public ::testing::Test {
 protected:
-    OutputFile() {
-        std::string name = (fs::temp_directory_path() / "morphray-output-XXXXXX").native();
-        if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-        folder_ = name;
-    }
-    ~OutputFile() override { fs::remove_all(folder_); }
+    std::vector<std::string> names() const { return temporary_.names(); }
 
-    std::vector<std::string> names() const {
-        std::vector<std::string> result;
-        for (const auto& entry : fs::directory_iterator(folder_)) {
-            result.push_back(entry.path().filename());
-        }
-        return result;
-    }
-
-    fs::path folder_;
+    const TemporaryFolder temporary_;
+    const fs::path folder_ = temporary_.path();
 };
-
-std::string read_back(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// The message of the Error(kOutput) that `call` throws; fails the test when it throws nothing
 /// else.
 template <class Call>
-std::string output_error(Call&& call) {
-    try {
-        call();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::kOutput) << error.what();
-        return error.what();
+std::string output_error(const Call& call) {
+    const std::optional<Error> error = error_of(call);
+    if (!error) {
+        ADD_FAILURE() << "nothing was thrown";
+        return {};
     }
-    ADD_FAILURE() << "nothing was thrown";
-    return {};
+    EXPECT_EQ(error->kind(), ErrorKind::kOutput) << error->what();
+    return error->what();
 }
 
 /// Sets a limit of this process for the life of the object.
@@ -80,14 +62,14 @@ private:
 TEST_F(OutputFile, HoldsExactlyTheBytesAndLeavesNoOtherFile) {
     const std::string bytes("a\0b\r\n\xff", 6);
     write_file(folder_ / "new", bytes);
-    EXPECT_EQ(read_back(folder_ / "new"), bytes);
+    EXPECT_EQ(read_file(folder_ / "new"), bytes);
     EXPECT_EQ(names(), std::vector<std::string>{"new"});
 }
 
 TEST_F(OutputFile, ReplacesALongerFile) {
     write_file(folder_ / "file", std::string(10000, 'x'));
     write_file(folder_ / "file", "short");
-    EXPECT_EQ(read_back(folder_ / "file"), "short");
+    EXPECT_EQ(read_file(folder_ / "file"), "short");
 }
 
 TEST_F(OutputFile, MayBeEmpty) {
@@ -118,7 +100,7 @@ TEST_F(OutputFile, WithoutAFolderGoesToTheWorkingDirectory) {
     fs::current_path(folder_);
     write_file("plain", "text");
     fs::current_path(before);
-    EXPECT_EQ(read_back(folder_ / "plain"), "text");
+    EXPECT_EQ(read_file(folder_ / "plain"), "text");
 }
 
 TEST_F(OutputFile, ReportsAFullDevice) {
@@ -133,7 +115,7 @@ TEST_F(OutputFile, OverTheFileSizeLimitLeavesTheOldFileAndNoTemporary) {
         const Limit limit(RLIMIT_FSIZE, 4096);
         output_error([&] { write_file(folder_ / "file", std::string(100'000, 'x')); });
     }
-    EXPECT_EQ(read_back(folder_ / "file"), "old");
+    EXPECT_EQ(read_file(folder_ / "file"), "old");
     EXPECT_EQ(names(), std::vector<std::string>{"file"});
 }
 
@@ -166,7 +148,7 @@ TEST_F(OutputFile, GoesThroughADescriptorThatWasRedirectedToAFile) {
     write_file("/dev/fd/" + std::to_string(fd), "body ");
     ASSERT_EQ(::write(fd, "tail", 4), 4);
     ::close(fd);
-    EXPECT_EQ(read_back(path), "head body tail");
+    EXPECT_EQ(read_file(path), "head body tail");
 }
 
 TEST_F(OutputFile, ReportsADescriptorThatIsClosed) {
@@ -178,7 +160,7 @@ TEST_F(OutputFile, WritesThroughALinkToItsTarget) {
     fs::create_symlink("target", folder_ / "link");
     write_file(folder_ / "link", "new");
     EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
-    EXPECT_EQ(read_back(folder_ / "target"), "new");
+    EXPECT_EQ(read_file(folder_ / "target"), "new");
 }
 
 TEST_F(OutputFile, CreatesTheTargetOfADanglingLink) {
@@ -186,7 +168,7 @@ TEST_F(OutputFile, CreatesTheTargetOfADanglingLink) {
     fs::create_symlink("elsewhere/target", folder_ / "first");
     fs::create_symlink(folder_ / "first", folder_ / "second");
     write_file(folder_ / "second", "new");
-    EXPECT_EQ(read_back(folder_ / "elsewhere" / "target"), "new");
+    EXPECT_EQ(read_file(folder_ / "elsewhere" / "target"), "new");
     EXPECT_TRUE(fs::is_symlink(folder_ / "first"));
 }
 
@@ -213,7 +195,7 @@ TEST_F(OutputFile, RefusesPathsThatCannotBeWritten) {
         output_error([&] { check_writable(path); });
         output_error([&] { write_file(path, "text"); });
     }
-    EXPECT_EQ(read_back(folder_ / "file"), "text");
+    EXPECT_EQ(read_file(folder_ / "file"), "text");
     EXPECT_EQ(names().size(), 3u);
 }
 
@@ -221,13 +203,13 @@ TEST_F(OutputFile, TakesTheLongestNameThatAFileCanHave) {
     const fs::path path = folder_ / std::string(255, 'n');
     check_writable(path);
     write_file(path, "text");
-    EXPECT_EQ(read_back(path), "text");
+    EXPECT_EQ(read_file(path), "text");
 }
 
 TEST_F(OutputFile, NeedNotBeUtf8) {
     const fs::path path = folder_ / "\xff\xfe";
     write_file(path, "text");
-    EXPECT_EQ(read_back(path), "text");
+    EXPECT_EQ(read_file(path), "text");
 }
 
 TEST_F(OutputFile, CheckingLeavesNoFile) {
@@ -250,7 +232,7 @@ TEST_F(OutputFile, KilledAtAnyMomentIsTheOldOrTheNewFile) {
         ::usleep(static_cast<useconds_t>(500 + 700 * round));
         ::kill(child, SIGKILL);
         ASSERT_EQ(::waitpid(child, nullptr, 0), child);
-        const std::string found = read_back(path);
+        const std::string found = read_file(path);
         ASSERT_TRUE(found == texts[0] || found == texts[1]) << found.size() << " bytes";
     }
 }

@@ -27,6 +27,8 @@ TEST(Constants, AreThePowersOfTwoThatTheirCommentsSay) {
     EXPECT_EQ(kProjectedSnap, 0x1.8p-39f);
     EXPECT_EQ(kFastProjectionError, 0x1.1p-21f);
     EXPECT_EQ(kFastProjectionFloor, 0x1p-49f);
+    EXPECT_EQ(kWeightRounding, 0x1p-21f);
+    EXPECT_EQ(kMeanRounding, 0x1p-21f);
     EXPECT_EQ(kEmptyPlane, 0x1p48f);
     EXPECT_EQ(kHugeReciprocal, 0x1p64f);
     EXPECT_EQ(kBoxDilation, 0x1p-13f);

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
+
+using namespace test;
 
 using Frames = std::vector<double>;
 

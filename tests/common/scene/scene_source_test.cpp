@@ -6,11 +6,13 @@
 
 #include <chrono>
 
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
 
+using namespace test;
 namespace fs = std::filesystem;
 
 const std::string kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -20,7 +22,7 @@ std::optional<ErrorKind> code_of_opening(const std::string& spec) {
 }
 
 TEST(OpenScene, OpensAFile) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const std::string path = folder.write("a.obj", kTriangle).native();
     const auto clip = open_scene(path);
     EXPECT_EQ(clip->name(), path);
@@ -32,7 +34,7 @@ TEST(OpenScene, OpensAFile) {
 }
 
 TEST(OpenScene, OpensAFolderFromFrameZero) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     folder.write("f_5.obj", kTriangle);
     folder.write("f_6.obj", kTriangle);
     const auto clip = open_scene(folder.path().native());
@@ -42,7 +44,7 @@ TEST(OpenScene, OpensAFolderFromFrameZero) {
 }
 
 TEST(OpenScene, OpensAPatternWithTheNumbersOfItsNames) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     folder.write("f_05.obj", kTriangle);
     folder.write("f_06.obj", kTriangle);
     const auto clip = open_scene((folder.path() / "f_%02d.obj").native());
@@ -51,12 +53,12 @@ TEST(OpenScene, OpensAPatternWithTheNumbersOfItsNames) {
 }
 
 TEST(OpenScene, FileThatIsThereIsNoPattern) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     EXPECT_EQ(open_scene(folder.write("100%.obj", kTriangle).native())->last_frame(), 0);
 }
 
 TEST(OpenScene, BadPatternsAreUsageErrors) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     for (const char* pattern : {"%s.obj", "%n.obj", "%d%d.obj", "%99999999d.obj", "100%"}) {
         EXPECT_EQ(code_of_opening((folder.path() / pattern).native()), ErrorKind::kBadArgument)
             << pattern;
@@ -64,7 +66,7 @@ TEST(OpenScene, BadPatternsAreUsageErrors) {
 }
 
 TEST(OpenScene, WhatIsNoSceneIsBadInput) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     EXPECT_EQ(code_of_opening((folder.path() / "none.obj").native()), ErrorKind::kBadInput);
     EXPECT_EQ(code_of_opening(folder.path().native()), ErrorKind::kBadInput);
     EXPECT_EQ(code_of_opening(folder.write("a.png", kTriangle).native()), ErrorKind::kBadInput);
@@ -80,7 +82,7 @@ TEST(OpenScene, WhatIsNoSceneIsBadInput) {
 }
 
 TEST(OpenScene, MoreThanFourGibibytesAreOverTheLimit) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const fs::path path = folder.write("huge.obj", "");
     fs::resize_file(path, (std::uint64_t{4} << 30) + 1);
     EXPECT_EQ(code_of_opening(path.native()), ErrorKind::kLimit);
@@ -119,7 +121,7 @@ TEST(OpenScene, BuiltinWithoutANameIsToldAllNames) {
 }
 
 TEST(OpenScene, AcceptsASceneWithoutFacesWhenAsked) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     for (const char* text : {"", "v 1 2 3\n"}) {
         const std::string path = folder.write("a.obj", text).native();
         EXPECT_EQ(code_of_opening(path), ErrorKind::kBadInput);
@@ -135,7 +137,7 @@ TEST(OpenScene, AcceptsASceneWithoutFacesWhenAsked) {
 }
 
 TEST(OpenScene, PolygonsBecomeTrianglesInTheOrderOfTheFaces) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const auto clip = open_scene(folder
                                      .write("a.obj",
                                             "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\n"
@@ -155,7 +157,7 @@ TEST(OpenScene, PolygonOfTwoHundredThousandCornersIsReadInTime) {
     }
     text += "f";
     for (int i = 1; i <= kCount; ++i) text += fmt::format(" {}", i);
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const auto start = std::chrono::steady_clock::now();
     EXPECT_EQ(open_scene(folder.write("a.obj", text).native())->topology().triangles.size(),
               kCount - 2u);
@@ -163,7 +165,7 @@ TEST(OpenScene, PolygonOfTwoHundredThousandCornersIsReadInTime) {
 }
 
 TEST(OpenScene, NamesThatAreNotUtf8Work) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     EXPECT_EQ(open_scene(folder.write("\xE4\xFF \n.obj", kTriangle).native())->last_frame(), 0);
 }
 

@@ -184,10 +184,10 @@ TEST(SceneSpace, PutsAPointAtItsOwnSizeOrAtZero) {
 
 TEST(SceneSpace, ConvertsListsAsItConvertsPoints) {
     const SceneSpace space(WorldBounds{{-4, -4, -4}, {9, 9, 9}});
-    const std::vector<vec3> user = {{1, 2, 3}, {kNan, 0, 0}, {-4, 9, 1e-30f}};
+    const std::vector<vec3> world = {{1, 2, 3}, {kNan, 0, 0}, {-4, 9, 1e-30f}};
     std::vector<vec3> scene(3);
-    space.to_scene(user, scene);
-    for (int i = 0; i < 3; ++i) EXPECT_EQ(scene[i], space.to_scene(user[i]));
+    space.to_scene(world, scene);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(scene[i], space.to_scene(world[i]));
 }
 
 TEST(SceneSpace, ConvertsLengthsExactly) {
@@ -220,13 +220,13 @@ TEST(SceneSpace, TakesPointsUpToAMillionExtentsAwayAndRefusesOthersByName) {
 
 // The point of a ray at a t in world space, in scene space, computed from the world ray and from
 // the scene ray.
-void expect_same_points(const SceneSpace& space, const WorldRay& user, double t) {
-    const SceneRay scene = to_scene(space, user);
+void expect_same_points(const SceneSpace& space, const WorldRay& world, double t) {
+    const SceneRay scene = to_scene(space, world);
     ASSERT_TRUE(scene.valid);
     const vec3 origin = space.to_scene({0, 0, 0});
     const Real scene_t = std::ldexp(Real(t), -scene.t_exponent);
     for (int axis = 0; axis < 3; ++axis) {
-        const Real at = Real(user.org[axis]) + Real(t) * user.dir[axis];
+        const Real at = Real(world.org[axis]) + Real(t) * world.dir[axis];
         const Real expected = std::ldexp(at, space.exponent()) + origin[axis];
         const Real actual = scene.ray.org[axis] + scene_t * scene.ray.dir[axis];
         const Real size = std::fabs(Real(scene.ray.org[axis])) + scene_t * 2;
@@ -258,13 +258,13 @@ TEST(ToSceneRay, ScalesTheLargestComponentIntoOneToTwo) {
     Stream stream;
     const SceneSpace space(WorldBounds{{-3, -3, -3}, {3, 3, 3}});
     for (int i = 0; i < 1000; ++i) {
-        WorldRay user{{0, 0, 0}, {0, 0, 0}, 0, 1};
-        for (double& d : user.dir) {
+        WorldRay world{{0, 0, 0}, {0, 0, 0}, 0, 1};
+        for (double& d : world.dir) {
             d = std::ldexp(2 * stream.unit() - 1, static_cast<int>(stream.bits() % 2000) - 1000);
         }
         // An interval that is not empty in scene space either.
-        user.tfar = std::numeric_limits<double>::infinity();
-        const SceneRay scene = to_scene(space, user);
+        world.tfar = std::numeric_limits<double>::infinity();
+        const SceneRay scene = to_scene(space, world);
         ASSERT_TRUE(scene.valid);
         const vec3 d = scene.ray.dir;
         const float largest = std::max({std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)});
@@ -294,20 +294,20 @@ TEST(ToSceneRay, KeepsTheLargestComponentBelowTwoWhenItsRoundingWouldReachIt) {
 
 TEST(ToSceneRay, ScalesTheIntervalAndClampsItToWhatARayCanHold) {
     const SceneSpace space(WorldBounds{{-1, -1, -1}, {1, 1, 1}});  // 2^20
-    WorldRay user{{0, 0, 0}, {0, 0, 8}, 0.5, 4};                   // 2^3
-    SceneRay scene = to_scene(space, user);
+    WorldRay world{{0, 0, 0}, {0, 0, 8}, 0.5, 4};                  // 2^3
+    SceneRay scene = to_scene(space, world);
     EXPECT_TRUE(scene.valid);
     EXPECT_EQ(scene.t_exponent, -23);
     EXPECT_EQ(scene.ray.tnear, 0x1p22f);
     EXPECT_EQ(scene.ray.tfar, 0x1p25f);
-    user.tnear = -5;
-    user.tfar = std::numeric_limits<double>::infinity();
-    scene = to_scene(space, user);
+    world.tnear = -5;
+    world.tfar = std::numeric_limits<double>::infinity();
+    scene = to_scene(space, world);
     EXPECT_TRUE(scene.valid);
     EXPECT_EQ(scene.ray.tnear, 0);
     EXPECT_EQ(scene.ray.tfar, kInfiniteT);
-    user.tnear = -user.tfar;
-    EXPECT_EQ(to_scene(space, user).ray.tnear, 0);
+    world.tnear = -world.tfar;
+    EXPECT_EQ(to_scene(space, world).ray.tnear, 0);
 }
 
 TEST(ToSceneRay, FindsRaysThatCannotHitInvalid) {
@@ -348,11 +348,11 @@ TEST(ToSceneRay, KeepsRaysWithinWhatTheHitRuleTakes) {
         const SceneSpace space(WorldBounds{{-scale, -scale, -scale}, {scale, scale, scale}});
         for (int i = 0; i < 20000; ++i) {
             const auto any = [&] { return std::bit_cast<double>(stream.bits()); };
-            WorldRay user{
+            WorldRay world{
                 {scale * any(), scale * stream.unit(), 0}, {any(), any(), any()}, any(), any()};
-            if (i % 2 == 0) user.org[0] = 0;
-            if (i % 3 == 0) user.tnear = 0;
-            const SceneRay scene = to_scene(space, user);
+            if (i % 2 == 0) world.org[0] = 0;
+            if (i % 3 == 0) world.tnear = 0;
+            const SceneRay scene = to_scene(space, world);
             if (!scene.valid) continue;
             const Ray& ray = scene.ray;
             EXPECT_GE(ray.tnear, 0);

@@ -156,10 +156,10 @@ TEST(CpuBackend, UnchangedPoseRefitsNoLeafAndChangedOnesOnlyWhatMoved) {
     const std::unique_ptr<Clip> clip = make_procedural("herd", 20000);
     const SceneSpace space(clip->bounds());
     const auto pose_at = [&](double frame) {
-        std::vector<vec3> user(clip->topology().vertex_count);
-        std::vector<vec3> scene(user.size());
-        clip->positions(frame, user);
-        space.to_scene(user, scene);
+        std::vector<vec3> world(clip->topology().vertex_count);
+        std::vector<vec3> scene(world.size());
+        clip->positions(frame, world);
+        space.to_scene(world, scene);
         return scene;
     };
     const Bvh built = build_bvh(clip->topology(), pose_at(0));

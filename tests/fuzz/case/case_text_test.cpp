@@ -11,9 +11,9 @@
 #include "app/cli/command_line.h"
 #include "common/base/errors.h"
 #include "common/scene/scene_source.h"
-#include "tests/common/base/temp_folder.h"
 #include "tests/fuzz/generate/generator.h"
 #include "tests/fuzz/shrink/reproducer.h"
+#include "tests/support/temporary_folder.h"
 
 namespace mray::fuzz {
 namespace {
@@ -80,7 +80,7 @@ TEST(Generator, IsAFunctionOfTheSeed) {
     EXPECT_NE(to_text(make_case(1)), to_text(make_case(2)));
 }
 
-TEST(Generator, PutsATenthOfTheEyesNearAPworker) {
+TEST(Generator, PutsATenthOfTheEyesNearAPlane) {
     int near = 0;
     int images = 0;
     for (std::uint64_t seed = 0; seed < 500; ++seed) {
@@ -100,7 +100,7 @@ TEST(Generator, PutsATenthOfTheEyesNearAPworker) {
 }
 
 TEST(Reproducer, HasPositionsThatTheProgramReadsBackBitForBit) {
-    const TempFolder folder;
+    const test::TemporaryFolder folder;
     for (const FuzzCase& one : {special_case(), make_case(3), make_case(4)}) {
         const std::filesystem::path path = folder.write("mesh.obj", obj_text(one, 0));
         SceneOptions options;

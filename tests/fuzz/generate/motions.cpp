@@ -92,13 +92,13 @@ std::vector<vec3> placed(const Positions& positions, const Placing& placing) {
     std::vector<vec3> placed;
     placed.reserve(positions.size());
     for (const dvec3& p : positions) {
-        vec3 user;
+        vec3 world;
         for (int axis = 0; axis < 3; ++axis) {
             // Files hold at most this; a conversion from beyond the floats would be undefined.
             const double x = placing.scale * (p[axis] + placing.offset[axis]);
-            user[axis] = static_cast<float>(std::clamp(x, -1e30, 1e30));
+            world[axis] = static_cast<float>(std::clamp(x, -1e30, 1e30));
         }
-        placed.push_back(user);
+        placed.push_back(world);
     }
     return placed;
 }

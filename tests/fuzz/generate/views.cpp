@@ -6,11 +6,10 @@
 #include <limits>
 
 #include "common/image/frame.h"
+#include "tests/fuzz/case/fuzz_case.h"
 
 namespace mray::fuzz {
 namespace {
-
-Point to_point(const dvec3& p) { return {p.x, p.y, p.z}; }
 
 dvec3 unit(const dvec3& v) {
     const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});

@@ -5,28 +5,20 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "common/base/errors.h"
+#include "tests/support/same_bits.h"
 
 namespace mray::fuzz {
 namespace {
 
-constexpr double kNearAPworker = 0x1p-20;
-
-template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-    return a.size() == b.size() &&
-           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
+constexpr double kNearAPlane = 0x1p-20;
 
 bool same(const Frame& a, const Frame& b) {
-    return same_bytes(a.hits, b.hits) && same_bytes(a.occlusion, b.occlusion) &&
-           same_bytes(a.pixels, b.pixels);
+    return test::same_bytes(a.hits, b.hits) && test::same_bytes(a.occlusion, b.occlusion) &&
+           test::same_bytes(a.pixels, b.pixels);
 }
-
-bool same(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
 
 std::string hit_text(const Hit& hit) {
     if (hit.prim_id == kNoPrim && hit.t == 0) return "miss";
@@ -123,7 +115,7 @@ std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
 std::vector<Finding> Referee::compare_images(const ViewSpec& view, Tally& tally) {
     const ImageParams params = make_image_params(view, scene_->bounds(), scene_->space());
     const bool near = distance_to_planes(params.camera.org, scene_->topology(),
-                                         scene_->positions()) <= kNearAPworker;
+                                         scene_->positions()) <= kNearAPlane;
     reference_.trace_image(params, expected_);
     std::vector<Finding> findings;
     for (const Variant& variant : variants_) {
@@ -160,11 +152,11 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
         prepare(variant);
         variant.backend->trace_rays(rays, actual);
         tally.rays += rays.size();
-        if (same_bytes(expected, actual)) continue;
+        if (test::same_bytes(expected, actual)) continue;
         Finding finding;
         finding.variant = &variant;
         for (std::size_t i = rays.size(); i-- > 0;) {
-            if (same(expected[i], actual[i])) continue;
+            if (test::same_bits(expected[i], actual[i])) continue;
             ++finding.ray_count;
             finding.ray_index = indices[i];
             finding.expected = expected[i];
@@ -198,8 +190,8 @@ std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_cas
     const FuzzScene scene(fuzz_case);
     brute.set_scene(scene.topology(), scene.positions(), scene.rebuilt());
     std::vector<WorldRay> all = fuzz_case.rays;
-    for (const WorldRay& user : fuzz_case.rays) {
-        const SceneRay ray = to_scene(scene.space(), user);
+    for (const WorldRay& world : fuzz_case.rays) {
+        const SceneRay ray = to_scene(scene.space(), world);
         if (!ray.valid) continue;
         Hit hit;
         brute.trace_rays(std::span(&ray.ray, 1), std::span(&hit, 1));
@@ -207,11 +199,11 @@ std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_cas
         const float t[] = {hit.t, std::nextafter(hit.t, 0.0f), std::nextafter(hit.t, kInfiniteT)};
         for (const float end : t) {
             const double world_t = std::ldexp(static_cast<double>(end), ray.t_exponent);
-            WorldRay bounded = user;
+            WorldRay bounded = world;
             bounded.tnear = world_t;
-            bounded.tfar = std::max(user.tfar, world_t);
+            bounded.tfar = std::max(world.tfar, world_t);
             all.push_back(bounded);
-            bounded.tnear = std::min(user.tnear, world_t);
+            bounded.tnear = std::min(world.tnear, world_t);
             bounded.tfar = world_t;
             all.push_back(bounded);
         }

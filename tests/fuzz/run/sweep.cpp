@@ -18,8 +18,6 @@ namespace {
 
 constexpr double kAffordableTests = 4e6;
 
-Point to_point(const dvec3& p) { return {p.x, p.y, p.z}; }
-
 /// A point in the plane, or just off it.
 Place near_plane(Dice& dice, const Surroundings& around, const Surroundings::Corners& triangle) {
     constexpr int kFirst = 8;

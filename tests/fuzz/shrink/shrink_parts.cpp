@@ -14,7 +14,6 @@ namespace {
 using glm::dvec3;
 
 dvec3 to_vec(const Point& p) { return {p[0], p[1], p[2]}; }
-Point to_point(const dvec3& v) { return {v.x, v.y, v.z}; }
 
 /// The axes of the camera for eye, target, up and fov.
 struct Axes {

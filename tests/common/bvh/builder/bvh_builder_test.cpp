@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/bvh/box.h"
+#include "common/bvh/builder/binary_tree.h"
 #include "common/bvh/bvh_stats.h"
 #include "tests/support/test_scene.h"
 
@@ -93,12 +94,53 @@ TEST(BvhBuilder, DoesNotDependOnTheOrderOfTrianglesWithoutTies) {
     EXPECT_EQ(a.leaf_count, b.leaf_count);
 }
 
-TEST(BvhBuilder, BoundsTheDepthWhereSplitsPeelOneTriangleAtATime) {
+std::uint32_t binary_height(const TestScene& scene, SplitMethod split) {
+    const BinaryTree tree = build_binary_tree(scene.topology(), scene.positions(), split);
+    return tree.nodes.empty() ? 0 : tree.nodes.front().height;
+}
+
+TEST(BvhBuilder, BoundsTheDepthOfEveryScene) {
+    std::uint32_t most = 0;
     for (const NamedScene& named : adversarial_scenes()) {
-        const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
-        EXPECT_GE(bvh.depth(), 1u);
-        EXPECT_LE(bvh.depth(), kMaxDepth) << named.name;
+        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
+            const Bvh bvh =
+                build_bvh(named.scene.topology(), named.scene.positions(), {.split = split});
+            EXPECT_GE(bvh.depth(), 1u);
+            EXPECT_LE(bvh.depth(), kMaxDepth) << named.name;
+            const std::uint32_t height = binary_height(named.scene, split);
+            EXPECT_LE(height, kMaxBinaryHeight) << named.name;
+            most = std::max(most, height);
+        }
     }
+    // The progression gets beyond the 36 levels below which only the median divides.
+    EXPECT_GT(most, 36u);
+}
+
+/// Triangles in one place near the origin, and others towards it, each smaller than the one before:
+/// splits peel these off one at a time.
+TestScene peeled_triangles(std::uint32_t peeled, std::uint32_t rest) {
+    std::vector<vec3> positions;
+    std::vector<uvec3> triangles;
+    for (std::uint32_t i = 0; i < peeled + rest; ++i) {
+        const float x = std::ldexp(1.0f, -static_cast<int>(std::min(i, peeled)) / 2);
+        for (const vec3 corner : {vec3(x, 0, 0), vec3(x, 0.2f * x, 0), vec3(x, 0, 0.2f * x)})
+            positions.push_back(corner);
+        triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    return {positions, triangles};
+}
+
+TEST(BvhBuilder, BoundsTheDepthWhereSplitsPeelOneTriangleAtATime) {
+    const TestScene scene = peeled_triangles(120, 100000);
+    for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions(), {.split = split});
+        EXPECT_EQ(bvh.depth(), kMaxDepth);
+        EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{});
+    }
+    // Halving alone makes 15 levels of them.
+    const std::uint32_t height = binary_height(scene, SplitMethod::kSweep);
+    EXPECT_GT(height, 45u);
+    EXPECT_LE(height, kMaxBinaryHeight);
 }
 
 TEST(BvhBuilder, FillsNodesAndLeavesOnAnOrdinaryMesh) {

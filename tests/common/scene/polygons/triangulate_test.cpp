@@ -11,10 +11,12 @@
 #include <random>
 
 #include "common/base/errors.h"
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
+
+using namespace test;
 
 Polygons one_face(std::size_t corners) {
     Polygons faces;

@@ -201,7 +201,7 @@ TEST(AutoPolicy, JumpThatRestructuringLeavesIsRebuiltAtOnceWhateverTheBudget) {
     EXPECT_EQ(policy->review({.cost_ratio = 100, .restructured = true}).step, UpdateStep::kRebuild);
 }
 
-TEST(AutoPolicy, LeapBeyondWhatTheModelKnowsIsRebuiltAtOnce) {
+TEST(AutoPolicy, JumpBeyondWhatTheModelHasLearnedIsRebuiltAtOnce) {
     const auto policy = make_update_policy("auto", {.budget = 1e-6});
     policy->built(60);
     policy->frame_done({.refit = 0.1, .trace = 10});
@@ -243,7 +243,7 @@ TEST(AutoPolicy, TreeOfACollapsedSceneIsRebuiltWhenItUnfolds) {
     EXPECT_EQ(policy->review({infinity, false}).step, UpdateStep::kRebuild);
 }
 
-TEST(AutoPolicy, BuildOverTheBudgetGoesOnBehind) {
+TEST(AutoPolicy, BuildOverTheBudgetRunsInTheBackground) {
     for (const UpdateConfig& config :
          {UpdateConfig{.budget = 0.25}, UpdateConfig{.budget = 100, .budget_ms = 2.5}}) {
         const auto policy = make_update_policy("auto", config);

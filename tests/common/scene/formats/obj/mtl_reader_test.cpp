@@ -5,10 +5,12 @@
 
 #include <chrono>
 
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
+
+using namespace test;
 
 struct Library {
     MaterialMap materials;

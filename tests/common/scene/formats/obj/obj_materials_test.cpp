@@ -2,11 +2,13 @@
 #include <gtest/gtest.h>
 
 #include "common/scene/formats/obj/obj_reader.h"
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
 
+using namespace test;
 namespace fs = std::filesystem;
 
 const std::string kVertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -16,7 +18,7 @@ struct Coloured {
     std::vector<Albedo> albedo;
     std::vector<std::string> warnings;
 };
-Coloured read_coloured(const TempFolder& folder, const std::string& text) {
+Coloured read_coloured(const TemporaryFolder& folder, const std::string& text) {
     Coloured result;
     ObjOptions options;
     options.warn = [&](const Warning& warning) { result.warnings.push_back(warning.line()); };
@@ -25,7 +27,7 @@ Coloured read_coloured(const TempFolder& folder, const std::string& text) {
 }
 
 TEST(ObjMaterials, DiffuseColourBecomesTheAlbedoOfTheFacesAfterIt) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     folder.write("a.mtl", "newmtl red\nKd 1 0 0\nnewmtl blue  \r\n  Kd 0 0 0.5\n");
     const Coloured result = read_coloured(
         folder, "mtllib a.mtl\n" + kTriangle +
@@ -35,7 +37,7 @@ TEST(ObjMaterials, DiffuseColourBecomesTheAlbedoOfTheFacesAfterIt) {
     EXPECT_TRUE(result.warnings.empty());
 }
 TEST(ObjMaterials, AllLibrariesOfALineAreRead) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     folder.write("a.mtl", "newmtl a\nKd 1 0 0\n");
     folder.write("b c.mtl", "newmtl b\nKd 0 1 0\n");
     const Coloured result = read_coloured(folder, "mtllib none.mtl a.mtl b\\ c.mtl \n" + kVertices +
@@ -44,7 +46,7 @@ TEST(ObjMaterials, AllLibrariesOfALineAreRead) {
     EXPECT_EQ(result.warnings.size(), 1u);
 }
 TEST(ObjMaterials, MissingLibraryAndMaterialAreWarnings) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     const Coloured result =
         read_coloured(folder, "mtllib none.mtl\n" + kVertices + "usemtl q\nf 1 2 3\n");
     EXPECT_EQ(result.albedo, std::vector<Albedo>{kDefaultAlbedo});
@@ -54,9 +56,9 @@ TEST(ObjMaterials, MissingLibraryAndMaterialAreWarnings) {
     EXPECT_NE(result.warnings[1].find("'q'"), std::string::npos);
 }
 TEST(ObjMaterials, LibraryOutsideOfTheFolderIsNotOpened) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     folder.write("outside.mtl", "newmtl a\nKd 1 0 0\n");
-    const TempFolder other;
+    const TemporaryFolder other;
     const fs::path absolute = other.write("abs.mtl", "newmtl a\nKd 1 0 0\n");
     for (const std::string& name :
          {std::string("../outside.mtl"), std::string("../../../etc/passwd"), absolute.native()}) {
@@ -72,14 +74,14 @@ TEST(ObjMaterials, LibraryOutsideOfTheFolderIsNotOpened) {
     }
 }
 TEST(ObjMaterials, BrokenColourIsRefused) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     folder.write("a.mtl", "newmtl a\n\nKd nan 0 0\n");
     const std::string message =
         message_of([&] { read_coloured(folder, "mtllib a.mtl\n" + kTriangle); });
     EXPECT_NE(message.find("a.mtl:3: Kd"), std::string::npos) << message;
 }
 TEST(ObjMaterials, AreIgnoredOnRequest) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     ObjOptions options;
     options.materials = false;
     options.warn = [](const Warning& warning) { ADD_FAILURE() << warning.line(); };

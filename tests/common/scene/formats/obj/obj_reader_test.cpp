@@ -11,11 +11,13 @@
 
 #include "common/scene/formats/obj/obj_checker.h"
 #include "common/scene/polygons/triangulate.h"
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
 
+using namespace test;
 namespace fs = std::filesystem;
 
 const std::string kVertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
@@ -27,7 +29,7 @@ struct Reading {
 };
 
 Reading read(const std::string& text, ObjOptions options = {}) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     Reading reading;
     options.warn = [&](const Warning& warning) { reading.warnings.push_back(warning.line()); };
     reading.mesh = read_obj(folder.write("a.obj", text), options);
@@ -271,7 +273,7 @@ TEST(ObjReader, OtherStatementsAreIgnoredAndUnknownOnesWarned) {
 }
 TEST(ObjReader, ErrorSuppressesWarnings) {
     int warnings = 0;
-    const TempFolder folder;
+    const TemporaryFolder folder;
     ObjOptions options;
     options.warn = [&](const Warning&) { ++warnings; };
     EXPECT_EQ(kind_of([&] { read_obj(folder.write("a.obj", "foo\nbar\n"), options); }),
@@ -302,7 +304,7 @@ TEST(ObjReader, DecimalsDoNotDependOnTheLocale) {
         std::locale::global(std::locale(std::locale(), new CommaPunctuation));
     for (const char* name : {"de_DE.UTF-8", "tr_TR.UTF-8"}) {
         std::setlocale(LC_ALL, name);  // has no effect if the locale is not installed
-        const TempFolder folder;
+        const TemporaryFolder folder;
         folder.write("a.mtl", "newmtl m\nKd 0.5 0.25 1.0\n");
         const auto mesh = read_obj(folder.write(
             "a.obj", "mtllib a.mtl\nusemtl m\nv 0.5 0 0\nv 1.5 0 0\nv 0 1.5 0\nf 1 2 3\n"));

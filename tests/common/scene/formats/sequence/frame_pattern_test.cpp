@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
+
+using namespace test;
 
 TEST(FramePattern, NamesFrames) {
     EXPECT_EQ(FramePattern("frame_%04d.obj").file_name(7), "frame_0007.obj");

@@ -9,10 +9,13 @@
 #include <random>
 
 #include "common/scene/interpolate.h"
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
+
+using namespace test;
 
 // A triangle at x, moved by frame.
 std::string triangle_at(const std::string& x) {
@@ -25,7 +28,7 @@ struct Opened {
 };
 
 Opened open_frames(const std::vector<std::string>& texts, SceneOptions options = {}) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     for (std::size_t i = 0; i < texts.size(); ++i) {
         if (!texts[i].empty()) folder.write(fmt::format("f_{}.obj", i), texts[i]);
     }
@@ -100,7 +103,7 @@ TEST(Interpolate, NeverLeavesTheInterval) {
 }
 
 TEST(KeyframeClip, ColoursAndTrianglesAreThoseOfTheFirstFrame) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     folder.write("a.mtl", "newmtl a\nKd 1 0 0\n");
     const std::string quad = "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\nusemtl a\nf 1 2 3 4\nf 1 2 3\n";
     // In the second frame the notch is elsewhere: the same faces, but another triangulation.

@@ -3,14 +3,16 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "tests/common/base/temp_folder.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray {
 namespace {
 
+using namespace test;
 namespace fs = std::filesystem;
 
-void write_all(const TempFolder& folder, std::initializer_list<const char*> names) {
+void write_all(const TemporaryFolder& folder, std::initializer_list<const char*> names) {
     for (const char* name : names) folder.write(name, "");
 }
 
@@ -31,7 +33,7 @@ SceneOptions with_missing(MissingFrames missing) {
 }
 
 TEST(KeyframeFilesOfFolder, AreInTheOrderOfTheirNumbers) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     write_all(folder, {"f10.obj", "f9.obj", "f8.OBJ", "f11.obj", "readme.txt", "f.mtl", ".f7.obj"});
     folder.write("f12.obj/file", "");
     fs::rename(folder.path() / "f8.OBJ", folder.path() / "f8.obj");
@@ -40,20 +42,20 @@ TEST(KeyframeFilesOfFolder, AreInTheOrderOfTheirNumbers) {
 }
 
 TEST(KeyframeFilesOfFolder, GreatestCommonStepIsOneFrame) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     write_all(folder, {"a_0100.obj", "a_0110.obj", "a_0120.obj"});
     EXPECT_EQ(listed(files_of_folder(folder.path(), {})),
               (Listed{{0, "a_0100.obj"}, {1, "a_0110.obj"}, {2, "a_0120.obj"}}));
 }
 
 TEST(KeyframeFilesOfFolder, OneFileNeedsNoNumber) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     write_all(folder, {"mesh.obj"});
     EXPECT_EQ(listed(files_of_folder(folder.path(), {})), (Listed{{0, "mesh.obj"}}));
 }
 
 TEST(KeyframeFilesOfFolder, WithoutObjFilesIsBadInput) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     EXPECT_EQ(kind_of([&] { files_of_folder(folder.path(), {}); }), ErrorKind::kBadInput);
     write_all(folder, {"a.txt", ".obj"});
     EXPECT_EQ(kind_of([&] { files_of_folder(folder.path(), {}); }), ErrorKind::kBadInput);
@@ -67,7 +69,7 @@ TEST(KeyframeFilesOfFolder, NamesThatDifferAreRefused) {
                               {"a.obj", "a1.obj"},
                               {"a_1.obj", "a_01.obj"},
                               {"a_1.obj", "a_1234567890123456789.obj"}}) {
-        const TempFolder folder;
+        const TemporaryFolder folder;
         for (const char* name : names) folder.write(name, "");
         EXPECT_EQ(kind_of([&] { files_of_folder(folder.path(), {}); }), ErrorKind::kBadInput)
             << names[0];
@@ -75,7 +77,7 @@ TEST(KeyframeFilesOfFolder, NamesThatDifferAreRefused) {
 }
 
 TEST(KeyframeFilesOfFolder, MissingFrameIsRefusedByNameUnlessAskedFor) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     for (int i = 1; i <= 12; ++i) {
         if (i != 7) folder.write(fmt::format("f_{:02}.obj", i), "");
     }
@@ -94,14 +96,14 @@ TEST(KeyframeFilesOfFolder, MissingFrameIsRefusedByNameUnlessAskedFor) {
 }
 
 TEST(KeyframeFilesOfPattern, KeepTheNumbersOfTheirNames) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     write_all(folder, {"f_009.obj", "f_010.obj", "f_011.obj", "g_001.obj", "f_12.obj", "f_0.obj"});
     EXPECT_EQ(listed(files_of_pattern((folder.path() / "f_%03d.obj").native(), {})),
               (Listed{{9, "f_009.obj"}, {10, "f_010.obj"}, {11, "f_011.obj"}}));
 }
 
 TEST(KeyframeFilesOfPattern, MissingFrameIsRefusedByNameUnlessAskedFor) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     write_all(folder, {"f_5.obj", "f_6.obj", "f_9.obj", "f_11.obj"});
     const std::string pattern = (folder.path() / "f_%d.obj").native();
     const std::string message = message_of([&] { files_of_pattern(pattern, {}); });
@@ -111,7 +113,7 @@ TEST(KeyframeFilesOfPattern, MissingFrameIsRefusedByNameUnlessAskedFor) {
 }
 
 TEST(KeyframeFilesOfPattern, WithoutFilesAreBadInput) {
-    const TempFolder folder;
+    const TemporaryFolder folder;
     EXPECT_EQ(kind_of([&] { files_of_pattern((folder.path() / "f_%d.obj").native(), {}); }),
               ErrorKind::kBadInput);
     EXPECT_EQ(kind_of([&] { files_of_pattern((folder.path() / "none/f_%d.obj").native(), {}); }),

@@ -1,0 +1,15 @@
+// The first usable device, under the validation layer.
+#pragma once
+
+#include <memory>
+
+#include "gpu/vulkan_backend_internal.h"
+
+namespace mray::test {
+
+/// A backend whose calls throw if the layer reports an error.
+inline std::unique_ptr<Backend> validated_device(const gpu::Tuning& tuning = {}) {
+    return gpu::make_vulkan_backend({.device = "", .validate = true}, tuning);
+}
+
+}  // namespace mray::test

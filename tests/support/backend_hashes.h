@@ -1,0 +1,28 @@
+// What a backend holds and shows, as hashes.
+#pragma once
+
+#include <cstdint>
+
+#include "common/backend.h"
+
+namespace mray::test {
+
+inline std::uint64_t tree_hash(Backend& backend) {
+    Bvh tree;
+    backend.read_tree(tree);
+    return bvh_hash(tree);
+}
+
+struct ImageHashes {
+    std::uint64_t hits;
+    std::uint64_t image;
+    bool operator==(const ImageHashes&) const = default;
+};
+
+inline ImageHashes image_hashes(Backend& backend, const ImageParams& params) {
+    Frame frame;
+    backend.trace_image(params, frame);
+    return {hits_hash(frame), image_hash(frame)};
+}
+
+}  // namespace mray::test
