@@ -11,39 +11,28 @@
 namespace mray::app {
 namespace {
 
-std::unique_ptr<Backend> make_vulkan([[maybe_unused]] const BackendOptions& options) {
+std::unique_ptr<Backend> make_concrete(BackendChoice choice, const BackendOptions& options) {
+    const cpu::CpuConfig config{.threads = options.threads, .simd = options.simd};
+    if (choice == BackendChoice::kCpu) return cpu::make_cpu_backend(config);
+    if (choice == BackendChoice::kBrute) return cpu::make_brute_backend(config);
+    check_vulkan();
 #ifdef MORPHRAY_HAS_VULKAN
-    require_driver_memory();
     return gpu::make_vulkan_backend({.device = options.device, .validate = options.validate});
 #else
-    throw Error(ErrorKind::kUnavailable,
-                "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
+    return nullptr;
 #endif
 }
 
-/// Whether the error means that this machine or build has no usable Vulkan.
-bool is_lack_of_vulkan(const Error& error) {
-    return error.kind() == ErrorKind::kUnavailable || error.kind() == ErrorKind::kLimit;
-}
+}  // namespace
 
-/// Whether an option requires Vulkan.
 bool asks_for_vulkan(const BackendOptions& options) {
     return !options.device.empty() || options.validate;
 }
 
-/// Vulkan, or null after a warning if it is unavailable and no option requires it.
-std::unique_ptr<Backend> try_vulkan(const BackendOptions& options, const Messages& messages) {
-    if (asks_for_vulkan(options)) return make_vulkan(options);
-    try {
-        return make_vulkan(options);
-    } catch (const Error& error) {
-        if (!is_lack_of_vulkan(error)) throw;
-        messages.warn({{}, fmt::format("{}; using the CPU instead", error.what())});
-        return nullptr;
-    }
+bool is_lack_of_vulkan(const Error& error) {
+    return error.kind() == ErrorKind::kUnavailable || error.kind() == ErrorKind::kLimit;
 }
 
-/// Whether the only usable Vulkan devices run on the CPU, where the CPU backend is faster.
 bool has_only_software_devices() {
     bool any = false;
     try {
@@ -54,13 +43,20 @@ bool has_only_software_devices() {
             any = true;
         }
     } catch (const Error& error) {
-        // try_vulkan() warns of the reason.
+        // make_chosen() warns of the reason.
         if (!is_lack_of_vulkan(error)) throw;
     }
     return any;
 }
 
-}  // namespace
+void check_vulkan() {
+#ifdef MORPHRAY_HAS_VULKAN
+    require_driver_memory();
+#else
+    throw Error(ErrorKind::kUnavailable,
+                "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
+#endif
+}
 
 std::vector<gpu::DeviceInfo> vulkan_devices() {
 #ifdef MORPHRAY_HAS_VULKAN
@@ -76,16 +72,8 @@ std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messa
 
 std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
                                       const Messages& messages) {
-    const cpu::CpuConfig cpu_config{.threads = options.threads, .simd = options.simd};
-    if (choice == BackendChoice::kCpu) return cpu::make_cpu_backend(cpu_config);
-    if (choice == BackendChoice::kBrute) return cpu::make_brute_backend(cpu_config);
-    if (choice == BackendChoice::kVulkan) return make_vulkan(options);
-    if (!asks_for_vulkan(options) && has_only_software_devices()) {
-        messages.note("no GPU; --backend vulkan takes the device that runs on the CPU");
-        return cpu::make_cpu_backend(cpu_config);
-    }
-    std::unique_ptr<Backend> vulkan = try_vulkan(options, messages);
-    return vulkan != nullptr ? std::move(vulkan) : cpu::make_cpu_backend(cpu_config);
+    return make_chosen(choice, options, messages,
+                       [&](BackendChoice chosen) { return make_concrete(chosen, options); });
 }
 
 SessionConfig session_config(const Options& options) {
@@ -114,7 +102,13 @@ Session open_session(const Options& options, SceneFrames& frames, double first_f
 
 std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages) {
     if (options.backend.choice != BackendChoice::kAuto) return {options.backend.choice};
-    if (try_vulkan(options.backend, messages) == nullptr) return {BackendChoice::kCpu};
+    try {
+        make_concrete(BackendChoice::kVulkan, options.backend);
+    } catch (const Error& error) {
+        if (asks_for_vulkan(options.backend) || !is_lack_of_vulkan(error)) throw;
+        messages.warn({{}, fmt::format("{}; using the CPU instead", error.what())});
+        return {BackendChoice::kCpu};
+    }
     return {BackendChoice::kCpu, BackendChoice::kVulkan};
 }
 

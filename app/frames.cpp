@@ -52,14 +52,18 @@ std::vector<double> few_of(const std::vector<double>& all) {
 
 }  // namespace
 
-SceneFrames open_frames(const Options& options, const Messages& messages) {
+std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages) {
     require_memory_to_open(options.scene);
     SceneOptions scene_options;
     scene_options.lenient = options.lenient;
     scene_options.allow_empty = options.allow_empty;
     scene_options.missing = options.missing;
     scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
-    return SceneFrames(open_scene(options.scene, scene_options));
+    return open_scene(options.scene, scene_options);
+}
+
+SceneFrames open_frames(const Options& options, const Messages& messages) {
+    return SceneFrames(open_clip(options, messages));
 }
 
 std::vector<double> select_frames(const Options& options, const Clip& clip,

@@ -1,6 +1,7 @@
 // Opens the scene of a command and selects its frames.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,8 @@ namespace mray::app {
 
 /// Opens options.scene if the memory will probably suffice; warnings go to `messages`. Throws
 /// Error.
+std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages);
+/// The same with its scene space.
 SceneFrames open_frames(const Options& options, const Messages& messages);
 
 enum class DefaultFrames { kAll, kFew, kFirst };

@@ -5,11 +5,11 @@
 #include <optional>
 #include <set>
 
-#include "app/backends.h"
+#include "app/clip_scene.h"
 #include "app/commands/commands.h"
-#include "app/files/hits_file.h"
 #include "app/files/output_folder.h"
 #include "app/frames.h"
+#include "app/library_calls.h"
 #include "app/memory_budget.h"
 #include "app/report/report_json.h"
 #include "app/report/reports.h"
@@ -18,6 +18,7 @@
 #include "common/base/output_file.h"
 #include "common/image/png.h"
 #include "common/text/table.h"
+#include "morphray/hits.hpp"
 
 namespace mray::app {
 namespace {
@@ -33,38 +34,35 @@ std::string image_name(double frame) { return fmt::format("frame_{}.png", frame_
 
 class Renderer {
 public:
-    Renderer(const Options& options, SceneFrames& scene, const std::vector<double>& frames,
+    Renderer(const Options& options, const Clip& clip, const std::vector<double>& frames,
              const std::filesystem::path& folder, const Messages& messages)
         : options_(options),
-          scene_(scene),
           messages_(messages),
           folder_(folder),
-          params_(make_image_params(options.view, scene.clip().bounds(), scene.space())),
-          session_(open_session(options, scene, frames.front(), messages)),
+          scene_(options, clip, frames.front(), messages),
           thumbnail_width_(thumbnail_width(frames.size())) {
-        if (!options.hits.empty()) hits_.emplace(params_.width, params_.height);
-        const Topology& topology = scene.clip().topology();
-        report_.head = {
-            "render",      scene.clip().name(), topology.triangles.size(), topology.vertex_count,
-            params_.width, params_.height};
-        report_.backend = session_.tracer().name();
-        report_.device = session_.tracer().description();
-        report_.rays = name_of_rays(params_.rays);
+        const ViewSpec& view = options.view;
+        if (!options.hits.empty()) hits_.emplace(view.width, view.height);
+        const Topology& topology = clip.topology();
+        report_.head = {"render",   clip.name(), topology.triangles.size(), topology.vertex_count,
+                        view.width, view.height};
+        report_.backend = scene_.scene().device().name();
+        report_.device = scene_.scene().device().description();
+        report_.rays = name_of_rays(view.rays);
     }
 
     void render(double frame_number) {
-        session_.advance(frame_number);
+        scene_.advance(frame_number);
         messages_.note(fmt::format("frame {}: {}, {}", frame_number,
-                                   name_of(session_.last_update().step),
-                                   session_.last_update().reason));
-        session_.trace(params_, frame_);
-        Image image{frame_.width, frame_.height, frame_.pixels};
+                                   to_string(scene_.update().step), scene_.update().reason));
+        morphray::Image traced = scene_.render(options_.view);
+        report_.frames.push_back(
+            report_frame(scene_, frame_number, traced, !options_.json.empty()));
+        const Image image{traced.width, traced.height, std::move(traced.pixels)};
         const std::string file = image_name(frame_number);
         write_file(folder_ / file, encode_png(image));
-        if (hits_) hits_->add(frame_, params_.camera, scene_.space());
+        if (hits_) call_library([&] { hits_->add(traced); });
         thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
-        report_.frames.push_back(
-            report_frame(session_, frame_number, frame_, !options_.json.empty()));
         report_.frames.back().file = file;
     }
 
@@ -76,7 +74,7 @@ public:
         if (thumbnails_.size() > 1) {
             write_file(folder_ / "sheet.png", encode_png(contact_sheet(thumbnails_)));
         }
-        if (hits_) write_file(options_.hits, hits_->bytes());
+        if (hits_) call_library([&] { hits_->write(options_.hits); });
         if (!options_.json.empty()) write_report(options_.json, to_json(report_));
         if (!takes_stdout({options_.json})) messages_.print(table());
     }
@@ -96,17 +94,17 @@ private:
     }
 
     const Options& options_;
-    SceneFrames& scene_;
     const Messages& messages_;
     std::filesystem::path folder_;
-    ImageParams params_;
-    Session session_;
-    Frame frame_;
+    ClipScene scene_;
     std::uint32_t thumbnail_width_;
-    std::optional<HitsFile> hits_;
+    std::optional<morphray::HitsWriter> hits_;
     std::vector<Image> thumbnails_;
     RenderReport report_;
 };
+
+// What a file of hits takes for each pixel of an image: a hit, and a count of occluded rays.
+constexpr std::uint64_t kHitsFileBytesPerPixel = 20;
 
 void require_memory_for(const Options& options, const Clip& clip, std::size_t frames) {
     const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
@@ -114,7 +112,7 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
     const std::uint64_t kept =
         options.hits.empty()
             ? 0
-            : 2 * frames * HitsFile::bytes_per_frame(options.view.width, options.view.height);
+            : 2 * frames * pixels * kHitsFileBytesPerPixel;
     // A background build holds one more tree.
     const std::uint64_t background_build = options.tree.update == "auto" ? 1 : 0;
     require_memory(
@@ -141,12 +139,12 @@ void require_distinct_names(const std::vector<double>& frames) {
 ExitCode run_render(const Options& options, const Messages& messages) {
     check_reports({options.json, options.hits});
     const OutputFolder folder(options.out.empty() ? "out" : options.out);
-    SceneFrames scene = open_frames(options, messages);
-    const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kAll);
-    warn_of_damage(options, scene.clip(), frames, messages);
+    const std::unique_ptr<Clip> clip = open_clip(options, messages);
+    const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
+    warn_of_damage(options, *clip, frames, messages);
     require_distinct_names(frames);
-    require_memory_for(options, scene.clip(), frames.size());
-    Renderer renderer(options, scene, frames, folder.path(), messages);
+    require_memory_for(options, *clip, frames.size());
+    Renderer renderer(options, *clip, frames, folder.path(), messages);
 
     ExitCode code = ExitCode::kOk;
     Progress progress("rendering", frames.size(), progress_mode(options.quiet));

@@ -3,29 +3,33 @@
 #include <algorithm>
 #include <numeric>
 
+#include "app/library_calls.h"
+
 namespace mray::app {
 
-FrameReport report_frame(Session& session, double frame_number, const Frame& frame,
+FrameReport report_frame(const ClipScene& scene, double frame_number, const morphray::Image& image,
                          bool with_tree) {
     FrameReport report;
     report.frame = frame_number;
-    report.backend = session.tracer().name();
-    report.update = name_of(session.last_update().step);
-    report.reason = session.last_update().reason;
-    report.cost_ratio = session.last_update().cost_ratio;
-    report.refit_on = session.refitted_on();
-    report.times = session.times();
-    report.hits_hash = hits_hash(frame);
-    report.image_hash = image_hash(frame);
+    report.backend = scene.scene().device().name();
+    report.update = to_string(scene.update().step);
+    report.reason = scene.update().reason;
+    report.cost_ratio = scene.update().cost_ratio;
+    report.refit_on = scene.refitted_on();
+    report.times = scene.times();
+    report.hits_hash = image.hits_hash;
+    report.image_hash = image.image_hash;
     if (with_tree) {
-        const Bvh& tree = session.tree();
-        report.bvh_hash = bvh_hash(tree);
-        report.sah_cost = bvh_stats(tree).sah_cost;
+        const morphray::TreeStatistics tree =
+            call_library([&] { return scene.scene().tree_statistics(); });
+        report.bvh_hash = tree.hash;
+        report.sah_cost = tree.sah_cost;
     }
-    report.hits = count_hits(frame);
-    report.misses = frame.hits.size() - report.hits;
+    report.hits = static_cast<std::uint64_t>(
+        std::ranges::count_if(image.hits, [](const morphray::Hit& hit) { return bool{hit}; }));
+    report.misses = image.hits.size() - report.hits;
     report.occluded =
-        std::accumulate(frame.occlusion.begin(), frame.occlusion.end(), std::uint64_t{0});
+        std::accumulate(image.occlusion.begin(), image.occlusion.end(), std::uint64_t{0});
     return report;
 }
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "app/clip_scene.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/image/compare.h"
 #include "common/scene/clip.h"
 #include "common/update/policy_runs.h"
-#include "common/update/session.h"
 #include "gpu/vulkan_backend.h"
 
 namespace mray::app {
@@ -45,9 +45,10 @@ struct FrameReport {
     std::string file;
 };
 
-/// Hashes, counts and times of the frame that the session has just traced; with `with_tree` also of
+/// Hashes, counts and times of an image that the scene has just rendered; with `with_tree` also of
 /// the tree, which is read back from a device.
-FrameReport report_frame(Session& session, double frame_number, const Frame& frame, bool with_tree);
+FrameReport report_frame(const ClipScene& scene, double frame_number, const morphray::Image& image,
+                         bool with_tree);
 
 struct RenderReport {
     ReportHead head;

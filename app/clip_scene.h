@@ -1,0 +1,64 @@
+// A clip as a scene of the library.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cli/options.h"
+#include "app/terminal/messages.h"
+#include "common/scene/clip.h"
+#include "common/update/frame_times.h"
+#include "morphray/scene.hpp"
+
+namespace mray::app {
+
+/// Keeps the library's scene at one frame of a clip, with the tree that the options ask for. Members
+/// throw Error.
+class ClipScene {
+public:
+    /// Builds the tree at options.tree.build_at, or else at first_frame. The clip must outlive it.
+    ClipScene(const Options& options, const Clip& clip, double first_frame,
+              const Messages& messages);
+    ClipScene(const ClipScene&) = delete;
+
+    /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
+    /// frame of the build.
+    void advance(double frame);
+    morphray::Image render(const ViewSpec& view);
+
+    const morphray::Scene& scene() const { return *scene_; }
+    /// What the last build or advance() did. After render() it has the time of a refit that ran on a
+    /// device with the trace.
+    const morphray::Update& update() const { return update_; }
+    /// Of the last advance() and render(); before the first advance(), of the build.
+    FrameTimes times() const;
+    /// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.
+    std::string refitted_on() const;
+
+private:
+    void place(double frame);
+
+    const Clip& clip_;
+    std::vector<vec3> positions_;
+    std::optional<morphray::Scene> scene_;
+    std::string refitter_;
+    double current_ = 0;
+    bool is_fresh_ = true;
+    double deform_ms_ = 0;
+    double trace_ms_ = 0;
+    std::uint64_t rays_ = 0;
+    morphray::Update update_;
+};
+
+/// The library's device for the options. Warns if it is not the one that they would prefer.
+morphray::Device open_device(const BackendOptions& options, const Messages& messages);
+
+/// The mesh of a topology at these positions in world space; both must outlive the scene.
+morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world);
+
+/// The bounds of a clip; nothing if they are empty.
+std::optional<morphray::Box> bounds_of(const Clip& clip);
+
+}  // namespace mray::app
