@@ -8,7 +8,7 @@
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 std::unique_ptr<Backend> make_vulkan([[maybe_unused]] const BackendOptions& options) {
@@ -118,4 +118,4 @@ std::vector<BackendChoice> profiled_backends(const Options& options, const Messa
     return {BackendChoice::kCpu, BackendChoice::kVulkan};
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

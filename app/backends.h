@@ -11,7 +11,7 @@
 #include "common/update/session.h"
 #include "gpu/vulkan_backend.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// gpu::list_devices(); throws Error(kUnavailable) without Vulkan.
 std::vector<gpu::DeviceInfo> vulkan_devices();
@@ -35,4 +35,4 @@ Session open_session(const Options& options, SceneFrames& frames, double first_f
 /// The chosen backend; for kAuto the CPU and, if it is available, Vulkan.
 std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -11,7 +11,7 @@
 #include "common/scene/frame_range.h"
 #include "common/text/number_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 // Estimates the size of a scene from its name or its file. While an OBJ file is read, its text and
@@ -98,4 +98,4 @@ std::string frame_label(double frame) {
     return digits < 4 ? std::string(4 - digits, '0') + label : label;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

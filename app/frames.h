@@ -9,7 +9,7 @@
 #include "app/terminal/messages.h"
 #include "common/scene/scene_frames.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// Opens options.scene if the memory will probably suffice; warnings go to `messages`. Throws
 /// Error.
@@ -33,4 +33,4 @@ void require_in_clip(const char* option, double frame, const Clip& clip);
 /// "0007", or "0007.25" between whole frames: names sort in the order of the frames.
 std::string frame_label(double frame);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -23,5 +23,5 @@ void hold_standard_descriptors() {
 int main(int argc, char** argv) {
     hold_standard_descriptors();
     const std::vector<std::string> arguments(argv + (argc > 0 ? 1 : 0), argv + argc);
-    return morphray::app::run_program(arguments);
+    return mray::app::run_program(arguments);
 }

@@ -13,7 +13,7 @@
 #include "common/base/errors.h"
 #include "common/interop/bvh_layout.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
@@ -170,4 +170,4 @@ void require_memory(std::uint64_t bytes, const MemoryLimit& limit) {
                             in_mib(bytes), limit.source, in_mib(limit.available_bytes)));
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

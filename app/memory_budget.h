@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-namespace morphray::app {
+namespace mray::app {
 
 /// The memory that a command holds at once.
 struct Workload {
@@ -39,4 +39,4 @@ void require_driver_memory();
 void require_memory(const Workload& workload);
 void require_memory(std::uint64_t bytes, const MemoryLimit& limit);
 
-}  // namespace morphray::app
+}  // namespace mray::app

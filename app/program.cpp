@@ -11,7 +11,7 @@
 #include "app/terminal/interrupt.h"
 #include "app/terminal/messages.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 ExitCode run_command(const Options& options, const Messages& messages) {
@@ -81,4 +81,4 @@ int run_program(std::span<const std::string> arguments) {
     }
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

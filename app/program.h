@@ -8,7 +8,7 @@
 #include "app/cli/exit_code.h"
 #include "app/terminal/messages.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// Writes one line about the failure to stderr and returns its exit code.
 ExitCode explain_failure(std::exception_ptr failure, const Messages& messages);
@@ -17,4 +17,4 @@ ExitCode explain_failure(std::exception_ptr failure, const Messages& messages);
 /// failure.
 int run_program(std::span<const std::string> arguments);
 
-}  // namespace morphray::app
+}  // namespace mray::app

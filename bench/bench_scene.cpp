@@ -7,7 +7,7 @@
 #include "common/scene/scene_source.h"
 #include "common/scene/scene_space.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 std::vector<vec3> positions_at(const Clip& clip, const SceneSpace& space, double frame) {
@@ -56,4 +56,4 @@ BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSp
     return scene;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

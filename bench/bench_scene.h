@@ -11,7 +11,7 @@
 #include "common/scene/clip.h"
 #include "cpu/image/image_tracer.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// The frame in the middle of a clip, in scene space, with a tree built for it; and the frame after
 /// it, to refit to. For a clip with a single frame, that is the same frame with every coordinate
@@ -34,4 +34,4 @@ struct BenchScene {
 /// Throws what open_scene and make_image_params throw.
 BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSpec& view);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace morphray::bench {
+namespace mray::bench {
 
 Mismatches compare_hits(const TraceWork& work, std::span<const Hit> a, std::span<const Hit> b) {
     Mismatches mismatches;
@@ -29,4 +29,4 @@ Mismatches compare_answers(const TraceWork& work, const TraceAnswers& a, const T
     return mismatches;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

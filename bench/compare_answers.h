@@ -6,7 +6,7 @@
 
 #include "bench/works/trace_work.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// Counts of rays with different answers, by the first difference.
 struct Mismatches {
@@ -25,4 +25,4 @@ inline constexpr float kMaxRelativeT = 1e-4f;
 Mismatches compare_answers(const TraceWork& work, const TraceAnswers& a, const TraceAnswers& b);
 Mismatches compare_hits(const TraceWork& work, std::span<const Hit> a, std::span<const Hit> b);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

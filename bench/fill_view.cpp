@@ -10,7 +10,7 @@
 #include "common/interop/camera.h"
 #include "cpu/reference/scalar_tracer.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 // Fine enough that the smallest window still has a thousand pixels to judge by.
@@ -73,4 +73,4 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
     return fill;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

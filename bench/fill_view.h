@@ -5,7 +5,7 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// kWhole is the default camera, which keeps the whole clip in the image. kFill looks from the
 /// same eye, by the same light, at the part of that image which is full, so that (nearly) every
@@ -20,4 +20,4 @@ const char* name_of(ViewKind kind);
 ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const SceneSpace& space,
                    const Bvh& bvh);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 /// Counts of hits in rectangles (F. C. Crow. Summed-area tables for texture mapping. 1984).
@@ -68,4 +68,4 @@ Window find_full_window(std::span<const std::uint8_t> hits, std::uint32_t side) 
     return *fullest;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

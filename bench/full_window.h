@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// A square of pixels of a square image.
 struct Window {
@@ -26,4 +26,4 @@ inline constexpr std::uint32_t kMaxZoom = 8;
 /// side of them, side >= kMaxZoom.
 Window find_full_window(std::span<const std::uint8_t> hits, std::uint32_t side);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

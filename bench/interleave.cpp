@@ -4,7 +4,7 @@
 
 #include "common/base/stopwatch.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 double run_ms(const Method& method) {
@@ -38,4 +38,4 @@ Ratio ratio_of(const Samples& ours, const Samples& peer) {
     return ratio;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -8,7 +8,7 @@
 
 #include "common/base/median.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// One way to do the work. `prepare` is called before each run and not timed; it may be empty.
 struct Method {
@@ -35,4 +35,4 @@ struct Ratio {
 };
 Ratio ratio_of(const Samples& ours, const Samples& peer);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -9,7 +9,7 @@
 
 #include "common/text/number_text.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 struct Cpu {
@@ -77,4 +77,4 @@ std::string machine_isa() {
     return cpu.flags.contains("sse4_1") ? "SSE4.1" : "";
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

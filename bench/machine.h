@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// The name of the results file: vendor, model, cores; for example "amd-epyc-zen5-2c".
 std::string machine_name();
@@ -11,4 +11,4 @@ std::string machine_name();
 /// The widest vector instructions of this machine: "AVX-512", "AVX2", "SSE4.1", or "".
 std::string machine_isa();
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

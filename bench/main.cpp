@@ -13,7 +13,7 @@
 #include "common/process/shell_text.h"
 #include "common/version.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 /// The rays of a scene, made before anything is timed. Kinds that no chosen work needs are missing.
@@ -102,15 +102,15 @@ void run(std::span<const std::string> arguments) {
 }
 
 }  // namespace
-}  // namespace morphray::bench
+}  // namespace mray::bench
 
 int main(int argc, char** argv) {
     try {
-        morphray::bench::run(std::vector<std::string>(argv + 1, argv + argc));
+        mray::bench::run(std::vector<std::string>(argv + 1, argv + argc));
         return 0;
-    } catch (const morphray::Error& error) {
+    } catch (const mray::Error& error) {
         fmt::print(stderr, "morphray_bench: {}\n", error.what());
-        return error.kind() == morphray::ErrorKind::kBadArgument ? 2 : 1;
+        return error.kind() == mray::ErrorKind::kBadArgument ? 2 : 1;
     } catch (const std::exception& error) {
         fmt::print(stderr, "morphray_bench: {}\n", error.what());
         return 1;

@@ -13,7 +13,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 [[noreturn]] void refuse(const std::string& option, std::string_view value,
@@ -228,4 +228,4 @@ BenchOptions parse_options(std::span<const std::string> arguments) {
 
 std::string usage() { return BenchParser().help(); }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -9,7 +9,7 @@
 #include "common/scene/camera_setup.h"
 #include "common/simd/simd_target.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// Few samples, because the records of 16 samples would fill the memory and take long to trace.
 inline ViewSpec few_ao_samples() {
@@ -47,4 +47,4 @@ BenchOptions parse_options(std::span<const std::string> arguments);
 
 std::string usage();
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

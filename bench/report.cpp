@@ -6,7 +6,7 @@
 #include "common/text/number_text.h"
 #include "common/text/table.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 /// The number with so many significant digits.
@@ -83,4 +83,4 @@ std::string to_csv(const ReportHead& head, std::span<const Row> rows) {
                        head.version, head.embree, head.command, table.csv());
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

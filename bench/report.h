@@ -6,7 +6,7 @@
 
 #include "bench/row.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// Facts about all rows.
 struct ReportHead {
@@ -30,4 +30,4 @@ std::string to_json(const ReportHead& head, std::span<const Row> rows);
 /// The head as lines that begin with #, then RFC 4180 with \n.
 std::string to_csv(const ReportHead& head, std::span<const Row> rows);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

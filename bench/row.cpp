@@ -1,6 +1,6 @@
 #include "bench/row.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 double in_unit(double ms, Unit unit, std::uint64_t count) {
@@ -37,4 +37,4 @@ void set_times(Row& row, const Samples& ours, const Samples& peer, Unit unit, st
     row.ratio = ratio_of(ours, peer);
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

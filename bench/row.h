@@ -7,7 +7,7 @@
 #include "bench/compare_answers.h"
 #include "bench/interleave.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// The unit of a figure. More is better for kMrayPerSecond, less for the others.
 enum class Unit { kMrayPerSecond, kNsPerTriangle, kMs };
@@ -42,4 +42,4 @@ const char* name_of(Unit unit);
 /// Fills in the figures. `count` is the number of rays or triangles of a run.
 void set_times(Row& row, const Samples& ours, const Samples& peer, Unit unit, std::uint64_t count);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

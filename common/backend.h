@@ -12,7 +12,7 @@
 #include "common/scene/mesh.h"
 #include "common/update/frame_times.h"
 
-namespace morphray {
+namespace mray {
 
 /// Wall time in milliseconds and amount of the work of the last call of each kind. A device takes
 /// the times of refit and trace from its timestamps, if it has them.
@@ -79,4 +79,4 @@ public:
     virtual const BackendTimes& times() = 0;
 };
 
-}  // namespace morphray
+}  // namespace mray

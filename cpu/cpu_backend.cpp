@@ -17,7 +17,7 @@
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace {
 
 constexpr std::size_t kRayGrain = 256;
@@ -184,4 +184,4 @@ std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
     return make_portable("brute", config, make);
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -6,7 +6,7 @@
 
 #include "common/backend.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 struct CpuConfig {
     /// 0: all that there are.
@@ -33,4 +33,4 @@ std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config = {});
 /// read_tree work on a tree all the same, so that it can stand in for the others.
 std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config = {});
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -5,7 +5,7 @@
 
 #include "gpu/packet_arguments.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 void set_tiles(RegionArguments& region, std::uint32_t width, std::uint32_t height) {
@@ -234,4 +234,4 @@ void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) {
     }
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -7,7 +7,7 @@
 #include "gpu/scene_buffers.h"
 #include "gpu/vulkan/transfer.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Traces and shades a region in one submission, unless the host has to look at results in between.
 /// The objects of the constructor must outlive it, and the kernels must be bound.
@@ -42,4 +42,4 @@ private:
     const SceneBuffers& scene_;
 };
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -19,7 +19,7 @@
 #include "shaders/single_ray/rays_spirv.h"
 #include "shaders/single_ray/resume_spirv.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 using Words = std::span<const std::uint32_t>;
@@ -101,4 +101,4 @@ void warm_up(Context& context, const Kernels& kernels) {
     });
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -3,7 +3,7 @@
 
 #include "gpu/vulkan/pipeline.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Workgroups for so many lanes.
 inline std::uint32_t groups_of(std::uint32_t lanes) {
@@ -36,4 +36,4 @@ struct Kernels {
 /// its first dispatch.
 void warm_up(Context& context, const Kernels& kernels);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

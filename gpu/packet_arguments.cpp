@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 using Row = double[3];
@@ -53,4 +53,4 @@ PacketArguments packet_arguments(const RegionArguments& region, std::uint32_t la
     return arguments;
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

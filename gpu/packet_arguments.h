@@ -6,7 +6,7 @@
 #include "gpu/tuning.h"
 #include "gpu/vulkan/device_info.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Lanes of a packet, a part of the device's subgroups; 0 if the device cannot trace packets.
 std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning);
@@ -18,4 +18,4 @@ std::uint32_t packet_run(const PhysicalDevice& device);
 /// included.
 PacketArguments packet_arguments(const RegionArguments& region, std::uint32_t lanes);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

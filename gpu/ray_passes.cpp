@@ -6,7 +6,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
@@ -136,4 +136,4 @@ double RayPasses::resume(const Kernels& kernels, const SceneBuffers& scene, bool
     return device_ms;
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

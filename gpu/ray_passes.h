@@ -8,7 +8,7 @@
 #include "gpu/scene_buffers.h"
 #include "gpu/vulkan/limits.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// One dispatch of rays.
 struct RayPass {
@@ -73,4 +73,4 @@ private:
     Buffer headers_;
 };
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

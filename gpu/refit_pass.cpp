@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 // Far below what any device allows; refit dispatches of 2^22 leaves or nodes stay short.
@@ -96,4 +96,4 @@ Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene
     };
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

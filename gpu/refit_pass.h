@@ -5,7 +5,7 @@
 #include "gpu/kernels.h"
 #include "gpu/scene_buffers.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Hands over the positions that the plan needs: those that moved, or all. Returns commands that
 /// refit by the plan, for the scene as it is now; nothing if there is nothing to do. Some leaves
@@ -13,4 +13,4 @@ namespace morphray::gpu {
 Record refit_scene(Context& context, const Kernels& kernels, SceneBuffers& scene,
                    const PoseMemory& pose, const RefitPlan& plan);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 constexpr VkFormat kWord = VK_FORMAT_R32_UINT;
@@ -182,4 +182,4 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     bindings.views[kBindLeavesOut] = tree_.leaves_out.get();
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -13,7 +13,7 @@
 #include "gpu/vulkan/pipeline.h"
 #include "gpu/vulkan/transfer.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// A tree over no triangles.
 Bvh empty_tree();
@@ -78,4 +78,4 @@ private:
     Tree tree_;
 };
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -3,7 +3,7 @@
 
 #include "gpu/vulkan/buffer.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 struct TexelBuffer {
     TexelBuffer() = default;
@@ -16,4 +16,4 @@ struct TexelBuffer {
     UniqueBufferView view;
 };
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -7,7 +7,7 @@
 #include "gpu/vulkan/vulkan_api.h"
 #include "shaders/kernel_interface.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 struct Tuning {
     /// Loop iterations after which a lane suspends its ray, 1 to kStepBudget.
@@ -31,4 +31,4 @@ struct Tuning {
     ValidationLog* log = nullptr;
 };
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -17,7 +17,7 @@
 #include "gpu/vulkan/limits.h"
 #include "gpu/vulkan_backend_internal.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 /// Room to grow that edited trees get on the device, as a part of their size. Restructured trees
@@ -276,4 +276,4 @@ std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config) {
     return make_vulkan_backend(config, Tuning{});
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -7,7 +7,7 @@
 
 #include "common/backend.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 struct VulkanConfig {
     /// An index of list_devices(), a part of the name of one device only, or a UUID (32 hex digits,
@@ -40,4 +40,4 @@ std::vector<DeviceInfo> list_devices();
 /// device that lacks a feature, a validation layer that is not installed.
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config = {});
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -4,10 +4,10 @@
 #include "gpu/tuning.h"
 #include "gpu/vulkan_backend.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// make_vulkan_backend(config) with this tuning instead of the default one.
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config, const Tuning& tuning);
 std::vector<DeviceInfo> list_devices(PFN_vkGetInstanceProcAddr loader);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -3,7 +3,7 @@
 #ifndef PROOFS_BOUNDS_H
 #define PROOFS_BOUNDS_H
 
-namespace morphray::proofs {
+namespace mray::proofs {
 
 /// Half an ulp: a float operation is off by at most this times its result.
 inline constexpr double kRounding = 0x1p-24;
@@ -48,6 +48,6 @@ inline constexpr double kEdgeLateral = 6.0001 * 0x1p-24;
 inline constexpr double kEdgeMiddle = 4.0001 * 0x1p-24;
 inline constexpr double kEdgeConstant = 7.0001 * 0x1p-24;
 
-}  // namespace morphray::proofs
+}  // namespace mray::proofs
 
 #endif  // PROOFS_BOUNDS_H

@@ -21,7 +21,7 @@
 
 #include "proofs/constants.h"
 
-namespace morphray::proofs {
+namespace mray::proofs {
 namespace {
 
 using Values = std::map<std::string, double, std::less<>>;
@@ -124,11 +124,11 @@ int run(const std::vector<std::string>& arguments) {
 }
 
 }  // namespace
-}  // namespace morphray::proofs
+}  // namespace mray::proofs
 
 int main(int argc, char** argv) {
     try {
-        return morphray::proofs::run({argv + 1, argv + argc});
+        return mray::proofs::run({argv + 1, argv + argc});
     } catch (const std::exception& error) {
         std::cerr << "check_proof: " << error.what() << '\n';
         return 2;

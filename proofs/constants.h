@@ -11,7 +11,7 @@
 #include "common/interop/packet_bounds.h"
 #include "proofs/bounds.h"
 
-namespace morphray::proofs {
+namespace mray::proofs {
 
 struct Constant {
     std::string_view name;
@@ -108,6 +108,6 @@ inline const std::array kConstants = {
 
 #undef PROOFS_CONSTANT
 
-}  // namespace morphray::proofs
+}  // namespace mray::proofs
 
 #endif  // PROOFS_CONSTANTS_H

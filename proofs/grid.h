@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace morphray::proofs {
+namespace mray::proofs {
 
 /// x is 0, or a multiple of 2^quantum with least <= |x| <= most. If x is such a multiple, so is
 /// fl(x): larger numbers round to multiples of larger powers of two.
@@ -72,6 +72,6 @@ inline Grid abs(Grid a) { return a; }
 /// are differences or sums of the same values.
 inline bool operator==(Grid, Grid) { return false; }
 
-}  // namespace morphray::proofs
+}  // namespace mray::proofs
 
 #endif  // PROOFS_GRID_H

@@ -18,7 +18,7 @@
 #include "proofs/grid.h"
 #include "proofs/rule_functions.h"
 
-namespace morphray::proofs {
+namespace mray::proofs {
 
 /// For project_axis, instead of the text: what the last three lemmas of project.g say.
 inline Grid snap_projected(Grid x) {
@@ -124,11 +124,11 @@ bool all_are_normal(int grid) {
 }
 
 }  // namespace
-}  // namespace morphray::proofs
+}  // namespace mray::proofs
 
 // With "finer": whether a grid of coordinates half as wide would be too fine.
 int main(int argc, char** argv) {
-    using namespace morphray::proofs;
+    using namespace mray::proofs;
     const std::string_view argument = argc > 1 ? argv[1] : "";
     if (argument == "finer") return all_are_normal(-41) ? 1 : 0;
     return all_are_normal(-40) ? 0 : 1;

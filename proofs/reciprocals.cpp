@@ -18,7 +18,7 @@
 #include "common/interop/arithmetic.h"
 #include "proofs/bounds.h"
 
-namespace morphray::proofs {
+namespace mray::proofs {
 namespace {
 
 constexpr std::uint32_t kOne = 0x3F800000u;
@@ -97,10 +97,10 @@ bool bounds_hold(double spare) {
 }
 
 }  // namespace
-}  // namespace morphray::proofs
+}  // namespace mray::proofs
 
 int main(int argc, char** argv) {
-    using namespace morphray::proofs;
+    using namespace mray::proofs;
     if (argc > 1 && std::string_view(argv[1]) == "tight") return bounds_hold(0.005) ? 1 : 0;
     const bool hold = bounds_hold(0);
     const bool rcp_alike = check("rcp has the same mantissas in every binade", rcp_scales());

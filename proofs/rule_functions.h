@@ -5,10 +5,10 @@
 
 #include "common/interop/constants.h"
 
-namespace morphray::proofs {
+namespace mray::proofs {
 
 #include "proofs/rule_functions.inc"
 
-}  // namespace morphray::proofs
+}  // namespace mray::proofs
 
 #endif  // PROOFS_RULE_FUNCTIONS_H

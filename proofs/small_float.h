@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace morphray::proofs {
+namespace mray::proofs {
 
 /// A float of kDigits binary digits, held in a double. A result is right as long as the double's
 /// own result is exact: sums of values not more than 2^(53 - 2 kDigits) apart, products.
@@ -33,6 +33,6 @@ struct SmallFloat {
     friend bool operator==(SmallFloat a, SmallFloat b) { return a.value == b.value; }
 };
 
-}  // namespace morphray::proofs
+}  // namespace mray::proofs
 
 #endif  // PROOFS_SMALL_FLOAT_H

@@ -18,7 +18,7 @@
 #include "proofs/rule_functions.h"
 #include "proofs/small_float.h"
 
-namespace morphray::proofs {
+namespace mray::proofs {
 namespace {
 
 template <int kDigits>
@@ -149,6 +149,6 @@ bool all_hold() {
 }
 
 }  // namespace
-}  // namespace morphray::proofs
+}  // namespace mray::proofs
 
-int main() { return morphray::proofs::all_hold() ? 0 : 1; }
+int main() { return mray::proofs::all_hold() ? 0 : 1; }

@@ -184,12 +184,12 @@ struct RefitArguments {
 SHARED_END
 
 #ifdef __cplusplus
-namespace morphray {
+namespace mray {
 static_assert(sizeof(WorkHeader) == 16 && sizeof(Suspended) == 48);
 static_assert(kStateUints == kStateStack + 2 * kMaxStack);
 static_assert(sizeof(RegionArguments) <= 128, "the push constants that every device has");
 static_assert(sizeof(PacketArguments) <= 128, "the push constants that every device has");
-}  // namespace morphray
+}  // namespace mray
 #endif
 
 #endif  // SHADERS_KERNEL_INTERFACE_H

@@ -6,7 +6,7 @@
 #include "accuracy/measure/measure.h"
 #include "common/process/gnuplot.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 constexpr const char* kOurColour = "#1f5fbf";
@@ -164,4 +164,4 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
             table_of(points), script};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

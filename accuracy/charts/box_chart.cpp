@@ -6,7 +6,7 @@
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/quantised_nodes.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 constexpr std::uint32_t kMostSide = 512;
@@ -81,4 +81,4 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
             table, script};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -16,7 +16,7 @@
 #include "common/process/shell_command.h"
 #include "common/process/shell_text.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 namespace fs = std::filesystem;
@@ -87,4 +87,4 @@ void require_gnuplot() {
                 "chart: gnuplot is not installed; install the package gnuplot-nox");
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// A temporary folder beside `path`, which keep() renames to `path`. Without keep() the destructor
 /// removes it with its content.
@@ -33,4 +33,4 @@ private:
 /// Throws Error(kUnavailable) without gnuplot.
 void require_gnuplot();
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -4,7 +4,7 @@
 
 #include "common/text/xml_text.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 /// The <svg> element, without the head of a file.
@@ -54,4 +54,4 @@ std::string chart_page(const std::vector<PagedChart>& charts, const std::string&
     return page + "</body></html>\n";
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -6,7 +6,7 @@
 
 #include "accuracy/charts/charts.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// A chart with its image as SVG.
 struct PagedChart {
@@ -18,4 +18,4 @@ struct PagedChart {
 std::string chart_page(const std::vector<PagedChart>& charts, const std::string& machine,
                        const std::string& command);
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -9,7 +9,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 std::vector<vec3> placed(std::span<const vec3> positions, const Placement& placement) {
@@ -165,4 +165,4 @@ ChartScene make_chart_scene(const std::string& name, const Topology& topology,
     return scene;
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

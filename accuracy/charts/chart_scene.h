@@ -13,7 +13,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/scene_space.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// Camera rays are traced in tiles of this many pixels a side.
 inline constexpr std::uint32_t kChartTileSide = 64;
@@ -56,4 +56,4 @@ ChartScene make_chart_scene(const std::string& name, const Topology& topology,
 /// Field of view in degrees, narrow enough for most pixels to show the scene.
 inline constexpr double kChartFov = 20;
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

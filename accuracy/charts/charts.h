@@ -13,7 +13,7 @@
 #include "common/scene/scene_frames.h"
 #include "common/text/table.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 struct Chart {
     /// The name of its files without an ending.
@@ -103,4 +103,4 @@ Chart scaling_chart(const ChartContext& context);
 /// Failure scenes against methods; `more` are added to the program's own scenes.
 Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& more);
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

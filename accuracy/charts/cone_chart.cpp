@@ -17,7 +17,7 @@
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 constexpr double kAngles[] = {0, 2, 5, 10, 15, 20, 30, 45, 60, 75, 90};
@@ -237,4 +237,4 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
             table, script};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -1,6 +1,6 @@
 #include "accuracy/charts/charts.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 const Effort& quick_effort() {
     static const Effort effort{.side = 256,
@@ -28,4 +28,4 @@ const Effort& full_effort() {
     return effort;
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

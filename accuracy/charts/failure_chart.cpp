@@ -6,7 +6,7 @@
 #include "accuracy/measure/measure.h"
 #include "common/process/guarded_run.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 // Divides the effort's pixels a side.
@@ -156,4 +156,4 @@ Chart failure_chart(const ChartContext& context, const std::vector<ChartInput>& 
             table_of(cells), script};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

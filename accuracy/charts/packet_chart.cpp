@@ -9,7 +9,7 @@
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 struct Shape {
@@ -99,4 +99,4 @@ Chart packet_chart(const ChartContext& context, const ChartInput& input,
             table, script};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -7,7 +7,7 @@
 #include "accuracy/measure/measure.h"
 #include "common/process/gnuplot.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 constexpr std::uint32_t kSide = 32;
@@ -130,4 +130,4 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
         table_of(rows), script};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

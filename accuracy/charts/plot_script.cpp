@@ -4,7 +4,7 @@
 
 #include "common/process/gnuplot.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 std::string script_text(const PlotScript& script, const std::string& name) {
     std::string text = fmt::format(
@@ -37,4 +37,4 @@ std::string script_text(const PlotScript& script, const std::string& name) {
     return text + "unset output\n}\n";
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// The parts of a script. `title` and `footer` are one line each; `body` is gnuplot and follows
 /// them.
@@ -21,4 +21,4 @@ struct PlotScript {
 /// The whole script, which reads NAME.csv and writes NAME.svg and NAME.png.
 std::string script_text(const PlotScript& script, const std::string& name);
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -6,7 +6,7 @@
 #include "accuracy/charts/charts.h"
 #include "common/update/policy_runs.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 const std::vector<std::string> kPolicies{"refit", "rebuild", "every:4", "auto"};
@@ -92,4 +92,4 @@ Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::s
             policy_frames_table(comparisons), script};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

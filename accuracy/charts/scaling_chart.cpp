@@ -10,7 +10,7 @@
 #include "common/scene/procedural/procedural.h"
 #include "common/scene/scene_frames.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 constexpr const char* kScene = "cloth";
@@ -154,4 +154,4 @@ Chart scaling_chart(const ChartContext& context) {
             table, script};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

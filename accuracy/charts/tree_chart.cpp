@@ -16,7 +16,7 @@
 #include "cpu/refit/refit.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 constexpr std::uint32_t kSide = cpu::kCameraSide;
@@ -165,4 +165,4 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
             table, script};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

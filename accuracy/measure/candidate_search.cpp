@@ -5,7 +5,7 @@
 
 #include "common/bvh/box.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 // Far above the 2^-53 of a double, far below the resolution of a tracer in float.
@@ -79,4 +79,4 @@ void CandidateSearch::find(const Ray& ray, double margin, std::vector<std::uint3
     }
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -10,7 +10,7 @@
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 using Double3 = std::array<double, 3>;
 
@@ -34,4 +34,4 @@ private:
     double rounding_;
 };
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

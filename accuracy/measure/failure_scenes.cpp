@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -203,4 +203,4 @@ std::vector<FailureScene> failure_scenes() {
     return scenes;
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

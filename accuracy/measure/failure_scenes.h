@@ -6,7 +6,7 @@
 
 #include "common/scene/mesh.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 struct FailureScene {
     std::string name;
@@ -20,4 +20,4 @@ struct FailureScene {
 /// 1e6; an axis-aligned box; a soup.
 std::vector<FailureScene> failure_scenes();
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

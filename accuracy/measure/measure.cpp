@@ -10,7 +10,7 @@
 #include "common/base/errors.h"
 #include "common/base/stopwatch.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 // One ray in this many is tested against all triangles; fewer in large scenes.
@@ -138,4 +138,4 @@ std::vector<double> least_times(std::span<const std::function<void()>> runs, int
     return least;
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -9,7 +9,7 @@
 #include "accuracy/methods/method.h"
 #include "accuracy/referee/exact_referee.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 struct VerdictCounts {
     std::array<std::uint64_t, kVerdictCount> of{};
@@ -55,4 +55,4 @@ void trace_aimed(const Method& method, const ChartScene& scene, std::span<Hit> h
 std::vector<double> least_times(std::span<const std::function<void()>> runs, int rounds,
                                 const std::function<void()>& check);
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 // The circle as a polygon inside it, at most 1 in 800 too small.
@@ -246,4 +246,4 @@ bool ParallelView::shows(std::uint32_t prim_id, double radius, double ulps) cons
     return true;
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

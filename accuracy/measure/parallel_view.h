@@ -6,7 +6,7 @@
 
 #include "accuracy/measure/candidate_search.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// Triangles projected along a ray onto a plane across it, in double. A vertex has one projection
 /// for all its triangles, so a closed mesh stays closed.
@@ -42,4 +42,4 @@ private:
     std::vector<Seen> triangles_;
 };
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -5,7 +5,7 @@
 #include "accuracy/methods/quantised_nodes.h"
 #include "accuracy/methods/rules.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 Method method(const char* name, TraceBatch trace) {
@@ -45,4 +45,4 @@ std::vector<Method> box_methods(const ChartScene& scene) {
             over_quantised<std::uint8_t>("nodes: 8 bit", bvh)};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

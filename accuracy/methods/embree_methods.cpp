@@ -5,7 +5,7 @@
 
 #include "accuracy/methods/method.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 struct Release {
@@ -86,4 +86,4 @@ std::vector<Method> embree_methods(const ChartScene& scene) {
             embree("Embree robust", scene, RTC_SCENE_FLAG_ROBUST)};
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -8,7 +8,7 @@
 #include "common/bvh/builder/meshlet.h"
 #include "cpu/refit/refit.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 using Part = std::span<std::uint32_t>;  // of the triangles' ids
@@ -123,4 +123,4 @@ Bvh build_median_tree(const Topology& topology, std::span<const vec3> positions)
     return MedianBuilder(topology, positions).build();
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -6,9 +6,9 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// The tree in the shared layout over positions in scene space; check_bvh accepts it.
 Bvh build_median_tree(const Topology& topology, std::span<const vec3> positions);
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -10,7 +10,7 @@
 #include "accuracy/charts/chart_scene.h"
 #include "common/backend.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// Kinds of methods, which the charts colour differently.
 enum class Family { kOurs, kRule, kPeer };
@@ -61,4 +61,4 @@ std::vector<Method> embree_methods(const ChartScene& scene);
 /// All methods of the functions above.
 std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make_vulkan);
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

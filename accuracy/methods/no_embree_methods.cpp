@@ -1,7 +1,7 @@
 #include "accuracy/methods/method.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 std::vector<Method> embree_methods(const ChartScene&) { return {}; }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -8,7 +8,7 @@
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 constexpr std::uint32_t kSide = kChartTileSide;
@@ -88,4 +88,4 @@ std::vector<Method> all_methods(const ChartScene& scene, const MakeBackend& make
     return all;
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

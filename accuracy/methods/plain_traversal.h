@@ -10,7 +10,7 @@
 #include "accuracy/charts/chart_scene.h"
 #include "common/interop/slab.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// The usual slab test; the far end of each slab is multiplied by kPad.
 template <bool kPadded>
@@ -118,4 +118,4 @@ void trace_all_plainly(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit>
         hits[i] = trace_plainly<Rule, Slabs>(bvh.nodes, bvh.leaves, rays[i]);
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -11,7 +11,7 @@
 #include "accuracy/methods/plain_traversal.h"
 #include "common/bvh/box.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// Plane i of an axis is at origin + i * step. step is a power of two, so only the sum rounds.
 template <std::unsigned_integral Grid>
@@ -85,4 +85,4 @@ std::vector<QuantisedNode<Grid>> quantised_nodes(const Bvh& bvh) {
     return nodes;
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -2,7 +2,7 @@
 #include "accuracy/methods/plain_traversal.h"
 #include "accuracy/methods/rules.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 using TraceAll = void (*)(const Bvh&, std::span<const Ray>, std::span<Hit>);
@@ -60,4 +60,4 @@ std::vector<Method> rule_methods(const ChartScene& scene) {
     return methods;
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

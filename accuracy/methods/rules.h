@@ -6,7 +6,7 @@
 
 #include "common/interop/hit_rule.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// a * b - c * d and sums of three products, with fused multiply-add or without.
 template <bool kFused>
@@ -173,4 +173,4 @@ private:
     float tfar_;
 };
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -8,7 +8,7 @@
 
 #include "accuracy/measure/parallel_view.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 constexpr double kCloseUlps = 4;
@@ -154,4 +154,4 @@ Judgement ExactReferee::judge(const Ray& ray, const Truth& truth, std::uint32_t 
     return judgement;
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -9,7 +9,7 @@
 #include "accuracy/measure/candidate_search.h"
 #include "accuracy/referee/exact_triangle.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// The exact answer: the smallest t, and of triangles with exactly the same t the smallest prim_id.
 struct Truth {
@@ -74,4 +74,4 @@ private:
     std::vector<std::uint8_t> usable_;
 };
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

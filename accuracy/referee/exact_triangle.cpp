@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 namespace {
 
 // A determinant of three rounded differences, its products and its sums: 8 roundings of at most
@@ -211,4 +211,4 @@ double ExactTriangle::size() const {
     return largest / length(dir);
 }
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -6,7 +6,7 @@
 
 #include "accuracy/measure/candidate_search.h"
 
-namespace morphray::accuracy {
+namespace mray::accuracy {
 
 /// The intersection of a ray with a triangle in homogeneous form. With a, b, c the corners relative
 /// to the origin and d the direction,
@@ -53,4 +53,4 @@ private:
     mutable std::shared_ptr<const Integers> integers_;
 };
 
-}  // namespace morphray::accuracy
+}  // namespace mray::accuracy

@@ -12,7 +12,7 @@
 #include "common/base/errors.h"
 #include "common/text/nearest_name.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 template <class T>
 struct Choice {
@@ -63,4 +63,4 @@ inline constexpr Choice<RefitOn> kRefitOn[] = {{"cpu", RefitOn::kCpu},
 inline constexpr Choice<Reference> kReferences[] = {
     {"auto", Reference::kAuto}, {"brute", Reference::kBrute}, {"cpu", Reference::kCpu}};
 
-}  // namespace morphray::app
+}  // namespace mray::app

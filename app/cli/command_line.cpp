@@ -12,7 +12,7 @@
 #include "common/base/errors.h"
 #include "common/version.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 constexpr const char* kFooter =
@@ -118,4 +118,4 @@ ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
     return CommandLine().parse(arguments);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

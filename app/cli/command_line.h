@@ -7,7 +7,7 @@
 
 #include "app/cli/options.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 struct ParsedCommandLine {
     /// Nothing if help or the version was asked for.
@@ -20,4 +20,4 @@ struct ParsedCommandLine {
 /// all limits.
 ParsedCommandLine parse_command_line(std::span<const std::string> arguments);
 
-}  // namespace morphray::app
+}  // namespace mray::app

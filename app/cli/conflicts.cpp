@@ -5,7 +5,7 @@
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 void check_conflicts(const Options& options) {
     if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {
@@ -34,4 +34,4 @@ void check_conflicts(const Options& options) {
     }
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -3,9 +3,9 @@
 
 #include "app/cli/options.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// Throws Error(kBadArgument) that names both options.
 void check_conflicts(const Options& options);
 
-}  // namespace morphray::app
+}  // namespace mray::app

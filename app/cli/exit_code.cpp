@@ -1,6 +1,6 @@
 #include "app/cli/exit_code.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 ExitCode exit_code_of(ErrorKind kind) {
     switch (kind) {
@@ -24,4 +24,4 @@ ExitCode exit_code_of(ErrorKind kind) {
     return ExitCode::kInternal;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -3,7 +3,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 enum class ExitCode : int {
     kOk = 0,
@@ -24,4 +24,4 @@ enum class ExitCode : int {
 /// a caller that knows the signal gives its code instead.
 ExitCode exit_code_of(ErrorKind kind);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -10,7 +10,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 constexpr std::uint32_t kMaxSide = 65536;
@@ -89,4 +89,4 @@ Pixel parse_pixel(std::string_view option, std::string_view text) {
     return {xy[0], xy[1]};
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

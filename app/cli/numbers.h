@@ -6,7 +6,7 @@
 
 #include "common/scene/camera_setup.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 // Each function throws Error(kBadArgument) that names the option.
 
@@ -37,4 +37,4 @@ struct Pixel {
 /// `X,Y`, each at most 65535.
 Pixel parse_pixel(std::string_view option, std::string_view text);
 
-}  // namespace morphray::app
+}  // namespace mray::app

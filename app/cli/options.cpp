@@ -1,6 +1,6 @@
 #include "app/cli/options.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 const char* name_of_rays(std::uint32_t rays) {
     if (rays == kRaysShadow) return "shadow";
@@ -11,4 +11,4 @@ const char* name_of(SplitMethod split) {
     return split == SplitMethod::kBinned ? "binned" : "sweep";
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

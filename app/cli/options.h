@@ -12,7 +12,7 @@
 #include "common/scene/scene_source.h"
 #include "common/update/policy/update_policy.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 enum class Command { kRender, kCrosscheck, kProbe, kProfile, kTrace, kChart, kInfo, kDevices };
 
@@ -105,4 +105,4 @@ const char* name_of_rays(std::uint32_t rays);
 /// "binned" or "sweep".
 const char* name_of(SplitMethod split);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -1,6 +1,6 @@
 #include "app/cli/remedy_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 const char* remedy_text(Remedy remedy) {
     switch (remedy) {
@@ -20,4 +20,4 @@ std::string message_of(const Error& error) {
     return std::string(error.what()) + remedy_text(error.remedy());
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

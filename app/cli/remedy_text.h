@@ -5,7 +5,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// The text to add to an error's message, such as " or accept it with --lenient"; empty for
 /// Remedy::kNone.
@@ -14,4 +14,4 @@ const char* remedy_text(Remedy remedy);
 /// The error's message with the option that would avoid it.
 std::string message_of(const Error& error);
 
-}  // namespace morphray::app
+}  // namespace mray::app

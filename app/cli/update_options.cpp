@@ -11,7 +11,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 std::string update_forms() {
     std::string forms;
@@ -62,4 +62,4 @@ void parse_update_budget(const std::string& option, const std::string& text, Upd
     if (in_percent) config.budget = *value / 100;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -6,7 +6,7 @@
 
 #include "common/update/policy/update_policy.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// "refit|rebuild|...": the forms of all policies.
 std::string update_forms();
@@ -20,4 +20,4 @@ std::vector<std::string> parse_updates(const std::string& option, const std::str
 /// Reads "30%" of a frame or "2.5ms", above 0, into `config`. Throws Error(kBadArgument).
 void parse_update_budget(const std::string& option, const std::string& text, UpdateConfig& config);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -8,7 +8,7 @@
 #include "common/base/errors.h"
 #include "common/text/nearest_name.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 [[noreturn]] void fail(const std::string& what) { throw Error(ErrorKind::kBadArgument, what); }
@@ -63,4 +63,4 @@ void explain(const FailedParse& parse) {
     fail(fmt::format("{}; see `{}`", parse.message, help));
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace morphray::app {
+namespace mray::app {
 
 /// A command line that the parser rejected.
 struct FailedParse {
@@ -31,4 +31,4 @@ struct FailedParse {
 /// Throws Error(kBadArgument) about an unknown command.
 [[noreturn]] void reject_command(const std::string& given, std::vector<std::string> commands);
 
-}  // namespace morphray::app
+}  // namespace mray::app

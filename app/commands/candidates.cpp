@@ -5,7 +5,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/scene/polygons/triangle_area.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 Candidate judge(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab, vec3 a, vec3 b,
@@ -68,4 +68,4 @@ std::vector<Candidate> find_candidates(const Ray& ray, const Topology& topology,
     return found;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -8,7 +8,7 @@
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 struct Candidate {
     std::uint32_t prim_id = 0;
@@ -40,4 +40,4 @@ std::vector<Candidate> find_candidates(const Ray& ray, const Topology& topology,
                                        std::span<const vec3> positions, std::size_t limit,
                                        std::span<const std::uint32_t> wanted);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -17,7 +17,7 @@
 #include "common/base/errors.h"
 #include "common/process/shell_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 using namespace accuracy;
@@ -146,4 +146,4 @@ ExitCode run_chart(const Options& options, const Messages& messages) {
     }
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

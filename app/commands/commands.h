@@ -5,7 +5,7 @@
 #include "app/cli/options.h"
 #include "app/terminal/messages.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 // Each function runs its command. Returns kOk, kCheckFailed, or kPartial after a message. Throws
 // Error.
@@ -18,4 +18,4 @@ ExitCode run_chart(const Options& options, const Messages& messages);
 ExitCode run_info(const Options& options, const Messages& messages);
 ExitCode run_devices(const Options& options, const Messages& messages);
 
-}  // namespace morphray::app
+}  // namespace mray::app

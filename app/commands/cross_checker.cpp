@@ -4,7 +4,7 @@
 #include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 constexpr double kAffordableTests = 2e9;
@@ -163,4 +163,4 @@ TreeRow CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays
     return trees;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

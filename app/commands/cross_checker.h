@@ -13,7 +13,7 @@
 #include "common/backend.h"
 #include "common/scene/scene_frames.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// Whether brute force takes at most 2e9 ray-triangle tests a frame.
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays);
@@ -85,4 +85,4 @@ private:
     std::vector<Expected> expected_;
 };
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -13,7 +13,7 @@
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 constexpr std::uint32_t kDefaultSide = 256;
@@ -135,4 +135,4 @@ ExitCode run_crosscheck(const Options& given, const Messages& messages) {
     return equal ? code : ExitCode::kCheckFailed;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

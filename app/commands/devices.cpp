@@ -6,7 +6,7 @@
 #include "app/report/report_json.h"
 #include "common/text/table.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 ExitCode run_devices(const Options& options, const Messages& messages) {
     check_reports({options.json});
@@ -25,4 +25,4 @@ ExitCode run_devices(const Options& options, const Messages& messages) {
     return ExitCode::kOk;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -14,7 +14,7 @@
 #include "common/text/table.h"
 #include "common/version.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 const char* build_description() {
@@ -156,4 +156,4 @@ ExitCode run_info(const Options& options, const Messages& messages) {
     return ExitCode::kOk;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

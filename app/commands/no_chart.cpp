@@ -2,7 +2,7 @@
 #include "app/commands/commands.h"
 #include "common/base/errors.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 ExitCode run_chart(const Options&, const Messages&) {
     throw Error(
@@ -10,4 +10,4 @@ ExitCode run_chart(const Options&, const Messages&) {
         "chart: not built in, because GMP was not found; install libgmp-dev and build again");
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

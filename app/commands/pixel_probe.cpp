@@ -11,7 +11,7 @@
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 constexpr std::size_t kCandidates = 8;
@@ -110,4 +110,4 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     return report;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -9,7 +9,7 @@
 #include "app/report/reports.h"
 #include "app/terminal/messages.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 struct ProbeReport {
     ReportHead head;
@@ -53,4 +53,4 @@ struct ProbeReport {
 /// pixel outside the image.
 ProbeReport probe_pixel(const Options& options, const Messages& messages);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -7,7 +7,7 @@
 #include "common/text/number_text.h"
 #include "common/text/table.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 std::string hex(float x) { return fmt::format("{:a}", x); }
@@ -101,4 +101,4 @@ ExitCode run_probe(const Options& options, const Messages& messages) {
     return ExitCode::kOk;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -17,7 +17,7 @@
 #include "common/base/stopwatch.h"
 #include "common/text/table.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 /// The median time of `repeat` runs of a step, after one run to warm up.
@@ -158,4 +158,4 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
     return ExitCode::kOk;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

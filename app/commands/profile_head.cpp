@@ -2,7 +2,7 @@
 
 #include "app/memory_budget.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 ReportHead profile_head(const Options& options, const Clip& clip) {
     const Topology& topology = clip.topology();
@@ -15,4 +15,4 @@ ReportHead profile_head(const Options& options, const Clip& clip) {
         options.view.width, options.view.height};
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

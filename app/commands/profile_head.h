@@ -5,10 +5,10 @@
 #include "app/report/reports.h"
 #include "common/scene/clip.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// The head of a profile's report. Throws Error(kLimit) if the memory does not suffice for the
 /// clip.
 ReportHead profile_head(const Options& options, const Clip& clip);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -17,7 +17,7 @@
 #include "common/base/median.h"
 #include "common/update/policy_runs.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 /// Times refits of a built-in scene at four sizes up to its own, on each backend. Returns nothing
@@ -95,4 +95,4 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     return ExitCode::kOk;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -5,8 +5,8 @@
 #include "app/cli/options.h"
 #include "app/terminal/messages.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 ExitCode profile_policies(const Options& options, const Messages& messages);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -19,7 +19,7 @@
 #include "common/image/png.h"
 #include "common/text/table.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 // Width of an image in the contact sheet, which is about square and 1536 pixels wide. Only these
@@ -169,4 +169,4 @@ ExitCode run_render(const Options& options, const Messages& messages) {
     return code;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

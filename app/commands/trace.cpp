@@ -14,7 +14,7 @@
 #include "common/bvh/bvh_stats.h"
 #include "common/text/message_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 // Rays that are converted, traced and written together.
@@ -133,4 +133,4 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
     return ExitCode::kOk;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

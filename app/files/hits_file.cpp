@@ -9,7 +9,7 @@
 
 #include "common/interop/camera.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the file is written as memory is");
@@ -61,4 +61,4 @@ void HitsFile::add(const Frame& frame, const Camera& camera, const SceneSpace& s
     std::memcpy(bytes_.data() + offsetof(Header, frame_count), &frame_count_, sizeof(frame_count_));
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

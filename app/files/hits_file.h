@@ -17,7 +17,7 @@
 #include "common/image/frame.h"
 #include "common/scene/scene_space.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 class HitsFile {
 public:
@@ -35,4 +35,4 @@ private:
     std::uint32_t frame_count_ = 0;
 };
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -2,7 +2,7 @@
 
 #include "common/base/output_file.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 namespace fs = std::filesystem;
@@ -34,4 +34,4 @@ OutputFolder::~OutputFolder() {
     }
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

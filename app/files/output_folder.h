@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace morphray::app {
+namespace mray::app {
 
 /// A folder that exists and is writable while this lives. The destructor removes the folders that
 /// the constructor created if they are still empty, so that a command without output leaves none.
@@ -23,4 +23,4 @@ private:
     std::filesystem::path first_created_;
 };
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -17,7 +17,7 @@
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 constexpr std::string_view kBlank = " \t\r";
@@ -104,4 +104,4 @@ std::string read_rays(const std::string& file) {
     }
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -7,7 +7,7 @@
 
 #include "common/scene/scene_space.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// Reads the rays of a text one by one. Each is a line `ox oy oz dx dy dz [tnear tfar]`; tnear
 /// defaults to 0 and tfar to inf. Numbers are rounded to float, like vertices, so that a float
@@ -42,4 +42,4 @@ private:
 /// The content of a file, or of stdin for "-". Throws Error(kBadInput), kLimit.
 std::string read_rays(const std::string& file);
 
-}  // namespace morphray::app
+}  // namespace mray::app

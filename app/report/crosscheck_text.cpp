@@ -8,7 +8,7 @@
 #include "common/text/number_text.h"
 #include "common/text/table.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 // Pixels of a comparison that are described.
@@ -101,4 +101,4 @@ std::string summary_text(const CheckReport& report) {
     return fmt::format("\n{} of {} comparisons differ\n", wrong, all);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -6,7 +6,7 @@
 #include "app/cli/options.h"
 #include "app/report/reports.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// The first differing pixels of a comparison with both values, exactly, and for each the commands
 /// that trace it as the reference and as the variant. `build_at` is the frame that the refitted
@@ -19,4 +19,4 @@ std::string table_text(const CheckReport& report);
 /// "all 12 comparisons are equal bit by bit", or how many differ.
 std::string summary_text(const CheckReport& report);
 
-}  // namespace morphray::app
+}  // namespace mray::app

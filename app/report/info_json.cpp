@@ -5,7 +5,7 @@
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 std::string to_json(const SceneReport& report) {
     Json json = head_of(report.head);
@@ -63,4 +63,4 @@ std::string to_json(const std::vector<gpu::DeviceInfo>& devices) {
     return json_text(json);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -2,7 +2,7 @@
 
 #include "common/version.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 Json head_of(const std::string& command) {
     return {{"schema", "morphray/1"}, {"command", command}, {"version", kVersion}};
@@ -41,4 +41,4 @@ Json of(const BvhStats& stats) {
             {"bytes", stats.bytes}};
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

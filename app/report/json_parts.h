@@ -6,7 +6,7 @@
 #include "app/report/reports.h"
 #include "common/text/json.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// The members that every report begins with: "schema", "command" and "version".
 Json head_of(const std::string& command);
@@ -18,4 +18,4 @@ void add_times(Json& json, const FrameTimes& times);
 
 Json of(const BvhStats& stats);
 
-}  // namespace morphray::app
+}  // namespace mray::app

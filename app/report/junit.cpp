@@ -5,7 +5,7 @@
 #include "common/text/number_text.h"
 #include "common/text/xml_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 std::string test_case(const std::string& group, const std::string& name, double seconds,
@@ -46,4 +46,4 @@ std::string to_junit(const CheckReport& report) {
         report.rows.size() + report.trees.size(), failures, seconds, cases);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

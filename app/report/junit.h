@@ -5,9 +5,9 @@
 
 #include "app/report/reports.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// A test case for each variant, frame and kind of rays, and for each pair of trees.
 std::string to_junit(const CheckReport& report);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -13,7 +13,7 @@
 #include "common/process/shell_command.h"
 #include "common/process/shell_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 namespace fs = std::filesystem;
@@ -162,4 +162,4 @@ void plot_policies(const PolicyReport& report, const std::string& file) {
     write_file(file, output.text);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

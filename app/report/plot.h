@@ -5,7 +5,7 @@
 
 #include "app/report/reports.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// Throws Error: kBadArgument for a file that ends neither in .svg nor in .png, kUnavailable
 /// without gnuplot.
@@ -16,4 +16,4 @@ void require_plotter(const std::string& file);
 /// Throws as require_plotter, and Error(kOutput).
 void plot_policies(const PolicyReport& report, const std::string& file);
 
-}  // namespace morphray::app
+}  // namespace mray::app

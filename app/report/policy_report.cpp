@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 std::string ms(double value) { return fmt::format("{:.3f}", value); }
@@ -27,4 +27,4 @@ Table policy_table(const PolicyReport& report) {
     return table;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -4,9 +4,9 @@
 #include "app/report/reports.h"
 #include "common/text/table.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// A row for each policy and backend, and one for the best schedule of each backend.
 Table policy_table(const PolicyReport& report);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -5,7 +5,7 @@
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 /// Every bit as text, and a number to read.
@@ -73,4 +73,4 @@ std::string to_json(const ProbeReport& report) {
     return json_text(json);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

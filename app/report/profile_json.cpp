@@ -3,7 +3,7 @@
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 Json of(const ProfileRow& row) {
@@ -80,4 +80,4 @@ std::string to_json(const PolicyReport& report) {
     return json_text(json);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -3,7 +3,7 @@
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 Json of(const FrameReport& frame) {
@@ -40,4 +40,4 @@ std::string to_json(const RenderReport& report) {
     return json_text(json);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

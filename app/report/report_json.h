@@ -10,7 +10,7 @@
 #include "app/commands/pixel_probe.h"
 #include "app/report/reports.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 std::string to_json(const RenderReport& report);
 std::string to_json(const CheckReport& report);
@@ -21,4 +21,4 @@ std::string to_json(const SceneReport& report);
 std::string to_json(const ProgramReport& report);
 std::string to_json(const std::vector<gpu::DeviceInfo>& devices);
 
-}  // namespace morphray::app
+}  // namespace mray::app

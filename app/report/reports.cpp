@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace morphray::app {
+namespace mray::app {
 
 FrameReport report_frame(Session& session, double frame_number, const Frame& frame,
                          bool with_tree) {
@@ -47,4 +47,4 @@ bool CheckReport::equal() const {
            std::all_of(trees.begin(), trees.end(), [](const TreeRow& row) { return row.equal(); });
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -12,7 +12,7 @@
 #include "common/update/session.h"
 #include "gpu/vulkan_backend.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// The head of every report.
 struct ReportHead {
@@ -171,4 +171,4 @@ struct ProgramReport {
     std::vector<std::string> backends;
 };
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -5,7 +5,7 @@
 
 #include "common/text/json.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 /// In microseconds, to a nanosecond.
@@ -56,4 +56,4 @@ std::string trace_events(const PolicyReport& report) {
     return json_text(json, -1);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -5,10 +5,10 @@
 
 #include "app/report/reports.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// The stages of all frames in Chrome's trace format (Trace Event Format, Google 2016): a process
 /// for each backend, a thread for each policy, the stages of a thread end to end.
 std::string trace_events(const PolicyReport& report);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -4,7 +4,7 @@
 
 #include <atomic>
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 /// The signal that arrived, or 0. A signal handler can only use a global.
@@ -57,4 +57,4 @@ ExitCode interrupt_exit_code() {
     return received_signal.load() == SIGTERM ? ExitCode::kTerminated : ExitCode::kInterrupted;
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

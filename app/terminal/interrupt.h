@@ -7,7 +7,7 @@
 
 #include "app/cli/exit_code.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// While it lives, the first SIGINT or SIGTERM only makes interrupted() true, the second one ends
 /// the process at once, and SIGPIPE is ignored (a write to a closed pipe fails with EPIPE). A
@@ -34,4 +34,4 @@ void throw_if_interrupted();
 /// kTerminated after SIGTERM, otherwise kInterrupted.
 ExitCode interrupt_exit_code();
 
-}  // namespace morphray::app
+}  // namespace mray::app

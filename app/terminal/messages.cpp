@@ -9,7 +9,7 @@
 #include "common/base/output_file.h"
 #include "common/text/message_text.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 constexpr const char* kStdout = "/dev/stdout";
@@ -83,4 +83,4 @@ bool takes_stdout(std::initializer_list<std::string> files) {
     return std::any_of(files.begin(), files.end(), is_stdout);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -8,7 +8,7 @@
 #include "app/cli/options.h"
 #include "common/base/warning.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 class Messages {
 public:
@@ -54,4 +54,4 @@ bool is_stdout(std::string_view file);
 /// Whether one of the reports takes stdout.
 bool takes_stdout(std::initializer_list<std::string> files);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 using namespace std::chrono_literals;
@@ -111,4 +111,4 @@ void Progress::hide() {
     next_draw_ = Clock::now();
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-namespace morphray::app {
+namespace mray::app {
 
 enum class ProgressMode { kOff, kPlain, kColour };
 
@@ -45,4 +45,4 @@ private:
     bool visible_ = false;
 };
 
-}  // namespace morphray::app
+}  // namespace mray::app

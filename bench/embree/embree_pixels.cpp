@@ -5,7 +5,7 @@
 
 #include "bench/embree/embree_records.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 bool occluded(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
@@ -73,4 +73,4 @@ void trace_pixels(const EmbreeScene& scene, const TraceWork& work, const cpu::Sh
     });
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

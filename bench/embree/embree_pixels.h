@@ -6,7 +6,7 @@
 #include "common/image/frame.h"
 #include "cpu/image/pixel_shader.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// Makes the rays of a shadow or ambient-occlusion work from the hits of `frame`, by SIMD, and
 /// traces each by Occluded1 while it is in the cache, with the flag of embree_ways; tile by tile,
@@ -14,4 +14,4 @@ namespace morphray::bench {
 void trace_pixels(const EmbreeScene& scene, const TraceWork& work, const cpu::ShadedMesh& mesh,
                   const cpu::PixelShader& shader, Frame& frame);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -11,7 +11,7 @@
 
 #include "common/interop/ray.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// Treats denormals as zeros while it lives, as Embree requires for tracing.
 class FlushedDenormals {
@@ -65,4 +65,4 @@ inline RTCIntersectContext make_context(RTCIntersectContextFlags flags) {
     return context;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

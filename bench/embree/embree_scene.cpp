@@ -8,7 +8,7 @@
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 RTCBuildQuality scene_quality(EmbreeTree tree) {
@@ -91,4 +91,4 @@ void EmbreeScene::update() {
     device_->check("update a scene");
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -12,7 +12,7 @@ struct RTCDeviceTy;
 struct RTCSceneTy;
 struct RTCGeometryTy;
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// At most one exists at a time: a second device would change the threads of the first.
 class EmbreeDevice {
@@ -76,4 +76,4 @@ private:
     std::unique_ptr<RTCSceneTy, Release> scene_;
 };
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -6,7 +6,7 @@
 
 #include "bench/embree/embree_records.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 // Embree's records and calls by packet size. A single ray has no mask.
@@ -197,4 +197,4 @@ std::vector<EmbreeWay> embree_ways(std::uint32_t rays) {
             way<OccludedStream>("Occluded1M", 0, kIncoherent)};
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

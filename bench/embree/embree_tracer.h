@@ -10,7 +10,7 @@
 #include "bench/embree/embree_scene.h"
 #include "bench/works/trace_work.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// One of Embree's ways to trace a work, with the rays in its own records. The work and the scene
 /// outlive it.
@@ -39,4 +39,4 @@ struct EmbreeWay {
 /// rays, packets of 4, 8 and 16, and streams, all with the flag for incoherent rays.
 std::vector<EmbreeWay> embree_ways(std::uint32_t rays);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

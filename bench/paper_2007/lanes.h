@@ -6,7 +6,7 @@
 #include <immintrin.h>
 #endif
 
-namespace morphray::bench::paper_2007 {
+namespace mray::bench::paper_2007 {
 
 inline constexpr int kLanes = 16;
 using Floats __attribute__((vector_size(64))) = float;
@@ -31,4 +31,4 @@ inline bool any(const Ints& mask) {
 }
 #endif
 
-}  // namespace morphray::bench::paper_2007
+}  // namespace mray::bench::paper_2007

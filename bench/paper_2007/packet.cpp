@@ -5,7 +5,7 @@
 
 #include "cpu/packet/light/light_packet.h"
 
-namespace morphray::bench::paper_2007 {
+namespace mray::bench::paper_2007 {
 namespace {
 
 constexpr int kBlocksPerTile = kTileSize / kBlockSize;
@@ -109,4 +109,4 @@ std::vector<PacketRays> make_packets(const TraceWork& work, const TileRays& tile
     return packets;
 }
 
-}  // namespace morphray::bench::paper_2007
+}  // namespace mray::bench::paper_2007

@@ -7,7 +7,7 @@
 #include "bench/paper_2007/lanes.h"
 #include "bench/works/trace_work.h"
 
-namespace morphray::bench::paper_2007 {
+namespace mray::bench::paper_2007 {
 
 inline constexpr int kPacketSide = 16;
 inline constexpr int kGroups = kPacketSide * kPacketSide / kLanes;
@@ -35,4 +35,4 @@ struct PacketAnswers {
 /// The packets of a tile of a work, of primary or shadow rays; those without a ray are left out.
 std::vector<PacketRays> make_packets(const TraceWork& work, const TileRays& tile);
 
-}  // namespace morphray::bench::paper_2007
+}  // namespace mray::bench::paper_2007

@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-namespace morphray::bench::paper_2007 {
+namespace mray::bench::paper_2007 {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -224,4 +224,4 @@ void trace_any(const Tree& tree, const PacketRays& rays, PacketAnswers& answers)
     Traversal<true>(tree, rays, answers).run();
 }
 
-}  // namespace morphray::bench::paper_2007
+}  // namespace mray::bench::paper_2007

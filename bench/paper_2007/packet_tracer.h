@@ -9,9 +9,9 @@
 #include "bench/paper_2007/packet.h"
 #include "bench/paper_2007/sweep_tree.h"
 
-namespace morphray::bench::paper_2007 {
+namespace mray::bench::paper_2007 {
 
 void trace_closest(const Tree& tree, const PacketRays& rays, PacketAnswers& answers);
 void trace_any(const Tree& tree, const PacketRays& rays, PacketAnswers& answers);
 
-}  // namespace morphray::bench::paper_2007
+}  // namespace mray::bench::paper_2007

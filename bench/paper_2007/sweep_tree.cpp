@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-namespace morphray::bench::paper_2007 {
+namespace mray::bench::paper_2007 {
 namespace {
 
 // Costs of testing a box and a triangle, relative to each other.
@@ -152,4 +152,4 @@ Tree build_sweep_tree(const Topology& topology, std::span<const vec3> positions)
     return Builder(topology, positions).build();
 }
 
-}  // namespace morphray::bench::paper_2007
+}  // namespace mray::bench::paper_2007

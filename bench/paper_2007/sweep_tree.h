@@ -12,7 +12,7 @@
 #include "common/bvh/box.h"
 #include "common/scene/mesh.h"
 
-namespace morphray::bench::paper_2007 {
+namespace mray::bench::paper_2007 {
 
 /// 32 B. Inner nodes: the children are nodes `first` (the lower one on `axis`) and first + 1.
 /// Leaves, which have count > 0: triangles first to first + count.
@@ -41,4 +41,4 @@ inline constexpr int kMaxDepth = 96;
 /// Positions in scene space. Triangles with vertices that are not finite are left out.
 Tree build_sweep_tree(const Topology& topology, std::span<const vec3> positions);
 
-}  // namespace morphray::bench::paper_2007
+}  // namespace mray::bench::paper_2007

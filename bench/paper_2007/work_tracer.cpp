@@ -2,7 +2,7 @@
 
 #include "bench/paper_2007/packet_tracer.h"
 
-namespace morphray::bench::paper_2007 {
+namespace mray::bench::paper_2007 {
 
 WorkTracer::WorkTracer(const Tree& tree, const TraceWork& work) : tree_(&tree), work_(&work) {
     for (const TileRays& tile : work.tiles) {
@@ -44,4 +44,4 @@ TraceAnswers WorkTracer::answers() const {
     return answers;
 }
 
-}  // namespace morphray::bench::paper_2007
+}  // namespace mray::bench::paper_2007

@@ -6,7 +6,7 @@
 #include "bench/paper_2007/sweep_tree.h"
 #include "bench/works/trace_work.h"
 
-namespace morphray::bench::paper_2007 {
+namespace mray::bench::paper_2007 {
 
 struct PacketRays;
 struct PacketAnswers;
@@ -36,4 +36,4 @@ private:
     std::vector<Range> ranges_;
 };
 
-}  // namespace morphray::bench::paper_2007
+}  // namespace mray::bench::paper_2007

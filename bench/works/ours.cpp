@@ -9,7 +9,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 /// ScalarTracer by the batch.
@@ -108,4 +108,4 @@ std::vector<OurBuild> our_builds() {
              }}};
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -11,7 +11,7 @@
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 struct OurTracer {
     std::string name;
@@ -52,4 +52,4 @@ struct OurBuild {
 
 std::vector<OurBuild> our_builds();
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

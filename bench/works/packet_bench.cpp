@@ -4,7 +4,7 @@
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 /// The methods on one target, single rays first.
@@ -44,4 +44,4 @@ void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work
     }
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -10,7 +10,7 @@
 #include "cpu/image/tile_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 static_assert(kTileSize == cpu::kSquareSide);
@@ -129,4 +129,4 @@ std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const SimdTarget& ta
     return tracers;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

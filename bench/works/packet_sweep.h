@@ -8,7 +8,7 @@
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/light/light_packet.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// In pixels.
 struct PacketShape {
@@ -32,4 +32,4 @@ std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const SimdTarget& t
 /// "wide N" for each batch size, for ambient occlusion.
 std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const SimdTarget& target);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -10,7 +10,7 @@
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 struct Mine {
@@ -151,4 +151,4 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work)
     }
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -8,7 +8,7 @@
 #include "common/interop/surface.h"
 #include "cpu/image/tile.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 Ray inactive_ray(vec3 org) {
@@ -122,4 +122,4 @@ TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hit
     return work;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -12,7 +12,7 @@
 #include "common/interop/ray.h"
 #include "cpu/image/image_tracer.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 inline constexpr std::uint32_t kTileSize = 32;
 inline constexpr std::uint32_t kSquareSize = 2 * kTileSize;
@@ -118,4 +118,4 @@ TraceWork make_primary_work(const ImageParams& params);
 TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
                               const cpu::ShadedMesh& mesh, std::uint32_t rays);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -8,7 +8,7 @@
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 std::vector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
@@ -195,4 +195,4 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     }
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

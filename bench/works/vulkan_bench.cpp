@@ -8,7 +8,7 @@
 #include "common/base/thread_arena.h"
 #include "gpu/vulkan_backend.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 /// The times of a method's runs by the clock of the device; the first run warms up.
@@ -174,4 +174,4 @@ void bench_vulkan(const Rig& rig, const BenchScene& scene,
     bench_device_refit(rig, scene, *vulkan);
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

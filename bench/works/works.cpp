@@ -1,6 +1,6 @@
 #include "bench/works/works.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 Row row_of(const Rig& rig, const BenchScene& scene, const char* work) {
     Row row;
@@ -27,4 +27,4 @@ Row row_of(const Rig& rig, const BenchScene& scene, const TraceWork& work,
     return row;
 }
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

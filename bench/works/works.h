@@ -11,7 +11,7 @@
 #include "bench/works/trace_work.h"
 #include "common/simd/simd_target.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 /// One device and the same number of threads for both sides.
 struct Rig {
@@ -50,4 +50,4 @@ void bench_vulkan(const Rig& rig, const BenchScene& scene, std::span<const Trace
 /// the same tree.
 void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work);
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

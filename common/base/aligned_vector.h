@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 /// Advises the kernel to back the memory with huge pages (2 MiB): one fault and one entry of the
 /// TLB instead of 512. Does nothing on other systems than Linux.
@@ -59,4 +59,4 @@ struct CacheLineAllocator {
 template <class T>
 using AlignedVector = std::vector<T, CacheLineAllocator<T>>;
 
-}  // namespace morphray
+}  // namespace mray

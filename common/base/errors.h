@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace morphray {
+namespace mray {
 
 enum class ErrorKind {
     kBadArgument,  // of a call or of the command line
@@ -40,4 +40,4 @@ private:
     Remedy remedy_;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <utility>
 
-namespace morphray {
+namespace mray {
 
 /// Owns what open() returned; negative: nothing.
 class FileDescriptor {
@@ -28,4 +28,4 @@ private:
     int fd_;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include <span>
 #include <type_traits>
 
-namespace morphray {
+namespace mray {
 
 class Hasher {
 public:
@@ -38,4 +38,4 @@ private:
     XXH3_state_t* state_;
 };
 
-}  // namespace morphray
+}  // namespace mray

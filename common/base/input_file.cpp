@@ -14,7 +14,7 @@
 #include "common/base/file_descriptor.h"
 #include "common/text/message_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -120,4 +120,4 @@ fs::path side_file(const fs::path& scene_file, const std::string& name) {
     return real;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace morphray {
+namespace mray {
 
 inline constexpr std::uint64_t kMaxInputBytes = std::uint64_t{4} << 30;
 
@@ -20,4 +20,4 @@ std::string read_input_file(const std::filesystem::path& path,
 /// folder of the scene file, or if the file does not exist.
 std::filesystem::path side_file(const std::filesystem::path& scene_file, const std::string& name);
 
-}  // namespace morphray
+}  // namespace mray

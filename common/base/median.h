@@ -5,7 +5,7 @@
 #include <cassert>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 /// The middle value, or the mean of the two in the middle. Requires at least one value.
 inline double median(std::vector<double> values) {
@@ -15,4 +15,4 @@ inline double median(std::vector<double> values) {
     return values.size() % 2 != 0 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
 }
 
-}  // namespace morphray
+}  // namespace mray

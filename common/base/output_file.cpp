@@ -18,7 +18,7 @@
 #include "common/base/file_descriptor.h"
 #include "common/text/number_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -213,4 +213,4 @@ void make_output_folder(const fs::path& path) {
     Temporary(path, path);
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace morphray {
+namespace mray {
 
 /// Writes a temporary file beside `path`, checks every write, calls fsync, and renames it to
 /// `path`, so that a kill at any moment leaves either the old file or the new one. Writes to an
@@ -24,4 +24,4 @@ void check_writable(const std::filesystem::path& path);
 /// be written into it.
 void make_output_folder(const std::filesystem::path& path);
 
-}  // namespace morphray
+}  // namespace mray

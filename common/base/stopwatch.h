@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-namespace morphray {
+namespace mray {
 
 /// Starts when it is constructed.
 class Stopwatch {
@@ -17,4 +17,4 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace morphray
+}  // namespace mray

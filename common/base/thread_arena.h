@@ -6,7 +6,7 @@
 
 #include <optional>
 
-namespace morphray {
+namespace mray {
 
 /// Runs tasks on `threads` threads; 0 means as many as there are cores. More threads than cores are
 /// created if asked for; while several arenas of such sizes exist, the smallest size applies to
@@ -31,4 +31,4 @@ private:
     tbb::task_arena arena_;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray {
+namespace mray {
 
 struct Warning {
     /// "file" or "file:line"; empty where there is no file.
@@ -41,4 +41,4 @@ inline Warning as_warning(const Error& error, std::string_view file) {
             error.remedy()};
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -5,7 +5,7 @@
 
 #include "common/base/warning.h"
 
-namespace morphray {
+namespace mray {
 
 /// Keeps the first warning of a kind and counts the rest, so that a file of a million odd lines
 /// does not print a million lines.
@@ -33,4 +33,4 @@ private:
     std::uint64_t count_ = 0;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 #include "common/interop/bvh_layout.h"
 #include "common/interop/constants.h"
 
-namespace morphray {
+namespace mray {
 
 /// Empty by default: inverted, the neutral element of `extend`.
 struct Box {
@@ -61,4 +61,4 @@ inline Box node_box(const Node& node) {
     return box;
 }
 
-}  // namespace morphray
+}  // namespace mray

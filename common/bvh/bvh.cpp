@@ -2,10 +2,10 @@
 
 #include "common/base/hash.h"
 
-namespace morphray {
+namespace mray {
 
 std::uint64_t bvh_hash(const Bvh& bvh) {
     return Hasher().add(std::span(bvh.nodes)).add(std::span(bvh.leaves)).digest();
 }
 
-}  // namespace morphray
+}  // namespace mray

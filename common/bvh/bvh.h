@@ -8,7 +8,7 @@
 #include "common/base/aligned_vector.h"
 #include "common/interop/bvh_layout.h"
 
-namespace morphray {
+namespace mray {
 
 /// nodes[0] is the root, present even for no triangles. Nodes are in breadth-first order: level l
 /// is nodes[level_begin[l] .. level_begin[l + 1]), and depth() levels exist. Leaves are in the
@@ -32,4 +32,4 @@ inline constexpr std::uint32_t kNoParent = 0xFFFFFFFFu;
 /// XXH3 (64 bits) of the node array and the leaf array.
 std::uint64_t bvh_hash(const Bvh& bvh);
 
-}  // namespace morphray
+}  // namespace mray

@@ -5,7 +5,7 @@
 #include "common/bvh/box.h"
 #include "common/bvh/bvh_stats.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 class Checker {
@@ -180,4 +180,4 @@ std::vector<std::string> check_bvh(const Bvh& bvh, const Topology& topology,
     return Checker(bvh, topology, positions, limit).run();
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/scene/polygons/triangle_area.h"
 
-namespace morphray {
+namespace mray {
 
 BvhStats bvh_stats(const Bvh& bvh) {
     BvhStats stats;
@@ -57,4 +57,4 @@ DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3>
     return count;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 
-namespace morphray {
+namespace mray {
 
 struct BvhStats {
     /// Expected cost of a random ray that hits the root's box, in node visits and triangle tests:
@@ -38,4 +38,4 @@ DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3>
 std::vector<std::string> check_bvh(const Bvh& bvh, const Topology& topology,
                                    std::span<const vec3> positions, std::size_t limit = 10);
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <optional>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 enum class Kind { kFalseMiss, kFalseHit, kPrimId, kT, kUv, kOcclusion, kColour };
@@ -141,4 +141,4 @@ std::string describe(const FrameDifference& difference) {
     return text;
 }
 
-}  // namespace morphray
+}  // namespace mray

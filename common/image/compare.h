@@ -8,7 +8,7 @@
 #include "common/image/frame.h"
 #include "common/image/png.h"
 
-namespace morphray {
+namespace mray {
 
 /// One differing pixel.
 struct PixelDifference {
@@ -48,4 +48,4 @@ Image difference_image(const Frame& expected, const Frame& actual);
 /// "12 pixels differ: 3 false misses, 9 prim_id" or "equal".
 std::string describe(const FrameDifference& difference);
 
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 
 #include "common/image/png.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::uint32_t kGap = 4;
@@ -77,4 +77,4 @@ Image contact_sheet(std::span<const Image> images, std::uint32_t max_width) {
     return sheet;
 }
 
-}  // namespace morphray
+}  // namespace mray

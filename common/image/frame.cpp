@@ -4,7 +4,7 @@
 
 #include "common/base/hash.h"
 
-namespace morphray {
+namespace mray {
 
 std::uint64_t count_hits(const Frame& frame) {
     return static_cast<std::uint64_t>(
@@ -26,4 +26,4 @@ std::uint64_t image_hash(const Frame& frame) {
     return Hasher().add(std::span(frame.pixels)).digest();
 }
 
-}  // namespace morphray
+}  // namespace mray

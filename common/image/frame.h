@@ -7,7 +7,7 @@
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
 
-namespace morphray {
+namespace mray {
 
 /// One image, row by row from the top. `occlusion` is the number of occluded secondary rays of each
 /// pixel; it is 0 where the camera ray missed and in images without secondary rays.
@@ -37,4 +37,4 @@ std::uint64_t count_rays(const ImageParams& params, const Frame& frame);
 std::uint64_t hits_hash(const Frame& frame);
 std::uint64_t image_hash(const Frame& frame);
 
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 /// 8-bit RGBA pixels, row by row from the top, R in bits 0-7 of each.
 struct Image {
@@ -22,4 +22,4 @@ std::vector<std::byte> encode_png(const Image& image);
 /// sheet is at most about max_width wide. Empty for no images.
 Image contact_sheet(std::span<const Image> images, std::uint32_t max_width = 1536);
 
-}  // namespace morphray
+}  // namespace mray

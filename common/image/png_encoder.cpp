@@ -55,7 +55,7 @@ unsigned char* compress_bytes(unsigned char* bytes, int size, int* compressed_si
 #include <stb/stb_image_write.h>
 #pragma GCC diagnostic pop
 
-namespace morphray {
+namespace mray {
 namespace {
 
 /// The pixels as bytes in file order: three a pixel when all are opaque, else four.
@@ -122,4 +122,4 @@ std::vector<std::byte> encode_png(const Image& image) {
     return result;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -76,7 +76,7 @@ SHARED_END
 
 #ifdef __cplusplus
 #include <cstddef>
-namespace morphray {
+namespace mray {
 static_assert(sizeof(Node) == 448 && sizeof(Node) == 16 * kNodeVec4s);
 static_assert(offsetof(Node, lower_x) == 16 * kNodeLowerX);
 static_assert(offsetof(Node, upper_x) == 16 * kNodeUpperX);
@@ -88,7 +88,7 @@ static_assert(offsetof(Node, child) == 16 * kNodeChild);
 static_assert(sizeof(Leaf) == 320 && sizeof(Leaf) == 16 * kLeafVec4s);
 static_assert(offsetof(Leaf, prim_id) == 16 * kLeafPrimIds);
 static_assert(kMaxStack == kMaxDepth * (kWidth - 1) + 1);
-}  // namespace morphray
+}  // namespace mray
 #endif
 
 #endif  // COMMON_INTEROP_BVH_LAYOUT_H

@@ -40,7 +40,7 @@ struct ImageParams {
 SHARED_END
 
 #ifdef __cplusplus
-static_assert(sizeof(morphray::Camera) == 64 && sizeof(morphray::ImageParams) == 96);
+static_assert(sizeof(mray::Camera) == 64 && sizeof(mray::ImageParams) == 96);
 #endif
 
 #endif  // COMMON_INTEROP_PARAMS_H

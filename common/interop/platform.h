@@ -5,7 +5,7 @@
 //   SHARED        marks a function (inline in C++), SHARED_CONST a constant
 //   PRECISE       marks every float local and result: no contraction, no reassociation
 //   OUT(T)        an output parameter, INOUT(T) one that is also read
-//   SHARED_BEGIN / SHARED_END   open and close namespace morphray in C++
+//   SHARED_BEGIN / SHARED_END   open and close namespace mray in C++
 //
 // Functions on Float, Uint, Bool and Float3 compile a third time: cpu/simd/lanes-inl.h includes
 // their headers again with SHARED_LANES defined, for vectors with one ray or pixel in each lane.
@@ -31,10 +31,10 @@
 #define PRECISE
 #define OUT(T) T&
 #define INOUT(T) T&
-#define SHARED_BEGIN namespace morphray {
-#define SHARED_END }  // namespace morphray
+#define SHARED_BEGIN namespace mray {
+#define SHARED_END }  // namespace mray
 
-namespace morphray {
+namespace mray {
 using glm::uvec3;
 using glm::uvec4;
 using glm::vec3;
@@ -56,7 +56,7 @@ inline uint to_uint(float x) { return static_cast<uint>(x); }
 inline uint floatBitsToUint(float x) { return std::bit_cast<uint>(x); }
 inline float uintBitsToFloat(uint x) { return std::bit_cast<float>(x); }
 inline float abs(float x) { return std::fabs(x); }
-}  // namespace morphray
+}  // namespace mray
 
 #else
 

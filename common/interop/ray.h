@@ -38,7 +38,7 @@ SHARED Hit no_hit() {
 SHARED_END
 
 #ifdef __cplusplus
-static_assert(sizeof(morphray::Ray) == 32 && sizeof(morphray::Hit) == 16);
+static_assert(sizeof(mray::Ray) == 32 && sizeof(mray::Hit) == 16);
 #endif
 
 #endif  // COMMON_INTEROP_RAY_H

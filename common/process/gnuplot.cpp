@@ -2,7 +2,7 @@
 
 #include "common/process/shell_command.h"
 
-namespace morphray {
+namespace mray {
 
 bool has_gnuplot() { return run_shell("command -v gnuplot").status == 0; }
 
@@ -15,4 +15,4 @@ std::string gnuplot_quoted(std::string_view text) {
     return result + "'";
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace morphray {
+namespace mray {
 
 /// Whether the command is installed.
 bool has_gnuplot();
@@ -12,4 +12,4 @@ bool has_gnuplot();
 /// Text in gnuplot's single quotes, where nothing is expanded; line ends are left out.
 std::string gnuplot_quoted(std::string_view text);
 
-}  // namespace morphray
+}  // namespace mray

@@ -16,7 +16,7 @@
 #include "common/base/errors.h"
 #include "common/base/stopwatch.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr auto kLookEvery = std::chrono::milliseconds(2);
@@ -87,4 +87,4 @@ RunEnd run_guarded(const std::function<void()>& work, unsigned limit_s,
     }
 }
 
-}  // namespace morphray
+}  // namespace mray

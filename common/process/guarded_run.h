@@ -5,7 +5,7 @@
 #include <functional>
 #include <span>
 
-namespace morphray {
+namespace mray {
 
 /// Zeroed memory that a guarded run and its caller both see.
 class SharedMemory {
@@ -38,4 +38,4 @@ RunEnd run_guarded(
     const std::function<void()>& work, unsigned limit_s,
     const std::function<void()>& check = [] {});
 
-}  // namespace morphray
+}  // namespace mray

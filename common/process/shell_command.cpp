@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-namespace morphray {
+namespace mray {
 
 ShellResult run_shell(const std::string& command) {
     ShellResult result;
@@ -18,4 +18,4 @@ ShellResult run_shell(const std::string& command) {
     return result;
 }
 
-}  // namespace morphray
+}  // namespace mray

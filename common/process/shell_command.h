@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace morphray {
+namespace mray {
 
 struct ShellResult {
     /// The command's exit status; -1 if it did not start or was ended by a signal.
@@ -15,4 +15,4 @@ struct ShellResult {
 /// Runs the command and waits for it. Throws only std::bad_alloc.
 ShellResult run_shell(const std::string& command);
 
-}  // namespace morphray
+}  // namespace mray

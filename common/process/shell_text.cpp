@@ -1,6 +1,6 @@
 #include "common/process/shell_text.h"
 
-namespace morphray {
+namespace mray {
 
 std::string shell_quoted(const std::string& argument) {
     constexpr const char* kPlain =
@@ -29,4 +29,4 @@ std::string shell_line(std::span<const std::string> arguments) {
     return line;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-namespace morphray {
+namespace mray {
 
 /// The argument as it is, or in single quotes if the shell would interpret it.
 std::string shell_quoted(const std::string& argument);
@@ -12,4 +12,4 @@ std::string shell_quoted(const std::string& argument);
 /// All arguments, quoted where necessary, with blanks between.
 std::string shell_line(std::span<const std::string> arguments);
 
-}  // namespace morphray
+}  // namespace mray

@@ -12,7 +12,7 @@
 #include "common/base/errors.h"
 #include "common/interop/ray.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using glm::dvec3;
@@ -258,4 +258,4 @@ ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
     return params;
 }
 
-}  // namespace morphray
+}  // namespace mray

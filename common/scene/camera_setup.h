@@ -7,7 +7,7 @@
 #include "common/interop/params.h"
 #include "common/scene/scene_space.h"
 
-namespace morphray {
+namespace mray {
 
 using Point = std::array<double, 3>;
 
@@ -50,4 +50,4 @@ ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds);
 ImageParams make_image_params(const ViewSpec& view, const WorldBounds& bounds,
                               const SceneSpace& space);
 
-}  // namespace morphray
+}  // namespace mray

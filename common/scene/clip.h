@@ -10,7 +10,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/world_bounds.h"
 
-namespace morphray {
+namespace mray {
 
 /// A frame between two keyframes of a clip, by their indices: its positions are interpolate() of
 /// theirs at f in [0, 1). A keyframe is between itself and itself, at 0.
@@ -55,4 +55,4 @@ public:
     virtual const std::string& name() const = 0;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // A + n * STEP of decimal numbers such as 0..0.3:0.1 misses B by a few units in the last place.
@@ -55,4 +55,4 @@ std::vector<double> parse_frame_range(const std::string& text) {
     return frames;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 inline constexpr std::size_t kMaxFrames = 1'000'000;
 
@@ -13,4 +13,4 @@ inline constexpr std::size_t kMaxFrames = 1'000'000;
 /// Error(kBadArgument) for any other text and for more than 10^6 frames.
 std::vector<double> parse_frame_range(const std::string& text);
 
-}  // namespace morphray
+}  // namespace mray

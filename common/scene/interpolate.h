@@ -1,7 +1,7 @@
 // Positions between two keyframes.
 #pragma once
 
-namespace morphray {
+namespace mray {
 
 /// Returns `a + (b - a) * f` in float, and a for f = 0; f in [0, 1). If a, b and b - a are finite,
 /// the result lies in the interval between a and b:
@@ -14,4 +14,4 @@ namespace morphray {
 /// 4. Hence a + fl(p) <= a + d = b, and rounding is monotone. fl(p) >= 0 gives the other side.
 inline float interpolate(float a, float b, float f) { return f == 0.0f ? a : a + (b - a) * f; }
 
-}  // namespace morphray
+}  // namespace mray

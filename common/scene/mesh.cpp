@@ -2,7 +2,7 @@
 
 #include "common/base/hash.h"
 
-namespace morphray {
+namespace mray {
 
 std::uint64_t topology_hash(const Topology& topology) {
     const std::uint32_t count[] = {topology.vertex_count};
@@ -12,4 +12,4 @@ std::uint64_t topology_hash(const Topology& topology) {
         .digest();
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 
 #include "common/interop/platform.h"
 
-namespace morphray {
+namespace mray {
 
 /// An albedo of 8 bits a channel, linear: R in bits 0-7, G in 8-15, B in 16-23.
 using Albedo = std::uint32_t;
@@ -24,4 +24,4 @@ struct Topology {
 /// XXH3 (64 bits) of the vertex count and the index list: equal for frames of one clip.
 std::uint64_t topology_hash(const Topology& topology);
 
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 
 #include "common/base/stopwatch.h"
 
-namespace morphray {
+namespace mray {
 
 SceneFrames::SceneFrames(std::unique_ptr<Clip> clip)
     : clip_(std::move(clip)),
@@ -24,4 +24,4 @@ std::span<const vec3> SceneFrames::positions(double frame) {
     return scene_;
 }
 
-}  // namespace morphray
+}  // namespace mray

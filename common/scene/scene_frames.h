@@ -9,7 +9,7 @@
 #include "common/scene/scene_keyframes.h"
 #include "common/scene/scene_space.h"
 
-namespace morphray {
+namespace mray {
 
 class SceneFrames {
 public:
@@ -32,4 +32,4 @@ private:
     std::vector<vec3> scene_;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include "common/interop/arithmetic.h"
 #include "common/scene/interpolate.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Interpolating in units of scene space, then centring, gives the bits of interpolating in world
@@ -78,4 +78,4 @@ void SceneKeyframes::positions(const KeyframeBlend& blend, std::span<vec3> out) 
     }
 }
 
-}  // namespace morphray
+}  // namespace mray

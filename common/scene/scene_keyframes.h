@@ -7,7 +7,7 @@
 #include "common/scene/clip.h"
 #include "common/scene/scene_space.h"
 
-namespace morphray {
+namespace mray {
 
 /// Interpolates keyframes in units of scene space, in one pass instead of those of
 /// Clip::positions() and SceneSpace::to_scene(). The bits are the same (derivation in
@@ -32,4 +32,4 @@ private:
     bool is_usable_ = false;
 };
 
-}  // namespace morphray
+}  // namespace mray

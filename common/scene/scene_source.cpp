@@ -14,7 +14,7 @@
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -94,4 +94,4 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
     return open_keyframes({{0.0, path}}, spec, options);
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include "common/base/warning.h"
 #include "common/scene/clip.h"
 
-namespace morphray {
+namespace mray {
 
 enum class MissingFrames { kFail, kHold, kSkip };
 
@@ -25,4 +25,4 @@ struct SceneOptions {
 /// `frame_%04d.obj`. Throws Error: kBadArgument (unknown builtin, bad pattern), kBadInput, kLimit.
 std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& options = {});
 
-}  // namespace morphray
+}  // namespace mray

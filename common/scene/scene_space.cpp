@@ -7,7 +7,7 @@
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr int kExtentExponent = 20;
@@ -123,4 +123,4 @@ SceneRay to_scene(const SceneSpace& space, const WorldRay& world) {
     return result;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include "common/interop/ray.h"
 #include "common/scene/clip.h"
 
-namespace morphray {
+namespace mray {
 
 /// The map between world space and scene space: scene = (world - centre) * 2^exponent, rounded
 /// once to float and snapped to the grid of 2^-40. The exponent brings the clip's bounds into
@@ -62,4 +62,4 @@ struct SceneRay {
 };
 SceneRay to_scene(const SceneSpace& space, const WorldRay& ray);
 
-}  // namespace morphray
+}  // namespace mray

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace morphray {
+namespace mray {
 
 void WorldBounds::extend(const double other_lower[3], const double other_upper[3]) {
     const bool was_empty = empty();
@@ -23,4 +23,4 @@ WorldBounds bounds_of(std::span<const vec3> points) {
     return bounds;
 }
 
-}  // namespace morphray
+}  // namespace mray

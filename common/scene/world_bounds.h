@@ -5,7 +5,7 @@
 
 #include "common/scene/mesh.h"
 
-namespace morphray {
+namespace mray {
 
 /// Lower and upper corner of a set of points in world space, in double so that no extent of
 /// floats overflows. Without a finite point they are empty: lower > upper.
@@ -21,4 +21,4 @@ struct WorldBounds {
 /// The bounds of the finite points.
 WorldBounds bounds_of(std::span<const vec3> points);
 
-}  // namespace morphray
+}  // namespace mray

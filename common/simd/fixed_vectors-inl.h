@@ -14,7 +14,7 @@
 #include "common/simd/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::simd {
+namespace mray::simd {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
@@ -199,7 +199,7 @@ HWY_INLINE Float8 min(Float8 a, Float8 b) { return {min(a.low, b.low), min(a.hig
 #endif
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::simd
+}  // namespace mray::simd
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

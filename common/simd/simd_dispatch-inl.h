@@ -21,7 +21,7 @@
 
 #include "common/simd/simd_target.h"
 
-namespace morphray {
+namespace mray {
 
 /// Returns the entry of a target in a table of HWY_EXPORT. Entry 0 dispatches by itself and is not
 /// used here; then come the SIMD targets from the best on, last the one without SIMD. A program
@@ -35,7 +35,6 @@ Function simd_function(const Function (&table)[N], const SimdTarget& target) {
     return table[entry];
 }
 
-}  // namespace morphray
+}  // namespace mray
 
-#define SIMD_FUNCTION(function, target) \
-    ::morphray::simd_function(HWY_DISPATCH_TABLE(function), target)
+#define SIMD_FUNCTION(function, target) ::mray::simd_function(HWY_DISPATCH_TABLE(function), target)

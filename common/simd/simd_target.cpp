@@ -7,7 +7,7 @@
 #include "common/base/errors.h"
 #include "common/simd/simd_dispatch-inl.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::int64_t kWithoutSimd = HWY_SCALAR | HWY_EMU128;
@@ -59,4 +59,4 @@ const SimdTarget& best_simd_target() {
     return best;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 struct SimdTarget {
     /// "avx512", "avx2", "sse4", "ssse3", "neon" or "scalar"; a static string.
@@ -34,4 +34,4 @@ SimdTarget find_simd_target(std::string_view name);
 /// The first of supported_simd_targets(), which the first call finds.
 const SimdTarget& best_simd_target();
 
-}  // namespace morphray
+}  // namespace mray

@@ -21,7 +21,7 @@
 #include <type_traits>
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::simd {
+namespace mray::simd {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -300,7 +300,7 @@ HWY_INLINE void store_where(Mask m, std::uint32_t number, std::uint32_t* to) {
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::simd
+}  // namespace mray::simd
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

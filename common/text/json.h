@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-namespace morphray {
+namespace mray {
 
 /// Keeps the members of an object in the order in which they were added.
 using Json = nlohmann::ordered_json;
@@ -15,4 +15,4 @@ inline std::string json_text(const Json& json, int indent = 2) {
     return json.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::size_t kQuoteLimit = 80;
@@ -31,4 +31,4 @@ std::string in_quotes(std::string_view text) {
 
 std::string shown(const std::filesystem::path& path) { return escaped(path.native(), 0xFF); }
 
-}  // namespace morphray
+}  // namespace mray

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace morphray {
+namespace mray {
 
 /// The text in quotes, cut to 80 bytes; bytes that are not printable ASCII become \xNN.
 std::string in_quotes(std::string_view text);
@@ -13,4 +13,4 @@ std::string in_quotes(std::string_view text);
 /// The path, with control characters as \xNN.
 std::string shown(const std::filesystem::path& path);
 
-}  // namespace morphray
+}  // namespace mray

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // No name is as long; it bounds the work.
@@ -52,4 +52,4 @@ std::string suggestion(std::string_view text, std::span<const std::string> names
     return similar.empty() ? similar : "; did you mean " + similar + "?";
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace morphray {
+namespace mray {
 
 /// The least number of insertions, deletions, replacements and swaps of neighbouring characters
 /// that turn one text into the other.
@@ -23,4 +23,4 @@ std::string similar_name(std::string_view text, std::span<const std::string> nam
 /// "; did you mean NAME?" with the similar name; empty without one.
 std::string suggestion(std::string_view text, std::span<const std::string> names);
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::int64_t kManyDigits = 1'000'000'000'000'000'000;
@@ -97,4 +97,4 @@ std::optional<std::uint64_t> parse_unsigned(std::string_view text) {
 
 std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace morphray {
+namespace mray {
 
 /// The float nearest to a decimal number that is the whole of `text`: an optional sign, digits with
 /// or without a point, an optional exponent. Numbers that are too small become 0 or a denormal,
@@ -30,4 +30,4 @@ std::optional<std::uint64_t> parse_unsigned(std::string_view text);
 /// A hash as reports show it: 16 hexadecimal digits.
 std::string hash_text(std::uint64_t hash);
 
-}  // namespace morphray
+}  // namespace mray

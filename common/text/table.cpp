@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // The number of UTF-8 characters, which is about the width on a terminal.
@@ -74,4 +74,4 @@ std::string Table::csv() const {
     return text;
 }
 
-}  // namespace morphray
+}  // namespace mray

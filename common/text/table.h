@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 class Table {
 public:
@@ -24,4 +24,4 @@ private:
     std::vector<std::vector<std::string>> rows_;
 };
 
-}  // namespace morphray
+}  // namespace mray

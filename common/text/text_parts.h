@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 /// The parts between separators, one more than there are separators; parts may be empty.
 inline std::vector<std::string_view> split(std::string_view text, char separator) {
@@ -24,4 +24,4 @@ inline std::string_view trimmed(std::string_view text, std::string_view blanks) 
     return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
-}  // namespace morphray
+}  // namespace mray

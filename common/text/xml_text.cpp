@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace morphray {
+namespace mray {
 
 std::string xml_escaped(std::string_view text) {
     std::string result;
@@ -30,4 +30,4 @@ std::string xml_ascii(std::string_view text) {
     return xml_escaped(ascii);
 }
 
-}  // namespace morphray
+}  // namespace mray

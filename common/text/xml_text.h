@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace morphray {
+namespace mray {
 
 /// The text with & < > " as entities, for an attribute or an element. All other bytes stay.
 std::string xml_escaped(std::string_view text);
@@ -13,4 +13,4 @@ std::string xml_escaped(std::string_view text);
 /// ASCII, which may not be UTF-8.
 std::string xml_ascii(std::string_view text);
 
-}  // namespace morphray
+}  // namespace mray

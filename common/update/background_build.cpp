@@ -8,7 +8,7 @@
 
 #include "common/base/stopwatch.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 /// Gives way to the threads that trace, which have a core each: without this, traces beside a build
@@ -40,4 +40,4 @@ bool BackgroundBuild::ready() const {
     return pending() && result_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 
 #include "common/bvh/builder/bvh_builder.h"
 
-namespace morphray {
+namespace mray {
 
 /// Based on: T. Ize, I. Wald, S. Parker. Asynchronous BVH construction for ray tracing dynamic
 /// scenes on parallel multi-core architectures. EGPGV 2007.
@@ -34,4 +34,4 @@ private:
     std::future<Result> result_;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace morphray {
+namespace mray {
 
 /// Milliseconds that bringing a tree to the next pose takes; a part that did not happen is 0.
 struct UpdateTimes {
@@ -28,4 +28,4 @@ struct FrameTimes {
     double total_ms() const { return deform_ms + update.total_ms() + trace_ms; }
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <functional>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Blocks a task: 192 KiB of positions.
@@ -126,4 +126,4 @@ MovedParts BlockLeaves::reached(const Bvh& bvh, const PoseMemory& pose) const {
     return parts;
 }
 
-}  // namespace morphray
+}  // namespace mray

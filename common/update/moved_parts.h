@@ -7,7 +7,7 @@
 
 #include "common/bvh/bvh.h"
 
-namespace morphray {
+namespace mray {
 
 /// Vertices are compared in blocks of this many: 192 bytes, three cache lines. For animals on a
 /// static ground smaller blocks gain nothing, and a leaf has few blocks.
@@ -57,4 +57,4 @@ private:
     std::vector<std::uint32_t> leaves_;
 };
 
-}  // namespace morphray
+}  // namespace mray

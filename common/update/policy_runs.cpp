@@ -9,7 +9,7 @@
 #include "common/text/number_text.h"
 #include "common/update/tree_updater.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Costs of a tree that is older than kOldest frames are measured for the first tree only, in at
@@ -235,4 +235,4 @@ Table policy_frames_table(std::span<const PolicyComparison> comparisons) {
     return table;
 }
 
-}  // namespace morphray
+}  // namespace mray

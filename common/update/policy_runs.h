@@ -14,7 +14,7 @@
 #include "common/update/policy/schedule.h"
 #include "common/update/session.h"
 
-namespace morphray {
+namespace mray {
 
 struct PolicyFrame {
     double frame = 0;
@@ -91,4 +91,4 @@ private:
     Frame image_;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // A refit of parts pays up to this part of all leaves or blocks, since its order of visits is bad
@@ -55,4 +55,4 @@ std::vector<IndexRange> covering_ranges(std::span<const std::uint32_t> indices, 
     return ranges;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include "common/backend.h"
 #include "common/update/moved_parts.h"
 
-namespace morphray {
+namespace mray {
 
 struct RefitPlan {
     /// Whether everything is written; otherwise `parts`, which may be empty.
@@ -54,4 +54,4 @@ struct IndexRange {
 /// fills gaps, the smallest first.
 std::vector<IndexRange> covering_ranges(std::span<const std::uint32_t> indices, std::size_t most);
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include "common/bvh/builder/collapse.h"
 #include "common/bvh/builder/meshlet.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // If more than this part of all triangles is loose, a build does not cost much more.
@@ -304,4 +304,4 @@ std::size_t restructure(const Topology& topology, std::span<const vec3> position
     return count;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 
-namespace morphray {
+namespace mray {
 
 /// Half the area of the box of each node and leaf at the time when the builder or a restructuring
 /// placed it, divided by the growth until then.
@@ -41,4 +41,4 @@ std::size_t restructure(const Topology& topology, std::span<const vec3> position
 /// edge grows by up to 1.9 without any degradation.
 inline constexpr double kSoundGrowth = 2;
 
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 
 #include "common/base/stopwatch.h"
 
-namespace morphray {
+namespace mray {
 
 UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer) {
     // The values that bench/updates does best with. With trees that are only refitted, packets of
@@ -56,4 +56,4 @@ std::string Session::refitted_on() const {
     return name == "brute" ? "cpu" : name;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "common/scene/scene_frames.h"
 #include "common/update/tree_updater.h"
 
-namespace morphray {
+namespace mray {
 
 /// How a session builds and updates its tree.
 struct SessionConfig {
@@ -61,4 +61,4 @@ private:
     FrameTimes times_;
 };
 
-}  // namespace morphray
+}  // namespace mray

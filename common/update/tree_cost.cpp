@@ -5,7 +5,7 @@
 
 #include "common/bvh/box.h"
 
-namespace morphray {
+namespace mray {
 
 double tree_cost(std::span<const Node> nodes) {
     double node_area = 0;
@@ -48,4 +48,4 @@ double cost_ratio(const TreeFit& built, const TreeFit& now) {
     return growth * (built.triangle_area / now.triangle_area);
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include "common/interop/bvh_layout.h"
 #include "common/scene/mesh.h"
 
-namespace morphray {
+namespace mray {
 
 /// The surface area heuristic: the sum of half the areas of all nodes' boxes, plus kLeafCost times
 /// that of the leaves' boxes, in scene units squared. It is not divided by the root's area, because
@@ -46,4 +46,4 @@ struct TreeFit {
 /// only that of the build is 0 (a tree that was built in a point); never negative.
 double cost_ratio(const TreeFit& built, const TreeFit& now);
 
-}  // namespace morphray
+}  // namespace mray

@@ -10,7 +10,7 @@
 #include "common/base/errors.h"
 #include "common/base/stopwatch.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Costs that stand for clocks in deterministic decisions: about the milliseconds that one core of a
@@ -212,7 +212,7 @@ void TreeUpdater::restructure(std::span<const vec3> positions) {
     const Stopwatch watch;
     std::size_t parts = 0;
     refitter().edit_tree([&](Bvh& bvh) {
-        parts = morphray::restructure(topology_, positions, growth(positions), bvh, areas_);
+        parts = mray::restructure(topology_, positions, growth(positions), bvh, areas_);
         return parts > 0;
     });
     if (parts > 0) {
@@ -274,4 +274,4 @@ const Bvh& TreeUpdater::tree() {
     return bvh_;
 }
 
-}  // namespace morphray
+}  // namespace mray

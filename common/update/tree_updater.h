@@ -12,7 +12,7 @@
 #include "common/update/restructure.h"
 #include "common/update/tree_cost.h"
 
-namespace morphray {
+namespace mray {
 
 /// How the tree came to the pose of a frame.
 enum class TreeStep {
@@ -99,4 +99,4 @@ private:
     std::uint32_t background_frames_left_ = 0;
 };
 
-}  // namespace morphray
+}  // namespace mray

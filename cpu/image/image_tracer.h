@@ -13,7 +13,7 @@
 #include "cpu/image/tile.h"
 #include "cpu/packet/light/light_packet.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// Makes a tracer of batches of a tracer of single rays.
 template <class Tracer>
@@ -212,4 +212,4 @@ void trace_tile(const Tracer& tracer, const ShadedMesh& mesh, const ImageParams&
     }
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -11,7 +11,7 @@
 
 #include "common/simd/simd_dispatch-inl.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(shade_camera_part);
@@ -29,6 +29,6 @@ PixelShader::PixelShader(SimdTarget target)
       make_ao_rays_(SIMD_FUNCTION(make_ao_rays_of_part, target)),
       shade_ao_(SIMD_FUNCTION(shade_ao_of_part, target)) {}
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 
 #endif  // HWY_ONCE

@@ -10,7 +10,7 @@
 #include "cpu/image/tile.h"
 #include "cpu/packet/light/light_packet.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// A part of an image. The frame has the hits of its camera rays; occlusion and pixels are written.
 struct PixelPart {
@@ -60,4 +60,4 @@ private:
     void (*shade_ao_)(const PixelPart&, const std::uint8_t*);
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -6,7 +6,7 @@
 #include "common/interop/surface.h"
 #include "common/scene/mesh.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// The mesh that shading takes surfaces and albedos from.
 struct ShadedMesh {
@@ -19,4 +19,4 @@ struct ShadedMesh {
     }
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

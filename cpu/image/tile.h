@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// Pixels [x0, x1) x [y0, y1).
 struct Tile {
@@ -29,4 +29,4 @@ private:
     std::uint32_t width_, height_, side_, columns_;
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace {
 
 /// At most so many ambient-occlusion rays are traced together, so that they stay in the cache,
@@ -57,4 +57,4 @@ void trace_tile(const TileTracer& tracer, const ShadedMesh& mesh, const ImagePar
     }
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

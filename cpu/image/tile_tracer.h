@@ -14,7 +14,7 @@
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/single_ray/single_ray_tracer.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// The fastest tracer of tiles that a SIMD target has, with the bits of all others. Threads may
 /// share one.
@@ -69,4 +69,4 @@ private:
 void trace_tile(const TileTracer& tracer, const ShadedMesh& mesh, const ImageParams& params,
                 const Tile& tile, Frame& frame);
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

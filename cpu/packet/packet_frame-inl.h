@@ -19,7 +19,7 @@
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Rectangles in the packet's plane, sixteen at a time.
@@ -164,7 +164,7 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif

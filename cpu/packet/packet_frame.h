@@ -8,7 +8,7 @@
 
 #include "common/interop/ray.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 inline constexpr std::uint32_t kBlockSide = 4;
 inline constexpr std::uint32_t kBlockRays = kBlockSide * kBlockSide;
@@ -95,4 +95,4 @@ inline constexpr float kLeastVolume = 1e-30f;
 inline constexpr float kCameraErrorFactor = 1.0001f;
 inline constexpr float kLightErrorFactor = 1 + 0x1p-18f;
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

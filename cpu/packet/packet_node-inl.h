@@ -19,7 +19,7 @@
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Sets the least and the greatest value of row k of the projection over boxes relative to the
@@ -134,7 +134,7 @@ HWY_INLINE void prefetch_child(const Bvh& bvh, std::uint32_t child) {
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -16,7 +16,7 @@
 #include "cpu/packet/light/light_packet_traversal-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 void write_misses(const Tile& tile, Hit* hits, std::size_t stride) {
@@ -119,14 +119,14 @@ std::size_t occluded_light_packet(const Bvh& bvh, vec3 org, const SharedOriginRa
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
 #include "common/simd/simd_dispatch-inl.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(intersect_camera_packet);
@@ -151,6 +151,6 @@ std::size_t PacketTracer::occluded_shared_origin(vec3 org, std::span<const Share
     return occluded_(*bvh_, org, rays.data(), squares, packet, occluded, fallback);
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 
 #endif  // HWY_ONCE

@@ -13,7 +13,7 @@
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/light/light_packet.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// Closest and any hits in a tree, which must outlive the tracer, with the bits of ScalarTracer.
 /// Threads may share a tracer; each needs packets of its own, which are scratch memory.
@@ -46,4 +46,4 @@ private:
     Occluded occluded_;
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

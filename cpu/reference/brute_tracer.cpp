@@ -2,7 +2,7 @@
 
 #include "cpu/reference/closest_hit.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 Hit BruteTracer::intersect(const Ray& ray) const {
     ClosestHit closest(ray);
@@ -22,4 +22,4 @@ bool BruteTracer::occluded(const Ray& ray) const {
     return false;
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -6,7 +6,7 @@
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// Finds closest and any hits over a mesh (positions in scene space) that outlives it. Threads may
 /// share one.
@@ -23,4 +23,4 @@ private:
     std::span<const vec3> positions_;
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

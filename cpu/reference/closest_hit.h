@@ -3,7 +3,7 @@
 
 #include "common/interop/hit_rule.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 class ClosestHit {
 public:
@@ -39,4 +39,4 @@ inline bool hits_triangle(const ShearedRay& sheared, const Ray& ray, vec3 a, vec
            intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -5,7 +5,7 @@
 #include "common/interop/bvh_layout.h"
 #include "cpu/reference/closest_hit.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace {
 
 struct Entry {
@@ -103,4 +103,4 @@ bool ScalarTracer::occluded(const Ray& ray) const {
     return false;
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

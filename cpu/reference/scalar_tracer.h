@@ -5,7 +5,7 @@
 #include "common/bvh/bvh.h"
 #include "common/interop/ray.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// Finds closest and any hits over a tree that outlives it. Threads may share one.
 class ScalarTracer {
@@ -19,4 +19,4 @@ private:
     const Bvh* bvh_;
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// list[0 .. count), or first .. first + count - 1 if there is no list.
 struct IndexSequence {
@@ -16,4 +16,4 @@ struct IndexSequence {
     }
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -16,7 +16,7 @@
 
 #include "common/simd/simd_dispatch-inl.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(refit_leaves);
@@ -80,6 +80,6 @@ void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
     }
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 
 #endif  // HWY_ONCE

@@ -7,7 +7,7 @@
 #include "common/simd/simd_target.h"
 #include "common/update/moved_parts.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// Gives every leaf its new vertex positions (scene space) and every slot its new box, leaves
 /// first, then level by level up (I. Wald, S. Boulos, P. Shirley. Ray Tracing Deformable Scenes
@@ -22,4 +22,4 @@ void refit(Bvh& bvh, std::span<const vec3> positions,
 void refit(Bvh& bvh, std::span<const vec3> positions, const MovedParts& parts,
            const SimdTarget& target = best_simd_target());
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -16,7 +16,7 @@
 #include "cpu/refit/scalar_refit.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -173,7 +173,7 @@ void refit_nodes(const RefitArrays& tree, const IndexSequence& nodes, std::uint3
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -9,7 +9,7 @@
 #include "common/bvh/box.h"
 #include "common/bvh/bvh.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// The arrays of a tree that a refit reads and writes. A loop keeps a copy in registers; through
 /// the tree itself refits take longer (docs/lab/build_and_refit.md).
@@ -53,4 +53,4 @@ inline void refit_node(const RefitArrays& tree, std::uint32_t node_index) {
     set_slot_box(tree.nodes[parent / kWidth], parent % kWidth, node_box(tree.nodes[node_index]));
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -12,7 +12,7 @@
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// The exact path of intersect_triangle for vertices with rotated axes.
@@ -56,7 +56,7 @@ HWY_INLINE Mask intersect_triangles(const lanes::ShearedRay& s, Mask active, Flo
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

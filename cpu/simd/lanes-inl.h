@@ -1,6 +1,6 @@
 // The shared text of the hit rule, of cameras, surfaces and colours (common/interop) on vectors, in
 // namespace `lanes`: each lane has its own ray, triangle or pixel, and gets the bits of the same
-// function in namespace morphray.
+// function in namespace mray.
 #if defined(MORPHRAY_CPU_SIMD_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SIMD_LANES_INL_H
 #undef MORPHRAY_CPU_SIMD_LANES_INL_H
@@ -19,7 +19,7 @@
 #include "common/simd/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -111,7 +111,7 @@ HWY_INLINE Float product_error(Float a, Float b, Float p) { return mul_sub(a, b,
 }  // namespace lanes
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -39,7 +39,7 @@
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -226,7 +226,7 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
 #endif  // HWY_TARGET
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -17,7 +17,7 @@
 #include "cpu/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -151,7 +151,7 @@ HWY_INLINE lanes::ShearedRay sheared_ray(const RayStream& stream, std::size_t ra
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

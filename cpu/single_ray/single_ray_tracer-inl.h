@@ -24,7 +24,7 @@
 #include "cpu/single_ray/stream_occluded-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -103,7 +103,7 @@ void occluded_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<std::uin
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

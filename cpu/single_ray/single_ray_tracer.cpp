@@ -13,7 +13,7 @@
 
 #include "common/simd/simd_dispatch-inl.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(intersect_rays);
@@ -36,6 +36,6 @@ void SingleRayTracer::occluded(std::span<const Ray> rays, std::span<std::uint8_t
     occluded_(*bvh_, rays, occluded);
 }
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 
 #endif  // HWY_ONCE

@@ -9,7 +9,7 @@
 #include "common/interop/ray.h"
 #include "common/simd/simd_target.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// Finds closest and any hits over a tree that outlives it, with the bits of ScalarTracer. Threads
 /// may share one.
@@ -31,4 +31,4 @@ private:
     Occluded occluded_;
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -37,7 +37,7 @@
 #include "cpu/single_ray/shared_leaf-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -212,7 +212,7 @@ private:
 };
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

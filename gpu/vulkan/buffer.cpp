@@ -9,7 +9,7 @@
 
 #include "gpu/vulkan/result.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 constexpr VkMemoryPropertyFlags kMapped =
@@ -103,4 +103,4 @@ UniqueBufferView texel_view(Context& context, const std::string& name, const Buf
     return owner;
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

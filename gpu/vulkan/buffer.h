@@ -7,7 +7,7 @@
 
 #include "gpu/vulkan/context.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 enum class Memory {
     kDevice,  // fastest for the device; mapped if the host sees it through its cache
@@ -39,4 +39,4 @@ private:
 UniqueBufferView texel_view(Context& context, const std::string& name, const Buffer& buffer,
                             VkFormat format);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

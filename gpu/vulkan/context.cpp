@@ -8,7 +8,7 @@
 #include "common/base/stopwatch.h"
 #include "gpu/vulkan/result.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 // The start, the deferred work, and the stages.
@@ -242,4 +242,4 @@ void barrier(VkCommandBuffer commands, VkPipelineStageFlags from_stage, VkAccess
     vkCmdPipelineBarrier(commands, from_stage, to_stage, 0, 1, &memory, 0, nullptr, 0, nullptr);
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -14,7 +14,7 @@
 #include "gpu/vulkan/instance.h"
 #include "gpu/vulkan/unique_handle.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Records commands.
 using Record = std::function<void(VkCommandBuffer)>;
@@ -107,4 +107,4 @@ private:
 void barrier(VkCommandBuffer commands, VkPipelineStageFlags from_stage, VkAccessFlags from,
              VkPipelineStageFlags to_stage, VkAccessFlags to);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -9,7 +9,7 @@
 
 #include "gpu/vulkan/result.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 std::vector<std::string> device_extensions(VkPhysicalDevice device) {
@@ -247,4 +247,4 @@ std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string
     return found.front();
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

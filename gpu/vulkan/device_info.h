@@ -8,7 +8,7 @@
 #include "gpu/vulkan/instance.h"
 #include "gpu/vulkan_backend.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// A device as Vulkan describes it. If it is not usable, only `handle` and `info` are valid.
 struct PhysicalDevice {
@@ -34,4 +34,4 @@ std::vector<PhysicalDevice> physical_devices(const Instance& instance);
 /// usable.
 std::size_t choose_device(std::span<const DeviceInfo> devices, const std::string& wanted);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -6,7 +6,7 @@
 
 #include "gpu/vulkan/result.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
@@ -133,4 +133,4 @@ Instance::~Instance() {
     vkDestroyInstance(handle_, nullptr);
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

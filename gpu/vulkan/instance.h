@@ -4,7 +4,7 @@
 #include "gpu/tuning.h"
 #include "gpu/vulkan/unique_handle.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Owns a VkInstance and, with validation, the messenger that fills `log`. The constructor fills
 /// volk's global function pointers, so two threads must not run it at the same time.
@@ -27,4 +27,4 @@ private:
     UniqueMessenger messenger_;
 };
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

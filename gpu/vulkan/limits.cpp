@@ -6,7 +6,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 [[noreturn]] void over(const std::string& text) {
@@ -107,4 +107,4 @@ PassSize pass_size(const VkPhysicalDeviceLimits& limits, const Tuning& tuning) {
     return {static_cast<std::uint32_t>(tiles), static_cast<std::uint32_t>(slots)};
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

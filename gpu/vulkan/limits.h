@@ -7,7 +7,7 @@
 #include "gpu/tuning.h"
 #include "gpu/vulkan/device_info.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 struct SceneSize {
     std::uint64_t vertices = 0;
@@ -37,4 +37,4 @@ struct PassSize {
 /// not fit, or if the device lacks the workgroups and arguments that Vulkan guarantees.
 PassSize pass_size(const VkPhysicalDeviceLimits& limits, const Tuning& tuning);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -5,7 +5,7 @@
 
 #include "gpu/vulkan/result.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 UniqueDescriptorSetLayout create_set_layout(VkDevice device, std::span<const ShaderBinding> used) {
@@ -160,4 +160,4 @@ void Pipeline::dispatch_bytes(VkCommandBuffer commands, std::span<const std::byt
     vkCmdDispatch(commands, group_count, 1, 1);
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -8,7 +8,7 @@
 #include "gpu/vulkan/spirv.h"
 #include "shaders/kernel_interface.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// The resource of each binding number, a view or a buffer; null if there is none.
 struct Bindings {
@@ -48,4 +48,4 @@ private:
     VkDescriptorSet set_ = VK_NULL_HANDLE;
 };
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

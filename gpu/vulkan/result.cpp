@@ -1,6 +1,6 @@
 #include "gpu/vulkan/result.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 std::string result_name(VkResult result) {
     switch (result) {
@@ -75,4 +75,4 @@ void throw_result(VkResult result, const char* action) {
     throw Error(kind, text);
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

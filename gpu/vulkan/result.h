@@ -6,7 +6,7 @@
 #include "common/base/errors.h"
 #include "gpu/vulkan/vulkan_api.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// The name of a result, such as "VK_ERROR_DEVICE_LOST", or its number if it is unknown.
 std::string result_name(VkResult result);
@@ -22,4 +22,4 @@ inline void check(VkResult result, const char* action) {
     if (result != VK_SUCCESS) throw_result(result, action);
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

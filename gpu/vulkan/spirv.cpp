@@ -6,7 +6,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 // Numbers of the SPIR-V specification.
@@ -150,4 +150,4 @@ ShaderInterface shader_interface(std::span<const std::uint32_t> words) {
     return result;
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

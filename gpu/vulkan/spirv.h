@@ -7,7 +7,7 @@
 
 #include "gpu/vulkan/vulkan_api.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 struct SpirvInstruction {
     std::uint32_t opcode;
@@ -36,4 +36,4 @@ struct ShaderInterface {
 /// Error(kInternal) on any other resource.
 ShaderInterface shader_interface(std::span<const std::uint32_t> words);
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

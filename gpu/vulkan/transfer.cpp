@@ -5,7 +5,7 @@
 #include <cstring>
 #include <vector>
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 constexpr VkDeviceSize kStagingBytes = VkDeviceSize{8} << 20;
@@ -111,4 +111,4 @@ void Transfer::download(const Buffer& from, std::span<std::byte> bytes) {
     }
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -4,7 +4,7 @@
 #include "common/interop/platform.h"
 #include "gpu/vulkan/buffer.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Bytes of a position on the device.
 inline constexpr std::size_t kPaddedBytes = 16;
@@ -40,4 +40,4 @@ private:
     Buffer staging_;
 };
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

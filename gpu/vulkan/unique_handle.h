@@ -5,7 +5,7 @@
 
 #include "gpu/vulkan/vulkan_api.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Owns a child of a device (or, with Parent = VkInstance, of an instance), and destroys it by
 /// `destroy(parent, handle, nullptr)`. `destroy` points at volk's function pointer, so the call
@@ -51,4 +51,4 @@ using UniqueShaderModule = DeviceHandle<VkShaderModule, &vkDestroyShaderModule>;
 using UniqueMessenger =
     UniqueHandle<VkDebugUtilsMessengerEXT, VkInstance, &vkDestroyDebugUtilsMessengerEXT>;
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

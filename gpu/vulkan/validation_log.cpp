@@ -2,7 +2,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 namespace {
 
 VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
@@ -50,4 +50,4 @@ VkDebugUtilsMessengerCreateInfoEXT ValidationLog::messenger_info() {
     };
 }
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

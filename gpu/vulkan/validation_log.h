@@ -7,7 +7,7 @@
 
 #include "gpu/vulkan/vulkan_api.h"
 
-namespace morphray::gpu {
+namespace mray::gpu {
 
 /// Collects messages of error severity, from any thread.
 class ValidationLog {
@@ -28,4 +28,4 @@ private:
     std::size_t reported_ = 0;
 };
 
-}  // namespace morphray::gpu
+}  // namespace mray::gpu

@@ -12,7 +12,7 @@
 #include "tests/support/oracle.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using accuracy::ExactReferee;
@@ -271,4 +271,4 @@ TEST(HitRule, IsNeverWrongWhereRoundingMakesTrianglesCollinear) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -16,7 +16,7 @@
 #include "tests/app/program.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 const accuracy::Effort kLittle{.side = 64,
@@ -195,4 +195,4 @@ TEST(ChartCommand, NeedsAFolderAndAScene) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

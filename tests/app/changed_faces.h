@@ -9,7 +9,7 @@
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// Renders one on this backend under every update: each is refused, and nothing is written.
 inline void expect_changed_faces_refused(const std::string& backend) {
@@ -28,4 +28,4 @@ inline void expect_changed_faces_refused(const std::string& backend) {
     }
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -7,7 +7,7 @@
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -164,4 +164,4 @@ TEST(Crosscheck, DoesNotAcceptBruteAsABackend) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

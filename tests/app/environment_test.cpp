@@ -6,7 +6,7 @@
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 std::string image_hash(const std::string& scene, const Surroundings& surroundings) {
@@ -101,4 +101,4 @@ TEST(Environment, TraceOnTheAutomaticBackendFallsBackToTheCpu) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -8,7 +8,7 @@
 #include <functional>
 #include <utility>
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 /// The status of a child that runs `body`, as from waitpid; the child exits with body's result.
@@ -101,4 +101,4 @@ TEST(Interrupt, GuardRestoresTheHandlers) {
 }
 
 }  // namespace
-}  // namespace morphray::app
+}  // namespace mray::app

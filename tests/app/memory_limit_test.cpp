@@ -4,7 +4,7 @@
 
 #include "tests/app/program.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 constexpr rlim_t kMebibyte = 1 << 20;
@@ -50,4 +50,4 @@ TEST(MemoryLimit, DriverIsNotLoadedIntoAnAddressSpaceThatIsTooSmall) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -5,7 +5,7 @@
 
 #include "tests/app/program.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 std::vector<std::string> render(const TemporaryFolder& folder, std::vector<std::string> more = {}) {
@@ -163,4 +163,4 @@ TEST(Output, OtherReportsAreTheOnlyTextOnStdout) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

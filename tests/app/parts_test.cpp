@@ -14,7 +14,7 @@
 #include "app/report/junit.h"
 #include "common/base/errors.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 Frame frame_of(std::uint32_t width, std::uint32_t height) {
@@ -208,4 +208,4 @@ TEST(MemoryBudget, ThisMachineHasSomeMemory) {
 }
 
 }  // namespace
-}  // namespace morphray::app
+}  // namespace mray::app

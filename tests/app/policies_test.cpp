@@ -7,7 +7,7 @@
 #include "tests/app/changed_faces.h"
 #include "tests/app/program.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -168,4 +168,4 @@ TEST(ProfilePolicies, PlotIsAnImage) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -15,7 +15,7 @@
 #include <sstream>
 #include <utility>
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -175,4 +175,4 @@ std::string read_file(const std::filesystem::path& path) {
     return text.str();
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

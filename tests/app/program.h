@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace morphray::test {
+namespace mray::test {
 
 struct Outcome {
     /// The exit code, or 128 + the signal that ended it.
@@ -76,4 +76,4 @@ private:
 
 std::string read_file(const std::filesystem::path& path);
 
-}  // namespace morphray::test
+}  // namespace mray::test

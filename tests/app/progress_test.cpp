@@ -14,7 +14,7 @@
 #include <string>
 #include <thread>
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 /// Sets or (nullptr) unsets an environment variable for the life of the object.
@@ -160,4 +160,4 @@ TEST(Progress, HasNoColourUnlessAsked) {
 }
 
 }  // namespace
-}  // namespace morphray::app
+}  // namespace mray::app

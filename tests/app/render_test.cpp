@@ -8,7 +8,7 @@
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -261,4 +261,4 @@ TEST(Render, FramesWithEqualNamesAreRefused) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -6,7 +6,7 @@
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -134,4 +134,4 @@ TEST(Info, WithoutASceneDescribesTheProgram) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

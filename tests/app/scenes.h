@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace morphray::test {
+namespace mray::test {
 
 /// The triangle (0,0,0) (1,0,0) (0,1,0), each coordinate times `scale`.
 inline std::string unit_triangle(double scale = 1) {
@@ -26,4 +26,4 @@ inline std::string square_of_frame(int frame, int other_frame) {
     return square.substr(0, square.find('f')) + "f 1 2 4\nf 2 3 4\n";
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

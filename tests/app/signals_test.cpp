@@ -7,7 +7,7 @@
 
 #include "tests/app/program.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 // Brute force over a few thousand triangles: a fraction of a second a frame, more than a minute in
@@ -70,4 +70,4 @@ TEST(Signals, InterruptOfTraceLeavesNoFile) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -9,7 +9,7 @@
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 struct Answer {
@@ -202,4 +202,4 @@ TEST(Trace, PipesAndDevicesAreNotReadAsRays) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -3,7 +3,7 @@
 
 #include "tests/app/program.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 // Fails with this code and one line on stderr that holds the text; nothing on stdout.
@@ -317,4 +317,4 @@ TEST(Usage, ControlCharactersInArgumentsDoNotReachTheTerminal) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

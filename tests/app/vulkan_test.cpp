@@ -7,7 +7,7 @@
 #include "tests/app/changed_faces.h"
 #include "tests/app/program.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Json = nlohmann::json;
@@ -141,4 +141,4 @@ TEST(WithVulkan, UnknownDeviceIsUnavailable) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

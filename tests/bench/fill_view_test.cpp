@@ -10,7 +10,7 @@
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 using namespace test;
@@ -54,4 +54,4 @@ TEST(FillView, AcceptsEveryScene) {
 }
 
 }  // namespace
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 constexpr std::uint32_t kSide = 64;
@@ -70,4 +70,4 @@ TEST(FindFullWindow, IsTheWholeImageWithoutHits) {
 }
 
 }  // namespace
-}  // namespace morphray::bench
+}  // namespace mray::bench

@@ -4,7 +4,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 BenchOptions parse(const std::vector<std::string>& arguments) { return parse_options(arguments); }
@@ -61,4 +61,4 @@ TEST(Usage, NamesEveryWork) {
 }
 
 }  // namespace
-}  // namespace morphray::bench
+}  // namespace mray::bench

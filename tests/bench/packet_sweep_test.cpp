@@ -7,7 +7,7 @@
 #include "tests/bench/star_works.h"
 #include "tests/support/same_bits.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 /// Active rays that two answers differ in.
@@ -49,4 +49,4 @@ TEST_F(PacketSweep, GivesTheSameAnswersWithBatchesOfEverySize) {
 }
 
 }  // namespace
-}  // namespace morphray::bench
+}  // namespace mray::bench

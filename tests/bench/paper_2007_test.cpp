@@ -7,7 +7,7 @@
 #include "bench/paper_2007/work_tracer.h"
 #include "tests/bench/star_works.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 namespace {
 
 using paper_2007::build_sweep_tree;
@@ -99,4 +99,4 @@ TEST_F(Paper2007, HitsNothingInAnEmptyTree) {
 }
 
 }  // namespace
-}  // namespace morphray::bench
+}  // namespace mray::bench

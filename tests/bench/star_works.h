@@ -9,7 +9,7 @@
 #include "common/scene/camera_setup.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray::bench {
+namespace mray::bench {
 
 class StarWorks : public testing::Test {
 protected:
@@ -42,4 +42,4 @@ protected:
     std::vector<Hit> hits_;
 };
 
-}  // namespace morphray::bench
+}  // namespace mray::bench

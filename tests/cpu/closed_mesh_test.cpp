@@ -14,7 +14,7 @@
 #include "tests/support/closed_joints.h"
 #include "tests/support/closed_poses.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 struct ClosedCase {
@@ -129,4 +129,4 @@ TEST(Surface, OfATriangleWhoseEdgesHaveNoCrossProductFacesTheRay) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

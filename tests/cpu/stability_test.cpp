@@ -6,7 +6,7 @@
 #include "cpu/cpu_backend.h"
 #include "tests/support/motion_checks.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 class HardMotion : public testing::TestWithParam<Motion> {};
@@ -38,4 +38,4 @@ TEST(TreeUpdater, RefusesAPoseOfAnotherTopology) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -16,7 +16,7 @@
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -286,4 +286,4 @@ TEST(ShadowImage, OfAFloorUnderAPlateIsDarkWhereTheProjectionSays) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -15,7 +15,7 @@
 #include "cpu/single_ray/single_ray_tracer.h"
 #include "tests/support/closed_poses.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 class WatertightOn : public testing::TestWithParam<SimdTarget> {};
@@ -148,4 +148,4 @@ TEST(ShadowImage, IsTheScalarOneForLightsOnVerticesOnFacesAndBehind) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

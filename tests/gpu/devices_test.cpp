@@ -10,7 +10,7 @@
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using testing::TempDir;
@@ -173,4 +173,4 @@ TEST(Installation, WithoutTheLayerSaysThatValidationIsNotInstalled) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

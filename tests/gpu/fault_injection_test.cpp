@@ -10,7 +10,7 @@
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 /// A session that uses everything but packets once, in dispatches of one tile. (Some drivers
@@ -213,4 +213,4 @@ TEST(FaultInjection, AFrameWhoseTreeDidNotFitLeavesTheOldTree) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

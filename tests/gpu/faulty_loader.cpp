@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string_view>
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 // A global, since Vulkan's functions carry no user data.
@@ -174,4 +174,4 @@ FaultyLoader::~FaultyLoader() { active() = nullptr; }
 
 PFN_vkGetInstanceProcAddr FaultyLoader::get() const { return &get_function; }
 
-}  // namespace morphray::test
+}  // namespace mray::test

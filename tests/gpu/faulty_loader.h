@@ -7,7 +7,7 @@
 
 #include "gpu/vulkan/vulkan_api.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// The faults of a loader. Calls that return a VkResult are counted from 0: all of them, or those
 /// that `counts` accepts.
@@ -41,4 +41,4 @@ public:
     PFN_vkGetInstanceProcAddr get() const;
 };
 
-}  // namespace morphray::test
+}  // namespace mray::test

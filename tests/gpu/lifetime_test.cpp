@@ -8,7 +8,7 @@
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 /// Resident memory of the process.
@@ -45,4 +45,4 @@ TEST(Lifetime, MemoryStaysFlatWhileBackendsComeAndGo) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -9,7 +9,7 @@
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 gpu::PhysicalDevice roomy() {
@@ -112,4 +112,4 @@ TEST(SmallDevice, RefusesASceneAndGoesOnWithASmallerOne) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

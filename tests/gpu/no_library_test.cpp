@@ -6,7 +6,7 @@
 
 extern "C" void* dlopen(const char*, int) { return nullptr; }
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 TEST(NoVulkanLibrary, IsSaidInTheError) {
@@ -22,4 +22,4 @@ TEST(NoVulkanLibrary, IsSaidInTheError) {
 TEST(NoVulkanLibrary, LeavesNoBackend) { EXPECT_THROW(gpu::make_vulkan_backend(), Error); }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

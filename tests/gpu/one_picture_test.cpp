@@ -12,7 +12,7 @@
 #include "tests/gpu/test_scenes.h"
 #include "tests/support/same_bits.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 std::unique_ptr<Backend> device(const gpu::Tuning& tuning = {}) {
@@ -195,4 +195,4 @@ TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -12,7 +12,7 @@
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 template <class Values>
@@ -167,4 +167,4 @@ TEST(VulkanRestructuring, ThroughStagingWritesWhatDiffersAndEqualsTheCpu) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -7,7 +7,7 @@
 #include "gpu/vulkan_backend.h"
 #include "tests/support/motion_checks.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 std::unique_ptr<Backend> device() {
@@ -42,4 +42,4 @@ TEST(HardMotionOnVulkan, RefusesAPoseOfAnotherTopology) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

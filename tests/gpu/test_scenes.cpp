@@ -7,7 +7,7 @@
 #include "common/interop/arithmetic.h"
 #include "cpu/refit/scalar_refit.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 constexpr float kUnit = 65536.0f;
@@ -268,4 +268,4 @@ std::vector<Ray> scattered_rays(std::size_t count, std::uint32_t seed) {
     return rays;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

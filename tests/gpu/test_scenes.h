@@ -9,7 +9,7 @@
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 struct DeviceScene {
     const char* name;
@@ -46,4 +46,4 @@ ImageParams view(std::uint32_t width, std::uint32_t height, std::uint32_t rays,
 /// direction of 0.
 std::vector<Ray> scattered_rays(std::size_t count, std::uint32_t seed);
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -13,7 +13,7 @@
 #include "tests/gpu/faulty_loader.h"
 #include "tests/gpu/test_scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 constexpr int kPoses = 8;
@@ -201,4 +201,4 @@ TEST(VulkanUpdate, TakesTheStepsOfTheCpuUnderEveryPolicy) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -10,7 +10,7 @@
 #include "tests/gpu/test_scenes.h"
 #include "tests/shaders/hazard_spirv.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 const gpu::VulkanConfig kValidated = {.device = "", .validate = true};
@@ -145,4 +145,4 @@ TEST(Lifetime, TwoBackendsCanLiveSideBySide) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -5,7 +5,7 @@
 #include "gpu/vulkan_backend.h"
 #include "tests/support/closed_poses.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 TEST(WatertightOnVulkan, LetsNoRayOutAfterAThousandRefits) {
@@ -27,4 +27,4 @@ TEST(WatertightOnVulkan, LetsNoRayOutAfterAThousandRefits) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -9,7 +9,7 @@
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/test_scenes.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 TEST(VectorWidth, DoesNotChangeTheImage) {
@@ -44,4 +44,4 @@ TEST(VectorWidth, DoesNotChangeTheImage) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -12,7 +12,7 @@
 #include "tests/shaders/evaluate_contracted_spirv.h"
 #include "tests/shaders/evaluate_spirv.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 constexpr std::uint32_t kBatch = 1u << 16;
@@ -121,4 +121,4 @@ TEST(PlantedFault, CodeThatMayBeReassociatedIsFound) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

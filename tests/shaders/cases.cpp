@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 constexpr float kOffCentre = 0x1p24f;
@@ -198,4 +198,4 @@ const char* function_name(std::uint32_t function) {
     return kNames[function];
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

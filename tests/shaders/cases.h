@@ -6,10 +6,10 @@
 
 #include "tests/shaders/evaluate.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 std::vector<Inputs> cases(std::uint32_t function, std::size_t count);
 
 const char* function_name(std::uint32_t function);
 
-}  // namespace morphray::test
+}  // namespace mray::test

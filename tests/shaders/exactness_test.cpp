@@ -19,7 +19,7 @@
 #include "tests/shaders/evaluate_spirv.h"
 #include "tests/support/spirv.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 struct Kernel {
@@ -92,4 +92,4 @@ TEST(SpirvModule, RejectsWordsThatAreNoModule) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

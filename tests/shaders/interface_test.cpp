@@ -19,7 +19,7 @@
 #include "shaders/single_ray/rays_spirv.h"
 #include "shaders/single_ray/resume_spirv.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Words = std::span<const std::uint32_t>;
@@ -82,4 +82,4 @@ TEST(ShaderInterface, RefusesOtherResources) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

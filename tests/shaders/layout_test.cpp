@@ -8,7 +8,7 @@
 #include "tests/shaders/layout_spirv.h"
 #include "tests/support/spirv.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Offsets = std::map<std::string, std::uint32_t>;
@@ -83,4 +83,4 @@ TEST(SharedLayout, ATypeThatTheKernelDoesNotHaveHasNoOffsets) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -3,7 +3,7 @@
 #include <map>
 #include <utility>
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 struct OpenMesh {
@@ -85,4 +85,4 @@ std::vector<Ray> rays_at_joints(const TestScene& scene, const vec3& centre, doub
     return rays;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

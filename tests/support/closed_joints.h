@@ -3,7 +3,7 @@
 
 #include "tests/support/test_scene.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// A sphere of radius 1 around `centre` in which `joints` times an edge gets a vertex that only one
 /// of its two triangles uses, and a triangle fills the crack; after that `collapses` vertices are
@@ -19,4 +19,4 @@ bool is_closed(const std::vector<uvec3>& triangles);
 std::vector<Ray> rays_at_joints(const TestScene& scene, const vec3& centre, double scale,
                                 std::size_t count, Random& random);
 
-}  // namespace morphray::test
+}  // namespace mray::test

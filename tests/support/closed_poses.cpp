@@ -1,6 +1,6 @@
 #include "tests/support/closed_poses.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 std::vector<vec3> breathing(const std::vector<vec3>& positions, Random& random) {
     std::vector<vec3> moved;
@@ -24,4 +24,4 @@ std::vector<Ray> rays_from_inside(const TestScene& scene, const std::vector<vec3
     return rays;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -6,7 +6,7 @@
 #include "common/interop/ray.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// The vertices of a mesh around 0, each moved along its own way from 0 by up to a third: no two
 /// triangles ever overlap as seen from 0.
@@ -16,4 +16,4 @@ std::vector<vec3> breathing(const std::vector<vec3>& positions, Random& random);
 std::vector<Ray> rays_from_inside(const TestScene& scene, const std::vector<vec3>& positions,
                                   std::size_t count, Random& random);
 
-}  // namespace morphray::test
+}  // namespace mray::test

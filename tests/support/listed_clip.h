@@ -11,7 +11,7 @@
 #include "common/scene/clip.h"
 #include "common/scene/interpolate.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// Keyframe k is frame k.
 class ListedClip : public Clip {
@@ -56,4 +56,4 @@ private:
     WorldBounds bounds_;
 };
 
-}  // namespace morphray::test
+}  // namespace mray::test

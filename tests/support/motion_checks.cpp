@@ -12,7 +12,7 @@
 #include "common/update/tree_updater.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 // Enough to meet every leaf of some hundred triangles from several sides.
@@ -118,4 +118,4 @@ std::string test_name(const Motion& motion) {
     return name;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

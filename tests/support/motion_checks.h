@@ -4,7 +4,7 @@
 #include "common/backend.h"
 #include "tests/support/motions.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// Plays the motion under each policy and holds rays against brute force, bit by bit, and the tree
 /// against its invariants.
@@ -19,4 +19,4 @@ void expect_no_drift(const Motion& motion, Backend& tracer);
 /// For the names of parameterised tests: letters and digits alone.
 std::string test_name(const Motion& motion);
 
-}  // namespace morphray::test
+}  // namespace mray::test

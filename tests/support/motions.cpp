@@ -9,7 +9,7 @@
 #include "common/scene/scene_space.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 constexpr std::uint64_t kTriangles = 900;
@@ -103,4 +103,4 @@ std::vector<Motion> hard_motions() {
     return motions;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

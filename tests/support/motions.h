@@ -7,7 +7,7 @@
 
 #include "common/scene/mesh.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// A short clip in scene space.
 struct Motion {
@@ -24,4 +24,4 @@ struct Motion {
 /// while. Some hundred triangles and ten poses each.
 std::vector<Motion> hard_motions();
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Real = long double;
@@ -115,4 +115,4 @@ OracleHit oracle_intersect(const TestScene& scene, const Ray& ray) {
     return best;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -6,7 +6,7 @@
 
 #include "tests/support/test_scene.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 struct OracleHit {
     bool hit = false;
@@ -20,4 +20,4 @@ struct OracleHit {
 /// Closest hit in scene space.
 OracleHit oracle_intersect(const TestScene& scene, const Ray& ray);
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -5,8 +5,8 @@
 
 #include "common/interop/ray.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 inline bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 std::string text_of(std::span<const std::uint32_t> words) {
@@ -112,4 +112,4 @@ std::vector<std::string> inexact_operations(const SpirvModule& module) {
     return found;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -10,7 +10,7 @@
 
 #include "gpu/vulkan/spirv.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// Opcodes and decorations by their numbers in the SPIR-V specification.
 enum SpirvOp : std::uint32_t {
@@ -52,4 +52,4 @@ private:
 /// converted.
 std::vector<std::string> inexact_operations(const SpirvModule& module);
 
-}  // namespace morphray::test
+}  // namespace mray::test

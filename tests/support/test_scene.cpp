@@ -6,7 +6,7 @@
 #include <map>
 #include <numbers>
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 using Positions = std::vector<vec3>;
@@ -324,4 +324,4 @@ std::vector<Ray> mixed_rays(const TestScene& scene, std::size_t count, std::uint
     return rays;
 }
 
-}  // namespace morphray::test
+}  // namespace mray::test

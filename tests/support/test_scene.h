@@ -11,7 +11,7 @@
 #include "common/scene/scene_space.h"
 #include "common/scene/world_bounds.h"
 
-namespace morphray::test {
+namespace mray::test {
 
 /// The same sequence everywhere (SplitMix64; G. Steele, D. Lea, C. Flood. Fast splittable
 /// pseudorandom number generators. 2014).
@@ -86,4 +86,4 @@ Ray scene_ray(const TestScene& scene, vec3 org, vec3 dir, double tnear = 0,
 /// -0), at vertices, edges and centroids, in the planes of triangles.
 std::vector<Ray> mixed_rays(const TestScene& scene, std::size_t count, std::uint64_t seed);
 
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -6,7 +6,7 @@
 #include "app/cli/options/option_groups.h"
 #include "app/cli/update_options.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 // Defaults that several commands have in common; the size is ViewSpec's.
@@ -169,4 +169,4 @@ void add_commands(CLI::App& program, Options& options) {
     define_devices(program, options);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -5,10 +5,10 @@
 
 #include "app/cli/options.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// Adds every command to `program`. A parse writes the command and its options into `options`,
 /// which outlives it.
 void add_commands(CLI::App& program, Options& options);
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -4,7 +4,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 CLI::Option* OptionAdder::add(const char* name, const char* type, const std::string& help,
                               Setter set) const {
@@ -41,4 +41,4 @@ void OptionAdder::add_view(const char* name, const char* type, const char* help,
         });
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -10,7 +10,7 @@
 #include "app/cli/choices.h"
 #include "app/cli/options.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// Options of one command, each of which writes into one Options. The command, the Options and the
 /// targets outlive the parse.
@@ -47,4 +47,4 @@ private:
     Options& options_;
 };
 
-}  // namespace morphray::app
+}  // namespace mray::app

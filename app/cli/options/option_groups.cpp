@@ -7,7 +7,7 @@
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
 
-namespace morphray::app {
+namespace mray::app {
 namespace {
 
 /// A setter that writes the value, parsed by `parse(option, value)`, to `target`.
@@ -170,4 +170,4 @@ void add_report_options(const OptionAdder& adder, bool with_quiet) {
     adder.add_flag("-v,--verbose", "say what is used and decided", options.verbose);
 }
 
-}  // namespace morphray::app
+}  // namespace mray::app

@@ -5,7 +5,7 @@
 
 #include "app/cli/options/option_adder.h"
 
-namespace morphray::app {
+namespace mray::app {
 
 /// The scene and how strictly it is read.
 void add_scene(const OptionAdder& adder, bool required);
@@ -31,4 +31,4 @@ void add_update_limits(const OptionAdder& adder);
 /// --json, and with `with_quiet` also --quiet and --verbose.
 void add_report_options(const OptionAdder& adder, bool with_quiet);
 
-}  // namespace morphray::app
+}  // namespace mray::app

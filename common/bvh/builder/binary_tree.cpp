@@ -13,7 +13,7 @@
 
 #include "common/bvh/builder/split.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Below this depth only the median divides, so that 2^28 triangles end within kMaxBinaryHeight:
@@ -206,4 +206,4 @@ BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> re
     return tree;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -11,7 +11,7 @@
 #include "common/bvh/builder/prim_ref.h"
 #include "common/scene/mesh.h"
 
-namespace morphray {
+namespace mray {
 
 struct BinaryNode {
     /// In a union, so that constructing a node writes nothing: the array has far more nodes than
@@ -72,4 +72,4 @@ BinaryTree build_binary_tree(const Topology& topology, std::span<const vec3> pos
 BinaryTree build_binary_tree(const Topology& topology, AlignedVector<PrimRef> refs,
                              SplitMethod method, const SimdTarget& target = best_simd_target());
 
-}  // namespace morphray
+}  // namespace mray

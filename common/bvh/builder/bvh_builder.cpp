@@ -11,7 +11,7 @@
 #include "common/bvh/builder/collapse.h"
 #include "common/bvh/builder/meshlet.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
@@ -142,4 +142,4 @@ Bvh build_bvh(const Topology& topology, std::span<const vec3> positions,
     });
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
 
-namespace morphray {
+namespace mray {
 
 enum class SplitMethod {
     kBinned,  // bins over the centroid bounds: fast
@@ -28,4 +28,4 @@ struct BuildConfig {
 Bvh build_bvh(const Topology& topology, std::span<const vec3> positions,
               const BuildConfig& config = {});
 
-}  // namespace morphray
+}  // namespace mray

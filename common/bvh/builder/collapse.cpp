@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // A subtree of at least this many triangles gets a task of its own.
@@ -114,4 +114,4 @@ void Collapse::add_levels(std::uint32_t node, std::uint32_t height_limit, WideCh
     add_levels(nodes_[node].children + 1, height_limit, out);
 }
 
-}  // namespace morphray
+}  // namespace mray

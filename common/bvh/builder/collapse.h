@@ -7,7 +7,7 @@
 
 #include "common/bvh/builder/binary_tree.h"
 
-namespace morphray {
+namespace mray {
 
 /// The children of a wide node, left to right.
 class WideChildren {
@@ -55,4 +55,4 @@ private:
     Costs* costs_;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 
 #include "common/bvh/builder/vertex_set.h"
 
-namespace morphray {
+namespace mray {
 
 bool find_leaf_shape(const Topology& topology, std::span<const std::uint32_t> prim_ids,
                      LeafShape& shape) {
@@ -41,4 +41,4 @@ void fill_leaf(const LeafShape& shape, std::span<const std::uint32_t> prim_ids,
     }
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include "common/interop/bvh_layout.h"
 #include "common/scene/mesh.h"
 
-namespace morphray {
+namespace mray {
 
 /// The part of a leaf that does not move: which vertices its triangles join.
 struct LeafShape {
@@ -28,4 +28,4 @@ bool find_leaf_shape(const Topology& topology, std::span<const std::uint32_t> pr
 void fill_leaf(const LeafShape& shape, std::span<const std::uint32_t> prim_ids,
                std::span<const vec3> positions, Leaf& leaf, std::uint32_t* leaf_vertices);
 
-}  // namespace morphray
+}  // namespace mray

@@ -15,7 +15,7 @@
 #include "common/simd/fixed_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray {
+namespace mray {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -87,7 +87,7 @@ inline Box bound_centroids(std::span<const PrimRef> refs) {
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray
+}  // namespace mray
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -11,7 +11,7 @@
 
 #include "common/simd/simd_dispatch-inl.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 HWY_EXPORT(make_refs);
@@ -42,6 +42,6 @@ Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target) {
     return SIMD_FUNCTION(bound_centroids, target)(refs);
 }
 
-}  // namespace morphray
+}  // namespace mray
 
 #endif  // HWY_ONCE

@@ -9,7 +9,7 @@
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
 
-namespace morphray {
+namespace mray {
 
 /// The box and the id of a triangle (or of a part of a tree, see build_binary_tree), as eight
 /// floats: lower x y z, id, -upper x y z, 0. The union of two boxes is then one minimum. The bits
@@ -51,4 +51,4 @@ Box union_of(std::span<const PrimRef> refs, const SimdTarget& target = best_simd
 /// The bounds of twice the centroids of those refs that are not empty; empty for none.
 Box centroid_bounds(std::span<const PrimRef> refs, const SimdTarget& target = best_simd_target());
 
-}  // namespace morphray
+}  // namespace mray

@@ -21,7 +21,7 @@
 
 #include "common/simd/simd_dispatch-inl.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 HWY_EXPORT(split_at_once);
@@ -124,6 +124,6 @@ std::size_t split_median(std::span<const PrimRef> refs, PrimRef* out, const Simd
     return divide_by_order(refs, widest, refs.size() / 2, out);
 }
 
-}  // namespace morphray
+}  // namespace mray
 
 #endif  // HWY_ONCE

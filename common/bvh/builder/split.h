@@ -6,7 +6,7 @@
 
 #include "common/bvh/builder/prim_ref.h"
 
-namespace morphray {
+namespace mray {
 
 // Each function divides refs, which ascend by prim_id, in two, writes one part after the other to
 // `out` (as large, elsewhere), each ascending by prim_id, and returns the size of the first. It
@@ -33,4 +33,4 @@ std::size_t split_few(std::span<const PrimRef> refs, PrimRef* out,
 std::size_t split_median(std::span<const PrimRef> refs, PrimRef* out,
                          const SimdTarget& target = best_simd_target());
 
-}  // namespace morphray
+}  // namespace mray

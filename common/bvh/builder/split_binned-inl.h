@@ -15,7 +15,7 @@
 #include "common/bvh/builder/split_cost-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray {
+namespace mray {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -148,7 +148,7 @@ void divide_chunk(std::span<const PrimRef> refs, PrimRef* out, std::size_t left_
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray
+}  // namespace mray
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

@@ -15,7 +15,7 @@
 #include "common/simd/fixed_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray {
+namespace mray {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -97,7 +97,7 @@ HWY_INLINE void partition_refs(std::span<const PrimRef> refs, PrimRef* out, std:
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray
+}  // namespace mray
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

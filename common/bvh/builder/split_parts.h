@@ -8,7 +8,7 @@
 #include "common/bvh/box.h"
 #include "common/bvh/builder/prim_ref.h"
 
-namespace morphray {
+namespace mray {
 
 /// The cheapest place found so far.
 struct Split {
@@ -72,4 +72,4 @@ inline constexpr std::size_t kFewBins = 16;
 using ManyBins = Bins<kManyBins>;
 using FewBins = Bins<kFewBins>;
 
-}  // namespace morphray
+}  // namespace mray

@@ -17,7 +17,7 @@
 #include "common/bvh/builder/split_cost-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray {
+namespace mray {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
@@ -119,7 +119,7 @@ void sweep_axis(std::span<const PrimRef> refs, int axis, float* right_cost, Spli
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray
+}  // namespace mray
 HWY_AFTER_NAMESPACE();
 
 #endif  // per target

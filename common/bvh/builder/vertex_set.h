@@ -7,7 +7,7 @@
 
 #include "common/interop/bvh_layout.h"
 
-namespace morphray {
+namespace mray {
 
 /// Numbers vertices in the order in which they are added first. A hash table that does not branch
 /// on whether a vertex is new, which cannot be predicted. Holds the vertices of kLeafTriangles
@@ -44,4 +44,4 @@ private:
     std::uint8_t slots_[kTableSize];
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 bool same(PlanePoint a, PlanePoint b) { return a.x == b.x && a.y == b.y; }
@@ -123,4 +123,4 @@ bool EarClipper::clip(std::span<const PlanePoint> points, std::size_t max_steps,
     return true;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -12,7 +12,7 @@
 
 #include "common/scene/polygons/point_tree.h"
 
-namespace morphray {
+namespace mray {
 
 /// Twice the signed area of a triangle, positive if it is counter-clockwise.
 inline double doubled_area(PlanePoint a, PlanePoint b, PlanePoint c) {
@@ -49,4 +49,4 @@ private:
     std::size_t steps_left_ = 0;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -1,6 +1,6 @@
 #include "common/scene/polygons/point_tree.h"
 
-namespace morphray {
+namespace mray {
 
 void PointTree::sort(std::size_t begin, std::size_t end, bool by_x) {
     if (begin == end) return;
@@ -37,4 +37,4 @@ void PointTree::remove(std::uint32_t member) {
     }
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 struct PlanePoint {
     double x = 0;
@@ -67,4 +67,4 @@ private:
     std::vector<std::uint32_t> position_;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 
 #include "common/scene/mesh.h"
 
-namespace morphray {
+namespace mray {
 
 /// Face i has corner_counts[i] >= 3 corners; all corners follow one another in `corners`.
 struct Polygons {
@@ -15,4 +15,4 @@ struct Polygons {
     bool operator==(const Polygons&) const = default;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -2,7 +2,7 @@
 
 #include "common/interop/hit_rule.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 /// Whether (e1 + r1) * (f2 + s2) - (e2 + r2) * (f1 + s1) is 0 because every product that a rounding
@@ -27,4 +27,4 @@ bool has_area(vec3 a, vec3 b, vec3 c) {
            !products_cancel(e.x, r.x, e.y, r.y, f.x, s.x, f.y, s.y);
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include "common/base/errors.h"
 #include "common/scene/polygons/ear_clipper.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using Corners = std::span<const std::uint32_t>;
@@ -102,4 +102,4 @@ std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> posi
     return triangles;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/polygons/polygons.h"
 
-namespace morphray {
+namespace mray {
 
 /// A polygon of n corners may take this times n steps. A simple polygon of fewer than 150 corners
 /// never takes as many, a larger one only if it is constructed to. 200,000 corners are refused
@@ -27,4 +27,4 @@ inline constexpr std::size_t kTriangulationStepsPerCorner = 500;
 std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> positions,
                                const std::string& name, bool lenient, const WarnFunction& warn);
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include "common/scene/procedural/parts/trig.h"
 #include "common/scene/procedural/scenes.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr double kRadiansPerTurn = 6.283185307179586476925;
@@ -138,4 +138,4 @@ DeformingMesh make_cloth(std::uint64_t triangles) {
     return mesh;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -5,7 +5,7 @@
 #include "common/scene/procedural/parts/trig.h"
 #include "common/scene/procedural/scenes.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Not the origin, so that the point and the plane that it collapses to lie nowhere special.
@@ -44,4 +44,4 @@ DeformingMesh make_collapse(std::uint64_t triangles) {
     return mesh;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Vertices that one task moves: some 0.1 ms of work.
@@ -95,4 +95,4 @@ std::unique_ptr<Clip> make_clip(std::string name, DeformingMesh mesh) {
     return std::make_unique<ProceduralClip>(std::move(name), std::move(mesh));
 }
 
-}  // namespace morphray
+}  // namespace mray

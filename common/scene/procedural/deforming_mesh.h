@@ -11,7 +11,7 @@
 
 #include "common/scene/clip.h"
 
-namespace morphray {
+namespace mray {
 
 /// Vertices [begin, end).
 struct VertexRange {
@@ -44,4 +44,4 @@ inline vec3 round_to_float(const glm::dvec3& p) {
     return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
 }
 
-}  // namespace morphray
+}  // namespace mray

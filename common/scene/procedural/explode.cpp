@@ -9,7 +9,7 @@
 #include "common/scene/procedural/parts/trig.h"
 #include "common/scene/procedural/scenes.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr double kLastFrame = 24;
@@ -181,4 +181,4 @@ DeformingMesh make_gather(std::uint64_t triangles) {
     return make_burst(triangles, {there_and_back, kMostSpin / 2}, kGatherAcceleration);
 }
 
-}  // namespace morphray
+}  // namespace mray

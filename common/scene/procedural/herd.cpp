@@ -9,7 +9,7 @@
 #include "common/scene/procedural/parts/trig.h"
 #include "common/scene/procedural/scenes.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr double kLastFrame = 24;
@@ -180,4 +180,4 @@ DeformingMesh make_herd(std::uint64_t triangles) {
     return mesh;
 }
 
-}  // namespace morphray
+}  // namespace mray

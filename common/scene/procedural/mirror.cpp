@@ -3,7 +3,7 @@
 #include "common/scene/procedural/parts/trig.h"
 #include "common/scene/procedural/scenes.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr double kLastFrame = 24;
@@ -37,4 +37,4 @@ DeformingMesh make_mirror(std::uint64_t triangles) {
     return mesh;
 }
 
-}  // namespace morphray
+}  // namespace mray

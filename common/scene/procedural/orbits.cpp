@@ -9,7 +9,7 @@
 #include "common/scene/procedural/parts/surfaces.h"
 #include "common/scene/procedural/scenes.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::uint64_t kSeed = 0x0B17;
@@ -114,4 +114,4 @@ DeformingMesh make_swing(std::uint64_t triangles) {
     return make_moving_balls(triangles, swinging, 0);
 }
 
-}  // namespace morphray
+}  // namespace mray

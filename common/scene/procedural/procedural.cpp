@@ -11,7 +11,7 @@
 #include "common/scene/procedural/scenes.h"
 #include "common/text/nearest_name.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // The limit of the BVH builder (common/bvh/builder/bvh_builder.h).
@@ -84,4 +84,4 @@ std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t tri
     return make_clip(name, entry->make(triangles));
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 
 #include "common/scene/clip.h"
 
-namespace morphray {
+namespace mray {
 
 struct ProceduralScene {
     const char* name;
@@ -23,4 +23,4 @@ std::span<const ProceduralScene> procedural_scenes();
 /// Error(kBadArgument) for an unknown name, naming the nearest one, and Error(kLimit) above 2^28.
 std::unique_ptr<Clip> make_procedural(const std::string& name, std::uint64_t triangles = 0);
 
-}  // namespace morphray
+}  // namespace mray

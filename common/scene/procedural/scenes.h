@@ -6,7 +6,7 @@
 
 #include "common/scene/procedural/deforming_mesh.h"
 
-namespace morphray {
+namespace mray {
 
 /// A sheet that comes down waving over a ball and hangs around it in folds, above a plane.
 DeformingMesh make_cloth(std::uint64_t triangles);
@@ -56,4 +56,4 @@ DeformingMesh make_swing(std::uint64_t triangles);
 /// frame 12.
 DeformingMesh make_mirror(std::uint64_t triangles);
 
-}  // namespace morphray
+}  // namespace mray

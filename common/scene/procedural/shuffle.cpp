@@ -8,7 +8,7 @@
 #include "common/scene/procedural/parts/trig.h"
 #include "common/scene/procedural/scenes.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::uint64_t kSeed = 0x5F1;
@@ -94,4 +94,4 @@ DeformingMesh make_shuffle(std::uint64_t triangles) {
     return mesh;
 }
 
-}  // namespace morphray
+}  // namespace mray

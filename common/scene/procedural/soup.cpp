@@ -6,7 +6,7 @@
 #include "common/scene/procedural/parts/rotation.h"
 #include "common/scene/procedural/scenes.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr double kLastFrame = 24;
@@ -65,4 +65,4 @@ DeformingMesh make_soup(std::uint64_t triangles) {
     return mesh;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -10,7 +10,7 @@
 #include "common/scene/procedural/parts/trig.h"
 #include "common/scene/procedural/scenes.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::uint32_t kSpikeCount = 48;
@@ -90,4 +90,4 @@ DeformingMesh make_spikes(std::uint64_t triangles) {
     return mesh;
 }
 
-}  // namespace morphray
+}  // namespace mray

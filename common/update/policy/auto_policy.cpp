@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Up to here a tree counts as sound: the ratio itself is no more exact than that.
@@ -169,4 +169,4 @@ void AutoPolicy::frame_done(const FrameCost& cost) {
     cost_ratio_ = cost.cost_ratio;
 }
 
-}  // namespace morphray
+}  // namespace mray

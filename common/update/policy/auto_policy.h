@@ -7,7 +7,7 @@
 #include "common/update/policy/slowdown_model.h"
 #include "common/update/policy/update_policy.h"
 
-namespace morphray {
+namespace mray {
 
 /// Refits; restructures degraded parts when that pays; and rebuilds when the losses that
 /// restructuring cannot cure have cost a build (LossAccount, one for each remedy). A frame that
@@ -86,4 +86,4 @@ private:
     int wait_ = 0;
 };
 
-}  // namespace morphray
+}  // namespace mray

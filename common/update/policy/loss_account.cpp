@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // A scene that changes its ways is noticed after so many times the price.
@@ -34,4 +34,4 @@ void LossAccount::start_over(double price) {
     frames_ = lost_ = saved_ = 0;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -1,7 +1,7 @@
 // The losses of a tree since it was made, and whether a remedy is worth its price.
 #pragma once
 
-namespace morphray {
+namespace mray {
 
 /// Each frame loses x_i to a tree that is no longer what it was; a remedy costs P and makes the
 /// loss start again from 0. Two rules for when it is time, with x_1 ... x_K the losses since the
@@ -40,4 +40,4 @@ private:
     double backoff_ = 1;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace morphray {
+namespace mray {
 
 Schedule best_schedule(const ScheduleCosts& costs) {
     const std::size_t frames = costs.first.size();
@@ -51,4 +51,4 @@ double periodic_total(const ScheduleCosts& costs, std::size_t period) {
     return total;
 }
 
-}  // namespace morphray
+}  // namespace mray

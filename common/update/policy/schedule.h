@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 /// The costs of frames, update and trace together, by the tree that they were traced with.
 struct ScheduleCosts {
@@ -28,4 +28,4 @@ Schedule best_schedule(const ScheduleCosts& costs);
 /// measured.
 double periodic_total(const ScheduleCosts& costs, std::size_t period);
 
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // The guess weighs as much as one tree that was replaced at a ratio of 2.
@@ -56,4 +56,4 @@ void SlowdownModel::learn(double ratio_before, double trace_before, double ratio
     weighted_exponent_ = kMemory * weighted_exponent_ + x * y;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -1,7 +1,7 @@
 // The slow-down of traces by a degraded tree, learned from the trees that replaced degraded ones.
 #pragma once
 
-namespace morphray {
+namespace mray {
 
 /// Tracing slows down like a power of the cost ratio: slow-down = ratio^exponent. The exponent
 /// depends on scene, view and tracer (measured: 0 to 0.3 for packets of camera rays, up to 1 for
@@ -39,4 +39,4 @@ private:
     double watched_exponent_ = 0;
 };
 
-}  // namespace morphray
+}  // namespace mray

@@ -11,7 +11,7 @@
 #include "common/text/number_text.h"
 #include "common/update/policy/auto_policy.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 class AlwaysRefit final : public UpdatePolicy {
@@ -99,4 +99,4 @@ std::unique_ptr<UpdatePolicy> make_update_policy(const std::string& text,
                 fmt::format("{} is not one of {}, with K from 1", in_quotes(text), forms));
 }
 
-}  // namespace morphray
+}  // namespace mray

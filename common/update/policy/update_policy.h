@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-namespace morphray {
+namespace mray {
 
 enum class UpdateStep {
     kRefit,
@@ -98,4 +98,4 @@ std::span<const UpdatePolicyInfo> update_policies();
 std::unique_ptr<UpdatePolicy> make_update_policy(const std::string& text,
                                                  const UpdateConfig& config = {});
 
-}  // namespace morphray
+}  // namespace mray

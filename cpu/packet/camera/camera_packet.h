@@ -8,7 +8,7 @@
 #include "common/interop/bvh_layout.h"
 #include "cpu/packet/packet_frame.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// Blocks are stored row by row; a word of bits holds four rows of blocks.
 inline constexpr std::uint32_t kCameraSide = 64;
@@ -128,4 +128,4 @@ struct alignas(kPage) CameraPacket {
     std::vector<HitLeaf> hit_leaves;
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -17,7 +17,7 @@
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Blocks of a camera packet as bits, four rows of blocks a word.
@@ -186,7 +186,7 @@ HWY_INLINE std::uint64_t blocks_beyond(const CameraPacket& packet, float q, std:
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif

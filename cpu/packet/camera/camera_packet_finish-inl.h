@@ -22,7 +22,7 @@
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Hits, a lane each.
@@ -46,8 +46,8 @@ public:
         if (frame.axis == kMixedAxes) return;
         // All largest components have the sign of the middle ray's; they become positive.
         const float sign = frame.depth_rows[0][2] < 0 ? -1.0f : 1.0f;
-        const float scale = morphray::scale_to_unit(frame.depth_least);
-        one_scale_ = scale == morphray::scale_to_unit(frame.depth_most);
+        const float scale = mray::scale_to_unit(frame.depth_least);
+        one_scale_ = scale == mray::scale_to_unit(frame.depth_most);
         for (std::uint32_t k = 0; k < 3; ++k) {
             const std::uint32_t axis = (frame.axis + 1 + k) % 3;
             camera_.corner[k] = sign * packet.camera.corner[axis];
@@ -307,7 +307,7 @@ private:
 };
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif

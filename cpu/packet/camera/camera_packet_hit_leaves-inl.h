@@ -18,7 +18,7 @@
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Appends a leaf with a triangle that is, or may be, the closest candidate of a ray.
@@ -146,7 +146,7 @@ HWY_INLINE CandidateLanes spread_candidates(const CameraPacket& packet,
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif

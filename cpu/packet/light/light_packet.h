@@ -9,7 +9,7 @@
 #include "common/interop/ray.h"
 #include "cpu/packet/packet_frame.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 /// Blocks are stored in Morton order: four squares, in each of them groups of 4 x 4 blocks, in each
 /// of these quads of 2 x 2 blocks. As many blocks again may hold regrouped rays.
@@ -106,4 +106,4 @@ struct alignas(kPage) LightPacket {
     std::uint16_t regrouped_ray[kLightPacketRays];
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -19,7 +19,7 @@
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// The blocks of a group with rays that may lie in a rectangle (lower x, upper x, lower y, upper y)
@@ -113,7 +113,7 @@ HWY_INLINE void gather_rays(const LightPacket& packet, std::uint32_t first,
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -19,7 +19,7 @@
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// The triangles of a leaf whose rectangle meets a block and that are near enough for it, as bits.
@@ -155,7 +155,7 @@ HWY_INLINE std::uint32_t blocks_through(const LightPacket& packet, const LightTr
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif

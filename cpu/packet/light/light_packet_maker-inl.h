@@ -23,7 +23,7 @@
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// One ray of every block with this step tells well enough where the packet goes. More of them cost
@@ -348,7 +348,7 @@ bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squ
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif

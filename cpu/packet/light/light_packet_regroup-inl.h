@@ -19,7 +19,7 @@
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Blocks of a light packet, those of each group as bits.
@@ -184,7 +184,7 @@ HWY_INLINE void deactivate_blocks(LightPacket& packet, const LightPacketBlocks& 
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #endif

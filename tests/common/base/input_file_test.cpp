@@ -14,7 +14,7 @@
 
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -180,4 +180,4 @@ TEST(SideFile, NeverLeavesTheFolderOfTheScene) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 TEST(Median, IsTheMiddleOrTheMeanOfTwo) {
@@ -12,4 +12,4 @@ TEST(Median, IsTheMiddleOrTheMeanOfTwo) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -17,7 +17,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -284,4 +284,4 @@ TEST_F(OutputFile, FolderThatCannotBeCreatedIsRefused) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -12,7 +12,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray {
+namespace mray {
 
 class TempFolder {
 public:
@@ -67,4 +67,4 @@ std::string message_of(const Call& call) {
     return error ? error->what() : "";
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 TEST(Version, IsThreeNumbersAndTheDetailBeginsWithThem) {
@@ -16,4 +16,4 @@ TEST(Version, IsThreeNumbersAndTheDetailBeginsWithThem) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::uint32_t kGrey = 0xFF808080;
@@ -172,4 +172,4 @@ TEST(DifferenceImage, ShowsEveryPixelsOwnKindAmongNeighbours) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 
 #include "common/image/png.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 Image decode(const std::vector<std::byte>& file) {
@@ -123,4 +123,4 @@ TEST(ContactSheet, DoesNotDarkenAnIncompleteBlockAtTheEdge) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 #include "common/interop/hit_rule.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using test::Random;
@@ -175,4 +175,4 @@ TEST(MayHit, NeverRejectsAHit) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

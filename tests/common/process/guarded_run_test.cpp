@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-namespace morphray::test {
+namespace mray::test {
 namespace {
 
 TEST(GuardedRun, SharesOnlyWritesToSharedMemory) {
@@ -34,4 +34,4 @@ TEST(GuardedRun, EndsWorkThatDoesNotEnd) {
 }
 
 }  // namespace
-}  // namespace morphray::test
+}  // namespace mray::test

@@ -7,7 +7,7 @@
 
 #include "common/process/gnuplot.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 TEST(ShellText, SurvivesAShell) {
@@ -24,4 +24,4 @@ TEST(GnuplotText, DoublesQuotesAndDropsLineEnds) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "common/base/errors.h"
 #include "common/scene/camera_setup.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -151,4 +151,4 @@ TEST(MakeImageParams, RefusesTooManyOcclusionRaysOrNone) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using Real = long double;
@@ -345,4 +345,4 @@ TEST(MakeImageParams, KeepsDirectionsWithinTheRangeOfTheHitRule) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

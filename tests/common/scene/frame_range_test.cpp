@@ -4,7 +4,7 @@
 
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using Frames = std::vector<double>;
@@ -52,4 +52,4 @@ TEST(FrameRange, AcceptsAMillionFrames) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -10,7 +10,7 @@
 #include "tests/support/listed_clip.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using test::ListedClip;
@@ -193,4 +193,4 @@ TEST(SceneKeyframes, AreOfNoUseWhereUnitsDoNotCommute) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -8,7 +8,7 @@
 
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -168,4 +168,4 @@ TEST(OpenScene, NamesThatAreNotUtf8Work) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

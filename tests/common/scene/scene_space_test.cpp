@@ -12,7 +12,7 @@
 #include "common/scene/scene_space.h"
 #include "common/scene/world_bounds.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using Real = long double;
@@ -369,4 +369,4 @@ TEST(ToSceneRay, KeepsRaysWithinWhatTheHitRuleTakes) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 std::optional<ErrorKind> kind_of(const char* name) {
@@ -44,4 +44,4 @@ TEST(SimdTarget, WhatIsElsewhereIsUnavailableAndWhatIsNothingIsUsage) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 const std::vector<std::string> kNames = {"render", "crosscheck", "probe", "profile"};
@@ -36,4 +36,4 @@ TEST(EditDistance, CountsSwapsOnce) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -101,4 +101,4 @@ TEST(ParseInteger, SaturatesInsteadOfWrapping) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 TEST(Table, AlignsNumbersRightAndTextLeft) {
@@ -19,4 +19,4 @@ TEST(Table, QuotesCellsOfCsv) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

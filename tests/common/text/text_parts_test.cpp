@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 TEST(Split, GivesOnePartMoreThanSeparators) {
@@ -20,4 +20,4 @@ TEST(Trimmed, TakesBlanksFromTheEndsOnly) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

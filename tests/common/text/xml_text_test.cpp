@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 TEST(XmlText, EscapesMarkup) {
@@ -16,4 +16,4 @@ TEST(XmlText, AsciiHasNothingThatXmlExcludes) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -15,7 +15,7 @@
 #include "cpu/refit/refit.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -200,4 +200,4 @@ TEST(CpuBackend, PartsAreThoseOfTheNewTreeAfterAnotherFrame) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

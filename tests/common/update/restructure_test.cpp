@@ -10,7 +10,7 @@
 #include "tests/support/motions.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -152,4 +152,4 @@ TEST(Restructure, OfNoTrianglesAndOfOneLeafDoesNothing) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "cpu/refit/refit.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -77,4 +77,4 @@ TEST(TriangleSample, LeavesTrianglesOutThatAreNotFinite) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

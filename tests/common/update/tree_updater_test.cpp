@@ -10,7 +10,7 @@
 #include "cpu/cpu_backend.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -128,4 +128,4 @@ TEST(TreeUpdater, ARefitterBesideTheTracerGivesItTheSameTree) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -13,7 +13,7 @@
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -107,4 +107,4 @@ INSTANTIATE_TEST_SUITE_P(Shading, EveryTarget, testing::ValuesIn(supported_simd_
                          [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

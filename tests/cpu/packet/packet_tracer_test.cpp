@@ -16,7 +16,7 @@
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -265,4 +265,4 @@ INSTANTIATE_TEST_SUITE_P(Packets, EveryTarget, testing::ValuesIn(supported_simd_
                          [](const auto& target) { return std::string(target.param.name); });
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

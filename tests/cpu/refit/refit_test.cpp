@@ -12,7 +12,7 @@
 #include "cpu/refit/scalar_refit.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -136,4 +136,4 @@ TEST(Refit, KeepsAVertexThatIsNotFiniteOutOfTheBoxes) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

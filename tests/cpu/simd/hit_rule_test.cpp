@@ -19,7 +19,7 @@
 #include "cpu/simd/hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Answers the cases by intersect_triangles. Only the lanes of `pattern` (repeated) are active;
@@ -65,14 +65,14 @@ void find_product_errors(std::span<const float> a, std::span<const float> b,
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
 #include "common/simd/simd_dispatch-inl.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace {
 
 using namespace test;
@@ -219,6 +219,6 @@ TEST(RuleOnVectors, HasTheBitsOfTheScalarRuleOnTrianglesOfAnySizeAndThinness) {
 }
 
 }  // namespace
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 
 #endif  // HWY_ONCE

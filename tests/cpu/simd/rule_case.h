@@ -3,7 +3,7 @@
 
 #include "common/interop/hit_rule.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 struct RuleCase {
     Ray ray;
@@ -17,4 +17,4 @@ struct RuleAnswer {
     TriangleHit hit = {};
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -6,7 +6,7 @@
 
 #include "common/interop/bvh_layout.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 
 struct BoxAnswers {
     /// For each ray, by slots.
@@ -22,4 +22,4 @@ struct LeafCounts {
     std::size_t differences = 0;
 };
 
-}  // namespace morphray::cpu
+}  // namespace mray::cpu

@@ -23,7 +23,7 @@
 #include "cpu/single_ray/shared_leaf-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 std::int64_t compiled_target() { return HWY_TARGET; }
@@ -115,14 +115,14 @@ LeafCounts check_leaf(const Leaf& leaf, std::span<const Ray> rays, std::uint64_t
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
 #include "common/simd/simd_dispatch-inl.h"
 
-namespace morphray::cpu {
+namespace mray::cpu {
 namespace {
 
 using namespace test;
@@ -310,6 +310,6 @@ TEST(LeafTest, HasTheHitsOfTheScalarRule) {
 }
 
 }  // namespace
-}  // namespace morphray::cpu
+}  // namespace mray::cpu
 
 #endif  // HWY_ONCE

@@ -10,7 +10,7 @@
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace test;
@@ -88,4 +88,4 @@ TEST(SingleRayTracer, RaisesNothingInvalidAndNoOverflow) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -13,7 +13,7 @@
 #include "app/cli/options.h"
 #include "common/base/errors.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 template <class Float>
@@ -201,4 +201,4 @@ FuzzCase read_case_file(const std::filesystem::path& path) {
     return read_case(text, path.string());
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -7,7 +7,7 @@
 
 #include "tests/fuzz/case/fuzz_case.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// The case as text that reads back bit for bit: floats are hexadecimal, NaN is written as its
 /// bits. Each line of `remarks` precedes it as a comment.
@@ -18,4 +18,4 @@ FuzzCase read_case(std::string_view text, const std::string& name);
 /// Reads a file. Throws as read_case, also if the file cannot be read.
 FuzzCase read_case_file(const std::filesystem::path& path);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -15,7 +15,7 @@
 #include "tests/fuzz/generate/generator.h"
 #include "tests/fuzz/shrink/reproducer.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 std::vector<std::uint32_t> bits_of(const std::vector<vec3>& positions) {
@@ -150,4 +150,4 @@ TEST(Reproducer, HasACommandLineThatTheProgramTakes) {
 }
 
 }  // namespace
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -12,7 +12,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "tests/support/listed_clip.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 void require_sound(const FuzzCase& fuzz_case) {
@@ -90,4 +90,4 @@ std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame) {
     return positions;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -13,7 +13,7 @@
 #include "common/scene/scene_frames.h"
 #include "common/scene/scene_space.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// In world space, as a sequence of OBJ files and the program's options give it. Pose k is
 /// frame k.
@@ -70,4 +70,4 @@ double distance_to_planes(const vec3& point, const Topology& topology,
 /// The vertices at a frame, in world space.
 std::vector<vec3> world_positions(const FuzzCase& fuzz_case, double frame);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 Shape from_test_scene(std::string name, const test::TestScene& scene) {
@@ -52,4 +52,4 @@ Shape closed_mesh(Dice& dice) {
     return shape;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

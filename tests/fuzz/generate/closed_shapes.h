@@ -3,9 +3,9 @@
 
 #include "tests/fuzz/generate/shapes.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// A closed mesh of few triangles; every third is pressed flat, to a line, or to a point.
 Shape closed_mesh(Dice& dice);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

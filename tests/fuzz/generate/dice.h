@@ -11,7 +11,7 @@
 
 #include "tests/support/test_scene.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 using glm::dvec3;
 
@@ -66,4 +66,4 @@ private:
     test::Random random_;
 };
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

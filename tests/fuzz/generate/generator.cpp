@@ -3,7 +3,7 @@
 #include "tests/fuzz/generate/motions.h"
 #include "tests/fuzz/generate/views.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 FuzzCase make_case(std::uint64_t seed, const GeneratorConfig& config) {
     Dice dice(seed);
@@ -21,4 +21,4 @@ std::uint64_t case_seed(std::uint64_t campaign_seed, std::uint64_t index) {
     return random.bits();
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

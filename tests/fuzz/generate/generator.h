@@ -5,7 +5,7 @@
 
 #include "tests/fuzz/case/fuzz_case.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 struct GeneratorConfig {
     /// Ray-triangle tests that brute force may take for an image.
@@ -19,4 +19,4 @@ FuzzCase make_case(std::uint64_t seed, const GeneratorConfig& config = {});
 /// The seed of a campaign's case.
 std::uint64_t case_seed(std::uint64_t campaign_seed, std::uint64_t index);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

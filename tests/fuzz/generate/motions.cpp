@@ -8,7 +8,7 @@
 
 #include "common/scene/procedural/procedural.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 using Positions = std::vector<dvec3>;
@@ -169,4 +169,4 @@ void make_clip(Dice& dice, FuzzCase& fuzz_case) {
     choose_frames(dice, fuzz_case);
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -7,7 +7,7 @@
 
 #include <glm/common.hpp>
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 bool finite(const vec3& p) {
@@ -124,4 +124,4 @@ dvec3 special_target(Dice& dice, const Surroundings& around) {
     return combined(t, u, dice.real(0, 1 - u));
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -8,7 +8,7 @@
 #include "common/scene/mesh.h"
 #include "tests/fuzz/generate/dice.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// The triangles, vertices and extent of a pose in world space, from which points are chosen.
 struct Surroundings {
@@ -43,4 +43,4 @@ Place place_off_plane(Dice& dice, const Surroundings& around, const Surroundings
 /// A target of a camera or ray: a vertex, the middle of an edge, a point of a face, or any point.
 dvec3 special_target(Dice& dice, const Surroundings& around);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -5,7 +5,7 @@
 
 #include "tests/fuzz/generate/closed_shapes.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 void add_triangle(Shape& shape, const dvec3& a, const dvec3& b, const dvec3& c) {
@@ -267,4 +267,4 @@ Shape make_shape(Dice& dice) {
     return shape;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -7,7 +7,7 @@
 #include "common/scene/mesh.h"
 #include "tests/fuzz/generate/dice.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 struct Shape {
     std::string name;
@@ -18,4 +18,4 @@ struct Shape {
 /// A shape of any kind, mostly of 1 to 40 triangles, rarely of up to 2000.
 Shape make_shape(Dice& dice);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

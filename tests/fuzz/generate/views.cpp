@@ -7,7 +7,7 @@
 
 #include "common/image/frame.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 Point to_point(const dvec3& p) { return {p.x, p.y, p.z}; }
@@ -137,4 +137,4 @@ std::vector<WorldRay> make_rays(Dice& dice, const Surroundings& around, std::siz
     return rays;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

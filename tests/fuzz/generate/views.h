@@ -8,7 +8,7 @@
 #include "common/scene/scene_space.h"
 #include "tests/fuzz/generate/places.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// An image of at most `tests` ray-triangle tests of brute force. Appends a description to `cause`.
 ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::string& cause);
@@ -16,4 +16,4 @@ ViewSpec make_view(Dice& dice, const Surroundings& around, double tests, std::st
 /// Rays at vertices, edges and along planes, many of which start on a surface or just off it.
 std::vector<WorldRay> make_rays(Dice& dice, const Surroundings& around, std::size_t count);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

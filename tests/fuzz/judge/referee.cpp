@@ -10,7 +10,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 constexpr double kNearAPworker = 0x1p-20;
@@ -219,4 +219,4 @@ std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_cas
     return all;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -13,7 +13,7 @@
 #include "tests/fuzz/case/fuzz_case.h"
 #include "tests/fuzz/judge/variants.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// A variant's difference from the reference in an image or in a batch of single rays.
 struct Finding {
@@ -89,4 +89,4 @@ std::vector<Finding> check_case(Referee& referee, const FuzzCase& fuzz_case,
 /// the floats next to it.
 std::vector<WorldRay> with_ends_at_hits(Backend& brute, const FuzzCase& fuzz_case);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -9,7 +9,7 @@
 #include "gpu/vulkan_backend_internal.h"
 #endif
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 std::vector<std::string> simd_names() {
@@ -88,4 +88,4 @@ Variants vulkan_variants() {
 }
 #endif
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

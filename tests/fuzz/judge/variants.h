@@ -7,7 +7,7 @@
 
 #include "common/backend.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// How a variant's tree is made for the pose that is traced.
 enum class TreeKind {
@@ -46,4 +46,4 @@ Variants cpu_variants();
 /// vectors.
 Variants vulkan_variants();
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

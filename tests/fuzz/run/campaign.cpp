@@ -8,7 +8,7 @@
 #include "app/terminal/interrupt.h"
 #include "cpu/cpu_backend.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 std::string summary(const Tally& tally, double seconds) {
     return fmt::format(
         "{} cases ({} without an image), {} images ({} near a plane), {} rays, {:.1f} s ({:.0f} "
@@ -60,4 +60,4 @@ int run_campaign(const CampaignConfig& config, const Worker& worker, WorkerState
     return 0;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -9,7 +9,7 @@
 #include "tests/fuzz/run/workers.h"
 #include "tests/fuzz/shrink/failure_report.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 struct CampaignConfig {
     std::uint64_t seed = 1;
@@ -46,4 +46,4 @@ private:
     double next_ = kSeconds;
 };
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -13,7 +13,7 @@
 #include "tests/fuzz/run/replay.h"
 #include "tests/fuzz/run/sweep.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 /// The program that was built beside this one.
@@ -97,17 +97,17 @@ int run(std::span<const std::string> arguments) {
 }
 
 }  // namespace
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz
 
 int main(int argc, char** argv) {
     const std::vector<std::string> arguments(argv + 1, argv + argc);
     try {
-        return morphray::fuzz::run(arguments);
-    } catch (const morphray::Error& error) {
+        return mray::fuzz::run(arguments);
+    } catch (const mray::Error& error) {
         std::fprintf(stderr, "fuzz: %s\n", error.what());
-        return static_cast<int>(morphray::app::exit_code_of(error.kind()));
+        return static_cast<int>(mray::app::exit_code_of(error.kind()));
     } catch (const std::exception& error) {
         std::fprintf(stderr, "fuzz: internal error: %s\n", error.what());
-        return static_cast<int>(morphray::app::ExitCode::kInternal);
+        return static_cast<int>(mray::app::ExitCode::kInternal);
     }
 }

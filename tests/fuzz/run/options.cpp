@@ -7,7 +7,7 @@
 #include "app/cli/numbers.h"
 #include "common/base/errors.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 [[noreturn]] void usage(const std::string& what) {
@@ -136,4 +136,4 @@ Exit codes: 0 no difference, 1 a difference or a crash, 2 usage, 3 bad input, 4 
 )";
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 enum class Mode { kOnePicture, kSweep, kReplay };
 
@@ -42,4 +42,4 @@ std::optional<FuzzOptions> parse_fuzz_options(std::span<const std::string> argum
 /// The text of --help.
 const char* fuzz_help();
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -4,7 +4,7 @@
 
 #include "common/base/errors.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 std::optional<FuzzOptions> parse(const std::vector<std::string>& arguments) {
@@ -56,4 +56,4 @@ TEST(FuzzOptions, InvalidOnesAreRefusedWithAReason) {
 }
 
 }  // namespace
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -8,7 +8,7 @@
 #include "cpu/cpu_backend.h"
 #include "tests/fuzz/case/case_text.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 std::vector<NamedCase> read_cases(const std::vector<std::string>& files) {
     std::vector<NamedCase> cases;
@@ -45,4 +45,4 @@ int run_replay(const std::vector<NamedCase>& cases, const Worker& worker, Worker
     return 0;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -6,7 +6,7 @@
 
 #include "tests/fuzz/run/workers.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// A file and the case that it holds.
 struct NamedCase {
@@ -21,4 +21,4 @@ std::vector<NamedCase> read_cases(const std::vector<std::string>& files);
 int run_replay(const std::vector<NamedCase>& cases, const Worker& worker, WorkerState& state,
                std::atomic<std::uint64_t>& failures);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

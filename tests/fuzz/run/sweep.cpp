@@ -13,7 +13,7 @@
 #include "tests/fuzz/generate/views.h"
 #include "tests/fuzz/run/campaign.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 constexpr double kAffordableTests = 4e6;
@@ -122,4 +122,4 @@ int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const Fail
     return 0;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

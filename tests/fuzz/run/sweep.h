@@ -5,7 +5,7 @@
 #include "tests/fuzz/run/workers.h"
 #include "tests/fuzz/shrink/failure_report.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// The scene's frame as a case with one pose, without an image. Throws what open_scene throws.
 FuzzCase open_sweep(const FuzzOptions& options);
@@ -16,4 +16,4 @@ FuzzCase open_sweep(const FuzzOptions& options);
 int run_sweep(const FuzzOptions& options, const FuzzCase& scene_case, const FailureConfig& failure,
               const Worker& worker, WorkerState& state, std::atomic<std::uint64_t>& failures);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -14,7 +14,7 @@
 #include "common/base/errors.h"
 #include "common/process/guarded_run.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 constexpr std::array kWidths = {128, 256, 512};
@@ -96,4 +96,4 @@ WorkersResult run_workers(const std::vector<Worker>& workers, const WorkerTask& 
     return result;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

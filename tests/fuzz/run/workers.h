@@ -10,7 +10,7 @@
 
 #include "tests/fuzz/judge/referee.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 struct Worker {
     /// The worker takes every count-th case, starting with this one.
@@ -50,4 +50,4 @@ using WorkerTask =
     std::function<int(const Worker&, WorkerState&, std::atomic<std::uint64_t>& failures)>;
 WorkersResult run_workers(const std::vector<Worker>& workers, const WorkerTask& work);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

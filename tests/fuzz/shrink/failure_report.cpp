@@ -11,7 +11,7 @@
 #include "tests/fuzz/shrink/reproducer.h"
 #include "tests/fuzz/shrink/shrinker.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 /// The kind of a failure, which must not change while it shrinks: otherwise a failure of secondary
@@ -102,4 +102,4 @@ void report_failure(const FailureConfig& config, const FuzzCase& fuzz_case,
     std::fflush(stdout);
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -6,7 +6,7 @@
 
 #include "tests/fuzz/judge/referee.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 struct FailureConfig {
     /// Where failures are written, a folder for each.
@@ -22,4 +22,4 @@ struct FailureConfig {
 void report_failure(const FailureConfig& config, const FuzzCase& fuzz_case,
                     std::span<const Finding> findings, const std::string& name, Referee& referee);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -11,7 +11,7 @@
 #include "common/process/shell_text.h"
 #include "tests/fuzz/case/case_text.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 std::string comma_separated(const Point& p) { return fmt::format("{},{},{}", p[0], p[1], p[2]); }
@@ -128,4 +128,4 @@ Reproducer write_reproducer(const FuzzCase& fuzz_case, const Finding& finding,
     return reproducer;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -7,7 +7,7 @@
 
 #include "tests/fuzz/judge/referee.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// A pose as the text of an OBJ file, which reads back exactly.
 std::string obj_text(const FuzzCase& fuzz_case, std::size_t pose);
@@ -32,4 +32,4 @@ Reproducer write_reproducer(const FuzzCase& fuzz_case, const Finding& finding,
                             const std::filesystem::path& folder,
                             const std::filesystem::path& program, const std::string& remarks);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -8,7 +8,7 @@
 
 #include <glm/geometric.hpp>
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 using glm::dvec3;
@@ -191,4 +191,4 @@ bool round_number(FuzzCase& fuzz_case, std::size_t index, int bits) {
     return changed;
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -7,7 +7,7 @@
 
 #include "tests/fuzz/case/fuzz_case.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// Cases with fewer poses: the frame alone, then the pose of the build and the frame.
 std::vector<FuzzCase> with_fewer_poses(const FuzzCase& fuzz_case);
@@ -30,4 +30,4 @@ std::size_t number_count(const FuzzCase& fuzz_case);
 /// Rounds a number to `bits` binary digits; 0 bits give 0. Returns whether that changes it.
 bool round_number(FuzzCase& fuzz_case, std::size_t index, int bits);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -6,7 +6,7 @@
 
 #include "tests/fuzz/shrink/shrink_parts.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 class Shrinker {
@@ -153,4 +153,4 @@ FuzzCase shrink(const FuzzCase& failing, const Fails& fails, std::size_t trials)
     return Shrinker(failing, fails, trials).shrink();
 }
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -8,7 +8,7 @@
 
 #include "tests/fuzz/case/fuzz_case.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 
 /// The place where a case fails: a pixel, or one of its rays.
 struct FailurePlace {
@@ -24,4 +24,4 @@ using Fails = std::function<std::optional<FailurePlace>(const FuzzCase&)>;
 /// digits of a number can be removed. Ends early after `trials` calls of `fails`.
 FuzzCase shrink(const FuzzCase& failing, const Fails& fails, std::size_t trials = 3000);
 
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

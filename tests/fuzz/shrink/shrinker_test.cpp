@@ -9,7 +9,7 @@
 #include "tests/fuzz/generate/dice.h"
 #include "tests/fuzz/judge/referee.h"
 
-namespace morphray::fuzz {
+namespace mray::fuzz {
 namespace {
 
 /// Traces like another backend, but loses triangles whose vertices have the same z, or only their
@@ -184,4 +184,4 @@ TEST(Shrinker, LeavesWhatDoesNotFail) {
 }
 
 }  // namespace
-}  // namespace morphray::fuzz
+}  // namespace mray::fuzz

@@ -14,7 +14,7 @@
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // tinyobjloader's material_t takes 1.5 kB, so libraries of a million materials are parsed in
@@ -158,4 +158,4 @@ Albedo albedo_of(float r, float g, float b) {
     return channel(r) | channel(g) << 8 | channel(b) << 16;
 }
 
-}  // namespace morphray
+}  // namespace mray

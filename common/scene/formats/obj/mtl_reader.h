@@ -9,7 +9,7 @@
 #include "common/base/warning_count.h"
 #include "common/scene/mesh.h"
 
-namespace morphray {
+namespace mray {
 
 using MaterialMap = std::unordered_map<std::string, Albedo>;
 
@@ -27,4 +27,4 @@ void read_mtl_text(std::string_view text, const std::string& name, bool lenient,
 /// The albedo of linear channels, clamped to [0, 1].
 Albedo albedo_of(float r, float g, float b);
 
-}  // namespace morphray
+}  // namespace mray

@@ -13,7 +13,7 @@
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using namespace std::string_view_literals;
@@ -304,4 +304,4 @@ CheckedObj check_obj(std::string& text, const std::string& name, const ObjCheckO
     return Checker(text, name, options).run(options.warn);
 }
 
-}  // namespace morphray
+}  // namespace mray

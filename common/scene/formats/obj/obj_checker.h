@@ -8,7 +8,7 @@
 #include "common/base/warning_count.h"
 #include "common/interop/platform.h"
 
-namespace morphray {
+namespace mray {
 
 /// Finite coordinates beyond this are refused like infinite ones; simulations that diverge write
 /// them.
@@ -48,4 +48,4 @@ struct CheckedObj {
 /// max_triangles.
 CheckedObj check_obj(std::string& text, const std::string& name, const ObjCheckOptions& options);
 
-}  // namespace morphray
+}  // namespace mray

@@ -16,7 +16,7 @@
 #include "common/text/message_text.h"
 #include "common/text/text_parts.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -149,4 +149,4 @@ ObjMesh read_obj(const fs::path& path, const ObjOptions& options) {
     return mesh;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/polygons/polygons.h"
 
-namespace morphray {
+namespace mray {
 
 struct ObjOptions {
     /// Accept, with a warning each, coordinates that are not finite or beyond 1e30, files without
@@ -38,4 +38,4 @@ struct ObjMesh {
 /// call has its own options.
 ObjMesh read_obj(const std::filesystem::path& path, const ObjOptions& options = {});
 
-}  // namespace morphray
+}  // namespace mray

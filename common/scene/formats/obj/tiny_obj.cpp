@@ -7,7 +7,7 @@
 #define TINYOBJLOADER_IMPLEMENTATION
 #include <tiny_obj_loader.h>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Reads from memory without copying it. Never writes to the buffer.
@@ -88,4 +88,4 @@ std::vector<ParsedMaterial> parse_mtl_text(std::string_view text) {
     return materials;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 
 /// Receives the statements of an OBJ text in their order.
 class ObjEvents {
@@ -33,4 +33,4 @@ struct ParsedMaterial {
 /// The materials of an MTL text in their order, `newmtl` and `Kd` of three finite numbers.
 std::vector<ParsedMaterial> parse_mtl_text(std::string_view text);
 
-}  // namespace morphray
+}  // namespace mray

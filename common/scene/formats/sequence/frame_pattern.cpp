@@ -8,7 +8,7 @@
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::size_t kMaxDigits = 9;
@@ -69,4 +69,4 @@ std::optional<std::uint64_t> FramePattern::number_of(std::string_view name) cons
     return static_cast<std::uint64_t>(*number);
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace morphray {
+namespace mray {
 
 /// A path with one %d or %0Nd (N from 1 to 9) in its file name; %% is a percent sign. The text
 /// never reaches printf.
@@ -30,4 +30,4 @@ private:
     std::size_t width_ = 0;
 };
 
-}  // namespace morphray
+}  // namespace mray

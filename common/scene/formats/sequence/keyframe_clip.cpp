@@ -17,7 +17,7 @@
 #include "common/scene/polygons/triangulate.h"
 #include "common/text/message_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // Files that are read between checks for errors: enough to keep all cores busy, and few enough to
@@ -246,4 +246,4 @@ std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
     return std::make_unique<KeyframeClip>(files, name, options);
 }
 
-}  // namespace morphray
+}  // namespace mray

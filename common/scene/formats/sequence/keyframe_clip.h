@@ -9,7 +9,7 @@
 #include "common/scene/formats/sequence/keyframe_files.h"
 #include "common/scene/scene_source.h"
 
-namespace morphray {
+namespace mray {
 
 /// Reads all files (at least one) in parallel and keeps their positions. Positions between
 /// keyframes are interpolated component by component (common/scene/interpolate.h); at a keyframe
@@ -26,4 +26,4 @@ namespace morphray {
 std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
                                      const std::string& name, const SceneOptions& options);
 
-}  // namespace morphray
+}  // namespace mray

@@ -13,7 +13,7 @@
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -163,4 +163,4 @@ std::vector<KeyframeFile> files_of_pattern(const std::string& text, const SceneO
     return files;
 }
 
-}  // namespace morphray
+}  // namespace mray

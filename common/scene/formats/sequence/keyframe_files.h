@@ -7,7 +7,7 @@
 
 #include "common/scene/scene_source.h"
 
-namespace morphray {
+namespace mray {
 
 /// Frames are whole numbers and increase.
 struct KeyframeFile {
@@ -28,4 +28,4 @@ std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
 /// matches, and for missing files as above.
 std::vector<KeyframeFile> files_of_pattern(const std::string& pattern, const SceneOptions& options);
 
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 
 #include "common/scene/mesh.h"
 
-namespace morphray {
+namespace mray {
 
 constexpr Albedo rgb(std::uint32_t r, std::uint32_t g, std::uint32_t b) {
     return r | (g << 8) | (b << 16);
@@ -20,4 +20,4 @@ constexpr Albedo palette(std::uint64_t i) {
     return colours[i % colours.size()];
 }
 
-}  // namespace morphray
+}  // namespace mray

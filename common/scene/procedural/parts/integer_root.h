@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace morphray {
+namespace mray {
 
 /// The largest n with n^3 <= x, for x up to 2^60.
 constexpr std::uint32_t cube_root(std::uint64_t x) {
@@ -15,4 +15,4 @@ constexpr std::uint32_t cube_root(std::uint64_t x) {
     return static_cast<std::uint32_t>(root);
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 
 #include "common/scene/procedural/parts/trig.h"
 
-namespace morphray {
+namespace mray {
 
 /// Based on: Guy L. Steele Jr., Doug Lea, Christine H. Flood. Fast splittable pseudorandom number
 /// generators. OOPSLA 2014: the finaliser of SplitMix64, here on a counter.
@@ -31,4 +31,4 @@ inline glm::dvec3 uniform_direction(std::uint64_t seed, std::uint64_t index, std
     return {ring * cos_turns(around), y, ring * sin_turns(around)};
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 
 #include "common/scene/procedural/parts/trig.h"
 
-namespace morphray {
+namespace mray {
 
 /// p turned about the unit vector axis (Rodrigues' formula).
 inline glm::dvec3 rotate(const glm::dvec3& p, const glm::dvec3& axis, CosSin turn) {
@@ -14,4 +14,4 @@ inline glm::dvec3 rotate(const glm::dvec3& p, const glm::dvec3& axis, CosSin tur
            (1 - turn.cos) * glm::dot(axis, p) * axis;
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // About `quads` quads in rows and columns with rows = elongation * columns.
@@ -108,4 +108,4 @@ uvec3 Torus::triangle(std::uint32_t index) const {
     return index % 2 == 0 ? uvec3{a, b, c} : uvec3{a, c, d};
 }
 
-}  // namespace morphray
+}  // namespace mray

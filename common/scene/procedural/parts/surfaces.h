@@ -10,7 +10,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/procedural/parts/trig.h"
 
-namespace morphray {
+namespace mray {
 
 /// Rows and columns of quads of two triangles each. The surfaces number their vertices row by row
 /// and their triangles quad by quad, also row by row.
@@ -76,4 +76,4 @@ private:
     Grid grid_;
 };
 
-}  // namespace morphray
+}  // namespace mray

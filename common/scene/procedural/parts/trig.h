@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace morphray {
+namespace mray {
 
 /// sin(2 pi x), with an absolute error below 2^-50; exact at multiples of a quarter turn. For
 /// finite x.
@@ -45,4 +45,4 @@ inline double smooth_step(double begin, double end, double x) {
     return s * s * (3 - 2 * s);
 }
 
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "common/bvh/bvh_stats.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using test::adversarial_scenes;
@@ -178,4 +178,4 @@ TEST(CountDegenerate, CountsBothKinds) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

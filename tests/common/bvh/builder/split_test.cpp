@@ -12,7 +12,7 @@
 #include "common/bvh/builder/split_parts.h"
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using test::Random;
@@ -130,4 +130,4 @@ TEST(PrimRefs, AreTheSameOnEveryTarget) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 TEST(VertexSet, NumbersVerticesInTheOrderInWhichTheyComeWhateverTheirIndices) {
@@ -31,4 +31,4 @@ TEST(VertexSet, NumbersVerticesInTheOrderInWhichTheyComeWhateverTheirIndices) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

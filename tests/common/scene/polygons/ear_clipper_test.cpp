@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
@@ -34,4 +34,4 @@ TEST(EarClipper, CutsTheOnlyEarsOfAnArrow) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr std::size_t kManySteps = std::numeric_limits<std::size_t>::max();
@@ -69,4 +69,4 @@ TEST(PointTree, GivesUpWhenTheStepsAreUsedUp) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

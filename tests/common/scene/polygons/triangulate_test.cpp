@@ -13,7 +13,7 @@
 #include "common/base/errors.h"
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 Polygons one_face(std::size_t corners) {
@@ -233,4 +233,4 @@ TEST(Triangulate, CrossingEdgesOfAHundredThousandCornersTakeLittleTime) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -13,7 +13,7 @@
 #include "common/scene/procedural/scenes.h"
 #include "tests/common/scene/procedural/mesh_checks.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 using MakeMesh = DeformingMesh (*)(std::uint64_t);
@@ -259,4 +259,4 @@ TEST(MakeProcedural, RefusesMoreThan2To28Triangles) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -10,7 +10,7 @@
 #include "common/scene/procedural/scenes.h"
 #include "tests/common/scene/procedural/mesh_checks.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 TEST(ClosedMeshes, SpikesAndCollapseShareEachEdgeBetweenTwoOppositeTriangles) {
@@ -115,4 +115,4 @@ TEST(Spikes, RisesAndFallsByMoreThanHalfOfItsRadius) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

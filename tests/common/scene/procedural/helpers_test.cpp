@@ -7,7 +7,7 @@
 #include "common/scene/procedural/parts/random.h"
 #include "common/scene/procedural/parts/trig.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr long double kTwoPi = 6.283185307179586476925286766559005768L;
@@ -75,4 +75,4 @@ TEST(UniformDirection, HasLengthOneAndNoPreference) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

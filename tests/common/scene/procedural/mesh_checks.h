@@ -10,7 +10,7 @@
 
 #include "common/scene/clip.h"
 
-namespace morphray {
+namespace mray {
 
 inline std::vector<vec3> positions_of(const Clip& clip, double frame) {
     std::vector<vec3> positions(clip.topology().vertex_count);
@@ -50,4 +50,4 @@ inline long double mesh_volume6(std::span<const uvec3> triangles, std::span<cons
     return volume;
 }
 
-}  // namespace morphray
+}  // namespace mray

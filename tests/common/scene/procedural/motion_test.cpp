@@ -13,7 +13,7 @@
 #include "common/scene/procedural/scenes.h"
 #include "tests/common/scene/procedural/mesh_checks.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 constexpr long double kPi = 3.141592653589793238462643383279502884L;
@@ -266,4 +266,4 @@ TEST(Cloth, EndsHangingAroundTheBall) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

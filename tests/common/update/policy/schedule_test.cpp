@@ -7,7 +7,7 @@
 
 #include "tests/support/test_scene.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 ScheduleCosts random_costs(std::size_t frames, std::uint64_t seed) {
@@ -72,4 +72,4 @@ TEST(PeriodicTotal, IsThatOfItsRebuilds) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -9,7 +9,7 @@
 #include "common/base/errors.h"
 #include "common/update/policy/slowdown_model.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 /// A tree whose degradation is known: it takes `sound` to trace when new, a build costs `build`.
@@ -321,4 +321,4 @@ TEST(SlowdownModel, StaysWithinReasonWhateverClocksSay) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -7,7 +7,7 @@
 
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 struct Library {
@@ -73,4 +73,4 @@ TEST(MtlReader, AMillionMaterialsAreReadInTime) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 #include "common/scene/formats/obj/obj_reader.h"
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -89,4 +89,4 @@ TEST(ObjMaterials, AreIgnoredOnRequest) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -13,7 +13,7 @@
 #include "common/scene/polygons/triangulate.h"
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -329,4 +329,4 @@ TEST(ObjChecker, MoreTrianglesThanTheLimitAreRefused) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -4,7 +4,7 @@
 
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 TEST(FramePattern, NamesFrames) {
@@ -71,4 +71,4 @@ TEST(FramePattern, RefusesEveryOtherUseOfThePercentSign) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

@@ -11,7 +11,7 @@
 #include "common/scene/interpolate.h"
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 // A triangle at x, moved by frame.
@@ -251,4 +251,4 @@ TEST(KeyframeClip, ManyFramesAreInTheirPlaces) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray

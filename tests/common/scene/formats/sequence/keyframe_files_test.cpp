@@ -5,7 +5,7 @@
 
 #include "tests/common/base/temp_folder.h"
 
-namespace morphray {
+namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
@@ -121,4 +121,4 @@ TEST(KeyframeFilesOfPattern, WithoutFilesAreBadInput) {
 }
 
 }  // namespace
-}  // namespace morphray
+}  // namespace mray
