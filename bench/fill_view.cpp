@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "bench/full_window.h"
@@ -12,7 +13,6 @@
 namespace mray::bench {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 // Fine enough that the smallest window still has a thousand pixels to judge by.
 constexpr std::uint32_t kProbeSide = 256;
 
@@ -57,13 +57,14 @@ ViewSpec fill_view(const ViewSpec& whole, const WorldBounds& bounds, const Scene
         forward[axis] =
             camera.corner[axis] + camera.du[axis] * middle_x + camera.dv[axis] * middle_y;
     }
-    const double half_height = std::tan(whole.fov * (kPi / 360)) * window.side / kProbeSide;
+    const double half_height =
+        std::tan(whole.fov * (std::numbers::pi / 360)) * window.side / kProbeSide;
     const double depth = std::hypot(forward[0], forward[1], forward[2]);
 
     ViewSpec fill = whole;
     fill.eye = resolved.eye;
     fill.light = resolved.light;
-    fill.fov = std::atan(half_height / depth) * (360 / kPi);
+    fill.fov = std::atan(half_height / depth) * (360 / std::numbers::pi);
     const double reach =
         std::hypot(resolved.target[0] - resolved.eye[0], resolved.target[1] - resolved.eye[1],
                    resolved.target[2] - resolved.eye[2]);

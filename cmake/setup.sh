@@ -3,9 +3,15 @@
 # packages cannot be had, 70 when the build fails.
 
 : "${root:?}"
-build=$root/build/release
 build_targets=()
-log=$build/setup.log
+
+# use_preset NAME: what set_up configures and builds.
+use_preset() {
+    preset=$1
+    build=$root/build/$preset
+    log=$build/setup.log
+}
+use_preset release
 
 say() { printf 'morphray: %s\n' "$*" >&2; }
 
@@ -38,7 +44,8 @@ show_log_and_exit() {
     exit "$1"
 }
 
-# install_missing INSTALL KIND...: INSTALL is "yes" or "no" (then only says what to type).
+# install_missing INSTALL KIND...: INSTALL is "yes" or "no" (then only says what to type). What was
+# installed may be missing in the build folder's cache, so `configure` has to look again.
 install_missing() {
     local install=$1 missing prefix=()
     shift
@@ -64,6 +71,7 @@ install_missing() {
     "${apt[@]}" update </dev/null >>"$log" 2>&1 || true
     "${apt[@]}" install --no-install-recommends "${missing[@]}" </dev/null >>"$log" 2>&1 ||
         show_log_and_exit 4 "packages could not be installed; try: $line"
+    rm -f "$build/build.ninja"
 }
 
 cache_has() { grep -qxF "$1" "$build/CMakeCache.txt" 2>/dev/null; }
@@ -79,18 +87,19 @@ configure() {
         { [ "$tests" = OFF ] || cache_has MORPHRAY_TESTS:BOOL=ON; }; then
         return
     fi
+    cache_has MORPHRAY_TESTS:BOOL=ON && tests=ON
     say "building; the first time takes a minute or two"
-    (cd "$root" && cmake --preset release -DMORPHRAY_TESTS="$tests") </dev/null >>"$log" 2>&1 ||
+    (cd "$root" && cmake --preset "$preset" -DMORPHRAY_TESTS="$tests") </dev/null >>"$log" 2>&1 ||
         show_log_and_exit 70 "configuring failed"
 }
 
 # set_up INSTALL TESTS KIND...: everything up to a program that is up to date. One at a time, so
-# that two calls do not build into each other. With tests all is built, or what is in the array
-# build_targets; without, the program.
+# that two calls do not build into each other. What is in the array build_targets is built; if that
+# is empty, all with tests, and the program without.
 set_up() {
     local install=$1 tests=$2 targets=("${build_targets[@]}") quiet=(--quiet)
     shift 2
-    [ "$tests" = ON ] || targets=(morphray)
+    [ "$tests" = ON ] || [ ${#targets[@]} -gt 0 ] || targets=(morphray)
     if ! mkdir -p "$build"; then
         say "$build cannot be made; build elsewhere with cmake by hand"
         exit 5

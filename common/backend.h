@@ -25,8 +25,6 @@ struct BackendTimes {
     double secondary_ms = 0;
     double shade_ms = 0;
     std::uint64_t rays = 0;
-    /// Leaves that the last refit wrote: 0 if no vertex moved.
-    std::uint64_t refitted_leaves = 0;
     /// Bytes of the tree that the last set_scene(), set_frame() or edit_tree() wrote to a device.
     std::uint64_t tree_bytes = 0;
 };
@@ -61,7 +59,8 @@ public:
     virtual void set_frame(std::span<const vec3> positions, const Bvh& bvh) = 0;
     /// Takes new positions and refits the tree to them. Vertices outside of `changed` (ascending
     /// ranges) are where they were. A device may leave the refit to the next call that needs the
-    /// tree. Returns the number of leaves that it writes.
+    /// tree. Returns the number of leaves that it writes: 0 if no vertex moved and the extent is
+    /// kMoved.
     virtual std::uint64_t refit(std::span<const vec3> positions,
                                 RefitExtent extent = RefitExtent::kMoved,
                                 std::span<const IndexRange> changed = kAllIndices) = 0;

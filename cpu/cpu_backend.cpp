@@ -75,7 +75,6 @@ public:
                 cpu::refit(bvh_, planner_.pose().positions(), plan.parts, target_);
             }
         });
-        times_.refitted_leaves = plan.leaf_count;
         times_.update.refit_ms = watch.ms();
         return plan.leaf_count;
     }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "gpu/camera_packets.h"
+#include "gpu/packet_arguments.h"
 
 namespace mray::gpu {
 namespace {
@@ -150,7 +150,8 @@ RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
 RayPass ImageTracer::light_pass(const RegionArguments& region) const {
     RegionArguments packets = region;
     // Tall packets are fewer, but each of their triangles concerns fewer of their rays. They are
-    // slower from a triangle a pixel on, and faster up to half a triangle a pixel (measured).
+    // slower from a triangle a pixel on, and faster up to half a triangle a pixel
+    // (docs/lab/vulkan_tracer.md).
     const std::uint64_t pixels = std::uint64_t{region.params.width} * region.params.height;
     const bool is_tall =
         kernels_.packet_lanes >= 8 && std::uint64_t{2} * scene_.triangle_count() <= pixels;

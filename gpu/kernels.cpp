@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "gpu/camera_packets.h"
+#include "gpu/packet_arguments.h"
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
 #include "shaders/occlusion/occlusion_packet_spirv.h"

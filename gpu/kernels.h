@@ -32,8 +32,8 @@ struct Kernels {
     Pipeline refit_nodes;
 };
 
-/// Dispatches each kernel once, over nothing. Some drivers compile a kernel at its first dispatch
-/// (lavapipe takes 13 to 89 ms each).
+/// Dispatches each kernel once, over nothing. Some drivers, such as lavapipe, compile a kernel at
+/// its first dispatch.
 void warm_up(Context& context, const Kernels& kernels);
 
 }  // namespace mray::gpu

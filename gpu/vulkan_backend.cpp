@@ -28,6 +28,13 @@ SceneSize size_of(std::uint64_t vertices, std::uint64_t triangles, const Bvh& bv
     return {vertices, triangles, bvh.nodes.size(), bvh.leaves.size(), bvh.depth()};
 }
 
+/// `size` with a tree that has used up its room.
+SceneSize with_room(SceneSize size) {
+    for (std::uint64_t* const count : {&size.nodes, &size.leaves})
+        *count += static_cast<std::uint64_t>(kRoom * static_cast<double>(*count));
+    return size;
+}
+
 class VulkanBackend final : public Backend {
 public:
     VulkanBackend(const VulkanConfig& config, const Tuning& tuning)
@@ -157,7 +164,6 @@ std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent 
     planner_.advance(positions, changed);
     const RefitPlan plan = planner_.plan(links_, extent);
     times_.update.refit_ms = 0;
-    times_.refitted_leaves = plan.leaf_count;
     defer_refit(plan);
     times_.update.upload_ms = watch.ms();
     return plan.leaf_count;
@@ -207,14 +213,13 @@ void VulkanBackend::edit_tree(const TreeEdit& edit) {
     Bvh tree = before;
     times_.tree_bytes = 0;
     if (!edit(tree)) return;
-    SceneSize size = size_of(scene_.vertex_count(), scene_.triangle_count(), tree);
+    const SceneSize size = size_of(scene_.vertex_count(), scene_.triangle_count(), tree);
     check_scene(context_.physical(), size);
     if (const auto written = change_tree(before, tree)) {
         times_.tree_bytes = *written;
     } else {
-        size.nodes += size.nodes / 2;
-        size.leaves += size.leaves / 2;
-        scene_.set_tree(context_, transfer_, tree, fits(context_.physical(), size) ? kRoom : 0);
+        const bool has_room = fits(context_.physical(), with_room(size));
+        scene_.set_tree(context_, transfer_, tree, has_room ? kRoom : 0);
         bind();
         times_.tree_bytes = scene_.tree_bytes();
     }

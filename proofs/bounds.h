@@ -21,7 +21,7 @@ inline constexpr double kProjectionSnap = 0x1p-62;
 inline constexpr double kRcpUlp = 1.155;
 inline constexpr double kRsqrtUlp = 1.218;
 
-/// z of a hit from its mean under exact weights, where the accurate edge functions give the
+/// z of a hit from its mean under exact weights, where the exact edge functions give the
 /// weights: this part of the range of the vertices' z, and that part of the largest (depth.g).
 inline constexpr double kRangeOfDepths = 6.32 * 0x1p-24;
 inline constexpr double kSizeOfDepths = 6.32 * 0x1p-24;
@@ -29,7 +29,7 @@ inline constexpr double kSizeOfDepths = 6.32 * 0x1p-24;
 /// Relative error of t against z / d.z (depth.g).
 inline constexpr double kTravel = 3.32 * 0x1p-24;
 
-/// What is left of Edges::bound when the error of the plain edge functions is taken off, as a part
+/// What is left of Edges::bound when the error of the fast edge functions is taken off, as a part
 /// of it (fast_edges.g). The roundings of the tests that use the bound go here.
 inline constexpr double kSpareOfBound = 0x1p-5;
 

@@ -1,6 +1,6 @@
 # A hit against the box of its triangle, and the slab test against a hit.
 #
-#   bounds       a hit is within D / 32 (accurate weights) or 9/16 D (plain ones) of the box of its
+#   bounds       a hit is within D / 32 (exact path) or 9/16 D (fast path) of the box of its
 #                triangle; the slab test rounds by at most D / 64, which leaves 7/16 D beyond doubt:
 #                so entry <= t <= exit for the box dilated by D
 #   code         box_dilation, hits_box, slab_reciprocal (common/interop/slab.h)
@@ -10,7 +10,7 @@
 #   operations   entry = fl(fl(lower - fl(org + D)) * rcp(d))
 #   used by      every tree
 #   by hand      H, the point at the exact weights, is in the box. The weights make the mean of the
-#                accurate x 0, so H is as far from the ray, times d.z, as the mean error of the
+#                compensated x 0, so H is as far from the ray, times d.z, as the mean error of the
 #                projection; an error of z or t moves the point by no more on the other axes. The range
 #                of z is at most twice their size. With
 #                g = lower - org - D <= t d - 7/16 D: entry d <= g + |entry d - g|. The exit and
@@ -28,7 +28,7 @@ travel = @kTravel@ * r * (1 + 0x1p-19);
 difference = @kRounding@ * r;
 { @kBoxDilation@ / 32 - (projection + mean + travel + difference) >= 0 }
 
-## lemma: and where plain edge functions weigh, the D / 2 of depth.g comes on top: 9/16 D is enough
+## lemma: and where fast edge functions weigh, the D / 2 of depth.g comes on top: 9/16 D is enough
 { 1 / 32 + 1 / 2 <= 0.5625 }
 
 ## lemma: the slab test rounds by at most D / 64

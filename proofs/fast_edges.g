@@ -1,15 +1,15 @@
-# The plain edge functions against the accurate ones.
+# The edge functions of the fast path against those of the compensated projection.
 #
-#   bounds       |plain - accurate| <= (1 - kSpareOfBound) bound; accurate is the exact value of the
-#                edge function of the points that project gives (or of the exact projections: then
-#                one source of error less)
+#   bounds       |fast - compensated| <= (1 - kSpareOfBound) bound; compensated is the exact value
+#                of the edge function of the points that project gives (or of the exact
+#                projections: then one source of error less)
 #   code         project_fast, fast_edges (common/interop/hit_rule.h); cpu/single_ray/shared_leaf-inl.h
 #   constants    kFastProjectionError, kFastProjectionFloor
 #   inputs       |d| < 2, |d.x| <= d.z, |d.y| <= d.z, d.z >= 1
 #   operations   x = fl(fl(a.x * d.z) - fl(d.x * a.z)), y likewise; m = sum of |x| + |y| over the
 #                vertices; Z = largest |a.z|; r = fl(fl(kFastProjectionError * fl((m + m) + Z))
 #                + kFastProjectionFloor); bound = fl(r * fl(m + fl(r + r)));
-#                plain = fl(fl(b.x * c.y) - fl(b.y * c.x))
+#                fast = fl(fl(b.x * c.y) - fl(b.y * c.x))
 #   used by      may_be_inside, surely_inside; depth.g
 #   by hand      In real numbers fl(y) = y (1 + e), |e| <= 2^-24, holds at every scale; where a
 #                lemma bounds something "for R = 1", both sides are divided by R, the largest
@@ -23,12 +23,12 @@
 # step: kProjection 2
 # step: kSpareOfBound 2
 
-## lemma: x - accurate = p - x k, where accurate = exact (1 + q) + g as project.g has it
+## lemma: x - compensated = p - x k, where compensated = exact (1 + q) + g as project.g has it
 x0 = ax * dz * (1 + e2);
 x1 = dx * az * (1 + e4);
 x = (x0 - x1) / (1 + f);
 exact = ax * (1 + e1) * dz - dx * (az * (1 + e3));
-accurate = exact * (1 + q) + g;
+compensated = exact * (1 + q) + g;
 h = ax * dz * (e2 - e1) - dx * az * (e4 - e3);
 { x0 - x1 - h - exact in [0, 0]
   /\ X - ((X * (1 + f) - H) * (1 + q) + g) - ((1 + q) * H - g - X * (f + q + f * q)) in [0, 0] }

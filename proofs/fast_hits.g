@@ -3,14 +3,14 @@
 #   bounds       where they agree, bound as fast_edges computes it is no larger than theirs, and
 #                fl(zmax - zmin) < size, so that the rule takes its fast path with the same weights
 #   code         FastHits::project (cpu/simd/fast_hit_rule-inl.h, margin 2^-18 on r), finish_hit
-#                (shaders/packet/hit_leaves.glsl, margin 2^-16 on bound)
-#   inputs       points of project_fast; accurate edge functions that are known to be alike
+#                (shaders/packet/finish_hit.glsl, margin 2^-16 on bound)
+#   inputs       points of project_fast; exact edge functions whose signs are known to be alike
 #   operations   rule: r = fl(fl(c fl((m + m) + Z)) + f), bound = fl(r fl(m + fl(r + r))),
 #                c, f = kFastProjectionError, kFastProjectionFloor. FastHits: the same m; each sum
 #                and product rounded or fused. finish_hit: any order, at most 5 roundings of a term
 #                of m, 3 more of r, 1 more of m + 2 r, and 3 of the products, with range's
 #   by hand      All terms are positive, and results grow with operands. With a larger bound,
-#                "beyond bound" implies that of the rule; the functions then have the accurate ones'
+#                "beyond bound" implies that of the rule; the functions then have the exact ones'
 #                signs, which are alike. fl(bound max(range, 1)) grows with bound. sum, slack and
 #                range are the rule's own floats. nearest > 2^-20 farthest is false unless both are
 #                positive, because nearest <= farthest; the product is exact; then size = farthest.

@@ -6,9 +6,9 @@
 //                floats are the code's text (rule_functions.h), others are written out here
 //   inputs       vertices, origins and directions as common/scene/scene_space.h promises
 //   method       grid.h: multiples of powers of two and largest magnitudes
-//   by hand      What a comment below says. Plain products x y may underflow and do not matter
+//   by hand      What a comment below says. Fast products x y may underflow and do not matter
 //                (fast_edges.g, last lemma). surely_inside: where fl(depth_slack * sum) is a
-//                denormal, it is less than bound >= 2^-98 either way. weighted_hit of plain
+//                denormal, it is less than bound >= 2^-98 either way. weighted_hit of fast
 //                functions that surely_inside rejects may underflow or overflow, and t where z is
 //                not certain: neither is used. surface.h, shading.h: left to tests.
 #include <cstdio>
@@ -54,17 +54,17 @@ bool projections_are_normal(int grid) {
     bool all = line("a = vertex - org", a, -40, 0x1p41);
     all = line("difference_error", difference_error(vertex, origin, a), -40, 0x1p45) && all;
     const Grid error(grid, a.most * kRounding);
-    all = line("plain x", a * kLargest - kDirection * a, -86, 0x1p43) && all;
+    all = line("fast x", a * kLargest - kDirection * a, -86, 0x1p43) && all;
     const Grid x = project_axis(a, error, a, error, kDirection, kLargest);
-    all = line("accurate x", x, -63, 0x1p88) && all;
+    all = line("compensated x", x, -63, 0x1p88) && all;
     return all;
 }
 
-/// Accurate functions are multiples of 2^-126 by |x| <= 2^43 and project.g. Plain ones are beyond
+/// Exact functions are multiples of 2^-126 by |x| <= 2^43 and project.g. Fast ones are beyond
 /// their bound and so more than 2^-22 of their sum.
 bool depths_are_normal(int grid) {
     const Grid x(-63, 0x1p44);
-    bool all = line("accurate edge function", difference_of_products(x, x, x, x), -126, 0x1p127);
+    bool all = line("exact edge function", difference_of_products(x, x, x, x), -126, 0x1p127);
     const Grid sum = Grid::between(0x1p-126, 0x1p91);
     // rcp(x) is 1 / x up to two ulp.
     const Grid scale = Grid::between((1 - 0x1p-22) / sum.most, (1 + 0x1p-22) / sum.least);

@@ -1,6 +1,6 @@
 # Any hits of a light packet: rays and blocks that certainly miss, by constants found once a leaf.
 #
-#   bounds       an edge function with most_c = c + kLosingBound bound that is negative is less than
+#   bounds       an edge function with most_c = c + kMissBound bound that is negative is less than
 #                -bound as far as the rule goes; so is that of all of a block's rays where its maximum
 #                with most_c is below -kBlockBound bound; 1/z with most_q is no less than the rule's
 #   code         store_edges, store_depth (cpu/packet/triangle_setup-inl.h); certainly_misses, blocks_through
@@ -8,7 +8,7 @@
 #   inputs       a, b, c as stored (packet_edges.g): |a| + |b| <= 2 size z, |c| <= size^2 + 2 size R z;
 #                bound >= kEdgeRounding size (reach + kShearRounding R z) + 2 kShearError R z reach;
 #                depth_c <= q + R gradient; c0, c1, c2 as in packet_depth.g
-#   operations   fl(c + fl(kLosingBound bound)); a x + (b y + most_c); fl(half (lower + upper)), fl(half
+#   operations   fl(c + fl(kMissBound bound)); a x + (b y + most_c); fl(half (lower + upper)), fl(half
 #                (upper - lower)); two more products and sums; depth_c + (2^-16 gradient + (1 + 2^-18)
 #                error)
 #   by hand      All is relative to u: S for size reach, T for size R z, so that size^2 <= S. Partial
@@ -16,24 +16,24 @@
 #                own roundings are in bound already (packet_edges.g). The rule hits nothing nearer than
 #                nearest, which bounds both 1/z of the hit and that of its mean: no second order.
 #
-# step: kLosingBound 0.85
+# step: kMissBound 0.85
 # step: kBlockBound 0.5
 # step: kEdgeRounding 0.25
-# step: kLosingGradient 0.5
+# step: kMissGradient 0.5
 # step: kReciprocalRounding 0.57
 
 ## lemma: most_c: of c and of bound, and in two sums after that
 # T's part of the bound is less than by kShearError too, which is not needed here.
 e = @kRounding@;
 once = 1 + 8 * e;
-spare = @kLosingBound@ * (1 - 8 * e) - 1;
+spare = @kMissBound@ * (1 - 8 * e) - 1;
 { spare * @kEdgeRounding@ * (1 - 16 * e) - e * once >= 0
   /\ spare * @kEdgeRounding@ * @kShearRounding@ * (1 - 16 * e) - 2 * e * once >= 0 }
 
 ## lemma: blocks: four sums (S + 4 T), most_c, products with |x| + half_x <= R, the middle and the half
 e = @kRounding@;
 once = 1 + 16 * e;
-spare = @kLosingBound@ * (1 - 16 * e) + @kBlockBound@ * (1 - e) - 1;
+spare = @kMissBound@ * (1 - 16 * e) + @kBlockBound@ * (1 - e) - 1;
 s = 4 + 1;
 t = 4 * 4 + 2 + 2 + 2 * 2;
 { spare * @kEdgeRounding@ * (1 - 16 * e) - s * e * once >= 0
@@ -41,5 +41,5 @@ t = 4 * 4 + 2 + 2 + 2 * 2;
 
 ## lemma: most_q: by R gradient, by the error itself, and by q (kReciprocalRounding has more than 1/z)
 e = @kRounding@;
-{ @kLosingGradient@ * (1 - 4 * e) - 33.5 * e >= 0 /\ 0x1p-18 - 6 * e >= 0
+{ @kMissGradient@ * (1 - 4 * e) - 33.5 * e >= 0 /\ 0x1p-18 - 6 * e >= 0
   /\ @kReciprocalRounding@ - 18.7 * e >= 0 }

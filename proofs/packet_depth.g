@@ -75,7 +75,7 @@ whole = (1 + nc) * (1 + pc) * (1 + q2) * (1 + q4) * (1 + r3) * (1 + r4) * (1 + t
 ## lemma: without fused operations
 { @kUnfusedNormal@ - 24.01 * @kRounding@ >= 0 }
 
-## lemma: narrowed: the sum of the rule's edge functions by scale, plain ones, other rounding, 1 / (1 - x)
+## lemma: narrowed: the sum of the rule's edge functions by scale, fast ones, other rounding, 1 / (1 - x)
 u = 0x1p-24;
 by_z = 12 * 0x7.001p-24 + 3 * (@kVertexOfPlace@ + 1.001 * u + @kVertexOfRange@ * 0x1p18);
 least = 1 - (6.001 / @kVolumeError@) / @kKnownVolume@;

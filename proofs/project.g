@@ -1,4 +1,4 @@
-# The accurate projection of a vertex, on one axis.
+# The compensated projection of a vertex, on one axis.
 #
 #   bounds       |x - exact| <= kProjection min(|x|, |exact|) + kProjectionOfRange r
 #                               + kProjectionSnap, where

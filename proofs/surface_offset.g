@@ -1,7 +1,7 @@
 # How far secondary rays start off the surface.
 #
 #   bounds       the point of off_surface lies on its side of the plane through the triangle, seen
-#                along the normal that it is moved along, if the accurate edge functions gave the
+#                along the normal that it is moved along, if the exact edge functions gave the
 #                weights, and the vertices are at most 8 times as far away as the hit and
 #                at most 8 times its distance apart along the ray
 #   code         surface_at, off_surface, unit (common/interop/surface.h)

@@ -28,8 +28,8 @@ SHARED_CONST uint kBindVisiblePixels = 8u;  // R32UI, indices of pixels whose ca
 // Uniform texel buffers over the memory of kBindHits and kBindOcclusion: answers of earlier passes.
 SHARED_CONST uint kBindFoundHits = 9u;        // RGBA32UI
 SHARED_CONST uint kBindFoundOcclusion = 10u;  // R32UI
-// Uniform texel buffers over the memory of kBindNodes and kBindPositions, for the refit, which is a
-// quarter slower if it reads these in place.
+// Uniform texel buffers over the memory of kBindNodes and kBindPositions, for the refit, which is
+// slower if it reads these in place (docs/lab/vulkan_tracer.md).
 SHARED_CONST uint kBindRefittedNodes = 11u;  // RGBA32UI
 SHARED_CONST uint kBindPose = 12u;           // RGBA32UI
 // Storage texel buffers over the memory of kBindNodes and kBindLeaves.

@@ -38,6 +38,7 @@ std::string command_text(const Options& options) {
     arguments.insert(arguments.end(), options.scenes.begin(), options.scenes.end());
     arguments.insert(arguments.end(), {"--out", options.out});
     if (options.quick) arguments.emplace_back("--quick");
+    if (options.lenient) arguments.emplace_back("--lenient");
     return shell_line(arguments);
 }
 

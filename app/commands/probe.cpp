@@ -84,7 +84,7 @@ std::string text_of(const ProbeReport& report) {
                         tree.node_count, tree.leaf_count, tree.depth, tree.sah_cost,
                         hash_text(report.bvh_hash));
     text += ray_text(report) + "\n";
-    text += "hit in the image    " + hit_text(report.image, report.world_depth) + "\n";
+    text += "hit in the image      " + hit_text(report.image, report.world_depth) + "\n";
     text += "hit of the ray alone  " + hit_text(report.alone, report.world_depth) + "\n";
     text += fmt::format("colour                #{:02x}{:02x}{:02x}\n", report.colour & 0xFF,
                         (report.colour >> 8) & 0xFF, (report.colour >> 16) & 0xFF);

@@ -78,14 +78,14 @@ OurTracer single_rays(const Bvh& bvh, const SimdTarget& target) {
     return batch_by_batch("single", target.name, cpu::SingleRayTracer(bvh, target));
 }
 
-std::vector<OurTracer> our_tracers(const TracedScene& scene, std::span<const SimdTarget> targets) {
+std::vector<OurTracer> our_tracers(const Bvh& bvh, std::span<const SimdTarget> targets) {
     std::vector<OurTracer> tracers;
     for (const SimdTarget& target : targets) {
-        tracers.push_back(packet_by_packet(scene.bvh, target));
-        tracers.push_back(single_rays(scene.bvh, target));
+        tracers.push_back(packet_by_packet(bvh, target));
+        tracers.push_back(single_rays(bvh, target));
     }
     if (targets.back() == supported_simd_targets().back()) {
-        tracers.push_back(batch_by_batch("reference", "scalar", ScalarBatches(scene.bvh)));
+        tracers.push_back(batch_by_batch("reference", "scalar", ScalarBatches(bvh)));
     }
     return tracers;
 }

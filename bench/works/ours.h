@@ -13,13 +13,6 @@
 
 namespace mray::bench {
 
-/// The scene of a tracer, which it must outlive.
-struct TracedScene {
-    const Topology& topology;
-    std::span<const vec3> positions;
-    const Bvh& bvh;
-};
-
 struct OurTracer {
     std::string name;
     /// The instruction set.
@@ -33,8 +26,8 @@ struct OurTracer {
 };
 
 /// The tracers for each target, best first; with the scalar target also the reference. Needs at
-/// least one target.
-std::vector<OurTracer> our_tracers(const TracedScene& scene, std::span<const SimdTarget> targets);
+/// least one target. The tree must outlive them.
+std::vector<OurTracer> our_tracers(const Bvh& bvh, std::span<const SimdTarget> targets);
 
 /// "single": every ray on its own.
 OurTracer single_rays(const Bvh& bvh, const SimdTarget& target);

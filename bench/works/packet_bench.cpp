@@ -8,11 +8,10 @@ namespace mray::bench {
 namespace {
 
 /// The methods on one target, single rays first.
-std::vector<OurTracer> methods_on(const TracedScene& scene, const SimdTarget& target,
-                                  std::uint32_t rays) {
-    if (rays == kRaysAo) return batches_of_each_size(scene.bvh, target);
-    std::vector<OurTracer> tracers = {single_rays(scene.bvh, target)};
-    for (OurTracer& tracer : packets_of_each_shape(scene.bvh, target)) {
+std::vector<OurTracer> methods_on(const Bvh& bvh, const SimdTarget& target, std::uint32_t rays) {
+    if (rays == kRaysAo) return batches_of_each_size(bvh, target);
+    std::vector<OurTracer> tracers = {single_rays(bvh, target)};
+    for (OurTracer& tracer : packets_of_each_shape(bvh, target)) {
         if (std::ranges::count(tracer.works, rays) != 0) tracers.push_back(std::move(tracer));
     }
     return tracers;
@@ -23,8 +22,7 @@ std::vector<OurTracer> methods_on(const TracedScene& scene, const SimdTarget& ta
 void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work) {
     ThreadArena arena(rig.threads);
     for (const SimdTarget& target : rig.targets) {
-        const std::vector<OurTracer> tracers =
-            methods_on({scene.topology(), scene.positions, scene.bvh}, target, work.params.rays);
+        const std::vector<OurTracer> tracers = methods_on(scene.bvh, target, work.params.rays);
         std::vector<TraceAnswers> answers(tracers.size(), TraceAnswers(work));
         std::vector<Method> methods;
         for (std::size_t i = 0; i < tracers.size(); ++i) {

@@ -110,8 +110,7 @@ private:
 
 void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work) {
     ThreadArena arena(rig.threads);
-    const std::vector<OurTracer> tracers =
-        our_tracers({scene.topology(), scene.positions, scene.bvh}, rig.targets);
+    const std::vector<OurTracer> tracers = our_tracers(scene.bvh, rig.targets);
     std::vector<Mine> mine = tracers_for(tracers, work);
 
     EmbreePeers embree(rig, scene);

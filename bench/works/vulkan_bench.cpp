@@ -85,8 +85,7 @@ EmbreeWay single_ray_way(std::uint32_t rays) {
 void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const TraceWork& work) {
     ThreadArena arena(rig.threads);
     const SimdTarget scalar[] = {find_simd_target("scalar")};
-    const std::vector<OurTracer> tracers =
-        our_tracers({scene.topology(), scene.positions, scene.bvh}, scalar);
+    const std::vector<OurTracer> tracers = our_tracers(scene.bvh, scalar);
     const OurTracer& reference = tracers.back();
     TraceAnswers reference_answers(work);
     const EmbreeMesh mesh(scene.topology(), scene.positions);

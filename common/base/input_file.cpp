@@ -11,26 +11,13 @@
 #include <system_error>
 
 #include "common/base/errors.h"
+#include "common/base/file_descriptor.h"
 #include "common/text/message_text.h"
 
 namespace mray {
 namespace {
 
 namespace fs = std::filesystem;
-
-class FileDescriptor {
-public:
-    explicit FileDescriptor(int fd) : fd_(fd) {}
-    ~FileDescriptor() {
-        if (fd_ >= 0) close(fd_);
-    }
-    FileDescriptor(const FileDescriptor&) = delete;
-    FileDescriptor& operator=(const FileDescriptor&) = delete;
-    int fd() const { return fd_; }
-
-private:
-    int fd_;
-};
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path), what));

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "common/base/errors.h"
+#include "common/base/file_descriptor.h"
 #include "common/text/number_text.h"
 
 namespace mray {
@@ -35,26 +36,6 @@ namespace fs = std::filesystem;
     if (error == EPIPE) remedy = "the reader of the output has ended";
     fail(path, "cannot be written (" + std::generic_category().message(error) + ")", remedy);
 }
-
-/// Owns a file descriptor.
-class Descriptor {
-public:
-    explicit Descriptor(int fd) : fd_(fd) {}
-    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-    Descriptor& operator=(Descriptor&&) = delete;
-    ~Descriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    int fd() const { return fd_; }
-    /// Some file systems report a failed write only here. Returns errno or 0.
-    int close() {
-        const int result = ::close(std::exchange(fd_, -1));
-        return result == 0 || errno == EINTR ? 0 : errno;
-    }
-
-private:
-    int fd_;
-};
 
 /// While it lives, a write past the file size limit or into a closed pipe fails with EFBIG or EPIPE
 /// in this thread instead of ending the process. The kernel sends both signals to the thread that
@@ -99,7 +80,7 @@ public:
     Temporary(const Temporary&) = delete;
     Temporary& operator=(const Temporary&) = delete;
 
-    Descriptor& file() { return file_; }
+    FileDescriptor& file() { return file_; }
     /// Returns whether the target is now this file; otherwise errno is set.
     bool rename_to(const fs::path& target) {
         renamed_ = ::rename(path_.c_str(), target.c_str()) == 0;
@@ -118,7 +99,7 @@ private:
 
     fs::path path_;
     bool renamed_ = false;
-    Descriptor file_;
+    FileDescriptor file_;
 };
 
 /// Returns errno, or 0 when all bytes were taken.
@@ -193,7 +174,7 @@ void write_regular_file(const fs::path& path, std::span<const std::byte> bytes) 
 }
 
 void write_stream(const fs::path& path, int fd, std::span<const std::byte> bytes) {
-    Descriptor stream(fd);
+    FileDescriptor stream(fd);
     if (fd < 0) fail_with_errno(path, errno);
     if (const int error = write_all(fd, bytes)) fail_with_errno(path, error);
     if (const int error = stream.close()) fail_with_errno(path, error);

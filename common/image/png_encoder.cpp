@@ -21,8 +21,8 @@ void* checked_malloc(std::size_t size) {
     return memory;
 }
 
-// On images of flat triangles stb's own compressor makes 1.2 to 2.5 times as many bytes in 5 to 7
-// times the time; level 6 saves up to a third of the bytes in two to three times the time.
+// On images of flat triangles stb's own compressor makes more bytes and takes several times as
+// long. A higher level makes fewer, but takes longer than that is worth.
 constexpr int kLevel = 3;
 
 /// Replaces stb's compressor and ignores its level. The caller frees the result with std::free.

@@ -28,14 +28,14 @@ SHARED_CONST float kDepthError = 2.384185791015625e-07f;
 
 // ---- Rays.
 
-// Of each rounding of a camera's direction on a device: 1.03 u.
+// A bound of each rounding of a camera's direction on a device: 1.03 u.
 SHARED_CONST float kDirectionRounding = 6.139279e-08f;
-// Of how far a ray may be from where it is taken for, times the slope of what is evaluated there.
+// Times how far a ray may be from where it is taken for, and the slope of what is evaluated there.
 SHARED_CONST float kRayError = 1.01f;
-// Of a point in the plane of a device's shadow rays: 2^-23, and 2^-20 of its coordinates.
+// The error of a point in the plane of a device's shadow rays: 2^-23, and 2^-20 of its coordinates.
 SHARED_CONST float kPointError = 1.1920928955078125e-07f;
 SHARED_CONST float kPointErrorOfPlace = 9.5367431640625e-07f;
-// Of 1 / z at a ray's end: 2^-18.
+// The error of 1 / z at a ray's end, by itself: 2^-18.
 SHARED_CONST float kEndError = 3.814697265625e-06f;
 
 // ---- Rectangles.
@@ -48,7 +48,7 @@ SHARED_CONST float kQuotientError = 4.76837158203125e-07f;
 SHARED_CONST float kDeviceQuotientError = 9.5367431640625e-07f;
 SHARED_CONST float kRectangleRounding = 1.52587890625e-05f;
 
-// Of a box's planes in a row, times its size and the largest coordinate: 16 u.
+// The error of a box's planes in a row, by the row's size times the largest coordinate: 16 u.
 SHARED_CONST float kBoxError = 9.5367431640625e-07f;
 
 // ---- Edge functions of vertices up to `size` from the ray in the middle, and up to `reach` from
@@ -68,18 +68,18 @@ SHARED_CONST float kVolumeError = 6.5f;
 // By the reach of a hit squared times z: 128 u; and times the part of z in the extent: 64 u.
 SHARED_CONST float kVolumeRounding = 7.62939453125e-06f;
 SHARED_CONST float kVolumeExtentError = 3.814697265625e-06f;
-// Of the volume by edges that are no difference of exact products: 16 u times edge (2 z_range size
-// + edge z).
+// The rounding of the volume by edges that are no difference of exact products: 16 u times
+// edge (2 z_range size + edge z).
 SHARED_CONST float kDeviceVolumeRounding = 9.5367431640625e-07f;
 // 1 / z is known where the volume is more than this many times its error.
 SHARED_CONST float kKnownVolume = 4.0f;
-// What the edge functions of a hit add up to where the volume's sign is uncertain, times the
-// volume's error by the nearest z.
+// Times the volume's error by the nearest z, a bound of the sum of a hit's edge functions where the
+// volume's sign is uncertain.
 SHARED_CONST float kEitherSign = 2.125f;
 
 // ---- 1 / z of the plane.
 
-// What the roundings of the plane add to the error of a vertex: 6 u of size.
+// The roundings of the plane add this to the error of a vertex: 6 u of size.
 SHARED_CONST float kPlaneError = 3.5762786865234375e-07f;
 // Times a vertex's error and the gradient of 1 / z, relative to 1 / z.
 SHARED_CONST float kSteepError = 2.25f;
@@ -89,36 +89,37 @@ SHARED_CONST float kReciprocalRounding = 1.9073486328125e-06f;
 // By the largest z on the rule's axis: kMeanRounding, the rounding of t, and what the packet rounds
 // z itself: 16 u.
 SHARED_CONST float kRuleDepthError = 9.5367431640625e-07f;
-// Of what the rule may place a hit nearer, by all that is left out of it.
+// Times how much nearer the rule may place a hit, for all that is left out of that.
 SHARED_CONST float kRuleDepthFactor = 1.5f;
-// Of the rule's z, by the part of z in the extent: 2^-19; and the part of z that the bound of a
-// triangle's own may be.
+// The error of the rule's z, by the part of z in the extent: 2^-19; and the part of z that the
+// bound of a triangle's own may be.
 SHARED_CONST float kRuleExtentError = 1.9073486328125e-06f;
 SHARED_CONST float kNarrowDepth = 0.0625f;
 // Beyond this part of z, times kRuleDepthFactor, nothing is known of 1 / z: how much nearer the
 // rule may place a hit has a second order.
 SHARED_CONST float kFarDepth = 0.1875f;
-// Of a normal without fused operations, times size: 32 u.
+// The error of a normal without fused operations, by size: 32 u.
 SHARED_CONST float kUnfusedNormal = 1.9073486328125e-06f;
 // 1 / z at its nearest, times z.
 SHARED_CONST float kNearestByDepth = 1.00001f;
 
-// ---- What certainly loses, by constants that are found once a leaf.
+// ---- Certain misses, by constants that are found once a leaf.
 
-// Of the bound of edge functions: of a ray's, and on top of that of a block's.
-SHARED_CONST float kLosingBound = 1.25f;
+// Times the bound of edge functions: for a ray, and on top of that for a block.
+SHARED_CONST float kMissBound = 1.25f;
 SHARED_CONST float kBlockBound = 0.5f;
 // By the gradient of 1 / z: 2^-18.
-SHARED_CONST float kLosingGradient = 3.814697265625e-06f;
+SHARED_CONST float kMissGradient = 3.814697265625e-06f;
 
 // ---- Rays without a packet.
 
-// Of edge functions of a ray's direction and moment: 2^-17; of the distance from a plane: 2^-18.
+// The error of edge functions of a ray's direction and moment: 2^-17; that of the distance from a
+// plane: 2^-18.
 SHARED_CONST float kNearEdgeError = 7.62939453125e-06f;
 SHARED_CONST float kNearSideError = 3.814697265625e-06f;
-// Of a plane's distance, by the magnitudes of all that is added up: 16 u.
+// The error of a plane's distance, by the magnitudes of all that is added up: 16 u.
 SHARED_CONST float kLeavingError = 9.5367431640625e-07f;
-// Of the mean of depths under plain edge functions, by the sum of their magnitudes: 2^-22.
+// The error of the mean of depths under fast edge functions, by the sum of their magnitudes: 2^-22.
 SHARED_CONST float kBehindError = 2.384185791015625e-07f;
 
 SHARED_END

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include <glm/geometric.hpp>
 
@@ -16,7 +17,6 @@ namespace {
 
 using glm::dvec3;
 
-constexpr double kPi = 3.14159265358979323846;
 // Where the eye is, seen from the target, unless it is given: in front, to the right, above.
 const dvec3 kDefaultSide(0.45, 0.4, 1);
 // Free room around the scene in the image.
@@ -96,7 +96,7 @@ Axes axes_of(const dvec3& forward, const dvec3& up) {
 double framing_distance(const ViewSpec& view, const Axes& axes, const SceneBox& scene,
                         const dvec3& target) {
     const double fov = valid_fov(view.fov) ? view.fov : ViewSpec{}.fov;
-    const double slope_up = std::tan(fov * (kPi / 360));
+    const double slope_up = std::tan(fov * (std::numbers::pi / 360));
     const double aspect =
         view.width > 0 && view.height > 0 ? static_cast<double>(view.width) / view.height : 1.0;
     double distance = 0;
@@ -200,7 +200,7 @@ vec3 to_direction(const dvec3& v) {
 }
 
 Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
-    const double half_height = std::tan(view.fov * (kPi / 360));
+    const double half_height = std::tan(view.fov * (std::numbers::pi / 360));
     const double half_width = half_height * view.width / view.height;
     if (!(std::max(half_width, half_height) <= kMaxSlope)) {
         throw Error(ErrorKind::kBadInput,

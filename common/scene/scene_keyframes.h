@@ -9,7 +9,7 @@
 
 namespace mray {
 
-/// Interpolates keyframes in units of scene space, in one pass and a third of the time of
+/// Interpolates keyframes in units of scene space, in one pass instead of those of
 /// Clip::positions() and SceneSpace::to_scene(). The bits are the same (derivation in
 /// scene_keyframes.cpp).
 class SceneKeyframes {

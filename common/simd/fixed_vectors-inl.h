@@ -46,10 +46,6 @@ HWY_INLINE void store(Four<T> v, T* to) {
     for (int i = 0; i < 4; ++i) to[i] = v.lane[i];
 }
 template <class T>
-HWY_INLINE void store_unaligned(Four<T> v, T* to) {
-    store(v, to);
-}
-template <class T>
 HWY_INLINE Four<T> splat4(T x) {
     return {{x, x, x, x}};
 }
@@ -124,7 +120,6 @@ HWY_INLINE Int4 splat4(std::int32_t x) { return hn::Set(kInts4, x); }
 #if HWY_MAX_BYTES > 16  // otherwise these are the functions of FloatVec
 HWY_INLINE void store(Float4 v, float* to) { hn::Store(v, kFloats4, to); }
 HWY_INLINE void store(Int4 v, std::int32_t* to) { hn::Store(v, kInts4, to); }
-HWY_INLINE void store_unaligned(Float4 v, float* to) { hn::StoreU(v, kFloats4, to); }
 HWY_INLINE Float4 operator-(Float4 v) { return hn::Neg(v); }
 HWY_INLINE Float4 min(Float4 a, Float4 b) { return hn::Min(a, b); }
 HWY_INLINE Float4 max(Float4 a, Float4 b) { return hn::Max(a, b); }

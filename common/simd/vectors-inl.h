@@ -12,6 +12,7 @@
 #define MORPHRAY_COMMON_SIMD_VECTORS_INL_H
 #endif
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <cstddef>
@@ -25,6 +26,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 inline constexpr std::uint32_t kMaxLanes = 16;
+inline constexpr std::size_t kCacheLine = 64;
 
 using FloatTag = hn::CappedTag<float, kMaxLanes>;
 using UintTag = hn::RebindToUnsigned<FloatTag>;
@@ -58,6 +60,13 @@ HWY_INLINE void store(UintVec v, std::uint32_t* to) { hn::Store(v, kUints, to); 
 HWY_INLINE void store(IntVec v, std::int32_t* to) { hn::Store(v, kInts, to); }
 HWY_INLINE void store_unaligned(FloatVec v, float* to) { hn::StoreU(v, kFloats, to); }
 HWY_INLINE void store_unaligned(UintVec v, std::uint32_t* to) { hn::StoreU(v, kUints, to); }
+
+/// Prefetches the cache lines of `size` bytes, which need not exist.
+HWY_INLINE void prefetch(const void* from, std::size_t size) {
+    const auto first = reinterpret_cast<std::uintptr_t>(from);
+    for (std::size_t i = 0; i < size; i += kCacheLine)
+        hwy::Prefetch(reinterpret_cast<const char*>(first + i));
+}
 
 HWY_INLINE FloatVec splat(float x) { return hn::Set(kFloats, x); }
 HWY_INLINE UintVec splat(std::uint32_t x) { return hn::Set(kUints, x); }
@@ -249,6 +258,33 @@ HWY_INLINE FloatVec combine_four(const FloatVec v[4], Combine combine) {
     const auto last = two(v[2], v[3]);
     return combine(hn::BitCast(kFloats, hn::InterleaveLower(pairs, first, last)),
                    hn::BitCast(kFloats, hn::InterleaveUpper(pairs, first, last)));
+}
+
+/// Combines the blocks of four lanes of a vector to one block by `combine` (min or max).
+template <class D, class Combine>
+HWY_INLINE auto reduce_blocks(D d, hn::Vec<D> v, Combine combine) {
+    if constexpr (hn::MaxLanes(d) == 4) {
+        return v;
+    } else {
+        const hn::Half<D> half;
+        return reduce_blocks(half, combine(hn::LowerHalf(half, v), hn::UpperHalf(half, v)),
+                             combine);
+    }
+}
+
+/// Transposes each block of four words: out[0] has the first words of the four vectors, out[1] the
+/// second, and so on.
+template <class D>
+HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) {
+    const hn::Repartition<std::uint64_t, D> pairs;
+    const auto lower = hn::BitCast(pairs, hn::InterleaveLower(d, in[0], in[1]));
+    const auto next_lower = hn::BitCast(pairs, hn::InterleaveLower(d, in[2], in[3]));
+    const auto upper = hn::BitCast(pairs, hn::InterleaveUpper(d, in[0], in[1]));
+    const auto next_upper = hn::BitCast(pairs, hn::InterleaveUpper(d, in[2], in[3]));
+    out[0] = hn::BitCast(d, hn::InterleaveLower(pairs, lower, next_lower));
+    out[1] = hn::BitCast(d, hn::InterleaveUpper(pairs, lower, next_lower));
+    out[2] = hn::BitCast(d, hn::InterleaveLower(pairs, upper, next_upper));
+    out[3] = hn::BitCast(d, hn::InterleaveUpper(pairs, upper, next_upper));
 }
 #endif
 

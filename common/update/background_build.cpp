@@ -11,10 +11,9 @@
 namespace mray {
 namespace {
 
-/// Gives way to the threads that trace, which have a core each. On 2 cores with 2 such threads,
-/// traces beside a build took 2.9 to 3.9 times as long without this and 1.5 to 1.9 times with it;
-/// at a niceness of 10 builds hardly ever ended (a soup of 200,000 triangles, beside other
-/// programs).
+/// Gives way to the threads that trace, which have a core each: without this, traces beside a build
+/// take much longer. At a niceness of 10 builds beside other programs hardly ever
+/// end.
 void give_way() {
     constexpr int kNiceness = 5;
     setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);

@@ -85,14 +85,17 @@ void TreeUpdater::took_tree(double triangle_area) {
     if (policy_->may_restructure()) areas_ = built_areas(bvh_);
 }
 
+/// Gives bvh_ to a backend.
+void TreeUpdater::hand_to(Backend& backend, std::span<const vec3> positions) {
+    backend.set_frame(positions, bvh_);
+    last_.times.upload_ms += backend.times().update.upload_ms;
+}
+
 /// Gives bvh_ to tracer and refitter.
 void TreeUpdater::hand_over(std::span<const vec3> positions) {
     take_refit_times();
-    tracer_.set_frame(positions, bvh_);
-    last_.times.upload_ms += tracer_.times().update.upload_ms;
-    if (refitter_ == nullptr) return;
-    refitter_->set_frame(positions, bvh_);
-    last_.times.upload_ms += refitter_->times().update.upload_ms;
+    hand_to(tracer_, positions);
+    if (refitter_ != nullptr) hand_to(*refitter_, positions);
 }
 
 /// Gives the refitter's tree to the tracer.
@@ -155,7 +158,8 @@ void TreeUpdater::swap(std::span<const vec3> positions) {
     BackgroundBuild::Result result = background_.take();
     bvh_ = std::move(result.bvh);
     took_tree(background_triangle_area_);
-    hand_over(positions);
+    // A tracer that does not refit itself gets the refitted tree.
+    hand_to(refitter(), positions);
     last_.step = TreeStep::kSwapped;
     last_.reason =
         fmt::format("for the tree that was built in the background in {:.1f} ms", result.build_ms);

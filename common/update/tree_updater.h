@@ -80,6 +80,7 @@ private:
     double wait_for_refit();
     Backend& refitter() { return refitter_ != nullptr ? *refitter_ : tracer_; }
     void pass_on_refitted(std::span<const vec3> positions);
+    void hand_to(Backend& backend, std::span<const vec3> positions);
     void hand_over(std::span<const vec3> positions);
     void forget_background_build();
     void took_tree(double triangle_area);

@@ -72,21 +72,6 @@ HWY_INLINE void for_each_block(const PixelPart& part, Visit visit) {
 }
 
 #if HWY_TARGET != HWY_SCALAR
-/// Transposes each block of four words: out[0] has the first words of the four vectors, out[1] the
-/// second, and so on.
-template <class D>
-HWY_INLINE void transpose_fours(D d, const hn::Vec<D> in[4], hn::Vec<D> out[4]) {
-    const hn::Repartition<std::uint64_t, D> pairs;
-    const auto lower = hn::BitCast(pairs, hn::InterleaveLower(d, in[0], in[1]));
-    const auto next_lower = hn::BitCast(pairs, hn::InterleaveLower(d, in[2], in[3]));
-    const auto upper = hn::BitCast(pairs, hn::InterleaveUpper(d, in[0], in[1]));
-    const auto next_upper = hn::BitCast(pairs, hn::InterleaveUpper(d, in[2], in[3]));
-    out[0] = hn::BitCast(d, hn::InterleaveLower(pairs, lower, next_lower));
-    out[1] = hn::BitCast(d, hn::InterleaveUpper(pairs, lower, next_lower));
-    out[2] = hn::BitCast(d, hn::InterleaveLower(pairs, upper, next_upper));
-    out[3] = hn::BitCast(d, hn::InterleaveUpper(pairs, upper, next_upper));
-}
-
 /// load_threes() by 16 bytes for each: one word after the last is read, too.
 template <class D>
 HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::uint32_t* at,

@@ -7,7 +7,6 @@
 #define MORPHRAY_CPU_PACKET_PACKET_NODE_INL_H
 #endif
 
-#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <cstddef>
@@ -125,16 +124,13 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
 
 /// Prefetches a child's memory without a branch: a leaf's first lines are prefetched twice.
 HWY_INLINE void prefetch_child(const Bvh& bvh, std::uint32_t child) {
-    constexpr std::size_t kCacheLine = 64;
     static_assert(sizeof(Leaf) <= sizeof(Node));
     const bool is_leaf = (child & kLeafBit) != 0;
     const char* const bytes = is_leaf
                                   ? reinterpret_cast<const char*>(&bvh.leaves[child & ~kLeafBit])
                                   : reinterpret_cast<const char*>(&bvh.nodes[child]);
-    const char* const rest = bytes + (is_leaf ? 0 : sizeof(Leaf));
-    for (std::size_t i = 0; i < sizeof(Leaf); i += kCacheLine) hwy::Prefetch(bytes + i);
-    for (std::size_t i = 0; i < sizeof(Node) - sizeof(Leaf); i += kCacheLine)
-        hwy::Prefetch(rest + i);
+    prefetch(bytes, sizeof(Leaf));
+    prefetch(bytes + (is_leaf ? 0 : sizeof(Leaf)), sizeof(Node) - sizeof(Leaf));
 }
 
 }  // namespace HWY_NAMESPACE

@@ -154,7 +154,7 @@ struct CameraTriangles : SetUpTriangles {
 struct LightTriangles : SetUpTriangles {
     float c0[16], c1[16], c2[16], q[16];
     Rectangles rectangles;
-    /// c plus kLosingBound * bound, and depth_c plus the largest error (MissPlanes).
+    /// c plus kMissBound * bound, and depth_c plus the largest error (MissPlanes).
     float most_c[3][16], most_q[16];
 };
 

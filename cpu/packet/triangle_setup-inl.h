@@ -286,7 +286,7 @@ private:
     HWY_INLINE void store_edges(const TrianglePlaces& p, const TrianglePlaneSet& planes,
                                 FloatVec sign, Triangles& out, std::size_t l) const {
         store(planes.bound, out.bound + l);
-        const FloatVec most_bound = splat(kLosingBound) * planes.bound;
+        const FloatVec most_bound = splat(kMissBound) * planes.bound;
         for (int k = 0; k < 3; ++k) {
             const FloatVec a = planes.a[k] ^ sign;
             const FloatVec b = planes.b[k] ^ sign;
@@ -372,7 +372,7 @@ private:
             store(depth.c0, out.c0 + l);
             store(depth.c1, out.c1 + l);
             store(rule.by_q2, out.c2 + l);
-            const FloatVec rounded = mul_add(splat(kLosingGradient), depth.gradient,
+            const FloatVec rounded = mul_add(splat(kMissGradient), depth.gradient,
                                              splat(kLightErrorFactor) * error_at(nearest));
             store(depth.c + rounded, out.most_q + l);
         }

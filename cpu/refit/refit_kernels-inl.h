@@ -26,7 +26,6 @@ inline constexpr std::uint32_t kLeavesAhead = 16;
 
 HWY_INLINE void prefetch_leaf(const RefitArrays& tree, std::uint32_t index,
                               std::span<const vec3> positions) {
-    constexpr std::size_t kCacheLine = 64;
     const auto* const bytes = reinterpret_cast<const std::byte*>(&tree.leaves[index].vertex);
     for (std::size_t at = 0; at < sizeof(Leaf::vertex); at += kCacheLine)
         __builtin_prefetch(bytes + at, 1);
@@ -58,17 +57,6 @@ HWY_INLINE hn::Vec<Tag> gather_vertices(Tag tag, const vec3* positions,
         const hn::Half<Tag> half;
         return hn::Combine(tag, gather_vertices(half, positions, source + hn::MaxLanes(half) / 4),
                            gather_vertices(half, positions, source));
-    }
-}
-
-/// `reduce` over the blocks of four lanes.
-template <class Tag, class Reduce>
-HWY_INLINE Float4 reduce_blocks(Tag tag, hn::Vec<Tag> v, Reduce reduce) {
-    if constexpr (hn::MaxLanes(tag) == 4) {
-        return v;
-    } else {
-        const hn::Half<Tag> half;
-        return reduce_blocks(half, reduce(hn::LowerHalf(half, v), hn::UpperHalf(half, v)), reduce);
     }
 }
 

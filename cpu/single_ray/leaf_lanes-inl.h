@@ -60,16 +60,7 @@ struct LeafLanes {
 };
 
 HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
-    using PairTag = hn::Repartition<std::uint64_t, FloatTag>;
-    using PairVec = hn::Vec<PairTag>;
-    constexpr PairTag kPairs;
     const auto rotation = hn::LoadDup128(kBytes, kRotations[axis]);
-    const auto lower = [](FloatVec a, FloatVec b) {
-        return hn::BitCast(PairTag(), hn::InterleaveLower(kFloats, a, b));
-    };
-    const auto upper = [](FloatVec a, FloatVec b) {
-        return hn::BitCast(PairTag(), hn::InterleaveUpper(kFloats, a, b));
-    };
     LeafLanes out;
     for (std::size_t v = 0; v < kVectors; ++v) {
         FloatVec row[4];
@@ -78,14 +69,12 @@ HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
             const auto bytes = hn::BitCast(kBytes, load_unaligned(vertices));
             row[i] = as_float(hn::TableLookupBytes(bytes, rotation));
         }
-        const PairVec xy01 = lower(row[0], row[1]);
-        const PairVec xy23 = lower(row[2], row[3]);
-        const PairVec zc01 = upper(row[0], row[1]);
-        const PairVec zc23 = upper(row[2], row[3]);
-        out.x[v] = as_float(hn::InterleaveLower(kPairs, xy01, xy23));
-        out.y[v] = as_float(hn::InterleaveUpper(kPairs, xy01, xy23));
-        out.z[v] = as_float(hn::InterleaveLower(kPairs, zc01, zc23));
-        out.local_vertices[v] = as_uint(hn::InterleaveUpper(kPairs, zc01, zc23));
+        FloatVec column[4];
+        transpose_fours(kFloats, row, column);
+        out.x[v] = column[0];
+        out.y[v] = column[1];
+        out.z[v] = column[2];
+        out.local_vertices[v] = as_uint(column[3]);
     }
     return out;
 }

@@ -4,8 +4,7 @@
 // later than that hit; which other boxes are met and the last bits of t_enter may differ:
 // 1. A plane is met at fl(plane * rdir - k) with k = fl(fl(org +- D) * rdir), fused or not.
 // 2. In units of 2^-24 E (docs/design/arithmetic.md, "Boxes") and as a distance, which is divided
-// by
-//    rdir, that is off by at most
+//    by rdir, that is off by at most
 //        1    the rounding of org +- D
 //        4.7  the reciprocal, 2.31 * 2^-24 of |plane - org| < 2.01 E
 //        1    the product k

@@ -1,6 +1,6 @@
-// Rays as the single-ray tracer takes them, prepared a vector at a time: preparing them one by one
-// took a third of the time of ambient-occlusion rays. Then a value is loaded for as many rays as
-// there are lanes, or broadcast for one.
+// Rays as the single-ray tracer takes them, prepared a vector at a time, because preparing them one
+// by one is a large part of the time of ambient-occlusion rays. Then a value is loaded for as many
+// rays as there are lanes, or broadcast for one.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_RAY_STREAM_INL_H

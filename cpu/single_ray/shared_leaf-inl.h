@@ -1,6 +1,6 @@
 // Many rays against the triangles of a leaf: lanes are rays. For rays that have a leaf in common,
-// such as ambient-occlusion rays around one place, this takes a third of the instructions of one
-// ray after the other.
+// such as ambient-occlusion rays around one place, this takes fewer instructions than one ray after
+// the other (docs/lab/cpu_tracer.md).
 //
 // The filter: which rays may go through a triangle. Vertices are projected as in project_fast, but
 // divided by dir.z: with slopes, x' = a.x - (dir.x / dir.z) a.z, fused or not. The bound of its
@@ -15,8 +15,7 @@
 //    so delta <= e (6.4 r + 5 X) + 2^-62 and terms 2^-19 as large, less than the
 //    e (8 r + 5 X) + 2^-62 there.
 // 2. Edge functions are computed with at most as many roundings. So each is within the bound
-// derived
-//    there of the exact one, divided by dir.z^2.
+//    derived there of the exact one, divided by dir.z^2.
 // 3. That bound grows with m and Z, so one for the whole leaf will do: m = 3 M with M the largest
 //    |x'| + |y'| of its vertices, and Z the largest |z|.
 // 4. x' is not on a grid, and a product may underflow by at most 2^-126. The bound is at least
@@ -26,16 +25,14 @@
 // Names: n = (b - a) x (c - a), w = a - org, r the largest |component| of w and of b - org and
 // c - org, m_i the sum of the magnitudes of the two products of n_i.
 // 1. A hit has a point H in the triangle's plane with H - org = tau d + delta, tau > 0 ("In
-// front").
-//    delta, the error of the projection, is 0 along the largest axis of d and at most
+//    front"). delta, the error of the projection, is 0 along the largest axis of d and at most
 //    2^-22 * 2 r + 2^-62 along the others.
 // 2. n . (H - a) = 0, so n . w = tau n . d + n . delta.
 // 3. Hence there is no hit if n . w and n . d have opposite signs and |n . w| > |n . delta|.
 // 4. In units of 2^-24, a component of n is off by less than 4.1 m_i (the roundings of both
-// factors,
-//    of the product, of the difference); n . w by 9.1 of the sum of m_i |w_i|, and n . d by as much
-//    of the sum of m_i |d_i|; and |n . delta| is at most 12.1 r (m_x + m_y + m_z), since r is at
-//    least 2^-40. kLeavingError allows 16 units of each sum.
+//    factors, of the product, of the difference); n . w by 9.1 of the sum of m_i |w_i|, and n . d
+//    by as much of the sum of m_i |d_i|; and |n . delta| is at most 12.1 r (m_x + m_y + m_z), since
+//    r is at least 2^-40. kLeavingError allows 16 units of each sum.
 // 5. Underflow cannot change a sign: n . w is a multiple of 2^-120.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_SHARED_LEAF_INL_H

@@ -15,8 +15,7 @@
 // 3. So when an entry of generation g - 1 is taken, all of g and later are taken with it, and at
 //    most kWidth * kChunk of g and later come back.
 // 4. By induction from the last generation, at most kWidth * kChunk of each generation but the
-// first
-//    are on the stack at a time, and kSeeds of the first.
+//    first are on the stack at a time, and kSeeds of the first.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_STREAM_OCCLUDED_INL_H
@@ -192,15 +191,10 @@ private:
     }
 
     HWY_INLINE void trace_gathered_leaves(std::size_t count) {
-        constexpr std::size_t kCacheLine = 64;
         const auto leaf = [this](std::size_t i) -> const Leaf& {
             return bvh_.leaves[outer_.child[kChunk + i] & ~kLeafBit];
         };
-        for (std::size_t i = 0; i < count; ++i) {
-            const auto* const vertices = reinterpret_cast<const std::byte*>(leaf(i).vertex);
-            for (std::size_t at = 0; at < sizeof(Leaf::vertex); at += kCacheLine)
-                __builtin_prefetch(vertices + at);
-        }
+        for (std::size_t i = 0; i < count; ++i) prefetch(leaf(i).vertex, sizeof(Leaf::vertex));
         for (std::size_t i = 0; i < count; ++i) {
             // A ray often meets several leaves of a chunk, and hits something in an earlier one.
             const std::uint32_t ray = outer_.ray[kChunk + i];

@@ -40,7 +40,8 @@ public:
     double submit(const char* what, const Record& record);
     /// Ends a stage of the commands that are being recorded; there can be kMostStages.
     void stamp(VkCommandBuffer commands);
-    static constexpr std::uint32_t kMostStages = 6;
+    /// An image takes the most: camera rays, shadow rays, shading.
+    static constexpr std::uint32_t kMostStages = 3;
 
     /// Leaves work to the next submission, one piece at most; after it, `done` is called with the
     /// milliseconds that the work took. If that submission fails, the work is dropped.

@@ -6,9 +6,8 @@
 
 #include "common/interop/packet_bounds.h"
 #include "common/interop/hit_rule.h"
+#include "shaders/base/leaf.glsl"
 #include "shaders/occlusion/near_rays.glsl"
-
-layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
 /// Deferred pairs of a triangle and a ray, one on each of the first deferred_count lanes.
 uint deferred_name;
@@ -167,22 +166,16 @@ void visit_leaf(inout uint steps) {
     alive &= ~cluster_or(sure);
 }
 
-vec3 leaf_vertex(uint leaf_at, uint slot) {
-    return uintBitsToFloat(imageLoad(leaves, int(leaf_at + slot)).xyz);
-}
-
 /// Applies the rule to the deferred pairs, one of each lane.
 void resolve_deferred() {
     bool is_any = lane < deferred_count;
     uint name = is_any ? deferred_name : 0u;
-    uint at = (name >> 4u) * kLeafVec4s;
-    uint indices = imageLoad(leaves, int(at + (name & 15u))).w;
+    vec3 a, b, c;
+    leaf_triangle((name >> 4u) * kLeafVec4s, name & 15u, a, b, c);
     TriangleHit hit;
     bool is_hit = intersect_triangle(
         shear_ray(read_ray(orgs, deferred_ray), read_ray(dirs, deferred_ray)), 0.0f,
-        read_ray(tfars, deferred_ray),
-        leaf_vertex(at, corner(indices, 0u)), leaf_vertex(at, corner(indices, 1u)),
-        leaf_vertex(at, corner(indices, 2u)), hit);
+        read_ray(tfars, deferred_ray), a, b, c, hit);
     alive &= ~cluster_or(is_any && is_hit ? 1u << deferred_ray : 0u);
     deferred_count = 0u;
 }

@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
 
-#include "shaders/single_ray/found_hits.glsl"
+#include "shaders/base/found_hits.glsl"
 #include "shaders/shade/pixel_surface.glsl"
 #include "shaders/base/spread.glsl"
 #include "shaders/single_ray/traverse.glsl"

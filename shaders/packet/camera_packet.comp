@@ -7,7 +7,8 @@
 #define PACKET_HEIGHT (kLanes == 4u ? 8u : kCameraPacketHeight)
 #define PACKET_ON_GRID true
 #include "shaders/packet/packet_traversal.glsl"
-#include "shaders/packet/hit_leaves.glsl"
+#include "shaders/packet/finish_hit.glsl"
+#include "shaders/packet/packet_pixels.glsl"
 #include "shaders/base/spread.glsl"
 
 layout(local_size_x = kGroupSize) in;
@@ -33,27 +34,14 @@ uint written;
 
 layout(constant_id = kConstantPacketRun) const uint kPacketRun = 1u;
 
-uvec2 packet_origin;  // the first pixel, within the region
-
-// Arguments, read once: some devices read them lane by lane in divergent control flow.
 Camera camera;
-uvec2 region_origin;
-uvec2 region_size;
 
+/// Copies the arguments that all rays need (packet_pixels.glsl says why).
 void read_arguments() {
     camera = args.camera;
     region_origin = uvec2(args.x, args.y);
     region_size = uvec2(args.width, args.height);
 }
-
-uvec2 ray_pixel(uint v) {
-    return packet_origin +
-           uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
-}
-
-bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region_size.y; }
-
-uint answer_index(uvec2 pixel) { return pixel.y * region_size.x + pixel.x; }
 
 Ray ray_of(uvec2 pixel) {
     return camera_ray(camera, region_origin.x + pixel.x, region_origin.y + pixel.y);
@@ -170,7 +158,7 @@ void trace_triangle(uint group, Setup s, uint name, uint bit) {
         }
         float least = lesser(e.x, lesser(e.y, e.z));
         float nearer = q - best_q[v];
-        bool sure = least > s.bound && nearer > s.win_error;
+        bool sure = least > s.bound && nearer > s.sure_error;
         bool possible = least >= -s.bound && nearer >= -s.q_error;
         pending_deferred[group] |= possible && !sure ? bit << (k * kLanes) : 0u;
         best_q[v] = sure ? q : best_q[v];
@@ -179,9 +167,9 @@ void trace_triangle(uint group, Setup s, uint name, uint bit) {
 }
 
 void add_ray_error(inout Setup s) {
-    best_error = greater(best_error, cluster_max(s.win_error < kDone ? s.win_error : 0.0f));
+    best_error = greater(best_error, cluster_max(s.sure_error < kDone ? s.sure_error : 0.0f));
     s.q_error += best_error;
-    s.win_error += best_error;
+    s.sure_error += best_error;
 }
 
 float least_q(uint group) {

@@ -85,7 +85,7 @@ struct RuleDepth {
 ///    within 1 - w of the longest edge from it, and all three together within 2 of it: 2 longest
 ///    lateral is a bound of m'.
 /// 5. The errors of these steps are less than half of the bound, if the vertices are apart
-///    (is_apart: edges an eighth, n.p a tenth) and B <= S / 64 (S of accurate and of fast functions
+///    (is_apart: edges an eighth, n.p a tenth) and B <= S / 64 (S of exact and of fast functions
 ///    a twentieth).
 /// 6. Otherwise, and if the bound were a quarter of z, the bound is that of boxes: the rule takes
 ///    these functions only if the part of B is less than the dilation of boxes.

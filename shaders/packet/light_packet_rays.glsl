@@ -2,8 +2,9 @@
 #ifndef SHADERS_PACKET_LIGHT_PACKET_RAYS_GLSL
 #define SHADERS_PACKET_LIGHT_PACKET_RAYS_GLSL
 
-#include "shaders/single_ray/found_hits.glsl"
+#include "shaders/base/found_hits.glsl"
 #include "shaders/packet/packet.glsl"
+#include "shaders/packet/packet_pixels.glsl"
 #include "shaders/shade/pixel_surface.glsl"
 
 layout(push_constant) uniform Arguments { RegionArguments args; };
@@ -24,29 +25,16 @@ uint traced;
 uint shadowed;
 uint left_out;
 
-uvec2 packet_origin;  // the first pixel, within the region
-
-// Arguments, read once: some devices read them lane by lane in divergent control flow.
 Camera camera;
 vec3 light;
-uvec2 region_origin;
-uvec2 region_size;
 
+/// Copies the arguments that all rays need (packet_pixels.glsl says why).
 void read_arguments() {
     camera = args.params.camera;
     light = args.params.light;
     region_origin = uvec2(args.x, args.y);
     region_size = uvec2(args.width, args.height);
 }
-
-uvec2 ray_pixel(uint v) {
-    return packet_origin +
-           uvec2(4u * (v & 3u) + (lane & 3u), kVectorHeight * (v >> 2u) + (lane >> 2u));
-}
-
-bool is_active(uvec2 pixel) { return pixel.x < region_size.x && pixel.y < region_size.y; }
-
-uint answer_index(uvec2 pixel) { return pixel.y * region_size.x + pixel.x; }
 
 /// Returns the vectors of this lane whose pixel is visible. Sets visible_prims and tfar.
 uint find_visible() {

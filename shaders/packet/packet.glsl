@@ -24,11 +24,11 @@
 #include "common/interop/slab.h"
 #include "common/interop/hit_rule.h"
 #include "shaders/base/cluster.glsl"
+#include "shaders/base/leaf.glsl"
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kPacketStepBudget;
 
 layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
-layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
 /// Stand for 1/z: the first for rays that are done, the second for boxes and triangles that reach
 /// to the origin.

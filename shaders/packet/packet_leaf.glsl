@@ -196,19 +196,12 @@ uint append_triangles(uint leaf, uint alive) {
     return alive & ~cluster_or(is_new ? 1u << triangle : 0u);
 }
 
-vec3 leaf_vertex(uint leaf_at, uint slot) {
-    return uintBitsToFloat(imageLoad(leaves, int(leaf_at + slot)).xyz);
-}
-
 /// Reads the vertices of a triangle. Returns its prim_id.
 uint named_triangle(uint name, out vec3 a, out vec3 b, out vec3 c) {
     uint i = name & 15u;
     uint at = (name >> 4u) * kLeafVec4s;
-    uint indices = imageLoad(leaves, int(at + i)).w;
-    a = leaf_vertex(at, corner(indices, 0u));
-    b = leaf_vertex(at, corner(indices, 1u));
-    c = leaf_vertex(at, corner(indices, 2u));
-    return imageLoad(leaves, int(at + kLeafPrimIds + i / 4u))[i % 4u];
+    leaf_triangle(at, i, a, b, c);
+    return leaf_prim(at, i);
 }
 
 #endif  // SHADERS_PACKET_PACKET_LEAF_GLSL

@@ -11,7 +11,7 @@ const uint kAllTriangles = 0xFFFFu;
 /// Tests a triangle against the rays of a group. `bit` is the triangle's bit in pending_deferred; 0
 /// if there is no triangle, or if it surely misses them.
 void trace_triangle(uint group, Setup s, uint name, uint bit);
-/// Adds the error of the rays' own 1/z to q_error and win_error.
+/// Adds the error of the rays' own 1/z to q_error and sure_error.
 void add_ray_error(inout Setup s);
 /// The least 1/z that some of this lane's rays of a group have.
 float least_q(uint group);
@@ -96,7 +96,7 @@ void trace_pending(inout uint steps) {
     Setup setup = set_up_triangle(pending_triangle, pending_error);
     uint groups = pending_groups & met_groups(setup, PACKET_ON_GRID);
     setup.q_error = pending_groups != 0u ? setup.q_error : kDone;
-    setup.win_error = pending_groups != 0u ? setup.win_error : kDone;
+    setup.sure_error = pending_groups != 0u ? setup.sure_error : kDone;
     add_ray_error(setup);
     find_group_lanes(groups);
     steps += 2u + kGroups;

@@ -23,7 +23,7 @@ struct Setup {
     float bound;
     float q_error;
     /// q_error, or kDone if it is too large for a certain hit.
-    float win_error;
+    float sure_error;
 };
 
 /// A triangle relative to the ray at `middle`.
@@ -119,7 +119,7 @@ void set_up_depth(inout Setup setup, CentredTriangle t) {
     setup.q = is_known ? setup.q : vec3(0.0f);
     setup.q_error = is_known ? c0 + q_most * (c1 + q_most * by_q2) : 1.0e35f;
     // Steep triangles give no certain hit, since their error would become that of all hits: 2^-10.
-    setup.win_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
+    setup.sure_error = setup.q_error <= 9.765625e-04f * q_most ? setup.q_error : kDone;
 }
 
 /// Edge functions are computed relative to the point of the packet nearest to the first vertex.
@@ -196,7 +196,7 @@ uint met_groups(Setup s, bool on_grid) {
 Setup read_setup(Setup own, uint from) {
     return Setup(read_lane(own.a, from), read_lane(own.b, from), read_lane(own.c, from),
                  read_lane(own.q, from), read_lane(own.bound, from), read_lane(own.q_error, from),
-                 read_lane(own.win_error, from));
+                 read_lane(own.sure_error, from));
 }
 
 #endif  // SHADERS_PACKET_TRIANGLE_SETUP_GLSL

@@ -5,7 +5,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
 
-#include "shaders/single_ray/found_hits.glsl"
+#include "shaders/base/found_hits.glsl"
 #include "shaders/base/region.glsl"
 
 layout(std430, binding = kBindOcclusion) writeonly buffer Occlusion { uint occlusion[]; };

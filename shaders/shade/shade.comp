@@ -5,7 +5,7 @@
 #include "shaders/base/exact.glsl"
 
 #include "common/interop/shading.h"
-#include "shaders/single_ray/found_hits.glsl"
+#include "shaders/base/found_hits.glsl"
 #include "shaders/shade/pixel_surface.glsl"
 #include "shaders/base/region.glsl"
 

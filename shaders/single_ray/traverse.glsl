@@ -12,12 +12,12 @@
 
 #include "common/interop/slab.h"
 #include "common/interop/hit_rule.h"
+#include "shaders/base/leaf.glsl"
 #include "shaders/kernel_interface.h"
 
 layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
 
 layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
-layout(binding = kBindLeaves, rgba32ui) uniform readonly uimageBuffer leaves;
 
 /// Entries (child, bits of t_enter). consider() writes the entry above the top even if it pushes
 /// nothing, which saves a branch; so there is one more entry than the stack needs.
@@ -144,17 +144,6 @@ uint visit_node(inout Traversal t, NodeRay ray) {
     return t.current == kEmptyChild ? 1u + pop(t) : 1u;
 }
 
-vec3 leaf_vertex(uint leaf_at, uint slot) {
-    return uintBitsToFloat(imageLoad(leaves, int(leaf_at + slot)).xyz);
-}
-
-void leaf_triangle(uint leaf_at, uint i, out vec3 a, out vec3 b, out vec3 c) {
-    uint indices = imageLoad(leaves, int(leaf_at + i)).w;
-    a = leaf_vertex(leaf_at, corner(indices, 0u));
-    b = leaf_vertex(leaf_at, corner(indices, 1u));
-    c = leaf_vertex(leaf_at, corner(indices, 2u));
-}
-
 /// Deferred triangles, which are uncertain for the fast filter: leaves and their triangles (bits),
 /// a queue in registers whose last entry is 0 as long as there is room. Applying the rule at once
 /// would cost all lanes its full price for the few that need it, on devices that mask branches.
@@ -177,10 +166,6 @@ void note_uncertain(uint leaf, uint triangles) {
     }
     deferred_leaves[0] = is_any ? leaf : deferred_leaves[0];
     deferred_triangles[0] = is_any ? triangles : deferred_triangles[0];
-}
-
-uint leaf_prim(uint leaf_at, uint i) {
-    return imageLoad(leaves, int(leaf_at + kLeafPrimIds + i / 4u))[i % 4u];
 }
 
 void take_hit(inout Traversal t, TriangleHit hit, uint prim_id, bool is_hit) {

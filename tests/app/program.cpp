@@ -18,7 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kPatience = std::chrono::seconds(60);
+constexpr auto kTimeLimit = std::chrono::seconds(60);
 
 void limit(int resource, std::optional<rlim_t> value) {
     if (!value) return;
@@ -69,11 +69,11 @@ int input_of(const std::string& text) {
 
 // Reads both pipes at the same time, because a full one would block the program.
 void drain(std::array<int, 2> fds, std::array<std::string*, 2> texts, pid_t pid) {
-    const auto deadline = Clock::now() + kPatience;
+    const auto deadline = Clock::now() + kTimeLimit;
     std::array<pollfd, 2> polled = {{{fds[0], POLLIN, 0}, {fds[1], POLLIN, 0}}};
     while (polled[0].fd >= 0 || polled[1].fd >= 0) {
         if (Clock::now() > deadline) {
-            ADD_FAILURE() << "killed after " << kPatience.count() << " s";
+            ADD_FAILURE() << "killed after " << kTimeLimit.count() << " s";
             ::kill(pid, SIGKILL);
         }
         ::poll(polled.data(), polled.size(), 100);

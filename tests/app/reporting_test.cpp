@@ -56,8 +56,9 @@ TEST(Probe, TextIsInHexAndDecimals) {
     const Outcome outcome = run({"probe", "builtin:cloth:500", "--frame", "3.5", "--pixel", "16,20",
                                  "--size", "32x32", "--backend", "cpu", "--rays", "shadow"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
-    for (const char* part : {"frame 3.5, pixel 16,20 of 32x32, shadow rays", "0x1.", "world space",
-                             "hit in the image    prim ", "hit of the ray alone  prim ", "wins"}) {
+    for (const char* part :
+         {"frame 3.5, pixel 16,20 of 32x32, shadow rays", "0x1.", "world space",
+          "hit in the image      prim ", "hit of the ray alone  prim ", "wins"}) {
         EXPECT_NE(outcome.out.find(part), std::string::npos) << part << '\n' << outcome.out;
     }
 }

@@ -42,7 +42,7 @@ void define_crosscheck(CLI::App& program, Options& options) {
     add_scene(adder, true);
     add_frames(adder, kFewFrames);
     add_view_options(adder, "256x256", "all three, one after the other");
-    add_backend_options(adder, kCheckedBackends, "all");
+    add_backend_options(adder, kCheckedBackends, "all", "each");
     add_tree_options(adder, nullptr);
     adder.add_choice("--reference", "reference of the comparison (auto)", kReferences,
                      options.reference);
@@ -112,6 +112,7 @@ void define_trace(CLI::App& program, Options& options) {
     const OptionAdder adder = add_command(program, options, "trace",
                                           "Rays from a file to hits in a file", Command::kTrace);
     add_scene(adder, true);
+    adder.command().get_option("--lenient")->description("no effect: trace always is lenient");
     add_frames(adder, kFirstFrame);
     adder
         .add_text("--rays", "FILE|-", "a line `ox oy oz dx dy dz [tnear tfar]` for each ray",
@@ -121,7 +122,7 @@ void define_trace(CLI::App& program, Options& options) {
         ->required();
     adder.add_flag("--binary", "rays are 8 little-endian floats each", options.binary_rays);
     add_backend_options(adder, kBackends, "cpu; with --device or --validate vulkan");
-    adder.add_flag("-q,--quiet", "no progress", options.quiet);
+    adder.add_flag("-q,--quiet", "no effect: trace shows no progress", options.quiet);
 }
 
 void define_chart(CLI::App& program, Options& options) {

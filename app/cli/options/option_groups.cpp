@@ -97,7 +97,7 @@ void add_view_options(const OptionAdder& adder, const char* default_size,
 }
 
 void add_backend_options(const OptionAdder& adder, std::span<const Choice<BackendChoice>> choices,
-                         const char* otherwise) {
+                         const char* otherwise, const char* simd) {
     BackendOptions& backend = adder.options().backend;
     adder
         .add("--backend", "", fmt::format("what traces ({})", otherwise),
@@ -110,16 +110,17 @@ void add_backend_options(const OptionAdder& adder, std::span<const Choice<Backen
                    "Vulkan device: its index, a part of its name, or its UUID (see `devices`)",
                    backend.device);
     add_threads(adder);
-    adder.add("--simd", "NAME",
-              "CPU instruction set (the best one; see `info`), or off: the scalar reference",
-              [&backend](const std::string& option, const std::string& value) {
-                  try {
-                      cpu::check_simd(value);
-                  } catch (const Error& error) {
-                      throw Error(error.kind(), option + ": " + error.what());
-                  }
-                  backend.simd = value;
-              });
+    adder.add(
+        "--simd", "NAME",
+        fmt::format("CPU instruction set ({}; see `info`), or off: the scalar reference", simd),
+        [&backend](const std::string& option, const std::string& value) {
+            try {
+                cpu::check_simd(value);
+            } catch (const Error& error) {
+                throw Error(error.kind(), option + ": " + error.what());
+            }
+            backend.simd = value;
+        });
     adder.add_flag("--validate", "run under the Vulkan validation layer", backend.validate);
 }
 

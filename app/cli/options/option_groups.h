@@ -17,9 +17,10 @@ void add_frames(const OptionAdder& adder, const char* otherwise);
 /// Image, camera, light and kind of rays, with the defaults to show.
 void add_view_options(const OptionAdder& adder, const char* default_size, const char* default_rays);
 
-/// --backend with these choices and the default to show, device, threads, instruction set.
+/// --backend with these choices and the default to show, device, threads, and --simd with the
+/// default to show.
 void add_backend_options(const OptionAdder& adder, std::span<const Choice<BackendChoice>> choices,
-                         const char* otherwise);
+                         const char* otherwise, const char* simd = "the best one");
 void add_threads(const OptionAdder& adder);
 
 /// How the tree is built and updated. `update` is the default of --update; null leaves out the

@@ -24,13 +24,13 @@ static_assert(kMedianDepth + 28 <= kMaxBinaryHeight);
 // A set of at least this size gets a task of its own.
 constexpr std::size_t kTaskSize = 2048;
 
-// Up to here every position is tried even when binning. With 64 a build takes 15 % longer, with 32
-// still 2 %, and the tree is no cheaper.
+// Up to here every position is tried even when binning. With more a build takes longer, and the
+// tree is no cheaper (docs/lab/build_and_refit.md).
 constexpr std::size_t kSweepSize = 24;
 static_assert(kSweepSize <= kFewRefs);
 
 // Nodes that a thread takes at a time. With one pair at a time, threads write to the same cache
-// lines, and the splits of two threads take 3 % longer.
+// lines (docs/lab/build_and_refit.md).
 constexpr std::uint32_t kNodeBlock = 128;
 
 class Builder {
@@ -74,7 +74,7 @@ private:
         node.height = 0;
         const std::span<const PrimRef> refs(refs_[depth % 2] + begin, end - begin);
         if (refs.size() <= kLeafTriangles && make_leaf(refs, node)) return;
-        // make_leaf reads them soon, in no order: without, a build takes 2 to 4 % longer.
+        // make_leaf reads them soon, in no order (docs/lab/build_and_refit.md).
         if (refs.size() <= kSweepSize && !is_part(refs.back())) {
             for (const PrimRef& ref : refs) __builtin_prefetch(&topology_.triangles[ref.prim_id()]);
         }

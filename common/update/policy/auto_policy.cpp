@@ -8,8 +8,7 @@
 namespace mray {
 namespace {
 
-// Up to here a tree counts as sound: the ratio itself is no more exact than that (a tree built for
-// the frame is within 5 % of the refitted one's cost either way on waves and cloth).
+// Up to here a tree counts as sound: the ratio itself is no more exact than that.
 constexpr double kSound = 1.05;
 
 // No frame is to be traced for longer than 1.25 times what a tree built for it would take; the
@@ -17,21 +16,18 @@ constexpr double kSound = 1.05;
 constexpr double kMostLoss = 0.2;
 
 // A ratio that grows by so much in one frame is beyond what the model has seen, so it is taken to
-// cost its square root (measured: 0.25 of its logarithm in packets, 0.9 on a device whose packets
-// fall apart, a shuffled torus, where the one frame that was traced nevertheless took 300 times as
-// long as the next).
+// cost its square root: less in packets, more on a device whose packets fall apart.
 constexpr double kJump = 8;
 
 // Whatever the budget: a tree that is older when it is shown is no better than the one before.
 constexpr double kMostBuildFrames = 64;
 
-// What a first restructuring is taken to cost, as a part of a build (measured: 0.15 orbits:1000000,
-// 0.4 teleport, 0.65 explode).
+// A first restructuring is taken to cost this part of a build.
 constexpr double kFirstRestructureCost = 0.4;
 
-// What the next one is taken to cost, as a part of the last: the first takes apart every leaf that
-// straddles two bodies (33 ms for a million triangles in balls on orbits), those after it find most
-// of that done (3 to 7 ms). Where each costs the same, asking early loses a few per cent.
+// The next one is taken to cost this part of the last: the first takes apart every leaf that
+// straddles two bodies, those after it find most of that done. Where each costs the same, asking
+// early loses little.
 constexpr double kNextRestructureCost = 0.5;
 
 // A restructuring that takes away less than this of what the ratio has above 1 did not help.

@@ -156,19 +156,6 @@ HWY_INLINE bool blocks_of_grid(std::uint32_t columns, std::uint32_t rows, const 
 #endif
 }
 
-#if HWY_TARGET != HWY_SCALAR
-/// The minimum of each lane of a block of four and the same lane of all other blocks.
-template <class D>
-HWY_INLINE auto least_of_quarters(D d, hn::Vec<D> v) {
-    if constexpr (hn::MaxLanes(d) <= 4) {
-        return v;
-    } else {
-        const hn::Half<D> half;
-        return least_of_quarters(half, hn::Min(hn::LowerHalf(half, v), hn::UpperHalf(half, v)));
-    }
-}
-#endif
-
 /// Updates block_q of four blocks at once from their rays.
 HWY_INLINE void find_four_depths(CameraPacket& packet, const std::uint32_t blocks[4]) {
 #if HWY_TARGET == HWY_SCALAR
@@ -182,10 +169,9 @@ HWY_INLINE void find_four_depths(CameraPacket& packet, const std::uint32_t block
         for (std::size_t l = kLanes; l < kBlockRays; l += kLanes)
             least[i] = min(least[i], load(q + l));
     }
-    const FloatVec all =
-        combine_four(least, [](FloatVec a, FloatVec b) HWY_ATTR { return min(a, b); });
+    const auto lesser = [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); };
     alignas(16) float q[4];
-    hn::Store(least_of_quarters(kFloats, all), hn::Full128<float>(), q);
+    hn::Store(reduce_blocks(kFloats, combine_four(least, lesser), lesser), hn::Full128<float>(), q);
     for (int i = 0; i < 4; ++i) packet.block_q[blocks[i]] = q[i];
 #endif
 }

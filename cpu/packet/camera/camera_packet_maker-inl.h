@@ -23,24 +23,12 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// scale_to_unit() on vectors that are positive.
-HWY_INLINE FloatVec scale_to_unit(FloatVec largest) {
-    const UintVec exponent = as_uint(largest) & splat(0x7F800000u);
-    return as_float(splat(0x7F000000u) - exponent);
-}
-
-/// Puts a component of a scaled direction on the grid, as canonical_direction() does.
-HWY_INLINE FloatVec snap_direction(FloatVec x) {
-    const FloatVec snapped = x + splat(kDirectionSnap) - splat(kDirectionSnap);
-    return select(abs(x) >= splat(kDirectionOnGrid), x, snapped);
-}
-
-/// canonical_direction() on vectors, in the same operations.
+/// canonical_direction() in place.
 HWY_INLINE void canonical_directions(FloatVec d[3]) {
-    const FloatVec largest = max(max(abs(d[0]), abs(d[1])), abs(d[2]));
-    const Mask is_scalable = largest > zero();
-    const FloatVec scale = select(is_scalable, scale_to_unit(largest), splat(1.0f));
-    for (int axis = 0; axis < 3; ++axis) d[axis] = snap_direction(d[axis] * scale);
+    const lanes::Float3 canonical = lanes::canonical_direction(lanes::Float3(d));
+    d[0] = canonical.x;
+    d[1] = canonical.y;
+    d[2] = canonical.z;
 }
 
 /// The limits of a usable frame: rays are off by at most kMostPixelError pixels (TriangleSetup

@@ -95,14 +95,14 @@ struct MissPlanes {
 /// Whether all rays of a block certainly miss a triangle or hit it beyond their limits. It decides
 /// less than Position but costs less, since its constants are found once a leaf.
 ///
-/// 1. A ray misses where an edge function is below -bound. most_c = c + kLosingBound * bound, and
-///    the test is a x + b y + most_c < 0: what kLosingBound exceeds 1 by covers the rounding of
+/// 1. A ray misses where an edge function is below -bound. most_c = c + kMissBound * bound, and
+///    the test is a x + b y + most_c < 0: what kMissBound exceeds 1 by covers the rounding of
 ///    most_c and of the sums (proofs/packet_any.g).
 /// 2. The bounds say nothing of a ray outside the triangle's rectangle, but such a ray misses.
 /// 3. The rule hits nothing nearer than q = triangles.q, and the error c0 + q (c1 + q c2) grows
 ///    with q. So with most_q = depth_c + the error at that q, 1/z of a hit is at most a x + b y +
 ///    most_q.
-/// 4. most_q has kLightErrorFactor times the error, for its own roundings, and kLosingGradient
+/// 4. most_q has kLightErrorFactor times the error, for its own roundings, and kMissGradient
 ///    times the gradient for that of the sum, since |depth_c| <= 1/z in the middle + reach *
 ///    gradient.
 HWY_INLINE bool certainly_misses(const LightPacket& packet, const MissPlanes& p,

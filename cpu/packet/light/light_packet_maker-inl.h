@@ -7,7 +7,6 @@
 #define MORPHRAY_CPU_PACKET_LIGHT_LIGHT_PACKET_MAKER_INL_H
 #endif
 
-#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -27,19 +26,18 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// One ray of every block with this step tells well enough where the packet goes. Waiting in memory
-/// for more of them takes a tenth of a packet's time.
+/// One ray of every block with this step tells well enough where the packet goes. More of them cost
+/// more than they save (docs/lab/cpu_tracer.md).
 inline constexpr std::uint32_t kSampleStep = 17;
 
-/// How many blocks ahead of the current one rays are prefetched.
+/// Rays are prefetched this many blocks ahead of the current one (docs/lab/cpu_tracer.md).
 inline constexpr std::uint32_t kBlocksAhead = 24;
 
 /// Prefetches a block of rays. Behind the last block there are those of the next packet, or memory
 /// that is never read.
 HWY_INLINE void prefetch_block(const SharedOriginRays* rays, std::uint32_t block) {
     const auto first = reinterpret_cast<std::uintptr_t>(rays) + block * sizeof(SharedOriginRays);
-    for (std::size_t i = 0; i < sizeof(SharedOriginRays); i += 64)
-        hwy::Prefetch(reinterpret_cast<const char*>(first + i));
+    prefetch(reinterpret_cast<const void*>(first), sizeof(SharedOriginRays));
 }
 
 /// Reduces each of kGroupBlocks vectors to one of kGroupBlocks floats. combine: min or max of two

@@ -1,4 +1,4 @@
-#include "gpu/camera_packets.h"
+#include "gpu/packet_arguments.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // The hits of an earlier pass, as texels: some devices load structures from storage buffers lane by
 // lane, but texels at once.
-#ifndef SHADERS_SINGLE_RAY_FOUND_HITS_GLSL
-#define SHADERS_SINGLE_RAY_FOUND_HITS_GLSL
+#ifndef SHADERS_BASE_FOUND_HITS_GLSL
+#define SHADERS_BASE_FOUND_HITS_GLSL
 
 #include "shaders/kernel_interface.h"
 
@@ -17,4 +17,4 @@ Hit found_hit(uint index) {
     return hit;
 }
 
-#endif  // SHADERS_SINGLE_RAY_FOUND_HITS_GLSL
+#endif  // SHADERS_BASE_FOUND_HITS_GLSL

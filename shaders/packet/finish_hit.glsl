@@ -1,6 +1,6 @@
 // Gives the closest candidates of a packet t, u and v.
-#ifndef SHADERS_PACKET_HIT_LEAVES_GLSL
-#define SHADERS_PACKET_HIT_LEAVES_GLSL
+#ifndef SHADERS_PACKET_FINISH_HIT_GLSL
+#define SHADERS_PACKET_FINISH_HIT_GLSL
 
 #include "common/interop/hit_rule.h"
 
@@ -46,4 +46,4 @@ bool finish_hit(ShearedRay s, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
            bound * greater(z_range, 1.0f) <= s.depth_slack * sum && z_range < z_size;
 }
 
-#endif  // SHADERS_PACKET_HIT_LEAVES_GLSL
+#endif  // SHADERS_PACKET_FINISH_HIT_GLSL
