@@ -28,9 +28,10 @@ bool has_only_software_devices();
 /// Throws Error if Vulkan is not built in, or if there is too little memory for a driver to start.
 void check_vulkan();
 
-/// Calls make(choice) for kCpu, kVulkan or kBrute: what kAuto means here. kAuto is Vulkan if there is a GPU, otherwise the CPU: with a warning if Vulkan is unavailable,
-/// with a note if its only devices run on the CPU, which is several times slower. Naming a device
-/// or asking for validation requires Vulkan. Throws what `make` throws.
+/// Calls make(choice) for kCpu, kVulkan or kBrute: what kAuto means here. kAuto is Vulkan if there
+/// is a GPU, otherwise the CPU: with a warning if Vulkan is unavailable, with a note if its only
+/// devices run on the CPU, which is several times slower. Naming a device or asking for validation
+/// requires Vulkan. Throws what `make` throws.
 template <class Make>
 auto make_chosen(BackendChoice choice, const BackendOptions& options, const Messages& messages,
                  Make make) {

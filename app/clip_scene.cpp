@@ -26,7 +26,8 @@ morphray::UpdatePolicy policy_of(const TreeOptions& tree) {
     const std::string_view every = "every:";
     if (text.starts_with(every)) {
         const std::string period = text.substr(every.size());
-        return morphray::Every{static_cast<std::uint32_t>(std::strtoul(period.c_str(), nullptr, 10))};
+        return morphray::Every{
+            static_cast<std::uint32_t>(std::strtoul(period.c_str(), nullptr, 10))};
     }
     return morphray::Auto{.budget_ms = tree.update_config.budget_ms,
                           .budget = tree.update_config.budget,
@@ -122,8 +123,8 @@ ClipScene::ClipScene(const Options& options, const Clip& clip, double first_fram
         }
         messages.note("tracing on " + device.name() + ": " + device.description());
         place(current_);
-        scene_ = morphray::Scene::build(mesh_of(clip.topology(), positions_), device,
-                                        scene_options);
+        scene_ =
+            morphray::Scene::build(mesh_of(clip.topology(), positions_), device, scene_options);
         update_ = scene_->last_update();
     });
 }

@@ -14,8 +14,8 @@
 
 namespace mray::app {
 
-/// Keeps the library's scene at one frame of a clip, with the tree that the options ask for. Members
-/// throw Error.
+/// Keeps the library's scene at one frame of a clip, with the tree that the options ask for.
+/// Members throw Error.
 class ClipScene {
 public:
     /// Builds the tree at options.tree.build_at, or else at first_frame. The clip must outlive it.
@@ -29,8 +29,8 @@ public:
     morphray::Image render(const ViewSpec& view);
 
     const morphray::Scene& scene() const { return *scene_; }
-    /// What the last build or advance() did. After render() it has the time of a refit that ran on a
-    /// device with the trace.
+    /// What the last build or advance() did. After render() it has the time of a refit that ran on
+    /// a device with the trace.
     const morphray::Update& update() const { return update_; }
     /// Of the last advance() and render(); before the first advance(), of the build.
     FrameTimes times() const;

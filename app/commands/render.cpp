@@ -110,9 +110,7 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
     const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
     // The hits of all frames, twice, because a growing array is copied.
     const std::uint64_t kept =
-        options.hits.empty()
-            ? 0
-            : 2 * frames * pixels * kHitsFileBytesPerPixel;
+        options.hits.empty() ? 0 : 2 * frames * pixels * kHitsFileBytesPerPixel;
     // A background build holds one more tree.
     const std::uint64_t background_build = options.tree.update == "auto" ? 1 : 0;
     require_memory(

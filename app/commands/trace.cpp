@@ -1,13 +1,13 @@
 // morphray trace: reads rays from a file and writes their hits to a file.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <iterator>
 
-#include "app/backends.h"
+#include "app/clip_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
 #include "app/frames.h"
+#include "app/library_calls.h"
 #include "app/memory_budget.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/output_file.h"
@@ -23,27 +23,30 @@ constexpr std::size_t kBatch = std::size_t{1} << 16;
 /// Traces rays in batches and writes a line for each.
 class RayTracer {
 public:
-    RayTracer(const SceneSpace& space, Backend& backend) : space_(space), backend_(backend) {}
+    RayTracer(const SceneSpace& space, const morphray::Scene& scene)
+        : space_(space), scene_(scene) {}
 
+    /// The numbers of the ray are floats.
     void add(const WorldRay& ray) {
-        const SceneRay scene_ray = to_scene(space_, ray);
-        if (scene_ray.valid) {
-            rays_.push_back(scene_ray.ray);
-        } else {
-            ++invalid_;
-        }
-        batch_.push_back({scene_ray.valid, scene_ray.t_exponent});
-        if (batch_.size() == kBatch) flush();
+        if (!to_scene(space_, ray).valid) ++invalid_;
+        const auto point = [](const double v[3]) {
+            return morphray::Vec3{static_cast<float>(v[0]), static_cast<float>(v[1]),
+                                  static_cast<float>(v[2])};
+        };
+        rays_.push_back({point(ray.org), static_cast<float>(ray.tnear), point(ray.dir),
+                         static_cast<float>(ray.tfar)});
+        if (rays_.size() == kBatch) flush();
     }
 
     void flush() {
         throw_if_interrupted();
         hits_.resize(rays_.size());
-        if (!rays_.empty()) backend_.trace_rays(rays_, hits_);
-        auto hit = hits_.begin();
-        for (const Answered& ray : batch_) write(ray.valid ? *hit++ : no_hit(), ray.t_exponent);
-        total_ += batch_.size();
-        batch_.clear();
+        call_library([&] {
+            scene_.intersect(std::span<const morphray::Ray>(rays_),
+                             std::span<morphray::Hit>(hits_));
+        });
+        for (const morphray::Hit& hit : hits_) write(hit);
+        total_ += rays_.size();
         rays_.clear();
     }
 
@@ -52,26 +55,19 @@ public:
     std::uint64_t total() const { return total_; }
 
 private:
-    struct Answered {
-        bool valid;
-        int t_exponent;
-    };
-
-    void write(const Hit& hit, int t_exponent) {
-        if (hit.prim_id == kNoPrim) {
+    void write(const morphray::Hit& hit) {
+        if (!hit) {
             text_ += "M\n";
             return;
         }
-        const double t = std::ldexp(static_cast<double>(hit.t), t_exponent);
-        fmt::format_to(std::back_inserter(text_), "H {:.9g} {} {:.9g} {:.9g}\n", t, hit.prim_id,
+        fmt::format_to(std::back_inserter(text_), "H {:.9g} {} {:.9g} {:.9g}\n", hit.t, hit.prim_id,
                        hit.u, hit.v);
     }
 
     const SceneSpace& space_;
-    Backend& backend_;
-    std::vector<Ray> rays_;
-    std::vector<Hit> hits_;
-    std::vector<Answered> batch_;
+    const morphray::Scene& scene_;
+    std::vector<morphray::Ray> rays_;
+    std::vector<morphray::Hit> hits_;
     std::string text_;
     std::uint64_t invalid_ = 0;
     std::uint64_t total_ = 0;
@@ -112,12 +108,17 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
                        fmt::format("{} of {} triangles are not finite; they are never hit", bad,
                                    topology.triangles.size())});
     }
-    const std::unique_ptr<Backend> backend = make_backend(backend_of(options), messages);
-    backend->set_scene(topology, positions,
-                       build_bvh(topology, positions, {.threads = options.backend.threads}));
+    std::vector<vec3> world(topology.vertex_count);
+    scene.clip().positions(frame, world);
+    const morphray::Device device = open_device(backend_of(options), messages);
+    const morphray::Scene traced = call_library([&] {
+        return morphray::Scene::build(
+            mesh_of(topology, world), device,
+            {.bounds = bounds_of(scene.clip()), .update = morphray::Refit{}});
+    });
 
     const std::string name = options.ray_file == "-" ? "<stdin>" : options.ray_file;
-    RayTracer tracer(scene.space(), *backend);
+    RayTracer tracer(scene.space(), traced);
     if (options.binary_rays) {
         trace_all(RayBinaryReader(name, rays), tracer);
     } else {

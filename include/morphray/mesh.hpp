@@ -38,9 +38,9 @@ Positions strided(const Array& vertices, Member Vertex::*member) {
 /// An array of vertices that are positions and nothing else: Vec3, std::array<float, 3>, ...
 template <class Array>
 Positions packed(const Array& points) {
-    using Point = std::remove_cvref_t<decltype(*std::data(points))>;
-    static_assert(std::is_standard_layout_v<Point> && sizeof(Point) >= sizeof(Vec3));
-    return {std::data(points), std::size(points), sizeof(Point)};
+    using Element = std::remove_cvref_t<decltype(*std::data(points))>;
+    static_assert(std::is_standard_layout_v<Element> && sizeof(Element) >= sizeof(Vec3));
+    return {std::data(points), std::size(points), sizeof(Element)};
 }
 
 /// A mesh of triangles in the caller's memory. `positions` are read by Scene::build(), attach() and
