@@ -1,6 +1,8 @@
 // morphray trace: reads rays from a file and writes their hits to a file.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "app/clip_scene.h"
@@ -29,12 +31,18 @@ public:
     /// The numbers of the ray are floats.
     void add(const WorldRay& ray) {
         if (!to_scene(space_, ray).valid) ++invalid_;
-        const auto point = [](const double v[3]) {
-            return morphray::Vec3{static_cast<float>(v[0]), static_cast<float>(v[1]),
-                                  static_cast<float>(v[2])};
-        };
-        rays_.push_back({point(ray.org), static_cast<float>(ray.tnear), point(ray.dir),
-                         static_cast<float>(ray.tfar)});
+        // t may be beyond floats, and t of a ray whose direction is scaled to a length of about 1
+        // is not. A power of two changes no other bit.
+        const double largest =
+            std::max({std::abs(ray.dir[0]), std::abs(ray.dir[1]), std::abs(ray.dir[2])});
+        const int exponent = largest > 0 && std::isfinite(largest) ? std::ilogb(largest) : 0;
+        const auto scaled = [](double v, int by) { return static_cast<float>(std::ldexp(v, by)); };
+        rays_.push_back({{scaled(ray.org[0], 0), scaled(ray.org[1], 0), scaled(ray.org[2], 0)},
+                         scaled(ray.tnear, exponent),
+                         {scaled(ray.dir[0], -exponent), scaled(ray.dir[1], -exponent),
+                          scaled(ray.dir[2], -exponent)},
+                         scaled(ray.tfar, exponent)});
+        exponents_.push_back(exponent);
         if (rays_.size() == kBatch) flush();
     }
 
@@ -45,9 +53,10 @@ public:
             scene_.intersect(std::span<const morphray::Ray>(rays_),
                              std::span<morphray::Hit>(hits_));
         });
-        for (const morphray::Hit& hit : hits_) write(hit);
+        for (std::size_t i = 0; i < hits_.size(); ++i) write(hits_[i], exponents_[i]);
         total_ += rays_.size();
         rays_.clear();
+        exponents_.clear();
     }
 
     const std::string& text() const { return text_; }
@@ -55,18 +64,21 @@ public:
     std::uint64_t total() const { return total_; }
 
 private:
-    void write(const morphray::Hit& hit) {
+    void write(const morphray::Hit& hit, int exponent) {
         if (!hit) {
             text_ += "M\n";
             return;
         }
-        fmt::format_to(std::back_inserter(text_), "H {:.9g} {} {:.9g} {:.9g}\n", hit.t, hit.prim_id,
+        const double t = std::ldexp(static_cast<double>(hit.t), -exponent);
+        fmt::format_to(std::back_inserter(text_), "H {:.9g} {} {:.9g} {:.9g}\n", t, hit.prim_id,
                        hit.u, hit.v);
     }
 
     const SceneSpace& space_;
     const morphray::Scene& scene_;
     std::vector<morphray::Ray> rays_;
+    /// The power of two that each ray's direction was divided by.
+    std::vector<int> exponents_;
     std::vector<morphray::Hit> hits_;
     std::string text_;
     std::uint64_t invalid_ = 0;

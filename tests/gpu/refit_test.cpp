@@ -117,7 +117,7 @@ void expect_same_restructurings(bool force_staging) {
     const Bvh built = build_bvh(scene.topology, scene.positions);
     BuiltAreas areas = built_areas(built);
     BuiltAreas cpu_areas = areas;
-    for (Backend* backend : {vulkan.get(), cpu.get()}) {
+    for (Backend* backend : std::initializer_list<Backend*>{vulkan.get(), cpu.get()}) {
         backend->set_scene(scene.topology, scene.positions, built);
     }
     const std::uint64_t all = vulkan->times().tree_bytes;

@@ -126,7 +126,7 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
         BuiltAreas cpu_areas = areas;
         const auto cpu = cpu::make_scalar_backend();
         const auto vulkan = tuned_device(force_staging);
-        for (Backend* backend : {vulkan.get(), cpu.get()})
+        for (Backend* backend : std::initializer_list<Backend*>{vulkan.get(), cpu.get()})
             backend->set_scene(scene.topology, scene.positions, built);
         std::size_t edits = 0;
         std::mt19937 random(1);
