@@ -124,6 +124,10 @@ public:
         tracer_->intersect(rays, hits);
     }
 
+    bool intersect_stored(const StoredRayTile& rays, Hit* hits) const override {
+        return tracer_->intersect_stored(rays, hits);
+    }
+
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override {
         tracer_->occluded(rays, occluded);
     }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/backend.h"
+#include "cpu/packet/stored_rays.h"
 
 namespace mray::cpu {
 
@@ -26,6 +27,9 @@ class CpuBackend : public Backend {
 public:
     /// As trace_rays(), in the calling thread, and without times().
     virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
+    /// Finds the closest hits of a tile of rays that start at one point and lie nearly on a grid,
+    /// as PacketTracer::intersect_stored(): returns false, and sets nothing, if they do not.
+    virtual bool intersect_stored(const StoredRayTile& rays, Hit* hits) const = 0;
     /// Sets occluded[i] to 1 if rays[i] hits anything, else to 0. Otherwise as intersect().
     virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const = 0;
 };

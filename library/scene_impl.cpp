@@ -14,6 +14,7 @@
 #include "common/update/session.h"
 #include "library/errors.h"
 #include "library/image_conversion.h"
+#include "library/ray_grid.h"
 
 namespace morphray::detail {
 namespace {
@@ -336,21 +337,94 @@ void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits) const 
     if (cpu_ == nullptr) {
         intersect_on_device(rays, hits);
     } else {
-        for_each_run(rays.size(), arena(), [&](std::size_t first, std::size_t count) {
-            SceneRays scene;
-            std::array<mray::Hit, kRun> found;
-            convert(*converter_, rays.subspan(first, count), scene);
-            cpu_->intersect(std::span(scene.rays).first(scene.count),
-                            std::span(found).first(scene.count));
-            if (scene.count < count) std::fill_n(&hits[first], count, Hit{});
-            for (std::size_t i = 0; i < scene.count; ++i) {
-                Hit& hit = hits[first + scene.sources[i]];
-                to_world(found[i], {scene.t_exponents[i], true}, hit);
-                meshes_.locate(hit);
-            }
-        });
+        const bool done = rays.size() > kFewRays && intersect_grid(rays, hits);
+        if (!done) {
+            for_each_run(rays.size(), arena(), [&](std::size_t first, std::size_t count) {
+                intersect_run(rays.subspan(first, count), hits.subspan(first, count));
+            });
+        }
     }
     cost_.add(watch.ms(), rays.size());
+}
+
+/// Traces at most kRun rays in this thread.
+void SceneImpl::intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const {
+    SceneRays scene;
+    std::array<mray::Hit, kRun> found;
+    convert(*converter_, rays, scene);
+    cpu_->intersect(std::span(scene.rays).first(scene.count), std::span(found).first(scene.count));
+    if (scene.count < rays.size()) std::fill(hits.begin(), hits.end(), Hit{});
+    for (std::size_t i = 0; i < scene.count; ++i) {
+        Hit& hit = hits[scene.sources[i]];
+        to_world(found[i], {scene.t_exponents[i], true}, hit);
+        meshes_.locate(hit);
+    }
+}
+
+/// Traces the rays of an image, which `rays` begins with, in packets; `hits` has the same layout.
+/// Returns false if they have none.
+bool SceneImpl::intersect_tile(std::span<const Ray> rays, std::size_t row, std::size_t width,
+                               std::size_t height, Hit* hits) const {
+    static_assert(sizeof(Ray) == sizeof(mray::cpu::StoredRay));
+    mray::Ray first;
+    if (!converter_->to_scene(rays.front(), first).is_valid) return false;
+    std::array<mray::Hit, mray::cpu::kCameraSide * mray::cpu::kCameraSide> found;
+    const mray::cpu::StoredRayTile tile{reinterpret_cast<const mray::cpu::StoredRay*>(rays.data()),
+                                        row, static_cast<std::uint32_t>(width),
+                                        static_cast<std::uint32_t>(height), first.org};
+    if (!cpu_->intersect_stored(tile, found.data())) return false;
+    for (std::size_t y = 0; y < height; ++y) {
+        for (std::size_t x = 0; x < width; ++x) {
+            const mray::Hit& hit = found[y * mray::cpu::kCameraSide + x];
+            Hit& world = hits[y * row + x];
+            to_world(hit, {converter_->t_exponent(rays[y * row + x].dir), true}, world);
+            meshes_.locate(world);
+        }
+    }
+    return true;
+}
+
+/// Traces rays that are those of an image in tiles, and what is left over one by one. Returns
+/// false, and does nothing, if the rays are not those of an image.
+bool SceneImpl::intersect_grid(std::span<const Ray> rays, std::span<Hit> hits) const {
+    constexpr std::size_t kSide = mray::cpu::kCameraSide;
+    constexpr std::size_t kStep = mray::cpu::kStoredTileStep;
+    const RayGrid grid = find_grid(rays);
+    if (grid.row == 0) return false;
+    const std::size_t width = grid.row / kStep * kStep;
+    const std::size_t height = grid.rows / kStep * kStep;
+    const std::size_t columns = (width + kSide - 1) / kSide;
+    const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
+    const auto run = [&](std::size_t begin, std::size_t end) {
+        for (; begin < end; begin += kRun) {
+            const std::size_t count = std::min(kRun, end - begin);
+            intersect_run(rays.subspan(begin, count), hits.subspan(begin, count));
+        }
+    };
+    // Rays that are not on a grid after all.
+    std::atomic<std::size_t> refused = 0;
+    const auto trace_tile = [&](std::size_t i) {
+        const std::size_t x0 = i % columns * kSide;
+        const std::size_t y0 = i / columns * kSide;
+        const std::size_t x1 = std::min(x0 + kSide, width);
+        const std::size_t y1 = std::min(y0 + kSide, height);
+        const std::size_t first = y0 * grid.row + x0;
+        constexpr std::size_t kManyRefused = 8;
+        if (refused.load(std::memory_order_relaxed) < kManyRefused) {
+            if (intersect_tile(rays.subspan(first), grid.row, x1 - x0, y1 - y0, &hits[first]))
+                return;
+            refused.fetch_add(1, std::memory_order_relaxed);
+        }
+        for (std::size_t y = y0; y < y1; ++y) run(y * grid.row + x0, y * grid.row + x1);
+    };
+    arena().execute([&] {
+        tbb::parallel_for(std::size_t{0}, tiles, trace_tile);
+        // Columns and rows beside the tiles.
+        tbb::parallel_for(std::size_t{0}, height,
+                          [&](std::size_t y) { run(y * grid.row + width, (y + 1) * grid.row); });
+        run(height * grid.row, rays.size());
+    });
+    return true;
 }
 
 Hit SceneImpl::intersect(const Ray& ray) const {

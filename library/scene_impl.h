@@ -11,6 +11,7 @@
 
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
+#include "cpu/packet/camera/camera_packet.h"
 #include "library/device_impl.h"
 #include "library/mesh_list.h"
 #include "library/pose_reader.h"
@@ -54,6 +55,10 @@ private:
     void require_usable() const;
     mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
     void intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const;
+    void intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const;
+    bool intersect_grid(std::span<const Ray> rays, std::span<Hit> hits) const;
+    bool intersect_tile(std::span<const Ray> rays, std::size_t row, std::size_t width,
+                        std::size_t height, Hit* hits) const;
     void trace_on_device(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) const;
 
     Device device_;

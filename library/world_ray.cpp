@@ -65,6 +65,11 @@ RayScale RayConverter::to_scene(const Ray& world, mray::Ray& scene) const {
     return {-(exponent_ + exponent), scene.tfar >= 0x1p-100f};
 }
 
+int RayConverter::t_exponent(const Vec3& dir) const {
+    return -(exponent_ +
+             exponent_of(std::max({std::abs(dir.x), std::abs(dir.y), std::abs(dir.z)})));
+}
+
 void to_world(const mray::Hit& hit, const RayScale& scale, Hit& world) {
     world = {};
     if (hit.prim_id == mray::kNoPrim) return;

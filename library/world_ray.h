@@ -22,6 +22,8 @@ public:
     explicit RayConverter(const mray::SceneSpace& space);
 
     RayScale to_scene(const Ray& world, mray::Ray& scene) const;
+    /// RayScale::t_exponent of a ray with a direction that is finite and not 0.
+    int t_exponent(const Vec3& dir) const;
 
 private:
     int exponent_;

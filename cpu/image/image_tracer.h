@@ -12,6 +12,7 @@
 #include "cpu/image/shaded_mesh.h"
 #include "cpu/image/tile.h"
 #include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/stored_rays.h"
 
 namespace mray::cpu {
 
@@ -74,6 +75,9 @@ public:
         }
         occluded_among(tracer_, org, rays, all, occluded);
     }
+
+    /// These tracers have no packets.
+    bool intersect_stored(const StoredRayTile&, Hit*) const { return false; }
 
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
         tracer_.intersect(rays, hits);

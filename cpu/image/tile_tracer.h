@@ -39,6 +39,11 @@ public:
             occluded_among(single_rays_, org, rays, std::span(fallback).first(count), occluded);
     }
 
+    bool intersect_stored(const StoredRayTile& rays, Hit* hits) const {
+        Packets& packets = scratch();
+        return packets_.intersect_stored(rays, packets.directions, packets.camera, hits);
+    }
+
     void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
         single_rays_.intersect(rays, hits);
     }
@@ -51,6 +56,7 @@ private:
     struct Packets {
         CameraPacket camera;
         LightPacket light;
+        StoredDirections directions;
     };
 
     Packets& scratch() const {

@@ -12,6 +12,7 @@
 #include "cpu/packet/camera/camera_packet_finish-inl.h"
 #include "cpu/packet/camera/camera_packet_maker-inl.h"
 #include "cpu/packet/camera/camera_packet_traversal-inl.h"
+#include "cpu/packet/camera/stored_packet_maker-inl.h"
 #include "cpu/packet/light/light_packet_maker-inl.h"
 #include "cpu/packet/light/light_packet_traversal-inl.h"
 
@@ -59,6 +60,31 @@ void intersect_camera_packet(const Bvh& bvh, const ImageParams& params, const Ti
     traversal.run();
     if (packet.hit_leaves.empty()) return write_misses(tile, hits, stride);
     write_hits(packet, tile, hits, stride);
+}
+
+bool intersect_stored_packet(const Bvh& bvh, const StoredRayTile& rays,
+                             StoredDirections& directions, CameraPacket& packet, Hit* hits) {
+#if HWY_TARGET == HWY_SCALAR
+    // A vector has no room for the two halves of a ray.
+    (void)bvh, (void)rays, (void)directions, (void)packet, (void)hits;
+    return false;
+#else
+    if (!frame_stored_packet(rays, directions, packet)) return false;
+    const Tile tile{0, 0, rays.width, rays.height};
+    CameraPacketTraversal traversal(bvh, packet);
+    if (!traversal.start()) {
+        write_misses(tile, hits, kCameraSide);
+        return true;
+    }
+    start_rays(rays.width, rays.height, packet);
+    traversal.run();
+    if (packet.hit_leaves.empty()) {
+        write_misses(tile, hits, kCameraSide);
+    } else {
+        write_hits(packet, tile, hits, kCameraSide);
+    }
+    return true;
+#endif
 }
 
 /// Writes which rays of a block in place are occluded or absent.
@@ -130,6 +156,7 @@ namespace mray::cpu {
 namespace {
 
 HWY_EXPORT(intersect_camera_packet);
+HWY_EXPORT(intersect_stored_packet);
 HWY_EXPORT(occluded_light_packet);
 
 }  // namespace
@@ -137,11 +164,17 @@ HWY_EXPORT(occluded_light_packet);
 PacketTracer::PacketTracer(const Bvh& bvh, SimdTarget target)
     : bvh_(&bvh),
       intersect_(SIMD_FUNCTION(intersect_camera_packet, target)),
+      intersect_stored_(SIMD_FUNCTION(intersect_stored_packet, target)),
       occluded_(SIMD_FUNCTION(occluded_light_packet, target)) {}
 
 void PacketTracer::intersect_camera(const ImageParams& params, const Tile& tile,
                                     CameraPacket& packet, Hit* hits, std::size_t stride) const {
     intersect_(*bvh_, params, tile, packet, hits, stride);
+}
+
+bool PacketTracer::intersect_stored(const StoredRayTile& rays, StoredDirections& directions,
+                                    CameraPacket& packet, Hit* hits) const {
+    return intersect_stored_(*bvh_, rays, directions, packet, hits);
 }
 
 std::size_t PacketTracer::occluded_shared_origin(vec3 org, std::span<const SharedOriginRays> rays,

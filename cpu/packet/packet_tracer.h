@@ -12,6 +12,7 @@
 #include "cpu/image/tile.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/light/light_packet.h"
+#include "cpu/packet/stored_rays.h"
 
 namespace mray::cpu {
 
@@ -25,6 +26,13 @@ public:
     /// (tile.x0 + x, tile.y0 + y). The tile has 1 to 64 pixels on each side.
     void intersect_camera(const ImageParams& params, const Tile& tile, CameraPacket& packet,
                           Hit* hits, std::size_t stride) const;
+
+    /// Sets hits[y * kCameraSide + x] to the closest hit, or a miss, of stored ray (x, y). Its t is
+    /// for the ray's canonical direction. Returns false, and sets nothing, if the rays do not all
+    /// start at one point with tnear <= 0 and tfar infinite, or do not lie nearly on a grid.
+    /// `directions` is scratch memory.
+    bool intersect_stored(const StoredRayTile& rays, StoredDirections& directions,
+                          CameraPacket& packet, Hit* hits) const;
 
     /// Sets occluded[i] to 0 where ray i, which starts at org, hits nothing, and to 1 where it hits
     /// something or is absent. rays: one to four times kSquareBlocks, with indices as in
@@ -41,8 +49,12 @@ private:
     using Occluded = std::size_t (*)(const Bvh&, vec3, const SharedOriginRays*, std::uint32_t,
                                      LightPacket&, std::uint8_t*, std::uint16_t*);
 
+    using IntersectStored = bool (*)(const Bvh&, const StoredRayTile&, StoredDirections&,
+                                     CameraPacket&, Hit*);
+
     const Bvh* bvh_;
     Intersect intersect_;
+    IntersectStored intersect_stored_;
     Occluded occluded_;
 };
 

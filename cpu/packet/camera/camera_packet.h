@@ -113,9 +113,17 @@ struct CameraRays {
     float first_x, first_y;
 };
 
+/// Directions of the rays of a tile, by axis and by camera_packet_ray(), canonical. Those of absent
+/// rays are finite.
+struct alignas(64) StoredDirections {
+    float d[3][kCameraRays];
+};
+
 struct alignas(kPage) CameraPacket {
     CameraFrame frame;
+    /// Where directions come from: `stored`, or `camera` if it is null.
     CameraRays camera;
+    const StoredDirections* stored = nullptr;
     /// By ray. 1/z of the closest hit so far lies in [q_lower, q_upper]; 0: none. A ray that needs
     /// no further test has kDone in both.
     alignas(64) float q_lower[kCameraRays];

@@ -56,9 +56,20 @@ public:
 private:
     static constexpr std::size_t kMany = 128;
 
-    /// How far 1 / (t z) as computed here may be from that of the rule's hit, relative to it: t,
-    /// the direction and z round by far less than 2^-16.
-    static constexpr float kHitDepthError = 0x1p-16f;
+    /// How far 1 / (t z) as computed here may be from that of the rule's hit, relative to it.
+    ///
+    /// 1. t and the direction round by far less than 2^-17, and so do product and quotient.
+    /// 2. z is a sum of three products with rows that are rounded to float: five roundings of terms
+    ///    whose magnitudes add up to at most row_size[2] times the direction's largest component.
+    ///    For a direction of z = 1 that is at most row_size[2] depth_most, so z is off by at most 5
+    ///    u row_size[2] depth_most of itself; kDotRounding is 8 u.
+    /// 3. An error of e of z is one of e / (1 - e) of 1 / z; from 1/2 on, nothing is known.
+    static float hit_depth_error(const PacketFrame& frame) {
+        constexpr float kHitRounding = 0x1p-17f;
+        constexpr float kDotRounding = 0x1p-21f;
+        const float z_error = kDotRounding * frame.row_size[2] * frame.depth_most;
+        return z_error < 0.5f ? kHitRounding + 2 * z_error : kUnknown;
+    }
 
     /// As many pairs as there are lanes, and what the rule says of them.
     struct Batch {
@@ -66,6 +77,7 @@ private:
         alignas(64) std::uint32_t triangles[kLanes] = {};
         alignas(64) std::uint32_t candidates[kLanes] = {};
         alignas(64) float t[kLanes], best_t[kLanes], q[kLanes];
+        float q_error;  // hit_depth_error()
         alignas(64) std::uint32_t ids[kLanes], best_ids[kLanes];
         /// The pairs that hit, and those of them whose ray has another candidate.
         std::uint32_t hits, rivals;
@@ -73,6 +85,7 @@ private:
 
     void resolve(std::size_t first, std::size_t count, BlockSet& changed) {
         Batch batch;
+        batch.q_error = hit_depth_error(packet_.frame);
         for (std::size_t l = 0; l < count; ++l) {
             batch.rays[l] = rays_[first + l];
             batch.triangles[l] = triangles_[first + l];
@@ -84,7 +97,7 @@ private:
 
     HWY_INLINE void ask_rule(std::size_t count, Batch& batch) const {
         FloatVec dir[3];
-        directions_of(packet_.camera, load(batch.rays), dir);
+        directions_of(packet_, load(batch.rays), dir);
         const PacketRule rule(packet_.frame.org, dir);
         const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
         const PacketRuleTriangles triangles = candidate_triangles(packet_, batch.triangles, lanes);
@@ -118,8 +131,8 @@ private:
                 !is_closer(batch.t[l], batch.ids[l], batch.best_t[l], batch.best_ids[l]))
                 continue;
             const std::uint32_t ray = batch.rays[l];
-            packet_.q_lower[ray] = batch.q[l] * (1 - kHitDepthError);
-            packet_.q_upper[ray] = batch.q[l] * (1 + kHitDepthError);
+            packet_.q_lower[ray] = std::max(batch.q[l] * (1 - batch.q_error), 0.0f);
+            packet_.q_upper[ray] = std::min(batch.q[l] * (1 + batch.q_error), kAnyDepth);
             packet_.candidate[ray] = batch.triangles[l];
             const std::uint32_t block = ray / kBlockRays;
             changed.words[block / 64] |= std::uint64_t{1} << block % 64;

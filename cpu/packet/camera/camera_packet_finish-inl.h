@@ -43,9 +43,17 @@ public:
     CameraPacketFinish(const CameraPacket& packet, Hit* rows, std::size_t stride)
         : packet_(packet), rows_(rows), stride_(stride), camera_(packet.camera) {
         const CameraFrame& frame = packet.frame;
+        if (packet.stored != nullptr)
+            for (int k = 0; k < 3; ++k) stored_[k] = packet.stored->d[k];
         if (frame.axis == kMixedAxes) return;
         // All largest components have the sign of the middle ray's; they become positive.
         const float sign = frame.depth_rows[0][2] < 0 ? -1.0f : 1.0f;
+        if (packet.stored != nullptr) {
+            sign_ = sign < 0 ? -0.0f : 0.0f;
+            for (std::uint32_t k = 0; k < 3; ++k)
+                stored_[k] = packet.stored->d[(frame.axis + 1 + k) % 3];
+            return;
+        }
         const float scale = mray::scale_to_unit(frame.depth_least);
         one_scale_ = scale == mray::scale_to_unit(frame.depth_most);
         for (std::uint32_t k = 0; k < 3; ++k) {
@@ -64,11 +72,12 @@ public:
     }
 
     void run() {
-        point_columns();
-        if (HWY_LIKELY(packet_.frame.axis != kMixedAxes)) {
-            finish_all<false>();
+        const bool mixed = packet_.frame.axis == kMixedAxes;
+        if (packet_.stored != nullptr) {
+            mixed ? finish_all<true, true>() : finish_all<false, true>();
         } else {
-            finish_all<true>();
+            point_columns();
+            mixed ? finish_all<true, false>() : finish_all<false, false>();
         }
         if (HWY_UNLIKELY(fallback_count_ != 0)) finish_fallback();
     }
@@ -135,8 +144,12 @@ private:
         }
     }
 
-    /// Component k of the directions of as many rays of the row as there are lanes.
-    HWY_INLINE FloatVec dir(int k, std::size_t in_row) const {
+    /// Component k of the directions of as many rays from `first` on as there are lanes. The row of
+    /// camera rays is that of point_row().
+    template <bool kStored>
+    HWY_INLINE FloatVec dir(int k, std::size_t first) const {
+        if constexpr (kStored) return load(stored_[k] + first) ^ splat(sign_);
+        const std::size_t in_row = first % kRowRays;
         const float* const parts = one_scale_ ? columns_[k] : scaled_[k];
         return load(parts + in_row) + load(row_[k] + in_row % kBlockRays);
     }
@@ -174,12 +187,13 @@ private:
         std::uint32_t rays;  // those with a candidate, as bits
     };
 
-    /// Finishes all rays. kMixed: the packet's axis is kMixedAxes.
+    /// Finishes all rays. kMixed: the packet's axis is kMixedAxes. kStored: it has stored
+    /// directions.
     ///
     /// Each vector of rays is one long chain of dependent operations, too long for a processor to
     /// overlap several. So where registers allow it, begin_hits() of a vector is interleaved with
     /// finish_hits() of the vector before.
-    template <bool kMixed>
+    template <bool kMixed, bool kStored>
     void finish_all() {
         constexpr bool kByHalves = kLanes == kBlockRays;
         const std::size_t row_rays = packet_.frame.grid_columns * kBlockRays;
@@ -187,7 +201,7 @@ private:
         BegunHits before;
         before.rays = 0;
         for (std::size_t row = 0; row < packet_.frame.grid_rows; ++row) {
-            point_row(row);
+            if (!kStored) point_row(row);
             const std::size_t begin = row * kRowRays;
             for (std::size_t first = begin; first < begin + row_rays; first += kLanes) {
                 // The candidates of the next rays are found before these are finished, because
@@ -200,7 +214,7 @@ private:
                 now.first = first;
                 now.rays = candidates.rays;
                 if (candidates.rays != 0) {
-                    begin_hits<kMixed>(candidates, now);
+                    begin_hits<kMixed, kStored>(candidates, now);
                 } else {
                     write(no_hits(), place(first));
                 }
@@ -216,12 +230,12 @@ private:
         if (kByHalves && before.rays != 0) finish_hits(before);
     }
 
-    template <bool kMixed>
+    template <bool kMixed, bool kStored>
     HWY_INLINE void begin_hits(const Candidates& found, BegunHits& rays) const {
-        const std::size_t in_row = rays.first % kRowRays;
         const CandidateLanes candidates =
             spread_candidates(packet_, packet_.candidate + rays.first, found);
-        const FloatVec d[3] = {dir(0, in_row), dir(1, in_row), dir(2, in_row)};
+        const FloatVec d[3] = {dir<kStored>(0, rays.first), dir<kStored>(1, rays.first),
+                               dir<kStored>(2, rays.first)};
         const FloatVec slack = splat(kSlackOfDilation * packet_.frame.dilation);
         rays.prim_ids = candidates.prim_ids;
         rays.is_fast = kMixed ? project_mixed(d, slack, candidates, rays.fast)
@@ -281,7 +295,7 @@ private:
             const auto lanes = static_cast<std::uint32_t>((std::uint64_t{1} << count) - 1);
             const PacketRuleTriangles triangles = candidate_triangles(packet_, candidates, lanes);
             FloatVec dir[3];
-            directions_of(packet_.camera, load(rays), dir);
+            directions_of(packet_, load(rays), dir);
             lanes::TriangleHit hit;
             PacketRule(packet_.frame.org, dir).intersect(triangles, splat(kInfiniteT), lanes, hit);
             Hit hits[kLanes];
@@ -296,6 +310,10 @@ private:
     std::size_t stride_;
     /// The packet's camera, rotated for its axis if it has one, with positive largest components.
     CameraRays camera_;
+    /// Stored directions, rotated likewise, and the sign bit that makes their largest components
+    /// positive.
+    const float* stored_[3] = {};
+    float sign_ = 0;
     /// Whether one scale holds for all directions, and none has a component that is nearly 0.
     bool one_scale_ = false;
     alignas(64) float columns_[3][kRowRays];

@@ -88,6 +88,24 @@ HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, con
 /// kRectangleRounding.
 inline constexpr float kGridRounding = 0x1p-16f;
 
+/// Sets what follows from the ray_error of a frame and the number of rays on each side, and the
+/// blocks' depths.
+HWY_INLINE void start_blocks(std::uint32_t width, std::uint32_t height, CameraPacket& packet) {
+    CameraFrame& frame = packet.frame;
+    frame.grid_margin = 2 * frame.ray_error + kGridRounding;
+    frame.block_extent = 2 * kBlockSide + 2 * frame.grid_margin;
+    constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
+    frame.lower_x = frame.lower_y = kFirst - frame.grid_margin;
+    frame.upper_x = kFirst + static_cast<float>(width) - 1 + frame.grid_margin;
+    frame.upper_y = kFirst + static_cast<float>(height) - 1 + frame.grid_margin;
+    frame.grid_columns = (width + kBlockSide - 1) / kBlockSide;
+    frame.grid_rows = (height + kBlockSide - 1) / kBlockSide;
+    std::fill_n(packet.block_q, kGridBlocks, kDone);
+    for (std::uint32_t row = 0; row < packet.frame.grid_rows; ++row)
+        std::fill_n(packet.block_q + row * kGridSide, packet.frame.grid_columns, 0.0f);
+    packet.hit_leaves.clear();
+}
+
 /// Sets the frame of a camera's tile of at most 64 x 64 pixels, and its blocks' depths: all that
 /// the root of the tree needs.
 void frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
@@ -102,31 +120,10 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPack
     CameraFrame& frame = packet.frame;
     set_frame(frame, camera.org, axis_x, axis_y, axis_z, 0.5f * kCameraSide + 1);
     frame.ray_error = pixel_error(frame, camera, tile);
-    frame.grid_margin = 2 * frame.ray_error + kGridRounding;
-    frame.block_extent = 2 * kBlockSide + 2 * frame.grid_margin;
-    constexpr float kFirst = 0.5f - 0.5f * kCameraSide;
-    const std::uint32_t width = tile.x1 - tile.x0;
-    const std::uint32_t height = tile.y1 - tile.y0;
-    frame.lower_x = frame.lower_y = kFirst - frame.grid_margin;
-    frame.upper_x = kFirst + static_cast<float>(width) - 1 + frame.grid_margin;
-    frame.upper_y = kFirst + static_cast<float>(height) - 1 + frame.grid_margin;
-    frame.grid_columns = (width + kBlockSide - 1) / kBlockSide;
-    frame.grid_rows = (height + kBlockSide - 1) / kBlockSide;
-    std::fill_n(packet.block_q, kGridBlocks, kDone);
-    for (std::uint32_t row = 0; row < packet.frame.grid_rows; ++row)
-        std::fill_n(packet.block_q + row * kGridSide, packet.frame.grid_columns, 0.0f);
-    packet.hit_leaves.clear();
+    start_blocks(tile.x1 - tile.x0, tile.y1 - tile.y0, packet);
 }
-
-/// Resets the rays of a camera's tile whose frame is set: no candidate, any depth.
-void start_camera_rays(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
-    packet.camera.first_x = static_cast<float>(tile.x0);
-    packet.camera.first_y = static_cast<float>(tile.y0);
-    for (int axis = 0; axis < 3; ++axis) {
-        packet.camera.corner[axis] = params.camera.corner[axis];
-        packet.camera.du[axis] = params.camera.du[axis];
-        packet.camera.dv[axis] = params.camera.dv[axis];
-    }
+/// Resets the rays of a packet: no candidate, any depth.
+HWY_INLINE void start_rays(std::uint32_t width, std::uint32_t height, CameraPacket& packet) {
     const std::size_t count = packet.frame.grid_rows * kGridSide * kBlockRays;
     for (std::size_t r = 0; r < count; r += kLanes) {
         store(zero(), packet.q_lower + r);
@@ -134,8 +131,6 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, CameraPacket
         store(splat(kNoCandidate), packet.candidate + r);
     }
     // The last blocks may reach beyond the tile.
-    const std::uint32_t width = tile.x1 - tile.x0;
-    const std::uint32_t height = tile.y1 - tile.y0;
     if (width % kBlockSide == 0 && height % kBlockSide == 0) return;
     for (std::uint32_t y = 0; y < packet.frame.grid_rows * kBlockSide; ++y) {
         for (std::uint32_t x = y < height ? width : 0; x < packet.frame.grid_columns * kBlockSide;
@@ -144,6 +139,19 @@ void start_camera_rays(const ImageParams& params, const Tile& tile, CameraPacket
             packet.q_upper[camera_packet_ray(x, y)] = kDone;
         }
     }
+}
+
+/// Resets the rays of a camera's tile whose frame is set: no candidate, any depth.
+void start_camera_rays(const ImageParams& params, const Tile& tile, CameraPacket& packet) {
+    packet.stored = nullptr;
+    packet.camera.first_x = static_cast<float>(tile.x0);
+    packet.camera.first_y = static_cast<float>(tile.y0);
+    for (int axis = 0; axis < 3; ++axis) {
+        packet.camera.corner[axis] = params.camera.corner[axis];
+        packet.camera.du[axis] = params.camera.du[axis];
+        packet.camera.dv[axis] = params.camera.dv[axis];
+    }
+    start_rays(tile.x1 - tile.x0, tile.y1 - tile.y0, packet);
 }
 
 /// The directions of camera rays by their pixels' coordinates: canonical_direction() of
@@ -158,8 +166,14 @@ HWY_INLINE void camera_directions(const CameraRays& camera, FloatVec x, FloatVec
     canonical_directions(d);
 }
 
-/// The directions of camera rays by their indices in the packet.
-HWY_INLINE void directions_of(const CameraRays& camera, UintVec rays, FloatVec d[3]) {
+/// The directions of a packet's rays by their indices.
+HWY_INLINE void directions_of(const CameraPacket& packet, UintVec rays, FloatVec d[3]) {
+    if (packet.stored != nullptr) {
+        for (int axis = 0; axis < 3; ++axis)
+            d[axis] = hn::GatherIndex(kFloats, packet.stored->d[axis], as_int(rays));
+        return;
+    }
+    const CameraRays& camera = packet.camera;
     const auto low = [](UintVec bits) HWY_ATTR { return bits & splat(3u); };
     const auto number = [](UintVec bits) HWY_ATTR { return hn::ConvertTo(kFloats, as_int(bits)); };
     static_assert(kBlockSide == 4 && kGridSide == 16);
