@@ -37,7 +37,11 @@ std::unique_ptr<mray::Backend> make_vulkan_backend([[maybe_unused]] const Vulkan
 namespace detail {
 
 DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan)
-    : kind_(kind), cpu_(cpu), vulkan_(vulkan), arena_(cpu.threads) {
+    : kind_(kind),
+      cpu_(cpu),
+      vulkan_(vulkan),
+      arena_(cpu.threads),
+      simd_target_(mray::find_simd_target(cpu.simd == mray::cpu::kSimdOff ? "scalar" : cpu.simd)) {
     std::unique_ptr<mray::Backend> backend = make_backend();
     name_ = backend->name();
     description_ = backend->description();

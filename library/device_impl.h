@@ -8,6 +8,7 @@
 
 #include "common/backend.h"
 #include "common/base/thread_arena.h"
+#include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
 #include "morphray/device.hpp"
 
@@ -26,6 +27,8 @@ public:
     const std::string& name() const { return name_; }
     const std::string& description() const { return description_; }
     int threads() const { return cpu_.threads; }
+    /// For the host's work.
+    const mray::SimdTarget& simd_target() const { return simd_target_; }
     /// Where the host's work for scenes runs: reading positions, converting and tracing rays.
     mray::ThreadArena& arena() { return arena_; }
 
@@ -41,6 +44,7 @@ private:
     CpuOptions cpu_;
     VulkanOptions vulkan_;
     mray::ThreadArena arena_;
+    mray::SimdTarget simd_target_;
     std::string name_;
     std::string description_;
     std::mutex mutex_;

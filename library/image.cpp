@@ -53,9 +53,8 @@ Image to_image(mray::Frame frame, const mray::ImageParams& params, const mray::S
             const std::size_t i = std::size_t{y} * frame.width + x;
             const mray::Hit& hit = frame.hits[i];
             if (hit.prim_id == mray::kNoPrim) continue;
-            image.hits[i] = {mray::world_depth(params.camera, space, hit.t, x, y), hit.u, hit.v,
-                             hit.prim_id, 0};
-            meshes.locate(image.hits[i]);
+            image.hits[i] = meshes.locate(mray::world_depth(params.camera, space, hit.t, x, y),
+                                          hit.u, hit.v, hit.prim_id);
         }
     }
     image.pixels = std::move(frame.pixels);

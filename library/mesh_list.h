@@ -41,13 +41,12 @@ public:
     /// The mesh, or nothing for a geom_id that is free or not committed.
     const MeshPlace* find(std::uint32_t geom_id) const;
 
-    /// Replaces the number of a triangle in the topology, hit.prim_id, by geom_id and prim_id.
-    void locate(Hit& hit) const {
-        if (hit.prim_id == kNoPrim) return;
-        const auto after = std::upper_bound(first_prims_.begin(), first_prims_.end(), hit.prim_id);
+    /// A hit of a triangle of the topology.
+    Hit locate(float t, float u, float v, std::uint32_t prim_id) const {
+        if (first_prims_.size() == 1) return {t, u, v, prim_id, geometry_ids_[0]};
+        const auto after = std::upper_bound(first_prims_.begin(), first_prims_.end(), prim_id);
         const auto i = static_cast<std::size_t>(after - first_prims_.begin()) - 1;
-        hit.geom_id = geometry_ids_[i];
-        hit.prim_id -= first_prims_[i];
+        return {t, u, v, prim_id - first_prims_[i], geometry_ids_[i]};
     }
 
 private:

@@ -22,7 +22,7 @@ namespace {
 // Up to so many rays are traced in the calling thread: others would take longer to wake up.
 constexpr std::size_t kFewRays = 256;
 // Rays that are converted and traced together, in memory on the stack.
-constexpr std::size_t kRun = 256;
+constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
 // Rays that are handed to a device together.
 constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
 
@@ -104,26 +104,8 @@ Update to_public(const mray::TreeUpdate& update, double read_ms) {
             .rebuild_ms = update.times.rebuild_ms};
 }
 
-/// Rays in scene space that come from a run of the caller's.
-struct SceneRays {
-    std::array<mray::Ray, kRun> rays;
-    std::array<int, kRun> t_exponents;
-    /// The ray of the run that each comes from; rays that cannot hit anything have none.
-    std::array<std::uint16_t, kRun> sources;
-    std::size_t count = 0;
-};
-
-void convert(const RayConverter& converter, std::span<const Ray> rays, SceneRays& out) {
-    out.count = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        const RayScale scale = converter.to_scene(rays[i], out.rays[out.count]);
-        out.t_exponents[out.count] = scale.t_exponent;
-        out.sources[out.count] = static_cast<std::uint16_t>(i);
-        out.count += scale.is_valid ? 1 : 0;
-        // The next ray is written over one that is not valid; after the last one nothing is.
-        if (out.count == kRun) break;
-    }
-}
+/// A ray in scene space that hits nothing: its interval is empty.
+constexpr mray::Ray kNoRay = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .tfar = 0};
 
 /// Calls `work(first, count)` for runs of at most kRun of `total` rays, in this thread or in many.
 template <class Work>
@@ -210,7 +192,7 @@ void SceneImpl::start(const mray::Bvh* tree) {
     const mray::Stopwatch watch;
     if (tree == nullptr) pose_.read_all(meshes_, arena());
     read_ms_ = watch.ms();
-    converter_.emplace(pose_.space());
+    set_space();
     mray::UpdateConfig config = text_of(options_.update).config;
     config.record_cost_ratio = options_.record_cost_ratio;
     const mray::BuildConfig build{.split = options_.split == Split::sweep
@@ -223,6 +205,12 @@ void SceneImpl::start(const mray::Bvh* tree) {
     cost_.reset();
 }
 
+/// Follows the scene space of pose_.
+void SceneImpl::set_space() {
+    converter_.emplace(pose_.space());
+    ray_maker_.emplace(pose_.space(), DeviceImpl::of(device_).simd_target());
+}
+
 void SceneImpl::require_usable() const {
     if (broken_) throw *broken_;
 }
@@ -230,7 +218,7 @@ void SceneImpl::require_usable() const {
 /// Brings the tree to the positions of pose_.
 void SceneImpl::follow(std::span<const mray::IndexRange> changed, double read_ms) {
     read_ms_ = read_ms;
-    converter_.emplace(pose_.space());
+    set_space();
     updater_->frame_done({.ms = cost_.ms(), .rays = cost_.rays()});
     cost_.reset();
     updater_->update(pose_.positions(), changed);
@@ -303,27 +291,24 @@ void SceneImpl::trace_on_device(std::span<const mray::Ray> rays, std::span<mray:
 /// Converts in many threads, and traces in large batches.
 void SceneImpl::intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const {
     std::vector<mray::Ray> batch;
-    std::vector<RayScale> scales;
+    std::vector<int> t_exponents;
     std::vector<mray::Hit> found;
     for (std::size_t begin = 0; begin < rays.size(); begin += kDeviceBatch) {
         const std::size_t size = std::min(kDeviceBatch, rays.size() - begin);
         batch.resize(size);
-        scales.resize(size);
+        t_exponents.resize(size);
         found.resize(size);
         for_each_run(size, arena(), [&](std::size_t first, std::size_t count) {
-            for (std::size_t i = first; i < first + count; ++i) {
-                scales[i] = converter_->to_scene(rays[begin + i], batch[i]);
-                // A ray with an empty interval hits nothing, and keeps the others in their places.
-                if (!scales[i].is_valid)
-                    batch[i] = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .tfar = 0};
-            }
+            mray::cpu::SceneRays scene;
+            make_scene_rays(rays.subspan(begin + first, count), scene);
+            std::copy_n(scene.rays, count, &batch[first]);
+            for (std::size_t i = 0; i < count; ++i)
+                t_exponents[first + i] = scene.t_exponents[2 * i + 1];
         });
         trace_on_device(batch, found);
         for_each_run(size, arena(), [&](std::size_t first, std::size_t count) {
             for (std::size_t i = first; i < first + count; ++i) {
-                to_world(scales[i].is_valid ? found[i] : mray::no_hit(), scales[i],
-                         hits[begin + i]);
-                meshes_.locate(hits[begin + i]);
+                hits[begin + i] = to_world(found[i], t_exponents[i]);
             }
         });
     }
@@ -347,17 +332,32 @@ void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits) const 
     cost_.add(watch.ms(), rays.size());
 }
 
+/// Brings at most kRun rays into scene space. Rays that cannot hit anything become kNoRay.
+void SceneImpl::make_scene_rays(std::span<const Ray> rays, mray::cpu::SceneRays& out) const {
+    static_assert(sizeof(Ray) == sizeof(mray::cpu::StoredRay));
+    ray_maker_->make({reinterpret_cast<const mray::cpu::StoredRay*>(rays.data()), rays.size()},
+                     out);
+    for (std::size_t k = 0; k < out.hard_count; ++k) {
+        const std::size_t i = out.hard[k];
+        const RayScale scale = converter_->to_scene(rays[i], out.rays[i]);
+        if (!scale.is_valid) out.rays[i] = kNoRay;
+        out.t_exponents[2 * i + 1] = scale.t_exponent;
+    }
+}
+
+Hit SceneImpl::to_world(const mray::Hit& hit, int t_exponent) const {
+    if (hit.prim_id == kNoPrim) return {};
+    return meshes_.locate(to_world_t(hit.t, t_exponent), hit.u, hit.v, hit.prim_id);
+}
+
 /// Traces at most kRun rays in this thread.
 void SceneImpl::intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const {
-    SceneRays scene;
+    mray::cpu::SceneRays scene;
     std::array<mray::Hit, kRun> found;
-    convert(*converter_, rays, scene);
-    cpu_->intersect(std::span(scene.rays).first(scene.count), std::span(found).first(scene.count));
-    if (scene.count < rays.size()) std::fill(hits.begin(), hits.end(), Hit{});
-    for (std::size_t i = 0; i < scene.count; ++i) {
-        Hit& hit = hits[scene.sources[i]];
-        to_world(found[i], {scene.t_exponents[i], true}, hit);
-        meshes_.locate(hit);
+    make_scene_rays(rays, scene);
+    cpu_->intersect(std::span(scene.rays).first(rays.size()), std::span(found).first(rays.size()));
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        hits[i] = to_world(found[i], scene.t_exponents[2 * i + 1]);
     }
 }
 
@@ -376,9 +376,7 @@ bool SceneImpl::intersect_tile(std::span<const Ray> rays, std::size_t row, std::
     for (std::size_t y = 0; y < height; ++y) {
         for (std::size_t x = 0; x < width; ++x) {
             const mray::Hit& hit = found[y * mray::cpu::kCameraSide + x];
-            Hit& world = hits[y * row + x];
-            to_world(hit, {converter_->t_exponent(rays[y * row + x].dir), true}, world);
-            meshes_.locate(world);
+            hits[y * row + x] = to_world(hit, converter_->t_exponent(rays[y * row + x].dir));
         }
     }
     return true;
@@ -441,9 +439,7 @@ Hit SceneImpl::intersect(const Ray& ray) const {
     cost_.sample(1, [&] {
         cpu_->intersect(std::span<const mray::Ray>(&scene, 1), std::span<mray::Hit>(&found, 1));
     });
-    to_world(found, scale, hit);
-    meshes_.locate(hit);
-    return hit;
+    return to_world(found, scale.t_exponent);
 }
 
 void SceneImpl::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
@@ -461,13 +457,9 @@ void SceneImpl::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occl
     }
     const mray::Stopwatch watch;
     for_each_run(rays.size(), arena(), [&](std::size_t first, std::size_t count) {
-        SceneRays scene;
-        std::array<std::uint8_t, kRun> found;
-        convert(*converter_, rays.subspan(first, count), scene);
-        cpu_->occluded(std::span(scene.rays).first(scene.count),
-                       std::span(found).first(scene.count));
-        if (scene.count < count) std::fill_n(&occluded[first], count, std::uint8_t{0});
-        for (std::size_t i = 0; i < scene.count; ++i) occluded[first + scene.sources[i]] = found[i];
+        mray::cpu::SceneRays scene;
+        make_scene_rays(rays.subspan(first, count), scene);
+        cpu_->occluded(std::span(scene.rays).first(count), occluded.subspan(first, count));
     });
     cost_.add(watch.ms(), rays.size());
 }

@@ -12,6 +12,7 @@
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/packet/camera/camera_packet.h"
+#include "cpu/stored_rays/scene_rays.h"
 #include "library/device_impl.h"
 #include "library/mesh_list.h"
 #include "library/pose_reader.h"
@@ -53,6 +54,9 @@ private:
     std::unique_ptr<mray::UpdatePolicy> make_policy() const;
     void follow(std::span<const mray::IndexRange> changed, double read_ms);
     void require_usable() const;
+    void make_scene_rays(std::span<const Ray> rays, mray::cpu::SceneRays& out) const;
+    Hit to_world(const mray::Hit& hit, int t_exponent) const;
+    void set_space();
     mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
     void intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const;
     void intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const;
@@ -66,6 +70,7 @@ private:
     MeshList meshes_;
     PoseReader pose_;
     std::optional<RayConverter> converter_;
+    std::optional<mray::cpu::SceneRayMaker> ray_maker_;
     DeviceBackend tracer_;
     DeviceBackend refitter_;
     /// tracer_, if it is a backend that threads may query at the same time.

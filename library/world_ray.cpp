@@ -70,12 +70,14 @@ int RayConverter::t_exponent(const Vec3& dir) const {
              exponent_of(std::max({std::abs(dir.x), std::abs(dir.y), std::abs(dir.z)})));
 }
 
-void to_world(const mray::Hit& hit, const RayScale& scale, Hit& world) {
-    world = {};
-    if (hit.prim_id == mray::kNoPrim) return;
-    constexpr double kLargest = std::numeric_limits<float>::max();
-    world = {static_cast<float>(std::min(hit.t * power_of_two(scale.t_exponent), kLargest)), hit.u,
-             hit.v, hit.prim_id, 0};
+float to_world_t(float t, int t_exponent) {
+    constexpr float kLargest = std::numeric_limits<float>::max();
+    constexpr int kNormal = 126;
+    if (t_exponent >= -kNormal && t_exponent <= kNormal) {
+        const auto bits = static_cast<std::uint32_t>(t_exponent + 127) << 23;
+        return std::min(t * std::bit_cast<float>(bits), kLargest);
+    }
+    return static_cast<float>(std::min(t * power_of_two(t_exponent), double{kLargest}));
 }
 
 }  // namespace morphray::detail

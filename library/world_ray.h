@@ -32,8 +32,8 @@ private:
     double scale_;
 };
 
-/// A hit in scene space, in world space; its prim_id is that in the topology of all meshes, and its
-/// geom_id 0.
-void to_world(const mray::Hit& hit, const RayScale& scale, Hit& world);
+/// t in scene space times 2^t_exponent, rounded to a float; what is too large becomes the largest
+/// float.
+float to_world_t(float t, int t_exponent);
 
 }  // namespace morphray::detail

@@ -3,11 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
+#include "common/simd/simd_target.h"
+#include "cpu/stored_rays/scene_rays.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {
@@ -86,13 +89,70 @@ TEST(RayConverter, GivesTheBitsOfTheEngineForHostileRays) {
 }
 
 TEST(RayConverter, TurnsTBackExactly) {
-    morphray::Hit hit;
-    morphray::detail::to_world(Hit{0.75f, 0.5f, 0.25f, 7}, {3, true}, hit);
-    EXPECT_EQ(hit, (morphray::Hit{6, 0.5f, 0.25f, 7, 0}));
-    morphray::detail::to_world(Hit{1.5f, 0.5f, 0.25f, 7}, {300, true}, hit);
-    EXPECT_EQ(hit.t, kMost);
-    morphray::detail::to_world(no_hit(), {3, true}, hit);
-    EXPECT_EQ(hit, morphray::Hit{});
+    using morphray::detail::to_world_t;
+    EXPECT_EQ(to_world_t(0.75f, 3), 6.0f);
+    EXPECT_EQ(to_world_t(1.5f, -126), 0x1.8p-126f);
+    EXPECT_EQ(to_world_t(1.5f, -127), 0x1.8p-127f);
+    EXPECT_EQ(to_world_t(0x1.8p40f, -180), 0x1.8p-140f);
+    EXPECT_EQ(to_world_t(1.5f, 126), 0x1.8p126f);
+    EXPECT_EQ(to_world_t(1.5f, 127), 0x1.8p127f);
+    EXPECT_EQ(to_world_t(8, 126), kMost);
+    EXPECT_EQ(to_world_t(1.5f, 300), kMost);
+    EXPECT_EQ(to_world_t(0, 300), 0.0f);
+}
+
+/// The rays that are made on vectors are those of the converter.
+TEST(SceneRayMaker, GivesTheBitsOfTheEngineOnEachTarget) {
+    Random random(6);
+    std::size_t made = 0;
+    const float values[] = {
+        0,         -0.0f,      1,    -1,       kDenormal,     -kDenormal, kMost,   -kMost,
+        kInfinity, -kInfinity, kNan, 0x1p-60f, 0x1.fffffep0f, 0x1p-126f,  0x1p126f};
+    for (const SceneSpace& space : spaces()) {
+        const float size = std::ldexp(1.0f, std::clamp(-space.exponent() + 20, -140, 120));
+        const auto usual = [&] { return size * static_cast<float>(random.real(-1, 1)); };
+        const auto any = [&] {
+            return random.below(12) == 0 ? values[random.below(std::size(values))] : usual();
+        };
+        for (int batch = 0; batch < 60; ++batch) {
+            std::vector<cpu::StoredRay> rays(1 + random.below(cpu::SceneRays::kMost));
+            for (cpu::StoredRay& ray : rays) {
+                ray = {{any(), any(), any()}, 0, {any(), any(), any()}, kInfinity};
+                if (random.below(5) == 0) ray.tnear = any();
+                if (random.below(5) == 0) ray.tfar = any();
+                // Close to the farthest origin that is accepted.
+                if (random.below(9) == 0) {
+                    ray.org[random.below(3)] =
+                        static_cast<float>(space.centre(0)) +
+                        std::ldexp(static_cast<float>(random.real(0.999999, 1.000001)),
+                                   std::clamp(40 - space.exponent(), -140, 127));
+                }
+            }
+            for (const SimdTarget& target : supported_simd_targets()) {
+                cpu::SceneRays out;
+                cpu::SceneRayMaker(space, target).make(rays, out);
+                std::size_t hard = 0;
+                for (std::size_t i = 0; i < rays.size(); ++i) {
+                    if (hard < out.hard_count && out.hard[hard] == i) {
+                        ++hard;
+                        continue;
+                    }
+                    ++made;
+                    const cpu::StoredRay& r = rays[i];
+                    const SceneRay expected = to_scene(space, {{r.org[0], r.org[1], r.org[2]},
+                                                               {r.dir[0], r.dir[1], r.dir[2]},
+                                                               r.tnear,
+                                                               r.tfar});
+                    ASSERT_TRUE(expected.valid) << target.name;
+                    ASSERT_EQ(out.t_exponents[2 * i + 1], expected.t_exponent) << target.name;
+                    ASSERT_EQ(std::memcmp(&out.rays[i], &expected.ray, sizeof(Ray)), 0)
+                        << target.name;
+                }
+                ASSERT_EQ(hard, out.hard_count);
+            }
+        }
+    }
+    EXPECT_GT(made, 20000u);
 }
 
 }  // namespace
