@@ -52,6 +52,7 @@ void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
         const TraceWork* const traced[] = {&works.primary, &*works.shadow, &*works.ao};
         bench_vulkan(rig, scene, traced);
     }
+    if (options.wants("library")) bench_library(rig, scene);
     if (options.wants("refit")) bench_refit(rig, scene, works.primary);
     if (options.wants("build")) bench_build(rig, scene, works.primary);
 }

@@ -18,8 +18,8 @@ inline ViewSpec few_ao_samples() {
     return view;
 }
 
-inline constexpr const char* kWorks[] = {"primary", "shadow", "ao",    "refit",
-                                         "build",   "packet", "vulkan"};
+inline constexpr const char* kWorks[] = {"primary", "shadow", "ao",     "refit",
+                                         "build",   "packet", "vulkan", "library"};
 
 struct BenchOptions {
     /// The built-in scenes, then the given ones.

@@ -17,7 +17,7 @@ struct Row {
     std::uint64_t triangles = 0;
     /// fill, whole or given
     std::string view;
-    /// primary, shadow, ao, refit or build
+    /// primary, shadow, ao, refit, build or library
     std::string work;
     int threads = 0;
     /// Rays that were traced; 0 for refits and builds.

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/backend.h"
-#include "cpu/stored_rays/stored_rays.h"
+#include "cpu/scene_space/stored_rays.h"
 
 namespace mray::cpu {
 

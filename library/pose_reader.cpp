@@ -4,10 +4,13 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <functional>
+
+#include "cpu/scene_space/scene_positions.h"
 
 namespace morphray::detail {
 namespace {
@@ -27,28 +30,35 @@ vec3 load(const Positions& positions, std::size_t i) {
     return p;
 }
 
-/// Whether a position lies outside the range of scene space. One that is not finite does not.
-bool is_outside(vec3 world, vec3 scene) {
-    if (!std::isfinite(world.x) || !std::isfinite(world.y) || !std::isfinite(world.z)) return false;
-    return !(std::abs(scene.x) <= mray::kSceneExtent && std::abs(scene.y) <= mray::kSceneExtent &&
-             std::abs(scene.z) <= mray::kSceneExtent);
-}
-
 void extend(WorldBounds& bounds, const WorldBounds& other) {
     if (!other.empty()) bounds.extend(other.lower, other.upper);
 }
 
-WorldBounds bounds_of(const Positions& positions, std::size_t first, std::size_t end) {
-    // Small runs of positions on the stack: the strided ones are no span of vec3.
+/// Calls `use(first, run)` for runs of positions first, first + 1, ..., in place if they are
+/// packed.
+template <class Use>
+void for_each_run(const Positions& positions, std::size_t first, std::size_t end, Use use) {
+    const auto* bytes = static_cast<const std::byte*>(positions.data);
+    if (positions.stride == sizeof(vec3) &&
+        reinterpret_cast<std::uintptr_t>(bytes) % alignof(vec3) == 0) {
+        const auto* packed = reinterpret_cast<const vec3*>(bytes);
+        if (first < end) use(first, std::span(packed + first, end - first));
+        return;
+    }
     constexpr std::size_t kRun = 256;
     vec3 run[kRun];
-    WorldBounds bounds;
-    while (first < end) {
+    for (; first < end; first += kRun) {
         const std::size_t count = std::min(kRun, end - first);
         for (std::size_t i = 0; i < count; ++i) run[i] = load(positions, first + i);
-        extend(bounds, mray::bounds_of(std::span<const vec3>(run, count)));
-        first += count;
+        use(first, std::span<const vec3>(run, count));
     }
+}
+
+WorldBounds bounds_of(const Positions& positions, std::size_t first, std::size_t end) {
+    WorldBounds bounds;
+    for_each_run(positions, first, end, [&](std::size_t, std::span<const vec3> run) {
+        extend(bounds, mray::bounds_of(run));
+    });
     return bounds;
 }
 
@@ -81,22 +91,22 @@ WorldBounds to_bounds(const std::optional<Box>& box) {
 
 }  // namespace
 
-PoseReader::PoseReader(const std::optional<Box>& bounds)
-    : bounds_(to_bounds(bounds)), space_(bounds_) {}
+PoseReader::PoseReader(const std::optional<Box>& bounds, const mray::SimdTarget& target)
+    : bounds_(to_bounds(bounds)), space_(bounds_), target_(target) {}
 
 /// Writes the pieces in this space. Returns whether one of their positions is outside its range.
 bool PoseReader::convert(std::span<const Piece> pieces, const mray::SceneSpace& space,
                          mray::ThreadArena& arena) {
+    const mray::cpu::ScenePositionMaker maker(space, target_);
     bool any_outside = false;
     for (const Piece& piece : pieces) {
         vec3* const out = positions_.data() + piece.mesh->first_vertex;
         const Positions& in = piece.mesh->positions;
         const auto convert_range = [&](const Range& range, bool outside) {
-            for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                const vec3 world = load(in, i);
-                out[i] = space.to_scene(world);
-                outside |= is_outside(world, out[i]);
-            }
+            for_each_run(in, range.begin(), range.end(),
+                         [&](std::size_t first, std::span<const vec3> run) {
+                             outside |= maker.make(run, {out + first, run.size()});
+                         });
             return outside;
         };
         const Range all(piece.first, piece.first + piece.count, kGrain);

@@ -9,6 +9,7 @@
 #include "common/base/thread_arena.h"
 #include "common/scene/scene_space.h"
 #include "common/scene/world_bounds.h"
+#include "common/simd/simd_target.h"
 #include "library/mesh_list.h"
 
 namespace morphray::detail {
@@ -18,8 +19,9 @@ namespace morphray::detail {
 /// positions together. So it depends on bounds and positions only, not on earlier poses.
 class PoseReader {
 public:
-    /// Without bounds, those of the first positions that are read are taken.
-    explicit PoseReader(const std::optional<Box>& bounds);
+    /// `target` is for the conversion. Without bounds, those of the first positions that are read
+    /// are taken.
+    PoseReader(const std::optional<Box>& bounds, const mray::SimdTarget& target);
 
     const mray::SceneSpace& space() const { return space_; }
     /// The bounds that the space follows; empty before there is a position.
@@ -50,6 +52,7 @@ private:
 
     mray::WorldBounds bounds_;
     mray::SceneSpace space_;
+    mray::SimdTarget target_;
     /// Whether positions lie outside the range of the space of the bounds.
     bool is_extended_ = false;
     std::vector<mray::vec3> positions_;

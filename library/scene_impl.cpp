@@ -156,7 +156,9 @@ private:
 
 SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
                      const SceneOptions& options)
-    : device_(device), options_(options), pose_((check(options.bounds), options.bounds)) {
+    : device_(device),
+      options_(options),
+      pose_((check(options.bounds), options.bounds), DeviceImpl::of(device).simd_target()) {
     make_policy();
     for (const MeshView& mesh : meshes) meshes_.attach(mesh);
     meshes_ = meshes_.changed();
@@ -301,9 +303,10 @@ void SceneImpl::intersect_on_device(std::span<const Ray> rays, std::span<Hit> hi
         for_each_run(size, arena(), [&](std::size_t first, std::size_t count) {
             mray::cpu::SceneRays scene;
             make_scene_rays(rays.subspan(begin + first, count), scene);
-            std::copy_n(scene.rays, count, &batch[first]);
-            for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t i = 0; i < count; ++i) {
+                batch[first + i] = scene.rays[i];
                 t_exponents[first + i] = scene.t_exponents[2 * i + 1];
+            }
         });
         trace_on_device(batch, found);
         for_each_run(size, arena(), [&](std::size_t first, std::size_t count) {

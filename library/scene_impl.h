@@ -12,7 +12,7 @@
 #include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/packet/camera/camera_packet.h"
-#include "cpu/stored_rays/scene_rays.h"
+#include "cpu/scene_space/scene_rays.h"
 #include "library/device_impl.h"
 #include "library/mesh_list.h"
 #include "library/pose_reader.h"

@@ -50,4 +50,8 @@ void bench_vulkan(const Rig& rig, const BenchScene& scene, std::span<const Trace
 /// the same tree.
 void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work);
 
+/// Compares calls of the public interface with the calls behind the seam that do the same: camera
+/// rays, rays in any order in calls of several sizes, and updates.
+void bench_library(const Rig& rig, const BenchScene& scene);
+
 }  // namespace mray::bench

@@ -12,7 +12,7 @@
 #include "cpu/image/shaded_mesh.h"
 #include "cpu/image/tile.h"
 #include "cpu/packet/light/light_packet.h"
-#include "cpu/stored_rays/stored_rays.h"
+#include "cpu/scene_space/stored_rays.h"
 
 namespace mray::cpu {
 

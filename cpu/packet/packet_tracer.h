@@ -12,7 +12,7 @@
 #include "cpu/image/tile.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/light/light_packet.h"
-#include "cpu/stored_rays/stored_rays.h"
+#include "cpu/scene_space/stored_rays.h"
 
 namespace mray::cpu {
 

@@ -10,7 +10,8 @@
 #include <limits>
 
 #include "common/simd/simd_target.h"
-#include "cpu/stored_rays/scene_rays.h"
+#include "cpu/scene_space/scene_positions.h"
+#include "cpu/scene_space/scene_rays.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {
@@ -153,6 +154,41 @@ TEST(SceneRayMaker, GivesTheBitsOfTheEngineOnEachTarget) {
         }
     }
     EXPECT_GT(made, 20000u);
+}
+
+TEST(ScenePositionMaker, GivesTheBitsOfTheEngineOnEachTarget) {
+    Random random(8);
+    for (const SceneSpace& space : spaces()) {
+        const float size = std::ldexp(1.0f, std::clamp(20 - space.exponent(), -140, 126));
+        for (int batch = 0; batch < 40; ++batch) {
+            const bool hostile = batch % 4 == 0;
+            std::vector<vec3> world(random.below(700));
+            bool any_outside = false;
+            std::vector<vec3> expected;
+            for (vec3& p : world) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    p[axis] = static_cast<float>(space.centre(axis)) +
+                              size * static_cast<float>(random.real(-0.7, 0.7)) *
+                                  std::ldexp(1.0f, -static_cast<int>(random.below(60)));
+                    if (hostile && random.below(50) == 0)
+                        p[axis] = std::bit_cast<float>(static_cast<std::uint32_t>(random.bits()));
+                }
+                const vec3 scene = space.to_scene(p);
+                expected.push_back(scene);
+                const bool finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+                for (int axis = 0; axis < 3; ++axis)
+                    any_outside |= finite && !(std::abs(scene[axis]) <= kSceneExtent);
+            }
+            for (const SimdTarget& target : supported_simd_targets()) {
+                std::vector<vec3> actual(world.size());
+                const bool outside = cpu::ScenePositionMaker(space, target).make(world, actual);
+                ASSERT_EQ(outside, any_outside) << target.name;
+                ASSERT_EQ(std::memcmp(actual.data(), expected.data(), actual.size() * sizeof(vec3)),
+                          0)
+                    << target.name;
+            }
+        }
+    }
 }
 
 }  // namespace

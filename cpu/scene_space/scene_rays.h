@@ -9,7 +9,7 @@
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
 #include "common/simd/simd_target.h"
-#include "cpu/stored_rays/stored_rays.h"
+#include "cpu/scene_space/stored_rays.h"
 
 namespace mray::cpu {
 

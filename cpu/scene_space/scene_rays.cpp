@@ -1,10 +1,10 @@
-#include "cpu/stored_rays/scene_rays.h"
+#include "cpu/scene_space/scene_rays.h"
 
 #include <cassert>
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "cpu/stored_rays/scene_rays.cpp"
+#define HWY_TARGET_INCLUDE "cpu/scene_space/scene_rays.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -1,0 +1,229 @@
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "bench/works/works.h"
+#include "common/base/thread_arena.h"
+#include "common/interop/camera.h"
+#include "cpu/cpu_backend.h"
+#include "morphray/morphray.hpp"
+
+namespace mray::bench {
+namespace {
+
+using UserRays = std::vector<morphray::Ray>;
+using UserHits = std::vector<morphray::Hit>;
+
+/// Scene space as the world of the library's users, with bounds that make both the same.
+constexpr double kExtent = kSceneExtent;
+const morphray::Box kBounds{{-kExtent, -kExtent, -kExtent}, {kExtent, kExtent, kExtent}};
+
+morphray::Vec3 to_user(vec3 p) { return {p.x, p.y, p.z}; }
+
+/// The camera rays of an image, row by row.
+std::vector<Ray> camera_rays(const ImageParams& params) {
+    std::vector<Ray> rays;
+    rays.reserve(std::size_t{params.width} * params.height);
+    for (std::uint32_t y = 0; y < params.height; ++y) {
+        for (std::uint32_t x = 0; x < params.width; ++x)
+            rays.push_back(camera_ray(params.camera, x, y));
+    }
+    return rays;
+}
+
+UserRays to_user(const std::vector<Ray>& rays) {
+    UserRays result;
+    result.reserve(rays.size());
+    for (const Ray& ray : rays)
+        result.push_back({.org = to_user(ray.org), .dir = to_user(ray.dir)});
+    return result;
+}
+
+/// The rays in an order in which neighbours have nothing in common.
+std::vector<Ray> shuffled(std::vector<Ray> rays) {
+    std::uint64_t state = 1;
+    for (std::size_t i = rays.size(); i > 1; --i) {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        std::swap(rays[i - 1], rays[(state >> 33) % i]);
+    }
+    return rays;
+}
+
+/// The number of the first hits that differ in any bit.
+Mismatches compare(const UserHits& ours, const std::vector<Hit>& theirs, std::size_t count) {
+    Mismatches mismatches;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Hit& hit = theirs[i];
+        const bool same = ours[i].prim_id == hit.prim_id && ours[i].t == hit.t &&
+                          ours[i].u == hit.u && ours[i].v == hit.v;
+        mismatches.hit += same ? 0 : 1;
+    }
+    return mismatches;
+}
+
+/// The same scene behind the public interface and behind the seam, on one target.
+class BothSides {
+public:
+    BothSides(const Rig& rig, const BenchScene& scene, const SimdTarget& target)
+        : rig_(rig), scene_(scene), target_(target), points_(scene.positions.size()) {
+        place(scene.positions);
+        const auto& triangles = scene.topology().triangles;
+        user_.emplace(morphray::Scene::build(
+            {.positions = morphray::packed(points_),
+             .triangles = {&triangles.data()->x, 3 * triangles.size()}},
+            morphray::Device::cpu({.threads = rig.threads, .simd = target.name}),
+            {.bounds = kBounds, .update = morphray::Refit{}}));
+        engine_ = cpu::make_cpu_backend({.threads = rig.threads, .simd = target.name});
+        engine_->set_scene(scene.topology(), scene.positions, scene.bvh);
+    }
+
+    void place(std::span<const vec3> positions) {
+        std::transform(positions.begin(), positions.end(), points_.begin(),
+                       [](vec3 p) { return to_user(p); });
+    }
+    morphray::Scene& user() { return *user_; }
+    cpu::CpuBackend& engine() { return *engine_; }
+
+    /// Times both, and reports the first against the second.
+    void compare_times(const Method& ours, const Method& peer, std::uint64_t rays,
+                       const Mismatches& mismatches) {
+        const Method methods[] = {ours, peer};
+        const std::vector<Samples> samples = time_interleaved(methods, rig_.repeat);
+        Row row = row_of(rig_, scene_, "library");
+        row.rays = rays;
+        row.tracer = ours.name;
+        row.target = target_.name;
+        row.peer = peer.name;
+        row.mismatches = mismatches;
+        if (rays != 0) {
+            set_times(row, samples[0], samples[1], Unit::kMrayPerSecond, rays);
+        } else {
+            set_times(row, samples[0], samples[1], Unit::kNsPerTriangle, row.triangles);
+        }
+        rig_.report(row);
+    }
+
+private:
+    const Rig& rig_;
+    const BenchScene& scene_;
+    SimdTarget target_;
+    std::vector<morphray::Vec3> points_;
+    std::optional<morphray::Scene> user_;
+    std::unique_ptr<cpu::CpuBackend> engine_;
+};
+
+/// Rays on both sides, and their hits.
+struct BothRays {
+    explicit BothRays(std::vector<Ray> engine_rays)
+        : engine(std::move(engine_rays)),
+          user(to_user(engine)),
+          engine_hits(engine.size()),
+          user_hits(engine.size()) {}
+
+    std::vector<Ray> engine;
+    UserRays user;
+    std::vector<Hit> engine_hits;
+    UserHits user_hits;
+};
+
+/// Calls `work(first, count)` for calls of at most `size` rays.
+template <class Work>
+void for_each_call(std::size_t total, std::size_t size, Work work) {
+    for (std::size_t first = 0; first < total; first += size)
+        work(first, std::min(size, total - first));
+}
+
+/// Camera rays that are handed over as plain rays, against packets that make their own.
+void bench_camera_rays(BothSides& sides, const ImageParams& params) {
+    BothRays rays(camera_rays(params));
+    Frame frame;
+    sides.user().intersect(std::span<const morphray::Ray>(rays.user), std::span(rays.user_hits));
+    sides.engine().trace_image(params, frame);
+    sides.compare_times(
+        {"Scene::intersect, camera rays",
+         {},
+         [&] {
+             sides.user().intersect(std::span<const morphray::Ray>(rays.user),
+                                    std::span(rays.user_hits));
+         }},
+        {"image of packets", {}, [&] { sides.engine().trace_image(params, frame); }},
+        rays.user.size(), compare(rays.user_hits, frame.hits, frame.hits.size()));
+}
+
+/// Rays in any order, in calls of `size` rays.
+void bench_calls(BothSides& sides, BothRays& rays, std::size_t size) {
+    constexpr std::size_t kMostCalls = 1 << 16;
+    const std::size_t total = std::min(rays.user.size(), size * kMostCalls);
+    const auto ours = [&] {
+        for_each_call(total, size, [&](std::size_t first, std::size_t count) {
+            if (size == 1) {
+                rays.user_hits[first] = sides.user().intersect(rays.user[first]);
+            } else {
+                sides.user().intersect(
+                    std::span<const morphray::Ray>(rays.user).subspan(first, count),
+                    std::span(rays.user_hits).subspan(first, count));
+            }
+        });
+    };
+    const auto peer = [&] {
+        for_each_call(total, size, [&](std::size_t first, std::size_t count) {
+            const auto some = std::span<const Ray>(rays.engine).subspan(first, count);
+            const auto hits = std::span(rays.engine_hits).subspan(first, count);
+            size == 1 ? sides.engine().intersect(some, hits)
+                      : sides.engine().trace_rays(some, hits);
+        });
+    };
+    ours();
+    peer();
+    sides.compare_times({fmt::format("Scene::intersect, calls of {}", size), {}, ours},
+                        {fmt::format("single rays, calls of {}", size), {}, peer}, total,
+                        compare(rays.user_hits, rays.engine_hits, total));
+}
+
+/// An update of all positions, against one read of them and the refit.
+void bench_update(const Rig& rig, BothSides& sides, const BenchScene& scene) {
+    std::size_t round = 0;
+    const auto frame = [&] {
+        return std::span<const vec3>(round % 2 == 0 ? scene.moved : scene.positions);
+    };
+    std::vector<vec3> read(scene.positions.size());
+    ThreadArena arena(rig.threads);
+    using Range = tbb::blocked_range<std::size_t>;
+    sides.compare_times(
+        {"Scene::update", [&] { sides.place(frame()); }, [&] { sides.user().update(); }},
+        {"copy of positions, refit",
+         {},
+         [&] {
+             const std::span<const vec3> from = frame();
+             arena.execute([&] {
+                 tbb::parallel_for(Range(0, read.size(), 8192), [&](const Range& range) {
+                     std::copy(from.begin() + static_cast<std::ptrdiff_t>(range.begin()),
+                               from.begin() + static_cast<std::ptrdiff_t>(range.end()),
+                               read.begin() + static_cast<std::ptrdiff_t>(range.begin()));
+                 });
+             });
+             sides.engine().refit(read);
+             ++round;
+         }},
+        0, {});
+}
+
+}  // namespace
+
+void bench_library(const Rig& rig, const BenchScene& scene) {
+    for (const SimdTarget& target : rig.targets) {
+        BothSides sides(rig, scene, target);
+        bench_camera_rays(sides, scene.params);
+        BothRays rays(shuffled(camera_rays(scene.params)));
+        for (const std::size_t size : {std::size_t{1}, std::size_t{16}, std::size_t{256},
+                                       std::size_t{1} << 16, rays.user.size()})
+            bench_calls(sides, rays, size);
+        bench_update(rig, sides, scene);
+    }
+}
+
+}  // namespace mray::bench
