@@ -65,6 +65,14 @@ Mismatches compare(const UserHits& ours, const std::vector<Hit>& theirs, std::si
     return mismatches;
 }
 
+/// The share of hits among the first answers.
+double share_of_hits(const UserHits& hits, std::size_t count) {
+    const auto end = hits.begin() + static_cast<std::ptrdiff_t>(count);
+    const auto is_hit = [](const morphray::Hit& hit) { return bool{hit}; };
+    return static_cast<double>(std::count_if(hits.begin(), end, is_hit)) /
+           static_cast<double>(count);
+}
+
 /// The same scene behind the public interface and behind the seam, on one target.
 class BothSides {
 public:
@@ -89,12 +97,13 @@ public:
     cpu::CpuBackend& engine() { return *engine_; }
 
     /// Times both, and reports the first against the second.
-    void compare_times(const Method& ours, const Method& peer, std::uint64_t rays,
+    void compare_times(const Method& ours, const Method& peer, std::uint64_t rays, double hit_share,
                        const Mismatches& mismatches) {
         const Method methods[] = {ours, peer};
         const std::vector<Samples> samples = time_interleaved(methods, rig_.repeat);
         Row row = row_of(rig_, scene_, "library");
         row.rays = rays;
+        row.hit_share = hit_share;
         row.tracer = ours.name;
         row.target = target_.name;
         row.peer = peer.name;
@@ -151,7 +160,8 @@ void bench_camera_rays(BothSides& sides, const ImageParams& params) {
                                     std::span(rays.user_hits));
          }},
         {"image of packets", {}, [&] { sides.engine().trace_image(params, frame); }},
-        rays.user.size(), compare(rays.user_hits, frame.hits, frame.hits.size()));
+        rays.user.size(), share_of_hits(rays.user_hits, rays.user.size()),
+        compare(rays.user_hits, frame.hits, frame.hits.size()));
 }
 
 /// Rays in any order, in calls of `size` rays.
@@ -181,6 +191,7 @@ void bench_calls(BothSides& sides, BothRays& rays, std::size_t size) {
     peer();
     sides.compare_times({fmt::format("Scene::intersect, calls of {}", size), {}, ours},
                         {fmt::format("single rays, calls of {}", size), {}, peer}, total,
+                        share_of_hits(rays.user_hits, total),
                         compare(rays.user_hits, rays.engine_hits, total));
 }
 
@@ -209,7 +220,7 @@ void bench_update(const Rig& rig, BothSides& sides, const BenchScene& scene) {
              sides.engine().refit(read);
              ++round;
          }},
-        0, {});
+        0, 0, {});
 }
 
 }  // namespace

@@ -1,0 +1,100 @@
+// Scenes on a Vulkan device answer as those on the CPU.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "tests/library/scenes.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::Device;
+using morphray::Scene;
+
+const Device& vulkan() {
+    static const Device device = Device::vulkan();
+    return device;
+}
+
+void grow(UserMesh& mesh, float by) {
+    for (morphray::Vec3& p : mesh.points) p = {p.x * by, p.y, p.z / by};
+}
+
+TEST(LibraryOnVulkan, AnswersAsTheCpu) {
+    UserMesh mesh(torus(40, 24));
+    const morphray::SceneOptions options{.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}}};
+    Scene scene = Scene::build(mesh.view(), vulkan(), options);
+    EXPECT_EQ(scene.device().name(), "vulkan");
+    Scene twin = scene.on(Device::cpu());
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 3000, 30);
+    for (int pose = 0; pose < 3; ++pose) {
+        const morphray::Comparison hits = morphray::compare(scene, twin, rays);
+        EXPECT_TRUE(hits.equal()) << morphray::describe(hits);
+        EXPECT_GT(count_hits(hits_of(scene, rays)), 1000u);
+        std::vector<std::uint8_t> dark(rays.size());
+        std::vector<std::uint8_t> dark_on_cpu(rays.size());
+        scene.occluded(rays, std::span<std::uint8_t>(dark));
+        twin.occluded(rays, std::span<std::uint8_t>(dark_on_cpu));
+        EXPECT_EQ(dark, dark_on_cpu);
+        EXPECT_EQ(scene.intersect(rays[5]), twin.intersect(rays[5]));
+        EXPECT_EQ(scene.occluded(rays[5]), twin.occluded(rays[5]));
+        const morphray::View view{.width = 64, .height = 48, .rays = morphray::Rays::shadow};
+        const morphray::Comparison image = morphray::compare(scene.render(view), twin.render(view));
+        EXPECT_TRUE(image.equal()) << morphray::describe(image);
+        EXPECT_EQ(scene.tree_statistics().hash, twin.tree_statistics().hash);
+        grow(mesh, 1.3f);
+        EXPECT_EQ(scene.update().step, morphray::Step::refit);
+        twin.update();
+    }
+    scene.intersect(rays[0]);
+    EXPECT_GT(scene.last_update().refit_ms, 0);
+}
+
+TEST(LibraryOnVulkan, TheCpuMayRefitForTheDeviceAndTheOtherWayRound) {
+    UserMesh mesh(torus(30, 20));
+    const auto options = [](const Device& refitter) {
+        return morphray::SceneOptions{.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}},
+                                      .update = morphray::Refit{},
+                                      .refit_on = refitter};
+    };
+    Scene on_device = Scene::build(mesh.view(), vulkan(), options(Device::cpu()));
+    Scene on_cpu = Scene::build(mesh.view(), Device::cpu(), options(vulkan()));
+    grow(mesh, 1.2f);
+    on_device.update();
+    on_cpu.update();
+    EXPECT_EQ(on_device.tree_statistics().hash, on_cpu.tree_statistics().hash);
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 1000, 31);
+    EXPECT_TRUE(morphray::compare(on_device, on_cpu, rays).equal());
+}
+
+TEST(LibraryOnVulkan, ScenesAndThreadsShareADevice) {
+    const UserMesh first(icosphere(3));
+    const UserMesh second(torus(20, 12));
+    const Scene a = Scene::build(first.view(), vulkan());
+    const std::vector<morphray::Ray> rays = world_rays(first, 1000, 32);
+    const std::vector<morphray::Hit> of_a = hits_of(a, rays);
+    for (int round = 0; round < 2; ++round) {
+        const Scene b = Scene::build(second.view(), vulkan());
+        const std::vector<morphray::Hit> of_b = hits_of(b, rays);
+        std::size_t different[2] = {};
+        std::thread threads[2];
+        for (int i = 0; i < 2; ++i) {
+            threads[i] = std::thread([&, i] {
+                for (int k = 0; k < 4; ++k) {
+                    const std::vector<morphray::Hit> hits = hits_of(i == 0 ? a : b, rays);
+                    different[i] += hits != (i == 0 ? of_a : of_b);
+                }
+            });
+        }
+        for (std::thread& thread : threads) thread.join();
+        EXPECT_EQ(different[0] + different[1], 0u);
+    }
+}
+
+TEST(LibraryOnVulkan, UnknownDevicesAreRefused) {
+    EXPECT_EQ(error_of([] { Device::vulkan({.device = "no such device"}); }), "unavailable");
+    EXPECT_FALSE(morphray::vulkan_devices().empty());
+}
+
+}  // namespace
+}  // namespace mray::test
