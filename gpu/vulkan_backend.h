@@ -1,6 +1,8 @@
 // The backend of a Vulkan device.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,6 +11,20 @@
 
 namespace mray::gpu {
 
+/// A device that the caller has made and may go on using. The handles are those of Vulkan.
+struct HostDevice {
+    void* instance = nullptr;
+    void* physical_device = nullptr;
+    void* device = nullptr;
+    void* queue = nullptr;
+    std::uint32_t queue_family = 0;
+    /// vkGetInstanceProcAddr of the loader that made the instance; null: libvulkan's.
+    void* get_instance_proc_addr = nullptr;
+    /// Called around each use of the queue.
+    std::function<void()> lock_queue;
+    std::function<void()> unlock_queue;
+};
+
 struct VulkanConfig {
     /// An index of list_devices(), a part of the name of one device only, or a UUID (32 hex digits,
     /// dashes ignored). Empty: the first usable device, discrete before integrated, virtual, CPU.
@@ -16,6 +32,8 @@ struct VulkanConfig {
     /// Enables the Khronos validation layer (core, synchronisation). A call that causes a message
     /// of error severity throws Error(kInternal).
     bool validate = false;
+    /// If set, the device to use instead of one of our own; `device` and `validate` do not count.
+    std::shared_ptr<const HostDevice> host = nullptr;
 };
 
 struct DeviceInfo {
@@ -37,7 +55,8 @@ struct DeviceInfo {
 std::vector<DeviceInfo> list_devices();
 
 /// Throws Error(kUnavailable) as list_devices(), and for: no such device, an ambiguous name, a
-/// device that lacks a feature, a validation layer that is not installed.
+/// device that lacks a feature, a validation layer that is not installed, a host's device that its
+/// instance does not list, or a queue family without compute.
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config = {});
 
 }  // namespace mray::gpu

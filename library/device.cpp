@@ -23,23 +23,16 @@ std::mutex& instance_mutex() {
 }
 #endif
 
-std::unique_ptr<mray::Backend> make_vulkan_backend([[maybe_unused]] const VulkanOptions& options) {
-#ifdef MORPHRAY_HAS_VULKAN
-    const std::scoped_lock lock(instance_mutex());
-    return mray::gpu::make_vulkan_backend({.device = options.device, .validate = options.validate});
-#else
-    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
-#endif
-}
-
 }  // namespace
 
 namespace detail {
 
-DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan)
+DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
+                       const VulkanHost& host)
     : kind_(kind),
       cpu_(cpu),
       vulkan_(vulkan),
+      host_(host),
       arena_(cpu.threads),
       simd_target_(mray::find_simd_target(cpu.simd == mray::cpu::kSimdOff ? "scalar" : cpu.simd)) {
     std::unique_ptr<mray::Backend> backend = make_backend();
@@ -48,11 +41,39 @@ DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vu
     if (kind_ == Kind::vulkan) idle_.push_back(std::move(backend));
 }
 
-std::unique_ptr<mray::Backend> DeviceImpl::make_backend() const {
+std::unique_ptr<mray::Backend> DeviceImpl::make_vulkan_backend() {
+#ifdef MORPHRAY_HAS_VULKAN
+    mray::gpu::VulkanConfig config{.device = vulkan_.device, .validate = vulkan_.validate};
+    if (host_.device != nullptr) {
+        auto host = std::make_shared<mray::gpu::HostDevice>();
+        host->instance = host_.instance;
+        host->physical_device = host_.physical_device;
+        host->device = host_.device;
+        host->queue = host_.queue;
+        host->queue_family = host_.queue_family;
+        host->get_instance_proc_addr = host_.get_instance_proc_addr;
+        host->lock_queue = [this] {
+            queue_mutex_.lock();
+            if (host_.lock_queue) host_.lock_queue();
+        };
+        host->unlock_queue = [this] {
+            if (host_.unlock_queue) host_.unlock_queue();
+            queue_mutex_.unlock();
+        };
+        config.host = std::move(host);
+    }
+    const std::scoped_lock lock(instance_mutex());
+    return mray::gpu::make_vulkan_backend(config);
+#else
+    throw Error(ErrorCode::unavailable, "Vulkan: this library is built without it");
+#endif
+}
+
+std::unique_ptr<mray::Backend> DeviceImpl::make_backend() {
     const mray::cpu::CpuConfig config{.threads = cpu_.threads, .simd = cpu_.simd};
     if (kind_ == Kind::cpu) return mray::cpu::make_cpu_backend(config);
     if (kind_ == Kind::brute) return mray::cpu::make_brute_backend(config);
-    return make_vulkan_backend(vulkan_);
+    return make_vulkan_backend();
 }
 
 std::unique_ptr<mray::Backend> DeviceImpl::take_backend() {
@@ -79,10 +100,11 @@ void DeviceImpl::give_back(std::unique_ptr<mray::Backend> backend) noexcept {
     }
 }
 
-Device DeviceImpl::make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan) {
+Device DeviceImpl::make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
+                        const VulkanHost& host) {
     return with_public_errors([&] {
         if (cpu.threads < 0) throw_bad_argument("threads: must not be negative");
-        return Device(std::make_shared<DeviceImpl>(kind, cpu, vulkan));
+        return Device(std::make_shared<DeviceImpl>(kind, cpu, vulkan, host));
     });
 }
 
@@ -103,6 +125,16 @@ Device Device::cpu(const CpuOptions& options) {
 
 Device Device::vulkan(const VulkanOptions& options) {
     return DeviceImpl::make(DeviceImpl::Kind::vulkan, {}, options);
+}
+
+Device Device::adopt(const VulkanHost& host) {
+    return detail::with_public_errors([&] {
+        if (host.instance == nullptr || host.physical_device == nullptr || host.device == nullptr ||
+            host.queue == nullptr) {
+            detail::throw_bad_argument("VulkanHost: a handle is null");
+        }
+        return DeviceImpl::make(DeviceImpl::Kind::vulkan, {}, {}, host);
+    });
 }
 
 Device Device::brute_force(const CpuOptions& options) {

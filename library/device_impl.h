@@ -19,9 +19,11 @@ class DeviceImpl {
 public:
     enum class Kind { cpu, vulkan, brute };
 
-    DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan);
+    DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
+               const VulkanHost& host);
 
-    static Device make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan);
+    static Device make(Kind kind, const CpuOptions& cpu, const VulkanOptions& vulkan,
+                       const VulkanHost& host = {});
     static DeviceImpl& of(const Device& device) { return *device.impl_; }
 
     const std::string& name() const { return name_; }
@@ -38,11 +40,16 @@ public:
     void give_back(std::unique_ptr<mray::Backend> backend) noexcept;
 
 private:
-    std::unique_ptr<mray::Backend> make_backend() const;
+    std::unique_ptr<mray::Backend> make_backend();
+    std::unique_ptr<mray::Backend> make_vulkan_backend();
 
     Kind kind_;
     CpuOptions cpu_;
     VulkanOptions vulkan_;
+    /// The device is null, or the caller's.
+    VulkanHost host_;
+    /// Of the host's queue, which all scenes share.
+    std::mutex queue_mutex_;
     mray::ThreadArena arena_;
     mray::SimdTarget simd_target_;
     std::string name_;

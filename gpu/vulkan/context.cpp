@@ -84,20 +84,52 @@ UniqueQueryPool create_queries(VkDevice device, std::uint32_t timestamp_bits) {
     return {device, pool};
 }
 
+/// Keeps a host's queue locked.
+class QueueLock {
+public:
+    explicit QueueLock(const HostDevice* host) : host_(host) {
+        if (host_ != nullptr && host_->lock_queue) host_->lock_queue();
+    }
+    ~QueueLock() {
+        if (host_ != nullptr && host_->unlock_queue) host_->unlock_queue();
+    }
+    QueueLock(const QueueLock&) = delete;
+
+private:
+    const HostDevice* host_;
+};
+
+PFN_vkGetInstanceProcAddr loader_of(const Tuning& tuning, const HostDevice* host) {
+    if (host == nullptr || host->get_instance_proc_addr == nullptr) return tuning.loader;
+    return reinterpret_cast<PFN_vkGetInstanceProcAddr>(host->get_instance_proc_addr);
+}
+
+Instance make_instance(const VulkanConfig& config, const Tuning& tuning, ValidationLog& log) {
+    const PFN_vkGetInstanceProcAddr loader = loader_of(tuning, config.host.get());
+    if (config.host == nullptr) return Instance(config.validate, loader, log);
+    return Instance(static_cast<VkInstance>(config.host->instance), loader);
+}
+
 }  // namespace
 
 Context::Context(const VulkanConfig& config, const Tuning& tuning)
     : tuning_(tuning),
+      host_(config.host),
       log_(tuning.log != nullptr ? *tuning.log : own_log_),
-      instance_(config.validate, tuning.loader, log_),
-      physical_(pick(instance_, config.device)),
-      device_(create_device(physical_)),
+      instance_(make_instance(config, tuning, log_)),
+      physical_(host_ != nullptr ? host_device(instance_, *host_) : pick(instance_, config.device)),
+      device_(host_ != nullptr ? static_cast<VkDevice>(host_->device) : create_device(physical_),
+              host_ == nullptr),
       pool_(create_pool(device(), physical_.queue_family)),
       commands_(allocate_commands(device(), pool_.get())),
       fence_(create_fence(device())),
       queries_(create_queries(device(), physical_.timestamp_bits)) {
-    vkGetDeviceQueue(device(), physical_.queue_family, 0, &queue_);
-    name(VK_OBJECT_TYPE_QUEUE, queue_, "compute");
+    if (host_ != nullptr) {
+        queue_ = static_cast<VkQueue>(host_->queue);
+    } else {
+        vkGetDeviceQueue(device(), physical_.queue_family, 0, &queue_);
+        name(VK_OBJECT_TYPE_QUEUE, queue_, "compute");
+    }
     name(VK_OBJECT_TYPE_COMMAND_BUFFER, commands_, "commands");
     throw_on_validation_errors();
 }
@@ -151,6 +183,7 @@ void Context::submit_commands() {
         .commandBufferCount = 1,
         .pCommandBuffers = &commands_,
     };
+    const QueueLock lock(host_.get());
     check(vkQueueSubmit(queue_, 1, &submission, fence), "submit work");
 }
 
@@ -192,13 +225,22 @@ void Context::wait(const char* what) {
     if (result == VK_SUCCESS) return;
     // Handling the error may destroy memory that the device still writes, so wait for the device:
     // its driver resets one that hangs within seconds.
-    vkDeviceWaitIdle(device());
+    wait_until_idle();
     if (result == VK_TIMEOUT) {
         throw Error(ErrorKind::kDeviceLost, "Vulkan: the device did not finish to " +
                                                 std::string(what) + " within " +
                                                 std::to_string(tuning_.submit_timeout_ms) + " ms");
     }
     throw_result(result, what);
+}
+
+void Context::wait_until_idle() {
+    if (host_ == nullptr) {
+        vkDeviceWaitIdle(device());
+        return;
+    }
+    const QueueLock lock(host_.get());
+    vkQueueWaitIdle(queue_);
 }
 
 std::vector<double> Context::stage_ms(double wall_ms) const {

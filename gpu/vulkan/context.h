@@ -66,14 +66,17 @@ public:
 private:
     class Device {
     public:
-        explicit Device(VkDevice handle) : handle_(handle) {}
+        Device(VkDevice handle, bool is_own) : handle_(handle), is_own_(is_own) {}
         Device(const Device&) = delete;
         Device& operator=(const Device&) = delete;
-        ~Device() { vkDestroyDevice(handle_, nullptr); }
+        ~Device() {
+            if (is_own_) vkDestroyDevice(handle_, nullptr);
+        }
         VkDevice get() const { return handle_; }
 
     private:
         VkDevice handle_;
+        bool is_own_;
     };
 
     struct DeferredWork {
@@ -84,10 +87,12 @@ private:
     void name_object(VkObjectType type, std::uint64_t handle, const std::string& text);
     void record_all(const Record& record, const DeferredWork* deferred);
     void submit_commands();
+    void wait_until_idle();
     void wait(const char* what);
     std::vector<double> stage_ms(double wall_ms) const;
 
     Tuning tuning_;
+    std::shared_ptr<const HostDevice> host_;
     ValidationLog own_log_;
     ValidationLog& log_;
     Instance instance_;

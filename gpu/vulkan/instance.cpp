@@ -128,9 +128,15 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     messenger_ = UniqueMessenger(handle_, created);
 }
 
+Instance::Instance(VkInstance host, PFN_vkGetInstanceProcAddr loader)
+    : handle_(host), is_own_(false) {
+    load_library(loader);
+    volkLoadInstance(handle_);
+}
+
 Instance::~Instance() {
     messenger_ = UniqueMessenger();
-    vkDestroyInstance(handle_, nullptr);
+    if (is_own_) vkDestroyInstance(handle_, nullptr);
 }
 
 }  // namespace mray::gpu

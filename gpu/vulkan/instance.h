@@ -13,6 +13,8 @@ public:
     /// Throws Error(kUnavailable), with a text for each cause: no Vulkan library, a library older
     /// than 1.1, no driver, a broken driver, no validation layer although `validate` is set.
     Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLog& log);
+    /// Uses an instance that it does not own. Throws Error(kUnavailable).
+    Instance(VkInstance host, PFN_vkGetInstanceProcAddr loader);
     ~Instance();
     Instance(const Instance&) = delete;
     Instance& operator=(const Instance&) = delete;
@@ -23,6 +25,7 @@ public:
 
 private:
     VkInstance handle_ = VK_NULL_HANDLE;
+    bool is_own_ = true;
     bool has_debug_utils_ = false;
     UniqueMessenger messenger_;
 };

@@ -1,0 +1,117 @@
+// Scenes on a Vulkan device that the caller has made, while the caller uses its queue.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "gpu/vulkan/vulkan_api.h"
+#include "tests/library/scenes.h"
+
+namespace mray::test {
+namespace {
+
+/// An instance, device and queue, as an application makes them.
+class Host {
+public:
+    Host() {
+        EXPECT_EQ(volkInitialize(), VK_SUCCESS);
+        const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+                                               .apiVersion = VK_API_VERSION_1_2};
+        const VkInstanceCreateInfo instance_info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+                                                    .pApplicationInfo = &application};
+        EXPECT_EQ(vkCreateInstance(&instance_info, nullptr, &instance_), VK_SUCCESS);
+        volkLoadInstance(instance_);
+        std::uint32_t count = 1;
+        vkEnumeratePhysicalDevices(instance_, &count, &physical_);
+        const float priority = 1;
+        const VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                               .queueFamilyIndex = 0,
+                                               .queueCount = 1,
+                                               .pQueuePriorities = &priority};
+        const VkDeviceCreateInfo device_info = {.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                                                .queueCreateInfoCount = 1,
+                                                .pQueueCreateInfos = &queue};
+        EXPECT_EQ(vkCreateDevice(physical_, &device_info, nullptr, &device_), VK_SUCCESS);
+        vkGetDeviceQueue(device_, 0, 0, &queue_);
+    }
+    ~Host() {
+        // Fails under validation if the library has left objects on the device.
+        vkDestroyDevice(device_, nullptr);
+        vkDestroyInstance(instance_, nullptr);
+    }
+    Host(const Host&) = delete;
+
+    morphray::VulkanHost handles() {
+        return {.instance = instance_,
+                .physical_device = physical_,
+                .device = device_,
+                .queue = queue_,
+                .lock_queue =
+                    [this] {
+                        mutex_.lock();
+                        ++locks_;
+                    },
+                .unlock_queue = [this] { mutex_.unlock(); }};
+    }
+    /// The application's own work.
+    void submit_nothing() {
+        const std::scoped_lock lock(mutex_);
+        vkQueueSubmit(queue_, 0, nullptr, VK_NULL_HANDLE);
+    }
+    int locks() const { return locks_; }
+
+private:
+    VkInstance instance_ = VK_NULL_HANDLE;
+    VkPhysicalDevice physical_ = VK_NULL_HANDLE;
+    VkDevice device_ = VK_NULL_HANDLE;
+    VkQueue queue_ = VK_NULL_HANDLE;
+    std::mutex mutex_;
+    std::atomic<int> locks_ = 0;
+};
+
+TEST(HostDevice, IsSharedWithTheApplication) {
+    Host host;
+    UserMesh mesh(torus(40, 24));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 2000, 40);
+    {
+        const morphray::Device device = morphray::Device::adopt(host.handles());
+        EXPECT_EQ(device.name(), "vulkan");
+        morphray::Scene scene = morphray::Scene::build(mesh.view(), device);
+        morphray::Scene other = morphray::Scene::build(mesh.view(), device);
+        const morphray::Scene cpu = scene.on(morphray::Device::cpu());
+        std::atomic<bool> done = false;
+        std::thread application([&] {
+            while (!done) host.submit_nothing();
+        });
+        std::thread second([&] { hits_of(other, rays); });
+        for (int round = 0; round < 3; ++round) {
+            scene.update();
+            EXPECT_TRUE(morphray::compare(scene, cpu, rays).equal());
+        }
+        second.join();
+        done = true;
+        application.join();
+        EXPECT_GT(host.locks(), 0);
+    }
+    // The device is the host's and still works.
+    host.submit_nothing();
+}
+
+TEST(HostDevice, IsRefusedIfItDoesNotFit) {
+    Host host;
+    morphray::VulkanHost handles = host.handles();
+    handles.queue_family = 77;
+    EXPECT_EQ(error_of([&] { morphray::Device::adopt(handles); }), "unavailable");
+    handles = host.handles();
+    handles.physical_device = handles.device;
+    EXPECT_EQ(error_of([&] { morphray::Device::adopt(handles); }), "unavailable");
+    handles = host.handles();
+    handles.queue = nullptr;
+    EXPECT_EQ(error_of([&] { morphray::Device::adopt(handles); }), "bad_argument");
+    EXPECT_EQ(error_of([&] { morphray::Device::adopt({}); }), "bad_argument");
+}
+
+}  // namespace
+}  // namespace mray::test
