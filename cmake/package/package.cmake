@@ -18,6 +18,11 @@ get_cmake_property(installed COMPONENTS)
 set(CPACK_COMPONENTS_ALL library dev program)
 if("python" IN_LIST installed)
     list(APPEND CPACK_COMPONENTS_ALL python)
+    # An extension module is for one minor version of Debian's interpreter.
+    execute_process(COMMAND /usr/bin/python3 -c
+        "import sys; v = sys.version_info; print(f'python3 (>= {v[0]}.{v[1]}), python3 (<< {v[0]}.{v[1] + 1})')"
+        OUTPUT_VARIABLE interpreter OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+    set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${interpreter}, python3-numpy")
 endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -66,7 +71,6 @@ measures updates.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-morphray)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${about}
 This package has the module for Python 3.")
 
