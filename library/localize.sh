@@ -4,7 +4,7 @@
 # between the objects of a program becomes this object's own (groups) or weak ("unique" symbols).
 set -eu
 archive=$1 cxx=$2 nm=$3 objcopy=$4 ar=$5
-object=$archive.o names=$archive.names
+object=$(dirname "$archive")/morphray.o names=$(dirname "$archive")/unique_names
 "$cxx" -r -nostdlib -Wl,--force-group-allocation -o "$object" -Wl,--whole-archive "$archive"
 "$nm" "$object" | awk '$2 == "u" { print $3 }' >"$names"
 "$objcopy" --weaken-symbols="$names" "$object"
