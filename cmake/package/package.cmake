@@ -41,6 +41,8 @@ instruction set and device.
 # The names that Debian's rules ask for: the shared library's has the number of its soname.
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libmorphray${PROJECT_VERSION_MAJOR})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+# It is loaded when it is there.
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS libvulkan1)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS "mesa-vulkan-drivers | vulkan-icd")
 set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "${about}
 This package has the shared library.")
@@ -64,6 +66,7 @@ pkg-config, and examples.")
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME morphray)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libvulkan1)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "gnuplot-nox, mesa-vulkan-drivers | vulkan-icd")
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${about}
 This package has the program, which renders clips, compares backends and
@@ -71,6 +74,7 @@ measures updates.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-morphray)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS libvulkan1)
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${about}
 This package has the module for Python 3.")
 
