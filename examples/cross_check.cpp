@@ -12,7 +12,7 @@ mr::Device second_device() {
         return mr::Device::vulkan();
     } catch (const mr::Error& error) {
         if (error.code() != mr::ErrorCode::unavailable) throw;
-        std::printf("no Vulkan (%s): checking against brute force\n", error.what());
+        std::printf("%s: checking against brute force\n", error.what());
         return mr::Device::brute_force();
     }
 }
