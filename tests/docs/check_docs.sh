@@ -20,7 +20,7 @@ find "$root" \( -name build -o -name .git -o -name out \) -prune -o -type f -pri
     >"$scratch/files"
 find "$root" \( -name build -o -name .git -o -name out \) -prune -o -type d -printf '%P\n' \
     >"$scratch/folders"
-grep -E '\.(h|cpp|comp|glsl|g|in|cmake|sh|txt)$|^(\.ci/run|run|test|fuzz|bench/run|bench/updates)$|CMakePresets.json' \
+grep -E '\.(h|hpp|awk|cpp|comp|glsl|g|in|cmake|sh|txt)$|^(\.ci/run|run|test|fuzz|bench/run|bench/updates|cmake/package/run)$|CMakePresets.json' \
     "$scratch/files" | grep -v '^tests/docs/' >"$scratch/sources"
 pages=("$@")
 if [ $# -eq 0 ]; then
@@ -85,14 +85,15 @@ while IFS=$'\t' read -r page _ name; do
         # shellcheck disable=SC2086  # a pattern may stand for several files
         compgen -G "$root/$path" >/dev/null ||
             complain "$page" "\`$name\`: no such file or folder"
-    elif [[ $path =~ \.(h|cpp|comp|glsl|cmake|g|sh|md)$ ]]; then
+    elif [[ $path =~ \.(h|hpp|cpp|comp|glsl|cmake|g|sh|md)$ ]]; then
         pattern=${path//./\\.}
         pattern=${pattern//\*/[^/]*}
         grep -qE "(^|/)$pattern\$" "$scratch/files" || complain "$page" "\`$name\`: no such file"
     fi
 done < <(grep -P '\tcode\t' "$scratch/names" || true)
 
-# Options: of the program, of scripts and other programs of the checkout, and of cmake and gcovr.
+# Options: of the program, of scripts and other programs of the checkout, and of cmake, gcovr and
+# pkg-config.
 {
     "$program" --help
     for command in $("$program" --help | awk '/^Subcommands/ { on = 1; next } /^$/ { on = 0 } on { print $1 }'); do
@@ -102,9 +103,9 @@ done < <(grep -P '\tcode\t' "$scratch/names" || true)
 grep -ohE -- '--[a-z][a-z-]*[a-z]' "$scratch/help" | sort -u >"$scratch/program_options"
 {
     cat "$scratch/program_options"
-    (cd "$root" && cat run test fuzz .ci/run bench/run bench/updates cmake/setup.sh bench/options.* \
+    (cd "$root" && cat run test fuzz .ci/run bench/run bench/updates cmake/setup.sh cmake/package/run bench/options.* \
         tests/fuzz/run/options.*) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
-    printf -- '--%s\n' preset workflow list-presets root follow fix
+    printf -- '--%s\n' preset workflow list-presets root follow fix build target install prefix cflags libs
 } | sort -u >"$scratch/options"
 grep -P '\toption\t' "$scratch/names" | while IFS=$'\t' read -r page _ option; do
     grep -qxF -- "$option" "$scratch/options" ||

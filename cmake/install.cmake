@@ -1,0 +1,56 @@
+# What `cmake --install` installs, by component:
+#
+#   library   the shared library
+#   dev       headers, the static library, the packages for CMake and pkg-config, examples
+#   program   the program, its man pages and completions
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+# Debian has a folder of its own for the completions of packages.
+set(MORPHRAY_ZSH_DIR ${CMAKE_INSTALL_DATAROOTDIR}/zsh/site-functions CACHE STRING
+    "Where the completions for zsh are installed")
+
+# All that is installed, and no test.
+add_custom_target(morphray_install_files)
+add_dependencies(morphray_install_files morphray_shared morphray_static)
+
+install(TARGETS morphray_shared EXPORT morphray_shared_targets
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT dev)
+install(TARGETS morphray_static EXPORT morphray_static_targets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT library)
+install(DIRECTORY include/morphray DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
+    FILES_MATCHING PATTERN *.hpp)
+install(FILES ${PROJECT_BINARY_DIR}/generated/morphray/version.hpp
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/morphray COMPONENT dev)
+install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT dev)
+
+# The package for CMake.
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/morphray)
+set(package_build ${PROJECT_BINARY_DIR}/package)
+configure_package_config_file(cmake/morphrayConfig.cmake.in ${package_build}/morphrayConfig.cmake
+    INSTALL_DESTINATION ${package_folder} NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file(${package_build}/morphrayConfigVersion.cmake
+    COMPATIBILITY SameMinorVersion)
+install(FILES ${package_build}/morphrayConfig.cmake ${package_build}/morphrayConfigVersion.cmake
+    DESTINATION ${package_folder} COMPONENT dev)
+foreach(kind shared static)
+    install(EXPORT morphray_${kind}_targets NAMESPACE morphray:: FILE morphray_${kind}.cmake
+        DESTINATION ${package_folder} COMPONENT dev)
+endforeach()
+
+# The package for pkg-config, which finds the others from where it lies.
+set(pc_folder ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig)
+file(RELATIVE_PATH pc_prefix ${pc_folder} ${CMAKE_INSTALL_PREFIX})
+file(RELATIVE_PATH pc_libdir ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_LIBDIR})
+file(RELATIVE_PATH pc_includedir ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+string(REGEX REPLACE "/$" "" pc_prefix ${pc_prefix})
+configure_file(cmake/morphray.pc.in ${package_build}/morphray.pc @ONLY)
+install(FILES ${package_build}/morphray.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+    COMPONENT dev)
+
+if(TARGET morphray)
+    install(TARGETS morphray RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+    include(cmake/manual/manual.cmake)
+    add_dependencies(morphray_install_files morphray morphray_manual)
+endif()

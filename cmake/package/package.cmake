@@ -1,0 +1,84 @@
+# Debian packages by CPack, one for each component of cmake/install.cmake; a component "python",
+# where there is one, becomes python3-morphray. `cmake/package/run` makes them.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME morphray)
+set(CPACK_PACKAGE_VENDOR "the morphray authors")
+set(MORPHRAY_PACKAGER "The morphray authors <packages@morphray.example>" CACHE STRING
+    "Who the packages name as their maintainer")
+set(CPACK_PACKAGE_CONTACT "${MORPHRAY_PACKAGER}")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+    OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+
+get_cmake_property(installed COMPONENTS)
+set(CPACK_COMPONENTS_ALL library dev program)
+if("python" IN_LIST installed)
+    list(APPEND CPACK_COMPONENTS_ALL python)
+    # An extension module is for one minor version of Debian's interpreter.
+    execute_process(COMMAND /usr/bin/python3 -c
+        "import sys; v = sys.version_info; print(f'python3 (>= {v[0]}.{v[1]}), python3 (<< {v[0]}.{v[1] + 1})')"
+        OUTPUT_VARIABLE interpreter OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+    set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${interpreter}, python3-numpy")
+endif()
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+
+set(about "morphray traces rays and renders images of triangle meshes that deform, on
+the CPU and on any Vulkan 1.1 device, from one bounding volume hierarchy that
+is refitted from pose to pose. Results are equal bit by bit on every machine,
+instruction set and device.
+")
+
+# The names that Debian's rules ask for: the shared library's has the number of its soname.
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libmorphray${PROJECT_VERSION_MAJOR})
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+# It is loaded when it is there.
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS libvulkan1)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS "mesa-vulkan-drivers | vulkan-icd")
+set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "${about}
+This package has the shared library.")
+# CPack's own scripts call ldconfig, where a trigger is asked for.
+set(control ${PROJECT_BINARY_DIR}/package/control)
+file(WRITE ${control}/triggers "activate-noawait ldconfig\n")
+file(WRITE ${control}/shlibs
+    "libmorphray ${PROJECT_VERSION_MAJOR} libmorphray${PROJECT_VERSION_MAJOR} (>= ${PROJECT_VERSION})\n")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${control}/triggers ${control}/shlibs)
+
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libmorphray-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_COMPONENT_DEV_DEPENDS library)
+set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
+# What morphray::static links to.
+set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS
+    "libtbb-dev, libfmt-dev, libhwy-dev, libxxhash-dev, zlib1g-dev")
+set(CPACK_DEBIAN_DEV_DESCRIPTION "${about}
+This package has the headers, the static library, packages for CMake and
+pkg-config, and examples.")
+
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME morphray)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS libvulkan1)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "gnuplot-nox, mesa-vulkan-drivers | vulkan-icd")
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${about}
+This package has the program, which renders clips, compares backends and
+measures updates.")
+
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-morphray)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS libvulkan1)
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${about}
+This package has the module for Python 3.")
+
+# Copyright and changelogs go into each package once it is staged.
+set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/package/debian_files.cmake)
+set(CPACK_MORPHRAY_SOURCE_DIR ${PROJECT_SOURCE_DIR})
+include(CPack)

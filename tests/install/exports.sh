@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# exports.sh LIBRARY ARCHIVE NM: the shared library exports names of morphray:: and nothing else, and
+# the static one defines no others that could collide with a program's.
+set -euo pipefail
+library=$1 archive=$2 nm=$3
+
+# Prints the names that the library must not export, from lines of nm.
+foreign() {
+    sed -E 's/^[0-9a-f]* +[A-Za-z] //' | grep -vE \
+        '^((typeinfo|typeinfo name|vtable) for )?morphray::[A-Za-z]|^MORPHRAY_0(@@MORPHRAY_0)?$' || true
+}
+
+names=$("$nm" -DC --defined-only "$library")
+bad=$(foreign <<<"$names")
+[ -z "$bad" ] || { printf 'exports: not of morphray::\n%s\n' "$bad" >&2; exit 1; }
+bad=$("$nm" -C --defined-only --extern-only "$archive" | grep -E '^[0-9a-f]+ [TDBRCu] ' | foreign)
+[ -z "$bad" ] || { printf 'exports: the archive defines\n%s\n' "$bad" >&2; exit 1; }
+for needed in 'morphray::Scene::build(' 'morphray::Scene::intersect(' 'morphray::version()' \
+    'typeinfo for morphray::Error'; do
+    grep -qF "$needed" <<<"$names" || { echo "exports: no $needed" >&2; exit 1; }
+done
+
+# The check can fail.
+for planted in 'T mray::Mesh::size() const' 'W std::vector<int>::~vector()' 'T volkInitialize' \
+    'V typeinfo for mray::Error'; do
+    [ -n "$(foreign <<<"0000000000001000 $planted")" ] || { echo "exports: accepts $planted" >&2; exit 1; }
+done
+grep -c . <<<"$names"

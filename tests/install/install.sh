@@ -1,0 +1,69 @@
+#!/usr/bin/env bash
+# install.sh ROOT SCRATCH CMAKE CXX BUILD: installs BUILD, moves it elsewhere, and builds and runs
+# the examples against it: all with CMake's package, one each with pkg-config and with the static
+# library. Nothing that is installed may name the folder that it was installed to, or BUILD.
+set -euo pipefail
+root=$1 scratch=$2 cmake=$3 cxx=$4 build=$5
+first=$scratch/first prefix=$scratch/moved/here
+fail() { echo "install: $*" >&2; exit 1; }
+
+rm -rf "$first" "$scratch/moved"
+for component in library dev program; do
+    "$cmake" --install "$build" --prefix "$first" --component $component >/dev/null
+done
+mkdir -p "$scratch/moved"
+mv "$first" "$prefix"
+
+# The program knows its sources' paths from assertions; text files know none.
+if grep -rIlF -e "$first" -e "$build" -e "$root" "$prefix"; then
+    fail "these files name a folder of this machine"
+fi
+for file in bin/morphray include/morphray/morphray.hpp include/morphray/version.hpp \
+    share/man/man1/morphray.1 share/man/man1/morphray-render.1 share/doc/morphray/LICENSE \
+    share/bash-completion/completions/morphray share/fish/vendor_completions.d/morphray.fish; do
+    [ -e "$prefix/$file" ] || fail "$file is not installed"
+done
+library=$(dirname "$(find "$prefix" -name libmorphray.so)")
+[ "$(readlink "$library/libmorphray.so")" = libmorphray.so.0 ] || fail "no link to the soname"
+"$prefix/bin/morphray" --version
+
+"$cmake" -G Ninja -S "$prefix/share/doc/morphray/examples" -B "$scratch/examples" \
+    -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_PREFIX_PATH="$prefix" \
+    -DCMAKE_CXX_FLAGS="-Wconversion -Wno-sign-conversion -Werror" >/dev/null
+"$cmake" --build "$scratch/examples"
+for source in "$root"/examples/*.cpp; do
+    example=$(basename "$source" .cpp)
+    echo "== $example"
+    "$scratch/examples/$example" || fail "$example ends with $?"
+done
+
+# A version that it is not, and a component that there is none of.
+cat >"$scratch/refused.cmake" <<'END'
+find_package(morphray 0.2 CONFIG QUIET)
+if(morphray_FOUND)
+    message(FATAL_ERROR "0.1 is taken for 0.2")
+endif()
+END
+"$cmake" -DCMAKE_PREFIX_PATH="$prefix" -P "$scratch/refused.cmake" 2>/dev/null ||
+    fail "version 0.1 satisfies 0.2"
+
+echo "== first_ray with pkg-config"
+export PKG_CONFIG_PATH=$library/pkgconfig
+pkg-config --print-errors --exact-version=0.1.0 morphray
+# shellcheck disable=SC2046  # flags are words
+"$cxx" -std=c++20 "$root/examples/first_ray.cpp" -o "$scratch/first_ray" \
+    $(pkg-config --cflags --libs morphray) -Wl,-rpath,"$(pkg-config --variable=libdir morphray)"
+"$scratch/first_ray"
+# shellcheck disable=SC2046
+"$cxx" -std=c++20 "$root/examples/first_ray.cpp" -o "$scratch/first_ray_static" \
+    $(pkg-config --cflags morphray) "$library/libmorphray.a" \
+    $(pkg-config --static --libs-only-l --libs-only-other morphray | sed 's/-lmorphray//')
+"$scratch/first_ray_static"
+
+echo "== first_ray with the component static"
+"$cmake" -G Ninja -S "$root/tests/install/static" -B "$scratch/static" \
+    -DCMAKE_CXX_COMPILER="$cxx" -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
+"$cmake" --build "$scratch/static"
+"$scratch/static/first_ray"
+"$scratch/static/own_names"
+if readelf -d "$scratch/static/first_ray" | grep -q libmorphray; then fail "linked to the shared library"; fi
