@@ -28,7 +28,7 @@ set(may_see_proofs proofs cpu common common/interop)
 # Where a library may be included: the regular expression of the header, then that of the files.
 set(places
     "^hwy/"                     "^((cpu|common/simd|common/bvh)/.*-inl\\.h|tests/cpu/.*)$"
-    "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu)/"
+    "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu|examples)/"
     "^(gtest|gmock)/|^png\\.h$" "^tests/"
     "^benchmark/"               "^bench/"
     "^embree"                   "^(bench|tests|accuracy/methods)/"
