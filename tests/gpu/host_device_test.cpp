@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gpu/vulkan/vulkan_api.h"
+#include "tests/gpu/faulty_loader.h"
 #include "tests/library/scenes.h"
 
 namespace mray::test {
@@ -15,8 +16,13 @@ namespace {
 /// An instance, device and queue, as an application makes them.
 class Host {
 public:
-    Host() {
-        EXPECT_EQ(volkInitialize(), VK_SUCCESS);
+    /// `loader` replaces libvulkan's.
+    explicit Host(PFN_vkGetInstanceProcAddr loader = nullptr) : loader_(loader) {
+        if (loader != nullptr) {
+            volkInitializeCustom(loader);
+        } else {
+            EXPECT_EQ(volkInitialize(), VK_SUCCESS);
+        }
         const VkApplicationInfo application = {.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
                                                .apiVersion = VK_API_VERSION_1_2};
         const VkInstanceCreateInfo instance_info = {.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
@@ -48,6 +54,7 @@ public:
                 .physical_device = physical_,
                 .device = device_,
                 .queue = queue_,
+                .get_instance_proc_addr = reinterpret_cast<void*>(loader_),
                 .lock_queue =
                     [this] {
                         mutex_.lock();
@@ -63,6 +70,7 @@ public:
     int locks() const { return locks_; }
 
 private:
+    PFN_vkGetInstanceProcAddr loader_;
     VkInstance instance_ = VK_NULL_HANDLE;
     VkPhysicalDevice physical_ = VK_NULL_HANDLE;
     VkDevice device_ = VK_NULL_HANDLE;
@@ -111,6 +119,56 @@ TEST(HostDevice, IsRefusedIfItDoesNotFit) {
     handles.queue = nullptr;
     EXPECT_EQ(error_of([&] { morphray::Device::adopt(handles); }), "bad_argument");
     EXPECT_EQ(error_of([&] { morphray::Device::adopt({}); }), "bad_argument");
+}
+
+/// A scene whose device fails.
+struct FailingHost {
+    Faults faults;
+    FaultyLoader loader{faults};
+    Host host{loader.get()};
+    morphray::Device device = morphray::Device::adopt(host.handles());
+    UserMesh mesh{icosphere(3)};
+    std::vector<morphray::Ray> rays = world_rays(mesh, 500, 41);
+
+    morphray::Scene scene() const {
+        return morphray::Scene::build(mesh.view(), device, {.update = morphray::Refit{}});
+    }
+};
+
+TEST(HostDevice, ALostDeviceIsReportedByEachCall) {
+    FailingHost rig;
+    morphray::Scene scene = rig.scene();
+    const std::vector<morphray::Hit> hits = hits_of(scene, rig.rays);
+    rig.faults.fail_name = "vkQueueSubmit";
+    rig.faults.result = VK_ERROR_DEVICE_LOST;
+    EXPECT_EQ(error_of([&] { hits_of(scene, rig.rays); }), "device_lost");
+    EXPECT_EQ(error_of([&] { scene.occluded(rig.rays[0]); }), "device_lost");
+    EXPECT_EQ(error_of([&] { scene.render({.width = 8, .height = 8}); }), "device_lost");
+    EXPECT_EQ(error_of([&] { rig.scene(); }), "device_lost");
+    for (morphray::Vec3& p : rig.mesh.points) p.x *= 0.5f;
+    EXPECT_EQ(error_of([&] {
+                  scene.update();
+                  scene.last_update();
+              }),
+              "device_lost");
+    rig.faults.fail_name.clear();
+    for (morphray::Vec3& p : rig.mesh.points) p.x *= 2;
+    const morphray::Scene other = rig.scene();
+    expect_same_hits(hits_of(other, rig.rays), hits);
+}
+
+TEST(HostDevice, AChangeWithoutMemoryLeavesOtherScenesAlone) {
+    FailingHost rig;
+    morphray::Scene scene = rig.scene();
+    const morphray::Scene other = rig.scene();
+    const std::vector<morphray::Hit> hits = hits_of(other, rig.rays);
+    scene.attach(rig.mesh.view());
+    rig.faults.fail_name = "vkAllocateMemory";
+    EXPECT_EQ(error_of([&] { scene.update(); }), "limit");
+    rig.faults.fail_name.clear();
+    EXPECT_EQ(error_of([&] { scene.update(); }), "limit");
+    EXPECT_EQ(error_of([&] { hits_of(scene, rig.rays); }), "limit");
+    expect_same_hits(hits_of(other, rig.rays), hits);
 }
 
 }  // namespace
