@@ -23,9 +23,9 @@ class Wave:
     """The wave equation on a grid with a fixed edge, by central differences."""
 
     def __init__(self, size):
-        self.height = np.zeros((size, size))
+        x, z = np.meshgrid(np.linspace(-1, 1, size), np.linspace(-1, 1, size))
+        self.height = 0.25 * np.exp(-60 * ((x + 0.3) ** 2 + (z + 0.3) ** 2))
         self.before = self.height.copy()
-        self.before[size // 3, size // 3] = -0.5
 
     def step(self):
         h = self.height

@@ -92,7 +92,7 @@ while IFS=$'\t' read -r page _ name; do
     fi
 done < <(grep -P '\tcode\t' "$scratch/names" || true)
 
-# Options: of the program, of scripts and other programs of the checkout, and of cmake and gcovr.
+# Options: of the program, of scripts and other programs of the checkout, and of cmake, gcovr and venv.
 {
     "$program" --help
     for command in $("$program" --help | awk '/^Subcommands/ { on = 1; next } /^$/ { on = 0 } on { print $1 }'); do
@@ -104,7 +104,7 @@ grep -ohE -- '--[a-z][a-z-]*[a-z]' "$scratch/help" | sort -u >"$scratch/program_
     cat "$scratch/program_options"
     (cd "$root" && cat run test fuzz .ci/run bench/run bench/updates cmake/setup.sh bench/options.* \
         tests/fuzz/run/options.*) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
-    printf -- '--%s\n' preset workflow list-presets root follow fix
+    printf -- '--%s\n' preset workflow list-presets root follow fix system-site-packages
 } | sort -u >"$scratch/options"
 grep -P '\toption\t' "$scratch/names" | while IFS=$'\t' read -r page _ option; do
     grep -qxF -- "$option" "$scratch/options" ||
