@@ -1,6 +1,7 @@
 """Arguments that do not fit are refused with a reason."""
 
 import copy
+import random
 
 import numpy as np
 import pytest
@@ -258,6 +259,39 @@ def test_objects_that_were_not_initialised_are_refused(tmp_path):
                 work()
     with pytest.raises(TypeError):
         copy.copy(morphray.Scene([]))
+
+
+@pytest.mark.filterwarnings("ignore:The truth value of an empty array")
+def test_any_arguments_are_refused_or_accepted():
+    """Calls with arguments of all kinds end with a result or with an exception of ours."""
+    choose = random.Random(5)
+    points, triangles = grid(3)
+    scene = morphray.Scene(points, triangles)
+    values = [
+        None, 0, -1, 3.5, "x", b"y", [], (), (1, 2, 3), (4, 4), points, triangles, np.array(3),
+        np.zeros((0, 3), np.float32), np.zeros((2, 0), np.float32), float("nan"), 1e300, 2**70,
+        True, scene, object(), np.zeros((3, 3)), points[::-1], np.zeros((5, 16), np.float32)[:, ::2],
+        np.zeros((4, 6), np.float32), np.zeros(4, morphray.hit_dtype),
+        np.zeros(4, morphray.ray_dtype), "cpu", {}, np.ma.zeros((3, 3), np.float32),
+        np.zeros((3, 3), "S3"), np.zeros((1, 3), object),
+    ]
+    methods = ["update", "intersect", "occluded", "cast_rays", "test_occlusions", "on", "attach",
+               "detach", "last_update", "tree_statistics"]
+    keywords = ["device", "bounds", "update", "budget_ms", "split", "albedo", "refit_on", "deforms"]
+    calls = [getattr(scene, name) for name in methods]
+    calls += [morphray.Scene, morphray.compare, morphray.HitsWriter, morphray.read_hits]
+    calls.append(lambda *a: scene.render((4, 4), **dict(zip(["eye", "target", "up", "fov"], a))))
+    calls.append(lambda *a: morphray.Scene(points, triangles,
+                                           **{choose.choice(keywords): value for value in a}))
+    refused = 0
+    for _ in range(3000):
+        arguments = [choose.choice(values) for _ in range(choose.randrange(4))]
+        try:
+            choose.choice(calls)(*arguments)
+        except (TypeError, ValueError, morphray.Error):
+            refused += 1
+    assert refused > 1000
+    assert morphray.Scene(points, triangles).intersect(DOWN)["prim_id"] != morphray.INVALID_ID
 
 
 def test_eight_numbers_with_limits_are_refused():

@@ -42,8 +42,8 @@ def counted_during(work):
 def assert_gil_is_released(work):
     """A call that held the GIL would let the other thread count once or twice, at its ends."""
     counted, seconds = counted_during(work)
-    assert seconds > 0.05, "too short to tell"
-    assert counted > 10
+    assert seconds > 0.02, "too short to tell"
+    assert counted > 5
 
 
 @pytest.fixture(scope="module")
@@ -127,6 +127,36 @@ def run_until(is_enough, works):
     for thread in threads:
         thread.join()
     return codes
+
+
+def test_points_may_change_during_an_update():
+    """The hits of that update are any, but nothing breaks, and the next update is right."""
+    points, triangles = grid(60)
+    rest = points.copy()
+    rays = random_rays(points, 1000)
+    scene = morphray.Scene(points, triangles, update="every:3")
+    expected = morphray.Scene(rest, triangles).intersect(rays)
+    end = threading.Event()
+
+    def write():
+        random = np.random.default_rng(1)
+        while not end.is_set():
+            points[:] = random.normal(size=points.shape) * 10.0 ** random.integers(-30, 30)
+            points[random.integers(len(points), size=50)] = [np.nan, np.inf, 0]
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    for _ in range(200):
+        scene.update()
+        scene.cast_rays(rays)
+    end.set()
+    writer.join()
+    points[:] = rest
+    scene.update()
+    twin = morphray.Scene(rest, triangles)
+    assert np.count_nonzero(expected["prim_id"] != morphray.INVALID_ID) > 300
+    assert scene.bounds[0].tolist() == pytest.approx(twin.bounds[0].tolist(), abs=1e-6)
+    assert_same_bits(scene.intersect(rays), expected)
 
 
 def test_second_update_is_busy(large):
