@@ -92,8 +92,8 @@ while IFS=$'\t' read -r page _ name; do
     fi
 done < <(grep -P '\tcode\t' "$scratch/names" || true)
 
-# Options: of the program, of scripts and other programs of the checkout, and of cmake, gcovr and
-# pkg-config.
+# Options: of the program, of scripts and other programs of the checkout, and of cmake, gcovr,
+# pkg-config and venv.
 {
     "$program" --help
     for command in $("$program" --help | awk '/^Subcommands/ { on = 1; next } /^$/ { on = 0 } on { print $1 }'); do
@@ -105,7 +105,8 @@ grep -ohE -- '--[a-z][a-z-]*[a-z]' "$scratch/help" | sort -u >"$scratch/program_
     cat "$scratch/program_options"
     (cd "$root" && cat run test fuzz .ci/run bench/run bench/updates cmake/setup.sh cmake/package/run bench/options.* \
         tests/fuzz/run/options.*) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
-    printf -- '--%s\n' preset workflow list-presets root follow fix build target install prefix cflags libs
+    printf -- '--%s\n' preset workflow list-presets root follow fix build target install prefix cflags libs \
+        system-site-packages
 } | sort -u >"$scratch/options"
 grep -P '\toption\t' "$scratch/names" | while IFS=$'\t' read -r page _ option; do
     grep -qxF -- "$option" "$scratch/options" ||

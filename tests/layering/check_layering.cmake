@@ -32,6 +32,7 @@ set(places
     "^(gtest|gmock)/|^png\\.h$" "^tests/"
     "^benchmark/"               "^bench/"
     "^embree"                   "^(bench|tests|accuracy/methods)/"
+    "^pybind11/"                "^python/module/"
     "^gmp(xx)?\\.h$"            "^accuracy/"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
     # One room for JSON, which reports of the program and of the benchmark share.

@@ -1,0 +1,73 @@
+// The caller's numpy arrays: checked, then read and written in place.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "morphray/geometry.hpp"
+#include "morphray/mesh.hpp"
+
+namespace morphray::python {
+
+namespace py = pybind11;
+
+/// The structured dtypes of arrays of Ray and Hit.
+const py::dtype& ray_dtype();
+const py::dtype& hit_dtype();
+
+/// Keeps the memory of an array, and of the arrays that it is a view of, where it is. numpy refuses
+/// to resize an array that has a weak reference, even where `refcheck=False` lets it pass over
+/// strong ones.
+class Pinned {
+public:
+    Pinned() = default;
+    explicit Pinned(const py::array& array);
+
+    /// False once an array has been given other memory, by assigning to its attribute `data`.
+    bool is_in_place() const;
+
+private:
+    struct Link {
+        py::array array;
+        py::object weak_reference;
+        const void* data;
+    };
+    std::vector<Link> links_;
+};
+
+/// An array of shape (V, 3) of float32 as positions; the last axis is contiguous. Throws TypeError
+/// for what is no such array and ValueError for a shape or strides that do not fit.
+Positions positions_of(const py::array& points, const std::string& name);
+py::array points_array(const py::object& points, const std::string& name);
+
+/// The indices of an array of shape (T, 3) of uint32, int32, int64 or uint64, copied. Throws
+/// TypeError, ValueError, and Error(bad_input) for an index that is negative or above 2^32 - 1.
+std::vector<std::uint32_t> indices_of(const py::object& triangles, const std::string& name);
+
+/// The colours of an array of shape (T,) of uint32, or (T, 3) of uint8. None: no colours.
+std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string& name);
+
+/// Rays of the caller: `columns` floats each, one after the other.
+struct RayArray {
+    Pinned pin;
+    const float* data = nullptr;
+    std::size_t count = 0;
+    std::size_t columns = 8;
+    /// That of the results.
+    std::vector<py::ssize_t> shape;
+};
+
+/// An array of shape (..., 6) or (..., 8) of float32, or of any shape of ray_dtype(). It is read in
+/// place if it is C-contiguous and aligned, and copied otherwise.
+RayArray rays_of(const py::object& rays);
+
+/// `out`, checked to be writable, C-contiguous and of the dtype, the shape of the rays and memory
+/// of its own; a new array if it is None.
+py::array results_for(const RayArray& rays, const py::object& out, const py::dtype& dtype);
+
+}  // namespace morphray::python

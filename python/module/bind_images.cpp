@@ -1,0 +1,183 @@
+// morphray.Image and files of hits.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "morphray/hits.hpp"
+#include "morphray/image.hpp"
+#include "python/module/arrays.h"
+#include "python/module/bindings.h"
+#include "python/module/objects.h"
+#include "python/module/options.h"
+
+namespace morphray::python {
+namespace {
+
+using py::arg;
+using HitsImage = HitsFile::ImageHits;
+
+/// A file of hits, with the size that its images have.
+struct SizedHits {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    HitsImage image;
+};
+
+struct PyHitsWriter : ZeroFilled {
+    std::optional<HitsWriter> writer;
+
+    HitsWriter& get() {
+        if (!writer) throw py::type_error("HitsWriter: __init__() has not been called");
+        return *writer;
+    }
+};
+
+/// A read-only view of memory of `owner`.
+py::array view(const py::dtype& dtype, const std::vector<py::ssize_t>& shape, const void* data,
+               const py::object& owner) {
+    py::array array(dtype, shape, data, owner);
+    array.attr("setflags")(arg("write") = false);
+    return array;
+}
+
+template <class Sized>
+std::vector<py::ssize_t> shape_of(const Sized& image) {
+    return {static_cast<py::ssize_t>(image.height), static_cast<py::ssize_t>(image.width)};
+}
+
+py::array pixels_of(const py::object& self) {
+    const auto& image = self.cast<const Image&>();
+    std::vector<py::ssize_t> shape = shape_of(image);
+    shape.push_back(4);
+    return view(py::dtype::of<std::uint8_t>(), shape, image.pixels.data(), self);
+}
+
+py::array hits_of(const py::object& self) {
+    const auto& image = self.cast<const Image&>();
+    return view(hit_dtype(), shape_of(image), image.hits.data(), self);
+}
+
+py::array occlusion_of(const py::object& self) {
+    const auto& image = self.cast<const Image&>();
+    return view(py::dtype::of<std::uint32_t>(), shape_of(image), image.occlusion.data(), self);
+}
+
+py::array file_hits_of(const py::object& self) {
+    const auto& hits = self.cast<const SizedHits&>();
+    return view(hit_dtype(), shape_of(hits), hits.image.hits.data(), self);
+}
+
+py::array file_occlusion_of(const py::object& self) {
+    const auto& hits = self.cast<const SizedHits&>();
+    return view(py::dtype::of<std::uint32_t>(), shape_of(hits), hits.image.occlusion.data(), self);
+}
+
+std::vector<SizedHits> read(const std::filesystem::path& file) {
+    HitsFile read = read_hits(file.string());
+    std::vector<SizedHits> images;
+    for (HitsImage& image : read.images)
+        images.push_back({read.width, read.height, std::move(image)});
+    return images;
+}
+
+}  // namespace
+
+void bind_images(py::module_& module) {
+    auto image_class =
+        py::class_<Image>(module, "Image",
+                          R"(An image of Scene.render() with the hits that it was made from.
+
+The arrays are read-only views, row by row from the top; they keep the image alive.)")
+            .def_readonly("width", &Image::width, "In pixels.")
+            .def_readonly("height", &Image::height, "In pixels.")
+            .def_property_readonly("pixels", &pixels_of,
+                                   "(height, width, 4) uint8: red, green, blue, alpha, in sRGB.")
+            .def_property_readonly("hits", &hits_of,
+                                   R"((height, width) of hit_dtype: the hit of each camera ray.
+
+t is the depth along the viewing direction, in world space.)")
+            .def_property_readonly("occlusion", &occlusion_of,
+                                   R"((height, width) uint32: occluded rays of each pixel.
+
+Of its shadow ray, or of its ambient-occlusion rays.)")
+            .def_readonly("ray_count", &Image::ray_count, "The rays that were traced.")
+            .def_readonly("trace_ms", &Image::trace_ms, "The time of the trace in milliseconds.")
+            .def_readonly(
+                "hits_hash", &Image::hits_hash,
+                R"(XXH3 (64 bits) of hits and occlusion: the same on every device and machine.
+
+f"{image.hits_hash:016x}" is what the program `morphray render --json` reports.)")
+            .def_readonly("image_hash", &Image::image_hash, "XXH3 (64 bits) of the pixels.")
+            .def(
+                "save",
+                [](const Image& image, const std::filesystem::path& file) {
+                    const py::gil_scoped_release release;
+                    write_png(file.string(), image);
+                },
+                R"(save(self, path)
+--
+
+Writes a PNG file: as a whole, or not at all. Raises Error "output" if it cannot be written.)",
+                arg("path"))
+            .def("__repr__", [](const Image& image) {
+                return "<morphray.Image " + std::to_string(image.width) + "x" +
+                       std::to_string(image.height) + ">";
+            });
+
+    forbid_new(image_class);
+    py::class_<PyHitsWriter>(module, "HitsWriter",
+                             R"(HitsWriter(width, height)
+--
+
+Collects the hits of images of one size and writes them to a file, for one thread at a time.
+
+Little-endian: char[8] "MRHITS1\0"; uint32 width, height, number of images; then for each image
+width * height times {float32 t, u, v; uint32 prim_id}, and width * height times uint32 occlusion.)")
+        .def(py::init([](const py::object& width, const py::object& height) {
+                 auto writer = std::make_unique<PyHitsWriter>();
+                 writer->writer.emplace(uint32_of(width, "width"), uint32_of(height, "height"));
+                 return writer;
+             }),
+             "__init__(self, width, height)\n--\n\nSee the class.", arg("width"), arg("height"))
+        .def(
+            "add", [](PyHitsWriter& writer, const Image& image) { writer.get().add(image); },
+            R"(add(self, image)
+--
+
+Adds the hits of an Image. Raises Error "bad_argument" for an image of another size, and for hits
+of another mesh than geom_id 0, for which the file has no place.)",
+            arg("image"))
+        .def(
+            "write",
+            [](PyHitsWriter& writer, const std::filesystem::path& file) {
+                writer.get().write(file.string());
+            },
+            R"(write(self, path)
+--
+
+Writes the file with the images so far: as a whole, or not at all. Raises Error "output".)",
+            arg("path"));
+
+    auto hits_class =
+        py::class_<SizedHits>(module, "ImageHits", "The hits of an image, from read_hits().")
+            .def_readonly("width", &SizedHits::width, "In pixels.")
+            .def_readonly("height", &SizedHits::height, "In pixels.")
+            .def_property_readonly("hits", &file_hits_of,
+                                   "(height, width) of hit_dtype, read-only.")
+            .def_property_readonly(
+                "occlusion", &file_occlusion_of,
+                "(height, width) uint32, read-only: occluded rays of each pixel.");
+    forbid_new(hits_class);
+    module.def("read_hits", &read, py::call_guard<py::gil_scoped_release>(),
+               R"(read_hits(path)
+--
+
+The images of a file of HitsWriter: a list of ImageHits. Raises Error "bad_input" for a file that
+cannot be read or is no such file.)",
+               arg("path"));
+}
+
+}  // namespace morphray::python

@@ -1,0 +1,81 @@
+#include "python/module/options.h"
+
+#include <charconv>
+#include <limits>
+#include <string_view>
+
+#include "python/module/bindings.h"
+
+namespace morphray::python {
+namespace {
+
+constexpr std::string_view kEvery = "every:";
+
+[[noreturn]] void throw_choice(const std::string& name, const std::string& value,
+                               const std::string& choices) {
+    throw py::value_error(name + ": \"" + value + "\" is none of " + choices);
+}
+
+Every every_of(const std::string& update) {
+    Every every;
+    const char* const end = update.data() + update.size();
+    const auto [stop, error] = std::from_chars(update.data() + kEvery.size(), end, every.poses);
+    if (error != std::errc() || stop != end)
+        throw py::value_error("update: \"" + update + "\" has no number after every:");
+    return every;
+}
+
+}  // namespace
+
+UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
+                       bool deterministic) {
+    const Auto automatic{budget_ms, budget, deterministic};
+    if (update == "auto") return automatic;
+    const Auto defaults;
+    if (budget_ms != defaults.budget_ms || budget != defaults.budget || deterministic) {
+        throw py::value_error("update: \"" + update +
+                              "\" takes no budget_ms, budget or deterministic; \"auto\" does");
+    }
+    if (update == "refit") return Refit{};
+    if (update == "rebuild") return Rebuild{};
+    if (std::string_view(update).starts_with(kEvery)) return every_of(update);
+    throw_choice("update", update, R"("auto", "refit", "rebuild" and "every:K")");
+}
+
+Split split_of(const std::string& split) {
+    if (split == "binned") return Split::binned;
+    if (split == "sweep") return Split::sweep;
+    throw_choice("split", split, R"("binned" and "sweep")");
+}
+
+std::optional<Box> bounds_of(const py::object& bounds) {
+    if (bounds.is_none()) return {};
+    if (!py::isinstance<py::sequence>(bounds) || py::isinstance<py::str>(bounds))
+        throw py::type_error("bounds: a pair of points is needed, (lower, upper)");
+    const auto pair = py::reinterpret_borrow<py::sequence>(bounds);
+    if (py::len(pair) != 2)
+        throw py::value_error("bounds: a pair of points is needed, (lower, upper)");
+    return Box{point_of(pair[0], "bounds[0]"), point_of(pair[1], "bounds[1]")};
+}
+
+Rays rays_named(const std::string& rays) {
+    if (rays == "primary") return Rays::primary;
+    if (rays == "shadow") return Rays::shadow;
+    if (rays == "ao") return Rays::ao;
+    throw_choice("rays", rays, R"("primary", "shadow" and "ao")");
+}
+
+std::uint32_t uint32_of(const py::handle& number, const std::string& name) {
+    const py::object index = py::reinterpret_steal<py::object>(PyNumber_Index(number.ptr()));
+    if (!index) {
+        PyErr_Clear();
+        throw py::type_error(name + ": a whole number is needed");
+    }
+    int overflow = 0;
+    const long long value = PyLong_AsLongLongAndOverflow(index.ptr(), &overflow);
+    if (overflow != 0 || value < 0 || value > std::numeric_limits<std::uint32_t>::max())
+        throw py::value_error(name + ": " + std::string(py::str(index)) + " is out of range");
+    return static_cast<std::uint32_t>(value);
+}
+
+}  // namespace morphray::python

@@ -1,0 +1,256 @@
+#include "python/module/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace morphray::python {
+namespace {
+
+// Rays that are converted and traced together.
+constexpr std::size_t kBatch = std::size_t{1} << 18;
+
+/// Calls `work(first, rays)` for batches of the rays as those of C++.
+template <class Work>
+void for_each_batch(const RayArray& rays, std::size_t batch_size, float tnear, float tfar,
+                    Work work) {
+    std::vector<Ray> converted;
+    for (std::size_t first = 0; first < rays.count; first += batch_size) {
+        const std::size_t count = std::min(batch_size, rays.count - first);
+        const float* from = rays.data + first * rays.columns;
+        if (rays.columns == 8) {
+            // Ray is laid out as eight floats.
+            work(first, std::span(reinterpret_cast<const Ray*>(from), count));
+            continue;
+        }
+        converted.resize(count);
+        for (Ray& ray : converted) {
+            ray = {{from[0], from[1], from[2]}, tnear, {from[3], from[4], from[5]}, tfar};
+            from += 6;
+        }
+        work(first, std::span<const Ray>(converted));
+    }
+}
+
+/// All rays in one batch where nothing has to be converted.
+std::size_t batch_size(const RayArray& rays) {
+    return rays.columns == 8 ? std::max<std::size_t>(rays.count, 1) : kBatch;
+}
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// What the normals of a mesh are made of.
+struct Corners {
+    Positions positions;
+    std::span<const std::uint32_t> triangles;
+
+    Vec3 point(std::uint32_t vertex) const {
+        Vec3 p;
+        std::memcpy(&p, static_cast<const std::byte*>(positions.data) + vertex * positions.stride,
+                    sizeof(p));
+        return p;
+    }
+};
+
+/// Of length 1, and of length 0 for a triangle without area. In doubles, where products of floats
+/// do not overflow.
+void write_normal(const Corners& mesh, std::uint32_t prim_id, float* out) {
+    const std::uint32_t* const corner = &mesh.triangles[std::size_t{3} * prim_id];
+    const Vec3 p0 = mesh.point(corner[0]);
+    const Vec3 p1 = mesh.point(corner[1]);
+    const Vec3 p2 = mesh.point(corner[2]);
+    const double a[] = {double{p1.x} - p0.x, double{p1.y} - p0.y, double{p1.z} - p0.z};
+    const double b[] = {double{p2.x} - p0.x, double{p2.y} - p0.y, double{p2.z} - p0.z};
+    const double n[] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                        a[0] * b[1] - a[1] * b[0]};
+    const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    // Positions may have become NaN or infinite since the last update.
+    const bool has_area = length > 0 && std::isfinite(length);
+    for (int axis = 0; axis < 3; ++axis)
+        out[axis] = has_area ? static_cast<float>(n[axis] / length) : 0.0f;
+}
+
+void write_cast(std::span<const Hit> hits, std::size_t first, std::span<const Corners> meshes,
+                const CastHits& out) {
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const Hit& hit = hits[i];
+        const std::size_t at = first + i;
+        out.t_hit[at] = hit ? hit.t : kInfinity;
+        out.geometry_ids[at] = hit.geom_id;
+        out.primitive_ids[at] = hit.prim_id;
+        out.primitive_uvs[2 * at] = hit.u;
+        out.primitive_uvs[2 * at + 1] = hit.v;
+        float* const normal = out.primitive_normals + 3 * at;
+        if (hit) {
+            write_normal(meshes[hit.geom_id], hit.prim_id, normal);
+        } else {
+            std::fill_n(normal, 3, 0.0f);
+        }
+    }
+}
+
+}  // namespace
+
+BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool deforms,
+                    const py::object& albedo, const std::string& place) {
+    const py::array array = points_array(points, place + "points");
+    BorrowedMesh mesh;
+    mesh.positions = positions_of(array, place + "points");
+    mesh.points = Pinned(array);
+    mesh.triangles = std::make_shared<const std::vector<std::uint32_t>>(
+        indices_of(triangles, place + "triangles"));
+    mesh.albedo = albedo_of(albedo, place + "albedo");
+    mesh.deforms = deforms;
+    return mesh;
+}
+
+PyScene::PyScene(std::vector<BorrowedMesh> meshes, const Device& device,
+                 const SceneOptions& options) {
+    std::vector<MeshView> views;
+    for (const BorrowedMesh& mesh : meshes) views.push_back(mesh.view());
+    {
+        const py::gil_scoped_release release;
+        scene_ = Scene::build(std::span<const MeshView>(views), device, options);
+    }
+    for (BorrowedMesh& mesh : meshes) {
+        mesh.albedo = {};
+        meshes_.emplace(static_cast<std::uint32_t>(meshes_.size()), std::move(mesh));
+    }
+    next_meshes_ = meshes_;
+}
+
+/// Waits for a background build.
+PyScene::~PyScene() {
+    const py::gil_scoped_release release;
+    scene_.reset();
+}
+
+void PyScene::require_initialised() const {
+    if (!scene_) throw py::type_error("Scene: __init__() has not been called");
+}
+
+void PyScene::require_in_place(const Meshes& meshes) {
+    for (const auto& [geom_id, mesh] : meshes) {
+        if (mesh.points.is_in_place()) continue;
+        throw py::value_error("points of geom_id " + std::to_string(geom_id) +
+                              ": the array has been given other memory; detach the mesh and "
+                              "attach it again");
+    }
+}
+
+Update PyScene::update() {
+    require_initialised();
+    const ChangeUse use(uses_);
+    require_in_place(next_meshes_);
+    Update update;
+    {
+        const py::gil_scoped_release release;
+        update = scene_->update();
+    }
+    meshes_ = next_meshes_;
+    return update;
+}
+
+Update PyScene::update(std::uint32_t geom_id, std::size_t first, std::optional<std::size_t> count) {
+    require_initialised();
+    const ChangeUse use(uses_);
+    require_in_place(next_meshes_);
+    if (!count) {
+        const auto mesh = meshes_.find(geom_id);
+        const std::size_t all = mesh == meshes_.end() ? 0 : mesh->second.positions.count;
+        count = all - std::min(first, all);
+    }
+    const py::gil_scoped_release release;
+    return scene_->update(geom_id, first, *count);
+}
+
+std::uint32_t PyScene::attach(BorrowedMesh mesh) {
+    require_initialised();
+    const ChangeUse use(uses_);
+    std::uint32_t geom_id = 0;
+    {
+        const py::gil_scoped_release release;
+        geom_id = scene_->attach(mesh.view());
+    }
+    mesh.albedo = {};
+    next_meshes_.insert_or_assign(geom_id, std::move(mesh));
+    return geom_id;
+}
+
+void PyScene::detach(std::uint32_t geom_id) {
+    require_initialised();
+    const ChangeUse use(uses_);
+    scene_->detach(geom_id);
+    next_meshes_.erase(geom_id);
+}
+
+void PyScene::intersect(const RayArray& rays, std::span<Hit> hits) {
+    query([&](const Scene& scene) {
+        for_each_batch(rays, batch_size(rays), 0, kInfinity,
+                       [&](std::size_t first, std::span<const Ray> batch) {
+                           scene.intersect(batch, hits.subspan(first, batch.size()));
+                       });
+    });
+}
+
+void PyScene::occluded(const RayArray& rays, float tnear, float tfar,
+                       std::span<std::uint8_t> occluded) {
+    query([&](const Scene& scene) {
+        for_each_batch(rays, batch_size(rays), tnear, tfar,
+                       [&](std::size_t first, std::span<const Ray> batch) {
+                           scene.occluded(batch, occluded.subspan(first, batch.size()));
+                       });
+    });
+}
+
+void PyScene::cast(const RayArray& rays, const CastHits& out) {
+    require_initialised();
+    const QueryUse use(uses_);
+    require_in_place(meshes_);
+    // By geom_id.
+    std::vector<Corners> meshes(meshes_.empty() ? 0 : std::size_t{meshes_.rbegin()->first} + 1);
+    for (const auto& [geom_id, mesh] : meshes_) meshes[geom_id] = {mesh.positions, *mesh.triangles};
+    const py::gil_scoped_release release;
+    std::vector<Hit> hits;
+    for_each_batch(rays, kBatch, 0, kInfinity, [&](std::size_t first, std::span<const Ray> batch) {
+        hits.resize(batch.size());
+        scene_->intersect(batch, std::span<Hit>(hits));
+        write_cast(hits, first, meshes, out);
+    });
+}
+
+Comparison PyScene::compare(PyScene& other, const RayArray& rays, std::size_t keep) {
+    require_initialised();
+    const QueryUse use(uses_);
+    other.require_initialised();
+    const QueryUse use_of_other(other.uses_);
+    const py::gil_scoped_release release;
+    Comparison result;
+    for_each_batch(
+        rays, batch_size(rays), 0, kInfinity, [&](std::size_t first, std::span<const Ray> batch) {
+            Comparison part =
+                morphray::compare(*scene_, *other.scene_, batch, keep - result.differences.size());
+            result.compared += part.compared;
+            result.different += part.different;
+            for (HitDifference& difference : part.differences) {
+                difference.index += first;
+                result.differences.push_back(difference);
+            }
+        });
+    return result;
+}
+
+std::unique_ptr<PyScene> PyScene::on(const Device& device) {
+    require_initialised();
+    const QueryUse use(uses_);
+    std::unique_ptr<PyScene> twin(new PyScene);
+    twin->meshes_ = meshes_;
+    twin->next_meshes_ = next_meshes_;
+    const py::gil_scoped_release release;
+    twin->scene_ = scene_->on(device);
+    return twin;
+}
+
+}  // namespace morphray::python

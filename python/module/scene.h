@@ -1,0 +1,89 @@
+// A scene that keeps the arrays it borrows.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "morphray/compare.hpp"
+#include "morphray/scene.hpp"
+#include "python/module/arrays.h"
+#include "python/module/objects.h"
+#include "python/module/use_guard.h"
+
+namespace morphray::python {
+
+/// A mesh that a scene borrows.
+struct BorrowedMesh {
+    Pinned points;
+    Positions positions;
+    std::shared_ptr<const std::vector<std::uint32_t>> triangles;
+    std::vector<std::uint32_t> albedo;
+    bool deforms = true;
+
+    MeshView view() const { return {positions, *triangles, deforms, albedo}; }
+};
+
+/// `place` is put before the names of the arrays in messages.
+BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool deforms,
+                    const py::object& albedo, const std::string& place = {});
+
+/// The arrays that cast_rays() fills, one element a ray.
+struct CastHits {
+    float* t_hit;
+    std::uint32_t* geometry_ids;
+    std::uint32_t* primitive_ids;
+    float* primitive_uvs;
+    float* primitive_normals;
+};
+
+/// Members are called with the GIL, and give it up while they work.
+class PyScene : public ZeroFilled {
+public:
+    PyScene(std::vector<BorrowedMesh> meshes, const Device& device, const SceneOptions& options);
+    ~PyScene();
+    PyScene(const PyScene&) = delete;
+
+    Update update();
+    Update update(std::uint32_t geom_id, std::size_t first, std::optional<std::size_t> count);
+    std::uint32_t attach(BorrowedMesh mesh);
+    void detach(std::uint32_t geom_id);
+
+    void intersect(const RayArray& rays, std::span<Hit> hits);
+    void occluded(const RayArray& rays, float tnear, float tfar, std::span<std::uint8_t> occluded);
+    void cast(const RayArray& rays, const CastHits& out);
+    Comparison compare(PyScene& other, const RayArray& rays, std::size_t keep);
+    std::unique_ptr<PyScene> on(const Device& device);
+
+    /// Calls `work(scene)` as a query.
+    template <class Work>
+    auto query(Work work) {
+        require_initialised();
+        const QueryUse use(uses_);
+        const py::gil_scoped_release release;
+        return work(*scene_);
+    }
+
+    const Device& device() const {
+        require_initialised();
+        return scene_->device();
+    }
+
+private:
+    using Meshes = std::map<std::uint32_t, BorrowedMesh>;
+
+    PyScene() = default;
+    void require_initialised() const;
+    static void require_in_place(const Meshes& meshes);
+
+    /// Those of the last update(), and those that the next one will have.
+    Meshes meshes_;
+    Meshes next_meshes_;
+    std::optional<Scene> scene_;
+    UseCount uses_;
+};
+
+}  // namespace morphray::python

@@ -1,0 +1,188 @@
+// The docstrings of morphray.Scene.
+#pragma once
+
+namespace morphray::python {
+
+inline constexpr const char* kSceneDoc =
+    R"(Scene(points, triangles=None, *, device="cpu", bounds=None, update="auto", budget_ms=0.0, budget=0.75, deterministic=False, split="binned", deforms=True, albedo=None, refit_on=None, record_cost_ratio=False)
+--
+
+Deforming triangle meshes, the tree over them, and queries.
+
+    scene = morphray.Scene(points, triangles)
+    while simulate(points):                     # writes into the array
+        scene.update()
+        hits = scene.cast_rays(rays)
+
+points:    (V, 3) float32, in any units. Borrowed: each update() reads the array in place, so write
+           into it (points[:] = ...). The three numbers of a point are next to each other; points
+           may be any distance apart, as in a field of a structured array or in a slice. The array
+           may be read-only. Points that are NaN or infinite make their triangles unhittable.
+           While the scene lives, numpy refuses to resize the array.
+triangles: (T, 3) uint32, int32, uint64 or int64: three indices of points each. Copied once.
+           Without triangles, points is a list of meshes: morphray.Mesh, or tuples of
+           (points, triangles[, deforms[, albedo]]), with geom_ids 0, 1, ... in order.
+device:    a Device, "cpu", "vulkan" or "brute".
+bounds:    (lower, upper), two points: the part of space that the meshes move in. It fixes the last
+           bits of all hits: with the same bounds, equal positions give equal bits on all machines
+           and devices, whatever the poses before. None: the bounds of the first pose. Meshes may
+           leave them.
+update:    how the tree follows the meshes: "auto", "refit", "rebuild", or "every:K" to build a
+           tree after K poses. Results do not depend on it.
+budget_ms: for "auto", the milliseconds that an update may add. 0: budget decides.
+budget:    for "auto", the same as a part of the time that refit and queries of a pose take.
+deterministic: for "auto", decide by counts instead of times, so that all runs decide alike.
+split:     how trees are built: "binned", or "sweep", which is slower and gives the best tree.
+deforms:   whether update() reads the points again.
+albedo:    for images, the colour of each triangle: (T, 3) uint8 or (T,) uint32 with red in bits 0
+           to 7, green in 8 to 15, blue in 16 to 23; linear. None: light grey. Copied once.
+refit_on:  the device that refits, if it is not the one that traces.
+record_cost_ratio: find Update.cost_ratio at each update, even if the policy does not need it.
+
+Threads: any number may query a scene at the same time. update(), attach() and detach() need it for
+themselves: a call that meets another one raises Error "busy". The GIL is released while a call
+works.
+
+Raises TypeError for what is no array or has another dtype, ValueError for a shape or strides that
+do not fit, Error "bad_input" for an index that is out of range, "bad_argument" for empty or
+infinite bounds, "unavailable" for a device that is not there, "limit" above 2^28 triangles.)";
+
+inline constexpr const char* kInitDoc =
+    R"(__init__(self, points, triangles=None, *, device="cpu", bounds=None, update="auto", budget_ms=0.0, budget=0.75, deterministic=False, split="binned", deforms=True, albedo=None, refit_on=None, record_cost_ratio=False)
+--
+
+See the class.)";
+
+inline constexpr const char* kUpdateDoc =
+    "What Scene.update() did. Times are in milliseconds; a part that did not happen is 0.";
+inline constexpr const char* kStepDoc =
+    R"("build", "keep", "refit", "restructure", "rebuild" or "swap".
+
+build:       the first tree, or one over another set of meshes
+keep:        nothing moved
+refit:       boxes and vertices were written again
+restructure: refitted, and its degraded parts built again
+rebuild:     built at this pose
+swap:        replaced by a tree from the background, refitted to this pose)";
+inline constexpr const char* kCostRatioDoc =
+    R"(The cost of the tree relative to that when it was built.
+
+1 if neither the policy nor record_cost_ratio asks for it.)";
+inline constexpr const char* kSahCostDoc =
+    "Expected visits of nodes and tests of triangles of a random ray that meets the root's box.";
+
+inline constexpr const char* kUpdateMethodDoc =
+    R"(update(self, geom_id=None, first=0, count=None)
+--
+
+Reads the points of all deforming meshes again and brings the tree to them. Returns an Update.
+
+With geom_id it reads count points of one mesh from first on, or all from there; other points are
+those of the last update. Takes time in proportion to what moved.
+
+Raises Error "bad_argument" for a mesh or points that are not there, "busy", "limit" and
+"device_lost"; ValueError if an array has been given other memory.)";
+
+inline constexpr const char* kAttachDoc =
+    R"(attach(self, points, triangles, deforms=True, albedo=None)
+--
+
+Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one. Arguments and
+exceptions are those of Scene.)";
+inline constexpr const char* kDetachDoc =
+    R"(detach(self, geom_id)
+--
+
+Removes a mesh from the next update() on, which lets its array go. Raises Error "bad_argument" if
+there is no such mesh.)";
+inline constexpr const char* kLastUpdateDoc =
+    R"(last_update(self)
+--
+
+What the last build or update() did, with the times that are known by now: a device may put a refit
+off until the first query.)";
+
+inline constexpr const char* kIntersectDoc =
+    R"(intersect(self, rays, out=None)
+--
+
+Finds the closest hits.
+
+rays: float32, one of
+      (N, 8)  org.x org.y org.z tnear dir.x dir.y dir.z tfar, or (N,) of morphray.ray_dtype, which
+              is the same in memory: read in place if C-contiguous and aligned
+      (N, 6)  org.x org.y org.z dir.x dir.y dir.z, with tnear 0 and tfar infinite
+      More axes in front are kept in the result: (H, W, 6) gives (H, W). dir has any length but 0;
+      t is in units of it. A ray with a NaN, with a dir of 0 or with tnear > tfar hits nothing.
+out:  an array of hit_dtype to write to, with one element a ray: C-contiguous and writable.
+
+Returns an array of hit_dtype with the fields t, u, v (float32), prim_id, geom_id (uint32); `out` if
+it is given. The hit is at (1 - u - v) * p0 + u * p1 + v * p2. A miss is (0, 0, 0, INVALID_ID,
+INVALID_ID). Among triangles hit at the same t, the lowest (geom_id, prim_id) is the hit.
+
+Raises TypeError for another dtype, ValueError for another shape or an unsuitable `out`.)";
+
+inline constexpr const char* kOccludedDoc =
+    R"(occluded(self, rays, out=None)
+--
+
+Finds whether rays hit anything. Returns an array of bool, one a ray; `out` if it is given. Rays are
+those of intersect().)";
+
+inline constexpr const char* kCastRaysDoc =
+    R"(cast_rays(self, rays)
+--
+
+Finds the closest hits, with the result of Open3D's RaycastingScene.cast_rays(): a dict of
+
+t_hit:             (N,) float32, inf for a miss
+geometry_ids:      (N,) uint32, INVALID_ID for a miss
+primitive_ids:     (N,) uint32, INVALID_ID for a miss
+primitive_uvs:     (N, 2) float32, 0 for a miss
+primitive_normals: (N, 3) float32, (p1 - p0) x (p2 - p0) with length 1; 0 for a miss. They are
+                   computed from the points as they are in the arrays now: call update() first.
+
+Rays are those of intersect(), which is faster.)";
+
+inline constexpr const char* kTestOcclusionsDoc =
+    R"(test_occlusions(self, rays, tnear=0.0, tfar=None)
+--
+
+Finds whether rays hit anything between tnear and tfar (None: infinite), as Open3D's RaycastingScene does. Returns an
+array of bool, one a ray. Rays of eight numbers have a tnear and tfar of their own.)";
+
+inline constexpr const char* kRenderDoc =
+    R"(render(self, size=(1024, 1024), *, eye=None, target=None, up=(0.0, 1.0, 0.0), fov=45.0, light=None, rays="primary", ao_count=16, ao_distance=0.0)
+--
+
+Renders an image with a pinhole camera and a light, and returns an Image. What is None is chosen so
+that the bounds of the scene fill the image.
+
+size:        (width, height) in pixels, from 1 to 65536 a side and at most 2^28 in all
+eye, target, up, light: three numbers each, in the units of the points
+fov:         vertical, in degrees, between 0 and 180
+rays:        "primary", "shadow" (and a ray to the light from each hit) or "ao" (and
+             ambient-occlusion rays from each hit)
+ao_count:    ambient-occlusion rays a pixel, from 1 to 256
+ao_distance: their length. 0: a quarter of the diagonal of the bounds
+
+Raises Error "bad_input" for an impossible view, "bad_argument" for a size or ao_count of 0, "limit"
+for more.)";
+
+inline constexpr const char* kOnDoc =
+    R"(on(self, device)
+--
+
+A scene over the same arrays with a copy of this tree on another device, at the current pose.
+Afterwards both go their own ways.)";
+inline constexpr const char* kTreeStatisticsDoc =
+    R"(tree_statistics(self)
+--
+
+Reads the tree back from the device, and returns TreeStatistics.)";
+inline constexpr const char* kBoundsDoc =
+    R"((lower, upper), two (3,) float64: of the finite points at the pose of the last update.
+
+lower > upper if there are none.)";
+
+}  // namespace morphray::python

@@ -1,0 +1,243 @@
+from os import PathLike
+from typing import Any, Literal, NamedTuple, Optional, Sequence, Tuple, TypedDict, Union, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+INVALID_ID: int
+ray_dtype: np.dtype[np.void]
+hit_dtype: np.dtype[np.void]
+
+_Path = Union[str, "PathLike[str]"]
+_Point = Union[Sequence[float], NDArray[Any]]
+_Bounds = Union[Sequence[_Point], NDArray[Any]]
+_Indices = Union[NDArray[np.uint32], NDArray[np.int32], NDArray[np.int64], NDArray[np.uint64]]
+_Albedo = Union[NDArray[np.uint8], NDArray[np.uint32]]
+_Rays = Union[NDArray[np.float32], NDArray[np.void]]
+_DeviceLike = Union["Device", Literal["cpu", "vulkan", "brute"]]
+
+class _CastHits(TypedDict):
+    t_hit: NDArray[np.float32]
+    geometry_ids: NDArray[np.uint32]
+    primitive_ids: NDArray[np.uint32]
+    primitive_uvs: NDArray[np.float32]
+    primitive_normals: NDArray[np.float32]
+
+class Error(RuntimeError):
+    code: str
+
+class Device:
+    @staticmethod
+    def cpu(threads: int = 0, simd: str = "") -> Device: ...
+    @staticmethod
+    def vulkan(device: str = "", validate: bool = False) -> Device: ...
+    @staticmethod
+    def brute_force(threads: int = 0, simd: str = "") -> Device: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def description(self) -> str: ...
+
+class VulkanDeviceInfo:
+    @property
+    def index(self) -> int: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def type(self) -> str: ...
+    @property
+    def driver(self) -> str: ...
+    @property
+    def uuid(self) -> str: ...
+    @property
+    def memory_bytes(self) -> int: ...
+    @property
+    def unusable(self) -> str: ...
+
+def vulkan_devices() -> list[VulkanDeviceInfo]: ...
+def simd_targets() -> list[str]: ...
+
+class Update:
+    @property
+    def step(self) -> str: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def cost_ratio(self) -> float: ...
+    @property
+    def build_pending(self) -> bool: ...
+    @property
+    def milliseconds(self) -> float: ...
+    @property
+    def read_ms(self) -> float: ...
+    @property
+    def upload_ms(self) -> float: ...
+    @property
+    def refit_ms(self) -> float: ...
+    @property
+    def decide_ms(self) -> float: ...
+    @property
+    def restructure_ms(self) -> float: ...
+    @property
+    def rebuild_ms(self) -> float: ...
+
+class TreeStatistics:
+    @property
+    def sah_cost(self) -> float: ...
+    @property
+    def node_count(self) -> int: ...
+    @property
+    def leaf_count(self) -> int: ...
+    @property
+    def depth(self) -> int: ...
+    @property
+    def bytes(self) -> int: ...
+    @property
+    def hash(self) -> int: ...
+
+class Mesh(NamedTuple):
+    points: NDArray[np.float32]
+    triangles: _Indices
+    deforms: bool = True
+    albedo: Optional[_Albedo] = None
+
+_MeshLike = Union[
+    Mesh,
+    Tuple[NDArray[np.float32], _Indices],
+    Tuple[NDArray[np.float32], _Indices, bool],
+    Tuple[NDArray[np.float32], _Indices, bool, Optional[_Albedo]],
+]
+
+class Scene:
+    @overload
+    def __init__(
+        self,
+        points: NDArray[np.float32],
+        triangles: _Indices,
+        *,
+        device: _DeviceLike = "cpu",
+        bounds: Optional[_Bounds] = None,
+        update: str = "auto",
+        budget_ms: float = 0.0,
+        budget: float = 0.75,
+        deterministic: bool = False,
+        split: Literal["binned", "sweep"] = "binned",
+        deforms: bool = True,
+        albedo: Optional[_Albedo] = None,
+        refit_on: Optional[_DeviceLike] = None,
+        record_cost_ratio: bool = False,
+    ) -> None: ...
+    @overload
+    def __init__(
+        self,
+        points: Sequence[_MeshLike],
+        triangles: None = None,
+        *,
+        device: _DeviceLike = "cpu",
+        bounds: Optional[_Bounds] = None,
+        update: str = "auto",
+        budget_ms: float = 0.0,
+        budget: float = 0.75,
+        deterministic: bool = False,
+        split: Literal["binned", "sweep"] = "binned",
+        deforms: bool = True,
+        albedo: None = None,
+        refit_on: Optional[_DeviceLike] = None,
+        record_cost_ratio: bool = False,
+    ) -> None: ...
+    def update(
+        self, geom_id: Optional[int] = None, first: int = 0, count: Optional[int] = None
+    ) -> Update: ...
+    def attach(
+        self,
+        points: NDArray[np.float32],
+        triangles: _Indices,
+        deforms: bool = True,
+        albedo: Optional[_Albedo] = None,
+    ) -> int: ...
+    def detach(self, geom_id: int) -> None: ...
+    def last_update(self) -> Update: ...
+    def intersect(self, rays: _Rays, out: Optional[NDArray[np.void]] = None) -> NDArray[np.void]: ...
+    def occluded(self, rays: _Rays, out: Optional[NDArray[np.bool_]] = None) -> NDArray[np.bool_]: ...
+    def cast_rays(self, rays: _Rays) -> _CastHits: ...
+    def test_occlusions(
+        self, rays: _Rays, tnear: float = 0.0, tfar: Optional[float] = None
+    ) -> NDArray[np.bool_]: ...
+    def render(
+        self,
+        size: Tuple[int, int] = (1024, 1024),
+        *,
+        eye: Optional[_Point] = None,
+        target: Optional[_Point] = None,
+        up: _Point = (0.0, 1.0, 0.0),
+        fov: float = 45.0,
+        light: Optional[_Point] = None,
+        rays: Literal["primary", "shadow", "ao"] = "primary",
+        ao_count: int = 16,
+        ao_distance: float = 0.0,
+    ) -> Image: ...
+    def on(self, device: _DeviceLike) -> Scene: ...
+    def tree_statistics(self) -> TreeStatistics: ...
+    @property
+    def device(self) -> Device: ...
+    @property
+    def bounds(self) -> Tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def vertex_count(self) -> int: ...
+
+class Image:
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+    @property
+    def pixels(self) -> NDArray[np.uint8]: ...
+    @property
+    def hits(self) -> NDArray[np.void]: ...
+    @property
+    def occlusion(self) -> NDArray[np.uint32]: ...
+    @property
+    def ray_count(self) -> int: ...
+    @property
+    def trace_ms(self) -> float: ...
+    @property
+    def hits_hash(self) -> int: ...
+    @property
+    def image_hash(self) -> int: ...
+    def save(self, path: _Path) -> None: ...
+
+class HitsWriter:
+    def __init__(self, width: int, height: int) -> None: ...
+    def add(self, image: Image) -> None: ...
+    def write(self, path: _Path) -> None: ...
+
+class ImageHits:
+    @property
+    def width(self) -> int: ...
+    @property
+    def height(self) -> int: ...
+    @property
+    def hits(self) -> NDArray[np.void]: ...
+    @property
+    def occlusion(self) -> NDArray[np.uint32]: ...
+
+def read_hits(path: _Path) -> list[ImageHits]: ...
+
+class Comparison:
+    @property
+    def compared(self) -> int: ...
+    @property
+    def different(self) -> int: ...
+    @property
+    def equal(self) -> bool: ...
+    @property
+    def differences(self) -> NDArray[np.void]: ...
+    def __bool__(self) -> bool: ...
+
+@overload
+def compare(first: Scene, second: Scene, rays: _Rays, keep: int = 10) -> Comparison: ...
+@overload
+def compare(first: Image, second: Image, rays: None = None, keep: int = 10) -> Comparison: ...

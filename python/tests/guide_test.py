@@ -1,0 +1,24 @@
+"""The programs of docs/guide/python.md run."""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+import pytest
+
+PAGE = pathlib.Path(__file__).resolve().parents[2] / "docs/guide/python.md"
+PROGRAMS = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.S)
+
+
+def test_page_has_programs():
+    assert len(PROGRAMS) == 2
+    assert len(PROGRAMS[0].splitlines()) <= 10 and len(PROGRAMS[1].splitlines()) <= 30
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=["first ray", "deforming loop"])
+def test_program_runs(program, tmp_path):
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True,
+                          text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout

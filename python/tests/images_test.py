@@ -1,0 +1,133 @@
+"""Images, files of hits and comparisons."""
+
+import gc
+import pickle
+import struct
+
+import numpy as np
+import pytest
+
+import morphray
+from scenes import assert_same_bits, grid, random_rays, triangle
+
+
+def test_images_equal_those_of_brute_force():
+    points, triangles = grid(10)
+    scene = morphray.Scene(points, triangles)
+    brute = scene.on("brute")
+    for rays in ["primary", "shadow", "ao"]:
+        view = {"size": (40, 30), "rays": rays, "ao_count": 4, "eye": (0.5, 0.4, 2)}
+        image = scene.render(**view)
+        other = brute.render(**view)
+        assert image.hits_hash == other.hits_hash and image.image_hash == other.image_hash
+        assert not morphray.compare(image, other)
+        assert image.ray_count >= 1200
+
+
+def test_arrays_of_an_image():
+    points, triangles = grid(10)
+    image = morphray.Scene(points, triangles).render((40, 30), rays="shadow")
+    assert (image.width, image.height) == (40, 30)
+    assert image.pixels.shape == (30, 40, 4) and image.pixels.dtype == np.uint8
+    assert image.hits.shape == (30, 40) and image.hits.dtype == morphray.hit_dtype
+    assert image.occlusion.shape == (30, 40) and image.occlusion.dtype == np.uint32
+    assert (image.pixels[..., 3] == 255).all()
+    for array in [image.pixels, image.hits, image.occlusion]:
+        assert not array.flags.writeable
+    assert image.pixels.ctypes.data == image.pixels.ctypes.data
+
+
+def test_arrays_outlive_their_image():
+    points, triangles = grid(10)
+    scene = morphray.Scene(points, triangles)
+    pixels = scene.render((40, 30)).pixels
+    expected = scene.render((40, 30)).pixels.copy()
+    gc.collect()
+    assert np.array_equal(pixels, expected)
+
+
+def test_albedo_colours_triangles():
+    points, triangles = triangle()
+    view = {"size": (8, 8), "eye": (0.3, 0.3, 1), "target": (0.3, 0.3, 0), "fov": 10}
+    colours = [np.array([[255, 0, 0]], np.uint8), np.array([0x0000FF], np.uint32)]
+    for albedo in colours:
+        pixels = morphray.Scene(points, triangles, albedo=albedo).render(**view).pixels
+        assert (pixels[..., 0] > 100).all() and not pixels[..., 1:3].any()
+
+
+def test_images_are_saved(tmp_path):
+    image = morphray.Scene(*grid(4)).render((40, 30))
+    for path in [tmp_path / "a.png", str(tmp_path / "b.png")]:
+        image.save(path)
+    data = (tmp_path / "a.png").read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">II", data[16:24]) == (40, 30)
+    with pytest.raises(morphray.Error) as caught:
+        image.save(tmp_path / "no such folder" / "a.png")
+    assert caught.value.code == "output"
+
+
+def test_hits_are_written_and_read(tmp_path):
+    scene = morphray.Scene(*grid(4))
+    image = scene.render((40, 30), rays="shadow")
+    writer = morphray.HitsWriter(40, 30)
+    writer.add(image)
+    writer.add(image)
+    writer.write(tmp_path / "hits")
+    images = morphray.read_hits(tmp_path / "hits")
+    assert len(images) == 2 and (images[0].width, images[0].height) == (40, 30)
+    assert_same_bits(images[1].hits.copy(), image.hits.copy())
+    assert np.array_equal(images[1].occlusion, image.occlusion)
+    hits = images[0].hits
+    del images
+    gc.collect()
+    assert_same_bits(hits.copy(), image.hits.copy())
+    with pytest.raises(morphray.Error) as caught:
+        writer.add(scene.render((4, 4)))
+    assert caught.value.code == "bad_argument"
+    (tmp_path / "bad").write_bytes(b"no hits")
+    for bad in ["bad", "not there"]:
+        with pytest.raises(morphray.Error) as caught:
+            morphray.read_hits(tmp_path / bad)
+        assert caught.value.code == "bad_input"
+
+
+def test_comparisons_are_true_if_anything_differs():
+    points, triangles = grid(10)
+    scene = morphray.Scene(points, triangles)
+    rays = random_rays(points, 500)
+    same = morphray.compare(scene, scene, rays)
+    assert not same and same.equal and same.compared == 500 and len(same.differences) == 0
+    assert str(same) == "500 equal"
+    other = morphray.Scene(points * np.float32(0.5), triangles)
+    different = morphray.compare(scene, other, rays, keep=3)
+    assert different and not different.equal and different.different > 3
+    first = different.differences[0]
+    assert len(different.differences) == 3
+    at = first["index"]
+    assert first["first"] == scene.intersect(rays)[at]
+    assert first["second"] == other.intersect(rays)[at]
+    assert f"{different.different} of 500 differ" in str(different)
+
+
+def test_tree_statistics_are_the_same_on_each_target():
+    scene = morphray.Scene(*grid(20))
+    tree = scene.tree_statistics()
+    other = scene.on(morphray.Device.cpu(simd="scalar")).tree_statistics()
+    assert tree.hash == other.hash
+    assert tree.node_count >= 1 and tree.leaf_count > 1 and tree.depth >= 1
+    assert tree.sah_cost > 0 and tree.bytes > 0
+
+
+def test_bounds_are_those_of_the_points():
+    points, triangles = grid(4)
+    lower, upper = morphray.Scene(points, triangles).bounds
+    assert lower.dtype == np.float64
+    assert np.allclose(lower, points.min(axis=0), atol=1e-6)
+    assert np.allclose(upper, points.max(axis=0), atol=1e-6)
+
+
+def test_errors_are_runtime_errors_with_a_code():
+    with pytest.raises(RuntimeError) as caught:
+        morphray.Device.cpu(threads=-1)
+    copy = pickle.loads(pickle.dumps(caught.value))
+    assert copy.code == "bad_argument" and str(copy) == str(caught.value)

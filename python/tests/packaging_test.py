@@ -1,0 +1,53 @@
+"""The build backend packs what was built, offline."""
+
+import importlib.util
+import pathlib
+import tarfile
+import zipfile
+
+import pytest
+
+import morphray
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def backend(monkeypatch):
+    spec = importlib.util.spec_from_file_location("backend", ROOT / "python/morphray_build.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    # The package that the tests run with, instead of one more build.
+    package = pathlib.Path(morphray.__file__).parent
+    monkeypatch.setattr(module, "_build", lambda settings: package)
+    return module
+
+
+def test_wheel_is_complete(backend, tmp_path):
+    wheel = zipfile.ZipFile(tmp_path / backend.build_wheel(tmp_path))
+    names = wheel.namelist()
+    assert {"morphray/__init__.py", "morphray/__init__.pyi", "morphray/py.typed"} <= set(names)
+    assert any(n.startswith("morphray/_morphray") and n.endswith(".so") for n in names)
+    info = f"morphray-{morphray.__version__}.dist-info"
+    record = wheel.read(f"{info}/RECORD").decode().splitlines()
+    assert [line.split(",")[0] for line in record] == names
+    assert f"Version: {morphray.__version__}\n" in wheel.read(f"{info}/METADATA").decode()
+
+
+def test_metadata_needs_no_build(backend, tmp_path):
+    info = backend.prepare_metadata_for_build_wheel(tmp_path)
+    assert (tmp_path / info / "METADATA").read_text().startswith("Metadata-Version: 2.1\n")
+
+
+def test_unknown_settings_are_refused(backend, tmp_path):
+    with pytest.raises(SystemExit, match="unknown settings: vulkn"):
+        backend.prepare_metadata_for_build_wheel(tmp_path, {"vulkn": "OFF"})
+
+
+def test_source_archive_has_the_backend(backend, tmp_path):
+    if not (ROOT / ".git").exists():
+        return  # this is such an archive
+    archive = tarfile.open(tmp_path / backend.build_sdist(tmp_path))
+    root = f"morphray-{morphray.__version__}"
+    assert {f"{root}/PKG-INFO", f"{root}/pyproject.toml", f"{root}/python/morphray_build.py",
+            f"{root}/CMakeLists.txt"} <= set(archive.getnames())

@@ -1,0 +1,300 @@
+"""Arguments that do not fit are refused with a reason."""
+
+import copy
+import random
+
+import numpy as np
+import pytest
+
+import morphray
+from scenes import DOWN, grid, triangle
+
+POINTS, TRIANGLES = triangle()
+
+BAD_POINTS = [
+    (POINTS.tolist(), TypeError, "points: a numpy.ndarray is needed, not list"),
+    (None, TypeError, "not NoneType"),
+    (POINTS.astype(np.float64), TypeError, "points: dtype float32 .* not <f8"),
+    (POINTS.astype(">f4"), TypeError, "native byte order is needed, not >f4"),
+    (POINTS.astype(np.int32), TypeError, "not <i4"),
+    (POINTS.astype(object), TypeError, "dtype float32"),
+    (POINTS.astype(np.complex64), TypeError, "dtype float32"),
+    (POINTS.ravel(), ValueError, r"points: a shape of \(V, 3\) is needed, not \(9,\)"),
+    (POINTS.reshape(1, 3, 3), ValueError, "a shape of"),
+    (POINTS[:, :2], ValueError, "a shape of"),
+    (np.zeros((3, 4), np.float32), ValueError, r"a slice \[:, :3\] is read in place"),
+    (np.float32(1), TypeError, "a numpy.ndarray is needed"),
+    (np.array(1, np.float32), ValueError, "a shape of"),
+    (np.asfortranarray(np.zeros((4, 3), np.float32)), ValueError, "next to each other"),
+    (POINTS[::-1], ValueError, "points must follow each other"),
+    (POINTS[:, ::-1], ValueError, "next to each other"),
+    (np.broadcast_to(POINTS[:1], (3, 3)), ValueError, "points must follow each other"),
+    (
+        np.lib.stride_tricks.as_strided(np.zeros(12, np.float32), (4, 3), (8, 4)),
+        ValueError,
+        "12 bytes apart",
+    ),
+]
+
+
+@pytest.mark.parametrize("points, error, reason", BAD_POINTS)
+def test_bad_points(points, error, reason):
+    with pytest.raises(error, match=reason):
+        morphray.Scene(points, TRIANGLES)
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    with pytest.raises(error, match=reason):
+        scene.attach(points, TRIANGLES)
+    with pytest.raises(error, match="mesh 1: "):
+        morphray.Scene([(POINTS, TRIANGLES), (points, TRIANGLES)])
+
+
+@pytest.mark.parametrize(
+    "triangles, error, reason",
+    [
+        ([[0, 1, 2]], TypeError, "triangles: a numpy.ndarray is needed, not list"),
+        (TRIANGLES.astype(np.float32), TypeError, "dtype uint32, int32, uint64 or int64"),
+        (TRIANGLES.astype(np.uint8), TypeError, "dtype"),
+        (TRIANGLES.ravel(), ValueError, r"a shape of \(T, 3\) is needed, not \(3,\)"),
+        (np.zeros((1, 4), np.uint32), ValueError, r"\(1, 4\)"),
+        (np.array([[0, 1, 3]], np.uint32), morphray.Error, "triangle 0 has vertex 3"),
+        (np.array([[0, 1, 2], [0, -1, 2]]), morphray.Error, "triangle 1 has vertex -1"),
+        (np.array([[0, 1, 2**32]]), morphray.Error, "triangle 0 has vertex 4294967296"),
+    ],
+)
+def test_bad_triangles(triangles, error, reason):
+    with pytest.raises(error, match=reason) as caught:
+        morphray.Scene(POINTS, triangles)
+    if error is morphray.Error:
+        assert caught.value.code == "bad_input"
+
+
+@pytest.mark.parametrize(
+    "rays, error, reason",
+    [
+        ([0, 0, 1, 0, 0, -1], TypeError, "rays: a numpy.ndarray is needed, not list"),
+        (DOWN.astype(np.float64), TypeError, "rays: dtype float32 or morphray.ray_dtype"),
+        (DOWN.astype(">f4"), TypeError, "not >f4"),
+        (DOWN[0], ValueError, r"a shape of \(N, 6\) or \(N, 8\) is needed, not \(6,\)"),
+        (np.zeros((4, 7), np.float32), ValueError, r"\(4, 7\)"),
+        (np.zeros((6, 4), np.float32), ValueError, r"\(6, 4\)"),
+        (np.zeros(3, [("org", "f4", 3), ("dir", "f4", 3)]), TypeError, "rays: dtype"),
+    ],
+)
+def test_bad_rays(rays, error, reason):
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    for call in [scene.intersect, scene.occluded, scene.cast_rays, scene.test_occlusions]:
+        with pytest.raises(error, match=reason):
+            call(rays)
+    with pytest.raises(error, match=reason):
+        morphray.compare(scene, scene, rays)
+
+
+def test_bad_out():
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    rays = np.zeros((4, 8), np.float32)
+    read_only = np.empty(4, morphray.hit_dtype)
+    read_only.flags.writeable = False
+    unaligned = np.empty(81, np.uint8)[1:].view(morphray.hit_dtype)
+    shared = np.zeros((6, 8), np.float32)
+    for out, error, reason in [
+        ([], TypeError, "out: a numpy.ndarray is needed"),
+        (np.empty(4, np.float32), TypeError, "out: dtype"),
+        (np.empty(4, bool), TypeError, "out: dtype"),
+        (np.empty(5, morphray.hit_dtype), ValueError, r"\(4,\) is needed.* not \(5,\)"),
+        (np.empty((4, 1), morphray.hit_dtype), ValueError, "as the rays have"),
+        (np.empty(8, morphray.hit_dtype)[::2], ValueError, "C-contiguous"),
+        (unaligned, ValueError, "aligned to 4 bytes"),
+        (read_only, ValueError, "read-only"),
+    ]:
+        with pytest.raises(error, match=reason):
+            scene.intersect(rays, out)
+    with pytest.raises(ValueError, match="shares memory"):
+        scene.intersect(shared[:4], shared.ravel()[20:40].view(morphray.hit_dtype))
+    with pytest.raises(TypeError, match="out: dtype bool"):
+        scene.occluded(rays, np.empty(4, np.uint8))
+
+
+@pytest.mark.parametrize(
+    "options, error, reason",
+    [
+        ({"device": "gpu"}, ValueError, '"gpu" is none of "cpu", "vulkan" and "brute"'),
+        ({"device": 3}, TypeError, "device: "),
+        ({"refit_on": "none"}, ValueError, "refit_on: "),
+        ({"bounds": 3}, TypeError, "bounds: "),
+        ({"bounds": (1, 2, 3)}, ValueError, "bounds: "),
+        ({"bounds": ((0, 0, 0), (1, 1))}, ValueError, r"bounds\[1\]: three numbers"),
+        ({"bounds": ("abc", (1, 1, 1))}, TypeError, r"bounds\[0\]: three numbers"),
+        ({"bounds": ((0, 0, 0), (1, None, 1))}, TypeError, r"bounds\[1\]: three numbers"),
+        ({"bounds": ((1, 1, 1), (0, 0, 0))}, morphray.Error, "lower <= upper"),
+        ({"bounds": ((0, 0, 0), (1, 1, np.inf))}, morphray.Error, "finite"),
+        ({"update": "sometimes"}, ValueError, "update: "),
+        ({"update": "every:"}, ValueError, "no number"),
+        ({"update": "every:3x"}, ValueError, "no number"),
+        ({"update": "every:0"}, morphray.Error, ""),
+        ({"update": "refit", "budget_ms": 2}, ValueError, "takes no budget_ms"),
+        ({"update": "auto", "budget_ms": -1}, morphray.Error, "negative"),
+        ({"split": "fast"}, ValueError, "split: "),
+        ({"albedo": [1]}, TypeError, "albedo: "),
+        ({"albedo": np.zeros((1, 3), np.float32)}, TypeError, "albedo: dtype"),
+        ({"albedo": np.zeros((1, 4), np.uint8)}, ValueError, r"albedo: a shape of \(T, 3\)"),
+        ({"albedo": np.zeros((1, 3), np.uint32)}, ValueError, r"albedo: a shape of \(T,\)"),
+        ({"albedo": np.zeros(2, np.uint32)}, morphray.Error, "2 colours for 1 triangles"),
+        ({"colour": 1}, TypeError, ""),
+    ],
+)
+def test_bad_options(options, error, reason):
+    with pytest.raises(error, match=reason):
+        morphray.Scene(POINTS, TRIANGLES, **options)
+
+
+@pytest.mark.parametrize(
+    "meshes, error",
+    [
+        (3, TypeError),
+        ([3], TypeError),
+        ([(POINTS,)], ValueError),
+        ([(POINTS, TRIANGLES, True, None, 1)], ValueError),
+        ([(POINTS, TRIANGLES, None)], TypeError),
+        (POINTS, TypeError),
+    ],
+)
+def test_bad_lists_of_meshes(meshes, error):
+    with pytest.raises(error):
+        morphray.Scene(meshes)
+
+
+def test_albedo_belongs_into_the_meshes_of_a_list():
+    with pytest.raises(TypeError, match="into each mesh"):
+        morphray.Scene([(POINTS, TRIANGLES)], albedo=np.zeros(1, np.uint32))
+
+
+@pytest.mark.parametrize(
+    "arguments, error",
+    [
+        ((-1,), ValueError),
+        ((2**32,), ValueError),
+        ((0.5,), TypeError),
+        ((0, -1), ValueError),
+        ((0, 0, -1), ValueError),
+        ((None, 1), TypeError),
+        ((None, 0, 1), TypeError),
+        ((1,), morphray.Error),
+    ],
+)
+def test_bad_ranges(arguments, error):
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    with pytest.raises(error):
+        scene.update(*arguments)
+
+
+@pytest.mark.parametrize(
+    "options, error",
+    [
+        ({"size": 3}, TypeError),
+        ({"size": (3,)}, TypeError),
+        ({"size": (3, -1)}, ValueError),
+        ({"size": (3.5, 1)}, TypeError),
+        ({"size": (0, 1)}, morphray.Error),
+        ({"size": (10**6, 1)}, morphray.Error),
+        ({"eye": (1, 2)}, ValueError),
+        ({"eye": 1}, TypeError),
+        ({"eye": (0, 0, 0), "target": (0, 0, 0)}, morphray.Error),
+        ({"eye": (0, 0, float("nan"))}, morphray.Error),
+        ({"rays": "many"}, ValueError),
+        ({"fov": 180}, morphray.Error),
+        ({"ao_count": 0, "rays": "ao"}, morphray.Error),
+        ({"ao_count": -1}, ValueError),
+        ({"ao_distance": "far"}, TypeError),
+    ],
+)
+def test_bad_views(options, error):
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    with pytest.raises(error):
+        scene.render(**{"size": (4, 4), **options})
+
+
+def test_bad_devices():
+    for call, code in [
+        (lambda: morphray.Device.cpu(threads=-1), "bad_argument"),
+        (lambda: morphray.Device.cpu(simd="mmx"), "bad_argument"),
+        (lambda: morphray.Device.vulkan("no such device"), "unavailable"),
+    ]:
+        with pytest.raises(morphray.Error) as caught:
+            call()
+        assert caught.value.code == code
+    with pytest.raises(TypeError):
+        morphray.Device()
+
+
+def test_bad_comparisons():
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    image = scene.render((4, 4))
+    with pytest.raises(TypeError, match="need rays"):
+        morphray.compare(scene, scene)
+    with pytest.raises(TypeError, match="take no rays"):
+        morphray.compare(image, image, DOWN)
+    with pytest.raises(TypeError, match="two scenes or two images"):
+        morphray.compare(scene, image)
+    with pytest.raises(morphray.Error):
+        morphray.compare(image, scene.render((4, 5)))
+
+
+def test_objects_that_were_not_initialised_are_refused(tmp_path):
+    scene = morphray.Scene.__new__(morphray.Scene)
+    for work in [
+        scene.update, scene.tree_statistics, scene.last_update, scene.render,
+        lambda: scene.intersect(DOWN), lambda: scene.cast_rays(DOWN), lambda: scene.device,
+        lambda: scene.on("cpu"), lambda: scene.detach(0),
+        lambda: scene.attach(POINTS, TRIANGLES), lambda: repr(scene),
+        lambda: morphray.compare(morphray.Scene([]), scene, DOWN),
+        lambda: morphray.HitsWriter.__new__(morphray.HitsWriter).write(tmp_path / "hits"),
+    ]:
+        with pytest.raises(TypeError, match="has not been called"):
+            work()
+    for name in ["Comparison", "Device", "Image", "ImageHits", "TreeStatistics", "Update",
+                 "VulkanDeviceInfo"]:
+        cls = getattr(morphray, name)
+        for work in [cls, lambda: cls.__new__(cls)]:
+            with pytest.raises(TypeError, match="made by other calls"):
+                work()
+    with pytest.raises(TypeError):
+        copy.copy(morphray.Scene([]))
+
+
+@pytest.mark.filterwarnings("ignore:The truth value of an empty array")
+def test_any_arguments_are_refused_or_accepted():
+    """Calls with arguments of all kinds end with a result or with an exception of ours."""
+    choose = random.Random(5)
+    points, triangles = grid(3)
+    scene = morphray.Scene(points, triangles)
+    values = [
+        None, 0, -1, 3.5, "x", b"y", [], (), (1, 2, 3), (4, 4), points, triangles, np.array(3),
+        np.zeros((0, 3), np.float32), np.zeros((2, 0), np.float32), float("nan"), 1e300, 2**70,
+        True, scene, object(), np.zeros((3, 3)), points[::-1], np.zeros((5, 16), np.float32)[:, ::2],
+        np.zeros((4, 6), np.float32), np.zeros(4, morphray.hit_dtype),
+        np.zeros(4, morphray.ray_dtype), "cpu", {}, np.ma.zeros((3, 3), np.float32),
+        np.zeros((3, 3), "S3"), np.zeros((1, 3), object),
+    ]
+    methods = ["update", "intersect", "occluded", "cast_rays", "test_occlusions", "on", "attach",
+               "detach", "last_update", "tree_statistics"]
+    keywords = ["device", "bounds", "update", "budget_ms", "split", "albedo", "refit_on", "deforms"]
+    calls = [getattr(scene, name) for name in methods]
+    calls += [morphray.Scene, morphray.compare, morphray.HitsWriter, morphray.read_hits]
+    calls.append(lambda *a: scene.render((4, 4), **dict(zip(["eye", "target", "up", "fov"], a))))
+    calls.append(lambda *a: morphray.Scene(points, triangles,
+                                           **{choose.choice(keywords): value for value in a}))
+    refused = 0
+    for _ in range(3000):
+        arguments = [choose.choice(values) for _ in range(choose.randrange(4))]
+        try:
+            choose.choice(calls)(*arguments)
+        except (TypeError, ValueError, morphray.Error):
+            refused += 1
+    assert refused > 1000
+    assert morphray.Scene(points, triangles).intersect(DOWN)["prim_id"] != morphray.INVALID_ID
+
+
+def test_eight_numbers_with_limits_are_refused():
+    scene = morphray.Scene(*grid(2))
+    with pytest.raises(ValueError, match="tnear and tfar"):
+        scene.test_occlusions(np.zeros((1, 8), np.float32), tfar=1)

@@ -1,0 +1,212 @@
+"""The GIL is released while work runs, and calls that do not go together are told so."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import morphray
+from scenes import assert_same_bits, grid, random_rays
+
+
+class Counter:
+    """Counts in a thread of its own, which needs the GIL."""
+
+    def __enter__(self):
+        self.count = 0
+        self._end = False
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+        return self
+
+    def _run(self):
+        while not self._end:
+            self.count += 1
+            time.sleep(0.0005)
+
+    def __exit__(self, *_):
+        self._end = True
+        self._thread.join()
+
+
+def counted_during(work):
+    with Counter() as counter:
+        before = counter.count
+        start = time.perf_counter()
+        work()
+        seconds = time.perf_counter() - start
+        return counter.count - before, seconds
+
+
+def assert_gil_is_released(work):
+    """A call that held the GIL would let the other thread count once or twice, at its ends."""
+    counted, seconds = counted_during(work)
+    assert seconds > 0.02, "too short to tell"
+    assert counted > 5
+
+
+@pytest.fixture(scope="module")
+def large():
+    return grid(500)
+
+
+@pytest.fixture(scope="module")
+def brute():
+    points, triangles = grid(100)
+    return morphray.Scene(points, triangles, device=morphray.Device.brute_force(threads=1))
+
+
+def test_build_releases_the_gil(large):
+    device = morphray.Device.cpu(threads=1)
+    assert_gil_is_released(lambda: morphray.Scene(*large, device=device, split="sweep"))
+
+
+def test_update_releases_the_gil(large):
+    points, triangles = large
+    points = points.copy()
+    device = morphray.Device.cpu(threads=1)
+    scene = morphray.Scene(points, triangles, device=device, update="rebuild", split="sweep")
+    points[:, 2] *= 2
+    assert_gil_is_released(scene.update)
+
+
+def test_queries_release_the_gil(brute):
+    rays = random_rays(grid(100)[0], 3000)
+    for call in [brute.intersect, brute.occluded, brute.cast_rays]:
+        assert_gil_is_released(lambda: call(rays))
+    assert_gil_is_released(lambda: morphray.compare(brute, brute, rays))
+    assert_gil_is_released(lambda: brute.render((64, 64)))
+
+
+def test_many_threads_may_query_one_scene():
+    points, triangles = grid(50)
+    scene = morphray.Scene(points, triangles)
+    rays = random_rays(points, 5000)
+    expected = scene.intersect(rays)
+    failures = []
+
+    def query():
+        try:
+            for _ in range(10):
+                assert_same_bits(scene.intersect(rays), expected)
+                scene.cast_rays(rays[:100])
+                scene.render((8, 8))
+        except BaseException as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=query) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failures
+
+
+def run_until(is_enough, works):
+    """Runs each work in a thread of its own, again and again; returns the codes of its errors."""
+    end = threading.Event()
+    codes = [set() for _ in works]
+
+    def run(work, seen):
+        while not end.is_set():
+            try:
+                work()
+            except morphray.Error as error:
+                seen.add(error.code)
+            except BaseException as error:
+                seen.add(repr(error))
+
+    threads = [threading.Thread(target=run, args=pair) for pair in zip(works, codes)]
+    for thread in threads:
+        thread.start()
+    deadline = time.monotonic() + 60
+    while not is_enough(codes) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    end.set()
+    for thread in threads:
+        thread.join()
+    return codes
+
+
+def test_points_may_change_during_an_update():
+    """The hits of that update are any, but nothing breaks, and the next update is right."""
+    points, triangles = grid(60)
+    rest = points.copy()
+    rays = random_rays(points, 1000)
+    scene = morphray.Scene(points, triangles, update="every:3")
+    expected = morphray.Scene(rest, triangles).intersect(rays)
+    end = threading.Event()
+
+    def write():
+        random = np.random.default_rng(1)
+        while not end.is_set():
+            points[:] = random.normal(size=points.shape) * 10.0 ** random.integers(-30, 30)
+            points[random.integers(len(points), size=50)] = [np.nan, np.inf, 0]
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    for _ in range(200):
+        scene.update()
+        scene.cast_rays(rays)
+    end.set()
+    writer.join()
+    points[:] = rest
+    scene.update()
+    twin = morphray.Scene(rest, triangles)
+    assert np.count_nonzero(expected["prim_id"] != morphray.INVALID_ID) > 300
+    assert scene.bounds[0].tolist() == pytest.approx(twin.bounds[0].tolist(), abs=1e-6)
+    assert_same_bits(scene.intersect(rays), expected)
+
+
+def test_second_update_is_busy(large):
+    scene = morphray.Scene(*large, update="rebuild")
+
+    def change():
+        large[0][0, 2] += np.float32(0.001)
+        scene.update()
+
+    codes = run_until(lambda seen: any(seen), [change, change])
+    assert set().union(*codes) == {"busy"}
+    scene.update()
+
+
+def test_query_during_an_update_is_busy(large):
+    points, triangles = large
+    points = points.copy()
+    scene = morphray.Scene(points, triangles, update="rebuild")
+    rays = random_rays(points, 2000)
+
+    def change():
+        points[0, 2] += np.float32(0.001)
+        scene.update()
+
+    codes = run_until(lambda seen: seen[1], [change, lambda: scene.cast_rays(rays)])
+    assert codes[0] <= {"busy"} and codes[1] == {"busy"}
+    scene.update()
+    assert scene.intersect(rays).shape == (2000,)
+
+
+def test_scenes_of_one_device_are_independent():
+    device = morphray.Device.cpu()
+    failures = []
+
+    def work(seed):
+        try:
+            points, triangles = grid(20, seed)
+            scene = morphray.Scene(points, triangles, device=device)
+            rays = random_rays(points, 500)
+            for _ in range(5):
+                points[:, 2] *= np.float32(1.1)
+                scene.update()
+                twin = scene.on("brute")
+                assert not morphray.compare(scene, twin, rays)
+        except BaseException as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=work, args=(seed,)) for seed in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failures

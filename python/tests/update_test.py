@@ -1,0 +1,257 @@
+"""Arrays that are borrowed, and trees that follow them."""
+
+import gc
+import sys
+import tracemalloc
+import weakref
+
+import numpy as np
+import pytest
+
+import morphray
+from scenes import DOWN, assert_same_bits, brute_force, grid, random_rays, triangle
+
+BOUNDS = ((-2, -2, -2), (3, 3, 3))
+
+
+def test_update_reads_the_array_in_place():
+    points, triangles = triangle()
+    scene = morphray.Scene(points, triangles, bounds=BOUNDS)
+    address = points.ctypes.data
+    points[:, 2] = -1
+    assert scene.intersect(DOWN)["t"] == 1  # until the update
+    assert scene.update().step == "refit"
+    assert scene.intersect(DOWN)["t"] == 2
+    assert points.ctypes.data == address
+    assert scene.update().step == "keep"
+
+
+def test_points_are_not_copied():
+    points = np.zeros((1_000_000, 3), np.float32)
+    triangles = np.array([[0, 1, 2]], np.uint32)
+    tracemalloc.start()  # numpy reports its arrays to it
+    scene = morphray.Scene(points, triangles)
+    scene.update()
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 100_000
+
+
+@pytest.mark.parametrize("update", ["auto", "refit", "rebuild", "every:2"])
+def test_each_policy_gives_the_hits_of_brute_force(update):
+    points, triangles = grid(16)
+    rays = random_rays(points, 1000)
+    scene = morphray.Scene(points, triangles, update=update, bounds=BOUNDS)
+    random = np.random.default_rng(3)
+    steps = []
+    for _ in range(4):
+        points += random.normal(size=points.shape).astype(np.float32) * 0.05
+        done = scene.update()
+        steps.append(done.step)
+        assert done.reason and done.milliseconds >= done.read_ms >= 0
+        assert_same_bits(
+            scene.intersect(rays), brute_force(points, triangles, rays, bounds=BOUNDS)
+        )
+    expected = {"refit": ["refit"] * 4, "rebuild": ["rebuild"] * 4}
+    assert steps == expected.get(update, steps)
+
+
+def test_update_tells_what_it_did():
+    points, triangles = grid(16)
+    scene = morphray.Scene(points, triangles, update="refit", record_cost_ratio=True)
+    np.random.default_rng(1).shuffle(points)
+    done = scene.update()
+    assert done.cost_ratio not in (0, 1) and not done.build_pending
+    parts = ["read_ms", "upload_ms", "refit_ms", "decide_ms", "restructure_ms", "rebuild_ms"]
+    assert done.milliseconds == pytest.approx(sum(getattr(done, part) for part in parts))
+    assert scene.last_update().step == "refit"
+    assert "refit" in repr(done)
+    assert morphray.Scene(points, triangles, update="refit").update().cost_ratio == 1
+
+
+def test_part_of_a_mesh_is_updated_alone():
+    points, triangles = grid(8)
+    rays = random_rays(points, 1000)
+    scene = morphray.Scene(points, triangles, bounds=BOUNDS)
+    old = points.copy()
+    points += np.float32(0.25)
+    scene.update(0, 10, 20)
+    old[10:30] += np.float32(0.25)
+    assert_same_bits(scene.intersect(rays), brute_force(old, triangles, rays, bounds=BOUNDS))
+    scene.update(0, 5)
+    old[5:] = points[5:]
+    assert_same_bits(scene.intersect(rays), brute_force(old, triangles, rays, bounds=BOUNDS))
+    scene.update(geom_id=0)
+    assert_same_bits(scene.intersect(rays), brute_force(points, triangles, rays, bounds=BOUNDS))
+    for bad in [(1,), (0, 10**6, 1), (0, 0, 10**6)]:
+        with pytest.raises(morphray.Error) as caught:
+            scene.update(*bad)
+        assert caught.value.code == "bad_argument"
+
+
+def test_field_of_a_structured_array_is_read_in_place():
+    points, triangles = grid(8)
+    rays = random_rays(points, 1000)
+    vertices = np.zeros(len(points), [("normal", "i1", 5), ("position", "f4", (3,))])
+    vertices["position"] = points
+    scene = morphray.Scene(vertices["position"], triangles, bounds=BOUNDS)
+    vertices["position"][:, 2] += np.float32(0.5)
+    scene.update()
+    points[:, 2] += np.float32(0.5)
+    assert_same_bits(scene.intersect(rays), brute_force(points, triangles, rays, bounds=BOUNDS))
+
+
+def test_slices_are_read_in_place():
+    points, triangles = grid(8)
+    rays = random_rays(points, 1000)
+    four = np.zeros((2 * len(points), 4), np.float32)
+    view = four[::2, :3]
+    scene = morphray.Scene(view, triangles, bounds=BOUNDS)
+    four[::2, :3] = points
+    scene.update()
+    assert_same_bits(scene.intersect(rays), brute_force(points, triangles, rays, bounds=BOUNDS))
+
+
+def test_read_only_points_are_fine():
+    points, triangles = triangle()
+    points.flags.writeable = False
+    assert morphray.Scene(points, triangles).intersect(DOWN)["prim_id"] == 0
+
+
+def test_scene_keeps_the_array_that_its_caller_forgot():
+    points, triangles = grid(8)
+    rays = random_rays(points, 1000)
+    expected = brute_force(points, triangles, rays)
+    alive = weakref.ref(points)
+    scene = morphray.Scene(points, triangles)
+    twin = scene.on("brute")
+    del points, triangles
+    gc.collect()
+    assert alive() is not None
+    scene.update()
+    assert_same_bits(scene.intersect(rays), expected)
+    del scene
+    assert alive() is not None
+    twin.update()
+    assert_same_bits(twin.intersect(rays), expected)
+    del twin
+    assert alive() is None
+
+
+def test_detached_arrays_are_let_go_by_the_next_update():
+    points, triangles = triangle()
+    other = points.copy()
+    scene = morphray.Scene(points, triangles)
+    count = sys.getrefcount(other)
+    geom_id = scene.attach(other, triangles)
+    scene.update()
+    assert sys.getrefcount(other) > count
+    scene.detach(geom_id)
+    assert sys.getrefcount(other) > count
+    assert scene.update().step == "build"
+    assert sys.getrefcount(other) == count
+
+
+def test_failed_build_keeps_no_array():
+    points, _ = triangle()
+    count = sys.getrefcount(points)
+    with pytest.raises(morphray.Error):
+        morphray.Scene(points, np.array([[0, 1, 9]], np.uint32))
+    assert sys.getrefcount(points) == count
+
+
+def test_arrays_of_a_scene_cannot_be_resized():
+    points, triangles = triangle()
+    scene = morphray.Scene(points, triangles)
+    base = np.zeros((4, 3), np.float32)
+    scene.attach(base[1:], triangles)
+    for array in [points, base]:
+        with pytest.raises(ValueError):
+            array.resize((1000, 3), refcheck=False)
+    scene.update()
+
+
+@pytest.mark.filterwarnings("ignore:Assigning the 'data' attribute")
+def test_array_with_other_memory_is_refused_until_it_is_attached_again():
+    points, triangles = triangle()
+    scene = morphray.Scene(points, triangles)
+    points.data = memoryview(np.full((3, 3), 7, np.float32)).cast("B")
+    with pytest.raises(ValueError, match="attach it again"):
+        scene.update()
+    with pytest.raises(ValueError, match="attach it again"):
+        scene.cast_rays(DOWN)
+    scene.detach(0)
+    scene.attach(points, triangles)
+    assert scene.update().step == "build"
+    assert scene.bounds[0].tolist() == [7, 7, 7]
+
+
+def test_several_meshes():
+    first, triangles = triangle()
+    second = first + np.float32([0, 0, 0.5])
+    third = first + np.float32([0, 0, -1])
+    scene = morphray.Scene([(first, triangles), morphray.Mesh(second, triangles, deforms=False)])
+    assert scene.triangle_count == 2 and scene.vertex_count == 6
+    assert scene.intersect(DOWN)["geom_id"] == 1
+    second[:, 2] = -5
+    assert scene.update().step == "keep"
+    assert scene.intersect(DOWN)["t"] == 0.5
+    scene.detach(1)
+    assert scene.attach(third, triangles) == 1
+    assert scene.attach(second, triangles) == 2
+    assert scene.intersect(DOWN)["t"] == 0.5  # until the update
+    assert scene.update().step == "build"
+    cast = scene.cast_rays(DOWN)
+    assert cast["geometry_ids"] == 0 and cast["primitive_normals"].tolist() == [[0, 0, 1]]
+    scene.detach(0)
+    scene.update()
+    assert scene.cast_rays(DOWN)["geometry_ids"] == 1
+    with pytest.raises(morphray.Error) as caught:
+        scene.detach(0)
+    assert caught.value.code == "bad_argument"
+
+
+def test_scenes_without_triangles_have_no_hits():
+    no_points = np.empty((0, 3), np.float32)
+    no_triangles = np.empty((0, 3), np.uint32)
+    for scene in [
+        morphray.Scene(no_points, no_triangles),
+        morphray.Scene(triangle()[0], no_triangles),
+        morphray.Scene([]),
+    ]:
+        scene.update()
+        assert scene.intersect(DOWN)["prim_id"] == morphray.INVALID_ID
+        assert scene.cast_rays(DOWN)["t_hit"] == np.inf
+        assert not scene.occluded(DOWN)
+        assert scene.render((4, 4)).hits["prim_id"].min() == morphray.INVALID_ID
+    assert (morphray.Scene([]).bounds[0] > morphray.Scene([]).bounds[1]).all()
+
+
+def test_points_that_are_not_finite_make_their_triangles_unhittable():
+    points, triangles = grid(8)
+    rays = random_rays(points, 1000)
+    points[10] = np.nan
+    points[40, 1] = np.inf
+    scene = morphray.Scene(points, triangles)
+    hits = scene.intersect(rays)
+    assert_same_bits(hits, brute_force(points, triangles, rays))
+    gone = np.isin(triangles, [10, 40]).any(axis=1)
+    assert not gone[hits["prim_id"][hits["prim_id"] != morphray.INVALID_ID]].any()
+    points[:] = np.nan
+    scene.update()
+    assert not scene.occluded(rays).any()
+
+
+@pytest.mark.parametrize("dtype", ["u4", "i4", "u8", "i8", ">u4"])
+def test_triangles_of_each_integer_type(dtype):
+    points, triangles = grid(8)
+    rays = random_rays(points, 200)
+    if dtype.startswith(">"):
+        with pytest.raises(TypeError, match="native byte order"):
+            morphray.Scene(points, triangles.astype(dtype))
+        return
+    other = np.asfortranarray(triangles.astype(dtype))
+    scene = morphray.Scene(points, other)
+    other[:] = 0  # they were copied
+    scene.update()
+    assert_same_bits(scene.intersect(rays), brute_force(points, triangles, rays))
