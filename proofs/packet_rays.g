@@ -2,12 +2,16 @@
 #
 #   bounds       a camera's ray from the middle of its pixel: pixel_error, find_ray_error; a point's in
 #                the plane: (28 + 20 s) s u (NearDirections), point_error(most) on a device; 1 / (tfar
-#                z): kEndError of itself
+#                z): kEndError of itself; a stored ray from its place: place_error_of; 1 / (t z) of a
+#                hit: hit_depth_error
 #   code         pixel_error (cpu/packet/camera/camera_packet_maker-inl.h), find_ray_error (shaders/packet/camera_packet.comp),
 #                NearDirections (cpu/packet/light/light_packet_directions-inl.h), make_light_block, place_error
 #                (cpu/packet/light/light_packet_maker-inl.h), point_error, sheared_point (shaders/packet/light_packet_axes.glsl),
-#                set_frame (shaders/packet/light_packet.comp)
-#   constants    kDirectionRounding (1.03 u, device), kPointError, kPointErrorOfPlace, kEndError
+#                set_frame (shaders/packet/light_packet.comp), place_error_of
+#                (cpu/packet/camera/stored_packet_maker-inl.h), hit_depth_error
+#                (cpu/packet/camera/camera_packet_deferred-inl.h)
+#   constants    kDirectionRounding (1.03 u, device), kPointError, kPointErrorOfPlace, kEndError,
+#                kStoredPlaceRounding, kHitDepthRounding, kHitDotRounding
 #   inputs       camera: e = (e0, e1, e2) the error of a direction in the frame's rows, |X| <= 7.5 on a
 #                device. Points: |d| components below 2, |x / z|, |y / z| <= s <= 2, z > 1/4; shears
 #                up to 1, axes of length 1
@@ -23,6 +27,9 @@
 # step: kPointError 0.5
 # step: kPointErrorOfPlace 0.5
 # step: kEndError 0.5
+# step: kStoredPlaceRounding 0.5
+# step: kHitDepthRounding 0.5
+# step: kHitDotRounding 0.5
 
 ## lemma: a camera's direction: products p, q and sums s, t
 { ((c + a * (1 + p)) * (1 + s) + b * (1 + q)) * (1 + t) - (c + a + b)
@@ -75,3 +82,15 @@ z = (5 + 19.6 * s) * 0x1.001p-24;
 host = (1 + c) * (1 + d) * (1 + e) * (1 + z) - 1;
 { |a| <= 0x5p-24 /\ |b| <= 0x5p-24 /\ |c| <= @kRounding@ /\ |d| <= @kRounding@ /\ |e| <= @kRounding@
   /\ s in [0, 2] -> |device / @kEndError@| <= 1 /\ |host / @kEndError@| <= 1 }
+
+## lemma: a stored ray: rows[0] d has three roundings in double and one of the difference, X (rows[2] d) five
+four = (1 + a) * (1 + b) * (1 + c) * (1 + d) - 1;
+five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + e) - 1;
+{ |a| <= 0x1p-53 /\ |b| <= 0x1p-53 /\ |c| <= 0x1p-53 /\ |d| <= 0x1p-53 /\ |e| <= 0x1p-53
+  -> |four / @kStoredPlaceRounding@| <= 1 /\ |five / @kStoredPlaceRounding@| <= 1 }
+
+## lemma: z of a hit: a row, a product and three sums; 1 / (t z): a product and a quotient
+five = (1 + a) * (1 + b) * (1 + c) * (1 + d) * (1 + e) - 1;
+two = (1 + a) * (1 + b) - 1;
+{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ /\ |d| <= @kRounding@
+  /\ |e| <= @kRounding@ -> |five / @kHitDotRounding@| <= 1 /\ |two / @kHitDepthRounding@| <= 1 }

@@ -37,6 +37,12 @@ SHARED_CONST float kPointError = 1.1920928955078125e-07f;
 SHARED_CONST float kPointErrorOfPlace = 9.5367431640625e-07f;
 // The error of 1 / z at a ray's end, by itself: 2^-18.
 SHARED_CONST float kEndError = 3.814697265625e-06f;
+// The error of a stored ray's place, by the magnitudes of its sums in double: 2^-50.
+SHARED_CONST float kStoredPlaceRounding = 8.8817841970012523233890533447265625e-16f;
+// The error of 1 / (t z) by product and quotient, 2^-22, and of z by the magnitudes of its sum:
+// 2^-21.
+SHARED_CONST float kHitDepthRounding = 2.384185791015625e-07f;
+SHARED_CONST float kHitDotRounding = 4.76837158203125e-07f;
 
 // ---- Rectangles.
 

@@ -58,17 +58,17 @@ private:
 
     /// How far 1 / (t z) as computed here may be from that of the rule's hit, relative to it.
     ///
-    /// 1. t and the direction round by far less than 2^-17, and so do product and quotient.
+    /// 1. t and the direction are those of the rule's hit. Product and quotient round once each:
+    ///    kHitDepthRounding.
     /// 2. z is a sum of three products with rows that are rounded to float: five roundings of terms
     ///    whose magnitudes add up to at most row_size[2] times the direction's largest component.
-    ///    For a direction of z = 1 that is at most row_size[2] depth_most, so z is off by at most 5
-    ///    u row_size[2] depth_most of itself; kDotRounding is 8 u.
-    /// 3. An error of e of z is one of e / (1 - e) of 1 / z; from 1/2 on, nothing is known.
+    ///    For a direction of z = 1 that is at most row_size[2] depth_most, so z is off by at most
+    ///    z_error of itself.
+    /// 3. An error of e of z is one of e / (1 - e) of 1 / z, at most 2 e; from 1/2 on, nothing is
+    ///    known.
     static float hit_depth_error(const PacketFrame& frame) {
-        constexpr float kHitRounding = 0x1p-17f;
-        constexpr float kDotRounding = 0x1p-21f;
-        const float z_error = kDotRounding * frame.row_size[2] * frame.depth_most;
-        return z_error < 0.5f ? kHitRounding + 2 * z_error : kUnknown;
+        const float z_error = kHitDotRounding * frame.row_size[2] * frame.depth_most;
+        return z_error < 0.5f ? 2 * (kHitDepthRounding + z_error) : kUnknown;
     }
 
     /// As many pairs as there are lanes, and what the rule says of them.

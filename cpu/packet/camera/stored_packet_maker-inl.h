@@ -152,11 +152,10 @@ inline constexpr double kLeastStoredZ = 0.25;
 ///
 /// 1. A ray with the direction d goes through x = (rows[0] d) / (rows[2] d), and y alike. With its
 ///    place X it is off by |rows[0] d - X (rows[2] d)| / (rows[2] d).
-/// 2. The numerator a is computed in double. Its terms are at most 2 row_size[0] and, as |X| < 33,
-///    66 row_size[2] (a canonical direction has components below 2), and there are fewer than 16
-///    roundings of sums of terms: a is off by at most 2^-48 (2 row_size[0] + 66 row_size[2]). z is
-///    off by 2^-49 row_size[2] alike, which is less than 0.01 % of kLeastStoredZ, since rows[2] has
-///    length 1.
+/// 2. The numerator a is computed in double. The magnitudes of its terms add up to 2 row_size[0]
+///    and, as |X| < 33, to 66 row_size[2] (a canonical direction has components below 2): it is off
+///    by at most kStoredPlaceRounding times these. z is off by 3 * 2^-53 of 2 row_size[2] alike,
+///    which is less than 0.01 % of kLeastStoredZ, since rows[2] has length 1.
 /// 3. a / z is rounded to float and divided, off by less than 0.01 %, so that kWiden covers both.
 HWY_INLINE float place_error_of(const PacketFrame& frame, const StoredDirections& directions,
                                 std::uint32_t width, std::uint32_t height) {
@@ -197,7 +196,8 @@ HWY_INLINE float place_error_of(const PacketFrame& frame, const StoredDirections
     const double z = hn::GetLane(hn::MinOfLanes(doubles, least_z));
     if (!(z > kLeastStoredZ) || !(frame.row_size[2] < 2)) return kNoPixelError;
     const double rounding =
-        0x1p-48 * (2 * std::max(frame.row_size[0], frame.row_size[1]) + 66 * frame.row_size[2]) / z;
+        kStoredPlaceRounding *
+        (2 * std::max(frame.row_size[0], frame.row_size[1]) + 66 * frame.row_size[2]) / z;
     return static_cast<float>(
         kWiden * (static_cast<double>(hn::GetLane(hn::MaxOfLanes(halves, most))) + rounding));
 }
