@@ -317,24 +317,6 @@ void SceneImpl::intersect_on_device(std::span<const Ray> rays, std::span<Hit> hi
     }
 }
 
-void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
-    require_usable();
-    if (rays.size() != hits.size())
-        throw_bad_argument(fmt::format("{} rays, but room for {} hits", rays.size(), hits.size()));
-    const mray::Stopwatch watch;
-    if (cpu_ == nullptr) {
-        intersect_on_device(rays, hits);
-    } else {
-        const bool done = rays.size() > kFewRays && intersect_grid(rays, hits);
-        if (!done) {
-            for_each_run(rays.size(), arena(), [&](std::size_t first, std::size_t count) {
-                intersect_run(rays.subspan(first, count), hits.subspan(first, count));
-            });
-        }
-    }
-    cost_.add(watch.ms(), rays.size());
-}
-
 /// Brings at most kRun rays into scene space. Rays that cannot hit anything become kNoRay.
 void SceneImpl::make_scene_rays(std::span<const Ray> rays, mray::cpu::SceneRays& out) const {
     static_assert(sizeof(Ray) == sizeof(mray::cpu::StoredRay));
@@ -364,10 +346,11 @@ void SceneImpl::intersect_run(std::span<const Ray> rays, std::span<Hit> hits) co
     }
 }
 
-/// Traces the rays of an image, which `rays` begins with, in packets; `hits` has the same layout.
-/// Returns false if they have none.
-bool SceneImpl::intersect_tile(std::span<const Ray> rays, std::size_t row, std::size_t width,
-                               std::size_t height, Hit* hits) const {
+/// Traces the rays of an image, which `rays` begins with, in packets, and calls done(i, hit) for
+/// each rays[i] of them. Returns false, without a call, if they have no packet.
+template <class Done>
+bool SceneImpl::trace_tile(std::span<const Ray> rays, std::size_t row, std::size_t width,
+                           std::size_t height, Done done) const {
     static_assert(sizeof(Ray) == sizeof(mray::cpu::StoredRay));
     mray::Ray first;
     if (!converter_->to_scene(rays.front(), first).is_valid) return false;
@@ -377,34 +360,34 @@ bool SceneImpl::intersect_tile(std::span<const Ray> rays, std::size_t row, std::
                                         static_cast<std::uint32_t>(height), first.org};
     if (!cpu_->intersect_stored(tile, found.data())) return false;
     for (std::size_t y = 0; y < height; ++y) {
-        for (std::size_t x = 0; x < width; ++x) {
-            const mray::Hit& hit = found[y * mray::cpu::kCameraSide + x];
-            hits[y * row + x] = to_world(hit, converter_->t_exponent(rays[y * row + x].dir));
-        }
+        for (std::size_t x = 0; x < width; ++x)
+            done(y * row + x, found[y * mray::cpu::kCameraSide + x]);
     }
     return true;
 }
 
-/// Traces rays that are those of an image in tiles, and what is left over one by one. Returns
-/// false, and does nothing, if the rays are not those of an image.
-bool SceneImpl::intersect_grid(std::span<const Ray> rays, std::span<Hit> hits) const {
+/// Traces rays in many threads. If they are those of an image it does so in tiles, and calls
+/// done(i, hit) for rays[i]; otherwise, and for what is beside the tiles, run(first, count) is to
+/// trace at most kRun of them.
+template <class Done, class Run>
+void SceneImpl::trace_all(std::span<const Ray> rays, Done done, Run run) const {
     constexpr std::size_t kSide = mray::cpu::kCameraSide;
     constexpr std::size_t kStep = mray::cpu::kStoredTileStep;
-    const RayGrid grid = find_grid(rays);
-    if (grid.row == 0) return false;
+    const RayGrid grid = rays.size() > kFewRays ? find_grid(rays) : RayGrid{};
+    if (grid.row == 0) {
+        for_each_run(rays.size(), arena(), run);
+        return;
+    }
     const std::size_t width = grid.row / kStep * kStep;
     const std::size_t height = grid.rows / kStep * kStep;
     const std::size_t columns = (width + kSide - 1) / kSide;
     const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
-    const auto run = [&](std::size_t begin, std::size_t end) {
-        for (; begin < end; begin += kRun) {
-            const std::size_t count = std::min(kRun, end - begin);
-            intersect_run(rays.subspan(begin, count), hits.subspan(begin, count));
-        }
+    const auto run_range = [&](std::size_t begin, std::size_t end) {
+        for (; begin < end; begin += kRun) run(begin, std::min(kRun, end - begin));
     };
-    // Rays that are not on a grid after all.
+    // Tiles whose rays are not on a grid after all.
     std::atomic<std::size_t> refused = 0;
-    const auto trace_tile = [&](std::size_t i) {
+    const auto trace = [&](std::size_t i) {
         const std::size_t x0 = i % columns * kSide;
         const std::size_t y0 = i / columns * kSide;
         const std::size_t x1 = std::min(x0 + kSide, width);
@@ -412,20 +395,42 @@ bool SceneImpl::intersect_grid(std::span<const Ray> rays, std::span<Hit> hits) c
         const std::size_t first = y0 * grid.row + x0;
         constexpr std::size_t kManyRefused = 8;
         if (refused.load(std::memory_order_relaxed) < kManyRefused) {
-            if (intersect_tile(rays.subspan(first), grid.row, x1 - x0, y1 - y0, &hits[first]))
-                return;
+            const auto from_first = [&](std::size_t k, const mray::Hit& hit) {
+                done(first + k, hit);
+            };
+            if (trace_tile(rays.subspan(first), grid.row, x1 - x0, y1 - y0, from_first)) return;
             refused.fetch_add(1, std::memory_order_relaxed);
         }
-        for (std::size_t y = y0; y < y1; ++y) run(y * grid.row + x0, y * grid.row + x1);
+        for (std::size_t y = y0; y < y1; ++y) run_range(y * grid.row + x0, y * grid.row + x1);
     };
     arena().execute([&] {
-        tbb::parallel_for(std::size_t{0}, tiles, trace_tile);
+        tbb::parallel_for(std::size_t{0}, tiles, trace);
         // Columns and rows beside the tiles.
-        tbb::parallel_for(std::size_t{0}, height,
-                          [&](std::size_t y) { run(y * grid.row + width, (y + 1) * grid.row); });
-        run(height * grid.row, rays.size());
+        tbb::parallel_for(std::size_t{0}, height, [&](std::size_t y) {
+            run_range(y * grid.row + width, (y + 1) * grid.row);
+        });
+        run_range(height * grid.row, rays.size());
     });
-    return true;
+}
+
+void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+    require_usable();
+    if (rays.size() != hits.size())
+        throw_bad_argument(fmt::format("{} rays, but room for {} hits", rays.size(), hits.size()));
+    const mray::Stopwatch watch;
+    if (cpu_ == nullptr) {
+        intersect_on_device(rays, hits);
+    } else {
+        trace_all(
+            rays,
+            [&](std::size_t i, const mray::Hit& hit) {
+                hits[i] = to_world(hit, converter_->t_exponent(rays[i].dir));
+            },
+            [&](std::size_t first, std::size_t count) {
+                intersect_run(rays.subspan(first, count), hits.subspan(first, count));
+            });
+    }
+    cost_.add(watch.ms(), rays.size());
 }
 
 Hit SceneImpl::intersect(const Ray& ray) const {
@@ -459,11 +464,17 @@ void SceneImpl::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occl
         return;
     }
     const mray::Stopwatch watch;
-    for_each_run(rays.size(), arena(), [&](std::size_t first, std::size_t count) {
-        mray::cpu::SceneRays scene;
-        make_scene_rays(rays.subspan(first, count), scene);
-        cpu_->occluded(std::span(scene.rays).first(count), occluded.subspan(first, count));
-    });
+    // In packets closest hits take less time than any hits of single rays.
+    trace_all(
+        rays,
+        [&](std::size_t i, const mray::Hit& hit) {
+            occluded[i] = hit.prim_id != mray::kNoPrim ? 1 : 0;
+        },
+        [&](std::size_t first, std::size_t count) {
+            mray::cpu::SceneRays scene;
+            make_scene_rays(rays.subspan(first, count), scene);
+            cpu_->occluded(std::span(scene.rays).first(count), occluded.subspan(first, count));
+        });
     cost_.add(watch.ms(), rays.size());
 }
 

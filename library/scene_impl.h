@@ -60,9 +60,11 @@ private:
     mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
     void intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const;
     void intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const;
-    bool intersect_grid(std::span<const Ray> rays, std::span<Hit> hits) const;
-    bool intersect_tile(std::span<const Ray> rays, std::size_t row, std::size_t width,
-                        std::size_t height, Hit* hits) const;
+    template <class Done>
+    bool trace_tile(std::span<const Ray> rays, std::size_t row, std::size_t width,
+                    std::size_t height, Done done) const;
+    template <class Done, class Run>
+    void trace_all(std::span<const Ray> rays, Done done, Run run) const;
     void trace_on_device(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) const;
 
     Device device_;

@@ -61,6 +61,41 @@ TEST(Queries, AreTheSameForEachSizeOfBatch) {
     scene.intersect(std::span<const morphray::Ray>(), std::span<morphray::Hit>());
 }
 
+/// Rays of images, whose sides and lengths are of all kinds, are traced in packets where they can.
+TEST(Queries, OfImagesEqualBruteForce) {
+    Random random(21);
+    std::size_t hit_count = 0;
+    for (const UserMesh& mesh : {UserMesh(torus(40, 20)), UserMesh(random_soup(500, 0.3, 5))}) {
+        const Scene scene = Scene::build(mesh.view());
+        const Scene brute = scene.on(Device::brute_force());
+        const std::pair<int, int> sizes[] = {{16, 16}, {17, 40}, {100, 75}, {64, 64}, {130, 20}};
+        for (const auto& [width, height] : sizes) {
+            std::vector<morphray::Ray> rays;
+            const float turn = static_cast<float>(random.real(-0.3, 0.3));
+            const int kind = static_cast<int>(random.below(4));
+            for (int i = 0; i < width * height + 5; ++i) {
+                const float x = (static_cast<float>(i % width) + 0.5f) / 80 - 0.6f;
+                const float y = (static_cast<float>(i / width) + 0.5f) / 80 - 0.4f;
+                const float length = kind == 1 ? static_cast<float>(random.real(0.2, 7)) : 1.0f;
+                rays.push_back(
+                    {.org = {0.3f, 0.2f, 3},
+                     .dir = {length * (x + turn * y), length * (y - turn * x), -length}});
+                // Some that are no rays of the image.
+                if (kind == 2 && random.below(1000) == 0) rays.back().tfar = 2.5f;
+                if (kind == 3 && random.below(1000) == 0) rays.back().dir = {1, 0, 0};
+            }
+            const std::vector<morphray::Hit> expected = hits_of(brute, rays);
+            expect_same_hits(hits_of(scene, rays), expected, std::to_string(width));
+            hit_count += count_hits(expected);
+            std::vector<std::uint8_t> occluded(rays.size());
+            scene.occluded(rays, std::span<std::uint8_t>(occluded));
+            for (std::size_t i = 0; i < rays.size(); ++i)
+                ASSERT_EQ(occluded[i] != 0, bool{expected[i]}) << i;
+        }
+    }
+    EXPECT_GT(hit_count, 3000u);
+}
+
 TEST(Queries, HitPointsAreOnTheTrianglesOfTheCaller) {
     const UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(mesh.view());
