@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <cstring>
+#include <array>
+#include <bit>
 
 #include "library/errors.h"
 #include "morphray/scene.hpp"
@@ -10,7 +11,10 @@
 namespace morphray {
 namespace {
 
-bool same_bits(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
+bool same_bits(const Hit& a, const Hit& b) {
+    using Bits = std::array<std::uint32_t, sizeof(Hit) / sizeof(std::uint32_t)>;
+    return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+}
 
 /// Compares items 0 to count - 1; `same(i)` tells whether one is equal, `difference(i)` what
 /// differs.

@@ -17,6 +17,7 @@ constexpr std::uint32_t kStampCount = Context::kMostStages + 2;
 PhysicalDevice pick(const Instance& instance, const std::string& wanted) {
     std::vector<PhysicalDevice> devices = physical_devices(instance);
     std::vector<DeviceInfo> infos;
+    infos.reserve(devices.size());
     for (const PhysicalDevice& d : devices) infos.push_back(d.info);
     return devices[choose_device(infos, wanted)];
 }

@@ -20,6 +20,7 @@ std::vector<std::string> device_extensions(VkPhysicalDevice device) {
     check(vkEnumerateDeviceExtensionProperties(device, nullptr, &count, properties.data()),
           "list device extensions");
     std::vector<std::string> names;
+    names.reserve(properties.size());
     for (const VkExtensionProperties& p : properties) names.emplace_back(p.extensionName);
     return names;
 }

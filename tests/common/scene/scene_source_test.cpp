@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 
