@@ -37,7 +37,9 @@ void require_memory_to_open(const std::string& spec) {
 
 std::vector<double> whole_frames(const Clip& clip) {
     std::vector<double> frames;
-    for (double f = std::ceil(clip.first_frame()); f <= clip.last_frame(); ++f) frames.push_back(f);
+    const double first = std::ceil(clip.first_frame());
+    const auto steps = static_cast<long long>(std::floor(clip.last_frame() - first));
+    for (long long i = 0; i <= steps; ++i) frames.push_back(first + static_cast<double>(i));
     if (frames.empty()) frames.push_back(clip.first_frame());
     return frames;
 }
@@ -70,10 +72,10 @@ std::vector<double> select_frames(const Options& options, const Clip& clip,
                                   DefaultFrames otherwise) {
     if (options.frames.empty()) {
         if (otherwise == DefaultFrames::kFirst) return {clip.first_frame()};
-        const std::vector<double> all = whole_frames(clip);
+        std::vector<double> all = whole_frames(clip);
         return otherwise == DefaultFrames::kFew ? few_of(all) : all;
     }
-    const std::vector<double> frames = parse_frame_range(options.frames);
+    std::vector<double> frames = parse_frame_range(options.frames);
     for (const double frame : {frames.front(), frames.back()})
         require_in_clip("--frames", frame, clip);
     return frames;

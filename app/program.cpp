@@ -38,7 +38,7 @@ ExitCode run_command(const Options& options, const Messages& messages) {
 
 }  // namespace
 
-ExitCode explain_failure(std::exception_ptr failure, const Messages& messages) {
+ExitCode explain_failure(const std::exception_ptr& failure, const Messages& messages) {
     try {
         std::rethrow_exception(failure);
     } catch (const Error& error) {

@@ -11,7 +11,7 @@
 namespace mray::app {
 
 /// Writes one line about the failure to stderr and returns its exit code.
-ExitCode explain_failure(std::exception_ptr failure, const Messages& messages);
+ExitCode explain_failure(const std::exception_ptr& failure, const Messages& messages);
 
 /// Parses the arguments and runs the command. Returns the exit code; writes one line to stderr on
 /// failure.

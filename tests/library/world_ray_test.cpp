@@ -153,7 +153,9 @@ TEST(SceneRayMaker, GivesTheBitsOfTheEngineOnEachTarget) {
             }
         }
     }
-    EXPECT_GT(made, 20000u);
+    // Without vectors every ray is hard.
+    const bool has_vectors = std::string_view(best_simd_target().name) != "scalar";
+    EXPECT_EQ(made > 20000u, has_vectors);
 }
 
 TEST(ScenePositionMaker, GivesTheBitsOfTheEngineOnEachTarget) {

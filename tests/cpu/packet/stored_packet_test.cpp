@@ -133,6 +133,10 @@ TEST(StoredPackets, AnswerLikeSingleRays) {
         }
     }
     // The scalar target has no such packets.
+    if (std::string_view(best_simd_target().name) == "scalar") {
+        EXPECT_EQ(refused, tiles);
+        return;
+    }
     EXPECT_LT(refused, tiles / 2);
     EXPECT_GT(hits, 50000u);
 }
