@@ -35,15 +35,18 @@ RayGrid find_grid(std::span<const Ray> rays) {
     const Vec3 org = rays.front().org;
     if (!(rays[rays.size() / 2].org == org) || !(rays.back().org == org)) return {};
     Direction before = unit(rays[0].dir);
-    const Direction step = unit(rays[1].dir) - before;
+    // The last step: over a wide field of view the first one turns by more than a right angle.
+    Direction step = unit(rays[1].dir) - before;
     const std::size_t most = std::min(rays.size() / kLeastSide + 1, kMostRow);
     for (std::size_t i = 1; i < most; ++i) {
         const Direction next = unit(rays[i].dir);
-        const double forward = dot(next - before, step);
+        const Direction next_step = next - before;
+        const double forward = dot(next_step, step);
         if (forward < 0 && i >= kLeastSide) return {i, rays.size() / i};
         // Also for directions that are no numbers.
         if (!(forward > 0)) return {};
         before = next;
+        step = next_step;
     }
     return {};
 }

@@ -9,6 +9,10 @@
 
 namespace mray::cpu {
 
+/// What a target finds of a run of positions: some are not finite; or all are, and some lie outside
+/// of scene space.
+enum MadePositions { kNotFinite, kSomeOutside, kAllInside };
+
 /// Makes the positions of SceneSpace::to_scene(), with their bits, on vectors. Threads may share
 /// one.
 class ScenePositionMaker {

@@ -120,9 +120,10 @@ struct TreeStatistics {
 /// update(), attach() or detach() gets Error(busy), queries meanwhile are undefined. Different
 /// scenes are independent.
 ///
-/// Errors: any member throws bad_argument if the scene has been moved from. If a change of the
-/// scene throws limit (no memory) or device_lost, queries and updates throw the same until the
-/// scene is destroyed; otherwise a call that throws has changed nothing.
+/// Errors: any member throws bad_argument if the scene has been moved from. If update() throws
+/// anything but bad_argument and busy, such as limit (no memory) or device_lost, the scene is of no
+/// use any more: queries and updates throw the same until it is destroyed. Any other call that
+/// throws has changed nothing.
 ///
 /// Memory: 12 bytes a vertex and 24 bytes a triangle for positions and indices, and some 40 bytes a
 /// triangle for the tree. A background build takes as much again.

@@ -1,0 +1,91 @@
+// Files of hits are read back as they were written, and others are refused.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "tests/library/scenes.h"
+#include "tests/support/temporary_folder.h"
+
+namespace mray::test {
+namespace {
+
+std::string bytes_of(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST(HitsFile, IsReadBackAsItWasWritten) {
+    const TemporaryFolder folder;
+    const std::string file = folder.write("a.hits", "").string();
+    const UserMesh mesh(torus(24, 16));
+    const morphray::Scene scene = morphray::Scene::build(mesh.view());
+    const morphray::Image images[] = {
+        scene.render({.width = 31, .height = 17}),
+        scene.render({.width = 31, .height = 17, .rays = morphray::Rays::ao, .ao_count = 3})};
+    morphray::HitsWriter writer(31, 17);
+    for (const morphray::Image& image : images) writer.add(image);
+    writer.write(file);
+    EXPECT_EQ(bytes_of(file).size(), 20 + 2 * 31 * 17 * 20u);
+    const morphray::HitsFile read = morphray::read_hits(file);
+    EXPECT_EQ(read.width, 31u);
+    EXPECT_EQ(read.height, 17u);
+    ASSERT_EQ(read.images.size(), 2u);
+    for (int i = 0; i < 2; ++i) {
+        expect_same_hits(read.images[i].hits, images[i].hits);
+        EXPECT_EQ(read.images[i].occlusion, images[i].occlusion);
+        EXPECT_GT(count_hits(read.images[i].hits), 50u);
+    }
+}
+
+TEST(HitsFile, OfAnotherShapeIsRefused) {
+    const TemporaryFolder folder;
+    const std::string file = folder.write("a.hits", "").string();
+    const UserMesh mesh(icosphere(1));
+    morphray::HitsWriter writer(4, 4);
+    const morphray::Scene scene = morphray::Scene::build(mesh.view());
+    writer.add(scene.render({.width = 4, .height = 4}));
+    writer.write(file);
+    const std::string good = bytes_of(file);
+    const auto read = [&](const std::string& bytes) {
+        return error_of([&] { morphray::read_hits(folder.write("b.hits", bytes).string()); });
+    };
+    EXPECT_EQ(read(good), "none");
+    EXPECT_EQ(read(""), "bad_input");
+    EXPECT_EQ(read(good.substr(0, 19)), "bad_input");
+    EXPECT_EQ(read(good.substr(0, good.size() - 1)), "bad_input");
+    EXPECT_EQ(read(good + '\0'), "bad_input");
+    std::string other_magic = good;
+    other_magic[0] = 'X';
+    EXPECT_EQ(read(other_magic), "bad_input");
+    // Sizes whose product does not fit into 64 bits, or into the file.
+    for (const std::size_t field : {8, 12, 16}) {
+        std::string bytes = good;
+        std::memset(&bytes[field], 0xFF, 4);
+        EXPECT_EQ(read(bytes), "bad_input") << field;
+        std::memset(&bytes[8], 0xFF, 12);
+        EXPECT_EQ(read(bytes), "bad_input") << field;
+    }
+    EXPECT_EQ(error_of([&] { morphray::read_hits(file + ".missing"); }), "bad_input");
+    EXPECT_EQ(error_of([&] { writer.add(scene.render({.width = 4, .height = 3})); }),
+              "bad_argument");
+    EXPECT_EQ(error_of([&] { writer.write("/no/such/folder/a.hits"); }), "output");
+    const morphray::HitsWriter other = std::move(writer);
+    EXPECT_EQ(error_of([&] { writer.write(file); }), "bad_argument");
+}
+
+TEST(HitsFile, HasRoomForOneMesh) {
+    const UserMesh mesh(icosphere(2));
+    const std::vector<morphray::MeshView> meshes = {morphray::MeshView{}, mesh.view()};
+    const morphray::Scene scene =
+        morphray::Scene::build(std::span<const morphray::MeshView>(meshes));
+    morphray::HitsWriter writer(8, 8);
+    const morphray::Image image = scene.render({.width = 8, .height = 8});
+    EXPECT_GT(count_hits(image.hits), 0u);
+    EXPECT_EQ(error_of([&] { writer.add(image); }), "bad_argument");
+}
+
+}  // namespace
+}  // namespace mray::test
