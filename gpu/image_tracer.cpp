@@ -129,22 +129,18 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
 }
 
 RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
-    const auto rays_of = [this](const RegionArguments& arguments) -> Record {
-        return [this, arguments](VkCommandBuffer commands) {
-            kernels_.primary.dispatch(commands, arguments, arguments.tile_count);
-        };
+    RegionArguments rays = region;
+    rays.unfinished_only = kernels_.packet_lanes != 0 ? 1 : 0;
+    const Record dispatch_rays = [this, rays](VkCommandBuffer commands) {
+        kernels_.primary.dispatch(commands, rays, rays.tile_count);
     };
     const char* const what = "trace camera rays";
-    if (kernels_.packet_lanes == 0) return {what, false, rays_of(region), {}};
-    RegionArguments rest = region;
-    rest.unfinished_only = 1;
+    if (kernels_.packet_lanes == 0) return {what, false, dispatch_rays, {}};
     const PacketArguments packets = packet_arguments(region, kernels_.packet_lanes);
-    return {what, false,
-            [this, packets](VkCommandBuffer commands) {
-                kernels_.camera_packet.dispatch(commands, packets,
-                                                packet_groups(packets.tile_count));
-            },
-            rays_of(rest)};
+    const Record dispatch_packets = [this, packets](VkCommandBuffer commands) {
+        kernels_.camera_packet.dispatch(commands, packets, packet_groups(packets.tile_count));
+    };
+    return {what, false, dispatch_packets, dispatch_rays};
 }
 
 RayPass ImageTracer::light_pass(const RegionArguments& region) const {
