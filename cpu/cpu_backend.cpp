@@ -21,7 +21,9 @@
 namespace mray::cpu {
 namespace {
 
-constexpr std::size_t kRayGrain = 256;
+// As many rays as the streams of a batch are made of (cpu/single_ray/octant_order-inl.h), or fewer
+// where threads would wait.
+constexpr std::size_t kRayGrain = 2048;
 
 /// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
 /// for a scene.

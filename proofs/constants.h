@@ -86,6 +86,8 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kNearSideError),
     PROOFS_CONSTANT(kLeavingError),
     PROOFS_CONSTANT(kBehindError),
+    PROOFS_CONSTANT(kCertainBound),
+    PROOFS_CONSTANT(kCertainDepth),
     PROOFS_CONSTANT(kMissBound),
     PROOFS_CONSTANT(kBlockBound),
     PROOFS_CONSTANT(kMissGradient),

@@ -127,6 +127,12 @@ SHARED_CONST float kNearSideError = 3.814697265625e-06f;
 SHARED_CONST float kLeavingError = 9.5367431640625e-07f;
 // The error of the mean of depths under fast edge functions, by the sum of their magnitudes: 2^-22.
 SHARED_CONST float kBehindError = 2.384185791015625e-07f;
+// How far within its range the depth of a certain occluder is: times the bound of edge functions
+// and the largest |z|; and by the size of the scene and of the origin, 2^-16. For origins within
+// 2^30.
+SHARED_CONST float kCertainBound = 32.0f;
+SHARED_CONST float kCertainDepth = 1.52587890625e-05f;
+SHARED_CONST float kCertainOrigin = 1073741824.0f;
 
 SHARED_END
 

@@ -15,7 +15,7 @@ namespace mray::cpu {
 
 /// Rays in scene space that come from those of a caller.
 struct SceneRays {
-    static constexpr std::size_t kMost = 256;
+    static constexpr std::size_t kMost = 1024;
 
     Ray rays[kMost];
     /// [2 i + 1] belongs to ray i: t in the caller's space is t in scene space times 2^t_exponent.

@@ -35,6 +35,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
 #include "cpu/simd/lanes-inl.h"
+#include "cpu/single_ray/certain_occluders-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
@@ -71,14 +72,19 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
     return false;
 }
 
+/// Whether the ray hits any triangle.
+HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
+    return intersect_leaf(stream, ray, stream.tfar[ray], leaf,
+                          [](std::uint32_t, const TriangleHit&) { return true; });
+}
+
 #else
 
-/// The projected vertices of a leaf, and projected_size() of them on the fast path.
+/// The projected vertices of a leaf.
 struct LeafPoints {
     VertexValues x;
     VertexValues y;
     VertexValues z;
-    VertexValues size;
 
     HWY_INLINE void set(std::size_t v, const lanes::Float3& p) {
         x.set(v, p.x);
@@ -90,53 +96,59 @@ struct LeafPoints {
     }
 };
 
-HWY_INLINE LeafPoints project_leaf_fast(const lanes::ShearedRay& ray, const LeafLanes& leaf) {
-    LeafPoints points;
+/// Projects the vertices on the fast path; returns the largest |z|.
+HWY_INLINE FloatVec project_leaf_fast(const lanes::ShearedRay& ray, const LeafLanes& leaf,
+                                      LeafPoints& points) {
+    FloatVec depth = zero();
     for (std::size_t v = 0; v < kVectors; ++v) {
         const lanes::Float3 p = lanes::project_rotated_fast(ray, {leaf.x[v], leaf.y[v], leaf.z[v]});
         points.set(v, p);
-        points.size.set(v, lanes::projected_size(p));
+        depth = max(depth, abs(p.z));
     }
-    return points;
+    return hn::MaxOfLanes(kFloats, depth);
 }
 
 /// A vector of triangles as the ray sees them.
 struct FilteredTriangles {
     lanes::Edges edges;
+    FloatVec size;
     FloatVec za;
     FloatVec zb;
     FloatVec zc;
 };
 
-/// fast_edges(), with the sizes of the vertices looked up instead of computed for each triangle.
-HWY_INLINE FilteredTriangles fast_triangles(const LeafPoints& points, const VertexLookups& at) {
-    const lanes::Float3 a = points.look_up(at.a);
-    const lanes::Float3 b = points.look_up(at.b);
-    const lanes::Float3 c = points.look_up(at.c);
-    FilteredTriangles t{{}, a.z, b.z, c.z};
-    lanes::measure_depth(a.z, b.z, c.z, t.edges);
-    const FloatVec m =
-        sum3(points.size.look_up(at.a), points.size.look_up(at.b), points.size.look_up(at.c));
-    t.edges.bound = lanes::edge_bound(m, t.edges.depth_size);
+/// The edge functions of fast_edges(), and their bound for vertices of |z| up to depth.
+HWY_INLINE FilteredTriangles flat_triangles(const LeafPoints& points, const VertexLookups& at,
+                                            FloatVec depth) {
+    const lanes::Float3 a{points.x.look_up(at.a), points.y.look_up(at.a), zero()};
+    const lanes::Float3 b{points.x.look_up(at.b), points.y.look_up(at.b), zero()};
+    const lanes::Float3 c{points.x.look_up(at.c), points.y.look_up(at.c), zero()};
+    FilteredTriangles t;
+    t.size = sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
+    t.edges.bound = lanes::edge_bound(t.size, depth);
     t.edges.u = lanes::fast_edge(b, c);
     t.edges.v = lanes::fast_edge(c, a);
     t.edges.w = lanes::fast_edge(a, b);
     return t;
 }
 
+/// Completes fast_edges().
+HWY_INLINE void add_depth(const LeafPoints& points, const VertexLookups& at, FilteredTriangles& t) {
+    t.za = points.z.look_up(at.a);
+    t.zb = points.z.look_up(at.b);
+    t.zc = points.z.look_up(at.c);
+    lanes::measure_depth(t.za, t.zb, t.zc, t.edges);
+    t.edges.bound = lanes::edge_bound(t.size, t.edges.depth_size);
+}
+
 // More than what underflow takes from the products: 2^-120.
 inline constexpr float kBehindUnderflow = 0x1p-120f;
 
-/// The triangles that a ray with this dir.z may hit.
-HWY_INLINE Mask possible_lanes(const FilteredTriangles& t, FloatVec dz) {
-    const lanes::Edges& e = t.edges;
-    const FloatVec au = abs(e.u), av = abs(e.v), aw = abs(e.w);
-    // Fused or not: this decides no hit.
-    const FloatVec n = mul_add(aw, t.zc, mul_add(av, t.zb, au * t.za));
-    const FloatVec error = mul_add(splat(kBehindError), sum3(au, av, aw), 4.0f * e.bound);
+/// The triangles that a ray may hit.
+HWY_INLINE Mask possible_lanes(const lanes::Edges& e, const DepthSum& depth) {
+    const FloatVec error = mul_add(splat(kBehindError), depth.s, 4.0f * e.bound);
     const FloatVec slack = mul_add(e.depth_size, error, splat(kBehindUnderflow));
-    const FloatVec away = dz & splat(-0.0f);
-    return lanes::may_be_inside(e) & ((n ^ away) >= -slack);
+    return lanes::may_be_inside(e) & (depth.n >= -slack);
 }
 
 /// The lanes of vector v that hold triangles.
@@ -202,13 +214,17 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
                                const Leaf& leaf, Visit visit) {
     const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
     const lanes::ShearedRay s = sheared_ray(stream, ray);
-    const LeafPoints points = project_leaf_fast(s, vertices);
+    LeafPoints points;
+    const FloatVec depth = project_leaf_fast(s, vertices, points);
     std::uint32_t uncertain = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
         const VertexLookups at(vertices.local_vertices[v]);
-        const FilteredTriangles t = fast_triangles(points, at);
-        const Mask possible =
-            possible_lanes(t, s.dir.z) & used_lanes(vertices.local_vertices[v], v);
+        FilteredTriangles t = flat_triangles(points, at, depth);
+        const Mask used = used_lanes(vertices.local_vertices[v], v);
+        if (none(lanes::may_be_inside(t.edges) & used)) continue;
+        add_depth(points, at, t);
+        const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, s.dir.z);
+        const Mask possible = possible_lanes(t.edges, mean) & used;
         if (none(possible)) continue;
         lanes::TriangleHit hit;
         const Mask is_certain = lanes::weighted_hit(s, t.edges, t.za, t.zb, t.zc, hit);
@@ -221,6 +237,31 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         uncertain |= bits_of(and_not(is_hit, possible)) << (v * kLanes);
     }
     return uncertain != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, uncertain, visit);
+}
+
+/// Whether the ray hits any triangle.
+HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
+    const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
+    const lanes::ShearedRay s = sheared_ray(stream, ray);
+    const CertainRange range = certain_range(stream, ray);
+    LeafPoints points;
+    const FloatVec depth = project_leaf_fast(s, vertices, points);
+    bool is_uncertain = false;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const VertexLookups at(vertices.local_vertices[v]);
+        FilteredTriangles t = flat_triangles(points, at, depth);
+        const Mask used = used_lanes(vertices.local_vertices[v], v);
+        if (none(lanes::may_be_inside(t.edges) & used)) continue;
+        add_depth(points, at, t);
+        const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, s.dir.z);
+        const Mask possible = possible_lanes(t.edges, mean) & used;
+        if (none(possible)) continue;
+        const Mask certain = certain_occluders(t.edges, mean, range) & possible;
+        if (!none(certain) && !none(certain & finite_lanes(vertices, at))) return true;
+        is_uncertain = true;
+    }
+    return is_uncertain && intersect_leaf(stream, ray, stream.tfar[ray], leaf,
+                                          [](std::uint32_t, const TriangleHit&) { return true; });
 }
 
 #endif  // HWY_TARGET

@@ -1,4 +1,4 @@
-// Rays against the boxes of a node: one ray against all 16, or many rays against each.
+// A ray against the 16 boxes of a node.
 //
 // As with hits_box, every box that holds a triangle which the ray hits is met, and is entered no
 // later than that hit; which other boxes are met and the last bits of t_enter may differ:
@@ -68,41 +68,6 @@ HWY_INLINE std::uint32_t leaf_slots(const Node& node) {
         slots |= bits_of(float_mask(is_leaf)) << (v * kLanes);
     }
     return slots;
-}
-
-/// Sets met[slot] to the rays among `rays` (bits) that meet the box in the slot before their tfar,
-/// for each used slot; returns the number of used slots.
-HWY_INLINE std::size_t rays_meeting(const RayStream& stream, std::uint64_t rays, const Node& node,
-                                    std::uint64_t* HWY_RESTRICT met) {
-    std::size_t count = 0;
-    for (; count < kWidth && node.child[count] != kEmptyChild; ++count) met[count] = 0;
-    const float* const planes = node.lower_x;
-    for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
-        if ((rays >> first & kLaneBits) == 0) continue;
-        FloatVec rdir[3];
-        FloatVec k_lower[3];
-        FloatVec k_upper[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            rdir[axis] = load(stream.rdir[axis] + first);
-            k_lower[axis] = load(stream.k_lower[axis] + first);
-            k_upper[axis] = load(stream.k_upper[axis] + first);
-        }
-        const FloatVec tfar = load(stream.tfar + first);
-        for (std::size_t slot = 0; slot < count; ++slot) {
-            FloatVec enter = zero();
-            FloatVec leave = tfar;
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const float* const lower = planes + 2 * axis * kWidth + slot;
-                const FloatVec t0 = mul_sub(splat(*lower), rdir[axis], k_lower[axis]);
-                const FloatVec t1 = mul_sub(splat(lower[kWidth]), rdir[axis], k_upper[axis]);
-                enter = max(enter, min(t0, t1));
-                leave = min(leave, max(t0, t1));
-            }
-            met[slot] |= std::uint64_t{bits_of(enter <= leave)} << first;
-        }
-    }
-    for (std::size_t slot = 0; slot < count; ++slot) met[slot] &= rays;
-    return count;
 }
 
 }  // namespace HWY_NAMESPACE

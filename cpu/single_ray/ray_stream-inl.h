@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <span>
 
+#include "common/interop/packet_bounds.h"
 #include "common/interop/slab.h"
 #include "common/simd/vectors-inl.h"
 #include "cpu/simd/lanes-inl.h"
@@ -47,6 +48,10 @@ struct alignas(64) RayStream {
     float depth_slack[kStreamRays];
     // dir.x / dir.z and dir.y / dir.z of sheared_dir, to some ulp.
     float slope[2][kStreamRays];
+    // The |z| relative to the origin between which a triangle is certainly in range
+    // (cpu/single_ray/certain_occluders-inl.h); none if certain_to is negative.
+    float certain_from[kStreamRays];
+    float certain_to[kStreamRays];
 };
 
 /// Bytes from a node's lower planes of an axis to the upper ones, and to the next axis. Lower
@@ -89,7 +94,18 @@ HWY_INLINE void prepare_rule(RayStream& stream, std::size_t first, const lanes::
     store(s.dir.y * rdz, stream.slope[1] + first);
 }
 
-/// Prepares the rays [first, first + kLanes), of which org and dir are set.
+/// Sets the range in which a hit's depth is certain, for the rays from `first` on.
+HWY_INLINE void prepare_range(RayStream& stream, std::size_t first, const lanes::Float3& org) {
+    const FloatVec size = lanes::greater(lanes::largest_component(org), kSceneExtent);
+    const FloatVec margin = kCertainDepth * size;
+    const FloatVec dz = abs(load(stream.sheared_dir[2] + first));
+    const FloatVec from = load(stream.tnear + first) * dz + margin;
+    const FloatVec to = min(load(stream.tfar + first) * dz, 4.0f * size) - margin;
+    store(from, stream.certain_from + first);
+    store(select(size <= splat(kCertainOrigin), to, -1.0f), stream.certain_to + first);
+}
+
+/// Prepares the rays [first, first + kLanes), of which org, dir, tnear and tfar are set.
 HWY_INLINE void prepare_rays(RayStream& stream, std::size_t first) {
     FloatVec org[3];
     FloatVec dir[3];
@@ -102,25 +118,61 @@ HWY_INLINE void prepare_rays(RayStream& stream, std::size_t first) {
         prepare_slab(stream, first, axis, org[axis], dir[axis], dilation);
     }
     prepare_rule(stream, first, lanes::Float3(org), lanes::Float3(dir));
+    prepare_range(stream, first, lanes::Float3(org));
 }
 
-/// Prepares at most kStreamRays rays. Lanes of the last vector beyond them hold no ray.
-HWY_INLINE void fill_stream(RayStream& stream, std::span<const Ray> rays) {
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        const Ray& ray = rays[i];
-        for (int axis = 0; axis < 3; ++axis) {
-            stream.org[axis][i] = ray.org[axis];
-            stream.dir[axis][i] = ray.dir[axis];
+HWY_INLINE void copy_ray(RayStream& stream, std::size_t i, const Ray& ray) {
+    for (int axis = 0; axis < 3; ++axis) {
+        stream.org[axis][i] = ray.org[axis];
+        stream.dir[axis][i] = ray.dir[axis];
+    }
+    stream.tnear[i] = ray.tnear;
+    stream.tfar[i] = ray.tfar;
+}
+
+/// Copies the first rays, by fours; returns how many.
+HWY_INLINE std::size_t copy_rays_by_four(RayStream& stream, const Ray* rays,
+                                         std::span<const std::uint16_t> order) {
+    static_cast<void>(stream);
+    static_cast<void>(rays);
+    static_cast<void>(order);
+    std::size_t i = 0;
+#if HWY_TARGET != HWY_SCALAR
+    static_assert(sizeof(Ray) == 32 && offsetof(Ray, tnear) == 12 && offsetof(Ray, dir) == 16);
+    constexpr hn::FixedTag<float, 4> kFour;
+    using Four = hn::Vec<hn::FixedTag<float, 4>>;
+    for (; i + 4 <= order.size(); i += 4) {
+        Four start[4], end[4], out[4];
+        for (std::size_t k = 0; k < 4; ++k) {
+            const auto* const ray = reinterpret_cast<const float*>(&rays[order[i + k]]);
+            start[k] = hn::LoadU(kFour, ray);
+            end[k] = hn::LoadU(kFour, ray + 4);
         }
-        stream.tnear[i] = ray.tnear;
-        stream.tfar[i] = ray.tfar;
+        transpose_fours(kFour, start, out);
+        for (int axis = 0; axis < 3; ++axis) hn::StoreU(out[axis], kFour, stream.org[axis] + i);
+        hn::StoreU(out[3], kFour, stream.tnear + i);
+        transpose_fours(kFour, end, out);
+        for (int axis = 0; axis < 3; ++axis) hn::StoreU(out[axis], kFour, stream.dir[axis] + i);
+        hn::StoreU(out[3], kFour, stream.tfar + i);
     }
-    // Anything but garbage, which could raise floating-point flags.
-    for (std::size_t i = rays.size(); i % kLanes != 0; ++i) {
-        for (int axis = 0; axis < 3; ++axis) stream.org[axis][i] = stream.dir[axis][i] = 0;
-        stream.tnear[i] = stream.tfar[i] = 0;
-    }
-    for (std::size_t i = 0; i < rays.size(); i += kLanes) prepare_rays(stream, i);
+#endif
+    return i;
+}
+
+/// Prepares rays[order[i]], at least one and at most kStreamRays. Lanes of the last vector beyond
+/// them repeat the last one.
+HWY_INLINE void fill_stream(RayStream& stream, const Ray* rays,
+                            std::span<const std::uint16_t> order) {
+    std::size_t i = copy_rays_by_four(stream, rays, order);
+    for (; i < order.size(); ++i) copy_ray(stream, i, rays[order[i]]);
+    for (; i % kLanes != 0; ++i) copy_ray(stream, i, rays[order.back()]);
+    for (std::size_t first = 0; first < order.size(); first += kLanes) prepare_rays(stream, first);
+}
+
+HWY_INLINE RayStream make_stream(const Ray* rays, std::span<const std::uint16_t> order) {
+    RayStream stream;
+    fill_stream(stream, rays, order);
+    return stream;
 }
 
 /// The rays from `first` on as the rule takes them.

@@ -48,6 +48,7 @@
 
 #include "common/interop/packet_bounds.h"
 #include "cpu/simd/hit_rule-inl.h"
+#include "cpu/single_ray/certain_occluders-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
@@ -124,11 +125,14 @@ HWY_NOINLINE inline std::uint32_t rays_hitting_triangle(const RayStream& stream,
                                        hit));
 }
 
-/// The projected vertices of a leaf for a vector of rays, and the bound of the edge functions.
+/// The projected vertices of a leaf for a vector of rays, the bound of the edge functions and the
+/// largest |z|.
 struct SharedPoints {
     FloatVec x[kLeafVertices];
     FloatVec y[kLeafVertices];
+    FloatVec z[kLeafVertices];
     FloatVec bound;
+    FloatVec depth;
 };
 
 /// Projects the first `count` vertices for the rays from `first` on.
@@ -144,10 +148,12 @@ HWY_INLINE void project_shared(const RayStream& stream, std::size_t first, const
         const lanes::Float3 a = lanes::rotate_axes(vertex, s.axis) - s.org;
         points.x[i] = neg_mul_add(slope_x, a.z, a.x);
         points.y[i] = neg_mul_add(slope_y, a.z, a.y);
+        points.z[i] = a.z;
         m = max(m, abs(points.x[i]) + abs(points.y[i]));
         depth = max(depth, abs(a.z));
     }
     points.bound = lanes::edge_bound(3.0f * m, depth);
+    points.depth = depth;
 }
 
 /// The leaf's triangles use only vertex slots below this.
@@ -171,6 +177,8 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
         if (left == 0) continue;
         SharedPoints p;
         project_shared(stream, first, leaf, vertex_count, p);
+        const FloatVec dz = load(stream.sheared_dir[2] + first);
+        const CertainRange range = certain_ranges(stream, first);
         for (std::uint32_t i = 0; i < count && left != 0; ++i) {
             const std::uint32_t local = leaf.vertex[i].corners;
             const std::uint32_t a = corner(local, 0);
@@ -181,8 +189,18 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
             };
             const FloatVec u = edge(b, c), v = edge(c, a), w = edge(a, b);
             const Mask inside = (min3(u, v, w) >= -p.bound) | (max3(u, v, w) <= p.bound);
-            const std::uint32_t possible = bits_of(inside) & left;
+            std::uint32_t possible = bits_of(inside) & left;
             if (possible == 0) continue;
+            if (finite_coordinates(leaf.vertex[a].x, leaf.vertex[b].x, leaf.vertex[c].x)) {
+                const lanes::Edges e{u, v, w, p.bound, zero(), p.depth};
+                const DepthSum depth = depth_sum(e, p.z[a], p.z[b], p.z[c], dz);
+                const std::uint32_t certain =
+                    bits_of(certain_occluders(e, depth, range)) & possible;
+                hits |= std::uint64_t{certain} << first;
+                left &= ~certain;
+                possible &= ~certain;
+                if (possible == 0) continue;
+            }
             const std::uint32_t hit = rays_hitting_triangle(stream, first, possible, leaf, i);
             hits |= std::uint64_t{hit} << first;
             left &= ~hit;

@@ -1,8 +1,9 @@
-// Whether rays hit anything: a stream of 64 rays at once, in no order.
+// Whether rays hit anything: a stream of up to 64 rays of one octant at once, in no order.
 //
 // The rays of a stream go down the tree together as long as enough of them are left to fill the
-// lanes of vectors: a node or a leaf is then tested for all of them at a time (rays_meeting,
-// rays_hitting). Where few are left, each goes on alone, with the 16 boxes or triangles for lanes.
+// lanes of vectors: a node or a leaf is then tested for all of them at a time
+// (cpu/single_ray/ray_bundle-inl.h, rays_hitting). Where few are left, each goes on alone, with the
+// 16 boxes or triangles for lanes.
 //
 // The work of rays that go on alone is a stack of (ray, node). The topmost kChunk entries are taken
 // together and tested in a loop without a branch that depends on data, which neither waits for one
@@ -33,6 +34,7 @@
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
+#include "cpu/single_ray/ray_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 #include "cpu/single_ray/shared_leaf-inl.h"
 
@@ -94,11 +96,13 @@ HWY_INLINE std::size_t append(const Node& node, std::uint32_t slots, std::uint32
 
 class OccludedStream {
 public:
-    /// At most kStreamRays rays.
-    HWY_INLINE OccludedStream(const Bvh& bvh, std::span<const Ray> rays)
-        : bvh_(bvh), left_(~std::uint64_t{0} >> (kStreamRays - rays.size())) {
-        fill_stream(stream_, rays);
-    }
+    /// rays[order[i]], of one octant: at least one and at most kStreamRays.
+    HWY_INLINE OccludedStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order)
+        : bvh_(bvh),
+          stream_(make_stream(rays, order)),
+          bundle_(bundle_of(stream_, order.size())),
+          farthest_(largest_of(stream_.tfar, order.size())),
+          left_(~std::uint64_t{0} >> (kStreamRays - order.size())) {}
 
     /// The rays that hit anything, as bits.
     HWY_INLINE std::uint64_t trace() {
@@ -118,8 +122,11 @@ public:
             }
             const Node& node = bvh_.nodes[entry.child];
             std::uint64_t met[kWidth];
-            const std::size_t count = rays_meeting(stream_, rays, node, met);
-            for (std::size_t slot = 0; slot < count; ++slot) {
+            FloatVec enter[kVectors];
+            std::uint32_t slots = met_slots(bundle_, farthest_, node, enter);
+            rays_meeting(stream_, bundle_, stream_.tfar, rays, node, slots, met);
+            for (; slots != 0; slots &= slots - 1) {
+                const int slot = std::countr_zero(slots);
                 assert(size < kMaxStack);
                 stack[size] = {met[slot], node.child[slot]};
                 size += met[slot] != 0;
@@ -152,8 +159,7 @@ private:
     }
 
     HWY_INLINE void trace_leaf_alone(std::uint32_t ray, const Leaf& leaf) {
-        const bool hit = intersect_leaf(stream_, ray, stream_.tfar[ray], leaf,
-                                        [](std::uint32_t, const TriangleHit&) { return true; });
+        const bool hit = occluded_by_leaf(stream_, ray, leaf);
         left_ &= ~(std::uint64_t{hit} << ray);
     }
 
@@ -204,6 +210,9 @@ private:
 
     const Bvh& bvh_;
     RayStream stream_;
+    RayBundle bundle_;
+    /// The largest tfar.
+    float farthest_;
     /// The rays that have hit nothing yet, as bits.
     std::uint64_t left_;
     std::size_t seed_count_ = 0;

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
+#include <span>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
@@ -17,8 +20,11 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "cpu/single_ray/closest_leaf-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
+#include "cpu/single_ray/octant_order-inl.h"
+#include "cpu/single_ray/ray_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 #include "cpu/single_ray/shared_leaf-inl.h"
 
@@ -33,13 +39,19 @@ bool is(const float (&lanes)[3][kStreamRays], std::size_t i, vec3 v) {
     return same(lanes[0][i], v.x) && same(lanes[1][i], v.y) && same(lanes[2][i], v.z);
 }
 
+/// The stream of all rays in their order.
+RayStream stream_of(std::span<const Ray> rays) {
+    std::vector<std::uint16_t> order(rays.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint16_t>(i);
+    return make_stream(rays.data(), order);
+}
+
 /// Rays whose prepared values differ from those of slab_ray and shear_ray in any bit.
 std::size_t count_stream_differences(std::span<const Ray> rays) {
     std::size_t count = 0;
     for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
         const auto part = rays.subspan(first, std::min(kStreamRays, rays.size() - first));
-        RayStream stream;
-        fill_stream(stream, part);
+        const RayStream stream = stream_of(part);
         for (std::size_t i = 0; i < part.size(); ++i) {
             const SlabRay slab = slab_ray(part[i].org, part[i].dir);
             const ShearedRay sheared = shear_ray(part[i].org, part[i].dir);
@@ -59,30 +71,69 @@ std::size_t count_stream_differences(std::span<const Ray> rays) {
     return count;
 }
 
-/// The answers for at most kStreamRays rays and the node's boxes up to their tfar: by met_slots,
-/// and by rays_meeting for the rays of `asked`.
+/// The answers for at most kStreamRays rays of one octant and the node's boxes up to their tfar:
+/// for each ray, for all, and by rays_meeting for the rays of `asked`.
 void meet_boxes(const Node& node, std::span<const Ray> rays, std::uint64_t asked, BoxAnswers& out) {
-    RayStream stream;
-    fill_stream(stream, rays);
+    const RayStream stream = stream_of(rays);
+    FloatVec enter[kVectors];
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        FloatVec t_enter[kVectors];
-        out.met[i] = met_slots(stream, i, rays[i].tfar, node, t_enter);
-        for (std::size_t v = 0; v < kVectors; ++v) {
-            store_unaligned(t_enter[v], out.t_enter[i] + v * kLanes);
-        }
+        out.met[i] = met_slots(stream, i, rays[i].tfar, node, enter);
+        for (std::size_t v = 0; v < kVectors; ++v)
+            store_unaligned(enter[v], out.t_enter[i] + v * kLanes);
     }
-    out.used = rays_meeting(stream, asked, node, out.met_by);
+    const RayBundle bundle = bundle_of(stream, rays.size());
+    const float farthest = largest_of(stream.tfar, rays.size());
+    out.met_by_any = met_slots(bundle, farthest, node, enter);
+    for (std::size_t v = 0; v < kVectors; ++v)
+        store_unaligned(enter[v], out.least_enter + v * kLanes);
+    std::fill(std::begin(out.met_by), std::end(out.met_by), 0);
+    rays_meeting(stream, bundle, stream.tfar, asked, node, out.met_by_any, out.met_by);
 }
 
 std::uint32_t leaf_slots_of(const Node& node) { return leaf_slots(node); }
 
-/// Pairs of ray and slot that intersect_leaf answers otherwise than the scalar rule, and rays of
-/// `asked` that rays_hitting does.
+/// Whether certain_occluders() is certain of the triangle.
+bool is_certain(const RayStream& stream, std::size_t ray, vec3 a, vec3 b, vec3 c) {
+    const lanes::ShearedRay s = sheared_ray(stream, ray);
+    const auto project = [&s](vec3 v) HWY_ATTR {
+        return lanes::project_rotated_fast(s, lanes::rotate_axes(lanes::Float3(v), s.axis));
+    };
+    const lanes::Float3 pa = project(a), pb = project(b), pc = project(c);
+    const lanes::Edges e = lanes::fast_edges(pa, pb, pc);
+    const DepthSum depth = depth_sum(e, pa.z, pb.z, pc.z, s.dir.z);
+    return finite_vertices(a, b, c) &&
+           !none(certain_occluders(e, depth, certain_range(stream, ray)));
+}
+
+/// The closest hits of the rays of `asked` in a leaf, lanes being rays or triangles.
+ClosestHits closest_in_leaf(const RayStream& stream, std::size_t count, std::uint64_t asked,
+                            const Leaf& leaf, bool together) {
+    ClosestHits closest(stream, count);
+    for (std::size_t first = 0; first < count; first += kLanes) {
+        auto rays = static_cast<std::uint32_t>(asked >> first & kLaneBits);
+        if (together && rays != 0) {
+            intersect_leaf_together(stream, first, rays, leaf, closest);
+            continue;
+        }
+        for (; rays != 0; rays &= rays - 1) {
+            const auto lane = static_cast<std::size_t>(std::countr_zero(rays));
+            intersect_leaf_alone(stream, first + lane, leaf, closest);
+        }
+    }
+    return closest;
+}
+
+bool same_hit(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+/// Pairs of ray and slot that intersect_leaf answers otherwise than the scalar rule, certain
+/// occluders whose depth is not far enough within the ray's range, and rays that any of the other
+/// tests of leaves answers otherwise.
 LeafCounts check_leaf(const Leaf& leaf, std::span<const Ray> rays, std::uint64_t asked) {
     LeafCounts counts;
-    RayStream stream;
-    fill_stream(stream, rays);
+    const RayStream stream = stream_of(rays);
     const std::uint64_t by_leaf = rays_hitting(stream, asked, leaf);
+    const ClosestHits alone = closest_in_leaf(stream, rays.size(), asked, leaf, false);
+    const ClosestHits together = closest_in_leaf(stream, rays.size(), asked, leaf, true);
     const std::uint32_t used = corner_triangle_count(leaf.vertex[0].corners);
     for (std::size_t i = 0; i < rays.size(); ++i) {
         TriangleHit found[kLeafTriangles];
@@ -95,23 +146,62 @@ LeafCounts check_leaf(const Leaf& leaf, std::span<const Ray> rays, std::uint64_t
                            return false;
                        });
         const ShearedRay sheared = shear_ray(rays[i].org, rays[i].dir);
+        const float size = std::max(largest_component(rays[i].org), kSceneExtent);
+        const double margin = 0x1p-18 * size;
+        Hit closest = no_hit();
+        float closest_t = rays[i].tfar;
         bool any = false;
         for (std::uint32_t slot = 0; slot < kLeafTriangles; ++slot) {
             TriangleHit hit;
-            const bool hits =
-                slot < used &&
-                intersect_triangle(sheared, rays[i].tnear, rays[i].tfar,
-                                   leaf_position(leaf, slot, 0), leaf_position(leaf, slot, 1),
-                                   leaf_position(leaf, slot, 2), hit);
+            const vec3 a = leaf_position(leaf, slot, 0);
+            const vec3 b = leaf_position(leaf, slot, 1);
+            const vec3 c = leaf_position(leaf, slot, 2);
+            const bool hits = slot < used && intersect_triangle(sheared, rays[i].tnear,
+                                                                rays[i].tfar, a, b, c, hit);
             any |= hits;
             counts.hits += hits;
             counts.differences += hits != ((slots >> slot & 1) != 0) ||
                                   (hits && (hit.t != found[slot].t || hit.u != found[slot].u ||
                                             hit.v != found[slot].v));
+            if (slot < used && is_certain(stream, i, a, b, c)) {
+                ++counts.certain;
+                counts.differences +=
+                    !hits || hit.t < rays[i].tnear + margin || hit.t > rays[i].tfar - margin;
+            }
+            if (hits && is_closer(hit.t, leaf.prim_id[slot], closest_t, closest.prim_id)) {
+                closest_t = hit.t;
+                closest = make_hit(hit, leaf.prim_id[slot]);
+            }
         }
-        counts.differences += (by_leaf >> i & 1) != (any ? asked >> i & 1 : 0);
+        const bool is_asked = (asked >> i & 1) != 0;
+        counts.differences += (by_leaf >> i & 1) != (is_asked && any);
+        counts.differences += occluded_by_leaf(stream, i, leaf) != any;
+        const Hit expected = is_asked ? closest : no_hit();
+        counts.differences += !same_hit(alone.hit(i), expected);
+        counts.differences += !same_hit(together.hit(i), expected);
     }
     return counts;
+}
+
+/// Whether each ray is in one stream, with the others of its octant before and after it in order.
+bool is_ordered(std::span<const Ray> rays) {
+    std::vector<std::uint32_t> seen(rays.size());
+    std::size_t previous[OctantOrder::kOctants] = {};
+    bool ordered = true;
+    for_each_stream(
+        rays, [&](const Ray* batch, std::span<const std::uint16_t> order, std::size_t first) {
+            ordered = ordered && !order.empty() && order.size() <= kStreamRays;
+            const auto octant_of = [](vec3 d) { return (d.x < 0) + 2 * (d.y < 0) + 4 * (d.z < 0); };
+            const int octant = octant_of(batch[order[0]].dir);
+            for (const std::uint16_t i : order) {
+                const std::size_t ray = first + i;
+                ordered = ordered && &batch[i] == &rays[ray] && octant_of(batch[i].dir) == octant &&
+                          previous[octant] <= ray;
+                previous[octant] = ray;
+                ++seen[ray];
+            }
+        });
+    return ordered && std::count(seen.begin(), seen.end(), 1u) == std::ssize(seen);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -132,6 +222,7 @@ HWY_EXPORT(count_stream_differences);
 HWY_EXPORT(meet_boxes);
 HWY_EXPORT(leaf_slots_of);
 HWY_EXPORT(check_leaf);
+HWY_EXPORT(is_ordered);
 
 TEST(SimdDispatch, CallsTheFunctionOfTheTarget) {
     for (const SimdTarget& target : supported_simd_targets()) {
@@ -217,6 +308,39 @@ bool is_allowed(const Node& node, std::uint32_t slot, const Ray& ray, bool met, 
     return !met || (outer.enter <= ends(outer) && t_enter >= outer.enter);
 }
 
+TEST(OctantOrder, KeepsTheOrderOfTheRaysOfAnOctant) {
+    const TestScene scene = random_soup(100, 0.5, 1);
+    for (const std::size_t size : {1, 2, 3, 4, 5, 63, 64, 65, 2047, 2048, 2049, 5003}) {
+        std::vector<Ray> rays = mixed_rays(scene, size, size);
+        for (std::size_t i = 0; i < size; i += 3) rays[i].dir = {0, -0.0f, -1};
+        for (const SimdTarget& target : supported_simd_targets())
+            EXPECT_TRUE(SIMD_FUNCTION(is_ordered, target)(rays)) << size << ", " << target.name;
+    }
+}
+
+/// Rays of one octant; a zero counts as positive.
+void turn_to_octant(std::vector<Ray>& rays, std::uint32_t octant) {
+    for (Ray& ray : rays) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const float size = std::abs(ray.dir[axis]);
+            const bool negative = (octant >> axis & 1) != 0;
+            ray.dir[axis] = negative ? -std::max(size, 0x1p-46f) : size;
+        }
+    }
+}
+
+/// Whether the slab test of a ray alone meets the box in the slot, and then all of the bundle does,
+/// no later, bit for bit.
+void expect_bound_of_slabs(const Node& node, std::uint32_t slot, const Ray& ray,
+                           const BoxAnswers& answers) {
+    float t_enter = 0;
+    const vec3 lower(node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]);
+    const vec3 upper(node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]);
+    if (!hits_box(slab_ray(ray.org, ray.dir), lower, upper, t_enter) || t_enter > ray.tfar) return;
+    ASSERT_TRUE((answers.met_by_any >> slot & 1) != 0);
+    ASSERT_LE(answers.least_enter[slot], t_enter);
+}
+
 TEST(NodeTest, MeetsTheBoxesOfAllHitsAndNoneThatAreFartherThanTheirDilation) {
     const TestScene scene = random_soup(100, 0.5, 1);
     Random random(5);
@@ -228,6 +352,10 @@ TEST(NodeTest, MeetsTheBoxesOfAllHitsAndNoneThatAreFartherThanTheirDilation) {
         for (Ray& ray : rays) {
             if (round % 2 == 1) ray.tfar = static_cast<float>(random.real(0, 2) * kSceneExtent);
         }
+        if (round % 4 == 3) {
+            for (Ray& ray : rays) ray.org = snap_point(rays[0].org + random.point(100));
+        }
+        turn_to_octant(rays, random.below(8));
         const std::uint64_t all = ~std::uint64_t{0} >> (64 - rays.size());
         const std::uint64_t asked = round % 3 == 0 ? all : random.bits() & all;
         std::uint32_t leaves = 0;
@@ -239,7 +367,7 @@ TEST(NodeTest, MeetsTheBoxesOfAllHitsAndNoneThatAreFartherThanTheirDilation) {
             ASSERT_EQ(SIMD_FUNCTION(leaf_slots_of, target)(node), leaves);
             BoxAnswers answers;
             SIMD_FUNCTION(meet_boxes, target)(node, rays, asked, answers);
-            ASSERT_EQ(answers.used, used);
+            ASSERT_EQ(answers.met_by_any >> used, 0u);
             for (std::size_t i = 0; i < rays.size(); ++i) {
                 ASSERT_EQ(answers.met[i] >> used, 0u);
                 for (std::uint32_t slot = 0; slot < used; ++slot) {
@@ -247,11 +375,13 @@ TEST(NodeTest, MeetsTheBoxesOfAllHitsAndNoneThatAreFartherThanTheirDilation) {
                     const float t_enter = answers.t_enter[i][slot];
                     met_count += met;
                     ASSERT_TRUE(is_allowed(node, slot, rays[i], met, t_enter));
+                    ASSERT_NO_FATAL_FAILURE(expect_bound_of_slabs(node, slot, rays[i], answers));
                     const std::uint64_t met_by = answers.met_by[slot];
                     ASSERT_EQ(met_by & ~asked, 0u);
                     if ((asked >> i & 1) == 0) continue;
-                    // The same operations in the same order.
-                    ASSERT_EQ((met_by >> i & 1) != 0, met);
+                    // The same operations in the same order, for boxes that the bundle meets.
+                    const bool by_any = (answers.met_by_any >> slot & 1) != 0;
+                    ASSERT_EQ((met_by >> i & 1) != 0, met && by_any);
                 }
             }
         }
@@ -280,7 +410,7 @@ std::vector<Ray> rays_off_surfaces(const TestScene& scene, std::size_t count, st
 }
 
 TEST(LeafTest, HasTheHitsOfTheScalarRule) {
-    std::size_t hits = 0;
+    std::size_t hits = 0, certain = 0;
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
@@ -302,11 +432,13 @@ TEST(LeafTest, HasTheHitsOfTheScalarRule) {
                         SIMD_FUNCTION(check_leaf, target)(bvh.leaves[leaf], rays, asked);
                     ASSERT_EQ(counts.differences, 0u) << named.name << ", " << target.name;
                     hits += counts.hits;
+                    certain += counts.certain;
                 }
             }
         }
     }
     EXPECT_GT(hits, 1000u);
+    EXPECT_GT(certain, 1000u);
 }
 
 }  // namespace

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 #include <xmmintrin.h>
 
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "common/bvh/builder/bvh_builder.h"
+#include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
@@ -46,12 +49,13 @@ TEST(SingleRayTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
 TEST(SingleRayTracer, AnswersABatchOfAnySizeAndNothingBesides) {
     const TestScene scene = random_soup(400, 0.3, 7);
     const Bvh bvh = build_bvh(scene.topology(), scene.positions());
-    const std::vector<Ray> rays = mixed_rays(scene, 70, 3);
+    const std::vector<Ray> rays = mixed_rays(scene, 2100, 3);
     const cpu::ScalarTracer scalar(bvh);
     const Hit untouched{-1, -2, -3, 77};
     for (const SimdTarget& target : supported_simd_targets()) {
         const cpu::SingleRayTracer tracer(bvh, target);
-        for (const std::size_t size : {0, 1, 2, 3, 7, 16, 17, 33, 64, 70}) {
+        for (const std::size_t size :
+             {0, 1, 2, 3, 4, 7, 13, 16, 17, 33, 64, 70, 2047, 2049, 2100}) {
             std::vector<Hit> hits(size + 1, untouched);
             std::vector<std::uint8_t> occluded(size + 1, 7);
             tracer.intersect({rays.data(), size}, {hits.data(), size});
@@ -62,6 +66,108 @@ TEST(SingleRayTracer, AnswersABatchOfAnySizeAndNothingBesides) {
             }
             EXPECT_TRUE(same_bits(hits[size], untouched));
             EXPECT_EQ(occluded[size], 7);
+        }
+    }
+}
+
+/// Rays in pencils of 1 to 200 that have nearly one origin and one direction, so that they go down
+/// together: jittered by up to 2^-40 to 2^-2 of the scene, some equal, some with a range of t.
+std::vector<Ray> pencils_of_rays(const TestScene& scene, std::size_t count, std::uint64_t seed) {
+    Random random(seed);
+    const std::vector<Ray> axes = mixed_rays(scene, count, seed);
+    std::vector<Ray> rays;
+    for (const Ray& axis : axes) {
+        const double spread = std::ldexp(1.0, -2 - static_cast<int>(random.below(39)));
+        for (std::uint32_t left = 1 + random.below(200); left > 0; --left) {
+            Ray ray = axis;
+            ray.org = snap_point(ray.org + random.point(spread * kSceneExtent));
+            const vec3 dir = canonical_direction(ray.dir + random.point(spread));
+            if (largest_component(dir) > 0) ray.dir = dir;
+            if (random.below(4) == 0) ray = rays.empty() ? ray : rays.back();
+            if (random.below(4) == 0) {
+                ray.tfar = static_cast<float>(random.real(0, 2) * kSceneExtent);
+                ray.tnear = ray.tfar * static_cast<float>(random.real(0, 1));
+            }
+            rays.push_back(ray);
+        }
+    }
+    return rays;
+}
+
+TEST(SingleRayTracer, AnswersRaysThatGoDownTogetherLikeBruteForce) {
+    std::size_t hit_count = 0;
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::vector<Ray> rays = pencils_of_rays(scene, 24, 41);
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
+        std::vector<Hit> expected;
+        for (const Ray& ray : rays) expected.push_back(brute.intersect(ray));
+        for (const SimdTarget& target : supported_simd_targets()) {
+            const cpu::SingleRayTracer tracer(bvh, target);
+            std::vector<Hit> hits(rays.size());
+            std::vector<std::uint8_t> occluded(rays.size(), 7);
+            tracer.intersect(rays, hits);
+            tracer.occluded(rays, occluded);
+            std::size_t different = 0;
+            for (std::size_t i = 0; i < rays.size(); ++i) {
+                const bool is_hit = expected[i].prim_id != kNoPrim;
+                hit_count += is_hit;
+                different += !same_bits(hits[i], expected[i]) || occluded[i] != is_hit;
+            }
+            EXPECT_EQ(different, 0u) << named.name << ", " << target.name;
+        }
+    }
+    EXPECT_GT(hit_count, 10000u);
+}
+
+/// A chain of kMaxDepth nodes whose boxes are all the same: each holds the next one in `slot` and
+/// in all others the leaf of a triangle in front of the origin, the last one leaves alone.
+Bvh deepest_chain(std::uint32_t slot) {
+    Bvh bvh;
+    bvh.leaves.resize(1);
+    Leaf& leaf = bvh.leaves[0];
+    for (std::uint32_t i = 0; i < kLeafVertices; ++i) {
+        const float x[3] = {-1, 1, 0}, y[3] = {-1, -1, 1};
+        const std::uint32_t k = i < 3 ? i : 0;
+        leaf.vertex[i] = {x[k], y[k], 8, i == 0 ? pack_corners(0, 1, 2, 1) : 0};
+        leaf.prim_id[i] = i == 0 ? 5 : kNoPrim;
+    }
+    bvh.nodes.resize(kMaxDepth);
+    for (std::uint32_t level = 0; level < kMaxDepth; ++level) {
+        Node& node = bvh.nodes[level];
+        for (std::uint32_t i = 0; i < kWidth; ++i) {
+            node.lower_x[i] = node.lower_y[i] = -1;
+            node.upper_x[i] = node.upper_y[i] = 1;
+            node.lower_z[i] = node.upper_z[i] = 8;
+            node.child[i] = i == slot && level + 1 < kMaxDepth ? level + 1 : kLeafBit;
+        }
+    }
+    return bvh;
+}
+
+// The first or the last of boxes that are entered at once is on top of the stack, so one of the two
+// trees fills it to kMaxStack.
+TEST(SingleRayTracer, HasRoomForTheDeepestTree) {
+    for (const std::uint32_t slot : {0u, kWidth - 1}) {
+        const Bvh bvh = deepest_chain(slot);
+        for (const std::size_t count : {1, 3, 4, 8, 12, 64}) {
+            // The last ray misses the triangle, and so meets every box.
+            std::vector<Ray> rays(count, Ray{{0, 0, 0}, 0, {0, 0, 1}, kInfiniteT});
+            rays.back().org = {0.875f, 0.875f, 0};
+            for (const SimdTarget& target : supported_simd_targets()) {
+                const cpu::SingleRayTracer tracer(bvh, target);
+                std::vector<Hit> hits(count);
+                std::vector<std::uint8_t> occluded(count, 7);
+                tracer.intersect(rays, hits);
+                tracer.occluded(rays, occluded);
+                for (std::size_t i = 0; i < count; ++i) {
+                    const bool is_hit = i + 1 < count;
+                    EXPECT_EQ(hits[i].prim_id, is_hit ? 5u : kNoPrim);
+                    EXPECT_EQ(hits[i].t, is_hit ? 8.0f : 0.0f);
+                    EXPECT_EQ(occluded[i], is_hit ? 1 : 0);
+                }
+            }
         }
     }
 }

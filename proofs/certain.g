@@ -1,0 +1,50 @@
+# Triangles that certainly occlude a ray, without the hit rule.
+#
+#   bounds       certain_occluders: where |e| > bound, from s + kCertainBound bound Z <= n <= to s -
+#                kCertainBound bound Z, the rule finds a hit with 2^-18 X to spare at both ends of the range
+#   code         certain_occluders (cpu/single_ray/certain_occluders-inl.h), prepare_range
+#                (cpu/single_ray/ray_stream-inl.h), rays_hitting (cpu/single_ray/shared_leaf-inl.h),
+#                occluded_by_leaf (cpu/single_ray/leaf_hit_rule-inl.h)
+#   inputs       e: the error of a rounding; X = max(kSceneExtent, |org|) <= kCertainOrigin; Z <= 2.001 X the
+#                largest |z|; n, s: sums of |e| z and |e|; c = kCertainBound; 1 <= |dir.z| < 2
+#   used by      nothing
+#   by hand      the steps of cpu/single_ray/certain_occluders-inl.h: signs beyond the bound are those of the
+#                exact functions; deviations from a mean add up to at most 2 range <= 4 Z; bound / s <= 1 / c;
+#                s <= 3 M^2, so that M >= c r; e s covers what underflows
+#
+# step: kCertainBound 0.5
+# step: kCertainDepth 0.5
+
+## lemma: n by three roundings of each term
+n = (1 + a) * (1 + b) * (1 + c) - 1;
+{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ -> |n| <= 0x3.001p-24 }
+
+## lemma: s by two, from s and to s by one more, the difference by one that keeps its sign
+s = (1 + a) * (1 + b) * (1 + c) - 1;
+{ |a| <= @kRounding@ /\ |b| <= @kRounding@ /\ |c| <= @kRounding@ -> |s| <= 0x3.001p-24 }
+
+## lemma: kCertainDepth, from: the test, the mean, the sign of z, t, the ends; and 2^-18 of t
+e = @kRounding@;
+by_depth = (3.001 + 3.1) * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
+           + (2 * @kWeightRounding@ + @kMeanRounding@) * (1 + 8 * e) + @kTravel@ * (1 + 8 * e);
+ends = 3 * 2.002 * e;
+{ @kCertainDepth@ - (2.001 * by_depth + ends + 2 * 0x1p-18 + 0x1p-36) >= 0 }
+
+## lemma: kCertainDepth, to, which is at most 4 X
+e = @kRounding@;
+by_depth = 3.001 * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
+           + (2 * @kWeightRounding@ + @kMeanRounding@) * (1 + 8 * e) + @kTravel@ * (1 + 8 * e);
+ends = 4 * (3.001 + 2.001) * e;
+{ @kCertainDepth@ - (2.001 * by_depth + ends + 2 * 0x1p-18 + 0x1p-36) >= 0 }
+
+## lemma: kCertainBound: the mean by 4; the rule's fast functions and the sign of z by 2 B range / S each
+e = @kRounding@;
+c = @kCertainBound@ * (1 - 16 * e);
+{ c - (4 + 2 * 8 * (1 + 16 * e) / (1 - 9 / c)) >= 0 }
+
+## lemma: functions of slopes: six coordinates by 2 (8 e (x + Z) + 5 e x), at most an eighth of 3 M
+e = @kRounding@;
+r = @kFastProjectionError@;
+c = @kCertainBound@ * (1 - 16 * e);
+{ 1 / 8 - (6 * 2 * 8 * e / (3 * c * r) + 6 * 2 * 13 * e / 3) * (1 + 0x1p-10) >= 0
+  /\ 2 - (1 + 1 / 8) * (1 + 1 / 8) * (1 + 0x1p-10) >= 0 }
