@@ -5,9 +5,14 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "common/base/errors.h"
+#include "common/interop/arithmetic.h"
+#include "cpu/cpu_backend.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::fuzz {
@@ -41,6 +46,45 @@ Ray any_ray() {
     return ray;
 }
 
+// So many rays are traced among others.
+constexpr std::size_t kCrowdedRays = 64;
+// The others of each of them: more than go on alone on any target.
+constexpr std::uint32_t kCrowd = 15;
+
+/// Adds rays that are equal to this one or nearly have its direction.
+void add_crowd(const Ray& ray, std::vector<Ray>& rays) {
+    for (std::uint32_t k = 0; k < kCrowd; ++k) {
+        Ray other = ray;
+        const float sign = (k & 1) != 0 ? -1.0f : 1.0f;
+        if (k % 4 != 0) other.dir[k % 3] += std::ldexp(sign, -3 * static_cast<int>(k));
+        other.dir = canonical_direction(other.dir);
+        rays.push_back(largest_component(other.dir) > 0 ? other : ray);
+    }
+}
+
+std::vector<std::uint8_t> any_hits(const cpu::CpuBackend& backend, std::span<const Ray> rays) {
+    std::vector<std::uint8_t> occluded(rays.size());
+    backend.occluded(rays, occluded);
+    return occluded;
+}
+
+/// The rays for which `differs(i)`, if any.
+template <class Differs>
+std::optional<Finding> find_difference(std::span<const std::size_t> indices,
+                                       std::span<const Hit> expected, std::span<const Hit> actual,
+                                       Differs differs) {
+    Finding finding;
+    for (std::size_t i = indices.size(); i-- > 0;) {
+        if (!differs(i)) continue;
+        ++finding.ray_count;
+        finding.ray_index = indices[i];
+        finding.expected = expected[i];
+        finding.actual = actual[i];
+    }
+    if (finding.ray_count == 0) return {};
+    return finding;
+}
+
 }  // namespace
 
 void Tally::add(const Tally& other) {
@@ -55,6 +99,10 @@ void Tally::add(const Tally& other) {
 
 std::string describe(const Finding& finding) {
     std::string text = finding.variant->name() + ": ";
+    if (finding.is_any_hit) {
+        return text + fmt::format("any hits of {} single rays differ; ray {}\n  reference {}",
+                                  finding.ray_count, finding.ray_index, hit_text(finding.expected));
+    }
     if (!finding.is_image()) {
         return text + fmt::format("{} single rays differ; ray {}\n  reference {}\n  found     {}",
                                   finding.ray_count, finding.ray_index, hit_text(finding.expected),
@@ -141,28 +189,35 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
         const SceneRay ray = to_scene(scene_->space(), world_rays[i]);
         if (!ray.valid) continue;
         rays.push_back(ray.ray);
-        indices.push_back(i);
+        if (i < kCrowdedRays) add_crowd(ray.ray, rays);
+        indices.resize(rays.size(), i);
     }
     if (rays.empty()) return {};
     std::vector<Hit> expected(rays.size());
     std::vector<Hit> actual(rays.size());
     reference_.trace_rays(rays, expected);
     std::vector<Finding> findings;
+    const auto add = [&](const Variant& variant, std::optional<Finding> finding) {
+        if (!finding) return;
+        finding->variant = &variant;
+        findings.push_back(*finding);
+    };
     for (const Variant& variant : variants_) {
         prepare(variant);
         variant.backend->trace_rays(rays, actual);
         tally.rays += rays.size();
-        if (test::same_bytes(expected, actual)) continue;
-        Finding finding;
-        finding.variant = &variant;
-        for (std::size_t i = rays.size(); i-- > 0;) {
-            if (test::same_bits(expected[i], actual[i])) continue;
-            ++finding.ray_count;
-            finding.ray_index = indices[i];
-            finding.expected = expected[i];
-            finding.actual = actual[i];
-        }
-        findings.push_back(finding);
+        auto finding = find_difference(indices, expected, actual, [&](std::size_t i) {
+            return !test::same_bits(expected[i], actual[i]);
+        });
+        add(variant, finding);
+        const auto* const cpu = dynamic_cast<const cpu::CpuBackend*>(variant.backend);
+        if (cpu == nullptr) continue;
+        const std::vector<std::uint8_t> occluded = any_hits(*cpu, rays);
+        finding = find_difference(indices, expected, actual, [&](std::size_t i) {
+            return (occluded[i] != 0) != (expected[i].prim_id != kNoPrim);
+        });
+        if (finding) finding->is_any_hit = true;
+        add(variant, finding);
     }
     return findings;
 }

@@ -20,7 +20,8 @@ struct Finding {
     const Variant* variant = nullptr;
     /// The difference of an image.
     FrameDifference image;
-    /// The number of single rays that differ, and the first of them.
+    /// The number of single rays that differ, and the first of them; in their closest or any hits.
+    bool is_any_hit = false;
     std::size_t ray_count = 0;
     std::size_t ray_index = 0;
     Hit expected = no_hit();
@@ -59,7 +60,9 @@ public:
     void load(std::unique_ptr<FuzzScene> scene, std::span<const Variant> variants);
     /// Compares images of the scene. Throws Error for a view that is refused.
     std::vector<Finding> compare_images(const ViewSpec& view, Tally& tally);
-    /// Compares closest hits of single rays; leaves out invalid rays.
+    /// Compares closest hits of single rays, on the CPU also any hits; leaves out invalid rays. The
+    /// first rays are traced among others that nearly have their direction, so that streams of rays
+    /// go down the tree together.
     std::vector<Finding> compare_rays(std::span<const WorldRay> rays, Tally& tally);
 
 private:
