@@ -22,10 +22,10 @@ struct Constant {
 #define PROOFS_CONSTANT(name) \
     Constant { #name, name }
 
-/// What surely_inside spends of the dilation of boxes, a part of it.
-inline float depth_slack_of_dilation() {
+/// What surely_inside spends of the depth margin, a part of it.
+inline float depth_slack_of_margin() {
     const vec3 org(0, 0, 0);
-    return shear_ray(org, vec3(0, 0, 1)).depth_slack / box_dilation(org);
+    return shear_ray(org, vec3(0, 0, 1)).depth_slack / depth_margin(org);
 }
 
 inline const std::array kConstants = {
@@ -39,8 +39,9 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kMeanRounding),
     PROOFS_CONSTANT(kHugeReciprocal),
     PROOFS_CONSTANT(kBoxDilation),
+    PROOFS_CONSTANT(kDepthMargin),
     PROOFS_CONSTANT(kSurfaceOffset),
-    Constant{"kDepthSlackOfDilation", depth_slack_of_dilation()},
+    Constant{"kDepthSlackOfMargin", depth_slack_of_margin()},
     PROOFS_CONSTANT(kRounding),
     PROOFS_CONSTANT(kDifferenceOfProducts),
     PROOFS_CONSTANT(kProjection),

@@ -1,12 +1,12 @@
 # z of a hit against the mean of the vertices' z under exact weights, its sign, and t.
 #
 #   bounds       |z - mean| <= (2 (1 - kSpareOfBound) bound / sum + kRangeOfDepths) range
-#                + kSizeOfDepths size; the part with bound is at most D / 2 where surely_inside
+#                + kSizeOfDepths size; the part with bound is at most M / 2 where surely_inside
 #                agrees; beyond `error` z has the sign of the mean, that of a.z before its rounding
 #                included; |t - z / d.z| <= kTravel |z / d.z|
 #   code         weighted_hit, scaled_weight, surely_inside (common/interop/hit_rule.h)
-#   constants    kWeightRounding, kMeanRounding; kDepthSlackOfDilation is ShearedRay::depth_slack
-#                over D
+#   constants    kWeightRounding, kMeanRounding; kDepthSlackOfMargin is ShearedRay::depth_slack
+#                over M
 #   inputs       edge functions of one sign that are not all 0 (a triangle may have no area), those
 #                of exact_edges (bound = 0) or ones that surely_inside accepts; the vertices' z as
 #                projected; range = zmax - zmin, size = the largest |z|
@@ -35,7 +35,7 @@
 # step: kTravel 0.99
 # step: kWeightRounding 0.5
 # step: kMeanRounding 0.5 (0.92 would do)
-# step: kDepthSlackOfDilation 1.1
+# step: kDepthSlackOfMargin 1.1
 # step: kDifferenceOfProducts 1.1
 # step: kRcpUlp 1.1
 
@@ -80,9 +80,9 @@ up = 1 + @kRounding@;
 excess = up * (1 + @kRcpUlp@ * 0x1p-23) / (1 - @kRounding@) - 1;
 { @kSizeOfDepths@ - ((up * up - 1) * (1 + excess) + excess) >= 0 }
 
-## lemma: surely_inside: fl(bound range) <= fl(depth_slack sum), so that this is at most D / 2
+## lemma: surely_inside: fl(bound range) <= fl(depth_slack sum), so that this is at most M / 2
 e = @kRounding@;
-allowed = (1 + e) * (1 + e) * (1 + e) * @kDepthSlackOfDilation@;    # of D times the sum
+allowed = (1 + e) * (1 + e) * (1 + e) * @kDepthSlackOfMargin@;    # of M times the sum
 error = (1 - e) * (1 - e);                                          # of bound times range
 { 2 * (1 - @kSpareOfBound@) * (allowed / error) <= 0.5 }
 

@@ -1,7 +1,7 @@
 # Rays without a packet that are sorted out before the rule.
 #
 #   bounds       near_leaf: an edge function is within kNearEdgeError l (l + S), a plane's distance
-#                times |N| within kNearSideError S |e| |f|; boxes of near_rays and wide_node within 7/16
+#                times |N| within kNearSideError S |e| |f|; boxes of near_rays and node_lanes within 3/5
 #                of the dilation; rays_leaving: n.w and n.d within kLeavingError of their terms, (r +
 #                extent) m included; project_shared: vertices within those of project_fast;
 #                possible_lanes: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound)
@@ -24,7 +24,7 @@
 # step: kNearSideError 0.5
 # step: kLeavingError 0.5
 # step: kBehindError 0.5
-# step: kBoxDilation 1/64
+# step: kBoxDilation 0.5
 # step: kRcpUlp 2
 
 ## lemma: near_leaf: edge functions, by l S and l l
@@ -50,12 +50,12 @@ off = 4 + 3 + 1 + 1 + 1 + 2 * @kProjection@ / e * 4;
 e = @kRounding@;
 rcp = @kRcpUlp@ * 0x1p-23;
 slope = (1 + rcp) * (1 + rcp) * (1 + e) - 1;
-{ 0x7p-4 * @kBoxDilation@ - (2.001 * slope + (1 + 1.001 + 1.001 + 2.001) * e * 1.001 + 0x1p-46) >= 0 }
+{ 0.6 * @kBoxDilation@ - (2.001 * slope + (1 + 1.001 + 1.001 + 2.001) * e * 1.001 + 0x1p-46) >= 0 }
 
-## lemma: wide_node: org +- D, the reciprocal, both products, the difference: of 32 u
+## lemma: node_lanes: org +- D, the reciprocal, both products, the difference
 e = @kRounding@;
 rcp = @kRcpUlp@ * 0x1p-23;
-{ 0x1p-6 * @kBoxDilation@ - (2.01 * rcp + (1.001 + 1.001 + 1.001 + 2.1) * e * 1.001) >= 0 }
+{ 0.6 * @kBoxDilation@ - (2.01 * rcp + (1.001 + 1.001 + 1.001 + 2.1) * e * 1.001) >= 0 }
 
 ## lemma: rays_leaving: n by differences, product and difference; with w (or d), product and three sums
 n = (1 + a) * (1 + b) * (1 + c) * (1 + d) - 1;

@@ -37,6 +37,7 @@ public:
         t_enter = enter;
         return enter <= leave;
     }
+    float last_entry(float t) const { return t; }
 
 private:
     std::array<float, 3> org_;
@@ -57,6 +58,7 @@ public:
         return hits_box(slab_, {node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]},
                         {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]}, t_enter);
     }
+    float last_entry(float t) const { return mray::last_entry(slab_.depth_margin, t); }
 
 private:
     SlabRay slab_;
@@ -64,7 +66,8 @@ private:
 
 /// Returns the nearest hit, of equal ones that with the smaller prim_id. Rule is constructed from a
 /// ray; rule.intersect(a, b, c, t, u, v) returns true with t in (0, infinity). Slabs has
-/// meets(node, slot, t_enter). Nodes have child[] like Node.
+/// meets(node, slot, t_enter), and last_entry(t) as in common/interop/slab.h. Nodes have child[]
+/// like Node.
 template <class Rule, class Slabs, class Nodes>
 Hit trace_plainly(const Nodes& nodes, std::span<const Leaf> leaves, const Ray& ray) {
     struct Entry {
@@ -80,13 +83,14 @@ Hit trace_plainly(const Nodes& nodes, std::span<const Leaf> leaves, const Ray& r
     stack[size++] = {0, 0};
     while (size != 0) {
         const Entry entry = stack[--size];
-        if (entry.t_enter > best_t) continue;
+        const float last = slabs.last_entry(best_t);
+        if (entry.t_enter > last) continue;
         if ((entry.child & kLeafBit) == 0) {
             const auto& node = nodes[entry.child];
             const std::size_t base = size;
             for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
                 float t_enter;
-                if (!slabs.meets(node, slot, t_enter) || t_enter > best_t) continue;
+                if (!slabs.meets(node, slot, t_enter) || t_enter > last) continue;
                 std::size_t place = size++;
                 for (; place > base && stack[place - 1].t_enter < t_enter; --place)
                     stack[place] = stack[place - 1];

@@ -29,7 +29,8 @@ Candidate judge(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab, 
                      lesser(a.z, lesser(b.z, c.z)));
     const vec3 upper(greater(a.x, greater(b.x, c.x)), greater(a.y, greater(b.y, c.y)),
                      greater(a.z, greater(b.z, c.z)));
-    result.meets_box = hits_box(slab, lower, upper, result.t_enter) && result.t_enter <= result.t;
+    result.meets_box = hits_box(slab, lower, upper, result.t_enter) &&
+                       result.t_enter <= last_entry(slab.depth_margin, result.t);
     result.is_hit = is_hit;
     return result;
 }

@@ -27,7 +27,7 @@ struct Candidate {
     bool has_area = false;  // its vertices are not collinear
     bool in_range = false;  // 0 < t, tnear <= t <= tfar
     bool finite = false;
-    bool meets_box = false;  // its own box, before or at t
+    bool meets_box = false;  // its own box, no later than last_entry of t
     bool is_hit = false;     // the result of the rule
 
     bool operator==(const Candidate&) const = default;

@@ -41,8 +41,10 @@ SHARED_CONST float kEmptyPlane = 281474976710656.0f;
 // that kEmptyPlane times it does not overflow.
 SHARED_CONST float kHugeReciprocal = 18446744073709551616.0f;
 
-// Boxes are dilated by kBoxDilation * max(kSceneExtent, |org|) in the slab test: 2^-13.
-SHARED_CONST float kBoxDilation = 0.0001220703125f;
+// By max(kSceneExtent, |org|): the dilation of boxes in the slab test, 2^-19; and the depth margin,
+// by which t of a hit may be less than the entry into its triangle's box, 2^-13.
+SHARED_CONST float kBoxDilation = 1.9073486328125e-06f;
+SHARED_CONST float kDepthMargin = 0.0001220703125f;
 // Secondary rays start off the surface by this times the size of the rounding error of the hit
 // point (docs/design/arithmetic.md, "Secondary rays"): 2^-16.
 SHARED_CONST float kSurfaceOffset = 1.52587890625e-05f;

@@ -16,9 +16,9 @@
 //    vertices.
 //
 // Depth is the average of the vertices' z under weights that are accurate to a few ulp, so a hit
-// lies between its vertices however thin or steep the triangle is. Hence a hit is outside its
-// triangle's box by rounding at most, and the answer cannot depend on the tree that led to it
-// (docs/design/arithmetic.md, "Boxes").
+// lies between its vertices however thin or steep the triangle is. Hence a ray passes the box of a
+// triangle that it hits within rounding, t is within a margin of where it does, and the answer
+// cannot depend on the tree that led to it (docs/design/arithmetic.md, "Boxes").
 //
 // The displacement is some 2^-23 of a triangle's own size. A triangle without area is a sliver of
 // that width, and is hit there: it fills the crack that the displacement opens between its
@@ -38,7 +38,7 @@
 SHARED_BEGIN
 
 /// A ray as the rule takes it: axis is that of its largest direction component; org and dir are
-/// rotated so that it is z. depth_slack is a quarter of the dilation of boxes.
+/// rotated so that it is z. depth_slack is a quarter of the depth margin.
 struct ShearedRay {
     Float3 org;
     Float3 dir;
@@ -57,7 +57,7 @@ SHARED ShearedRay shear_ray(Float3 org, Float3 dir) {
     s.axis = select(size.x >= size.y && size.x >= size.z, 0u, select(size.y >= size.z, 1u, 2u));
     s.org = rotate_axes(org, s.axis);
     s.dir = rotate_axes(dir, s.axis);
-    PRECISE Float slack = 0.25f * box_dilation(org);
+    PRECISE Float slack = 0.25f * depth_margin(org);
     s.depth_slack = slack;
     return s;
 }
@@ -249,9 +249,8 @@ SHARED Bool may_be_inside(Edges e) {
 
 /// Whether all signs are certain and alike, and the edge functions accurate enough as weights of z.
 /// Their errors move z by at most 2 * bound / sum of depth_range; that must stay a part of the
-/// dilation D of boxes for a hit never to lie before its box. (Of D, 2^-5 is left to other errors,
-/// a quarter goes here twice over.)
-/// Checked: proofs/fast_edges.g, depth.g, boxes.g.
+/// depth margin M for a hit never to lie before its box by more than M. (Of M, 2^-5 is left to
+/// other errors, a quarter goes here twice over.) Checked: proofs/fast_edges.g, depth.g, boxes.g.
 SHARED Bool surely_inside(ShearedRay s, Edges e) {
     PRECISE Float sum = (abs(e.u) + abs(e.v)) + abs(e.w);
     // A range below 1 cannot matter, and its product with the bound might be a denormal.

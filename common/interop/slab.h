@@ -1,12 +1,14 @@
-// The slab test of a ray against a box dilated by D = kBoxDilation * max(kSceneExtent, |org|).
+// The slab test of a ray against a box dilated by D = kBoxDilation * E, with
+// E = max(kSceneExtent, |org|).
 //
-// Conservative: a hit lies inside its triangle's box up to rounding, which is a small part of D, so
-// the ray always meets the dilated box of a triangle that it hits, at t_enter <= t of the hit.
+// Conservative: a ray passes the box of a triangle that it hits within rounding, which is less than
+// D. So it always meets the dilated box, and enters it before t + M of the hit: t itself is less
+// accurate than the ray's way past the box, by the depth margin M = kDepthMargin * E.
 //
 // Monotone: every plane goes through one subtraction of a per-ray constant and one multiplication
 // by a per-ray constant, and rounding is monotone. So if a box is inside another, its interval is
-// inside the other's, bit for bit; a tree of boxes gives the answers of the triangles' own boxes
-// without an epsilon, and a box with t_enter > t of the closest hit so far holds no closer one
+// inside the other's, bit for bit; a tree of boxes gives the answers of the triangles' own boxes,
+// and a box with t_enter > t + M of the closest hit so far holds no closer one
 // (docs/design/arithmetic.md, "Boxes").
 #if !defined(COMMON_INTEROP_SLAB_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_SLAB_H
@@ -25,6 +27,7 @@ struct SlabRay {
     Float3 rdir;
     Float3 org_lower;
     Float3 org_upper;
+    Float depth_margin;
 };
 
 SHARED Float slab_reciprocal(Float d) {
@@ -32,11 +35,21 @@ SHARED Float slab_reciprocal(Float d) {
     return select(is_zero, kHugeReciprocal, rcp(select(is_zero, 1.0f, d)));
 }
 
+/// E: the size of coordinates that a ray from org has to do with.
+SHARED Float extent_of_rays(Float3 org) { return greater(largest_component(org), kSceneExtent); }
+
 /// D for rays from org.
 /// Checked: proofs/boxes.g.
 SHARED Float box_dilation(Float3 org) {
-    PRECISE Float d = kBoxDilation * greater(largest_component(org), kSceneExtent);
+    PRECISE Float d = kBoxDilation * extent_of_rays(org);
     return d;
+}
+
+/// M for rays from org.
+/// Checked: proofs/boxes.g.
+SHARED Float depth_margin(Float3 org) {
+    PRECISE Float m = kDepthMargin * extent_of_rays(org);
+    return m;
 }
 
 SHARED SlabRay slab_ray(Float3 org, Float3 dir) {
@@ -47,7 +60,14 @@ SHARED SlabRay slab_ray(Float3 org, Float3 dir) {
     PRECISE Float3 above = Float3(org.x - d, org.y - d, org.z - d);
     s.org_lower = below;
     s.org_upper = above;
+    s.depth_margin = depth_margin(org);
     return s;
+}
+
+/// Boxes that the ray enters beyond this hold no hit at t or nearer.
+SHARED Float last_entry(Float depth_margin, Float t) {
+    PRECISE Float last = t + depth_margin;
+    return last;
 }
 
 /// Whether the ray's line meets the dilated box at some t >= 0, and where it enters (0 inside).

@@ -111,7 +111,7 @@ private:
     /// 1. The rule's z of a hit, on its axis, is off by at most (2 B / S + kWeightRounding) R +
     ///    kMeanRounding Z: R is the range of the vertices' z there, Z the largest, S the sum of the
     ///    edge functions, B = r (m + 2 r) the bound of fast_edges. The rule takes the fast
-    ///    functions only where this is less than the dilation of boxes.
+    ///    functions only where this is less than the depth margin.
     /// 2. Let D be a ray's direction at z = 1, L its largest component, and s the factor of the
     ///    canonical direction, 1 <= s L < 2. A vertex is off the ray by w = (x - X z) axis_x + (y -
     ///    Y z) axis_y. The rule's x is s (w.x D.z - D.x w.z) and y alike: s L times what w measures

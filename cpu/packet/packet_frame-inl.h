@@ -140,27 +140,27 @@ HWY_INLINE double set_rows(PacketFrame& frame, const double axis_x[3], const dou
     return det;
 }
 
-/// A hit is off by less than this part of the dilation on any axis (docs/design/arithmetic.md,
+/// A hit is off by less than this part of the depth margin on any axis (docs/design/arithmetic.md,
 /// "Boxes").
-inline constexpr float kHitErrorOfDilation = 0.5625f;
+inline constexpr float kHitErrorOfMargin = 0.5625f;
 
 /// Sets the frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z, for |X|, |Y|
 /// up to `reach`.
 ///
-/// depth_error: a hit is off by kHitErrorOfDilation * dilation on an axis; in z, by that over the
+/// depth_error: a hit is off by kHitErrorOfMargin * depth_margin on an axis; in z, by that over the
 /// ray's largest component at z = 1. A ray at z = 1 is not shorter than 1, so that component is at
-/// least 0.57 and depth_error at most the dilation, whatever the axes.
+/// least 0.57 and depth_error at most the depth margin, whatever the axes.
 HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
                           const double axis_y[3], const double axis_z[3], float reach) {
     const double det = set_rows(frame, axis_x, axis_y, axis_z);
     frame.org = org;
     frame.reach = reach;
-    frame.dilation = box_dilation(org);
+    frame.depth_margin = depth_margin(org);
     frame.per_volume = static_cast<float>(kWiden / std::abs(det));
     bound_directions(frame, axis_x, axis_y, axis_z);
-    frame.depth_error = frame.dilation;
+    frame.depth_error = frame.depth_margin;
     if (frame.axis_count != 0)
-        frame.depth_error *= std::min(1.0f, kHitErrorOfDilation * frame.per_depth);
+        frame.depth_error *= std::min(1.0f, kHitErrorOfMargin * frame.per_depth);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -51,8 +51,8 @@ struct PacketFrame {
     float ray_error;
     /// Bounds of x and y of all active rays.
     float lower_x, upper_x, lower_y, upper_y;
-    /// The dilation of boxes, and how far from the exact hit the rule may place one, in z.
-    float dilation, depth_error;
+    /// The depth margin, and how far from the exact hit the rule may place one, in z.
+    float depth_margin, depth_error;
     /// The axis on which all rays have their largest direction component, or kMixedAxes.
     std::uint32_t axis;
     /// How many axes hold the largest direction component of some ray; 0: unknown, and then the

@@ -26,10 +26,11 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-/// The closest hits of a stream so far: t is tfar and prim_id kNoPrim before the first one. Lanes
-/// that hold no ray have a t of -1, so that they meet nothing.
+/// The closest hits of a stream so far: t is tfar and prim_id kNoPrim before the first one; `last`
+/// is last_entry of t. Lanes that hold no ray have -1 for both, so that they meet nothing.
 struct alignas(64) ClosestHits {
     float t[kStreamRays];
+    float last[kStreamRays];
     float u[kStreamRays];
     float v[kStreamRays];
     std::uint32_t prim_id[kStreamRays];
@@ -38,11 +39,12 @@ struct alignas(64) ClosestHits {
     HWY_INLINE ClosestHits(const RayStream& stream, std::size_t count) {
         for (std::size_t i = 0; i < count; i += kLanes) {
             store(load(stream.tfar + i), t + i);
+            store(load(stream.last_entry + i), last + i);
             store(zero(), u + i);
             store(zero(), v + i);
             store(splat(kNoPrim), prim_id + i);
         }
-        for (std::size_t i = count; i < kStreamRays; ++i) t[i] = -1;
+        for (std::size_t i = count; i < kStreamRays; ++i) t[i] = last[i] = -1;
     }
 
     HWY_INLINE Hit hit(std::size_t ray) const {
@@ -52,14 +54,16 @@ struct alignas(64) ClosestHits {
 
     /// Keeps those of the hits of triangle `id` (lanes are the rays from `first` on) that are
     /// closer, by is_closer.
-    HWY_INLINE void keep_closer(std::size_t first, Mask hits, const lanes::TriangleHit& hit,
-                                std::uint32_t id) {
+    HWY_INLINE void keep_closer(std::size_t first, FloatVec depth_margin, Mask hits,
+                                const lanes::TriangleHit& hit, std::uint32_t id) {
         const FloatVec old_t = load(t + first);
         const UintVec old_id = load(prim_id + first);
         const UintVec new_id = splat(id);
         const Mask is_smaller = float_mask(new_id < old_id);
         const Mask closer = hits & ((hit.t < old_t) | ((hit.t == old_t) & is_smaller));
+        const FloatVec new_last = lanes::last_entry(depth_margin, hit.t);
         store(select(closer, hit.t, old_t), t + first);
+        store(select(closer, new_last, load(last + first)), last + first);
         store(select(closer, hit.u, load(u + first)), u + first);
         store(select(closer, hit.v, load(v + first)), v + first);
         store(select(uint_mask(closer), new_id, old_id), prim_id + first);
@@ -74,6 +78,7 @@ HWY_INLINE void intersect_leaf_alone(const RayStream& stream, std::size_t ray, c
                        const std::uint32_t id = leaf.prim_id[slot];
                        if (is_closer(hit.t, id, closest.t[ray], closest.prim_id[ray])) {
                            closest.t[ray] = hit.t;
+                           closest.last[ray] = last_entry(stream.depth_margin[ray], hit.t);
                            closest.u[ray] = hit.u;
                            closest.v[ray] = hit.v;
                            closest.prim_id[ray] = id;
@@ -130,6 +135,7 @@ struct LeafRays {
     lanes::ShearedRay sheared;
     Mask active;
     FloatVec tnear;
+    FloatVec depth_margin;
 };
 
 /// intersect_triangles() for triangle i with its fast edge functions u, v and w given, and
@@ -165,8 +171,8 @@ HWY_INLINE void intersect_triangle(const LeafRays& rays, const Leaf& leaf, std::
         hit.u = select(uncertain, exact.u, hit.u);
         hit.v = select(uncertain, exact.v, hit.v);
     }
-    closest.keep_closer(rays.first, hits & lanes::finite_vertices(va, vb, vc), hit,
-                        leaf.prim_id[i]);
+    closest.keep_closer(rays.first, rays.depth_margin, hits & lanes::finite_vertices(va, vb, vc),
+                        hit, leaf.prim_id[i]);
 }
 
 /// The closest hits of the rays `asked` (bits, from `first` on) in a leaf: lanes are rays.
@@ -175,7 +181,7 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
                                         ClosestHits& closest) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     const LeafRays rays{first, sheared_rays(stream, first), mask_of(asked),
-                        load(stream.tnear + first)};
+                        load(stream.tnear + first), load(stream.depth_margin + first)};
     ProjectedLeaf points;
     project_leaf(rays.sheared, stream.axis[first], leaf, used_vertices(leaf, count), points);
     for (std::uint32_t i = 0; i < count; ++i) {

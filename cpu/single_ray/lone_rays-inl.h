@@ -58,14 +58,14 @@ HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size
     stack[0] = {0, 0};
     for (std::size_t size = 1; size > 0;) {
         const StackEntry entry = stack[--size];
-        if (entry.t_enter > closest.t[ray]) continue;
+        if (entry.t_enter > closest.last[ray]) continue;
         if ((entry.child & kLeafBit) != 0) {
             intersect_leaf_alone(stream, ray, bvh.leaves[entry.child & ~kLeafBit], closest);
             continue;
         }
         const Node& node = bvh.nodes[entry.child];
         FloatVec enter[kVectors];
-        const std::uint32_t met = met_slots(stream, ray, closest.t[ray], node, enter);
+        const std::uint32_t met = met_slots(stream, ray, closest.last[ray], node, enter);
         HWY_ALIGN float t_enter[kWidth];
         for (std::size_t v = 0; v < kVectors; ++v) store(enter[v], t_enter + v * kLanes);
         size = push_sorted(node, met, t_enter, stack, size);
@@ -129,7 +129,7 @@ public:
                 Path& path = paths_[left[k]];
                 const std::size_t top = --path.size;
                 const auto t_enter = std::bit_cast<float>(path.key[top] & ~kSlotBits);
-                const bool reached = t_enter <= closest.t[path.ray];
+                const bool reached = t_enter <= closest.last[path.ray];
                 const bool is_leaf = (path.child[top] & kLeafBit) != 0;
                 nodes.add(reached && !is_leaf, left[k], path.child[top]);
                 leaves.add(reached && is_leaf, left[k], path.child[top] & ~kLeafBit);
@@ -179,7 +179,7 @@ private:
     HWY_INLINE static void push_children(const RayStream& stream, const ClosestHits& closest,
                                          const Node& node, Path& path) {
         FloatVec enter[kVectors];
-        const std::uint32_t met = met_slots(stream, path.ray, closest.t[path.ray], node, enter);
+        const std::uint32_t met = met_slots(stream, path.ray, closest.last[path.ray], node, enter);
         const auto count = static_cast<std::uint32_t>(std::popcount(met));
         std::uint32_t* const key = path.key + path.size;
         std::uint32_t* const child = path.child + path.size;

@@ -1,7 +1,8 @@
 // A ray against the 16 boxes of a node.
 //
 // As with hits_box, every box that holds a triangle which the ray hits is met, and is entered no
-// later than that hit; which other boxes are met and the last bits of t_enter may differ:
+// later than last_entry of that hit; which other boxes are met and the last bits of t_enter may
+// differ:
 // 1. A plane is met at fl(plane * rdir - k) with k = fl(fl(org +- D) * rdir), fused or not.
 // 2. In units of 2^-24 E (docs/design/arithmetic.md, "Boxes") and as a distance, which is divided
 //    by rdir, that is off by at most
@@ -10,7 +11,7 @@
 //        1    the product k
 //        1    the product with the plane, unless it is fused
 //        2.1  the difference
-//    in all 9.8 < 32, the D/64 that are allowed for there.
+//    in all 9.8 < 19, the 3/5 D that are allowed for there.
 // 3. k is a constant of the ray and rounding is monotone, so a box within a box is still met within
 //    the interval of the other, bit for bit.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -37,8 +38,9 @@ HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_
     return load_unaligned(reinterpret_cast<const float*>(planes) + v * kLanes);
 }
 
-/// The slots whose boxes the ray meets no later than t, as bits, and where it enters each box.
-HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, float t,
+/// The slots whose boxes the ray enters no later than at `last`, as bits, and where it enters each
+/// box.
+HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, float last,
                                    const Node& node, FloatVec* HWY_RESTRICT t_enter) {
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
@@ -53,7 +55,7 @@ HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, flo
             leave[axis] = mul_sub(far, rdir, splat(stream.k_far[axis][ray]));
         }
         t_enter[v] = max(max(enter[0], enter[1]), max(enter[2], zero()));
-        const FloatVec end = min(min(leave[0], leave[1]), min(leave[2], splat(t)));
+        const FloatVec end = min(min(leave[0], leave[1]), min(leave[2], splat(last)));
         slots |= bits_of(t_enter[v] <= end) << (v * kLanes);
     }
     return slots;

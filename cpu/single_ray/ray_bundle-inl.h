@@ -88,14 +88,14 @@ HWY_INLINE RayBundle bundle_of(const RayStream& stream, std::size_t count) {
     return bundle;
 }
 
-/// The slots whose boxes a ray of the bundle may meet no later than t, as bits, and a lower bound
-/// of where a ray enters each box.
-HWY_INLINE std::uint32_t met_slots(const RayBundle& bundle, float t, const Node& node,
+/// The slots whose boxes a ray of the bundle may enter no later than at `last`, as bits, and a
+/// lower bound of where a ray enters each box.
+HWY_INLINE std::uint32_t met_slots(const RayBundle& bundle, float last, const Node& node,
                                    FloatVec* HWY_RESTRICT t_enter) {
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
         FloatVec enter = zero();
-        FloatVec leave = splat(t);
+        FloatVec leave = splat(last);
         for (int axis = 0; axis < 3; ++axis) {
             const std::size_t near_offset = bundle.near_offset[axis];
             const FloatVec near = load_planes(node, near_offset, v) - bundle.org_near[axis];
@@ -112,9 +112,9 @@ HWY_INLINE std::uint32_t met_slots(const RayBundle& bundle, float t, const Node&
     return slots;
 }
 
-/// Sets met[slot], for these slots, to the rays among `rays` (bits) that meet the box in the slot
-/// no later than t[ray].
-HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, const float* t,
+/// Sets met[slot], for these slots, to the rays among `rays` (bits) that enter the box in the slot
+/// no later than at last[ray].
+HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, const float* last,
                              std::uint64_t rays, const Node& node, std::uint32_t slots,
                              std::uint64_t* HWY_RESTRICT met) {
     const float* near[3];
@@ -137,7 +137,7 @@ HWY_INLINE void rays_meeting(const RayStream& stream, const RayBundle& bundle, c
             k_near[axis] = load(stream.k_near[axis] + first);
             k_far[axis] = load(stream.k_far[axis] + first);
         }
-        const FloatVec end = load(t + first);
+        const FloatVec end = load(last + first);
         for (std::uint32_t left = slots; left != 0; left &= left - 1) {
             const int slot = std::countr_zero(left);
             FloatVec enter = zero();

@@ -39,6 +39,9 @@ struct alignas(64) RayStream {
     std::uint32_t near_offset[3][kStreamRays];
     float tnear[kStreamRays];
     float tfar[kStreamRays];
+    float depth_margin[kStreamRays];
+    // last_entry() of tfar.
+    float last_entry[kStreamRays];
     float org[3][kStreamRays];
     float dir[3][kStreamRays];
     // With the bits of shear_ray.
@@ -114,6 +117,9 @@ HWY_INLINE void prepare_rays(RayStream& stream, std::size_t first) {
         dir[axis] = load(stream.dir[axis] + first);
     }
     const FloatVec dilation = lanes::box_dilation(lanes::Float3(org));
+    const FloatVec margin = lanes::depth_margin(lanes::Float3(org));
+    store(margin, stream.depth_margin + first);
+    store(lanes::last_entry(margin, load(stream.tfar + first)), stream.last_entry + first);
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
         prepare_slab(stream, first, axis, org[axis], dir[axis], dilation);
     }

@@ -6,7 +6,7 @@
 // (cpu/single_ray/closest_leaf-inl.h). Where few rays are left they go on alone, up to 64 of them
 // in turn (cpu/single_ray/lone_rays-inl.h).
 //
-// An entry has a bound of where the rays enter its box. Rays whose closest hit is before it leave
+// An entry has a bound of where the rays enter its box. Rays whose last_entry is before it leave
 // the mask when the entry is taken: a hit in the box would not be closer, nor as close.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_STREAM_CLOSEST_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_STREAM_CLOSEST_INL_H
@@ -71,11 +71,11 @@ private:
         float t_enter;
     };
 
-    /// Those among `rays` whose closest hit so far is not before t.
+    /// Those among `rays` whose last_entry is not before t.
     HWY_INLINE std::uint64_t rays_reaching(std::uint64_t rays, float t) const {
         std::uint64_t reaching = 0;
         for (std::size_t first = 0; first < kStreamRays; first += kLanes)
-            reaching |= std::uint64_t{bits_of(load(closest_.t + first) >= t)} << first;
+            reaching |= std::uint64_t{bits_of(load(closest_.last + first) >= t)} << first;
         return reaching & rays;
     }
 
@@ -120,11 +120,11 @@ private:
     HWY_INLINE std::size_t visit_node(std::uint64_t rays, const Node& node, Entry* stack,
                                       std::size_t size) {
         FloatVec enter[kVectors];
-        const float farthest = largest_of(closest_.t, kStreamRays);
+        const float farthest = largest_of(closest_.last, kStreamRays);
         std::uint32_t slots = met_slots(bundle_, farthest, node, enter);
         if (slots == 0) return size;
         std::uint64_t met[kWidth];
-        rays_meeting(stream_, bundle_, closest_.t, rays, node, slots, met);
+        rays_meeting(stream_, bundle_, closest_.last, rays, node, slots, met);
         HWY_ALIGN float t_enter[kWidth];
         for (std::size_t v = 0; v < kVectors; ++v) store(enter[v], t_enter + v * kLanes);
         const std::size_t base = size;

@@ -101,7 +101,7 @@ public:
         : bvh_(bvh),
           stream_(make_stream(rays, order)),
           bundle_(bundle_of(stream_, order.size())),
-          farthest_(largest_of(stream_.tfar, order.size())),
+          last_(largest_of(stream_.last_entry, order.size())),
           left_(~std::uint64_t{0} >> (kStreamRays - order.size())) {}
 
     /// The rays that hit anything, as bits.
@@ -123,8 +123,8 @@ public:
             const Node& node = bvh_.nodes[entry.child];
             std::uint64_t met[kWidth];
             FloatVec enter[kVectors];
-            std::uint32_t slots = met_slots(bundle_, farthest_, node, enter);
-            rays_meeting(stream_, bundle_, stream_.tfar, rays, node, slots, met);
+            std::uint32_t slots = met_slots(bundle_, last_, node, enter);
+            rays_meeting(stream_, bundle_, stream_.last_entry, rays, node, slots, met);
             for (; slots != 0; slots &= slots - 1) {
                 const int slot = std::countr_zero(slots);
                 assert(size < kMaxStack);
@@ -187,7 +187,7 @@ private:
                 const Node& node = bvh_.nodes[child[i]];
                 FloatVec t_enter[kVectors];
                 const std::uint32_t met =
-                    met_slots(stream_, ray[i], stream_.tfar[ray[i]], node, t_enter);
+                    met_slots(stream_, ray[i], stream_.last_entry[ray[i]], node, t_enter);
                 const std::uint32_t leaves = leaf_slots(node);
                 size = append(node, met & ~leaves, ray[i], inner_, size);
                 leaf_count = append(node, met & leaves, ray[i], outer_, leaf_count);
@@ -212,7 +212,7 @@ private:
     RayStream stream_;
     RayBundle bundle_;
     /// The largest tfar.
-    float farthest_;
+    float last_;
     /// The rays that have hit nothing yet, as bits.
     std::uint64_t left_;
     std::size_t seed_count_ = 0;

@@ -4,11 +4,13 @@
 //
 // The box test here has not the bits of the slab test, but misses no box that holds a hit:
 //
-// 1. A hit at t lies within 9/16 D of its triangle's box on each axis (docs/design/arithmetic.md,
-//    "Boxes", step 1), with D = 2^-13 E, E = max(2^20, |org|), t <= 2 E. So 7/16 D are left for
-//    roundings here.
-// 2. plane * r - org * r instead of (plane - org) * r: 2^-22 E, less than 2^-8 D.
-// 3. r is 1 / dir to 4 ulp, and so is the unit of t. This moves planes by 2^-21 * 2 E: 2^-7 D.
+// 1. A ray passes the box of a triangle that it hits within 2/5 D on each axis, no later than at
+//    t + M of the hit (docs/design/arithmetic.md, "Boxes", steps 1 and 2), with D = 2^-19 E,
+//    M = 2^-13 E, E = max(2^20, |org|), t <= 2 E. So 3/5 D = 19.2 * 2^-24 E are left for roundings
+//    here.
+// 2. plane * r - org * r instead of (plane - org) * r, with plane +- D: 5.1 * 2^-24 E.
+// 3. r is 1 / dir to 1.2 ulp, and so is the unit of t. With their product this moves planes by 11.3 *
+//    2^-24 E.
 // 4. D is the largest of all rays', which is at least that of the ray.
 // 5. For a component 0 of the direction 2^47 stands for its reciprocal instead of 2^64. It acts
 //    like a component 2^-47, which moves the ray by less than 2^-47 * 2 E.
@@ -28,8 +30,8 @@ const uint kVectors = kPacketRays / kLanes;
 vec3 orgs[kVectors];
 vec3 dirs[kVectors];
 float tfars[kVectors];
-/// Reciprocals of the directions, in a unit of t in which the ray ends at 1; and reciprocals times
-/// origins.
+/// Reciprocals of the directions, in a unit of t in which 1 is the last entry into boxes; and
+/// reciprocals times origins.
 vec3 slopes[kVectors];
 vec3 starts[kVectors];
 /// The dilation of boxes for all rays.
@@ -38,11 +40,12 @@ float dilation;
 uint alive;
 
 void set_ray(uint k, Ray ray) {
+    float last = last_entry(depth_margin(ray.org), ray.tfar);
     orgs[k] = ray.org;
     dirs[k] = ray.dir;
     tfars[k] = ray.tfar;
     // 2^-20 to 2^42. A longer unit only accepts more boxes, and no hit is farther than 2^42.
-    float unit_of_t = lesser(greater(ray.tfar, 9.5367431640625e-07f), 4398046511104.0f);
+    float unit_of_t = lesser(greater(last, 9.5367431640625e-07f), 4398046511104.0f);
     // 2^47
     const float kSteepest = 140737488355328.0f;
     vec3 r = vec3(slab_reciprocal(ray.dir.x), slab_reciprocal(ray.dir.y),

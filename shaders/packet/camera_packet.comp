@@ -117,7 +117,7 @@ void set_frame() {
     vec2 extent = vec2(7.5f, float(kGroups) - 0.5f) + frame.ray_error;
     frame.lower = -extent;
     frame.upper = extent;
-    frame.depth_error = box_dilation(frame.org) * max(frame.row_size.z, 1.0f);
+    frame.depth_error = depth_margin(frame.org) * max(frame.row_size.z, 1.0f);
     frame.rounding = kCameraRounding;
 }
 

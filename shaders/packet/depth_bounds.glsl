@@ -88,7 +88,7 @@ struct RuleDepth {
 ///    (is_apart: edges an eighth, n.p a tenth) and B <= S / 64 (S of exact and of fast functions
 ///    a twentieth).
 /// 6. Otherwise, and if the bound were a quarter of z, the bound is that of boxes: the rule takes
-///    these functions only if the part of B is less than the dilation of boxes.
+///    these functions only if the part of B is less than the depth margin.
 RuleDepth rule_depth(Extents t, float q_most, float z_error) {
     float depth = directions.depth * t.z_size + directions.step * t.size;
     // 2^-20.

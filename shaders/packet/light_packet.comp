@@ -145,7 +145,7 @@ void set_frame(bool is_last) {
         group_lower[g] = scale * group_lower[g] - frame.ray_error;
         group_upper[g] = scale * group_upper[g] + frame.ray_error;
     }
-    frame.depth_error = box_dilation(light);
+    frame.depth_error = depth_margin(light);
     float unit = 1.0f / (scale * (axes[0].x * axes[1].y - axes[0].y * axes[1].x));
     set_directions(vec3(shear, 1.0f), unit * vec3(axes[1].y, -axes[1].x, 0.0f),
                    unit * vec3(-axes[0].y, axes[0].x, 0.0f), greater(frame.upper, -frame.lower));

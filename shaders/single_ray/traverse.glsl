@@ -31,6 +31,7 @@ struct Traversal {
     uint best_prim;
     /// Before the first hit best.t is the ray's tfar.
     TriangleHit best;
+    float depth_margin;
     uint status;
 };
 
@@ -42,6 +43,7 @@ Traversal begin_traversal(Ray ray) {
     t.best.t = ray.tfar;
     t.best.u = 0.0f;
     t.best.v = 0.0f;
+    t.depth_margin = depth_margin(ray.org);
     t.status = 0u;
     return t;
 }
@@ -106,21 +108,23 @@ void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint nod
     vec4 enter = max(max(near_x, near_y), max(near_z, vec4(0.0f)));
     vec4 leave = min(min(far_x, far_y), far_z);
     uvec4 child = imageLoad(nodes, int(at + kNodeChild));
-    consider(t, nearest, child.x, enter.x, enter.x <= min(leave.x, t.best.t));
-    consider(t, nearest, child.y, enter.y, enter.y <= min(leave.y, t.best.t));
-    consider(t, nearest, child.z, enter.z, enter.z <= min(leave.z, t.best.t));
-    consider(t, nearest, child.w, enter.w, enter.w <= min(leave.w, t.best.t));
+    vec4 last = min(leave, vec4(last_entry(t.depth_margin, t.best.t)));
+    consider(t, nearest, child.x, enter.x, enter.x <= last.x);
+    consider(t, nearest, child.y, enter.y, enter.y <= last.y);
+    consider(t, nearest, child.z, enter.z, enter.z <= last.z);
+    consider(t, nearest, child.w, enter.w, enter.w <= last.w);
 }
 
 /// Takes the topmost entry that may hold a closer hit. Returns the number of iterations.
 uint pop(inout Traversal t) {
     uint steps = 0u;
+    float last = last_entry(t.depth_margin, t.best.t);
     t.current = kEmptyChild;
     do {
         bool is_any = t.stack_size > 0u;
         t.stack_size -= is_any ? 1u : 0u;
         uvec2 entry = stack[t.stack_size];
-        bool is_near = is_any && uintBitsToFloat(entry.y) <= t.best.t;
+        bool is_near = is_any && uintBitsToFloat(entry.y) <= last;
         t.current = is_near ? entry.x : kEmptyChild;
         ++steps;
     } while (t.current == kEmptyChild && t.stack_size > 0u);

@@ -84,8 +84,8 @@ public:
 
 private:
     static constexpr std::size_t kRowRays = kGridSide * kBlockRays;
-    /// The rule's depth_slack by the dilation of boxes, as in shear_ray.
-    static constexpr float kSlackOfDilation = 0.25f;
+    /// The rule's depth_slack by the depth margin, as in shear_ray.
+    static constexpr float kSlackOfMargin = 0.25f;
 
     Hit* place(std::size_t ray) const {
         const std::size_t block = ray / kBlockRays;
@@ -236,7 +236,7 @@ private:
             spread_candidates(packet_, packet_.candidate + rays.first, found);
         const FloatVec d[3] = {dir<kStored>(0, rays.first), dir<kStored>(1, rays.first),
                                dir<kStored>(2, rays.first)};
-        const FloatVec slack = splat(kSlackOfDilation * packet_.frame.dilation);
+        const FloatVec slack = splat(kSlackOfMargin * packet_.frame.depth_margin);
         rays.prim_ids = candidates.prim_ids;
         rays.is_fast = kMixed ? project_mixed(d, slack, candidates, rays.fast)
                               : rays.fast.project(d, slack, candidates.corners);

@@ -31,7 +31,8 @@ TEST(Constants, AreThePowersOfTwoThatTheirCommentsSay) {
     EXPECT_EQ(kMeanRounding, 0x1p-21f);
     EXPECT_EQ(kEmptyPlane, 0x1p48f);
     EXPECT_EQ(kHugeReciprocal, 0x1p64f);
-    EXPECT_EQ(kBoxDilation, 0x1p-13f);
+    EXPECT_EQ(kBoxDilation, 0x1p-19f);
+    EXPECT_EQ(kDepthMargin, 0x1p-13f);
     EXPECT_EQ(kSurfaceOffset, 0x1p-16f);
     EXPECT_EQ(kInfiniteT, 0x1p100f);
 }

@@ -65,29 +65,31 @@ std::size_t count_stream_differences(std::span<const Ray> rays) {
                      !is(stream.k_far, i, k_upper) || !is(stream.sheared_org, i, sheared.org) ||
                      !is(stream.sheared_dir, i, sheared.dir) || stream.axis[i] != sheared.axis ||
                      stream.depth_slack[i] != sheared.depth_slack ||
-                     stream.tnear[i] != part[i].tnear || stream.tfar[i] != part[i].tfar;
+                     stream.tnear[i] != part[i].tnear || stream.tfar[i] != part[i].tfar ||
+                     stream.depth_margin[i] != slab.depth_margin ||
+                     stream.last_entry[i] != last_entry(slab.depth_margin, part[i].tfar);
         }
     }
     return count;
 }
 
-/// The answers for at most kStreamRays rays of one octant and the node's boxes up to their tfar:
-/// for each ray, for all, and by rays_meeting for the rays of `asked`.
+/// The answers for at most kStreamRays rays of one octant and the node's boxes up to their
+/// last_entry: for each ray, for all, and by rays_meeting for the rays of `asked`.
 void meet_boxes(const Node& node, std::span<const Ray> rays, std::uint64_t asked, BoxAnswers& out) {
     const RayStream stream = stream_of(rays);
     FloatVec enter[kVectors];
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        out.met[i] = met_slots(stream, i, rays[i].tfar, node, enter);
+        out.met[i] = met_slots(stream, i, stream.last_entry[i], node, enter);
         for (std::size_t v = 0; v < kVectors; ++v)
             store_unaligned(enter[v], out.t_enter[i] + v * kLanes);
     }
     const RayBundle bundle = bundle_of(stream, rays.size());
-    const float farthest = largest_of(stream.tfar, rays.size());
+    const float farthest = largest_of(stream.last_entry, rays.size());
     out.met_by_any = met_slots(bundle, farthest, node, enter);
     for (std::size_t v = 0; v < kVectors; ++v)
         store_unaligned(enter[v], out.least_enter + v * kLanes);
     std::fill(std::begin(out.met_by), std::end(out.met_by), 0);
-    rays_meeting(stream, bundle, stream.tfar, asked, node, out.met_by_any, out.met_by);
+    rays_meeting(stream, bundle, stream.last_entry, asked, node, out.met_by_any, out.met_by);
 }
 
 std::uint32_t leaf_slots_of(const Node& node) { return leaf_slots(node); }
@@ -296,12 +298,13 @@ Interval exact_interval(const Node& node, std::uint32_t slot, const Ray& ray, do
 }
 
 /// Whether this is an answer that the proof in cpu/single_ray/node_lanes-inl.h allows: the dilation
-/// may be off by a 64th, and a hit leaves 9/16 of it.
+/// may be off by 3/5, and a ray uses 2/5 of it.
 bool is_allowed(const Node& node, std::uint32_t slot, const Ray& ray, bool met, float t_enter) {
     const double dilation = box_dilation(ray.org);
-    const Interval inner = exact_interval(node, slot, ray, dilation * 0.5625);
-    const Interval outer = exact_interval(node, slot, ray, dilation * 1.03125);
-    const auto ends = [&ray](const Interval& i) { return std::min<double>(i.leave, ray.tfar); };
+    const Interval inner = exact_interval(node, slot, ray, dilation * 0.4);
+    const Interval outer = exact_interval(node, slot, ray, dilation * 1.6);
+    const float last = last_entry(depth_margin(ray.org), ray.tfar);
+    const auto ends = [last](const Interval& i) { return std::min<double>(i.leave, last); };
     if (inner.enter <= ends(inner) && !(met && t_enter <= inner.enter)) return false;
     // A ray without a direction meets some at once that it is not in, far beyond any t.
     if (largest_component(ray.dir) == 0) return true;
