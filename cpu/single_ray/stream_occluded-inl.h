@@ -211,7 +211,7 @@ private:
     const Bvh& bvh_;
     RayStream stream_;
     RayBundle bundle_;
-    /// The largest tfar.
+    /// The largest last_entry.
     float last_;
     /// The rays that have hit nothing yet, as bits.
     std::uint64_t left_;
