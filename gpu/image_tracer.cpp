@@ -71,6 +71,7 @@ void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& re
 }  // namespace
 
 void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& times) {
+    prepare(params);
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
     frame.width = params.width;
     frame.height = params.height;
@@ -84,6 +85,20 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
     }
     times.trace_ms += times.secondary_ms + times.shade_ms;
     times.rays = count_rays(params, frame);
+}
+
+/// Prepares the kernels that every image of this kind needs, the fastest to compile first.
+void ImageTracer::prepare(const ImageParams& params) {
+    const bool in_packets = kernels_.packet_lanes != 0;
+    std::vector<Kernel*> needed = {&kernels_.shade,
+                                   in_packets ? &kernels_.camera_packet : &kernels_.primary};
+    if (is_one_submission(params)) {
+        if (params.rays == kRaysShadow) needed.push_back(&light_kernel(params));
+    } else if (rays_per_hit(params.rays, params.ao_count) != 0) {
+        needed.push_back(&kernels_.compact);
+        needed.push_back(in_packets ? &kernels_.occlusion_packet : &kernels_.occlusion);
+    }
+    kernels_.prepare(needed);
 }
 
 /// Whether the host need not look at results between camera rays and shading.
@@ -140,18 +155,23 @@ RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
     const Record dispatch_packets = [this, packets](VkCommandBuffer commands) {
         kernels_.camera_packet.dispatch(commands, packets, packet_groups(packets.tile_count));
     };
-    return {what, false, dispatch_packets, dispatch_rays};
+    return {what, false, dispatch_packets, dispatch_rays, &kernels_.primary};
+}
+
+/// Tall packets are fewer, but each of their triangles concerns fewer of their rays. They are
+/// slower from a triangle a pixel on, and faster up to half a triangle a pixel
+/// (docs/lab/vulkan_tracer.md).
+Kernel& ImageTracer::light_kernel(const ImageParams& params) const {
+    const std::uint64_t pixels = std::uint64_t{params.width} * params.height;
+    const bool is_tall =
+        kernels_.packet_lanes >= 8 && std::uint64_t{2} * scene_.triangle_count() <= pixels;
+    return is_tall ? kernels_.tall_light_packet : kernels_.light_packet;
 }
 
 RayPass ImageTracer::light_pass(const RegionArguments& region) const {
     RegionArguments packets = region;
-    // Tall packets are fewer, but each of their triangles concerns fewer of their rays. They are
-    // slower from a triangle a pixel on, and faster up to half a triangle a pixel
-    // (docs/lab/vulkan_tracer.md).
-    const std::uint64_t pixels = std::uint64_t{region.params.width} * region.params.height;
-    const bool is_tall =
-        kernels_.packet_lanes >= 8 && std::uint64_t{2} * scene_.triangle_count() <= pixels;
-    const Pipeline& kernel = is_tall ? kernels_.tall_light_packet : kernels_.light_packet;
+    const Kernel& kernel = light_kernel(region.params);
+    const bool is_tall = &kernel == &kernels_.tall_light_packet;
     set_tiles(packets, kPacketWidth, is_tall ? kTallLightPacketHeight : kLightPacketHeight);
     const Record dispatch = [this, packets, &kernel](VkCommandBuffer commands) {
         vkCmdFillBuffer(commands, passes_.occlusion().get(), 0, VK_WHOLE_SIZE, 0);

@@ -10,10 +10,11 @@
 namespace mray::gpu {
 
 /// Traces and shades a region in one submission, unless the host has to look at results in between.
-/// The objects of the constructor must outlive it, and the kernels must be bound.
+/// The objects of the constructor must outlive it, and the kernels must be bound. Kernels are
+/// prepared when an image first needs them.
 class ImageTracer {
 public:
-    ImageTracer(Context& context, Transfer& transfer, const Kernels& kernels, RayPasses& passes,
+    ImageTracer(Context& context, Transfer& transfer, Kernels& kernels, RayPasses& passes,
                 const SceneBuffers& scene)
         : context_(context),
           transfer_(transfer),
@@ -25,6 +26,8 @@ public:
     void trace(const ImageParams& params, Frame& frame, BackendTimes& times);
 
 private:
+    void prepare(const ImageParams& params);
+    Kernel& light_kernel(const ImageParams& params) const;
     void trace_region(const RegionArguments& region, BackendTimes& times);
     bool is_one_submission(const ImageParams& params) const;
     void separate(VkCommandBuffer commands);
@@ -37,7 +40,7 @@ private:
 
     Context& context_;
     Transfer& transfer_;
-    const Kernels& kernels_;
+    Kernels& kernels_;
     RayPasses& passes_;
     const SceneBuffers& scene_;
 };

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
+#include <future>
+#include <iterator>
 #include <span>
 
 #include "gpu/packet_arguments.h"
@@ -23,82 +26,97 @@ namespace mray::gpu {
 namespace {
 
 using Words = std::span<const std::uint32_t>;
+using Constants = std::vector<std::uint32_t>;
 
-Pipeline single_rays(Context& context, const char* name, Words spirv, const Tuning& tuning) {
-    const std::uint32_t constants[] = {tuning.step_budget};
-    static_assert(kConstantStepBudget == 0);
-    return Pipeline(context, name, spirv, constants);
+/// A region without pixels. Its only tile keeps kernels from dividing by 0.
+RegionArguments no_region() {
+    RegionArguments nothing = {};
+    nothing.tile_columns = 1;
+    nothing.tile_count = 1;
+    return nothing;
 }
 
-Pipeline packets(Context& context, const char* name, Words spirv, const Tuning& tuning,
-                 std::uint32_t lanes, std::uint32_t light_packet_height = kLightPacketHeight) {
+Constants single_ray_constants(const Tuning& tuning) {
+    static_assert(kConstantStepBudget == 0);
+    return {tuning.step_budget};
+}
+
+/// Constants of packets of so many lanes; none if the device cannot trace packets.
+Constants packet_constants(const Context& context, const Tuning& tuning, std::uint32_t lanes,
+                           std::uint32_t light_packet_height = kLightPacketHeight) {
+    static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 &&
+                  kConstantPacketRun == 2 && kConstantPacketHeight == 3);
     if (lanes == 0) return {};
     // A device may count the loops of all clusters of a subgroup together.
     const std::uint32_t clusters = context.physical().info.subgroup_size / lanes;
     const std::uint32_t steps = tuning.step_budget < kStepBudget
                                     ? tuning.step_budget
                                     : std::max(kPacketStepBudget / clusters, 1u);
-    const std::uint32_t constants[] = {steps, lanes, packet_run(context.physical()),
-                                       light_packet_height};
-    static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 &&
-                  kConstantPacketRun == 2 && kConstantPacketHeight == 3);
-    return Pipeline(context, name, spirv, constants);
+    return {steps, lanes, packet_run(context.physical()), light_packet_height};
+}
+
+/// Calls `compile` in a thread of its own where there can be one, else at get().
+std::future<void> start(std::function<void()> compile) {
+    return std::async(std::launch::async | std::launch::deferred, std::move(compile));
 }
 
 }  // namespace
 
 Kernels::Kernels(Context& context, const Tuning& tuning)
-    : packet_lanes(gpu::packet_lanes(context.physical(), tuning)),
-      primary(single_rays(context, "primary", k_primary_spirv, tuning)),
-      camera_packet(
-          packets(context, "camera packets", k_camera_packet_spirv, tuning, packet_lanes)),
-      light_packet(packets(context, "light packets", k_light_packet_spirv, tuning, packet_lanes)),
-      tall_light_packet(packets(context, "tall light packets", k_light_packet_spirv, tuning,
-                                packet_lanes < 8 ? 0 : packet_lanes, kTallLightPacketHeight)),
-      rays(single_rays(context, "rays", k_rays_spirv, tuning)),
-      compact(context, "compact", k_compact_spirv),
-      occlusion(single_rays(context, "occlusion", k_occlusion_spirv, tuning)),
-      occlusion_packet(
-          packets(context, "occlusion packets", k_occlusion_packet_spirv, tuning, packet_lanes)),
-      resume(single_rays(context, "resume", k_resume_spirv, tuning)),
-      shade(context, "shade", k_shade_spirv),
-      refit_leaves(context, "refit leaves", k_refit_leaves_spirv),
-      refit_nodes(context, "refit nodes", k_refit_nodes_spirv) {}
+    : context_(context),
+      packet_lanes(gpu::packet_lanes(context.physical(), tuning)),
+      primary("primary", k_primary_spirv, single_ray_constants(tuning), no_region()),
+      camera_packet("camera packets", k_camera_packet_spirv,
+                    packet_constants(context, tuning, packet_lanes), PacketArguments{}),
+      light_packet("light packets", k_light_packet_spirv,
+                   packet_constants(context, tuning, packet_lanes), RegionArguments{}),
+      tall_light_packet("tall light packets", k_light_packet_spirv,
+                        packet_constants(context, tuning, packet_lanes, kTallLightPacketHeight),
+                        RegionArguments{}),
+      rays("rays", k_rays_spirv, single_ray_constants(tuning), RaysArguments{}),
+      compact("compact", k_compact_spirv, {}, no_region()),
+      occlusion("occlusion", k_occlusion_spirv, single_ray_constants(tuning), OcclusionArguments{}),
+      occlusion_packet("occlusion packets", k_occlusion_packet_spirv,
+                       packet_constants(context, tuning, packet_lanes), OcclusionArguments{}),
+      resume("resume", k_resume_spirv, single_ray_constants(tuning), ResumeArguments{}),
+      shade("shade", k_shade_spirv, {}, no_region()),
+      refit_leaves("refit leaves", k_refit_leaves_spirv, {}, RefitArguments{}),
+      refit_nodes("refit nodes", k_refit_nodes_spirv, {}, RefitArguments{}) {}
 
-void Kernels::bind(const Bindings& bindings) {
-    for (Pipeline* p :
-         {&primary, &camera_packet, &light_packet, &tall_light_packet, &rays, &compact, &occlusion,
-          &occlusion_packet, &resume, &shade, &refit_leaves, &refit_nodes}) {
-        p->bind(bindings);
-    }
+std::array<Kernel*, 12> Kernels::all() {
+    return {&primary, &camera_packet, &light_packet, &tall_light_packet,
+            &rays,    &compact,       &occlusion,    &occlusion_packet,
+            &resume,  &shade,         &refit_leaves, &refit_nodes};
 }
 
-void warm_up(Context& context, const Kernels& kernels) {
-    context.submit("warm up", [&](VkCommandBuffer commands) {
-        const auto dispatch = [&](const Pipeline& pipeline, const auto& arguments) {
-            pipeline.dispatch(commands, arguments, 1);
-            // Writer and reader: by its bindings each kernel may write what the next one reads.
-            barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-                    VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                    VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
-        };
-        RegionArguments nothing = {};
-        nothing.tile_columns = 1;
-        nothing.tile_count = 1;
-        for (const Pipeline* p : {&kernels.primary, &kernels.compact, &kernels.shade})
-            dispatch(*p, nothing);
-        if (kernels.packet_lanes != 0) {
-            dispatch(kernels.camera_packet, PacketArguments{});
-            dispatch(kernels.light_packet, nothing);
-            if (kernels.packet_lanes >= 8) dispatch(kernels.tall_light_packet, nothing);
-            dispatch(kernels.occlusion_packet, OcclusionArguments{});
-        }
-        dispatch(kernels.occlusion, OcclusionArguments{});
-        dispatch(kernels.rays, RaysArguments{});
-        dispatch(kernels.resume, ResumeArguments{});
-        dispatch(kernels.refit_leaves, RefitArguments{});
-        dispatch(kernels.refit_nodes, RefitArguments{});
+void Kernels::bind(const Bindings& bindings) {
+    bindings_ = bindings;
+    for (Kernel* kernel : all()) kernel->bind(bindings);
+}
+
+void Kernels::prepare(std::span<Kernel* const> needed) {
+    std::vector<Kernel*> missing;
+    std::ranges::copy_if(needed, std::back_inserter(missing), [this](const Kernel* kernel) {
+        return std::ranges::find(ready_, kernel) == ready_.end();
     });
+    if (missing.empty()) return;
+    // Futures of std::async wait for their threads at their end, also after an exception.
+    std::vector<std::future<void>> compilations;
+    for (Kernel* const kernel : std::span(missing).subspan(1)) {
+        compilations.push_back(start([this, kernel] { kernel->compile(context_); }));
+    }
+    for (std::size_t i = 0; i < missing.size(); ++i) {
+        Kernel& kernel = *missing[i];
+        if (i == 0) {
+            kernel.compile(context_);
+        } else {
+            compilations[i - 1].get();
+        }
+        kernel.bind(bindings_);
+        context_.submit("compile a kernel",
+                        [&](VkCommandBuffer commands) { kernel.dispatch_nothing(commands); });
+        ready_.push_back(&kernel);
+    }
 }
 
 }  // namespace mray::gpu

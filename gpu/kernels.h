@@ -1,7 +1,12 @@
 // All kernels of the backend.
 #pragma once
 
-#include "gpu/vulkan/pipeline.h"
+#include <array>
+#include <initializer_list>
+#include <span>
+#include <vector>
+
+#include "gpu/kernel.h"
 
 namespace mray::gpu {
 
@@ -10,30 +15,49 @@ inline std::uint32_t groups_of(std::uint32_t lanes) {
     return (lanes + kGroupSize - 1) / kGroupSize;
 }
 
-struct Kernels {
+class Kernels {
+public:
     Kernels(Context& context, const Tuning& tuning);
+    Kernels(const Kernels&) = delete;
 
+    /// Binds all kernels, those that are compiled later, too.
     void bind(const Bindings& bindings);
 
-    /// Lanes of a packet; 0 if the device has no packet kernels.
-    std::uint32_t packet_lanes;
-    Pipeline primary;
-    Pipeline camera_packet;
-    Pipeline light_packet;
-    /// light_packet for packets of twice the height; needs 8 lanes.
-    Pipeline tall_light_packet;
-    Pipeline rays;
-    Pipeline compact;
-    Pipeline occlusion;
-    Pipeline occlusion_packet;
-    Pipeline resume;
-    Pipeline shade;
-    Pipeline refit_leaves;
-    Pipeline refit_nodes;
-};
+    /// Gets kernels of this object ready to be dispatched. Those that are not yet are compiled side
+    /// by side, and dispatched once over nothing, since some drivers, such as lavapipe, finish
+    /// compiling a kernel at its first dispatch. So compiling is no part of the device's times.
+    /// Deferred work runs in the meantime. Throws Error, and can then be called again.
+    void prepare(std::span<Kernel* const> needed);
+    void prepare(std::initializer_list<Kernel*> needed) {
+        prepare(std::span(needed.begin(), needed.size()));
+    }
 
-/// Dispatches each kernel once, over nothing. Some drivers, such as lavapipe, compile a kernel at
-/// its first dispatch.
-void warm_up(Context& context, const Kernels& kernels);
+private:
+    Context& context_;
+    Bindings bindings_;
+
+public:
+    /// Lanes of a packet; 0 if the device has no packet kernels, which then must not be prepared.
+    const std::uint32_t packet_lanes;
+    Kernel primary;
+    Kernel camera_packet;
+    Kernel light_packet;
+    /// light_packet for packets of twice the height; needs 8 lanes.
+    Kernel tall_light_packet;
+    Kernel rays;
+    Kernel compact;
+    Kernel occlusion;
+    Kernel occlusion_packet;
+    Kernel resume;
+    Kernel shade;
+    Kernel refit_leaves;
+    Kernel refit_nodes;
+
+private:
+    std::array<Kernel*, 12> all();
+
+    /// Kernels that have been dispatched.
+    std::vector<const Kernel*> ready_;
+};
 
 }  // namespace mray::gpu

@@ -52,16 +52,17 @@ bool RayPasses::is_incomplete(const RayPass& pass, std::uint32_t number) const {
     return (h.status & kStatusUnfinished) != 0 || h.suspended_count != 0;
 }
 
-double RayPasses::complete(const RayPass& pass, std::uint32_t number, const Kernels& kernels,
+double RayPasses::complete(const RayPass& pass, std::uint32_t number, Kernels& kernels,
                            const SceneBuffers& scene) {
     const WorkHeader h = header(pass.what, number);
     if ((h.status & kStatusUnfinished) != 0) {
+        kernels.prepare({pass.rest_kernel});
         return run({pass.what, pass.any_hit, pass.rest, {}}, kernels, scene);
     }
     return h.suspended_count != 0 ? resume(kernels, scene, pass.any_hit, h.suspended_count) : 0;
 }
 
-double RayPasses::run(const RayPass& pass, const Kernels& kernels, const SceneBuffers& scene) {
+double RayPasses::run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene) {
     const double device_ms =
         context_.submit(pass.what, [&](VkCommandBuffer commands) { record(commands, pass, 0); });
     return device_ms + complete(pass, 0, kernels, scene);
@@ -102,12 +103,13 @@ WorkHeader RayPasses::header(const char* what, std::uint32_t number) const {
     return header;
 }
 
-double RayPasses::resume(const Kernels& kernels, const SceneBuffers& scene, bool any_hit,
+double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_hit,
                          std::uint32_t count) {
     // A ray visits each node and leaf at most once, for at most 20 steps each, pops included, and a
     // round visits at least one. More rounds mean that the tree has a cycle.
     const std::uint64_t max_rounds =
         2 + 20ull * (scene.node_count() + scene.leaf_count()) / step_budget_;
+    kernels.prepare({&kernels.resume});
     double device_ms = 0;
     for (std::uint32_t first = 0; first < count; first += size_.resume_slots) {
         ResumeArguments arguments = {

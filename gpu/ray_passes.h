@@ -19,6 +19,8 @@ struct RayPass {
     Record dispatch;
     /// Dispatches the rays that `dispatch` marked as unfinished; empty if it marks none.
     Record rest;
+    /// The kernel of `rest`.
+    Kernel* rest_kernel = nullptr;
 };
 
 /// Buffers for the rays of one dispatch, and the loop that brings each ray to an answer.
@@ -40,10 +42,10 @@ public:
     /// Brings the rays that the last pass of that submission left to an answer, with `rest` and
     /// rounds of `resume`. Returns milliseconds on the device. Throws Error(kInternal) if a tree is
     /// broken.
-    double complete(const RayPass& pass, std::uint32_t number, const Kernels& kernels,
+    double complete(const RayPass& pass, std::uint32_t number, Kernels& kernels,
                     const SceneBuffers& scene);
     /// Submits a pass by itself and completes it. Returns milliseconds on the device.
-    double run(const RayPass& pass, const Kernels& kernels, const SceneBuffers& scene);
+    double run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene);
 
     /// Submits a dispatch of `compact`. Returns milliseconds on the device, and the number of
     /// visible pixels in `visible_count`.
@@ -56,8 +58,7 @@ private:
     void record_part(VkCommandBuffer commands, VkDeviceSize reset_offset, const Record& dispatch,
                      std::uint32_t number) const;
     WorkHeader header(const char* what, std::uint32_t number) const;
-    double resume(const Kernels& kernels, const SceneBuffers& scene, bool any_hit,
-                  std::uint32_t count);
+    double resume(Kernels& kernels, const SceneBuffers& scene, bool any_hit, std::uint32_t count);
 
     Context& context_;
     PassSize size_;

@@ -20,7 +20,7 @@ public:
         : commands_(commands),
           max_groups_(std::min(context.limits().maxComputeWorkGroupCount[0], kMaxGroups)) {}
 
-    void add(const Pipeline& pipeline, IndexRange range) {
+    void add(const Kernel& kernel, IndexRange range) {
         while (range.begin < range.end) {
             const std::uint32_t groups = std::min(groups_of(range.end - range.begin), max_groups_);
             const std::uint32_t count = std::min(range.end - range.begin, groups * kGroupSize);
@@ -31,8 +31,8 @@ public:
                         VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
             }
-            pipeline.dispatch(commands_, RefitArguments{.first = range.begin, .count = count},
-                              groups);
+            kernel.dispatch(commands_, RefitArguments{.first = range.begin, .count = count},
+                            groups);
             range.begin += count;
         }
     }

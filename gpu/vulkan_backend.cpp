@@ -46,7 +46,8 @@ public:
           images_(context_, transfer_, kernels_, passes_, scene_) {
         assert(tuning.step_budget >= 1 && tuning.step_budget <= kStepBudget);
         bind();
-        warm_up(context_, kernels_);
+        // A device that is lost or does not answer fails here instead of at the first image.
+        context_.submit("start", [](VkCommandBuffer) {});
     }
 
     const std::string& name() const override { return name_; }
@@ -69,6 +70,7 @@ private:
     void require_scene_of(std::span<const vec3> positions) const;
     std::optional<std::uint64_t> change_tree(const Bvh& before, const Bvh& after);
     void clear();
+    void prepare_refit() { kernels_.prepare({&kernels_.refit_leaves, &kernels_.refit_nodes}); }
     void defer_refit(const RefitPlan& plan);
     void catch_up();
     void finish_refit();
@@ -160,6 +162,7 @@ std::uint64_t VulkanBackend::refit(std::span<const vec3> positions, RefitExtent 
                                    std::span<const IndexRange> changed) {
     require_scene_of(positions);
     finish_refit();
+    prepare_refit();
     const Stopwatch watch;
     planner_.advance(positions, changed);
     const RefitPlan plan = planner_.plan(links_, extent);
@@ -186,6 +189,7 @@ void VulkanBackend::defer_refit(const RefitPlan& plan) {
 /// Defers a refit of everything if a failed call has left the tree at an older pose.
 void VulkanBackend::catch_up() {
     if (!is_behind_ || context_.has_deferred()) return;
+    prepare_refit();
     defer_refit(planner_.plan(links_, RefitExtent::kAll));
 }
 
@@ -258,6 +262,7 @@ void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
 void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {
     assert(rays.size() == hits.size());
     finish_refit();
+    kernels_.prepare({&kernels_.rays});
     times_.trace_ms = 0;
     times_.rays = rays.size();
     for (std::size_t first = 0; first < rays.size(); first += passes_.size().rays()) {

@@ -58,14 +58,14 @@ private:
     Hit to_world(const mray::Hit& hit, int t_exponent) const;
     void set_space();
     mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
-    void intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const;
+    double intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const;
     void intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const;
     template <class Done>
     bool trace_tile(std::span<const Ray> rays, std::size_t row, std::size_t width,
                     std::size_t height, Done done) const;
     template <class Done, class Run>
     void trace_all(std::span<const Ray> rays, Done done, Run run) const;
-    void trace_on_device(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) const;
+    double trace_on_device(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) const;
 
     Device device_;
     SceneOptions options_;

@@ -47,16 +47,21 @@ void for_each_run(std::size_t total, mray::ThreadArena& arena, Work work) {
 
 }  // namespace
 
-void SceneImpl::trace_on_device(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) const {
+/// Returns the milliseconds that the device traced.
+double SceneImpl::trace_on_device(std::span<const mray::Ray> rays,
+                                  std::span<mray::Hit> hits) const {
     const std::scoped_lock lock(mutex_);
     tracer_->trace_rays(rays, hits);
+    return tracer_->times().trace_ms;
 }
 
-/// Converts in many threads, and traces in large batches.
-void SceneImpl::intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const {
+/// Converts in many threads, and traces in large batches. Returns the milliseconds of tracing; they
+/// leave out what the tree has no part in, such as waiting for other threads and compiling kernels.
+double SceneImpl::intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const {
     std::vector<mray::Ray> batch;
     std::vector<int> t_exponents;
     std::vector<mray::Hit> found;
+    double trace_ms = 0;
     for (std::size_t begin = 0; begin < rays.size(); begin += kDeviceBatch) {
         const std::size_t size = std::min(kDeviceBatch, rays.size() - begin);
         batch.resize(size);
@@ -70,13 +75,14 @@ void SceneImpl::intersect_on_device(std::span<const Ray> rays, std::span<Hit> hi
                 t_exponents[first + i] = scene.t_exponents[2 * i + 1];
             }
         });
-        trace_on_device(batch, found);
+        trace_ms += trace_on_device(batch, found);
         for_each_run(size, arena(), [&](std::size_t first, std::size_t count) {
             for (std::size_t i = first; i < first + count; ++i) {
                 hits[begin + i] = to_world(found[i], t_exponents[i]);
             }
         });
     }
+    return trace_ms;
 }
 
 /// Brings at most kRun rays into scene space. Rays that cannot hit anything become kNoRay.
@@ -179,19 +185,19 @@ void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits) const 
     require_usable();
     if (rays.size() != hits.size())
         throw_bad_argument(fmt::format("{} rays, but room for {} hits", rays.size(), hits.size()));
-    const mray::Stopwatch watch;
     if (cpu_ == nullptr) {
-        intersect_on_device(rays, hits);
-    } else {
-        trace_all(
-            rays,
-            [&](std::size_t i, const mray::Hit& hit) {
-                hits[i] = to_world(hit, converter_->t_exponent(rays[i].dir));
-            },
-            [&](std::size_t first, std::size_t count) {
-                intersect_run(rays.subspan(first, count), hits.subspan(first, count));
-            });
+        cost_.add(intersect_on_device(rays, hits), rays.size());
+        return;
     }
+    const mray::Stopwatch watch;
+    trace_all(
+        rays,
+        [&](std::size_t i, const mray::Hit& hit) {
+            hits[i] = to_world(hit, converter_->t_exponent(rays[i].dir));
+        },
+        [&](std::size_t first, std::size_t count) {
+            intersect_run(rays.subspan(first, count), hits.subspan(first, count));
+        });
     cost_.add(watch.ms(), rays.size());
 }
 

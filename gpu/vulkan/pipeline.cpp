@@ -128,7 +128,6 @@ Pipeline::Pipeline(Context& context, const char* name, std::span<const std::uint
 }
 
 void Pipeline::bind(const Bindings& bindings) {
-    if (interface_.bindings.empty()) return;
     std::array<VkDescriptorBufferInfo, kBindingCount> buffers = {};
     std::vector<VkWriteDescriptorSet> writes;
     for (const auto& [b, type] : interface_.bindings) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <span>
 
 #include "gpu/vulkan/context.h"
@@ -18,8 +19,6 @@ struct Bindings {
 
 class Pipeline {
 public:
-    /// No kernel: bind() does nothing, and dispatch() must not be called.
-    Pipeline() = default;
     /// Bindings and size of the arguments come from the SPIR-V. `specialisation` has values of the
     /// 32-bit constants 0, 1, ...; those that the kernel does not have are ignored.
     Pipeline(Context& context, const char* name, std::span<const std::uint32_t> spirv,
@@ -34,18 +33,17 @@ public:
                   std::uint32_t group_count) const {
         dispatch_bytes(commands, std::as_bytes(std::span(&arguments, 1)), group_count);
     }
-
-private:
     void dispatch_bytes(VkCommandBuffer commands, std::span<const std::byte> arguments,
                         std::uint32_t group_count) const;
 
-    VkDevice device_ = VK_NULL_HANDLE;
+private:
+    VkDevice device_;
     ShaderInterface interface_;
     UniqueDescriptorSetLayout set_layout_;
     UniquePipelineLayout layout_;
     UniquePipeline pipeline_;
     UniqueDescriptorPool pool_;
-    VkDescriptorSet set_ = VK_NULL_HANDLE;
+    VkDescriptorSet set_;
 };
 
 }  // namespace mray::gpu

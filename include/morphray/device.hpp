@@ -56,9 +56,9 @@ public:
     /// The processors of this machine. Throws bad_argument for an unknown instruction set or
     /// negative threads, and unavailable for an instruction set that the machine lacks.
     static Device cpu(const CpuOptions& options = {});
-    /// A Vulkan 1.1 device. Starting it compiles its kernels, which takes from 0.1 s to some
-    /// seconds. Throws unavailable: not built in, no Vulkan library, no driver, no such device, an
-    /// ambiguous name, a device that lacks a feature.
+    /// A Vulkan 1.1 device. Each kind of query and update compiles its kernels when a scene first
+    /// needs them, from 0.1 s to some seconds. Throws unavailable: not built in, no Vulkan library,
+    /// no driver, no such device, an ambiguous name, a device that lacks a feature.
     static Device vulkan(const VulkanOptions& options = {});
     /// A device of the caller's. Scenes on it use its queue and make buffers and pipelines of their
     /// own. Throws bad_argument if a handle is null, and unavailable for a device that lacks a

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <mutex>
 #include <stdexcept>
 #include <string_view>
 
@@ -23,6 +24,9 @@ PFN_vkGetInstanceProcAddr real_loader() {
 }
 
 bool fails(const char* name) {
+    // A backend compiles kernels in several threads.
+    static std::mutex mutex;
+    const std::scoped_lock lock(mutex);
     Faults& f = *active();
     const bool is_counted = f.counts(name);
     const std::size_t index = f.call_count;

@@ -75,6 +75,9 @@ TEST(VulkanUpdate, RefitAndImageAreOneSubmissionWithItsTimes) {
         Frame frame;
         // Hits and pixels, if the host does not see them.
         const std::size_t copies = force_staging ? 2 : 0;
+        // Compiles the kernels.
+        vulkan.refit(swayed(scene, 0.5f));
+        vulkan.trace_image(view(64, 48, kRaysPrimary), frame);
         submissions = 0;
         vulkan.refit(swayed(scene, 1));
         EXPECT_EQ(submissions, 0u);

@@ -1,0 +1,127 @@
+// Kernels are compiled when a call first needs them, each once.
+#include <gtest/gtest.h>
+
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "gpu/vulkan_backend_internal.h"
+#include "tests/gpu/faulty_loader.h"
+#include "tests/gpu/test_scenes.h"
+#include "tests/support/backend_hashes.h"
+#include "tests/support/thrown_error.h"
+
+namespace mray::test {
+namespace {
+
+/// A backend over a scene, and the number of pipelines that it makes.
+class CountedDevice {
+public:
+    explicit CountedDevice(bool use_packets = false, std::uint32_t step_budget = kStepBudget) {
+        faults_.counts = [](std::string_view name) { return name == "vkCreateComputePipelines"; };
+        gpu::Tuning tuning;
+        tuning.loader = loader_.get();
+        tuning.use_packets = use_packets;
+        tuning.step_budget = step_budget;
+        backend_ = gpu::make_vulkan_backend({}, tuning);
+        backend_->set_scene(scene_.topology, scene_.positions, plain_tree(scene_));
+    }
+
+    Backend& backend() { return *backend_; }
+    Faults& faults() { return faults_; }
+    const DeviceScene& scene() const { return scene_; }
+    std::size_t compiled() const { return faults_.call_count; }
+    void trace_image(std::uint32_t rays) {
+        Frame frame;
+        backend_->trace_image(view(16, 16, rays), frame);
+    }
+    void trace_rays() {
+        std::vector<Hit> hits(64);
+        backend_->trace_rays(scattered_rays(hits.size(), 1), hits);
+    }
+
+private:
+    Faults faults_;
+    FaultyLoader loader_{faults_};
+    DeviceScene scene_ = torus(12, 8);
+    std::unique_ptr<Backend> backend_;
+};
+
+TEST(Kernels, AreCompiledWhenACallFirstNeedsThem) {
+    CountedDevice device;
+    EXPECT_EQ(device.compiled(), 0u);
+    for (int i = 0; i < 2; ++i) {
+        device.trace_image(kRaysPrimary);
+        EXPECT_EQ(device.compiled(), 2u) << "camera rays, shading";
+    }
+    for (const std::uint32_t rays : {kRaysShadow, kRaysAo}) {
+        device.trace_image(rays);
+        EXPECT_EQ(device.compiled(), 4u) << "and visible pixels, occlusion";
+    }
+    for (const float time : {1.0f, 2.0f}) {
+        device.backend().refit(swayed(device.scene(), time));
+        EXPECT_EQ(device.compiled(), 6u) << "and leaves, nodes";
+    }
+    device.trace_rays();
+    device.trace_image(kRaysShadow);
+    EXPECT_EQ(device.compiled(), 7u) << "and rays";
+}
+
+TEST(Kernels, OfPacketsAreTwoForCameraRays) {
+    CountedDevice device(true);
+    device.trace_image(kRaysPrimary);
+    EXPECT_EQ(device.compiled(), 2u);
+}
+
+TEST(Kernels, ThatContinueRaysAreCompiledForRaysThatNeedThem) {
+    CountedDevice device(false, 20);
+    device.trace_rays();
+    EXPECT_EQ(device.compiled(), 2u);
+}
+
+TEST(Kernels, ThatFailToCompileAreCompiledByTheNextCall) {
+    const ImageParams params = view(32, 32, kRaysAo);
+    const ImageHashes expected = [&] {
+        CountedDevice device;
+        return image_hashes(device.backend(), params);
+    }();
+    // Each kernel, and the submission that dispatches it for the first time.
+    for (const char* const call : {"vkCreateComputePipelines", "vkQueueSubmit"}) {
+        for (std::size_t k = 0; k < 4; ++k) {
+            SCOPED_TRACE(testing::Message() << call << " " << k);
+            CountedDevice device;
+            Faults& faults = device.faults();
+            faults.counts = [call](std::string_view name) { return name == call; };
+            faults.result = VK_ERROR_OUT_OF_HOST_MEMORY;
+            faults.fail_at = faults.call_count + k;
+            EXPECT_EQ(kind_of([&] { device.trace_image(kRaysAo); }), ErrorKind::kLimit);
+            EXPECT_EQ(faults.failed_name, call);
+            EXPECT_EQ(image_hashes(device.backend(), params), expected);
+        }
+    }
+}
+
+TEST(Kernels, OfSeveralBackendsAreCompiledAtTheSameTime) {
+    const DeviceScene scene = torus(12, 8);
+    const Bvh bvh = plain_tree(scene);
+    constexpr std::size_t kBackends = 4;
+    std::vector<std::unique_ptr<Backend>> backends;
+    for (std::size_t i = 0; i < kBackends; ++i) {
+        gpu::Tuning tuning;
+        tuning.use_packets = false;
+        backends.push_back(gpu::make_vulkan_backend({}, tuning));
+        backends[i]->set_scene(scene.topology, scene.positions, bvh);
+    }
+    std::vector<ImageHashes> hashes(kBackends);
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < kBackends; ++i) {
+        threads.emplace_back(
+            [&, i] { hashes[i] = image_hashes(*backends[i], view(32, 32, kRaysAo)); });
+    }
+    for (std::thread& thread : threads) thread.join();
+    for (const ImageHashes& h : hashes) EXPECT_EQ(h, hashes[0]);
+}
+
+}  // namespace
+}  // namespace mray::test
