@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "common/bvh/builder/binary_tree.h"
@@ -13,6 +15,9 @@ namespace {
 
 // If more than this part of all triangles is loose, a build does not cost much more.
 constexpr double kMostLoose = 0.5;
+
+// Stands for the growth of a box that had no area.
+constexpr double kBeyondAll = std::numeric_limits<double>::max();
 
 bool is_leaf(std::uint32_t child) { return (child & kLeafBit) != 0; }
 std::uint32_t leaf_of(std::uint32_t child) { return child & ~kLeafBit; }
@@ -26,8 +31,8 @@ void for_each_child(const Node& node, Use use) {
 /// The sound parts of a tree: boxes that have kept their size, and nodes above only such boxes.
 class Soundness {
 public:
-    Soundness(const Bvh& bvh, const BuiltAreas& areas, double growth)
-        : areas_(areas), limit_(kSoundGrowth * growth), whole_(bvh.nodes.size(), 1) {
+    Soundness(const Bvh& bvh, const BuiltAreas& areas, double limit)
+        : areas_(areas), limit_(limit), whole_(bvh.nodes.size(), 1) {
         // Children come after their parents.
         for (std::size_t i = bvh.nodes.size(); i-- > 0;) {
             for_each_child(bvh.nodes[i], [&](std::uint32_t slot, std::uint32_t child) {
@@ -51,6 +56,29 @@ private:
     double limit_;
     std::vector<std::uint8_t> whole_;
 };
+
+/// The growth of leaf boxes beyond which a leaf is restructured: `limit`, or more if the leaves
+/// beyond it hold more than `most` of the triangles, assumed to be spread evenly. None if they are
+/// so many that a build would not cost much more.
+std::optional<double> limit_of_slice(const Bvh& bvh, const BuiltAreas& areas, double limit,
+                                     double most) {
+    std::vector<double> grown;
+    const auto leaves = static_cast<double>(bvh.leaf_parents.size());
+    for (const Node& node : bvh.nodes) {
+        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
+            if (!is_leaf(child)) return;
+            const double area = half_area(slot_box(node, slot));
+            const double built = areas.leaves[leaf_of(child)];
+            if (area > limit * built) grown.push_back(built > 0 ? area / built : kBeyondAll);
+        });
+    }
+    const auto count = static_cast<double>(grown.size());
+    if (count > kMostLoose * leaves) return std::nullopt;
+    if (count <= most * leaves) return limit;
+    const auto place = grown.begin() + static_cast<std::ptrdiff_t>(most * leaves);
+    std::nth_element(grown.begin(), place, grown.end(), std::greater<>());
+    return *place;
+}
 
 /// The parts under the new levels; empty if a build would not cost much more.
 struct Parts {
@@ -289,8 +317,11 @@ BuiltAreas built_areas(const Bvh& bvh) {
 }
 
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
-                        Bvh& bvh, BuiltAreas& areas) {
-    const Soundness soundness(bvh, areas, growth);
+                        double most, Bvh& bvh, BuiltAreas& areas) {
+    const std::optional<double> limit =
+        limit_of_slice(bvh, areas, kSoundGrowth * growth, std::max(most, 0.0));
+    if (!limit) return 0;
+    const Soundness soundness(bvh, areas, *limit);
     if (soundness.is_whole(0)) return 0;
     Parts parts = find_parts(topology, positions, bvh, soundness);
     const std::size_t count = parts.refs.size();

@@ -55,7 +55,7 @@ TEST(Restructure, MakesATreeAsGoodAsABuildOfBodiesThatMove) {
         const std::vector<vec3> positions = bodies.pose(step);
         cpu::refit(bvh, positions);
         const double degraded = tree_cost(bvh.nodes);
-        EXPECT_GT(restructure(bodies.topology, positions, 1, bvh, areas), 0u);
+        EXPECT_GT(restructure(bodies.topology, positions, 1, 1, bvh, areas), 0u);
         ASSERT_EQ(check_bvh(bvh, bodies.topology, positions), kSound) << step;
         const double fresh = tree_cost(build_bvh(bodies.topology, positions).nodes);
         EXPECT_GT(degraded, 1.5 * fresh);
@@ -76,7 +76,7 @@ TEST(Restructure, AnswersLikeBruteForce) {
         const std::vector<vec3> positions = bodies.pose(step);
         for (Backend* backend : {tracer.get(), brute.get()}) backend->refit(positions);
         tracer->edit_tree([&](Bvh& bvh) {
-            const std::size_t parts = restructure(bodies.topology, positions, 1, bvh, areas);
+            const std::size_t parts = restructure(bodies.topology, positions, 1, 1, bvh, areas);
             EXPECT_GT(parts, 0u);
             return parts > 0;
         });
@@ -98,12 +98,39 @@ TEST(Restructure, AnswersLikeBruteForce) {
     }
 }
 
+TEST(Restructure, InSlicesTakesTheWorstPartsFirstAndComesAsFar) {
+    const Bodies bodies(20);
+    const std::vector<vec3> positions = bodies.pose(3);
+    Bvh whole = build_bvh(bodies.topology, bodies.pose(0));
+    BuiltAreas areas = built_areas(whole);
+    Bvh slices = whole;
+    BuiltAreas slice_areas = areas;
+    cpu::refit(whole, positions);
+    cpu::refit(slices, positions);
+    const double degraded = tree_cost(whole.nodes);
+    const std::size_t at_once = restructure(bodies.topology, positions, 1, 1, whole, areas);
+    const double cured = tree_cost(whole.nodes);
+    double last = degraded;
+    int count = 0;
+    for (; count < 50; ++count) {
+        const std::size_t parts =
+            restructure(bodies.topology, positions, 1, 0.02, slices, slice_areas);
+        if (parts == 0) break;
+        EXPECT_EQ(check_bvh(slices, bodies.topology, positions), kSound) << count;
+        EXPECT_LT(parts, at_once);
+        if (count == 0) EXPECT_LT(tree_cost(slices.nodes), degraded);
+        last = tree_cost(slices.nodes);
+    }
+    EXPECT_GT(count, 1);
+    EXPECT_LT(last - cured, 0.2 * (degraded - cured));
+}
+
 TEST(Restructure, LeavesASoundTreeAsItIs) {
     const TestScene scene = torus(40, 20);
     Bvh bvh = build_bvh(scene.topology(), scene.positions());
     BuiltAreas areas = built_areas(bvh);
     const std::uint64_t before = bvh_hash(bvh);
-    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 1, bvh, areas), 0u);
+    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 1, 1, bvh, areas), 0u);
     EXPECT_EQ(bvh_hash(bvh), before);
 }
 
@@ -114,7 +141,7 @@ TEST(Restructure, DoesNotMindTrianglesThatGrow) {
     Bvh bvh = build_bvh(scene.topology(), small);
     BuiltAreas areas = built_areas(bvh);
     cpu::refit(bvh, scene.positions());
-    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 16, bvh, areas), 0u);
+    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 16, 1, bvh, areas), 0u);
 }
 
 TEST(Restructure, KeepsEveryInvariantOnEveryMotion) {
@@ -130,7 +157,7 @@ TEST(Restructure, KeepsEveryInvariantOnEveryMotion) {
                 << motion.name << ", pose " << pose;
             const Bvh before = bvh;
             const std::size_t parts =
-                restructure(motion.topology, motion.poses[pose], 1, bvh, areas);
+                restructure(motion.topology, motion.poses[pose], 1, 1, bvh, areas);
             ASSERT_EQ(check_bvh(bvh, motion.topology, motion.poses[pose]), kSound)
                 << motion.name << ", pose " << pose;
             EXPECT_EQ(parts == 0, bvh_hash(bvh) == bvh_hash(before)) << motion.name;
