@@ -35,6 +35,8 @@ struct Played {
 /// Plays frames as TreeUpdater does; a background build ends before the next frame.
 Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
     policy.built(clip.build);
+    // The frame of the build.
+    policy.frame_done({.trace = clip.sound});
     Played played;
     int age = 0;
     double cured = 0;  // of the excess, by restructurings
@@ -221,7 +223,7 @@ TEST(AutoPolicy, IsWithinATwentiethOfTheBetterOfRefitAndRebuildInShortClips) {
                 growth = visits;
                 Clip clip;
                 clip.build = build;
-                clip.restructure = 0.4 * build;
+                clip.restructure = (cure > 0 ? 0.4 : 0.02) * build;
                 clip.cure = cure;
                 clip.excess = [](int age) { return std::min(growth * age, 5000.0); };
                 for (const int frames : {3, 5, 10}) {
