@@ -47,7 +47,7 @@ double AutoPolicy::loss(double excess) const {
 }
 
 double AutoPolicy::residual(double excess) const {
-    return loss(wait_ > 0 || !traced() ? excess : std::min(excess, floor_));
+    return loss(wait_ > 0 || traces_ == 0 ? excess : std::min(excess, floor_));
 }
 
 double AutoPolicy::restructure_cost() const {
@@ -63,7 +63,7 @@ std::string AutoPolicy::facts(double excess) const {
 UpdateDecision AutoPolicy::plan() { return {UpdateStep::kRefit, "a refit comes first"}; }
 
 bool AutoPolicy::should_restructure(double excess) const {
-    if (wait_ > 0 || !traced()) return false;
+    if (wait_ > 0 || traces_ == 0) return false;
     const double avoidable = loss(excess) - residual(excess);
     const double price = restructure_price();
     return avoidable >= price ||

@@ -40,14 +40,13 @@ private:
     /// The part of the loss that only a build can cure.
     double residual(double excess) const;
     /// Costs in the same unit.
-    double build_price() const { return traced() ? build_cost_ / sound_trace_ : 1; }
+    double build_price() const { return traces_ > 0 ? build_cost_ / sound_trace_ : 1; }
     double restructure_price() const { return restructure_cost() / sound_trace_; }
     double restructure_cost() const;
     /// The time that an investment may add to refit and trace of a frame.
     double budget() const;
     /// The number of frames that a background build is assumed to take.
     double build_frames() const;
-    bool traced() const { return sound_trace_ > 0; }
     bool should_restructure(double excess) const;
     void judge_restructuring(double excess);
     UpdateDecision rebuild_when_due(const RefittedTree& tree) const;
@@ -65,8 +64,9 @@ private:
     double measured_build_cost_ = 0;
     /// 0 before the first.
     double restructure_cost_ = 0;
-    /// The median of the last traces, each divided by its slow-down; 0 before the first trace.
-    /// Until then a build is taken to cost a sound trace, and nothing is restructured.
+    /// The median of the last traces, each divided by its slow-down; 0, which makes all prices
+    /// infinite, where nothing is traced. Before the end of the first frame a build is taken to
+    /// cost a sound trace, and nothing is restructured.
     double sound_trace_ = 0;
     std::array<double, 5> last_traces_ = {};
     std::size_t traces_ = 0;

@@ -266,6 +266,16 @@ TEST(AutoPolicy, TreeThatIsHopelessIsRebuiltBeforeItsFirstTrace) {
     EXPECT_EQ(policy->review({.excess = 1e6}).step, UpdateStep::kRebuild);
 }
 
+TEST(AutoPolicy, TreeThatIsNotTracedIsNeverRebuilt) {
+    const auto policy = make_update_policy("auto");
+    policy->built(50);
+    for (int frame = 0; frame < 20; ++frame) {
+        policy->frame_done({.refit = 0.1, .excess = 1e6});
+        ASSERT_EQ(policy->review({.excess = 1e6}).step, UpdateStep::kRefit) << frame;
+        policy->review({.excess = 1e6, .restructured = true});
+    }
+}
+
 TEST(AutoPolicy, BuildOverTheBudgetRunsInTheBackground) {
     for (const UpdateConfig& config :
          {UpdateConfig{.budget = 0.25}, UpdateConfig{.budget = 100, .budget_ms = 2.5}}) {
