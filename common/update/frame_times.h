@@ -9,8 +9,8 @@ namespace mray {
 struct UpdateTimes {
     double upload_ms = 0;  // positions and trees to a backend, or between backends
     double refit_ms = 0;
-    double decide_ms = 0;       // finding the cost ratio, and the policy's decision
-    double restructure_ms = 0;  // with bringing the edited tree to the backends
+    double decide_ms = 0;  // finding the cost ratio, and the policy's decision
+    double restructure_ms = 0;
     double rebuild_ms = 0;
 
     double total_ms() const {

@@ -208,10 +208,12 @@ PolicyComparison PolicyRunner::compare(const std::vector<std::string>& policies,
         run.policy = policies[p];
         run.backend = backend_->name();
         run.frames = merge_rounds(rounds[p]);
-        run.best_ms = result.best.total;
         for (std::size_t f = 0; f < frames_.size(); ++f)
             run.frames[f].trace_rebuilt_ms = trace_rebuilt_ms_[f];
     }
+    double best_ms = result.best.total;
+    for (const PolicyRun& run : result.runs) best_ms = std::min(best_ms, run.total_ms());
+    for (PolicyRun& run : result.runs) run.best_ms = best_ms;
     return result;
 }
 

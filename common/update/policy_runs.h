@@ -37,14 +37,15 @@ struct PolicyRun {
     std::string policy;
     std::string backend;
     std::vector<PolicyFrame> frames;
-    /// total_ms() of the best schedule of refits and rebuilds on the same backend.
+    /// The least that is known to be possible on the same backend: total_ms() of the best schedule
+    /// of refits and rebuilds, or of the best policy if that took less.
     double best_ms = 0;
 
     double total_ms() const;
     double median_frame_ms() const;
     double worst_frame_ms() const;
     double worst_trace_vs_rebuilt() const;
-    /// The cost beyond the best schedule's, relative to it.
+    /// The cost beyond best_ms, relative to it; never negative.
     double regret() const { return total_ms() / best_ms - 1; }
     /// Trees built after the first.
     std::size_t rebuilds() const;

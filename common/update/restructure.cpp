@@ -7,104 +7,16 @@
 #include "common/bvh/builder/binary_tree.h"
 #include "common/bvh/builder/collapse.h"
 #include "common/bvh/builder/meshlet.h"
+#include "common/update/restructure_parts.h"
 
 namespace mray {
 namespace {
-
-// If more than this part of all triangles is loose, a build does not cost much more.
-constexpr double kMostLoose = 0.5;
-
-bool is_leaf(std::uint32_t child) { return (child & kLeafBit) != 0; }
-std::uint32_t leaf_of(std::uint32_t child) { return child & ~kLeafBit; }
-
-template <class Use>
-void for_each_child(const Node& node, Use use) {
-    for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot)
-        use(slot, node.child[slot]);
-}
-
-/// The sound parts of a tree: boxes that have kept their size, and nodes above only such boxes.
-class Soundness {
-public:
-    Soundness(const Bvh& bvh, const BuiltAreas& areas, double growth)
-        : areas_(areas), limit_(kSoundGrowth * growth), whole_(bvh.nodes.size(), 1) {
-        // Children come after their parents.
-        for (std::size_t i = bvh.nodes.size(); i-- > 0;) {
-            for_each_child(bvh.nodes[i], [&](std::uint32_t slot, std::uint32_t child) {
-                if (!is_sound(bvh.nodes[i], slot, child)) whole_[i] = 0;
-            });
-        }
-    }
-
-    /// Whether all below a node is sound; its own box does not count.
-    bool is_whole(std::uint32_t node) const { return whole_[node] != 0; }
-
-    /// Whether a child and all below it is sound.
-    bool is_sound(const Node& node, std::uint32_t slot, std::uint32_t child) const {
-        if (!is_leaf(child) && !is_whole(child)) return false;
-        const float built = is_leaf(child) ? areas_.leaves[leaf_of(child)] : areas_.nodes[child];
-        return half_area(slot_box(node, slot)) <= limit_ * double{built};
-    }
-
-private:
-    const BuiltAreas& areas_;
-    double limit_;
-    std::vector<std::uint8_t> whole_;
-};
-
-/// The parts under the new levels; empty if a build would not cost much more.
-struct Parts {
-    /// The child entries, in the old tree, of subtrees that stay as they are.
-    std::vector<std::uint32_t> subtrees;
-    std::vector<std::uint32_t> degraded_leaves;
-    /// References to the triangles of degraded leaves, ascending, then to the subtrees.
-    AlignedVector<PrimRef> refs;
-};
-
-Parts find_parts(const Topology& topology, std::span<const vec3> positions, const Bvh& bvh,
-                 const Soundness& soundness) {
-    Parts parts;
-    std::vector<Box> boxes;
-    std::vector<std::uint8_t> is_open(bvh.nodes.size());
-    is_open[0] = 1;
-    for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
-        if (is_open[i] == 0) continue;
-        const Node& node = bvh.nodes[i];
-        for_each_child(node, [&](std::uint32_t slot, std::uint32_t child) {
-            if (soundness.is_sound(node, slot, child)) {
-                parts.subtrees.push_back(child);
-                boxes.push_back(slot_box(node, slot));
-            } else if (is_leaf(child)) {
-                parts.degraded_leaves.push_back(leaf_of(child));
-            } else {
-                is_open[child] = 1;
-            }
-        });
-    }
-    std::vector<std::uint32_t> loose;
-    const double most = kMostLoose * static_cast<double>(topology.triangles.size());
-    for (const std::uint32_t leaf : parts.degraded_leaves) {
-        for (const std::uint32_t prim_id : bvh.leaves[leaf].prim_id) {
-            if (prim_id != kNoPrim) loose.push_back(prim_id);
-        }
-        if (static_cast<double>(loose.size()) > most) return {};
-    }
-    std::sort(loose.begin(), loose.end());
-    for (const std::uint32_t prim_id : loose)
-        parts.refs.push_back(make_ref(topology, positions, prim_id));
-    for (const Box& box : boxes) {
-        const auto id = static_cast<std::uint32_t>(topology.triangles.size() + parts.refs.size() -
-                                                   loose.size());
-        parts.refs.push_back({box, id});
-    }
-    return parts;
-}
 
 /// Lays out new nodes, new leaves and old subtrees, with nodes breadth first.
 class Relayout {
 public:
     Relayout(const Topology& topology, std::span<const vec3> positions, const Bvh& old,
-             const BuiltAreas& old_areas, const Parts& parts, const BinaryTree& binary,
+             const BuiltAreas& old_areas, const RestructureParts& parts, const BinaryTree& binary,
              double growth)
         : topology_(topology),
           positions_(positions),
@@ -255,7 +167,7 @@ private:
     std::span<const vec3> positions_;
     const Bvh& old_;
     const BuiltAreas& old_areas_;
-    const Parts& parts_;
+    const RestructureParts& parts_;
     const BinaryTree& binary_;
     Collapse collapse_;
     double growth_;
@@ -289,10 +201,8 @@ BuiltAreas built_areas(const Bvh& bvh) {
 }
 
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
-                        Bvh& bvh, BuiltAreas& areas) {
-    const Soundness soundness(bvh, areas, growth);
-    if (soundness.is_whole(0)) return 0;
-    Parts parts = find_parts(topology, positions, bvh, soundness);
+                        double most, Bvh& bvh, BuiltAreas& areas) {
+    RestructureParts parts = find_restructure_parts(topology, positions, growth, most, bvh, areas);
     const std::size_t count = parts.refs.size();
     if (count < 2) return 0;
     const BinaryTree binary =

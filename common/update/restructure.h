@@ -22,7 +22,9 @@ BuiltAreas built_areas(const Bvh& bvh);
 /// sound, and only leaves with triangles of several bodies grow, with the nodes above them.
 /// Restructuring takes the largest sound subtrees, in which no box has grown by more than
 /// kSoundGrowth (beyond `growth`, that of the triangles themselves), and the triangles of all other
-/// leaves. It builds a tree over these, and keeps the subtrees below it as they are.
+/// leaves. If those have more than `most` of all triangles, it takes only the leaves that have
+/// grown most, so that a long restructuring can be done in slices: what has grown less counts as
+/// sound. It builds a tree over these, and keeps the subtrees below it as they are.
 ///
 /// The boxes and vertices of the tree must be those of the pose. Writes nodes, parents, levels, new
 /// leaves (in the places of removed ones, or at the end) and `areas`. Afterwards nodes are in
@@ -35,7 +37,7 @@ BuiltAreas built_areas(const Bvh& bvh);
 /// restructuring. EGSR 2007. They restructure pairs of nodes in turn; here all degraded parts are
 /// restructured at once.
 std::size_t restructure(const Topology& topology, std::span<const vec3> positions, double growth,
-                        Bvh& bvh, BuiltAreas& areas);
+                        double most, Bvh& bvh, BuiltAreas& areas);
 
 /// The largest growth of the area of a sound box. The box of a flat square that turns about its
 /// edge grows by up to 1.9 without any degradation.

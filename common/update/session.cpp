@@ -9,13 +9,12 @@
 namespace mray {
 
 UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer) {
-    // The values that bench/updates does best with. With trees that are only refitted, packets of
-    // 32 x 32 camera rays on the CPU had 0.08 (explode) to 0.26 (shuffle), packets of 64 x 64 less,
-    // and packets on a device 0.1 (orbits) to 0.21 (gather).
-    constexpr double kOnCpu = 0.08;
-    constexpr double kOnDevice = 0.2;
+    // With trees that are only refitted, packets of camera rays had 0.0002 (shuffle) to 0.0007
+    // (orbits) on the CPU, 0.0015 to 0.003 on lavapipe.
+    constexpr double kOnCpu = 0.0005;
+    constexpr double kOnDevice = 0.002;
     if (!config.deterministic)
-        config.first_exponent = tracer.name() == "vulkan" ? kOnDevice : kOnCpu;
+        config.first_per_visit = tracer.name() == "vulkan" ? kOnDevice : kOnCpu;
     return config;
 }
 

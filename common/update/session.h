@@ -23,7 +23,7 @@ struct SessionConfig {
     std::optional<double> build_at;
 };
 
-/// Returns the config with the first_exponent of this kind of tracer. A deterministic config stays
+/// Returns the config with the first_per_visit of this kind of tracer. A deterministic config stays
 /// as it is, since its decisions must be the same for all tracers.
 UpdateConfig for_tracer(UpdateConfig config, const Backend& tracer);
 

@@ -21,6 +21,10 @@ double tree_cost(std::span<const Node> nodes) {
     return half_area(root) + node_area + kLeafCost * leaf_area;
 }
 
+TreeFit tree_fit(std::span<const Node> nodes, double triangle_area) {
+    return {tree_cost(nodes), triangle_area, half_area(node_box(nodes.front()))};
+}
+
 TriangleSample::TriangleSample(const Topology& topology) {
     const std::size_t count = topology.triangles.size();
     const std::size_t step = std::max<std::size_t>(1, (count + kMost - 1) / kMost);
@@ -46,6 +50,13 @@ double cost_ratio(const TreeFit& built, const TreeFit& now) {
     const double growth = now.cost / built.cost;
     if (built.triangle_area <= 0 || now.triangle_area <= 0) return growth;
     return growth * (built.triangle_area / now.triangle_area);
+}
+
+double excess_visits(const TreeFit& built, const TreeFit& now) {
+    if (now.root_area <= 0) return 0;
+    const bool known = built.triangle_area > 0 && now.triangle_area > 0;
+    const double growth = known ? now.triangle_area / built.triangle_area : 1;
+    return std::max(0.0, now.cost - growth * built.cost) / now.root_area;
 }
 
 }  // namespace mray

@@ -35,15 +35,23 @@ private:
     std::vector<uvec3> triangles_;
 };
 
-/// The cost of a tree and the size of its triangles at one pose.
+/// The cost of a tree, the size of its triangles and half the area of its root at one pose.
 struct TreeFit {
     double cost = 0;
     double triangle_area = 0;
+    double root_area = 0;
 };
+TreeFit tree_fit(std::span<const Node> nodes, double triangle_area);
 
 /// The factor by which the tree fits worse now than when it was built: the ratio of the costs, each
 /// divided by the triangles' size if both sizes are above 0. 1 if both costs are 0; infinite if
 /// only that of the build is 0 (a tree that was built in a point); never negative.
 double cost_ratio(const TreeFit& built, const TreeFit& now);
+
+/// The visits of nodes (a leaf counts as kLeafCost) that a ray through the root makes now, on
+/// average, beyond those of a tree as good as the built one was: the growth of the cost beyond that
+/// of the triangles, divided by the root's area. 0 if the tree has not become worse, or if the root
+/// has no area; finite.
+double excess_visits(const TreeFit& built, const TreeFit& now);
 
 }  // namespace mray

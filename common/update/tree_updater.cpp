@@ -50,7 +50,7 @@ TreeUpdater::TreeUpdater(const Topology& topology, std::span<const vec3> positio
       policy_(std::move(policy)),
       build_config_(build_config),
       deterministic_(config.deterministic),
-      follows_ratio_(config.record_cost_ratio || policy_->needs_cost_ratio()),
+      follows_ratio_(config.record_cost_ratio || policy_->needs_tree_cost()),
       sample_(topology) {
     if (tree == nullptr) {
         build(positions);
@@ -77,11 +77,12 @@ void TreeUpdater::build(std::span<const vec3> positions) {
     last_.times.rebuild_ms = watch.ms();
     took_tree(follows_ratio_ ? sample_.area(positions) : 0);
     last_.cost_ratio = 1;
+    last_.excess = 0;
 }
 
 /// Notes the built state of bvh_, which comes into use; its pose has this triangle_area.
 void TreeUpdater::took_tree(double triangle_area) {
-    if (follows_ratio_) built_fit_ = {tree_cost(bvh_.nodes), triangle_area};
+    if (follows_ratio_) built_fit_ = tree_fit(bvh_.nodes, triangle_area);
     if (policy_->may_restructure()) areas_ = built_areas(bvh_);
 }
 
@@ -176,6 +177,7 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions,
     }
     last_ = {};
     restructured_ = refitted_ = false;
+    passed_on_ms_ = 0;
     if (background_frames_left_ > 0) --background_frames_left_;
     const UpdateDecision plan = policy_->plan();
     if (plan.step == UpdateStep::kRebuild) {
@@ -191,7 +193,7 @@ const TreeUpdate& TreeUpdater::update(std::span<const vec3> positions,
     UpdateDecision decision = review(positions, false);
     if (decision.step == UpdateStep::kRestructure) {
         last_.reason = decision.reason;
-        restructure(positions);
+        restructure(positions, decision.most_restructured);
         decision = review(positions, true);
     }
     follow(decision, positions);
@@ -207,23 +209,27 @@ UpdateDecision TreeUpdater::review(std::span<const vec3> positions, bool restruc
     const double waited_ms = follows_ratio_ ? wait_for_refit() : 0;
     const Stopwatch watch;
     if (follows_ratio_) {
-        last_.cost_ratio =
-            cost_ratio(built_fit_, {tree_cost(tracer_.nodes()), sample_.area(positions)});
+        const TreeFit fit = tree_fit(tracer_.nodes(), sample_.area(positions));
+        last_.cost_ratio = cost_ratio(built_fit_, fit);
+        last_.excess = excess_visits(built_fit_, fit);
     }
-    UpdateDecision decision = policy_->review({.cost_ratio = last_.cost_ratio,
+    UpdateDecision decision = policy_->review({.excess = last_.excess,
                                                .build_pending = background_.pending(),
                                                .new_tree = last_.step == TreeStep::kSwapped,
                                                .restructured = restructured});
     // A ratio that is found for the record only is not a cost of the policy.
-    if (policy_->needs_cost_ratio()) last_.times.decide_ms += waited_ms + watch.ms();
+    if (policy_->needs_tree_cost()) last_.times.decide_ms += waited_ms + watch.ms();
     return decision;
 }
 
-void TreeUpdater::restructure(std::span<const vec3> positions) {
+/// Restructures the worst parts, up to `most` of all triangles.
+void TreeUpdater::restructure(std::span<const vec3> positions, double most) {
     const Stopwatch watch;
     std::size_t parts = 0;
     refitter().edit_tree([&](Bvh& bvh) {
-        parts = mray::restructure(topology_, positions, growth(positions), bvh, areas_);
+        const Stopwatch inner;
+        parts = mray::restructure(topology_, positions, growth(positions), most, bvh, areas_);
+        last_.times.restructure_ms = inner.ms();
         return parts > 0;
     });
     if (parts > 0) {
@@ -231,7 +237,8 @@ void TreeUpdater::restructure(std::span<const vec3> positions) {
         last_.reason += fmt::format(", of {} parts", parts);
         pass_on_refitted(positions);
     }
-    last_.times.restructure_ms = watch.ms();
+    passed_on_ms_ = watch.ms() - last_.times.restructure_ms;
+    last_.times.upload_ms += passed_on_ms_;
     restructured_ = true;
 }
 
@@ -254,7 +261,7 @@ void TreeUpdater::follow(const UpdateDecision& decision, std::span<const vec3> p
 
 FrameCost TreeUpdater::cost_of_frame(const TraceCost& trace) const {
     FrameCost cost;
-    cost.cost_ratio = last_.cost_ratio;
+    cost.excess = last_.excess;
     const bool built = last_.step == TreeStep::kBuilt || last_.step == TreeStep::kRebuilt;
     cost.new_tree = built || last_.step == TreeStep::kSwapped;
     cost.build_pending = last_.build_pending;
@@ -268,8 +275,8 @@ FrameCost TreeUpdater::cost_of_frame(const TraceCost& trace) const {
         return cost;
     }
     const UpdateTimes& times = last_.times;
-    cost.refit = times.refit_ms + times.decide_ms + (built ? 0 : times.upload_ms);
-    cost.restructure = times.restructure_ms;
+    cost.refit = times.refit_ms + times.decide_ms + (built ? 0 : times.upload_ms - passed_on_ms_);
+    cost.restructure = times.restructure_ms + (built ? 0 : passed_on_ms_);
     cost.rebuild = built ? times.rebuild_ms + times.upload_ms : 0;
     cost.trace = trace.ms;
     return cost;

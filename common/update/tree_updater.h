@@ -31,6 +31,8 @@ struct TreeUpdate {
     std::string reason;
     /// cost_ratio() of the tree since its build; 1 if neither the policy nor the config needs it.
     double cost_ratio = 1;
+    /// Likewise excess_visits(); 0 if neither needs it.
+    double excess = 0;
     UpdateTimes times;
     /// Whether a build runs in the background while this frame is traced.
     bool build_pending = false;
@@ -86,7 +88,7 @@ private:
     void took_tree(double triangle_area);
     double growth(std::span<const vec3> positions) const;
     UpdateDecision review(std::span<const vec3> positions, bool restructured);
-    void restructure(std::span<const vec3> positions);
+    void restructure(std::span<const vec3> positions, double most);
     bool swap_is_due();
     void swap(std::span<const vec3> positions);
     void follow(const UpdateDecision& decision, std::span<const vec3> positions);
@@ -109,6 +111,8 @@ private:
     bool refitted_ = false;
     /// Whether a restructuring was tried in this frame.
     bool restructured_ = false;
+    /// The part of last_.times.upload_ms that passed on a restructured tree.
+    double passed_on_ms_ = 0;
     BackgroundBuild background_;
     bool background_is_stale_ = false;
     double background_triangle_area_ = 0;

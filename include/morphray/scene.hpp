@@ -31,7 +31,7 @@ struct Every {
     std::uint32_t poses = 8;
 };
 /// Refits; restructures, or builds, when the tree's degradation has cost as much time as that would
-/// take. Trees that take longer than the budget are built in the background.
+/// take. What takes longer than the budget is restructured in slices, or built in the background.
 struct Auto {
     /// The time that an update may add, in milliseconds. 0: `budget` decides.
     double budget_ms = 0;

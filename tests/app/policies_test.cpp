@@ -116,6 +116,7 @@ TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
                                                "worst_frame_ms", "worst_trace_vs_rebuilt", "regret",
                                                "rebuilds", "hits_hashes"}));
         EXPECT_GT(policy["total_ms"], 0);
+        EXPECT_GE(policy["regret"], 0);
         EXPECT_GE(policy["worst_frame_ms"], policy["median_frame_ms"]);
         EXPECT_EQ(policy["hits_hashes"].size(), 6u);
         EXPECT_EQ(policy["hits_hashes"], report["policies"][0]["hits_hashes"]);

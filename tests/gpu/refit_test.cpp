@@ -129,7 +129,7 @@ void expect_same_restructurings(bool force_staging) {
         const auto restructured = [&](Backend& backend, BuiltAreas& its_areas) {
             std::size_t parts = 0;
             backend.edit_tree([&](Bvh& bvh) {
-                parts = restructure(scene.topology, positions, 1, bvh, its_areas);
+                parts = restructure(scene.topology, positions, 1, 1, bvh, its_areas);
                 return parts > 0;
             });
             return parts;

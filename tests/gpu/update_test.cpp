@@ -147,7 +147,7 @@ TEST(VulkanUpdate, MixesRefitsTreesAndRestructuringsLikeTheCpu) {
                 if (what < 3) return;
                 backend.edit_tree([&](Bvh& bvh) {
                     const bool is_changed =
-                        restructure(scene.topology, positions, 1, bvh, its_areas) > 0;
+                        restructure(scene.topology, positions, 1, 1, bvh, its_areas) > 0;
                     edits += is_changed;
                     return is_changed;
                 });

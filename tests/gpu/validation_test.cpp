@@ -105,7 +105,7 @@ TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
         }
         BuiltAreas areas = built_areas(bvh);
         backend->edit_tree([&](Bvh& tree) {
-            return restructure(scene.topology, swayed(scene, 0.5f), 1, tree, areas) > 0;
+            return restructure(scene.topology, swayed(scene, 0.5f), 1, 1, tree, areas) > 0;
         });
         std::vector<Hit> hits(100);
         backend->trace_rays(scattered_rays(100, 1), hits);

@@ -18,11 +18,12 @@ bool LossAccount::is_due(double loss, double price) const {
     return (frames_ + 1) * loss - lost >= threshold || lost >= threshold;
 }
 
-void LossAccount::add(double loss) {
+double LossAccount::add(double loss) {
     frames_ += 1;
     lost_ += loss;
     saved_ += loss_before_ - loss;
     last_loss_ = loss;
+    return std::max(0.0, loss_before_ - loss);
 }
 
 void LossAccount::start_over(double price) {

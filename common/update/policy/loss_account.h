@@ -23,7 +23,9 @@ public:
     /// Whether a remedy is due in a frame that is going to lose `loss`. Loss and price have the
     /// same unit.
     bool is_due(double loss, double price) const;
-    void add(double loss);
+    /// Ends a frame. Returns what the last remedy has saved in it: the loss of the frame before
+    /// that remedy beyond this loss, or 0.
+    double add(double loss);
     /// The remedy has been applied, for this price.
     void start_over(double price);
 

@@ -23,29 +23,32 @@ struct UpdateDecision {
     /// For kRebuildInBackground: the frames that the build may take. In deterministic updates it
     /// takes exactly as many.
     std::uint32_t build_frames = 0;
+    /// For kRestructure: the part of all triangles that may be restructured.
+    double most_restructured = 1;
 };
 
 /// A tree that has just been refitted to the pose that is to be traced.
 struct RefittedTree {
-    /// cost_ratio() since its build.
-    double cost_ratio = 1;
+    /// excess_visits() since its build.
+    double excess = 0;
     /// Whether a background build is running; a second one cannot start.
     bool build_pending = false;
     /// Whether it was built in the background and is in use for the first time.
     bool new_tree = false;
-    /// Whether it has been restructured in this frame, so that the ratio is that after it.
+    /// Whether it has been restructured in this frame, so that the excess is that after it.
     bool restructured = false;
 };
 
 /// The costs of a frame, all in one unit (ms, or counted). A stage that did not happen is 0.
 struct FrameCost {
     double refit = 0;
+    /// With passing the tree on.
     double restructure = 0;
     /// The build and the upload of its tree, if the tree was built in this frame.
     double rebuild = 0;
     double trace = 0;
-    /// cost_ratio() of the tree that was traced.
-    double cost_ratio = 1;
+    /// excess_visits() of the tree that was traced.
+    double excess = 0;
     /// Whether the traced tree is another one than in the frame before.
     bool new_tree = false;
     /// Whether a background build was running, which makes the other times longer.
@@ -62,8 +65,8 @@ public:
     virtual UpdateDecision plan() = 0;
     /// Decides after the refit; kRefit if the refitted tree is good enough.
     virtual UpdateDecision review(const RefittedTree&) { return {UpdateStep::kRefit, "asked for"}; }
-    /// Whether review() uses RefittedTree::cost_ratio, which costs a pass over the nodes.
-    virtual bool needs_cost_ratio() const { return false; }
+    /// Whether review() uses RefittedTree::excess, which costs a pass over the nodes.
+    virtual bool needs_tree_cost() const { return false; }
     /// Whether review() may return kRestructure, which needs BuiltAreas.
     virtual bool may_restructure() const { return false; }
     /// Report the cost of the first build, and then the costs of each frame.
@@ -75,12 +78,13 @@ public:
 struct UpdateConfig {
     /// Decide by counts of triangles and rays instead of times, so that all runs decide alike.
     bool deterministic = false;
-    /// The time that an update may add to a frame; a build that takes more runs in the background.
-    /// A part of the frame's refit and trace, or ms if budget_ms is above 0.
+    /// The time that an update may add to a frame beyond refit and trace, unless the same frame's
+    /// trace gains as much; a restructuring is cut to it, a build that takes more runs in the
+    /// background. A part of the frame's refit and trace, or ms if budget_ms is above 0.
     double budget = 0.75;
     double budget_ms = 0;
-    /// The first guess of the exponent of SlowdownModel.
-    double first_exponent = 0.3;
+    /// The first guess of SlowdownModel: the part of a sound trace that an excess visit takes.
+    double first_per_visit = 0.001;
     /// Find the cost ratio of every frame for the record, even if the policy does not use it.
     bool record_cost_ratio = false;
 };

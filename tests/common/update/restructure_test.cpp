@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/update/tree_cost.h"
@@ -55,7 +57,7 @@ TEST(Restructure, MakesATreeAsGoodAsABuildOfBodiesThatMove) {
         const std::vector<vec3> positions = bodies.pose(step);
         cpu::refit(bvh, positions);
         const double degraded = tree_cost(bvh.nodes);
-        EXPECT_GT(restructure(bodies.topology, positions, 1, bvh, areas), 0u);
+        EXPECT_GT(restructure(bodies.topology, positions, 1, 1, bvh, areas), 0u);
         ASSERT_EQ(check_bvh(bvh, bodies.topology, positions), kSound) << step;
         const double fresh = tree_cost(build_bvh(bodies.topology, positions).nodes);
         EXPECT_GT(degraded, 1.5 * fresh);
@@ -76,7 +78,7 @@ TEST(Restructure, AnswersLikeBruteForce) {
         const std::vector<vec3> positions = bodies.pose(step);
         for (Backend* backend : {tracer.get(), brute.get()}) backend->refit(positions);
         tracer->edit_tree([&](Bvh& bvh) {
-            const std::size_t parts = restructure(bodies.topology, positions, 1, bvh, areas);
+            const std::size_t parts = restructure(bodies.topology, positions, 1, 1, bvh, areas);
             EXPECT_GT(parts, 0u);
             return parts > 0;
         });
@@ -98,12 +100,53 @@ TEST(Restructure, AnswersLikeBruteForce) {
     }
 }
 
+TEST(Restructure, InSlicesTakesTheWorstPartsFirstAndComesAsFar) {
+    const TestScene scene = random_soup(6000, 0.02, 3);
+    Bvh whole = build_bvh(scene.topology(), scene.positions());
+    BuiltAreas areas = built_areas(whole);
+    Bvh slices = whole;
+    BuiltAreas slice_areas = areas;
+    // The triangles of a slab go their own ways, about a fifth.
+    std::vector<vec3> positions = scene.positions();
+    std::vector<float> along;
+    for (const vec3& p : positions) along.push_back(p.x);
+    const auto fifth = along.begin() + static_cast<std::ptrdiff_t>(along.size() / 5);
+    std::nth_element(along.begin(), fifth, along.end());
+    Random random(7);
+    for (std::size_t i = 0; i < positions.size(); i += 3) {
+        if (positions[i].x > *fifth) continue;
+        const vec3 way = random.point(0.4 * kSceneExtent);
+        for (std::size_t k = 0; k < 3; ++k) positions[i + k] = snap_point(positions[i + k] + way);
+    }
+    cpu::refit(whole, positions);
+    cpu::refit(slices, positions);
+    const double degraded = tree_cost(whole.nodes);
+    const std::size_t at_once = restructure(scene.topology(), positions, 1, 1, whole, areas);
+    const double cured = tree_cost(whole.nodes);
+    EXPECT_LT(cured, 0.7 * degraded);
+    double last = degraded;
+    int count = 0;
+    for (; count < 100; ++count) {
+        const std::size_t parts =
+            restructure(scene.topology(), positions, 1, 0.05, slices, slice_areas);
+        if (parts == 0) break;
+        ASSERT_EQ(check_bvh(slices, scene.topology(), positions), kSound) << count;
+        if (count == 0) {
+            EXPECT_LT(parts, at_once / 2);
+            EXPECT_LT(tree_cost(slices.nodes), 0.9 * degraded);
+        }
+        last = tree_cost(slices.nodes);
+    }
+    EXPECT_GT(count, 1);
+    EXPECT_LT(last - cured, 0.2 * (degraded - cured));
+}
+
 TEST(Restructure, LeavesASoundTreeAsItIs) {
     const TestScene scene = torus(40, 20);
     Bvh bvh = build_bvh(scene.topology(), scene.positions());
     BuiltAreas areas = built_areas(bvh);
     const std::uint64_t before = bvh_hash(bvh);
-    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 1, bvh, areas), 0u);
+    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 1, 1, bvh, areas), 0u);
     EXPECT_EQ(bvh_hash(bvh), before);
 }
 
@@ -114,7 +157,7 @@ TEST(Restructure, DoesNotMindTrianglesThatGrow) {
     Bvh bvh = build_bvh(scene.topology(), small);
     BuiltAreas areas = built_areas(bvh);
     cpu::refit(bvh, scene.positions());
-    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 16, bvh, areas), 0u);
+    EXPECT_EQ(restructure(scene.topology(), scene.positions(), 16, 1, bvh, areas), 0u);
 }
 
 TEST(Restructure, KeepsEveryInvariantOnEveryMotion) {
@@ -130,7 +173,7 @@ TEST(Restructure, KeepsEveryInvariantOnEveryMotion) {
                 << motion.name << ", pose " << pose;
             const Bvh before = bvh;
             const std::size_t parts =
-                restructure(motion.topology, motion.poses[pose], 1, bvh, areas);
+                restructure(motion.topology, motion.poses[pose], 1, 1, bvh, areas);
             ASSERT_EQ(check_bvh(bvh, motion.topology, motion.poses[pose]), kSound)
                 << motion.name << ", pose " << pose;
             EXPECT_EQ(parts == 0, bvh_hash(bvh) == bvh_hash(before)) << motion.name;
@@ -152,7 +195,7 @@ TEST(Restructure, OfNoTrianglesAndOfOneLeafDoesNothing) {
         for (std::size_t i = 0; i < apart.size(); ++i)
             apart[i].x = (i % 2 == 0 ? 1.0f : -1.0f) * kSceneExtent;
         cpu::refit(bvh, apart);
-        EXPECT_EQ(restructure(scene.topology(), apart, 1, bvh, areas), 0u);
+        EXPECT_EQ(restructure(scene.topology(), apart, 1, 1, bvh, areas), 0u);
     }
 }
 

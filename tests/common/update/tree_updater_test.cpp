@@ -25,7 +25,7 @@ public:
     UpdateDecision review(const RefittedTree&) override {
         return next_ < script_.size() ? script_[next_++] : UpdateDecision{};
     }
-    bool needs_cost_ratio() const override { return true; }
+    bool needs_tree_cost() const override { return true; }
 
 private:
     std::vector<UpdateDecision> script_;
