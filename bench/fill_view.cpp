@@ -35,6 +35,8 @@ const char* name_of(ViewKind kind) {
             return "fill";
         case ViewKind::kWhole:
             return "whole";
+        case ViewKind::kInside:
+            return "inside";
         case ViewKind::kGiven:
             break;
     }

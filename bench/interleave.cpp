@@ -27,13 +27,52 @@ std::vector<Samples> time_interleaved(std::span<const Method> methods, int repea
     return samples;
 }
 
-Ratio ratio_of(const Samples& ours, const Samples& peer) {
-    Ratio ratio;
-    ratio.median = median(peer) / median(ours);
-    ratio.min = ratio.max = peer[0] / ours[0];
-    for (std::size_t i = 1; i < ours.size(); ++i) {
-        ratio.min = std::min(ratio.min, peer[i] / ours[i]);
-        ratio.max = std::max(ratio.max, peer[i] / ours[i]);
+std::vector<Times> time_parts(std::span<const PartMethod> methods, std::size_t parts, int repeat) {
+    // By method, then by part.
+    std::vector<std::vector<Samples>> samples(methods.size(), std::vector<Samples>(parts));
+    // The first round warms up.
+    for (int round = -1; round < repeat; ++round) {
+        for (const PartMethod& method : methods) {
+            if (method.prepare) method.prepare();
+        }
+        for (std::size_t part = 0; part < parts; ++part) {
+            for (std::size_t i = 0; i < methods.size(); ++i) {
+                const std::size_t turn =
+                    (i + part + static_cast<std::size_t>(round + 1)) % methods.size();
+                const Stopwatch watch;
+                methods[turn].run(part);
+                if (round >= 0) samples[turn][part].push_back(watch.ms());
+            }
+        }
+    }
+    std::vector<Times> times;
+    times.reserve(samples.size());
+    for (const std::vector<Samples>& of_method : samples) times.push_back(times_of(of_method));
+    return times;
+}
+
+Times times_of(const Samples& samples) { return times_of(std::span(&samples, 1)); }
+
+Times times_of(std::span<const Samples> parts) {
+    Times times;
+    times.rounds.resize(parts.front().size());
+    for (const Samples& part : parts) {
+        times.median_ms += median(part);
+        times.least_ms += *std::min_element(part.begin(), part.end());
+        for (std::size_t round = 0; round < part.size(); ++round)
+            times.rounds[round] += part[round];
+    }
+    return times;
+}
+
+Ratio ratio_of(const Times& ours, const Times& peer) {
+    Ratio ratio{};
+    ratio.median = peer.median_ms / ours.median_ms;
+    ratio.least = peer.least_ms / ours.least_ms;
+    ratio.min = ratio.max = peer.rounds[0] / ours.rounds[0];
+    for (std::size_t i = 1; i < ours.rounds.size(); ++i) {
+        ratio.min = std::min(ratio.min, peer.rounds[i] / ours.rounds[i]);
+        ratio.max = std::max(ratio.max, peer.rounds[i] / ours.rounds[i]);
     }
     return ratio;
 }

@@ -66,7 +66,9 @@ std::string slug(const std::string& text) {
 std::string machine_name() {
     const Cpu cpu = read_cpu();
     const std::string name = cpu.model_name.empty() ? "unknown" : cpu.model_name;
-    return slug(fmt::format("{} {} {}c", name, microarchitecture(cpu),
+    const std::string family = cpu.family.empty() ? "" : "family" + cpu.family;
+    const std::string model = cpu.model.empty() ? "" : "model" + cpu.model;
+    return slug(fmt::format("{} {} {} {} {}c", name, microarchitecture(cpu), family, model,
                             std::thread::hardware_concurrency()));
 }
 

@@ -5,7 +5,8 @@
 
 namespace mray::bench {
 
-/// The name of the results file: vendor, model, cores; for example "amd-epyc-zen5-2c".
+/// The name of the results file: the processor's name, family and model, and how many cores; for
+/// example "amd-epyc-zen5-family26-model2-2c". Names alone do not tell generations apart.
 std::string machine_name();
 
 /// The widest vector instructions of this machine: "AVX-512", "AVX2", "SSE4.1", or "".

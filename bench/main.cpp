@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <optional>
+#include <vector>
 
 #include "bench/machine.h"
 #include "bench/options.h"
@@ -16,33 +17,57 @@
 namespace mray::bench {
 namespace {
 
+// As many rays of ambient occlusion as an image has pixels: with more of a pixel, fewer pixels have
+// any. So each work takes about as long.
+std::size_t most_rays(const BenchScene& scene) {
+    return std::size_t{scene.params.width} * scene.params.height;
+}
+
 /// The rays of a scene, made before anything is timed. Kinds that no chosen work needs are missing.
 struct SceneWorks {
     TraceWork primary;
+    /// For the works "packet" and "vulkan": shadow rays, and ambient occlusion of a whole image.
     std::optional<TraceWork> shadow;
     std::optional<TraceWork> ao;
+    /// All others that are compared with Embree.
+    std::vector<TraceWork> traced;
 };
 
 SceneWorks make_works(const BenchScene& scene, const BenchOptions& options) {
-    SceneWorks works{make_primary_work(scene.params), {}, {}};
-    const bool shadow =
-        options.wants("shadow") || options.wants("packet") || options.wants("vulkan");
-    const bool ao = options.wants("ao") || options.wants("packet") || options.wants("vulkan");
-    if (!shadow && !ao) return works;
+    SceneWorks works{make_primary_work(scene.params), {}, {}, {}};
+    const bool whole = options.wants("packet") || options.wants("vulkan");
+    const bool shadow = options.wants("shadow") || whole;
+    if (options.wants("one-ray")) works.traced.push_back(make_row_work(scene.params));
+    if (!shadow && !options.wants("diffuse") && !options.wants("ao")) return works;
     const std::vector<Hit> hits = reference_hits(scene.bvh, works.primary);
-    const auto secondary = [&](std::uint32_t rays) {
-        return make_secondary_work(works.primary, hits, scene.mesh(), rays);
+    const auto secondary = [&](WorkKind kind, auto... more) {
+        return make_secondary_work(works.primary, hits, scene.mesh(), kind, more...);
     };
-    if (shadow) works.shadow = secondary(kRaysShadow);
-    if (ao) works.ao = secondary(kRaysAo);
+    if (shadow) works.shadow = secondary(WorkKind::kShadow);
+    if (whole) works.ao = secondary(WorkKind::kAo, scene.params.ao_count);
+    if (options.wants("diffuse")) works.traced.push_back(secondary(WorkKind::kDiffuse));
+    if (options.wants("ao")) {
+        for (const std::uint32_t samples : options.ao_samples)
+            works.traced.push_back(secondary(WorkKind::kAo, samples, most_rays(scene)));
+    }
     return works;
+}
+
+/// The works that are compared with Embree's tracers.
+void run_traced_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
+                      const BenchOptions& options) {
+    std::vector<const TraceWork*> traced;
+    if (options.wants("primary")) traced.push_back(&works.primary);
+    if (options.wants("shadow")) traced.push_back(&*works.shadow);
+    for (const TraceWork& work : works.traced) traced.push_back(&work);
+    if (traced.empty()) return;
+    const EmbreeScenes embree(rig.devices, scene);
+    for (const TraceWork* work : traced) bench_trace(rig, scene, embree, *work);
 }
 
 void run_works(const Rig& rig, const BenchScene& scene, const SceneWorks& works,
                const BenchOptions& options) {
-    if (options.wants("primary")) bench_trace(rig, scene, works.primary);
-    if (options.wants("shadow")) bench_trace(rig, scene, *works.shadow);
-    if (options.wants("ao")) bench_trace(rig, scene, *works.ao);
+    run_traced_works(rig, scene, works, options);
     if (options.wants("packet")) {
         for (const TraceWork* work : {&works.primary, &*works.shadow, &*works.ao}) {
             bench_packet(rig, scene, *work);
@@ -92,8 +117,8 @@ void run(std::span<const std::string> arguments) {
         fmt::print("{}{}", view_line(scene), table_header());
         const SceneWorks works = make_works(scene, options);
         for (const int threads : options.threads) {
-            const EmbreeDevice device(threads, options.embree);
-            run_works({device, threads, options.repeat, options.targets, report}, scene, works,
+            const std::vector<EmbreeDevice> devices = embree_devices(threads, options.embree);
+            run_works({devices, threads, options.repeat, options.targets, report}, scene, works,
                       options);
         }
         // After each scene, so that the figures of earlier scenes are kept if a later one fails.

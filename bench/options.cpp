@@ -60,6 +60,22 @@ std::vector<int> parse_threads(const std::string& option, const std::string& tex
     return threads;
 }
 
+std::vector<std::uint32_t> parse_samples(const std::string& option, const std::string& text) {
+    std::vector<std::uint32_t> samples;
+    for (const std::string_view part : split(text, ','))
+        samples.push_back(static_cast<std::uint32_t>(parse_up_to(256, option, part)));
+    return samples;
+}
+
+std::vector<std::string> parse_set(const std::string& option, const std::string& text) {
+    std::vector<std::string> names;
+    for (const SceneSet& set : scene_sets()) {
+        if (text == set.name) return set.scenes;
+        names.emplace_back(set.name);
+    }
+    refuse(option, text, fmt::format("one of {}", fmt::join(names, ", ")));
+}
+
 std::vector<SimdTarget> parse_targets(const std::string& text) {
     std::vector<SimdTarget> supported = supported_simd_targets();
     if (text == "all") return supported;
@@ -97,8 +113,8 @@ double parse_fov(const std::string& option, const std::string& text) {
 class BenchParser {
 public:
     BenchParser()
-        : app_(fmt::format("Measures morphray side by side with Embree 3.13 on {}, and on each "
-                           "SCENE given.",
+        : app_(fmt::format("Measures morphray side by side with Embree 3.13 on {} (or another "
+                           "--set), and on each SCENE given.",
                            fmt::join(options_.scenes, ", ")),
                "bench/run") {
         app_.add_option("SCENE", given_scenes_,
@@ -106,6 +122,8 @@ public:
             ->type_name("");
         app_.add_flag("--only", only_given_,
                       "measure the given scenes alone, not the built-in ones");
+        add("--set", "NAME", sets_help(),
+            [this](auto& option, auto& value) { options_.scenes = parse_set(option, value); });
         add_outputs();
         add_works();
         add_view();
@@ -146,6 +164,13 @@ private:
             ->take_last();
     }
 
+    static std::string sets_help() {
+        std::string text = "which built-in scenes:";
+        for (const SceneSet& set : scene_sets())
+            text += fmt::format("\n{}: {}", set.name, fmt::join(set.scenes, " "));
+        return text;
+    }
+
     void add_outputs() {
         BenchOptions& o = options_;
         add("--json", "FILE", "a report for programs",
@@ -158,15 +183,26 @@ private:
         BenchOptions& o = options_;
         add("--threads", "N,...", "how many threads (1,2)",
             [&o](auto& option, auto& value) { o.threads = parse_threads(option, value); });
-        add("--repeat", "N", fmt::format("rounds, of which medians are taken ({})", o.repeat),
+        add("--repeat", "N",
+            fmt::format("rounds, of which medians and least times are taken ({})", o.repeat),
             [&o](auto& option, auto& value) { o.repeat = parse_up_to(10000, option, value); });
         add("--work", "WORK,...",
             fmt::format("{} ({})", fmt::join(kWorks, ","), fmt::join(o.works, ",")),
             [&o](auto& option, auto& value) { o.works = parse_works(option, value); });
+        add("--ao-samples", "N,...",
+            fmt::format(
+                "rays of a pixel in the work ao, each a work of its own ({}); the first also "
+                "for packet and vulkan ({})",
+                fmt::join(o.ao_samples, ","), o.view.ao_count),
+            [&o](auto& option, auto& value) {
+                o.ao_samples = parse_samples(option, value);
+                o.view.ao_count = o.ao_samples.front();
+            });
         add("--simd", "TARGET,...|all",
             "instruction sets of morphray's tracers (best); scalar adds the reference",
             [&o](auto&, auto& value) { o.targets = parse_targets(value); });
-        add("--embree", "CONFIG", "device settings for Embree, such as isa=avx2",
+        add("--embree", "CONFIG",
+            "device settings for Embree; isa=avx2 leaves out AVX-512, which is tried as well",
             [&o](auto&, auto& value) { o.embree = value; });
     }
 
@@ -176,10 +212,6 @@ private:
             fmt::format("images of NxN pixels, a multiple of {} ({})", kTileSize, view.width),
             [&view](auto& option, auto& value) {
                 view.width = view.height = parse_size(option, value);
-            });
-        add("--ao-samples", "N", fmt::format("ambient-occlusion rays a pixel ({})", view.ao_count),
-            [&view](auto& option, auto& value) {
-                view.ao_count = static_cast<std::uint32_t>(parse_up_to(256, option, value));
             });
         add("--view", "fill|whole",
             "what fills the image: the scene, or the whole clip with its surroundings (fill)",
@@ -217,6 +249,17 @@ private:
 };
 
 }  // namespace
+
+std::vector<SceneSet> scene_sets() {
+    std::vector<SceneSet> sets = {
+        {"default", {"builtin:spikes:70000", "builtin:cloth:180000", "builtin:herd:1000000"}},
+        {"interiors", {"builtin:hall", "builtin:room"}},
+        {"hard", {"builtin:hair", "builtin:degenerate"}}};
+    std::vector<std::string> all;
+    for (const SceneSet& set : sets) all.insert(all.end(), set.scenes.begin(), set.scenes.end());
+    sets.push_back({"all", std::move(all)});
+    return sets;
+}
 
 bool BenchOptions::wants(const std::string& work) const {
     return std::find(works.begin(), works.end(), work) != works.end();

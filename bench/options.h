@@ -11,24 +11,34 @@
 
 namespace mray::bench {
 
-/// Few samples, because the records of 16 samples would fill the memory and take long to trace.
+/// Few samples in works that trace a whole image, because the records of 16 samples would fill the
+/// memory and take long to trace.
 inline ViewSpec few_ao_samples() {
     ViewSpec view;
     view.ao_count = 2;
     return view;
 }
 
-inline constexpr const char* kWorks[] = {"primary", "shadow", "ao",     "refit",
-                                         "build",   "packet", "vulkan", "library"};
+inline constexpr const char* kWorks[] = {"primary", "shadow", "diffuse", "ao",     "one-ray",
+                                         "refit",   "build",  "packet",  "vulkan", "library"};
+
+/// Sets of built-in scenes.
+struct SceneSet {
+    const char* name;
+    std::vector<std::string> scenes;
+};
+std::vector<SceneSet> scene_sets();
 
 struct BenchOptions {
-    /// The built-in scenes, then the given ones.
-    std::vector<std::string> scenes = {"builtin:spikes:70000", "builtin:cloth:180000",
-                                       "builtin:herd:1000000"};
+    /// Those of a set, then the given ones.
+    std::vector<std::string> scenes = scene_sets().front().scenes;
     /// Elements of kWorks.
-    std::vector<std::string> works = {"primary", "shadow", "ao", "refit", "build"};
+    std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao",
+                                      "one-ray", "refit",  "build"};
+    /// For each so many rays of a pixel the work "ao".
+    std::vector<std::uint32_t> ao_samples = {1, 4, 16};
     std::vector<int> threads = {1, 2};
-    int repeat = 9;
+    int repeat = 7;
     /// Best first.
     std::vector<SimdTarget> targets = {find_simd_target("best")};
     ViewKind view_kind = ViewKind::kFill;

@@ -30,6 +30,9 @@ Json to_json(const Row& row) {
             {"peer", row.peer},
             {"peer_value", rounded(row.peer_value, 6)},
             {"ratio", rounded(row.ratio.median, 6)},
+            {"ours_at_best", rounded(row.ours_at_best, 6)},
+            {"peer_at_best", rounded(row.peer_at_best, 6)},
+            {"ratio_at_best", rounded(row.ratio.least, 6)},
             {"ratio_min", rounded(row.ratio.min, 6)},
             {"ratio_max", rounded(row.ratio.max, 6)},
             {"mismatches", m.total()},
@@ -37,15 +40,15 @@ Json to_json(const Row& row) {
 }
 
 constexpr const char* kTableFormat =
-    "{:<24}  {:>9}  {:<5}  {:<7}  {:>2}  {:>6}  {:<19}  {:<37}  {:<11}  {:>9}  {:>9}  {:>7}  "
-    "{:>15}  {:>10}\n";
+    "{:<24}  {:>9}  {:<6}  {:<7}  {:>2}  {:>6}  {:<19}  {:<55}  {:<11}  {:>9}  {:>9}  {:>7}  "
+    "{:>7}  {:>15}  {:>10}\n";
 
 }  // namespace
 
 std::string table_header() {
     return fmt::format(fmt::runtime(kTableFormat), "scene", "triangles", "view", "work", "th",
-                       "hits %", "ours", "peer", "unit", "ours", "peer", "ratio", "min - max",
-                       "mismatches");
+                       "hits %", "ours", "peer", "unit", "ours", "peer", "ratio", "at best",
+                       "min - max", "mismatches");
 }
 
 std::string table_line(const Row& row) {
@@ -54,12 +57,13 @@ std::string table_line(const Row& row) {
         row.rays == 0 ? "" : fmt::format("{:.1f}", 100 * row.hit_share),
         row.tracer + ' ' + row.target, row.peer, name_of(row.unit), fmt::format("{:.2f}", row.ours),
         fmt::format("{:.2f}", row.peer_value), fmt::format("{:.2f}", row.ratio.median),
+        fmt::format("{:.2f}", row.ratio.least),
         fmt::format("{:.2f} - {:.2f}", row.ratio.min, row.ratio.max), row.mismatches.total());
 }
 
 std::string to_json(const ReportHead& head, std::span<const Row> rows) {
     Json json = {
-        {"schema", "morphray-bench/1"}, {"machine", head.machine}, {"isa", head.isa},
+        {"schema", "morphray-bench/2"}, {"machine", head.machine}, {"isa", head.isa},
         {"embree", head.embree},        {"version", head.version}, {"command", head.command},
         {"rows", Json::array()}};
     for (const Row& row : rows) json["rows"].push_back(to_json(row));
@@ -67,17 +71,33 @@ std::string to_json(const ReportHead& head, std::span<const Row> rows) {
 }
 
 std::string to_csv(const ReportHead& head, std::span<const Row> rows) {
-    Table table({"scene", "triangles", "view", "work", "threads", "rays", "hit_share", "tracer",
-                 "target", "unit", "ours", "peer", "peer_value", "ratio", "ratio_min", "ratio_max",
-                 "mismatches"});
+    Table table({"scene",        "triangles",     "view",       "work",      "threads",
+                 "rays",         "hit_share",     "tracer",     "target",    "unit",
+                 "ours",         "peer",          "peer_value", "ratio",     "ours_at_best",
+                 "peer_at_best", "ratio_at_best", "ratio_min",  "ratio_max", "mismatches"});
     const auto text = [](const auto& value) { return fmt::format("{}", value); };
     const auto short_text = [](double value) { return fmt::format("{:.4g}", value); };
     for (const Row& row : rows) {
-        table.add({row.scene, text(row.triangles), row.view, row.work, text(row.threads),
-                   text(row.rays), short_text(row.hit_share), row.tracer, row.target,
-                   name_of(row.unit), short_text(row.ours), row.peer, short_text(row.peer_value),
-                   short_text(row.ratio.median), short_text(row.ratio.min),
-                   short_text(row.ratio.max), text(row.mismatches.total())});
+        table.add({row.scene,
+                   text(row.triangles),
+                   row.view,
+                   row.work,
+                   text(row.threads),
+                   text(row.rays),
+                   short_text(row.hit_share),
+                   row.tracer,
+                   row.target,
+                   name_of(row.unit),
+                   short_text(row.ours),
+                   row.peer,
+                   short_text(row.peer_value),
+                   short_text(row.ratio.median),
+                   short_text(row.ours_at_best),
+                   short_text(row.peer_at_best),
+                   short_text(row.ratio.least),
+                   short_text(row.ratio.min),
+                   short_text(row.ratio.max),
+                   text(row.mismatches.total())});
     }
     return fmt::format("# {}, {}; morphray {}, Embree {}\n# {}\n{}", head.machine, head.isa,
                        head.version, head.embree, head.command, table.csv());

@@ -30,10 +30,12 @@ const char* name_of(Unit unit) {
     return "ms";
 }
 
-void set_times(Row& row, const Samples& ours, const Samples& peer, Unit unit, std::uint64_t count) {
+void set_times(Row& row, const Times& ours, const Times& peer, Unit unit, std::uint64_t count) {
     row.unit = unit;
-    row.ours = in_unit(median(ours), unit, count);
-    row.peer_value = in_unit(median(peer), unit, count);
+    row.ours = in_unit(ours.median_ms, unit, count);
+    row.peer_value = in_unit(peer.median_ms, unit, count);
+    row.ours_at_best = in_unit(ours.least_ms, unit, count);
+    row.peer_at_best = in_unit(peer.least_ms, unit, count);
     row.ratio = ratio_of(ours, peer);
 }
 

@@ -17,7 +17,7 @@ struct Row {
     std::uint64_t triangles = 0;
     /// fill, whole or given
     std::string view;
-    /// primary, shadow, ao, refit, build or library
+    /// primary, shadow, diffuse, ao-N, one-ray, refit, build or library
     std::string work;
     int threads = 0;
     /// Rays that were traced; 0 for refits and builds.
@@ -28,9 +28,12 @@ struct Row {
     std::string target;
     std::string peer;
     Unit unit = Unit::kMs;
-    /// Medians, in `unit`.
+    /// From the medians of the parts, in `unit`.
     double ours = 0;
     double peer_value = 0;
+    /// From the least times of the parts.
+    double ours_at_best = 0;
+    double peer_at_best = 0;
     /// Above 1 if morphray is faster, in any unit.
     Ratio ratio = {};
     Mismatches mismatches;
@@ -40,6 +43,6 @@ struct Row {
 const char* name_of(Unit unit);
 
 /// Fills in the figures. `count` is the number of rays or triangles of a run.
-void set_times(Row& row, const Samples& ours, const Samples& peer, Unit unit, std::uint64_t count);
+void set_times(Row& row, const Times& ours, const Times& peer, Unit unit, std::uint64_t count);
 
 }  // namespace mray::bench

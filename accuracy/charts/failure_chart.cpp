@@ -1,9 +1,8 @@
 #include <fmt/format.h>
 
-#include <ctime>
-
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
+#include "common/base/thread_clock.h"
 #include "common/process/guarded_run.h"
 
 namespace mray::accuracy {
@@ -54,11 +53,10 @@ void measure(const ChartContext& context, const Method& method, const ChartSpace
     const SharedMemory time(sizeof(double));
     cell.end = run_guarded(
         [&] {
-            const std::clock_t begin = std::clock();
+            const double begin = thread_ms();
             method.trace(space.camera_rays, hits.as<Hit>(pixels));
             method.trace(space.aimed_rays, hits.as<Hit>(rays).subspan(pixels));
-            time.as<double>(1)[0] =
-                1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+            time.as<double>(1)[0] = thread_ms() - begin;
         },
         kLimitS, context.check);
     if (cell.end != RunEnd::kDone) return;

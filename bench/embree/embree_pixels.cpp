@@ -59,9 +59,9 @@ void trace_pixels(const EmbreeScene& scene, const TraceWork& work, const cpu::Sh
                   const cpu::PixelShader& shader, Frame& frame) {
     static_assert(kTileSize == cpu::kSquareSide);
     assert(work.any_hit());
-    for_each_tile(work, [&](const TileRays& rays) {
+    for_each_tile(work, work.whole(), [&](const TileRays& rays) {
         const FlushedDenormals flushed;
-        if (work.params.rays == kRaysShadow) {
+        if (work.kind == WorkKind::kShadow) {
             trace_shadows(scene.handle(), shader, {work.params, mesh, rays.tile, frame});
             return;
         }

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 
+#include "bench/works/trace_work.h"
 #include "common/interop/ray.h"
 
 namespace mray::bench {
@@ -41,6 +42,15 @@ T& lane(T (&field)[N], std::size_t i) {
     return field[i];
 }
 
+template <class T>
+T read_lane(const T& field, std::size_t) {
+    return field;
+}
+template <class T, std::size_t N>
+T read_lane(const T (&field)[N], std::size_t i) {
+    return field[i];
+}
+
 /// Lane i of an RTCRay, RTCRay4 and so on.
 template <class RayRecord>
 void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
@@ -56,6 +66,13 @@ void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
     lane(record.mask, i) = 0xFFFFFFFFu;
     lane(record.id, i) = 0;
     lane(record.flags, i) = 0;
+}
+
+/// Coherent rays are those that start at one point.
+inline RTCIntersectContextFlags context_flags(const TraceWork& work) {
+    return work.kind == WorkKind::kDiffuse || work.kind == WorkKind::kAo
+               ? RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT
+               : RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
 }
 
 inline RTCIntersectContext make_context(RTCIntersectContextFlags flags) {

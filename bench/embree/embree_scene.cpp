@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <string_view>
 
+#include "bench/machine.h"
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
 
@@ -26,10 +28,29 @@ RTCBuildQuality scene_quality(EmbreeTree tree) {
 
 }  // namespace
 
-EmbreeDevice::EmbreeDevice(int threads, const std::string& config)
-    : handle_(rtcNewDevice(fmt::format("threads={},{}", threads, config).c_str())) {
+EmbreeDevice::EmbreeDevice(int threads, const std::string& isa, const std::string& config)
+    : isa_(isa.empty() ? "all" : isa) {
+    const std::string settings =
+        fmt::format("threads={}{}{},{}", threads, isa.empty() ? "" : ",isa=", isa, config);
+    handle_.reset(rtcNewDevice(settings.c_str()));
     if (!handle_)
-        throw Error(ErrorKind::kUnavailable, fmt::format("Embree: no device with \"{}\"", config));
+        throw Error(ErrorKind::kUnavailable,
+                    fmt::format("Embree: no device with \"{}\"", settings));
+}
+
+std::vector<EmbreeDevice> embree_devices(int threads, const std::string& config) {
+    std::vector<EmbreeDevice> devices;
+    constexpr std::string_view kIsa = "isa=";
+    if (const std::size_t begin = config.find(kIsa); begin != std::string::npos) {
+        const std::string rest = config.substr(begin + kIsa.size());
+        devices.emplace_back(threads, rest.substr(0, rest.find(',')), config);
+    } else if (const std::string machine = machine_isa(); machine == "AVX-512") {
+        devices.emplace_back(threads, "avx512", config);
+        devices.emplace_back(threads, "avx2", config);
+    } else {
+        devices.emplace_back(threads, machine == "AVX2" ? "avx2" : "", config);
+    }
+    return devices;
 }
 
 void EmbreeDevice::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
@@ -63,7 +84,8 @@ void EmbreeScene::Release::operator()(RTCGeometryTy* geometry) const {
     rtcReleaseGeometry(geometry);
 }
 
-EmbreeScene::EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, EmbreeTree tree)
+EmbreeScene::EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, EmbreeTree tree,
+                         bool robust)
     : device_(&device),
       geometry_(rtcNewGeometry(device.handle(), RTC_GEOMETRY_TYPE_TRIANGLE)),
       scene_(rtcNewScene(device.handle())) {
@@ -77,7 +99,9 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, Emb
     rtcSetGeometryBuildQuality(geometry_.get(),
                                refits ? RTC_BUILD_QUALITY_REFIT : scene_quality(tree));
     rtcSetSceneBuildQuality(scene_.get(), scene_quality(tree));
-    rtcSetSceneFlags(scene_.get(), refits ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE);
+    const int flags = (refits ? RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_NONE) |
+                      (robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+    rtcSetSceneFlags(scene_.get(), static_cast<RTCSceneFlags>(flags));
     rtcCommitGeometry(geometry_.get());
     rtcAttachGeometry(scene_.get(), geometry_.get());
     rtcCommitScene(scene_.get());

@@ -14,11 +14,16 @@ struct RTCGeometryTy;
 
 namespace mray::bench {
 
-/// At most one exists at a time: a second device would change the threads of the first.
+/// All that exist at a time have the same number of threads: another number would change that of
+/// the first.
 class EmbreeDevice {
 public:
-    /// `config` is for rtcNewDevice, added to the number of threads; may be empty.
-    EmbreeDevice(int threads, const std::string& config);
+    /// `isa` is the widest instruction set that Embree may use: "avx2", "avx512", or "" for all
+    /// that it finds. `config` is for rtcNewDevice, added to both; may be empty.
+    EmbreeDevice(int threads, const std::string& isa, const std::string& config);
+
+    /// The instruction set, or "all".
+    const std::string& isa() const { return isa_; }
 
     RTCDeviceTy* handle() const { return handle_.get(); }
     /// Throws Error(kInternal) with `action` if a call on this device has failed since the last
@@ -33,7 +38,13 @@ private:
         void operator()(RTCDeviceTy* device) const;
     };
     std::unique_ptr<RTCDeviceTy, Release> handle_;
+    std::string isa_;
 };
+
+/// Devices of each instruction set that is worth a try on this machine, the widest first; one
+/// device if `config` has an isa. What is fastest differs by the machine and by the work: 256 bits
+/// may be as fast as 512.
+std::vector<EmbreeDevice> embree_devices(int threads, const std::string& config);
 
 /// The triangles in memory that Embree's scenes share. The topology outlives it.
 class EmbreeMesh {
@@ -59,7 +70,9 @@ enum class EmbreeTree { kLow, kMedium, kHigh, kRefitted };
 /// Built once constructed. The device and the mesh outlive it.
 class EmbreeScene {
 public:
-    EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, EmbreeTree tree);
+    /// `robust`: no ray slips through where triangles meet, by Embree's flag.
+    EmbreeScene(const EmbreeDevice& device, const EmbreeMesh& mesh, EmbreeTree tree,
+                bool robust = false);
 
     /// Follows the mesh's positions: refits, or builds again.
     void update();

@@ -1,7 +1,6 @@
 // Embree tracing a work by single rays, packets or streams.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,31 +11,46 @@
 
 namespace mray::bench {
 
-/// One of Embree's ways to trace a work, with the rays in its own records. The work and the scene
-/// outlive it.
+/// One of Embree's ways to trace a work. The work and the scene outlive it.
 class EmbreeTracer {
 public:
     virtual ~EmbreeTracer() = default;
 
-    /// Restores the records that a trace has overwritten; needed before each trace. Runs in the
-    /// calling thread's arena, like trace().
+    /// Restores records that a trace has overwritten; needed before each trace of a part. Runs in
+    /// the calling thread's arena, like trace().
     virtual void reset() = 0;
-    /// Fills the records: tfar, and for closest hits u, v, primID, geomID and the normal.
-    virtual void trace(const EmbreeScene& scene) = 0;
-    /// The answers of the last trace.
+    /// Finds t, u, v and primID of closest hits, or what is occluded.
+    virtual void trace(const EmbreeScene& scene, const WorkPart& part) = 0;
+    /// The answers of the last trace of each part.
     virtual TraceAnswers answers() const = 0;
 };
 
-/// The fastest way of each group is the peer.
-struct EmbreeWay {
-    /// "Intersect16 coherent"
-    std::string name;
-    int group;
-    std::function<std::unique_ptr<EmbreeTracer>(const TraceWork&)> make;
+/// Where Embree's ray records come from.
+enum class RecordSource {
+    /// Each is made within the time where it stays in the cache, from what our tracers read too:
+    /// the
+    /// camera, blocks of shadow rays, or rays of 32 bytes. Answers are stored, as ours are.
+    kMade,
+    /// All have been made before, and are streamed from memory. Answers stay in them.
+    kMemory,
 };
 
-/// Primary and shadow rays: packets of 16, and single rays. Ambient occlusion, in one group: single
-/// rays, packets of 4, 8 and 16, and streams, all with the flag for incoherent rays.
-std::vector<EmbreeWay> embree_ways(std::uint32_t rays);
+struct EmbreeWay {
+    /// "Intersect16"
+    std::string name;
+    RecordSource source;
+    /// One ray a call.
+    bool one_ray;
+    std::unique_ptr<EmbreeTracer> (*make)(const TraceWork&);
+};
+
+/// All ways to trace such a work. Primary and shadow rays, all with the flag for coherent rays:
+/// packets of 16, and single rays. Diffuse rays and ambient occlusion, with the flag for incoherent
+/// ones: single rays, packets of 4, 8 and 16, and streams; of diffuse rays none from memory. A work
+/// of single rays: those.
+std::vector<EmbreeWay> embree_ways(WorkKind kind);
+
+/// The way of one ray a call with records in memory.
+std::unique_ptr<EmbreeTracer> single_rays_from_memory(const TraceWork& work);
 
 }  // namespace mray::bench

@@ -15,8 +15,8 @@ WorkTracer::WorkTracer(const Tree& tree, const TraceWork& work) : tree_(&tree), 
 
 WorkTracer::~WorkTracer() = default;
 
-void WorkTracer::trace() {
-    tbb::parallel_for(std::size_t{0}, ranges_.size(), [&](std::size_t tile) {
+void WorkTracer::trace(const WorkPart& part) {
+    tbb::parallel_for(part.first_tile, part.end_tile, [&](std::size_t tile) {
         for (std::size_t i = ranges_[tile].begin; i < ranges_[tile].end; ++i) {
             const auto trace_packet = work_->any_hit() ? trace_any : trace_closest;
             trace_packet(*tree_, packets_[i], answers_[i]);

@@ -19,7 +19,8 @@ public:
     ~WorkTracer();
 
     /// In the calling thread's arena.
-    void trace();
+    void trace(const WorkPart& part);
+    void trace() { trace(work_->whole()); }
     /// Those of the last trace.
     TraceAnswers answers() const;
 

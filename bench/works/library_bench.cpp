@@ -109,9 +109,10 @@ public:
         row.peer = peer.name;
         row.mismatches = mismatches;
         if (rays != 0) {
-            set_times(row, samples[0], samples[1], Unit::kMrayPerSecond, rays);
+            set_times(row, times_of(samples[0]), times_of(samples[1]), Unit::kMrayPerSecond, rays);
         } else {
-            set_times(row, samples[0], samples[1], Unit::kNsPerTriangle, row.triangles);
+            set_times(row, times_of(samples[0]), times_of(samples[1]), Unit::kNsPerTriangle,
+                      row.triangles);
         }
         rig_.report(row);
     }

@@ -1,5 +1,9 @@
 #include "bench/works/ours.h"
 
+#include <algorithm>
+#include <limits>
+#include <memory>
+
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
@@ -28,71 +32,93 @@ private:
     cpu::ScalarTracer tracer_;
 };
 
-/// For tracers with intersect(rays, hits) and occluded(rays, occluded), of any rays.
+constexpr WorkKind kAllWorks[] = {WorkKind::kPrimary, WorkKind::kShadow, WorkKind::kDiffuse,
+                                  WorkKind::kAo, WorkKind::kOneRay};
+/// Works whose rays are not handed over one by one.
+constexpr WorkKind kTiledWorks[] = {WorkKind::kPrimary, WorkKind::kShadow, WorkKind::kDiffuse,
+                                    WorkKind::kAo};
+
+/// For tracers with intersect(rays, hits) and occluded(rays, occluded), of any rays; in calls of at
+/// most `most` rays.
 template <class Tracer>
-OurTracer batch_by_batch(std::string name, std::string target, Tracer tracer) {
-    const auto trace = [tracer](const TraceWork& work, TraceAnswers& answers) {
-        for_each_tile(work, [&](const TileRays& tile) {
+OurTracer batch_by_batch(std::string name, std::string target, RaysAtOnce at_once, Tracer tracer) {
+    const std::size_t most =
+        at_once == RaysAtOnce::kOne ? 1 : std::numeric_limits<std::size_t>::max();
+    const auto trace = [tracer, most](const TraceWork& work, const WorkPart& part,
+                                      TraceAnswers& answers) {
+        for_each_tile(work, part, [&](const TileRays& tile) {
             for_each_active_run(work, tile, [&](std::size_t begin, std::size_t end) {
-                const std::size_t count = end - begin;
-                const auto rays = std::span(work.rays).subspan(begin, count);
-                if (work.any_hit()) {
-                    tracer.occluded(rays, std::span(answers.occluded).subspan(begin, count));
-                } else {
-                    tracer.intersect(rays, std::span(answers.hits).subspan(begin, count));
+                for (std::size_t count = 0; begin < end; begin += count) {
+                    count = std::min(most, end - begin);
+                    const auto rays = std::span(work.rays).subspan(begin, count);
+                    if (work.any_hit()) {
+                        tracer.occluded(rays, std::span(answers.occluded).subspan(begin, count));
+                    } else {
+                        tracer.intersect(rays, std::span(answers.hits).subspan(begin, count));
+                    }
                 }
             });
         });
     };
-    return {std::move(name), std::move(target), {kRaysPrimary, kRaysShadow, kRaysAo}, trace};
+    const std::span<const WorkKind> works =
+        at_once == RaysAtOnce::kOne ? std::span(kAllWorks) : std::span<const WorkKind>(kTiledWorks);
+    return {std::move(name), std::move(target), at_once, {works.begin(), works.end()}, trace};
 }
 
 /// Packets of 64 x 64 rays; shadow rays that have too little in common go to single rays.
 OurTracer packet_by_packet(const Bvh& bvh, const SimdTarget& target) {
     const auto trace = [tiles = std::make_shared<const cpu::TileTracer>(bvh, target)](
-                           const TraceWork& work, TraceAnswers& answers) {
-        static_assert(kTileSize == cpu::kSquareSide && kBlockSize == cpu::kBlockSide);
+                           const TraceWork& work, const WorkPart& part, TraceAnswers& answers) {
+        static_assert(kTileSize == cpu::kSquareSide && kBlockSize == cpu::kBlockSide &&
+                      kSquareSize == cpu::kCameraSide);
         const ImageParams& params = work.params;
-        if (!work.any_hit()) {
-            const cpu::ImageTiles image(params.width, params.height, cpu::kCameraSide);
-            tbb::parallel_for(std::uint32_t{0}, image.count(), [&](std::uint32_t i) {
-                const cpu::Tile tile = image[i];
+        tbb::parallel_for(part.first_square, part.end_square, [&](std::size_t i) {
+            const TileRays& rays = work.squares[i];
+            if (work.kind == WorkKind::kPrimary) {
+                const cpu::Tile& tile = rays.tile;
                 const std::size_t first = std::size_t{tile.y0} * params.width + tile.x0;
                 tiles->intersect_camera(params, tile, &answers.hits[first], params.width);
-            });
-            return;
-        }
-        tbb::parallel_for(std::size_t{0}, work.squares.size(), [&](std::size_t i) {
-            const TileRays& rays = work.squares[i];
-            tiles->occluded_shared_origin(
-                params.light, shadows_of(work, rays),
-                std::span(answers.occluded).subspan(rays.begin, rays.end - rays.begin));
+            } else {
+                tiles->occluded_shared_origin(
+                    params.light, shadows_of(work, rays),
+                    std::span(answers.occluded).subspan(rays.begin, rays.end - rays.begin));
+            }
         });
     };
-    return {"packet", target.name, {kRaysPrimary, kRaysShadow}, trace, true};
+    return {"packet", target.name, RaysAtOnce::kPacket, {WorkKind::kPrimary, WorkKind::kShadow},
+            trace,    true};
+}
+
+OurTracer reference(const Bvh& bvh) {
+    return batch_by_batch("reference", "scalar", RaysAtOnce::kStream, ScalarBatches(bvh));
 }
 
 }  // namespace
 
+OurTracer ray_streams(const Bvh& bvh, const SimdTarget& target) {
+    return batch_by_batch("stream", target.name, RaysAtOnce::kStream,
+                          cpu::SingleRayTracer(bvh, target));
+}
+
 OurTracer single_rays(const Bvh& bvh, const SimdTarget& target) {
-    return batch_by_batch("single", target.name, cpu::SingleRayTracer(bvh, target));
+    return batch_by_batch("single", target.name, RaysAtOnce::kOne,
+                          cpu::SingleRayTracer(bvh, target));
 }
 
 std::vector<OurTracer> our_tracers(const Bvh& bvh, std::span<const SimdTarget> targets) {
     std::vector<OurTracer> tracers;
     for (const SimdTarget& target : targets) {
         tracers.push_back(packet_by_packet(bvh, target));
+        tracers.push_back(ray_streams(bvh, target));
         tracers.push_back(single_rays(bvh, target));
     }
-    if (targets.back() == supported_simd_targets().back()) {
-        tracers.push_back(batch_by_batch("reference", "scalar", ScalarBatches(bvh)));
-    }
+    if (targets.back() == supported_simd_targets().back()) tracers.push_back(reference(bvh));
     return tracers;
 }
 
 std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
     TraceAnswers answers(work);
-    batch_by_batch("reference", "scalar", ScalarBatches(bvh)).trace(work, answers);
+    reference(bvh).trace(work, answers);
     return std::move(answers.hits);
 }
 

@@ -7,12 +7,12 @@
 namespace mray::bench {
 namespace {
 
-/// The methods on one target, single rays first.
-std::vector<OurTracer> methods_on(const Bvh& bvh, const SimdTarget& target, std::uint32_t rays) {
-    if (rays == kRaysAo) return batches_of_each_size(bvh, target);
-    std::vector<OurTracer> tracers = {single_rays(bvh, target)};
+/// The methods on one target, the stream first.
+std::vector<OurTracer> methods_on(const Bvh& bvh, const SimdTarget& target, WorkKind kind) {
+    if (kind == WorkKind::kAo) return batches_of_each_size(bvh, target);
+    std::vector<OurTracer> tracers = {ray_streams(bvh, target)};
     for (OurTracer& tracer : packets_of_each_shape(bvh, target)) {
-        if (std::ranges::count(tracer.works, rays) != 0) tracers.push_back(std::move(tracer));
+        if (std::ranges::count(tracer.works, kind) != 0) tracers.push_back(std::move(tracer));
     }
     return tracers;
 }
@@ -22,7 +22,7 @@ std::vector<OurTracer> methods_on(const Bvh& bvh, const SimdTarget& target, std:
 void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work) {
     ThreadArena arena(rig.threads);
     for (const SimdTarget& target : rig.targets) {
-        const std::vector<OurTracer> tracers = methods_on(scene.bvh, target, work.params.rays);
+        const std::vector<OurTracer> tracers = methods_on(scene.bvh, target, work.kind);
         std::vector<TraceAnswers> answers(tracers.size(), TraceAnswers(work));
         std::vector<Method> methods;
         for (std::size_t i = 0; i < tracers.size(); ++i) {
@@ -38,7 +38,8 @@ void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work
             row.target = tracers[i].target;
             row.peer = tracers[0].name;
             row.mismatches = compare_answers(work, answers[i], answers[0]);
-            set_times(row, samples[i], samples[0], Unit::kMrayPerSecond, work.active_count);
+            set_times(row, times_of(samples[i]), times_of(samples[0]), Unit::kMrayPerSecond,
+                      work.active_count);
             rig.report(row);
         }
     }

@@ -52,13 +52,12 @@ std::vector<RayMask> masks_of(PacketShape shape) {
 }
 
 void intersect_image(const cpu::TileTracer& tracer, PacketShape shape, const TraceWork& work,
-                     TraceAnswers& answers) {
+                     const WorkPart& part, TraceAnswers& answers) {
     const std::size_t width = work.params.width;
-    const cpu::ImageTiles tiles(work.params.width, work.params.height, cpu::kCameraSide);
-    tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
-        for (const cpu::Tile& part : parts_of(tiles[i], shape)) {
-            tracer.intersect_camera(work.params, part, &answers.hits[part.y0 * width + part.x0],
-                                    width);
+    tbb::parallel_for(part.first_square, part.end_square, [&](std::size_t i) {
+        for (const cpu::Tile& packet : parts_of(work.squares[i].tile, shape)) {
+            tracer.intersect_camera(work.params, packet,
+                                    &answers.hits[packet.y0 * width + packet.x0], width);
         }
     });
 }
@@ -94,17 +93,22 @@ std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const SimdTarget& t
     const auto tracer = std::make_shared<const cpu::TileTracer>(bvh, target);
     std::vector<OurTracer> tracers;
     for (const PacketShape shape : kPacketShapes) {
-        const auto trace = [tracer, shape, masks = masks_of(shape)](const TraceWork& work,
-                                                                    TraceAnswers& answers) {
-            if (!work.any_hit()) return intersect_image(*tracer, shape, work, answers);
-            const std::vector<TileRays>& parts = fits_a_tile(shape) ? work.tiles : work.squares;
-            tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
-                occlude_tile(*tracer, masks, work, parts[i], answers);
-            });
+        const auto trace = [tracer, shape, masks = masks_of(shape)](
+                               const TraceWork& work, const WorkPart& part, TraceAnswers& answers) {
+            if (!work.any_hit()) return intersect_image(*tracer, shape, work, part, answers);
+            const auto occlude = [&](const TileRays& rays) {
+                occlude_tile(*tracer, masks, work, rays, answers);
+            };
+            if (fits_a_tile(shape)) return for_each_tile(work, part, occlude);
+            tbb::parallel_for(part.first_square, part.end_square,
+                              [&](std::size_t i) { occlude(work.squares[i]); });
         };
-        std::vector<std::uint32_t> works = {kRaysPrimary, kRaysShadow};
-        tracers.push_back({fmt::format("packet {}x{}", shape.width, shape.height), target.name,
-                           std::move(works), trace, true});
+        tracers.push_back({fmt::format("packet {}x{}", shape.width, shape.height),
+                           target.name,
+                           RaysAtOnce::kPacket,
+                           {WorkKind::kPrimary, WorkKind::kShadow},
+                           trace,
+                           true});
     }
     return tracers;
 }
@@ -113,8 +117,9 @@ std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const SimdTarget& ta
     const cpu::SingleRayTracer tracer(bvh, target);
     std::vector<OurTracer> tracers;
     for (const std::size_t size : kBatchSizes) {
-        const auto trace = [tracer, size](const TraceWork& work, TraceAnswers& answers) {
-            for_each_tile(work, [&](const TileRays& tile) {
+        const auto trace = [tracer, size](const TraceWork& work, const WorkPart& part,
+                                          TraceAnswers& answers) {
+            for_each_tile(work, part, [&](const TileRays& tile) {
                 for_each_active_run(work, tile, [&](std::size_t begin, std::size_t end) {
                     for (; begin < end; begin += size) {
                         const std::size_t count = std::min(size, end - begin);
@@ -124,7 +129,11 @@ std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const SimdTarget& ta
                 });
             });
         };
-        tracers.push_back({fmt::format("wide {}", size), target.name, {kRaysAo}, trace});
+        tracers.push_back({fmt::format("stream {}", size),
+                           target.name,
+                           RaysAtOnce::kStream,
+                           {WorkKind::kAo},
+                           trace});
     }
     return tracers;
 }

@@ -29,7 +29,7 @@ inline constexpr std::size_t kBatchSizes[] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 
 /// call.
 std::vector<OurTracer> packets_of_each_shape(const Bvh& bvh, const SimdTarget& target);
 
-/// "wide N" for each batch size, for ambient occlusion.
+/// "stream N" for each batch size, for ambient occlusion.
 std::vector<OurTracer> batches_of_each_size(const Bvh& bvh, const SimdTarget& target);
 
 }  // namespace mray::bench

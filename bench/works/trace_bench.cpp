@@ -1,92 +1,39 @@
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <memory>
 #include <optional>
 
-#include "bench/embree/embree_tracer.h"
 #include "bench/paper_2007/work_tracer.h"
 #include "bench/works/ours.h"
+#include "bench/works/peer.h"
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 
 namespace mray::bench {
 namespace {
 
+// A part of an image of 1024 x 1024 has 16 squares on one thread, and as many for each of several:
+// a fifth of a millisecond of our fastest tracer, which is long beside the clock and the start of
+// tasks, and short beside most disturbances.
+constexpr std::size_t kSquaresOfPart = 16;
+// Every method traces each n-th part a few times to find out which peers are the fastest.
+constexpr std::size_t kTrialStride = 4;
+constexpr int kTrialRounds = 2;
+// Of each group so many peers are measured in full, because a short trial may take the wrong one.
+constexpr std::size_t kFinalists = 2;
+
 struct Mine {
     const OurTracer* tracer;
     TraceAnswers answers;
-};
-
-/// The fastest tracer of each group is the peer of a row.
-struct Peer {
-    std::string name;
-    int group;
-    std::function<void()> prepare;
-    std::function<void()> trace;
-    /// The answers of the last trace.
-    std::function<TraceAnswers()> answers;
 };
 
 std::vector<Mine> tracers_for(const std::vector<OurTracer>& tracers, const TraceWork& work) {
     std::vector<Mine> mine;
     for (const OurTracer& tracer : tracers) {
         const auto& works = tracer.works;
-        if (std::find(works.begin(), works.end(), work.params.rays) == works.end()) continue;
+        if (std::find(works.begin(), works.end(), work.kind) == works.end()) continue;
         mine.push_back({&tracer, TraceAnswers(work)});
     }
     return mine;
 }
-
-/// The index of the peer with the smallest median in each group.
-std::vector<std::size_t> best_of_groups(const std::vector<Peer>& peers,
-                                        std::span<const Samples> samples) {
-    std::vector<std::size_t> best;
-    for (std::size_t i = 0; i < peers.size(); ++i) {
-        const auto rival = std::find_if(best.begin(), best.end(), [&](std::size_t b) {
-            return peers[b].group == peers[i].group;
-        });
-        if (rival == best.end()) {
-            best.push_back(i);
-        } else if (median(samples[i]) < median(samples[*rival])) {
-            *rival = i;
-        }
-    }
-    return best;
-}
-
-/// Embree's ways over its best trees, and the records of their rays.
-class EmbreePeers {
-public:
-    EmbreePeers(const Rig& rig, const BenchScene& scene)
-        : mesh_(scene.topology(), scene.positions),
-          medium_(rig.device, mesh_, EmbreeTree::kMedium),
-          high_(rig.device, mesh_, EmbreeTree::kHigh) {}
-
-    /// This object outlives the peers.
-    std::vector<Peer> peers_for(const TraceWork& work) {
-        std::vector<Peer> peers;
-        for (const EmbreeWay& way : embree_ways(work.params.rays)) {
-            records_.push_back(way.make(work));
-            EmbreeTracer& tracer = *records_.back();
-            const auto add = [&](const char* tree, const EmbreeScene& scene) {
-                peers.push_back({fmt::format("Embree {} ({})", way.name, tree), way.group,
-                                 [&tracer] { tracer.reset(); },
-                                 [&tracer, &scene] { tracer.trace(scene); },
-                                 [&tracer] { return tracer.answers(); }});
-            };
-            add("MEDIUM", medium_);
-            add("HIGH", high_);
-        }
-        return peers;
-    }
-
-private:
-    EmbreeMesh mesh_;
-    EmbreeScene medium_;
-    EmbreeScene high_;
-    std::vector<std::unique_ptr<EmbreeTracer>> records_;
-};
 
 /// The paper's tracer for primary and shadow rays, in a group of its own.
 class PaperPeer {
@@ -97,8 +44,12 @@ public:
 
     /// This object outlives the peer.
     Peer peer() {
-        return {"paper-2007", -1, [] {}, [this] { tracer_.trace(); },
-                [this] { return tracer_.answers(); }};
+        return {.name = "paper-2007",
+                .group = "paper-2007",
+                .one_ray = false,
+                .prepare = [] {},
+                .trace = [this](const WorkPart& part) { tracer_.trace(part); },
+                .answers = [this] { return tracer_.answers(); }};
     }
 
 private:
@@ -106,46 +57,81 @@ private:
     paper_2007::WorkTracer tracer_;
 };
 
+PartMethod method_of(const Peer& peer, ThreadArena& arena, std::span<const WorkPart> parts) {
+    return {peer.name, [&] { arena.execute([&] { peer.prepare(); }); },
+            [&peer, &arena, parts](std::size_t part) {
+                arena.execute([&] { peer.trace(parts[part]); });
+            }};
+}
+
+/// The fastest peers of each group by a short trial.
+std::vector<Peer> finalists_of(std::vector<Peer> peers, ThreadArena& arena,
+                               std::span<const WorkPart> all_parts) {
+    std::vector<WorkPart> parts;
+    for (std::size_t i = 0; i < all_parts.size(); i += kTrialStride) parts.push_back(all_parts[i]);
+    std::vector<PartMethod> methods;
+    for (const Peer& peer : peers) methods.push_back(method_of(peer, arena, parts));
+    const std::vector<Times> times = time_parts(methods, parts.size(), kTrialRounds);
+    std::vector<Peer> finalists;
+    for (const std::size_t i : fastest_of_groups(peers, times, kFinalists))
+        finalists.push_back(std::move(peers[i]));
+    return finalists;
+}
+
+/// Whether both take rays in a similar way: packets are not compared with calls of one ray, nor
+/// such calls with packets.
+bool comparable(const OurTracer& tracer, const Peer& peer) {
+    return tracer.at_once == RaysAtOnce::kStream ||
+           (tracer.at_once == RaysAtOnce::kOne) == peer.one_ray;
+}
+
+TraceAnswers answers_of(const Peer& peer, ThreadArena& arena, const TraceWork& work) {
+    return arena.execute([&] {
+        peer.prepare();
+        peer.trace(work.whole());
+        return peer.answers();
+    });
+}
+
 }  // namespace
 
-void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work) {
+void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& embree,
+                 const TraceWork& work) {
     ThreadArena arena(rig.threads);
     const std::vector<OurTracer> tracers = our_tracers(scene.bvh, rig.targets);
     std::vector<Mine> mine = tracers_for(tracers, work);
+    const std::vector<WorkPart> parts =
+        work.parts(work.squares.size() / (kSquaresOfPart * static_cast<std::size_t>(rig.threads)));
 
-    EmbreePeers embree(rig, scene);
-    std::vector<Peer> peers = embree.peers_for(work);
+    std::vector<Peer> peers = finalists_of(embree_peers(embree, work), arena, parts);
     std::optional<PaperPeer> paper;
-    if (work.params.rays != kRaysAo) peers.push_back(paper.emplace(scene, work).peer());
+    if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow)
+        peers.push_back(paper.emplace(scene, work).peer());
 
-    std::vector<Method> methods;
-    methods.reserve(mine.size() + peers.size());
+    std::vector<PartMethod> methods;
     for (Mine& m : mine) {
-        methods.push_back({m.tracer->name, {}, [&] {
-                               arena.execute([&] { m.tracer->trace(work, m.answers); });
+        methods.push_back({m.tracer->name, {}, [&](std::size_t part) {
+                               arena.execute(
+                                   [&] { m.tracer->trace_part(work, parts[part], m.answers); });
                            }});
     }
-    for (const Peer& peer : peers) {
-        methods.push_back({peer.name, [&] { arena.execute([&] { peer.prepare(); }); },
-                           [&] { arena.execute([&] { peer.trace(); }); }});
-    }
-    const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
-    const std::span<const Samples> peer_samples = std::span(samples).subspan(mine.size());
+    for (const Peer& peer : peers) methods.push_back(method_of(peer, arena, parts));
+    const std::vector<Times> times = time_parts(methods, parts.size(), rig.repeat);
+    const std::span<const Times> peer_times = std::span(times).subspan(mine.size());
 
     for (Mine& m : mine) {
         if (m.tracer->in_image_order && !work.any_hit()) to_ray_order(work, m.answers.hits);
     }
-    for (const std::size_t best : best_of_groups(peers, peer_samples)) {
-        methods[mine.size() + best].prepare();
-        methods[mine.size() + best].run();
-        const TraceAnswers theirs = peers[best].answers();
+    for (const std::size_t best : fastest_of_groups(peers, peer_times, 1)) {
+        const TraceAnswers theirs = answers_of(peers[best], arena, work);
         for (std::size_t i = 0; i < mine.size(); ++i) {
+            if (!comparable(*mine[i].tracer, peers[best])) continue;
             Row row = row_of(rig, scene, work, theirs);
             row.tracer = mine[i].tracer->name;
             row.target = mine[i].tracer->target;
             row.peer = peers[best].name;
             row.mismatches = compare_answers(work, mine[i].answers, theirs);
-            set_times(row, samples[i], peer_samples[best], Unit::kMrayPerSecond, work.active_count);
+            set_times(row, times[i], peer_times[best], Unit::kMrayPerSecond, work.active_count);
             rig.report(row);
         }
     }

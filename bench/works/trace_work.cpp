@@ -1,5 +1,7 @@
 #include "bench/works/trace_work.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <utility>
@@ -42,7 +44,67 @@ void close_tile(TraceWork& work, const cpu::Tile& tile, std::size_t begin) {
     }
 }
 
+/// Adds the rays of a pixel whose camera ray has that hit.
+void add_secondary_rays(TraceWork& work, const cpu::ShadedMesh& mesh, std::uint32_t x,
+                        std::uint32_t y, const Ray& ray, const Hit& hit) {
+    const ImageParams& params = work.params;
+    const bool missed = hit.prim_id == kNoPrim;
+    if (work.kind == WorkKind::kShadow) {
+        const Surface surface = missed ? Surface{} : mesh.surface(ray, hit);
+        const bool traced = !missed && faces_light(surface, params.light);
+        work.rays.push_back(traced ? shadow_ray(surface, params.light)
+                                   : inactive_ray(params.light));
+        return;
+    }
+    if (missed) return;
+    const Surface surface = mesh.surface(ray, hit);
+    if (work.kind == WorkKind::kDiffuse) {
+        Ray bounced = ao_ray(surface, x, y, 0, params.ao_tfar);
+        bounced.tfar = kInfiniteT;
+        work.rays.push_back(bounced);
+        return;
+    }
+    for (std::uint32_t sample = 0; sample < params.ao_count; ++sample)
+        work.rays.push_back(ao_ray(surface, x, y, sample, params.ao_tfar));
+}
+
 }  // namespace
+
+std::string TraceWork::name() const {
+    switch (kind) {
+        case WorkKind::kPrimary:
+            return "primary";
+        case WorkKind::kShadow:
+            return "shadow";
+        case WorkKind::kDiffuse:
+            return "diffuse";
+        case WorkKind::kAo:
+            return fmt::format("ao-{}", params.ao_count);
+        case WorkKind::kOneRay:
+            break;
+    }
+    return "one-ray";
+}
+
+std::vector<WorkPart> TraceWork::parts(std::size_t count) const {
+    count = std::clamp<std::size_t>(count, 1, std::max<std::size_t>(1, squares.size()));
+    std::vector<WorkPart> parts;
+    std::size_t square = 0;
+    std::size_t tile = 0;
+    for (std::size_t i = 1; i <= count; ++i) {
+        WorkPart part{square, i * squares.size() / count, tile, tile};
+        square = part.end_square;
+        // Tiles without rays at the end of a square belong to it, too.
+        const bool last = square == squares.size();
+        while (part.end_tile < tiles.size() &&
+               (last || tiles[part.end_tile].begin < squares[square].begin)) {
+            ++part.end_tile;
+        }
+        tile = part.end_tile;
+        parts.push_back(part);
+    }
+    return parts;
+}
 
 std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers) {
     std::size_t count = 0;
@@ -87,35 +149,47 @@ TraceWork make_primary_work(const ImageParams& params) {
     return work;
 }
 
-TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
-                              const cpu::ShadedMesh& mesh, std::uint32_t rays) {
+TraceWork make_row_work(const ImageParams& params) {
     TraceWork work;
+    work.kind = WorkKind::kOneRay;
+    work.params = params;
+    work.params.rays = kRaysPrimary;
+    for (std::uint32_t y = 0; y < params.height; ++y) {
+        const std::size_t begin = work.rays.size();
+        for (std::uint32_t x = 0; x < params.width; ++x)
+            work.rays.push_back(camera_ray(params.camera, x, y));
+        close_tile(work, {0, y, params.width, y + 1}, begin);
+    }
+    return work;
+}
+
+TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
+                              const cpu::ShadedMesh& mesh, WorkKind kind, std::uint32_t samples,
+                              std::size_t most_rays) {
+    TraceWork work;
+    work.kind = kind;
     work.params = primary.params;
-    work.params.rays = rays;
-    const ImageParams& params = work.params;
+    work.params.rays = kind == WorkKind::kShadow ? kRaysShadow : kRaysAo;
+    if (kind == WorkKind::kAo) work.params.ao_count = samples;
+    // At most 2^28 pixels and 2^8 samples.
+    const std::size_t all_rays = primary.active_count * (kind == WorkKind::kAo ? samples : 1);
+    const std::size_t stride =
+        all_rays <= most_rays ? 1 : all_rays / most_rays + (all_rays % most_rays != 0);
     for (const TileRays& seen : primary.tiles) {
         const std::size_t begin = work.rays.size();
-        std::size_t i = seen.begin;
-        for_each_pixel(seen.tile, [&](std::uint32_t x, std::uint32_t y) {
-            const Ray& ray = primary.rays[i];
-            const Hit& hit = hits[i];
-            ++i;
-            const bool missed = hit.prim_id == kNoPrim;
-            if (rays == kRaysShadow) {
-                const Surface surface = missed ? Surface{} : mesh.surface(ray, hit);
-                const bool traced = !missed && faces_light(surface, params.light);
-                work.rays.push_back(traced ? shadow_ray(surface, params.light)
-                                           : inactive_ray(params.light));
-            } else if (!missed) {
-                const Surface surface = mesh.surface(ray, hit);
-                for (std::uint32_t sample = 0; sample < params.ao_count; ++sample) {
-                    work.rays.push_back(ao_ray(surface, x, y, sample, params.ao_tfar));
-                }
-            }
-        });
+        // Three squares on in each row of squares, so that no column has all.
+        const std::size_t square =
+            seen.tile.x0 / kSquareSize + std::size_t{3} * (seen.tile.y0 / kSquareSize);
+        if (square % stride == 0) {
+            std::size_t i = seen.begin;
+            for_each_pixel(seen.tile, [&](std::uint32_t x, std::uint32_t y) {
+                add_secondary_rays(work, mesh, x, y, primary.rays[i], hits[i]);
+                ++i;
+            });
+        }
         close_tile(work, seen.tile, begin);
     }
-    if (rays != kRaysShadow) return work;
+    if (kind != WorkKind::kShadow) return work;
     work.shadows.resize(work.rays.size() / kPacketSize);
     for (std::size_t i = 0; i < work.rays.size(); ++i)
         work.shadows[i / kPacketSize].set(i % kPacketSize, work.rays[i]);

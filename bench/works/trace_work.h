@@ -4,7 +4,9 @@
 #include <tbb/parallel_for.h>
 
 #include <cstdint>
+#include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "common/bvh/bvh.h"
@@ -19,6 +21,12 @@ inline constexpr std::uint32_t kSquareSize = 2 * kTileSize;
 inline constexpr std::uint32_t kBlockSize = 4;
 inline constexpr std::size_t kPacketSize = 16;
 
+/// Which rays a work has: those of the camera; from the light to what the camera sees; one ray from
+/// each point that the camera sees, in a direction of the hemisphere as a diffuse surface reflects
+/// light; short ones there; and those of the camera once more, row by row, to be traced in a loop
+/// of one call a ray.
+enum class WorkKind { kPrimary, kShadow, kDiffuse, kAo, kOneRay };
+
 /// A tile of the image and its rays, which are consecutive.
 struct TileRays {
     cpu::Tile tile;
@@ -26,14 +34,24 @@ struct TileRays {
     std::size_t end;
 };
 
+/// Some of the squares of a work, and their tiles.
+struct WorkPart {
+    std::size_t first_square;
+    std::size_t end_square;
+    std::size_t first_tile;
+    std::size_t end_tile;
+};
+
 /// The rays of an image, tile after tile, those of squares of 2 x 2 tiles together. Within a tile
 /// they come in packets of 16: for primary and shadow rays the 4x4 blocks in Morton order, each
-/// with its pixels row by row, so that ray i of every tile is the same pixel of it; for ambient
-/// occlusion the samples of one pixel after the other, block by block. Slots without a ray are
-/// inactive: those without a surface or with one that faces away from the light, and the rest of a
-/// last packet.
+/// with its pixels row by row, so that ray i of every tile is the same pixel of it; for diffuse
+/// rays and ambient occlusion the samples of one pixel after the other, block by block. A work of
+/// single rays has rows of the image as its tiles, and its rays in their order. Slots without a ray
+/// are inactive: those without a surface or with one that faces away from the light, and the rest
+/// of a last packet.
 struct TraceWork {
-    /// params.rays says which rays these are.
+    WorkKind kind = WorkKind::kPrimary;
+    /// params.rays says how an image is traced: for primary rays and for others.
     ImageParams params;
     std::vector<Ray> rays;
     /// 1 if rays[i] is active, else 0.
@@ -46,7 +64,14 @@ struct TraceWork {
     std::vector<TileRays> squares;
     std::size_t active_count = 0;
 
-    bool any_hit() const { return params.rays != kRaysPrimary; }
+    bool any_hit() const { return kind == WorkKind::kShadow || kind == WorkKind::kAo; }
+    /// "primary", "shadow", "diffuse", "ao-4" (with the samples of a pixel) or "one-ray".
+    std::string name() const;
+
+    WorkPart whole() const { return {0, squares.size(), 0, tiles.size()}; }
+    /// The work cut into `count` parts, or fewer if it has fewer squares, of as many squares each
+    /// as possible.
+    std::vector<WorkPart> parts(std::size_t count) const;
 };
 
 /// hits[i] or occluded[i] (0 or 1) is the answer for ray i of a work; the other array is empty.
@@ -71,15 +96,22 @@ inline std::span<const cpu::SharedOriginRays> shadows_of(const TraceWork& work,
 /// How many active rays hit something.
 std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers);
 
+/// The offset of a tile's block from its corner; blocks come in Morton order.
+struct BlockOffset {
+    std::uint32_t x, y;
+};
+constexpr BlockOffset block_offset(std::uint32_t block) {
+    static_assert(kTileSize == 8 * kBlockSize);
+    return {kBlockSize * ((block & 1) | (block >> 1 & 2) | (block >> 2 & 4)),
+            kBlockSize * ((block >> 1 & 1) | (block >> 2 & 2) | (block >> 3 & 4))};
+}
+
 /// Calls visit(x, y) for the pixels of a tile in the order of their rays.
 template <class Visit>
 void for_each_pixel(const cpu::Tile& tile, Visit visit) {
-    static_assert(kTileSize == 8 * kBlockSize);
     for (std::uint32_t i = 0; i < 64; ++i) {
-        const std::uint32_t block_x =
-            tile.x0 + kBlockSize * ((i & 1) | (i >> 1 & 2) | (i >> 2 & 4));
-        const std::uint32_t block_y =
-            tile.y0 + kBlockSize * ((i >> 1 & 1) | (i >> 2 & 2) | (i >> 3 & 4));
+        const std::uint32_t block_x = tile.x0 + block_offset(i).x;
+        const std::uint32_t block_y = tile.y0 + block_offset(i).y;
         for (std::uint32_t y = block_y; y < block_y + kBlockSize; ++y) {
             for (std::uint32_t x = block_x; x < block_x + kBlockSize; ++x) visit(x, y);
         }
@@ -100,11 +132,10 @@ void for_each_active_run(const TraceWork& work, const TileRays& tile, Visit visi
     }
 }
 
-/// Calls visit(tile) for all tiles, in the calling thread's arena.
+/// Calls visit(tile) for the tiles of a part, in the calling thread's arena.
 template <class Visit>
-void for_each_tile(const TraceWork& work, Visit visit) {
-    tbb::parallel_for(std::size_t{0}, work.tiles.size(),
-                      [&](std::size_t i) { visit(work.tiles[i]); });
+void for_each_tile(const TraceWork& work, const WorkPart& part, Visit visit) {
+    tbb::parallel_for(part.first_tile, part.end_tile, [&](std::size_t i) { visit(work.tiles[i]); });
 }
 
 /// Reorders hits from the rows of an image to the rays of a primary work.
@@ -113,9 +144,15 @@ void to_ray_order(const TraceWork& work, std::vector<Hit>& hits);
 /// params.width and height must be multiples of kTileSize.
 TraceWork make_primary_work(const ImageParams& params);
 
-/// The rays from the surfaces of `hits`, which are the hits of `primary`. `rays` is kRaysShadow or
-/// kRaysAo.
+/// The camera's rays row by row: a work of single rays.
+TraceWork make_row_work(const ImageParams& params);
+
+/// The rays from the surfaces of `hits`, which are the hits of `primary`: shadow rays, diffuse ones
+/// (one a pixel) or those of ambient occlusion (`samples` a pixel). If they could be more than
+/// `most_rays`, only every n-th square has rays, in a regular pattern, for the least n that leaves
+/// no more.
 TraceWork make_secondary_work(const TraceWork& primary, std::span<const Hit> hits,
-                              const cpu::ShadedMesh& mesh, std::uint32_t rays);
+                              const cpu::ShadedMesh& mesh, WorkKind kind, std::uint32_t samples = 1,
+                              std::size_t most_rays = std::numeric_limits<std::size_t>::max());
 
 }  // namespace mray::bench

@@ -1,7 +1,11 @@
+#include <fmt/format.h>
+
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <deque>
 #include <optional>
+#include <string>
 
 #include "bench/embree/embree_tracer.h"
 #include "bench/works/ours.h"
@@ -12,9 +16,9 @@ namespace mray::bench {
 namespace {
 
 std::vector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
-    const std::unique_ptr<EmbreeTracer> tracer = embree_ways(work.params.rays)[0].make(work);
+    const std::unique_ptr<EmbreeTracer> tracer = embree_ways(work.kind).front().make(work);
     tracer->reset();
-    tracer->trace(scene);
+    tracer->trace(scene, work.whole());
     return tracer->answers().hits;
 }
 
@@ -88,6 +92,40 @@ void wake_up(ThreadArena& arena) {
     });
 }
 
+/// A refit of Embree on one of its devices, with positions of its own.
+class EmbreeMovingTree {
+public:
+    EmbreeMovingTree(const EmbreeDevice& device, const BenchScene& scene)
+        : name_(fmt::format("Embree REFIT ({})", device.isa())),
+          mesh_(scene.topology(), scene.positions),
+          tree_(device, mesh_, EmbreeTree::kRefitted),
+          waker_(device, scene) {}
+
+    const std::string& name() const { return name_; }
+    const EmbreeScene& tree() const { return tree_; }
+
+    void prepare(std::span<const vec3> positions) {
+        mesh_.set_positions(positions);
+        waker_.run();
+    }
+    void run() { tree_.update(); }
+
+private:
+    std::string name_;
+    EmbreeMesh mesh_;
+    EmbreeScene tree_;
+    EmbreeWaker waker_;
+};
+
+/// The index of the samples with the smallest median.
+std::size_t fastest(std::span<const Samples> samples) {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < samples.size(); ++i) {
+        if (median(samples[i]) < median(samples[best])) best = i;
+    }
+    return best;
+}
+
 /// A refit of morphray with its own tree and positions.
 struct OurMovingTree {
     const OurRefit* refit;
@@ -103,9 +141,8 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     std::vector<OurMovingTree> mine;
     mine.reserve(refits.size());
     for (const OurRefit& refit : refits) mine.push_back({&refit, scene.bvh, scene.positions});
-    EmbreeMesh mesh(scene.topology(), scene.positions);
-    EmbreeScene refitted(rig.device, mesh, EmbreeTree::kRefitted);
-    EmbreeWaker waker(rig.device, scene);
+    std::deque<EmbreeMovingTree> theirs;
+    for (const EmbreeDevice& device : rig.devices) theirs.emplace_back(device, scene);
     TreeCopy copy(scene.bvh);
 
     // The positions of each side alternate between the frames and are copied outside the timing.
@@ -115,7 +152,7 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     std::size_t round = static_cast<std::size_t>(rig.repeat) % 2;
     const auto frame = [&] { return std::span(round % 2 == 0 ? scene.moved : scene.positions); };
     std::vector<Method> methods;
-    methods.reserve(mine.size() + 2);
+    methods.reserve(mine.size() + theirs.size() + 1);
     for (OurMovingTree& tree : mine) {
         methods.push_back(
             {tree.refit->name,
@@ -126,12 +163,8 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
              },
              [&] { arena.execute([&] { tree.refit->refit(tree.bvh, tree.positions); }); }});
     }
-    methods.push_back({"Embree REFIT",
-                       [&] {
-                           mesh.set_positions(frame());
-                           waker.run();
-                       },
-                       [&] { refitted.update(); }});
+    for (EmbreeMovingTree& tree : theirs)
+        methods.push_back({tree.name(), [&] { tree.prepare(frame()); }, [&] { tree.run(); }});
     methods.push_back({"memcpy",
                        [&] {
                            ++round;
@@ -140,15 +173,19 @@ void bench_refit(const Rig& rig, const BenchScene& scene, const TraceWork& prima
                        [&] { arena.execute([&] { copy.run(); }); }});
     const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
 
+    const std::size_t best = fastest(std::span(samples).subspan(mine.size(), theirs.size()));
+    const std::size_t peers[] = {mine.size() + best, methods.size() - 1};
     for (std::size_t i = 0; i < mine.size(); ++i) {
-        const Mismatches mismatches = compare_trees(arena, primary, mine[i].bvh, refitted);
-        for (std::size_t peer = mine.size(); peer < methods.size(); ++peer) {
+        const Mismatches mismatches =
+            compare_trees(arena, primary, mine[i].bvh, theirs[best].tree());
+        for (const std::size_t peer : peers) {
             Row row = row_of(rig, scene, "refit");
             row.tracer = mine[i].refit->name;
             row.target = mine[i].refit->target;
             row.peer = methods[peer].name;
-            if (peer == mine.size()) row.mismatches = mismatches;
-            set_times(row, samples[i], samples[peer], Unit::kNsPerTriangle, row.triangles);
+            if (peer == peers[0]) row.mismatches = mismatches;
+            set_times(row, times_of(samples[i]), times_of(samples[peer]), Unit::kNsPerTriangle,
+                      row.triangles);
             rig.report(row);
         }
     }
@@ -162,13 +199,15 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
     const struct {
         const char* name;
         EmbreeTree tree;
-    } kinds[] = {{"Embree MEDIUM", EmbreeTree::kMedium},
-                 {"Embree HIGH", EmbreeTree::kHigh},
-                 {"Embree LOW (Morton)", EmbreeTree::kLow}};
-    std::optional<EmbreeScene> theirs[std::size(kinds)];
+    } kinds[] = {{"Embree MEDIUM (binned", EmbreeTree::kMedium},
+                 {"Embree HIGH (spatial splits", EmbreeTree::kHigh},
+                 {"Embree LOW (Morton", EmbreeTree::kLow}};
+    // By kind, then by device.
+    std::vector<std::vector<std::optional<EmbreeScene>>> theirs(std::size(kinds));
+    const std::size_t devices = rig.devices.size();
 
     std::vector<Method> methods;
-    methods.reserve(builds.size() + std::size(kinds));
+    methods.reserve(builds.size() + std::size(kinds) * devices);
     for (std::size_t i = 0; i < builds.size(); ++i) {
         methods.push_back({builds[i].name, [&, i] { mine[i] = {}; },
                            [&, i] {
@@ -177,19 +216,29 @@ void bench_build(const Rig& rig, const BenchScene& scene, const TraceWork& prima
                            }});
     }
     for (std::size_t i = 0; i < std::size(kinds); ++i) {
-        methods.push_back({kinds[i].name, [&, i] { theirs[i].reset(); },
-                           [&, i] { theirs[i].emplace(rig.device, mesh, kinds[i].tree); }});
+        theirs[i].resize(devices);
+        for (std::size_t d = 0; d < devices; ++d) {
+            std::optional<EmbreeScene>& tree = theirs[i][d];
+            const EmbreeDevice& device = rig.devices[d];
+            const EmbreeTree kind = kinds[i].tree;
+            methods.push_back({fmt::format("{}, {})", kinds[i].name, device.isa()),
+                               [&tree] { tree.reset(); },
+                               [&, kind] { tree.emplace(device, mesh, kind); }});
+        }
     }
     const std::vector<Samples> samples = time_interleaved(methods, rig.repeat);
 
     for (std::size_t i = 0; i < builds.size(); ++i) {
         for (std::size_t k = 0; k < std::size(kinds); ++k) {
+            const std::size_t first = builds.size() + k * devices;
+            const std::size_t best = fastest(std::span(samples).subspan(first, devices));
             Row row = row_of(rig, scene, "build");
             row.tracer = builds[i].name;
             row.target = builds[i].target;
-            row.peer = kinds[k].name;
-            row.mismatches = compare_trees(arena, primary, mine[i], *theirs[k]);
-            set_times(row, samples[i], samples[builds.size() + k], Unit::kMs, row.triangles);
+            row.peer = methods[first + best].name;
+            row.mismatches = compare_trees(arena, primary, mine[i], *theirs[k][best]);
+            set_times(row, times_of(samples[i]), times_of(samples[first + best]), Unit::kMs,
+                      row.triangles);
             rig.report(row);
         }
     }

@@ -59,12 +59,12 @@ Mismatches compare_occlusion(const TraceWork& work, const Frame& frame,
 }
 
 Mismatches compare_frame(const TraceWork& work, const Frame& frame, const TraceAnswers& answers) {
-    if (work.params.rays == kRaysAo) return compare_occlusion(work, frame, answers);
+    if (work.kind == WorkKind::kAo) return compare_occlusion(work, frame, answers);
     return compare_answers(work, answers_of(work, frame), answers);
 }
 
 Mismatches compare_frames(const TraceWork& work, const Frame& a, const Frame& b) {
-    if (work.params.rays != kRaysAo) {
+    if (work.kind != WorkKind::kAo) {
         return compare_answers(work, answers_of(work, a), answers_of(work, b));
     }
     Mismatches mismatches;
@@ -75,13 +75,6 @@ Mismatches compare_frames(const TraceWork& work, const Frame& a, const Frame& b)
     return mismatches;
 }
 
-EmbreeWay single_ray_way(std::uint32_t rays) {
-    const std::vector<EmbreeWay> ways = embree_ways(rays);
-    return *std::find_if(ways.begin(), ways.end(), [](const EmbreeWay& way) {
-        return way.name == "Intersect1" || way.name == "Occluded1";
-    });
-}
-
 void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const TraceWork& work) {
     ThreadArena arena(rig.threads);
     const SimdTarget scalar[] = {find_simd_target("scalar")};
@@ -89,9 +82,8 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
     const OurTracer& reference = tracers.back();
     TraceAnswers reference_answers(work);
     const EmbreeMesh mesh(scene.topology(), scene.positions);
-    const EmbreeScene medium(rig.device, mesh, EmbreeTree::kMedium);
-    const EmbreeWay way = single_ray_way(work.params.rays);
-    const std::unique_ptr<EmbreeTracer> embree = way.make(work);
+    const EmbreeScene medium(rig.devices.front(), mesh, EmbreeTree::kMedium);
+    const std::unique_ptr<EmbreeTracer> embree = single_rays_from_memory(work);
 
     Frame frame;
     vulkan.trace_image(work.params, frame);
@@ -112,7 +104,7 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
          [&] { arena.execute([&] { reference.trace(work, reference_answers); }); }},
         {work.any_hit() ? "embree-occluded1" : "embree-intersect1",
          [&] { arena.execute([&] { embree->reset(); }); },
-         [&] { arena.execute([&] { embree->trace(medium); }); }}};
+         [&] { arena.execute([&] { embree->trace(medium, work.whole()); }); }}};
     if (work.any_hit()) {
         methods.push_back(
             {"embree-occluded1-pixels", {}, [&] {
@@ -133,8 +125,8 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
         row.mismatches = peer == 1   ? compare_frame(work, frame, reference_answers)
                          : peer == 2 ? compare_frame(work, frame, theirs)
                                      : compare_frames(work, frame, pixels);
-        set_times(row, clock.without_warm_up(), samples[peer], Unit::kMrayPerSecond,
-                  work.active_count);
+        set_times(row, times_of(clock.without_warm_up()), times_of(samples[peer]),
+                  Unit::kMrayPerSecond, work.active_count);
         rig.report(row);
     }
 }
@@ -160,7 +152,7 @@ void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan
     row.tracer = "levels";
     row.target = "vulkan";
     row.peer = methods[1].name;
-    set_times(row, samples[0], samples[1], Unit::kNsPerTriangle, row.triangles);
+    set_times(row, times_of(samples[0]), times_of(samples[1]), Unit::kNsPerTriangle, row.triangles);
     rig.report(row);
 }
 

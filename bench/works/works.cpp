@@ -14,11 +14,7 @@ Row row_of(const Rig& rig, const BenchScene& scene, const char* work) {
 
 Row row_of(const Rig& rig, const BenchScene& scene, const TraceWork& work,
            const TraceAnswers& answers) {
-    const std::uint32_t rays = work.params.rays;
-    Row row = row_of(rig, scene,
-                     rays == kRaysPrimary  ? "primary"
-                     : rays == kRaysShadow ? "shadow"
-                                           : "ao");
+    Row row = row_of(rig, scene, work.name().c_str());
     row.rays = work.active_count;
     if (row.rays != 0) {
         row.hit_share =

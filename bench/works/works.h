@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/bench_scene.h"
+#include "bench/embree/embree_peers.h"
 #include "bench/embree/embree_scene.h"
 #include "bench/row.h"
 #include "bench/works/trace_work.h"
@@ -13,9 +14,10 @@
 
 namespace mray::bench {
 
-/// One device and the same number of threads for both sides.
+/// The same number of threads for both sides.
 struct Rig {
-    const EmbreeDevice& device;
+    /// One for each instruction set of Embree.
+    std::span<const EmbreeDevice> devices;
     int threads;
     int repeat;
     /// The instruction sets of morphray's tracers.
@@ -31,8 +33,10 @@ Row row_of(const Rig& rig, const BenchScene& scene, const TraceWork& work,
            const TraceAnswers& answers);
 
 /// Traces a work with every suitable tracer, against each group of Embree's ways. The peer is the
-/// fastest way of its group over the better of Embree's trees.
-void bench_trace(const Rig& rig, const BenchScene& scene, const TraceWork& work);
+/// fastest of its group over Embree's trees and instruction sets: first a trial of all, then rounds
+/// of the fastest of each group and ours in turn.
+void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& embree,
+                 const TraceWork& work);
 
 /// Refits back and forth between two frames, against Embree's refit and a copy of the tree's bytes.
 /// `primary` checks the trees: mismatches count its rays that differ between both trees.

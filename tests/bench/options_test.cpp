@@ -27,6 +27,19 @@ TEST(ParseOptions, AddsScenesToTheBuiltInOnes) {
     EXPECT_EQ(refusal_of({"--only"}), "--only: expected a SCENE");
 }
 
+TEST(ParseOptions, TakesASetOfBuiltInScenes) {
+    std::size_t scenes = 0;
+    for (const SceneSet& set : scene_sets()) {
+        EXPECT_EQ(parse({"--set", set.name}).scenes, set.scenes) << set.name;
+        EXPECT_NE(usage().find(set.name), std::string::npos) << set.name;
+        if (set.name != std::string("all")) scenes += set.scenes.size();
+    }
+    EXPECT_EQ(parse({"--set", "all", "a.obj"}).scenes.size(), scenes + 1);
+    EXPECT_EQ(parse({}).scenes, parse({"--set", "default"}).scenes);
+    EXPECT_EQ(refusal_of({"--set", "some"}),
+              "--set some: expected one of default, interiors, hard, all");
+}
+
 TEST(ParseOptions, FillsTheImageUnlessAnEyeOrATargetIsGiven) {
     EXPECT_EQ(parse({}).view_kind, ViewKind::kFill);
     EXPECT_EQ(parse({"--view", "whole"}).view_kind, ViewKind::kWhole);
@@ -40,6 +53,8 @@ TEST(ParseOptions, FillsTheImageUnlessAnEyeOrATargetIsGiven) {
 TEST(ParseOptions, ReadsLists) {
     EXPECT_EQ(parse({"--threads", "1,3"}).threads, (std::vector<int>{1, 3}));
     EXPECT_EQ(parse({"--work", "ao,build"}).works, (std::vector<std::string>{"ao", "build"}));
+    EXPECT_EQ(parse({"--ao-samples", "2,8"}).ao_samples, (std::vector<std::uint32_t>{2, 8}));
+    EXPECT_EQ(parse({"--ao-samples", "3,8"}).view.ao_count, 3u);
     EXPECT_EQ(*parse({"--eye", "1,-2.5,3e2"}).view.eye, (Point{1, -2.5, 300}));
 }
 

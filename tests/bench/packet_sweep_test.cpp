@@ -26,7 +26,7 @@ protected:
     void expect_same_bits(const std::vector<OurTracer>& tracers, const TraceWork& work) const {
         const TraceAnswers single = expected(work);
         for (const OurTracer& tracer : tracers) {
-            if (std::ranges::count(tracer.works, work.params.rays) == 0) continue;
+            if (std::ranges::count(tracer.works, work.kind) == 0) continue;
             TraceAnswers answers(work);
             tracer.trace(work, answers);
             if (tracer.in_image_order && !work.any_hit()) to_ray_order(work, answers.hits);
@@ -39,13 +39,13 @@ TEST_F(PacketSweep, GivesTheSameAnswersWithPacketsOfEveryShape) {
     const auto tracers = packets_of_each_shape(bvh_, find_simd_target("best"));
     EXPECT_EQ(tracers.size(), std::size(kPacketShapes));
     expect_same_bits(tracers, primary_);
-    expect_same_bits(tracers, secondary(kRaysShadow));
+    expect_same_bits(tracers, secondary(WorkKind::kShadow));
 }
 
 TEST_F(PacketSweep, GivesTheSameAnswersWithBatchesOfEverySize) {
     const auto tracers = batches_of_each_size(bvh_, find_simd_target("best"));
     EXPECT_EQ(tracers.size(), std::size(kBatchSizes));
-    expect_same_bits(tracers, secondary(kRaysAo));
+    expect_same_bits(tracers, secondary(WorkKind::kAo));
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ TEST_F(Paper2007, FindsTheClosestHits) {
 }
 
 TEST_F(Paper2007, FindsOccludedRays) {
-    const TraceWork shadow = secondary(kRaysShadow);
+    const TraceWork shadow = secondary(WorkKind::kShadow);
     EXPECT_LE(compare_answers(shadow, expected(shadow), trace(shadow)).total(), kFew);
 }
 

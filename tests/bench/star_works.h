@@ -23,9 +23,10 @@ protected:
         hits_ = reference_hits(bvh_, primary_);
     }
 
-    /// rays: kRaysShadow or kRaysAo.
-    TraceWork secondary(std::uint32_t rays) const {
-        return make_secondary_work(primary_, hits_, {&scene_.topology(), scene_.positions()}, rays);
+    /// Any but primary and single rays.
+    TraceWork secondary(WorkKind kind) const {
+        return make_secondary_work(primary_, hits_, {&scene_.topology(), scene_.positions()}, kind,
+                                   2);
     }
 
     /// By single rays.

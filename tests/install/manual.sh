@@ -52,10 +52,10 @@ expect "morphray render scene.obj --build b" binned
 expect "morphray crosscheck --backend ''" "all cpu vulkan"
 expect "morphray render buil" "builtin:cloth builtin:twist builtin:herd builtin:explode builtin:shuffle \
 builtin:soup builtin:spikes builtin:collapse builtin:wave builtin:orbits builtin:gather builtin:mirror \
-builtin:teleport builtin:swing"
+builtin:teleport builtin:swing builtin:hall builtin:room builtin:hair builtin:degenerate"
 expect "morphray render builtin : cl" cloth
 expect "morphray render builtin :" "cloth twist herd explode shuffle soup spikes collapse wave orbits \
-gather mirror teleport swing"
+gather mirror teleport swing hall room hair degenerate"
 expect "morphray info m" mesh.obj
 expect "morphray info fr" frames
 expect "morphray render --out ''" frames

@@ -37,6 +37,11 @@ constexpr std::array kEntries = {
     Entry{{"mirror", "a closed mesh turning inside out", 20000}, make_mirror},
     Entry{{"teleport", "balls that jump elsewhere all at once", 40000}, make_teleport},
     Entry{{"swing", "balls that step aside and back", 40000}, make_swing},
+    Entry{{"hall", "a hall from inside: columns, beams, cables, waving banners", 80000}, make_hall},
+    Entry{{"room", "a room from inside: chairs of thin bars, clutter, a curtain", 60000},
+          make_room},
+    Entry{{"hair", "a ball with swaying hair of thin strips", 60000}, make_hair},
+    Entry{{"degenerate", "a sheet half of whose triangles have no area", 40000}, make_degenerate},
 };
 
 constexpr auto kScenes = [] {

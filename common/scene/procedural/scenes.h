@@ -56,4 +56,19 @@ DeformingMesh make_swing(std::uint64_t triangles);
 /// frame 12.
 DeformingMesh make_mirror(std::uint64_t triangles);
 
+/// A closed hall with two rows of columns, long beams, thin cables and waving banners, to be seen
+/// from inside: x from -20 to 20, y from 0 to 9, z from -7 to 7.
+DeformingMesh make_hall(std::uint64_t triangles);
+
+/// A closed room with a table, chairs of thin bars, lamps, many small things and a curtain that
+/// moves, to be seen from inside: x from -5 to 5, y from 0 to 3, z from -3.5 to 3.5.
+DeformingMesh make_room(std::uint64_t triangles);
+
+/// A ball with swaying hair: thin strips, each of 16 triangles and separate from the others.
+DeformingMesh make_hair(std::uint64_t triangles);
+
+/// The sheet of the scene wave, in which about half of the triangles have no area: needles along
+/// edges of others, and points at their vertices.
+DeformingMesh make_degenerate(std::uint64_t triangles);
+
 }  // namespace mray

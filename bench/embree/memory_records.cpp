@@ -1,59 +1,25 @@
-#include "bench/embree/embree_tracer.h"
+#include "bench/embree/record_ways.h"
 
 #include <array>
 #include <cassert>
 #include <limits>
 
+#include "bench/embree/embree_calls.h"
 #include "bench/embree/embree_records.h"
 
 namespace mray::bench {
 namespace {
-
-// Embree's records and calls by packet size. A single ray has no mask.
-template <int N>
-struct Api;
-template <>
-struct Api<1> {
-    using RayRecord = RTCRay;
-    using HitRecord = RTCRayHit;
-    static void intersect(const int*, RTCScene scene, RTCIntersectContext* context, HitRecord* r) {
-        rtcIntersect1(scene, context, r);
-    }
-    static void occluded(const int*, RTCScene scene, RTCIntersectContext* context, RayRecord* r) {
-        rtcOccluded1(scene, context, r);
-    }
-};
-template <>
-struct Api<4> {
-    using RayRecord = RTCRay4;
-    using HitRecord = RTCRayHit4;
-    static constexpr auto* occluded = rtcOccluded4;
-};
-template <>
-struct Api<8> {
-    using RayRecord = RTCRay8;
-    using HitRecord = RTCRayHit8;
-    static constexpr auto* occluded = rtcOccluded8;
-};
-template <>
-struct Api<16> {
-    using RayRecord = RTCRay16;
-    using HitRecord = RTCRayHit16;
-    static constexpr auto* intersect = rtcIntersect16;
-    static constexpr auto* occluded = rtcOccluded16;
-};
 
 /// Packets of N rays (1: single rays) with closest or any hit. Packets without an active ray are
 /// left out.
 template <int N, bool kAnyHit>
 class PacketTracer : public EmbreeTracer {
 protected:
-    using Record =
-        std::conditional_t<kAnyHit, typename Api<N>::RayRecord, typename Api<N>::HitRecord>;
+    using Record = std::conditional_t<kAnyHit, typename EmbreeCalls<N>::RayRecord,
+                                      typename EmbreeCalls<N>::HitRecord>;
 
 public:
-    PacketTracer(const TraceWork& work, RTCIntersectContextFlags flags)
-        : flags_(flags), work_(&work) {
+    explicit PacketTracer(const TraceWork& work) : flags_(context_flags(work)), work_(&work) {
         for (const TileRays& tile : work.tiles) {
             const std::size_t begin = records_.size();
             for (std::size_t first = tile.begin; first < tile.end; first += N) add_packet(first);
@@ -62,21 +28,17 @@ public:
     }
 
     void reset() override {
-        for_each_range([&](std::size_t begin, std::size_t end) {
+        for_each_range(work_->whole(), [&](std::size_t begin, std::size_t end) {
             for (std::size_t packet = begin; packet < end; ++packet) reset(packet);
         });
     }
 
-    void trace(const EmbreeScene& scene) override {
-        for_each_range([&](std::size_t begin, std::size_t end) {
+    void trace(const EmbreeScene& scene, const WorkPart& part) override {
+        for_each_range(part, [&](std::size_t begin, std::size_t end) {
             const FlushedDenormals flushed;
             RTCIntersectContext context = make_context(flags_);
             for (std::size_t i = begin; i < end; ++i) {
-                if constexpr (kAnyHit) {
-                    Api<N>::occluded(masks_[i].data(), scene.handle(), &context, &records_[i]);
-                } else {
-                    Api<N>::intersect(masks_[i].data(), scene.handle(), &context, &records_[i]);
-                }
+                call_embree<N, kAnyHit>(masks_[i].data(), scene.handle(), context, records_[i]);
             }
         });
     }
@@ -102,8 +64,8 @@ public:
 protected:
     /// visit(begin, end): the packets of each tile.
     template <class Visit>
-    void for_each_range(Visit visit) {
-        tbb::parallel_for(std::size_t{0}, ranges_.size(),
+    void for_each_range(const WorkPart& part, Visit visit) {
+        tbb::parallel_for(part.first_tile, part.end_tile,
                           [&](std::size_t i) { visit(ranges_[i].begin, ranges_[i].end); });
     }
 
@@ -157,44 +119,37 @@ private:
 };
 
 /// The rays of a tile as one stream.
-class OccludedStream final : public PacketTracer<1, true> {
+template <bool kAnyHit>
+class StreamTracer final : public PacketTracer<1, kAnyHit> {
 public:
-    using PacketTracer::PacketTracer;
+    using PacketTracer<1, kAnyHit>::PacketTracer;
 
-    void trace(const EmbreeScene& scene) override {
-        for_each_range([&](std::size_t begin, std::size_t end) {
+    void trace(const EmbreeScene& scene, const WorkPart& part) override {
+        this->for_each_range(part, [&](std::size_t begin, std::size_t end) {
             const FlushedDenormals flushed;
-            RTCIntersectContext context = make_context(flags_);
-            rtcOccluded1M(scene.handle(), &context, records_.data() + begin,
-                          static_cast<unsigned int>(end - begin), sizeof(Record));
+            RTCIntersectContext context = make_context(this->flags_);
+            call_embree_stream(scene.handle(), context, this->records_.data() + begin, end - begin);
         });
     }
 };
 
-template <class Tracer>
-EmbreeWay way(std::string name, int group, RTCIntersectContextFlags flags) {
-    return {std::move(name), group,
-            [flags](const TraceWork& work) { return std::make_unique<Tracer>(work, flags); }};
-}
-
 }  // namespace
 
-std::vector<EmbreeWay> embree_ways(std::uint32_t rays) {
-    constexpr auto kCoherent = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    constexpr auto kIncoherent = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    if (rays == kRaysPrimary) {
-        return {way<PacketTracer<16, false>>("Intersect16 coherent", 0, kCoherent),
-                way<PacketTracer<1, false>>("Intersect1", 1, kCoherent)};
+template <int N>
+std::unique_ptr<EmbreeTracer> trace_from_memory(const TraceWork& work) {
+    if constexpr (N == kStream) {
+        if (work.any_hit()) return std::make_unique<StreamTracer<true>>(work);
+        return std::make_unique<StreamTracer<false>>(work);
+    } else {
+        if (work.any_hit()) return std::make_unique<PacketTracer<N, true>>(work);
+        return std::make_unique<PacketTracer<N, false>>(work);
     }
-    if (rays == kRaysShadow) {
-        return {way<PacketTracer<16, true>>("Occluded16 coherent", 0, kCoherent),
-                way<PacketTracer<1, true>>("Occluded1", 1, kCoherent)};
-    }
-    return {way<PacketTracer<1, true>>("Occluded1", 0, kIncoherent),
-            way<PacketTracer<4, true>>("Occluded4", 0, kIncoherent),
-            way<PacketTracer<8, true>>("Occluded8", 0, kIncoherent),
-            way<PacketTracer<16, true>>("Occluded16", 0, kIncoherent),
-            way<OccludedStream>("Occluded1M", 0, kIncoherent)};
 }
+
+template std::unique_ptr<EmbreeTracer> trace_from_memory<kStream>(const TraceWork&);
+template std::unique_ptr<EmbreeTracer> trace_from_memory<1>(const TraceWork&);
+template std::unique_ptr<EmbreeTracer> trace_from_memory<4>(const TraceWork&);
+template std::unique_ptr<EmbreeTracer> trace_from_memory<8>(const TraceWork&);
+template std::unique_ptr<EmbreeTracer> trace_from_memory<16>(const TraceWork&);
 
 }  // namespace mray::bench

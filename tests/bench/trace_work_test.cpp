@@ -1,0 +1,131 @@
+// The rays of works, and their parts.
+#include "bench/works/trace_work.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "bench/compare_answers.h"
+#include "tests/bench/star_works.h"
+
+namespace mray::bench {
+namespace {
+
+class TraceWorks : public StarWorks {
+protected:
+    TraceWork secondary_of(WorkKind kind, std::uint32_t samples, std::size_t most_rays) const {
+        return make_secondary_work(primary_, hits_, {&scene_.topology(), scene_.positions()}, kind,
+                                   samples, most_rays);
+    }
+};
+
+TEST_F(TraceWorks, PartsHoldEachSquareAndTileOnce) {
+    ViewSpec view;
+    view.width = 192;
+    view.height = 160;
+    const TraceWork work = make_primary_work(
+        make_image_params(view, bounds_of(scene_.world_positions()), scene_.space()));
+    for (const std::size_t count : {0, 1, 2, 4, 9, 100}) {
+        const std::vector<WorkPart> parts = work.parts(count);
+        EXPECT_EQ(parts.size(), std::clamp<std::size_t>(count, 1, 9));
+        std::size_t square = 0;
+        std::size_t tile = 0;
+        for (const WorkPart& part : parts) {
+            EXPECT_EQ(part.first_square, square);
+            EXPECT_EQ(part.first_tile, tile);
+            EXPECT_LT(part.first_square, part.end_square);
+            EXPECT_EQ(work.tiles[tile].begin, work.squares[square].begin);
+            square = part.end_square;
+            tile = part.end_tile;
+            EXPECT_EQ(work.tiles[tile - 1].end, work.squares[square - 1].end);
+        }
+        EXPECT_EQ(square, work.squares.size());
+        EXPECT_EQ(tile, work.tiles.size());
+    }
+}
+
+TEST_F(TraceWorks, PartsGiveTheAnswersOfTheWhole) {
+    for (const WorkKind kind : {WorkKind::kShadow, WorkKind::kDiffuse, WorkKind::kAo}) {
+        const TraceWork work = secondary(kind);
+        for (const OurTracer& tracer : our_tracers(bvh_, supported_simd_targets())) {
+            if (std::ranges::count(tracer.works, kind) == 0) continue;
+            TraceAnswers whole(work);
+            TraceAnswers parts(work);
+            tracer.trace(work, whole);
+            for (const WorkPart& part : work.parts(4)) tracer.trace_part(work, part, parts);
+            EXPECT_EQ(compare_answers(work, whole, parts).total(), 0u) << tracer.name;
+        }
+    }
+}
+
+TEST_F(TraceWorks, StreamsAndCallsOfOneRayAgreeOnEveryWork) {
+    for (const WorkKind kind : {WorkKind::kShadow, WorkKind::kDiffuse, WorkKind::kAo}) {
+        const TraceWork work = secondary(kind);
+        TraceAnswers stream(work);
+        ray_streams(bvh_, find_simd_target("best")).trace(work, stream);
+        const TraceAnswers single = expected(work);
+        EXPECT_EQ(compare_answers(work, stream, single).total(), 0u) << work.name();
+    }
+}
+
+TEST_F(TraceWorks, ARowWorkHasTheRaysOfThePrimaryOneRowByRow) {
+    const TraceWork rows = make_row_work(primary_.params);
+    EXPECT_EQ(rows.name(), "one-ray");
+    EXPECT_EQ(rows.active_count, primary_.active_count);
+    const std::uint32_t width = primary_.params.width;
+    std::size_t i = 0;
+    for (const TileRays& tile : primary_.tiles) {
+        for_each_pixel(tile.tile, [&](std::uint32_t x, std::uint32_t y) {
+            const Ray& row_ray = rows.rays[std::size_t{y} * width + x];
+            EXPECT_EQ(row_ray.dir, primary_.rays[i].dir);
+            ++i;
+        });
+    }
+}
+
+TEST_F(TraceWorks, DiffuseRaysLeaveEachSurfaceToItsOuterSideWithoutAnEnd) {
+    const TraceWork diffuse = secondary(WorkKind::kDiffuse);
+    const TraceWork ao = secondary_of(WorkKind::kAo, 1, 1u << 30);
+    EXPECT_EQ(diffuse.name(), "diffuse");
+    EXPECT_EQ(diffuse.active_count, static_cast<std::size_t>(std::ranges::count_if(
+                                        hits_, [](const Hit& h) { return h.prim_id != kNoPrim; })));
+    ASSERT_EQ(diffuse.rays.size(), ao.rays.size());
+    for (std::size_t i = 0; i < ao.rays.size(); ++i) {
+        if (diffuse.active[i] == 0) continue;
+        EXPECT_EQ(diffuse.rays[i].dir, ao.rays[i].dir);
+        EXPECT_EQ(diffuse.rays[i].org, ao.rays[i].org);
+        EXPECT_EQ(diffuse.rays[i].tfar, kInfiniteT);
+    }
+}
+
+TEST_F(TraceWorks, ManySamplesAreThoseOfFewerSquares) {
+    ViewSpec view;
+    view.width = view.height = 512;
+    view.light = {1.5, 2.5, 1};
+    const TraceWork primary = make_primary_work(
+        make_image_params(view, bounds_of(scene_.world_positions()), scene_.space()));
+    const std::vector<Hit> hits = reference_hits(bvh_, primary);
+    const auto ao = [&](std::uint32_t samples) {
+        return make_secondary_work(primary, hits, {&scene_.topology(), scene_.positions()},
+                                   WorkKind::kAo, samples, primary.active_count);
+    };
+    EXPECT_EQ(ao(1).name(), "ao-1");
+    EXPECT_EQ(ao(16).name(), "ao-16");
+    const TraceWork few = ao(1);
+    const TraceWork many = ao(4);
+    EXPECT_LE(many.active_count, primary.active_count);
+    EXPECT_GT(many.active_count, few.active_count / 2);
+    // Every tile has either the rays of all its pixels, or none.
+    ASSERT_EQ(few.tiles.size(), many.tiles.size());
+    const auto rays = [](const TraceWork& work, const TileRays& tile) {
+        return std::count(work.active.begin() + static_cast<std::ptrdiff_t>(tile.begin),
+                          work.active.begin() + static_cast<std::ptrdiff_t>(tile.end), 1);
+    };
+    for (std::size_t i = 0; i < few.tiles.size(); ++i) {
+        const auto count = rays(many, many.tiles[i]);
+        EXPECT_TRUE(count == 0 || count == 4 * rays(few, few.tiles[i])) << i;
+    }
+}
+
+}  // namespace
+}  // namespace mray::bench
