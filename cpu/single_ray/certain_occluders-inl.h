@@ -5,35 +5,28 @@
 // vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of z under E. |e| are the
 // magnitudes of plain edge functions with |E - |e|| <= bound, all in units of dir.z^2 for slopes; s
 // the sum of the |e|, n the sum of |e| z; X = max(kSceneExtent, |org|), so Z <= 2.001 X.
-// 1. All e beyond the bound have one sign: so have the exact ones, and none is 0. The ray goes
-// through
-//    the triangle, whichever path of the rule decides.
+// 1. All e are beyond the bound and have one sign. So have the exact ones, and none is 0: the ray
+//    goes through the triangle, whichever path of the rule decides.
 // 2. n / s is within (2 bound range) / s, at most 4 bound Z / s, of zbar, as the deviations from a
 //    mean add up to at most 2 range (docs/design/arithmetic.md, "Depth").
 // 3. The exact path's z is within 6.32 e (range + Z), at most 19 e Z, of zbar. The fast path's is
-// off
-//    by 2 B range / S more, with B and S those of the rule's own functions.
+//    off by 2 B range / S more, with B and S those of the rule's own functions.
 // 4. The test demands from s <= n and kCertainBound bound Z <= n - from s (and the same up to
-// `to`).
-//    |n| <= s Z, so bound / s <= 1 / kCertainBound but for rounding.
+//    `to`). |n| <= s Z, so bound / s <= 1 / kCertainBound but for rounding.
 // 5. The rule's own functions are the |e|, or, where these are of slopes, the same in other
 //    operations: with M the largest |x'| + |y'| and r of edge_bound for the leaf, s <= 3 M^2, so
 //    step 4 makes M at least 32 r. Coordinates of both kinds differ by 2 (8 e (X + Z) + 5 e X), so
 //    the sum of all six by an eighth of 3 M at most, and B by less than a factor of 2: B <= 2
-//    bound, S >= s - 3 bound - 3 B >= s - 9 bound >= 0.71 s. So 2 B range / S <= 8 bound Z / 0.71
-//    s.
+//    bound, S >= s - 3 bound - 3 B >= s - 9 bound >= 0.71 s. So 2 B range / S is at most
+//    8 bound Z / (0.71 s).
 // 6. A hit needs a z beyond 2 B range / S + 8 e range + 8 e Z, at most 11.3 bound Z / s + 24.1 e Z.
-// 7. Together bound / s has 4 + 2 * 11.3 < kCertainBound of Z. What is left is at most 72 e X: 6.3
-// e Z
+// 7. Together bound / s has 4 + 2 * 11.3 < kCertainBound of Z. The rest is at most 126 e X: 6.3 e Z
 //    of the roundings of n, s and the test, 19 e Z of step 3, 24.1 e Z of step 6, 3.4 e Z of t = z
-//    rcp(dir.z), and 3 roundings of from and to, which are up to 4 X.
-// 8. kCertainDepth X covers this and 2^-17 X on top: t could move by 2^-18 of X and a hit would be
-// in
-//    range all the same. So a rule that keeps t within the interval of the triangle's box, with
-//    boxes dilated by no more than that, decides alike.
+//    rcp(dir.z), and 5 roundings of `to`, which is up to 4 X.
+// 8. kCertainDepth X = 256 e X covers this and 2^-17 X on top: t could move by 2^-18 of X and a hit
+//    would be in range all the same.
 // 9. Nothing overflows: origins farther than kCertainOrigin have no certain occluders, so from and
-// to
-//    are at most 2^32. Products that underflow are off by 2^-124 in all; s is at least 3 bound,
+//    to are at most 2^32. Products that underflow are off by 2^-124 in all; s is at least 3 bound,
 //    from at least 2^4, so e from s is at least 2^-116.
 //
 // A vertex that is not finite is left to the caller.

@@ -6,15 +6,14 @@
 // 1. A ray alone meets a plane p at fl(fl(p - o) * r), with o = fl(org +- D) and r its rdir: the
 //    operations of hits_box, whose entry is no later and whose exit is no earlier than any hit in
 //    the box (docs/design/arithmetic.md, "Boxes").
-// 2. Let r > 0. Over the rays, O is the largest o of lower planes, R- the least and R+ the largest
-// r.
-//    Rounding is monotone, so fl(p - O) = x <= fl(p - o), and fl(x * r) is not below both fl(x *
-//    R-) and fl(x * R+), since x * r lies between x * R- and x * R+.
+// 2. Let r > 0. Over the rays, O is the largest o of lower planes, R- the least r and R+ the
+//    largest. Rounding is monotone, so fl(p - O) = x <= fl(p - o), and fl(x * r) is not below both
+//    fl(x * R-) and fl(x * R+), since x * r lies between x * R- and x * R+.
 // 3. So the smaller of these two is an entry no later than that of step 1 for every ray of the
 //    bundle, bit for bit and without another epsilon.
 // 4. Exits, and r < 0, mirror steps 2 and 3, with the smallest o of upper planes.
-// 5. A box of no triangles is inverted by 2^48 on all axes, far beyond all o: it has an exit below
-// 0.
+// 5. A box of no triangles is inverted by 2^48 on all axes, far beyond all o, so that it has an
+//    exit below 0.
 //
 // The rays that remain are tested as in cpu/single_ray/node_lanes-inl.h.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_RAY_BUNDLE_INL_H) == defined(HWY_TARGET_TOGGLE)
