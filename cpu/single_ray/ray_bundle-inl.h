@@ -2,10 +2,11 @@
 // them at once, with the boxes for lanes, then each ray against the boxes that remain, with the
 // rays for lanes.
 //
-// A box that a ray hits something in is never lost, and entered no later than that hit:
+// A box that a ray hits something in is never lost, and entered no later than last_entry of that
+// hit:
 // 1. A ray alone meets a plane p at fl(fl(p - o) * r), with o = fl(org +- D) and r its rdir: the
-//    operations of hits_box, whose entry is no later and whose exit is no earlier than any hit in
-//    the box (docs/design/arithmetic.md, "Boxes").
+//    operations of hits_box, whose entry is no later than last_entry of any hit in the box
+//    (docs/design/arithmetic.md, "Boxes").
 // 2. Let r > 0. Over the rays, O is the largest o of lower planes, R- the least r and R+ the
 //    largest. Rounding is monotone, so fl(p - O) = x <= fl(p - o), and fl(x * r) is not below both
 //    fl(x * R-) and fl(x * R+), since x * r lies between x * R- and x * R+.
