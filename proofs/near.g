@@ -7,7 +7,8 @@
 #                possible_lanes: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound)
 #   code         facing_of, sort_hit (shaders/occlusion/near_leaf.glsl), set_ray, visit_node
 #                (shaders/occlusion/near_rays.glsl), rays_leaving, project_shared (cpu/single_ray/shared_leaf-inl.h),
-#                possible_lanes (cpu/single_ray/leaf_hit_rule-inl.h), met_slots, rays_meeting (cpu/single_ray/node_lanes-inl.h)
+#                possible_lanes (cpu/single_ray/leaf_hit_rule-inl.h), met_slots (cpu/single_ray/node_lanes-inl.h),
+#                rays_meeting (cpu/single_ray/ray_bundle-inl.h)
 #   inputs       in units of u: s, w the largest |x| + |y| + |z| of a triangle's vertices and of origins
 #                about the centre, S = s + w, l = |e| + |f| <= 4 s; |d| < 2 on each axis
 #   used by      nothing

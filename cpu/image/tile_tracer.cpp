@@ -9,7 +9,7 @@ namespace {
 
 /// At most so many ambient-occlusion rays are traced together, so that they stay in the cache,
 /// unless one block has more.
-constexpr std::uint32_t kMostAoRays = 1024;
+constexpr std::uint32_t kMostAoRays = 2048;
 
 void trace_shadows(const TileTracer& tracer, const PixelPart& part) {
     const Tile& tile = part.tile;

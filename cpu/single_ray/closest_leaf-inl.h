@@ -38,13 +38,18 @@ struct alignas(64) ClosestHits {
     /// For the first `count` rays.
     HWY_INLINE ClosestHits(const RayStream& stream, std::size_t count) {
         for (std::size_t i = 0; i < count; i += kLanes) {
-            store(load(stream.tfar + i), t + i);
-            store(load(stream.last_entry + i), last + i);
+            const auto used = hn::FirstN(kFloats, count - i);
+            store(select(used, load(stream.tfar + i), -1.0f), t + i);
+            store(select(used, load(stream.last_entry + i), -1.0f), last + i);
             store(zero(), u + i);
             store(zero(), v + i);
             store(splat(kNoPrim), prim_id + i);
         }
-        for (std::size_t i = count; i < kStreamRays; ++i) t[i] = last[i] = -1;
+        const std::size_t rest = (count + kLanes - 1) / kLanes * kLanes;
+        for (std::size_t i = rest; i < kStreamRays; i += kLanes) {
+            store(splat(-1.0f), t + i);
+            store(splat(-1.0f), last + i);
+        }
     }
 
     HWY_INLINE Hit hit(std::size_t ray) const {

@@ -165,13 +165,25 @@ HWY_INLINE std::size_t copy_rays_by_four(RayStream& stream, const Ray* rays,
     return i;
 }
 
+/// Copies a ray to all lanes of the vector from `first` on.
+HWY_INLINE void spread_ray(RayStream& stream, std::size_t first, const Ray& ray) {
+    for (int axis = 0; axis < 3; ++axis) {
+        store(splat(ray.org[axis]), stream.org[axis] + first);
+        store(splat(ray.dir[axis]), stream.dir[axis] + first);
+    }
+    store(splat(ray.tnear), stream.tnear + first);
+    store(splat(ray.tfar), stream.tfar + first);
+}
+
 /// Prepares rays[order[i]], at least one and at most kStreamRays. Lanes of the last vector beyond
 /// them repeat the last one.
 HWY_INLINE void fill_stream(RayStream& stream, const Ray* rays,
                             std::span<const std::uint16_t> order) {
-    std::size_t i = copy_rays_by_four(stream, rays, order);
-    for (; i < order.size(); ++i) copy_ray(stream, i, rays[order[i]]);
-    for (; i % kLanes != 0; ++i) copy_ray(stream, i, rays[order.back()]);
+    const std::size_t last = order.size() - 1;
+    spread_ray(stream, last / kLanes * kLanes, rays[order[last]]);
+    const std::span<const std::uint16_t> others = order.first(last);
+    for (std::size_t i = copy_rays_by_four(stream, rays, others); i < last; ++i)
+        copy_ray(stream, i, rays[others[i]]);
     for (std::size_t first = 0; first < order.size(); first += kLanes) prepare_rays(stream, first);
 }
 

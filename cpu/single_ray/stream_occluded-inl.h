@@ -100,13 +100,31 @@ public:
     HWY_INLINE OccludedStream(const Bvh& bvh, const Ray* rays, std::span<const std::uint16_t> order)
         : bvh_(bvh),
           stream_(make_stream(rays, order)),
-          bundle_(bundle_of(stream_, order.size())),
-          last_(largest_of(stream_.last_entry, order.size())),
           left_(~std::uint64_t{0} >> (kStreamRays - order.size())) {}
 
     /// The rays that hit anything, as bits.
     HWY_INLINE std::uint64_t trace() {
         const std::uint64_t all = left_;
+        if (is_worth_sharing(all, kSharedByNode)) {
+            descend();
+        } else {
+            add_seeds(all, 0);
+        }
+        trace_seeds();
+        return all & ~left_;
+    }
+
+private:
+    struct Entry {
+        std::uint64_t rays;
+        std::uint32_t child;
+    };
+
+    /// The rays together, as long as sharing pays.
+    HWY_INLINE void descend() {
+        const auto count = static_cast<std::size_t>(std::popcount(left_));
+        const RayBundle bundle = bundle_of(stream_, count);
+        const float last = largest_of(stream_.last_entry, count);
         Entry stack[kMaxStack];
         stack[0] = {left_, 0};
         for (std::size_t size = 1; size > 0;) {
@@ -123,8 +141,8 @@ public:
             const Node& node = bvh_.nodes[entry.child];
             std::uint64_t met[kWidth];
             FloatVec enter[kVectors];
-            std::uint32_t slots = met_slots(bundle_, last_, node, enter);
-            rays_meeting(stream_, bundle_, stream_.last_entry, rays, node, slots, met);
+            std::uint32_t slots = met_slots(bundle, last, node, enter);
+            rays_meeting(stream_, bundle, stream_.last_entry, rays, node, slots, met);
             for (; slots != 0; slots &= slots - 1) {
                 const int slot = std::countr_zero(slots);
                 assert(size < kMaxStack);
@@ -132,15 +150,7 @@ public:
                 size += met[slot] != 0;
             }
         }
-        trace_seeds();
-        return all & ~left_;
     }
-
-private:
-    struct Entry {
-        std::uint64_t rays;
-        std::uint32_t child;
-    };
 
     HWY_INLINE static bool is_worth_sharing(std::uint64_t rays, std::size_t rays_of_vector) {
         std::size_t vectors = 0;
@@ -210,9 +220,6 @@ private:
 
     const Bvh& bvh_;
     RayStream stream_;
-    RayBundle bundle_;
-    /// The largest last_entry.
-    float last_;
     /// The rays that have hit nothing yet, as bits.
     std::uint64_t left_;
     std::size_t seed_count_ = 0;
