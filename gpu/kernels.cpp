@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <future>
 #include <iterator>
 #include <span>
@@ -55,11 +54,6 @@ Constants packet_constants(const Context& context, const Tuning& tuning, std::ui
     return {steps, lanes, packet_run(context.physical()), light_packet_height};
 }
 
-/// Calls `compile` in a thread of its own where there can be one, else at get().
-std::future<void> start(std::function<void()> compile) {
-    return std::async(std::launch::async | std::launch::deferred, std::move(compile));
-}
-
 }  // namespace
 
 Kernels::Kernels(Context& context, const Tuning& tuning)
@@ -100,23 +94,31 @@ void Kernels::prepare(std::span<Kernel* const> needed) {
         return std::ranges::find(ready_, kernel) == ready_.end();
     });
     if (missing.empty()) return;
-    // Futures of std::async wait for their threads at their end, also after an exception.
-    std::vector<std::future<void>> compilations;
-    for (Kernel* const kernel : std::span(missing).subspan(1)) {
-        compilations.push_back(start([this, kernel] { kernel->compile(context_); }));
+    // One thread besides this one takes the slower half. More would gain little, and memory that is
+    // freed by many short threads stays with the process.
+    const std::span all_missing(missing);
+    const std::size_t half = (missing.size() + 1) / 2;
+    const auto rest = all_missing.subspan(half);
+    const auto compile_rest = [this, rest] {
+        for (Kernel* const kernel : rest) kernel->compile(context_);
+    };
+    // Waits for its thread at its end, also after an exception. Without a thread it runs in get().
+    const std::launch in_thread = std::launch::async | std::launch::deferred;
+    std::future<void> others =
+        std::async(rest.empty() ? std::launch::deferred : in_thread, compile_rest);
+    for (Kernel* const kernel : all_missing.first(half)) {
+        kernel->compile(context_);
+        make_ready(*kernel);
     }
-    for (std::size_t i = 0; i < missing.size(); ++i) {
-        Kernel& kernel = *missing[i];
-        if (i == 0) {
-            kernel.compile(context_);
-        } else {
-            compilations[i - 1].get();
-        }
-        kernel.bind(bindings_);
-        context_.submit("compile a kernel",
-                        [&](VkCommandBuffer commands) { kernel.dispatch_nothing(commands); });
-        ready_.push_back(&kernel);
-    }
+    others.get();
+    for (Kernel* const kernel : rest) make_ready(*kernel);
+}
+
+void Kernels::make_ready(Kernel& kernel) {
+    kernel.bind(bindings_);
+    context_.submit("compile a kernel",
+                    [&](VkCommandBuffer commands) { kernel.dispatch_nothing(commands); });
+    ready_.push_back(&kernel);
 }
 
 }  // namespace mray::gpu

@@ -23,10 +23,11 @@ public:
     /// Binds all kernels, those that are compiled later, too.
     void bind(const Bindings& bindings);
 
-    /// Gets kernels of this object ready to be dispatched. Those that are not yet are compiled side
-    /// by side, and dispatched once over nothing, since some drivers, such as lavapipe, finish
-    /// compiling a kernel at its first dispatch. So compiling is no part of the device's times.
-    /// Deferred work runs in the meantime. Throws Error, and can then be called again.
+    /// Gets kernels of this object ready to be dispatched. Those that are not yet, the fastest to
+    /// compile first, are compiled in two threads, and dispatched once over nothing, since some
+    /// drivers, such as lavapipe, finish compiling a kernel at its first dispatch. So compiling is
+    /// no part of the device's times. Deferred work runs in the meantime. Throws Error, and can
+    /// then be called again.
     void prepare(std::span<Kernel* const> needed);
     void prepare(std::initializer_list<Kernel*> needed) {
         prepare(std::span(needed.begin(), needed.size()));
@@ -55,6 +56,7 @@ public:
 
 private:
     std::array<Kernel*, 12> all();
+    void make_ready(Kernel& kernel);
 
     /// Kernels that have been dispatched.
     std::vector<const Kernel*> ready_;
