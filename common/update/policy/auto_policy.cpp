@@ -12,7 +12,7 @@ namespace {
 constexpr double kSound = 0.01;
 
 // The part of each frame's refit and trace that may be invested.
-constexpr double kInvested = 0.03;
+constexpr double kInvested = 0.05;
 
 // Whatever the budget: a tree that is older when it is shown is no better than the one before.
 constexpr double kMostBuildFrames = 64;

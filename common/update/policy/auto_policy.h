@@ -13,7 +13,7 @@ namespace mray {
 ///
 /// - A remedy *pays at once* if this frame alone would lose its price. It is applied in the frame.
 /// - Otherwise it is an investment in frames that may never come. It has to be due (LossAccount,
-///   one for each remedy), and the *purse* has to hold its price. A part (3 %) of the time of all
+///   one for each remedy), and the *purse* has to hold its price. A part (5 %) of the time of all
 ///   frames goes into the purse, and what earlier remedies have saved. So a clip of any length
 ///   loses little to foresight that was wrong, and a remedy that helps pays for the next one.
 ///

@@ -5,7 +5,7 @@ namespace mray {
 
 /// A trace takes 1 + per_visit * excess times as long as that of a sound tree, with excess as
 /// excess_visits() (common/update/tree_cost.h). The factor depends on scene, view and tracer
-/// (measured on packets of camera rays: 0.0003 to 0.001 on the CPU, 0.0015 to 0.003 on lavapipe).
+/// (measured on packets of camera rays: 0.0002 to 0.001 on the CPU, 0.0015 to 0.003 on lavapipe).
 /// So it is estimated by least squares over the excess and the times of replaced trees, with more
 /// weight for recent ones. A guess with a weight of its own is added to them; the traces of the
 /// present tree, as it degrades, correct the guess.
