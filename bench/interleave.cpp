@@ -32,15 +32,13 @@ std::vector<Times> time_parts(std::span<const PartMethod> methods, std::size_t p
     std::vector<std::vector<Samples>> samples(methods.size(), std::vector<Samples>(parts));
     // The first round warms up.
     for (int round = -1; round < repeat; ++round) {
-        for (const PartMethod& method : methods) {
+        for (std::size_t i = 0; i < methods.size(); ++i) {
+            const std::size_t turn = (i + static_cast<std::size_t>(round + 1)) % methods.size();
+            const PartMethod& method = methods[turn];
             if (method.prepare) method.prepare();
-        }
-        for (std::size_t part = 0; part < parts; ++part) {
-            for (std::size_t i = 0; i < methods.size(); ++i) {
-                const std::size_t turn =
-                    (i + part + static_cast<std::size_t>(round + 1)) % methods.size();
+            for (std::size_t part = 0; part < parts; ++part) {
                 const Stopwatch watch;
-                methods[turn].run(part);
+                method.run(part);
                 if (round >= 0) samples[turn][part].push_back(watch.ms());
             }
         }

@@ -49,8 +49,9 @@ Times times_of(std::span<const Samples> parts);
 /// method.
 std::vector<Samples> time_interleaved(std::span<const Method> methods, int repeat);
 
-/// As above, for works in parts: in every round each part is done by all methods in turn before the
-/// next part. Methods take turns in coming first, since the first reads the part from memory.
+/// As above, for works in parts: each method does all parts one after the other, as it would do an
+/// image, because parts are so short that other methods in between would leave it cold caches. A
+/// disturbance spoils a few parts of a few rounds. Methods take turns in coming first.
 std::vector<Times> time_parts(std::span<const PartMethod> methods, std::size_t parts, int repeat);
 
 /// How many times as fast as the peer morphray is: the ratios of the medians and of the least

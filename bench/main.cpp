@@ -104,14 +104,17 @@ void run(std::span<const std::string> arguments) {
     for (const std::string& file : {options.json, options.csv}) {
         if (!file.empty()) check_writable(file);
     }
+    const ReportHead head{machine_name(), machine_isa(), EmbreeDevice::version(),
+                          std::string(kVersionDetail), command_line(arguments)};
     std::vector<Row> rows;
-    const auto report = [&rows](const Row& row) {
+    // Files are written with each row, so that a run that is ended leaves what it has measured.
+    const auto report = [&](const Row& row) {
         rows.push_back(row);
         fmt::print("{}", table_line(row));
         std::fflush(stdout);
+        if (!options.json.empty()) write_file(options.json, to_json(head, rows));
+        if (!options.csv.empty()) write_file(options.csv, to_csv(head, rows));
     };
-    const ReportHead head{machine_name(), machine_isa(), EmbreeDevice::version(),
-                          std::string(kVersionDetail), command_line(arguments)};
     for (const std::string& spec : options.scenes) {
         const BenchScene scene = open_bench_scene(spec, options.view_kind, options.view);
         fmt::print("{}{}", view_line(scene), table_header());
@@ -121,9 +124,6 @@ void run(std::span<const std::string> arguments) {
             run_works({devices, threads, options.repeat, options.targets, report}, scene, works,
                       options);
         }
-        // After each scene, so that the figures of earlier scenes are kept if a later one fails.
-        if (!options.json.empty()) write_file(options.json, to_json(head, rows));
-        if (!options.csv.empty()) write_file(options.csv, to_csv(head, rows));
     }
 }
 

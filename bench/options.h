@@ -36,9 +36,9 @@ struct BenchOptions {
     std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao",
                                       "one-ray", "refit",  "build"};
     /// For each so many rays of a pixel the work "ao".
-    std::vector<std::uint32_t> ao_samples = {1, 4, 16};
+    std::vector<std::uint32_t> ao_samples = {4};
     std::vector<int> threads = {1, 2};
-    int repeat = 7;
+    int repeat = 5;
     /// Best first.
     std::vector<SimdTarget> targets = {find_simd_target("best")};
     ViewKind view_kind = ViewKind::kFill;

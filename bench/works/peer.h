@@ -20,8 +20,8 @@ struct Peer {
     /// Called before each round, not timed; in the calling thread's arena, like `trace`.
     std::function<void()> prepare;
     std::function<void(const WorkPart&)> trace;
-    /// The answers of the last trace of each part, which all have been traced since by no other
-    /// peer with the same records.
+    /// The answers of the last trace of each part. Peers may have records in common, which hold
+    /// those of the last one.
     std::function<TraceAnswers()> answers;
 };
 

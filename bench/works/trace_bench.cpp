@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "bench/paper_2007/work_tracer.h"
+#include "bench/tinybvh/tinybvh_peer.h"
 #include "bench/works/ours.h"
 #include "bench/works/peer.h"
 #include "bench/works/works.h"
@@ -10,9 +11,9 @@
 namespace mray::bench {
 namespace {
 
-// A part of an image of 1024 x 1024 has 16 squares on one thread, and as many for each of several:
-// a fifth of a millisecond of our fastest tracer, which is long beside the clock and the start of
-// tasks, and short beside most disturbances.
+// An image of 1024 x 1024 has 16 parts on one thread, and half as many on two: a fifth of a
+// millisecond of our fastest tracer, which is long beside the clock and the start of tasks, and
+// short beside most disturbances.
 constexpr std::size_t kSquaresOfPart = 16;
 // Every method traces each n-th part a few times to find out which peers are the fastest.
 constexpr std::size_t kTrialStride = 4;
@@ -105,6 +106,7 @@ void bench_trace(const Rig& rig, const BenchScene& scene, const EmbreeScenes& em
 
     std::vector<Peer> peers = finalists_of(embree_peers(embree, work), arena, parts);
     std::optional<PaperPeer> paper;
+    for (Peer& peer : tinybvh_peers(scene, work)) peers.push_back(std::move(peer));
     if (work.kind == WorkKind::kPrimary || work.kind == WorkKind::kShadow)
         peers.push_back(paper.emplace(scene, work).peer());
 

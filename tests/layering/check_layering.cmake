@@ -32,6 +32,7 @@ set(places
     "^(gtest|gmock)/|^png\\.h$" "^tests/"
     "^benchmark/"               "^bench/"
     "^embree"                   "^(bench|tests|accuracy/methods)/"
+    "^tiny_bvh\\.h$"            "^bench/tinybvh/"
     "^pybind11/"                "^python/module/"
     "^gmp(xx)?\\.h$"            "^accuracy/"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"

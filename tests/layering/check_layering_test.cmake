@@ -49,6 +49,8 @@ check(accepts bench/x.cpp "\"bench/y.h\"" "\"cpu/y.h\"" "\"gpu/y.h\"" "<embree3/
 check(accepts common/base/hash.h "<xxhash.h>")
 check(accepts common/text/json.h "<nlohmann/json.hpp>")
 check(accepts bench/options.cpp "<CLI/CLI.hpp>")
+check(accepts bench/tinybvh/x.cpp "<tiny_bvh.h>")
+check(rejects bench/x.cpp "<tiny_bvh.h>")
 check(accepts common/png.cpp "<stb/stb_image_write.h>")
 
 check(rejects common/interop/x.h "\"common/y.h\"")
