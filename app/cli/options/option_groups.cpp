@@ -151,13 +151,13 @@ void add_tree_options(const OptionAdder& adder, const char* update) {
 
 void add_update_limits(const OptionAdder& adder) {
     UpdateConfig& config = adder.options().tree.update_config;
-    adder.add("--update-budget", "N%|Nms",
-              "what an update may add to a frame; what takes longer is done in slices or in the "
-              "background "
-              "(75%)",
-              [&config](const std::string& option, const std::string& value) {
-                  parse_update_budget(option, value, config);
-              });
+    adder.add(
+        "--update-budget", "N%|Nms",
+        "what an update may add to a frame; longer work is done in slices or in the background "
+        "(75%)",
+        [&config](const std::string& option, const std::string& value) {
+            parse_update_budget(option, value, config);
+        });
     adder.add_flag("--deterministic-updates",
                    "decide from counts of triangles and rays instead of times",
                    config.deterministic);
