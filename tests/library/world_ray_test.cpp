@@ -12,6 +12,7 @@
 #include "common/simd/simd_target.h"
 #include "cpu/scene_space/scene_positions.h"
 #include "cpu/scene_space/scene_rays.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
 namespace mray::test {
@@ -185,9 +186,7 @@ TEST(ScenePositionMaker, GivesTheBitsOfTheEngineOnEachTarget) {
                 std::vector<vec3> actual(world.size());
                 const bool outside = cpu::ScenePositionMaker(space, target).make(world, actual);
                 ASSERT_EQ(outside, any_outside) << target.name;
-                ASSERT_EQ(std::memcmp(actual.data(), expected.data(), actual.size() * sizeof(vec3)),
-                          0)
-                    << target.name;
+                ASSERT_TRUE(same_bytes(actual, expected)) << target.name;
             }
         }
     }
