@@ -70,6 +70,7 @@ SceneFrames open_frames(const Options& options, const Messages& messages) {
 
 std::vector<double> select_frames(const Options& options, const Clip& clip,
                                   DefaultFrames otherwise) {
+    if (options.frames == "all") return whole_frames(clip);
     if (options.frames.empty()) {
         if (otherwise == DefaultFrames::kFirst) return {clip.first_frame()};
         std::vector<double> all = whole_frames(clip);

@@ -20,8 +20,8 @@ SceneFrames open_frames(const Options& options, const Messages& messages);
 
 enum class DefaultFrames { kAll, kFew, kFirst };
 
-/// The frames of --frames; without it every whole frame, up to four frames from the first to the
-/// last, or the first frame. Never empty. Throws Error(kBadArgument).
+/// The frames of --frames, every whole one for "all"; without it every whole frame, up to four
+/// frames from the first to the last, or the first frame. Never empty. Throws Error(kBadArgument).
 std::vector<double> select_frames(const Options& options, const Clip& clip,
                                   DefaultFrames otherwise);
 

@@ -20,6 +20,8 @@ ExitCode run_command(const Options& options, const Messages& messages) {
             return run_render(options, messages);
         case Command::kCrosscheck:
             return run_crosscheck(options, messages);
+        case Command::kDiff:
+            return run_diff(options, messages);
         case Command::kProbe:
             return run_probe(options, messages);
         case Command::kProfile:

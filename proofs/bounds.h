@@ -21,6 +21,9 @@ inline constexpr double kProjectionSnap = 0x1p-62;
 inline constexpr double kRcpUlp = 1.155;
 inline constexpr double kRsqrtUlp = 1.218;
 
+/// Relative error of slab_reciprocal (boxes.g).
+inline constexpr double kSlabReciprocal = 0x1.001p-24;
+
 /// z of a hit from its mean under exact weights, where the exact edge functions give the
 /// weights: this part of the range of the vertices' z, and that part of the largest (depth.g).
 inline constexpr double kRangeOfDepths = 6.32 * 0x1p-24;

@@ -9,6 +9,7 @@
 #include "common/interop/constants.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
+#include "cpu/single_ray/slab_bounds.h"
 #include "proofs/bounds.h"
 
 namespace mray::proofs {
@@ -38,6 +39,15 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kWeightRounding),
     PROOFS_CONSTANT(kMeanRounding),
     PROOFS_CONSTANT(kHugeReciprocal),
+    PROOFS_CONSTANT(kPadOfExtent),
+    PROOFS_CONSTANT(kPadOfPlane),
+    PROOFS_CONSTANT(kDilationOfOrigin),
+    PROOFS_CONSTANT(kDilationOfExtent),
+    PROOFS_CONSTANT(kSlabRounding),
+    PROOFS_CONSTANT(kDepthRounding),
+    PROOFS_CONSTANT(kSlabReciprocal),
+    Constant{"kUnfusedDilation", cpu::kUnfusedDilation},
+    Constant{"kFusedSlabRounding", cpu::kFusedSlabRounding},
     PROOFS_CONSTANT(kBoxDilation),
     PROOFS_CONSTANT(kDepthMargin),
     PROOFS_CONSTANT(kSurfaceOffset),

@@ -1,15 +1,21 @@
-# cmake -D HEADER=hit_rule.h -D OUTPUT=file -D FUNCTIONS=a,b -P extract.cmake: these functions of an
-# interop header as templates over their float type, so that proofs run the text of the code.
+# cmake -D HEADERS=arithmetic.h,hit_rule.h -D OUTPUT=file -D FUNCTIONS=a,b -P extract.cmake: these
+# functions of interop headers as templates over their float type, so that proofs run the text of the
+# code.
 # 4097, Veltkamp's constant for 24 bits, becomes Real::splitter(). REPLACE and BY, if given, make a
 # mistake that a proof must find.
-file(READ ${HEADER} text)
+string(REPLACE "," ";" headers "${HEADERS}")
+set(text "")
+foreach(header IN LISTS headers)
+    file(READ ${header} more)
+    string(APPEND text "${more}")
+endforeach()
 string(REPLACE "," ";" functions "${FUNCTIONS}")
 string(REPLACE ";" "<semicolon>" text "${text}")
-set(result "// Made by proofs/extract.cmake from ${HEADER}.\n")
+set(result "// Made by proofs/extract.cmake from ${HEADERS}.\n")
 foreach(function IN LISTS functions)
     string(REGEX MATCH "SHARED Float ${function}[(].*" rest "${text}")
     if(NOT rest)
-        message(FATAL_ERROR "no function ${function} in ${HEADER}")
+        message(FATAL_ERROR "no function ${function} in ${HEADERS}")
     endif()
     string(FIND "${rest}" "\n}\n" end)
     math(EXPR end "${end} + 3")
@@ -27,7 +33,7 @@ endforeach()
 if(REPLACE)
     string(FIND "${result}" "${REPLACE}" at)
     if(at EQUAL -1)
-        message(FATAL_ERROR "no ${REPLACE} in ${HEADER}")
+        message(FATAL_ERROR "no ${REPLACE} in ${HEADERS}")
     endif()
     string(REPLACE "${REPLACE}" "${BY}" result "${result}")
 endif()

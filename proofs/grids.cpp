@@ -106,14 +106,21 @@ bool bounds_are_normal(int grid) {
 
 bool slabs_are_normal(int grid) {
     const Grid largest = Grid::between(kSceneExtent, kOriginExtent);
-    const Grid dilation = Grid(kBoxDilation) * largest;
-    bool all = line("D", dilation, -40, 0x1p27);
-    const Grid plane(grid, kEmptyPlane);
-    const Grid difference = plane - (Grid(grid, kOriginExtent) + dilation);
-    all = line("plane - (org + D)", difference, -40, 0x1p49) && all;
+    const Grid origin(grid, kOriginExtent);
+    const Grid coordinate(grid, kSceneExtent);
+    const Grid extent = coordinate - coordinate;
+    const Grid pad = Grid(kPadOfExtent) * extent + Grid(kPadOfPlane) * coordinate;
+    bool all = line("plane - pad", coordinate - pad, -63, 0x1p21);
+    const Grid dilation = Grid(kDilationOfOrigin) * origin + Grid(kDilationOfExtent) * largest;
+    all = line("D", dilation, -64, 0x1p17) && all;
+    const Grid plane(-63, kEmptyPlane);
+    const Grid difference = plane - (origin + dilation);
+    all = line("plane - (org + D)", difference, -64, 0x1p49) && all;
     // 1 / d for |d| in [2^-46, 2], and what stands for 1 / 0.
     const Grid reciprocal = Grid::between(0.5, kHugeReciprocal);
-    return line("entry and exit", difference * reciprocal, -41, 0x1p113) && all;
+    const Grid times = difference * reciprocal;
+    all = line("entry and exit", times, -65, 0x1p113) && all;
+    return line("exit * kSlabRounding", times * Grid::between(1, 2), -65, 0x1p114) && all;
 }
 
 bool all_are_normal(int grid) {

@@ -1,8 +1,8 @@
 # Rays without a packet that are sorted out before the rule.
 #
 #   bounds       near_leaf: an edge function is within kNearEdgeError l (l + S), a plane's distance
-#                times |N| within kNearSideError S |e| |f|; boxes of near_rays and node_lanes within 3/5
-#                of the dilation; rays_leaving: n.w and n.d within kLeavingError of their terms, (r +
+#                times |N| within kNearSideError S |e| |f|; boxes of near_rays within 3/5 of the
+#                dilation, of node_lanes within theirs (boxes.g says what for); rays_leaving: n.w and n.d within kLeavingError of their terms, (r +
 #                extent) m included; project_shared: vertices within those of project_fast;
 #                possible_lanes: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound)
 #   code         facing_of, sort_hit (shaders/occlusion/near_leaf.glsl), set_ray, visit_node
@@ -26,6 +26,8 @@
 # step: kLeavingError 0.5
 # step: kBehindError 0.5
 # step: kBoxDilation 0.5
+# step: kUnfusedDilation 0.5
+# step: kFusedSlabRounding 0.9999998
 # step: kRcpUlp 2
 
 ## lemma: near_leaf: edge functions, by l S and l l
@@ -53,10 +55,21 @@ rcp = @kRcpUlp@ * 0x1p-23;
 slope = (1 + rcp) * (1 + rcp) * (1 + e) - 1;
 { 0.6 * @kBoxDilation@ - (2.001 * slope + (1 + 1.001 + 1.001 + 2.001) * e * 1.001 + 0x1p-46) >= 0 }
 
-## lemma: node_lanes: org +- D, the reciprocal, both products, the difference
+## lemma: node_lanes: the dilation covers the roundings of k and of products by o, 2^-42 E, and 2^-41 E
 e = @kRounding@;
-rcp = @kRcpUlp@ * 0x1p-23;
-{ 0.6 * @kBoxDilation@ - (2.01 * rcp + (1.001 + 1.001 + 1.001 + 2.1) * e * 1.001) >= 0 }
+up = 1 + 4 * e;
+down = (1 - e) * (1 - e) * (1 - e) * (1 - e);      # product, sum, product with |r|, k
+{ @kDilationOfOrigin@ * down - e * up + 0x1p-43 >= 0      # times |o| <= 1
+  /\ @kUnfusedDilation@ * down - 3 * e * up + 0x1p-43 >= 0
+  /\ @kDilationOfExtent@ * down - 0x3p-42 - 0x1p-43 >= 0 }
+
+## lemma: node_lanes: 1/d, a product, the difference; r_far; entries are at most 3.01 e late
+e = @kRounding@;
+up = 1 + e;
+down = 1 - e;
+{ @kFusedSlabRounding@ * (down * down * down) - up * up >= 0
+  /\ @kSlabRounding@ * (down * down * down * down) - up * up * up >= 0
+  /\ 1 + 0x3.01p-24 - up * up * up >= 0 }
 
 ## lemma: rays_leaving: n by differences, product and difference; with w (or d), product and three sums
 n = (1 + a) * (1 + b) * (1 + c) * (1 + d) - 1;

@@ -5,8 +5,9 @@
 #                z): kEndError of itself; a stored ray from its place: place_error_of; 1 / (t z) of a
 #                hit: hit_depth_error
 #   code         pixel_error (cpu/packet/camera/camera_packet_maker-inl.h), find_ray_error (shaders/packet/camera_packet.comp),
-#                NearDirections (cpu/packet/light/light_packet_directions-inl.h), make_light_block, place_error
-#                (cpu/packet/light/light_packet_maker-inl.h), point_error, sheared_point (shaders/packet/light_packet_axes.glsl),
+#                NearDirections (cpu/packet/light/light_packet_directions-inl.h), make_light_block
+#                (cpu/packet/light/light_packet_maker-inl.h), place_error
+#                (cpu/packet/light/light_packet_plane-inl.h), point_error, sheared_point (shaders/packet/light_packet_axes.glsl),
 #                set_frame (shaders/packet/light_packet.comp), place_error_of
 #                (cpu/packet/camera/stored_packet_maker-inl.h), hit_depth_error
 #                (cpu/packet/camera/camera_packet_deferred-inl.h)

@@ -109,7 +109,7 @@ struct Suspended {
     uint pad2;
 };
 
-// A suspended traversal, as uints: these fields, then the stack as (child, t_enter) pairs.
+// A suspended traversal, as uints: these fields, then the stack as (child, least depth) pairs.
 SHARED_CONST uint kStateCurrent = 0u;
 SHARED_CONST uint kStateStackSize = 1u;
 SHARED_CONST uint kStateBestPrim = 2u;

@@ -58,7 +58,7 @@ public:
         return hits_box(slab_, {node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]},
                         {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]}, t_enter);
     }
-    float last_entry(float t) const { return mray::last_entry(slab_.depth_margin, t); }
+    float last_entry(float t) const { return last_depth(t); }
 
 private:
     SlabRay slab_;
@@ -66,8 +66,8 @@ private:
 
 /// Returns the nearest hit, of equal ones that with the smaller prim_id. Rule is constructed from a
 /// ray; rule.intersect(a, b, c, t, u, v) returns true with t in (0, infinity). Slabs has
-/// meets(node, slot, t_enter), and last_entry(t) as in common/interop/slab.h. Nodes have child[]
-/// like Node.
+/// meets(node, slot, t_enter), and last_entry(t), beyond which no t_enter counts. Nodes have
+/// child[] like Node.
 template <class Rule, class Slabs, class Nodes>
 Hit trace_plainly(const Nodes& nodes, std::span<const Leaf> leaves, const Ray& ray) {
     struct Entry {

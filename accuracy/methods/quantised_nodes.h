@@ -73,7 +73,7 @@ public:
                          node.plane(2, node.upper[2][slot]));
         return hits_box(slab_, lower, upper, t_enter);
     }
-    float last_entry(float t) const { return mray::last_entry(slab_.depth_margin, t); }
+    float last_entry(float t) const { return last_depth(t); }
 
 private:
     SlabRay slab_;

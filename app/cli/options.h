@@ -14,7 +14,17 @@
 
 namespace mray::app {
 
-enum class Command { kRender, kCrosscheck, kProbe, kProfile, kTrace, kChart, kInfo, kDevices };
+enum class Command {
+    kRender,
+    kCrosscheck,
+    kDiff,
+    kProbe,
+    kProfile,
+    kTrace,
+    kChart,
+    kInfo,
+    kDevices
+};
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
@@ -73,6 +83,9 @@ struct Options {
 
     // crosscheck
     Reference reference = Reference::kAuto;
+
+    // diff: the file that is expected, and the other one
+    std::vector<std::string> hits_files;
 
     // probe
     double frame = 0;

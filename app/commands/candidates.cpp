@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/bvh/box.h"
 #include "common/interop/hit_rule.h"
 #include "common/scene/polygons/triangle_area.h"
 
@@ -25,12 +26,11 @@ Candidate judge(const Ray& ray, const ShearedRay& sheared, const SlabRay& slab, 
     result.has_area = has_area(a, b, c);
     result.in_range = is_in_range(hit.t, ray.tnear, ray.tfar);
     result.finite = finite_vertices(a, b, c);
-    const vec3 lower(lesser(a.x, lesser(b.x, c.x)), lesser(a.y, lesser(b.y, c.y)),
-                     lesser(a.z, lesser(b.z, c.z)));
-    const vec3 upper(greater(a.x, greater(b.x, c.x)), greater(a.y, greater(b.y, c.y)),
-                     greater(a.z, greater(b.z, c.z)));
-    result.meets_box = hits_box(slab, lower, upper, result.t_enter) &&
-                       result.t_enter <= last_entry(slab.depth_margin, result.t);
+    Box bounds;
+    for (const vec3 vertex : {a, b, c}) bounds.extend(vertex);
+    const Box box = padded(bounds);
+    result.meets_box = hits_box(slab, box.lower, box.upper, result.t_least) &&
+                       result.t_least <= last_depth(result.t);
     result.is_hit = is_hit;
     return result;
 }

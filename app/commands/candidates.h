@@ -19,15 +19,15 @@ struct Candidate {
     float t = 0;
     float u = 0;
     float v = 0;
-    /// Where the ray enters the triangle's own dilated box; a hit is never before it.
-    float t_enter = 0;
+    /// The least depth of hits in the triangle's own box (least_depth in common/interop/slab.h).
+    float t_least = 0;
 
     bool may_hit = false;   // the fast filter keeps it
     bool inside = false;    // no two edges of opposite signs
     bool has_area = false;  // its vertices are not collinear
     bool in_range = false;  // 0 < t, tnear <= t <= tfar
     bool finite = false;
-    bool meets_box = false;  // its own box, no later than last_entry of t
+    bool meets_box = false;  // its own box, with a t_least up to last_depth of t
     bool is_hit = false;     // the result of the rule
 
     bool operator==(const Candidate&) const = default;

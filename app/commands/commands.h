@@ -11,6 +11,7 @@ namespace mray::app {
 // Error.
 ExitCode run_render(const Options& options, const Messages& messages);
 ExitCode run_crosscheck(const Options& options, const Messages& messages);
+ExitCode run_diff(const Options& options, const Messages& messages);
 ExitCode run_probe(const Options& options, const Messages& messages);
 ExitCode run_profile(const Options& options, const Messages& messages);
 ExitCode run_trace(const Options& options, const Messages& messages);

@@ -9,6 +9,7 @@
 #include "app/commands/profile_head.h"
 #include "app/commands/profile_policies.h"
 #include "app/frames.h"
+#include "app/memory_budget.h"
 #include "app/report/report_json.h"
 #include "app/report/reports.h"
 #include "app/terminal/interrupt.h"
@@ -154,6 +155,7 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
         }
     }
     progress.hide();
+    report.peak_memory_bytes = peak_memory_bytes();
     publish(report, options, messages);
     return ExitCode::kOk;
 }

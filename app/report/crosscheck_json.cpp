@@ -6,17 +6,6 @@
 namespace mray::app {
 namespace {
 
-Json of(const FrameDifference& difference) {
-    return {{"total", difference.total()},
-            {"false_miss", difference.false_miss},
-            {"false_hit", difference.false_hit},
-            {"prim_id", difference.prim_id},
-            {"t", difference.t},
-            {"uv", difference.uv},
-            {"occlusion", difference.occlusion},
-            {"colour", difference.colour}};
-}
-
 Json of(const CheckRow& row) {
     return {{"variant", row.variant()},
             {"backend", row.backend},
@@ -27,7 +16,7 @@ Json of(const CheckRow& row) {
             {"rays", row.rays},
             {"reference", row.reference},
             {"equal", row.equal()},
-            {"differences", of(row.difference)},
+            {"differences", app::of(row.difference)},
             {"expected_hits_hash", hash_text(row.expected_hits_hash)},
             {"hits_hash", hash_text(row.hits_hash)},
             {"expected_image_hash", hash_text(row.expected_image_hash)},

@@ -49,8 +49,67 @@ std::string probe_command(const Options& options, const CheckRow& row, const Pix
     return shell_line(line);
 }
 
-std::string verdict(const CheckRow& row) {
-    return row.equal() ? "equal" : fmt::format("{} differ", row.difference.total());
+/// The comparisons of a backend and tree.
+struct Variant {
+    std::string name;
+    std::vector<const CheckRow*> rows;
+
+    std::size_t differing() const {
+        return static_cast<std::size_t>(
+            std::ranges::count_if(rows, [](const CheckRow* row) { return !row->equal(); }));
+    }
+    double trace_ms() const {
+        double sum = 0;
+        for (const CheckRow* row : rows) sum += row->trace_ms;
+        return sum;
+    }
+};
+
+/// In the order of their first comparison.
+std::vector<Variant> variants_of(const CheckReport& report) {
+    std::vector<Variant> variants;
+    for (const CheckRow& row : report.rows) {
+        const auto found = std::ranges::find(variants, row.variant(), &Variant::name);
+        Variant& variant =
+            found != variants.end() ? *found : variants.emplace_back(Variant{row.variant(), {}});
+        variant.rows.push_back(&row);
+    }
+    return variants;
+}
+
+std::string verdict(std::size_t differing, std::size_t all) {
+    return differing == 0 ? "equal" : fmt::format("{} of {} differ", differing, all);
+}
+
+/// The images that differ; nothing if there are none.
+std::string differing_images(const CheckReport& report) {
+    Table table({"frame", "variant", "rays", "reference", "pixels that differ"});
+    bool any = false;
+    for (const CheckRow& row : report.rows) {
+        if (row.equal()) continue;
+        any = true;
+        table.add({fmt::format("{}", row.frame), row.variant(), row.rays, row.reference,
+                   fmt::format("{}", row.difference.total())});
+    }
+    return any ? fmt::format("\n{}", table.text()) : "";
+}
+
+/// The refitted trees that differ, frame by frame, after a line about all.
+std::string compared_trees(const CheckReport& report) {
+    if (report.trees.empty()) return "";
+    const auto differing = static_cast<std::size_t>(
+        std::ranges::count_if(report.trees, [](const TreeRow& row) { return !row.equal(); }));
+    std::string text =
+        fmt::format("\ntrees refitted on cpu and on vulkan, {} frame{}: {}\n", report.trees.size(),
+                    report.trees.size() == 1 ? "" : "s", verdict(differing, report.trees.size()));
+    if (differing == 0) return text;
+    Table table({"frame", "tree refitted on cpu", "on vulkan"});
+    for (const TreeRow& row : report.trees) {
+        if (row.equal()) continue;
+        table.add(
+            {fmt::format("{}", row.frame), hash_text(row.cpu_hash), hash_text(row.vulkan_hash)});
+    }
+    return text + table.text();
 }
 
 }  // namespace
@@ -73,21 +132,13 @@ std::string describe_row(const Options& options, const CheckRow& row, double bui
 }
 
 std::string table_text(const CheckReport& report) {
-    Table table({"frame", "variant", "rays", "reference", "result", "trace ms", "hits hash"});
-    for (const CheckRow& row : report.rows) {
-        table.add({fmt::format("{}", row.frame), row.variant(), row.rays, row.reference,
-                   verdict(row), fmt::format("{:.2f}", row.trace_ms), hash_text(row.hits_hash)});
+    Table table({"variant", "images", "result", "trace ms"});
+    for (const Variant& variant : variants_of(report)) {
+        table.add({variant.name, fmt::format("{}", variant.rows.size()),
+                   verdict(variant.differing(), variant.rows.size()),
+                   fmt::format("{:.2f}", variant.trace_ms())});
     }
-    std::string text = table.text();
-    if (!report.trees.empty()) {
-        Table trees({"frame", "tree refitted on cpu", "on vulkan", "result"});
-        for (const TreeRow& row : report.trees) {
-            trees.add({fmt::format("{}", row.frame), hash_text(row.cpu_hash),
-                       hash_text(row.vulkan_hash), row.equal() ? "equal" : "differs"});
-        }
-        text += fmt::format("\n{}", trees.text());
-    }
-    return text;
+    return table.text() + differing_images(report) + compared_trees(report);
 }
 
 std::string summary_text(const CheckReport& report) {

@@ -13,7 +13,7 @@ namespace mray::app {
 /// tree was built at.
 std::string describe_row(const Options& options, const CheckRow& row, double build_at);
 
-/// A line for each comparison of images and for each pair of trees.
+/// A line for each variant, one for each image and each pair of trees that differ.
 std::string table_text(const CheckReport& report);
 
 /// "all 12 comparisons are equal bit by bit", or how many differ.

@@ -30,6 +30,17 @@ void add_times(Json& json, const FrameTimes& times) {
     json["trace_ms"] = times.trace_ms;
 }
 
+Json of(const FrameDifference& difference) {
+    return {{"total", difference.total()},
+            {"false_miss", difference.false_miss},
+            {"false_hit", difference.false_hit},
+            {"prim_id", difference.prim_id},
+            {"t", difference.t},
+            {"uv", difference.uv},
+            {"occlusion", difference.occlusion},
+            {"colour", difference.colour}};
+}
+
 Json of(const BvhStats& stats) {
     return {{"sah_cost", stats.sah_cost},
             {"nodes", stats.node_count},

@@ -17,5 +17,6 @@ Json head_of(const ReportHead& head);
 void add_times(Json& json, const FrameTimes& times);
 
 Json of(const BvhStats& stats);
+Json of(const FrameDifference& difference);
 
 }  // namespace mray::app

@@ -40,7 +40,7 @@ Json of(const Candidate& c) {
             {"in_range", c.in_range},
             {"finite", c.finite},
             {"meets_box", c.meets_box},
-            {"t_enter", of(c.t_enter)}};
+            {"t_least", of(c.t_least)}};
 }
 
 }  // namespace

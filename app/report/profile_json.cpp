@@ -53,6 +53,7 @@ std::string to_json(const ProfileReport& report) {
     json["rays"] = report.rays;
     json["repeat"] = report.repeat;
     json["complete"] = report.complete;
+    json["peak_memory_bytes"] = report.peak_memory_bytes;
     json["frames"] = Json::array();
     for (const ProfileRow& row : report.rows) json["frames"].push_back(of(row));
     return json_text(json);

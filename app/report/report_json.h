@@ -14,6 +14,7 @@ namespace mray::app {
 
 std::string to_json(const RenderReport& report);
 std::string to_json(const CheckReport& report);
+std::string to_json(const DiffReport& report);
 std::string to_json(const ProfileReport& report);
 std::string to_json(const PolicyReport& report);
 std::string to_json(const ProbeReport& report);

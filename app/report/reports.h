@@ -108,6 +108,20 @@ struct CheckReport {
     bool equal() const;
 };
 
+/// Two files of hits.
+struct DiffReport {
+    std::string expected;
+    std::string actual;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    /// One for each image of both files.
+    std::vector<FrameDifference> images;
+
+    std::uint64_t differing_images() const;
+    std::uint64_t differing_pixels() const;
+    bool equal() const { return differing_images() == 0; }
+};
+
 /// Medians of one frame on one backend.
 struct ProfileRow {
     double frame = 0;
@@ -124,6 +138,8 @@ struct ProfileReport {
     std::string rays;
     int repeat = 0;
     bool complete = true;
+    /// Of the process, both backends and the trees that it compares included.
+    std::uint64_t peak_memory_bytes = 0;
     std::vector<ProfileRow> rows;
 };
 

@@ -28,6 +28,7 @@ void write_line(const char* prefix, std::string_view message) {
 
 Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(options.verbose) {
     std::vector<std::string> names = options.scenes;
+    names.insert(names.end(), options.hits_files.begin(), options.hits_files.end());
     names.insert(names.end(), {options.scene, options.out, options.json, options.csv, options.junit,
                                options.hits, options.ray_file, options.trace_events, options.plot});
     for (const std::string& name : names) {

@@ -51,9 +51,9 @@ T read_lane(const T (&field)[N], std::size_t i) {
     return field[i];
 }
 
-/// Lane i of an RTCRay, RTCRay4 and so on.
+/// What differs from ray to ray, in lane i of an RTCRay, RTCRay4 and so on.
 template <class RayRecord>
-void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
+void copy_ray(RayRecord& record, std::size_t i, const Ray& ray) {
     lane(record.org_x, i) = ray.org.x;
     lane(record.org_y, i) = ray.org.y;
     lane(record.org_z, i) = ray.org.z;
@@ -61,8 +61,14 @@ void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
     lane(record.dir_x, i) = ray.dir.x;
     lane(record.dir_y, i) = ray.dir.y;
     lane(record.dir_z, i) = ray.dir.z;
-    lane(record.time, i) = 0;
     lane(record.tfar, i) = ray.tfar;
+}
+
+/// All of lane i.
+template <class RayRecord>
+void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
+    copy_ray(record, i, ray);
+    lane(record.time, i) = 0;
     lane(record.mask, i) = 0xFFFFFFFFu;
     lane(record.id, i) = 0;
     lane(record.flags, i) = 0;

@@ -56,21 +56,6 @@ void copy_shadow_rays(const cpu::SharedOriginRays& rays, RTCRay16& record) {
     std::memset(record.tnear, 0, sizeof(record.tnear));
 }
 
-template <int N, class RayRecord>
-void copy_rays(const Ray* rays, RayRecord& record) {
-    for (std::size_t i = 0; i < N; ++i) {
-        const Ray& ray = rays[i];
-        lane(record.org_x, i) = ray.org.x;
-        lane(record.org_y, i) = ray.org.y;
-        lane(record.org_z, i) = ray.org.z;
-        lane(record.tnear, i) = ray.tnear;
-        lane(record.dir_x, i) = ray.dir.x;
-        lane(record.dir_y, i) = ray.dir.y;
-        lane(record.dir_z, i) = ray.dir.z;
-        lane(record.tfar, i) = ray.tfar;
-    }
-}
-
 /// Sets mask[i] to -1 where ray i is active, else to 0; returns whether any is.
 template <int N>
 bool set_mask(const std::uint8_t* active, std::array<int, N>& mask) {
@@ -156,7 +141,7 @@ private:
             if (work_->kind == WorkKind::kShadow)
                 return copy_shadow_rays(work_->shadows[first / kPacketSize], record);
         }
-        copy_rays<N>(&work_->rays[first], record);
+        for (std::size_t i = 0; i < N; ++i) copy_ray(record, i, work_->rays[first + i]);
     }
 
     void store(std::size_t first, const RecordOf<N, kAnyHit>& record) {

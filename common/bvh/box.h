@@ -1,8 +1,13 @@
 // Axis-aligned boxes in scene space.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
 #include "common/interop/bvh_layout.h"
 #include "common/interop/constants.h"
+#include "common/interop/slab.h"
 
 namespace mray {
 
@@ -26,6 +31,19 @@ struct Box {
 
     bool operator==(const Box&) const = default;
 };
+
+/// The box that a slot has for a leaf whose vertices have these bounds: the slab test relies on its
+/// pad. An empty box stays as it is.
+inline Box padded(const Box& bounds) {
+    if (bounds.empty()) return bounds;
+    const float extent = largest_extent(bounds.lower, bounds.upper);
+    Box box = bounds;
+    for (int axis = 0; axis < 3; ++axis) {
+        box.lower[axis] -= plane_pad(box.lower[axis], extent);
+        box.upper[axis] += plane_pad(box.upper[axis], extent);
+    }
+    return box;
+}
 
 /// Half the surface area; 0 for an empty box. In double, in which products of scene-space extents
 /// are exact enough for equal areas to compare equal.
@@ -59,6 +77,14 @@ inline Box node_box(const Node& node) {
     Box box;
     for (std::uint32_t slot = 0; slot < kWidth; ++slot) box.extend(slot_box(node, slot));
     return box;
+}
+
+/// Gives each slot of a node the union of that node's slots; slots of leaves have their boxes.
+/// Parents come before their children, and parents[i] is node * kWidth + slot that refers to
+/// nodes[i].
+inline void unite_boxes(std::span<Node> nodes, std::span<const std::uint32_t> parents) {
+    for (std::size_t i = nodes.size(); i-- > 1;)
+        set_slot_box(nodes[parents[i] / kWidth], parents[i] % kWidth, node_box(nodes[i]));
 }
 
 }  // namespace mray

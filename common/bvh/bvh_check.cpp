@@ -117,9 +117,9 @@ private:
                 if (is_finite_vertex(positions_[vertex])) tight.extend(positions_[vertex]);
             }
         }
-        if (!(box == tight)) {
-            report("node {} slot {}: the box is not the bounds of leaf {}", reference / kWidth,
-                   reference % kWidth, leaf);
+        if (!(box == padded(tight))) {
+            report("node {} slot {}: the box is not the padded bounds of leaf {}",
+                   reference / kWidth, reference % kWidth, leaf);
         }
     }
 

@@ -54,6 +54,36 @@ SHARED Float rcp(Float x) {
     return select(x < 0.0f, -y, y);
 }
 
+/// The rounding error of the product p = a * b, exact (T. J. Dekker. A floating-point technique for
+/// extending the available precision. 1971; with Veltkamp's splitting into 12 + 12 bits).
+/// Exact: proofs/small_floats.cpp.
+///
+/// A fused multiply-subtract a * b - p, where there is one, has the same bits: the exact error is a
+/// float, because it is a multiple of the product of the factors' grids, at least 2^-126, and far
+/// from overflow (docs/design/arithmetic.md, "No denormals"). Where the error is 0, both are +0:
+/// the splitting begins with hh - p, and the sum of a +0 and a zero, or of x and -x, is +0.
+#ifndef SHARED_FUSED_PRODUCT_ERROR
+SHARED Float product_error(Float a, Float b, Float p) {
+    PRECISE Float ca = 4097.0f * a;
+    PRECISE Float cb = 4097.0f * b;
+    PRECISE Float ta = ca - a;
+    PRECISE Float tb = cb - b;
+    PRECISE Float ah = ca - ta;
+    PRECISE Float bh = cb - tb;
+    PRECISE Float al = a - ah;
+    PRECISE Float bl = b - bh;
+    PRECISE Float hh = ah * bh;
+    PRECISE Float hl = ah * bl;
+    PRECISE Float lh = al * bh;
+    PRECISE Float ll = al * bl;
+    PRECISE Float e0 = hh - p;
+    PRECISE Float e1 = e0 + hl;
+    PRECISE Float e2 = e1 + lh;
+    PRECISE Float e3 = e2 + ll;
+    return e3;
+}
+#endif
+
 /// 1/sqrt(x) to 2 ulp for 2^-100 <= x <= 2^100: a guess on the bits and three Newton steps, the
 /// last in residual form.
 /// Checked: proofs/reciprocals.cpp.
@@ -100,6 +130,12 @@ SHARED Float power_of_two_below(Float x) {
 }
 
 SHARED Float largest_component(Float3 v) { return greater(greater(abs(v.x), abs(v.y)), abs(v.z)); }
+
+/// The axis of the largest component, the first of equal ones.
+SHARED Uint largest_axis(Float3 v) {
+    Float3 size = Float3(abs(v.x), abs(v.y), abs(v.z));
+    return select(size.x >= size.y && size.x >= size.z, 0u, select(size.y >= size.z, 1u, 2u));
+}
 
 /// A direction as rays carry it: scaled by a power of two to a largest component in [1, 2), on the
 /// direction grid. Zero stays zero.

@@ -41,8 +41,20 @@ SHARED_CONST float kEmptyPlane = 281474976710656.0f;
 // that kEmptyPlane times it does not overflow.
 SHARED_CONST float kHugeReciprocal = 18446744073709551616.0f;
 
-// By max(kSceneExtent, |org|): the dilation of boxes in the slab test, 2^-19; and the depth margin,
-// by which t of a hit may be less than the entry into its triangle's box, 2^-13.
+// A leaf's box is larger than its vertices' bounds on each side by these parts of its largest
+// extent and of the plane's coordinate: 2^-22 and 2^-23.
+SHARED_CONST float kPadOfExtent = 2.384185791015625e-07f;
+SHARED_CONST float kPadOfPlane = 1.1920928955078125e-07f;
+// The slab test dilates boxes on each axis by these parts of |org| there and of max(kSceneExtent,
+// |org|): 2^-24 and 2^-40. Slabs end this much farther than computed, 1 + 2^-21, and hits lie no
+// more than this factor nearer than their boxes, 1 + 2^-20.
+SHARED_CONST float kDilationOfOrigin = 5.9604644775390625e-08f;
+SHARED_CONST float kDilationOfExtent = 9.094947017729282e-13f;
+SHARED_CONST float kSlabRounding = 1.000000476837158203125f;
+SHARED_CONST float kDepthRounding = 1.00000095367431640625f;
+// By max(kSceneExtent, |org|): the dilation of boxes for rays that a device tests together, 2^-19;
+// and the depth margin, by which t of a hit may be less than the entry into its triangle's box,
+// 2^-13.
 SHARED_CONST float kBoxDilation = 1.9073486328125e-06f;
 SHARED_CONST float kDepthMargin = 0.0001220703125f;
 // Secondary rays start off the surface by this times the size of the rounding error of the hit

@@ -52,45 +52,14 @@ SHARED Float3 rotate_axes(Float3 v, Uint axis) {
 }
 
 SHARED ShearedRay shear_ray(Float3 org, Float3 dir) {
-    Float3 size = Float3(abs(dir.x), abs(dir.y), abs(dir.z));
     ShearedRay s;
-    s.axis = select(size.x >= size.y && size.x >= size.z, 0u, select(size.y >= size.z, 1u, 2u));
+    s.axis = largest_axis(dir);
     s.org = rotate_axes(org, s.axis);
     s.dir = rotate_axes(dir, s.axis);
     PRECISE Float slack = 0.25f * depth_margin(org);
     s.depth_slack = slack;
     return s;
 }
-
-/// The rounding error of the product p = a * b, exact (T. J. Dekker. A floating-point technique for
-/// extending the available precision. 1971; with Veltkamp's splitting into 12 + 12 bits).
-/// Exact: proofs/small_floats.cpp.
-///
-/// A fused multiply-subtract a * b - p, where there is one, has the same bits: the exact error is a
-/// float, because it is a multiple of the product of the factors' grids, at least 2^-126, and far
-/// from overflow (docs/design/arithmetic.md, "No denormals"). Where the error is 0, both are +0:
-/// the splitting begins with hh - p, and the sum of a +0 and a zero, or of x and -x, is +0.
-#ifndef SHARED_FUSED_PRODUCT_ERROR
-SHARED Float product_error(Float a, Float b, Float p) {
-    PRECISE Float ca = 4097.0f * a;
-    PRECISE Float cb = 4097.0f * b;
-    PRECISE Float ta = ca - a;
-    PRECISE Float tb = cb - b;
-    PRECISE Float ah = ca - ta;
-    PRECISE Float bh = cb - tb;
-    PRECISE Float al = a - ah;
-    PRECISE Float bl = b - bh;
-    PRECISE Float hh = ah * bh;
-    PRECISE Float hl = ah * bl;
-    PRECISE Float lh = al * bh;
-    PRECISE Float ll = al * bl;
-    PRECISE Float e0 = hh - p;
-    PRECISE Float e1 = e0 + hl;
-    PRECISE Float e2 = e1 + lh;
-    PRECISE Float e3 = e2 + ll;
-    return e3;
-}
-#endif
 
 /// The rounding error of the difference d = a - b, exact (D. E. Knuth. TAOCP 2, 4.2.2, theorem B).
 /// Exact: proofs/small_floats.cpp.

@@ -1,15 +1,19 @@
-// The slab test of a ray against a box dilated by D = kBoxDilation * E, with
-// E = max(kSceneExtent, |org|).
+// The slab test of a ray against a box, and the pad of the boxes of leaves.
 //
-// Conservative: a ray passes the box of a triangle that it hits within rounding, which is less than
-// D. So it always meets the dilated box, and enters it before t + M of the hit: t itself is less
-// accurate than the ray's way past the box, by the depth margin M = kDepthMargin * E.
+// Conservative: a ray passes the box of a triangle that it hits within 3 * 2^-24 of the box's
+// largest extent and 2^-42 E, with E = max(kSceneExtent, |org|). The first part is padded when the
+// box is stored (plane_pad), the second one and what the test rounds are the ray's: it dilates
+// boxes by kDilationOfOrigin |org| on each axis and kDilationOfExtent E, and prolongs slabs by
+// kSlabRounding. So it always meets the box.
+//
+// A hit lies no nearer than its box begins on the axis of the direction's largest component,
+// because t is a mean of the vertices' depths; and no nearer than where the ray enters the box,
+// less the depth margin M = kDepthMargin * E. Both are up to rounding (last_depth).
 //
 // Monotone: every plane goes through one subtraction of a per-ray constant and one multiplication
 // by a per-ray constant, and rounding is monotone. So if a box is inside another, its interval is
-// inside the other's, bit for bit; a tree of boxes gives the answers of the triangles' own boxes,
-// and a box with t_enter > t + M of the closest hit so far holds no closer one
-// (docs/design/arithmetic.md, "Boxes").
+// inside the other's, bit for bit; a tree of boxes gives the answers of the triangles' own padded
+// boxes (docs/design/arithmetic.md, "Boxes").
 #if !defined(COMMON_INTEROP_SLAB_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_SLAB_H
 #define COMMON_INTEROP_SLAB_H
@@ -21,27 +25,59 @@
 
 SHARED_BEGIN
 
+/// The largest extent of bounds; 0 if they are empty.
+SHARED Float largest_extent(Float3 lower, Float3 upper) {
+    PRECISE Float3 extent = upper - lower;
+    return greater(greater(extent.x, extent.y), greater(extent.z, 0.0f));
+}
+
+/// How far a plane of a leaf's box is moved outwards, by largest_extent of the leaf's vertices.
+/// Checked: proofs/boxes.g.
+SHARED Float plane_pad(Float plane, Float extent) {
+    PRECISE Float pad = kPadOfExtent * extent + kPadOfPlane * abs(plane);
+    return pad;
+}
+
 /// A ray as the slab test takes it. Lower planes are taken relative to org + D, upper planes
-/// relative to org - D, which dilates the box by D.
+/// relative to org - D, which dilates the box by D. axis is that of the largest component of dir.
 struct SlabRay {
     Float3 rdir;
     Float3 org_lower;
     Float3 org_upper;
     Float depth_margin;
+    Uint axis;
 };
 
+/// 1/d to half an ulp and little more, or what stands for it: rcp() and one step with an exact
+/// residual.
+/// Checked: proofs/boxes.g.
 SHARED Float slab_reciprocal(Float d) {
     Bool is_zero = d == 0.0f;
-    return select(is_zero, kHugeReciprocal, rcp(select(is_zero, 1.0f, d)));
+    Float x = select(is_zero, 1.0f, d);
+    Float y = rcp(x);
+    PRECISE Float p = x * y;
+    PRECISE Float e = (1.0f - p) - product_error(x, y, p);
+    PRECISE Float r = y + y * e;
+    return select(is_zero, kHugeReciprocal, r);
 }
 
 /// E: the size of coordinates that a ray from org has to do with.
 SHARED Float extent_of_rays(Float3 org) { return greater(largest_component(org), kSceneExtent); }
 
-/// D for rays from org.
+/// The least D for rays from org.
 /// Checked: proofs/boxes.g.
-SHARED Float box_dilation(Float3 org) {
-    PRECISE Float d = kBoxDilation * extent_of_rays(org);
+SHARED Float least_dilation(Float3 org) {
+    PRECISE Float d = kDilationOfExtent * extent_of_rays(org);
+    return d;
+}
+
+/// D for rays from org, on each axis.
+/// Checked: proofs/boxes.g.
+SHARED Float3 box_dilation(Float3 org) {
+    Float least = least_dilation(org);
+    PRECISE Float3 d =
+        Float3(kDilationOfOrigin * abs(org.x) + least, kDilationOfOrigin * abs(org.y) + least,
+               kDilationOfOrigin * abs(org.z) + least);
     return d;
 }
 
@@ -53,14 +89,15 @@ SHARED Float depth_margin(Float3 org) {
 }
 
 SHARED SlabRay slab_ray(Float3 org, Float3 dir) {
-    Float d = box_dilation(org);
+    Float3 d = box_dilation(org);
     SlabRay s;
     s.rdir = Float3(slab_reciprocal(dir.x), slab_reciprocal(dir.y), slab_reciprocal(dir.z));
-    PRECISE Float3 below = Float3(org.x + d, org.y + d, org.z + d);
-    PRECISE Float3 above = Float3(org.x - d, org.y - d, org.z - d);
+    PRECISE Float3 below = org + d;
+    PRECISE Float3 above = org - d;
     s.org_lower = below;
     s.org_upper = above;
     s.depth_margin = depth_margin(org);
+    s.axis = largest_axis(dir);
     return s;
 }
 
@@ -70,8 +107,21 @@ SHARED Float last_entry(Float depth_margin, Float t) {
     return last;
 }
 
-/// Whether the ray's line meets the dilated box at some t >= 0, and where it enters (0 inside).
-SHARED Bool hits_box(SlabRay s, Float3 lower, Float3 upper, OUT(Float) t_enter) {
+/// Boxes whose least depth is beyond this hold no hit at t or nearer.
+SHARED Float last_depth(Float t) {
+    PRECISE Float last = t * kDepthRounding;
+    return last;
+}
+
+/// The least depth of hits in a box that the ray enters at `enter`, and on its main axis at
+/// `along`.
+SHARED Float least_depth(Float enter, Float along, Float depth_margin) {
+    PRECISE Float early = enter - depth_margin;
+    return greater(greater(along, early), 0.0f);
+}
+
+/// Whether the ray's line meets the dilated box at some t >= 0, and the least depth of hits in it.
+SHARED Bool hits_box(SlabRay s, Float3 lower, Float3 upper, OUT(Float) t_least) {
     PRECISE Float lx = (lower.x - s.org_lower.x) * s.rdir.x;
     PRECISE Float ux = (upper.x - s.org_upper.x) * s.rdir.x;
     PRECISE Float ly = (lower.y - s.org_lower.y) * s.rdir.y;
@@ -81,10 +131,14 @@ SHARED Bool hits_box(SlabRay s, Float3 lower, Float3 upper, OUT(Float) t_enter) 
     Bool nx = s.rdir.x < 0.0f;
     Bool ny = s.rdir.y < 0.0f;
     Bool nz = s.rdir.z < 0.0f;
-    Float enter =
-        greater(greater(select(nx, ux, lx), select(ny, uy, ly)), greater(select(nz, uz, lz), 0.0f));
-    Float leave = lesser(lesser(select(nx, lx, ux), select(ny, ly, uy)), select(nz, lz, uz));
-    t_enter = enter;
+    Float near_x = select(nx, ux, lx);
+    Float near_y = select(ny, uy, ly);
+    Float near_z = select(nz, uz, lz);
+    Float enter = greater(greater(near_x, near_y), greater(near_z, 0.0f));
+    Float end = lesser(lesser(select(nx, lx, ux), select(ny, ly, uy)), select(nz, lz, uz));
+    PRECISE Float leave = end * kSlabRounding;
+    Float along = select(s.axis == 0u, near_x, select(s.axis == 1u, near_y, near_z));
+    t_least = least_depth(enter, along, s.depth_margin);
     return enter <= leave;
 }
 

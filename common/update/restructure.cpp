@@ -49,6 +49,7 @@ public:
             level_begin_.push_back(end);
             begin = end;
         }
+        unite_boxes(nodes_, node_parents_);
         return true;
     }
 
@@ -143,7 +144,7 @@ private:
         Node& node = nodes_[index];
         std::uint32_t slot = 0;
         for (const std::uint32_t child : children.nodes()) {
-            set_slot_box(node, slot, binary_.nodes[child].box);
+            set_slot_box(node, slot, slot_box_of(binary_.nodes[child]));
             node.child[slot] = place_new(child, index * kWidth + slot);
             ++slot;
         }
@@ -153,13 +154,23 @@ private:
         }
     }
 
+    bool is_old(const BinaryNode& leaf) const {
+        return binary_.prim_ids[leaf.begin] >= topology_.triangles.size();
+    }
+
+    /// Old subtrees and leaves have their pads; nodes get their boxes when all are placed.
+    Box slot_box_of(const BinaryNode& node) const {
+        return node.is_leaf() && !is_old(node) ? padded(node.box) : node.box;
+    }
+
     std::uint32_t place_new(std::uint32_t child, std::uint32_t parent_slot) {
         const BinaryNode& source = binary_.nodes[child];
         const auto area = area_of(source);
         if (!source.is_leaf()) return place({true, child}, parent_slot, area);
-        const std::uint32_t id = binary_.prim_ids[source.begin];
-        const auto triangles = static_cast<std::uint32_t>(topology_.triangles.size());
-        if (id >= triangles) return place_old(parts_.subtrees[id - triangles], parent_slot);
+        if (is_old(source)) {
+            const std::size_t part = binary_.prim_ids[source.begin] - topology_.triangles.size();
+            return place_old(parts_.subtrees[part], parent_slot);
+        }
         return place_leaf(source, parent_slot);
     }
 

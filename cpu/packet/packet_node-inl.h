@@ -52,8 +52,12 @@ inline constexpr float kNearestPart = 0x1p-20f;
 /// 1 / z at its farthest, times z: kNearestByDepth for the other side.
 inline constexpr float kFarthestByDepth = 0.99999f;
 
-/// Stores the rectangles in which boxes with these bounds of x, y, z are seen: the whole plane for
-/// a box that is not in front of the origin. Returns which of them the packet may meet.
+/// Stores the rectangles in which boxes with these bounds of x, y, z are seen. Returns which of
+/// them the packet may meet.
+///
+/// A point that is seen has z > 0. If x > 0 for all of a box, x / z is at least the least x over
+/// the greatest z, whether the box is in front of the origin or reaches behind it; if x < 0 alike.
+/// On the other sides a box that is not in front of the origin has no bound.
 HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const FloatVec least[3],
                                  const FloatVec most[3], Rectangles& r, std::size_t l) {
     const FloatVec all = splat(kWholePlane);
@@ -61,10 +65,10 @@ HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const FloatVec least[
     const FloatVec by_near = splat(kNearestByDepth) / max(least[2], splat(kLeastDivisor));
     const FloatVec by_far = splat(kFarthestByDepth) / max(most[2], splat(kLeastDivisor));
     const auto low = [&](FloatVec x) {
-        return select(in_front, x * select(x < zero(), by_near, by_far), -all);
+        return select(x < zero(), select(in_front, x * by_near, -all), x * by_far);
     };
     const auto high = [&](FloatVec x) {
-        return select(in_front, x * select(x > zero(), by_near, by_far), all);
+        return select(x > zero(), select(in_front, x * by_near, all), x * by_far);
     };
     const FloatVec lower_x = low(least[0]);
     const FloatVec upper_x = high(most[0]);

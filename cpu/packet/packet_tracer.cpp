@@ -7,12 +7,14 @@
 
 #include <algorithm>
 #include <cstring>
+#include <span>
 #include <vector>
 
 #include "cpu/packet/camera/camera_packet_finish-inl.h"
 #include "cpu/packet/camera/camera_packet_maker-inl.h"
 #include "cpu/packet/camera/camera_packet_traversal-inl.h"
 #include "cpu/packet/camera/stored_packet_maker-inl.h"
+#include "cpu/packet/light/light_packet_faces-inl.h"
 #include "cpu/packet/light/light_packet_maker-inl.h"
 #include "cpu/packet/light/light_packet_traversal-inl.h"
 
@@ -123,16 +125,37 @@ std::size_t write_fallback(const LightPacket& packet, const LightPacketBlocks& b
     return count;
 }
 
+/// Fewer rays of a face than this are fallback rays (docs/lab/cpu_tracer.md).
+constexpr std::size_t kFewFaceRays = 64;
+
+/// Traces rays that spread too widely for one plane.
+HWY_NOINLINE std::size_t occluded_by_faces(const Bvh& bvh, vec3 org, const SharedOriginRays* rays,
+                                           std::uint32_t squares, LightPacket& packet,
+                                           std::uint8_t* occluded, std::uint16_t* fallback) {
+    std::fill_n(occluded, squares * kSquareRays, std::uint8_t{1});
+    FaceOrder order;
+    sort_by_face(rays, squares * kSquareBlocks, order);
+    std::size_t count = 0;
+    for (std::uint32_t face = 0; face < kFaces; ++face) {
+        const std::span<const std::uint16_t> own = order.of_face(face);
+        if (own.size() < kFewFaceRays || !make_face_packet(org, rays, face, own, packet)) {
+            std::copy(own.begin(), own.end(), fallback + count);
+            count += own.size();
+            continue;
+        }
+        LightPacketTraversal(bvh, packet).run();
+        for (std::uint32_t i = 0; i < packet.regrouped_count; ++i)
+            write_regrouped_block(packet, kLightPacketBlocks + i, occluded);
+    }
+    return count;
+}
+
 std::size_t occluded_light_packet(const Bvh& bvh, vec3 org, const SharedOriginRays* rays,
                                   std::uint32_t squares, LightPacket& packet,
                                   std::uint8_t* occluded, std::uint16_t* fallback) {
     LightPacketBlocks not_traced = {};
-    const std::uint32_t count = squares * kSquareRays;
-    if (!make_light_packet(org, rays, squares, packet, not_traced)) {
-        std::fill_n(occluded, count, std::uint8_t{1});
-        packet.rays = rays;
-        return write_fallback(packet, all_blocks(squares), fallback);
-    }
+    if (!make_light_packet(org, rays, squares, packet, not_traced))
+        return occluded_by_faces(bvh, org, rays, squares, packet, occluded, fallback);
     LightPacketTraversal(bvh, packet).run();
     // Regrouped rays are written here as well, and again below.
     for (std::uint32_t block = 0; block < squares * kSquareBlocks; ++block)

@@ -136,7 +136,9 @@ struct TrianglePlaneSet {
 // ---- Set-up triangles
 
 /// Sixteen triangles of a leaf, set up: edge functions a[k] x + b[k] y + c[k] of the packet's
-/// plane, positive inside, off by at most `bound`; and 1/z = depth_a x + depth_b y + depth_c.
+/// plane, positive inside, off by at most `bound`; and 1/z = depth_a x + depth_b y + depth_c. Edge
+/// functions of unoriented triangles may be positive or negative inside, and nothing is known of
+/// their 1/z.
 struct alignas(64) SetUpTriangles {
     float a[3][16], b[3][16], c[3][16];
     float depth_a[16], depth_b[16], depth_c[16];
@@ -146,6 +148,8 @@ struct alignas(64) SetUpTriangles {
 /// Triangles for a camera packet: 1/z is off by at most `error`.
 struct CameraTriangles : SetUpTriangles {
     float error[16];
+    /// As bits.
+    std::uint32_t unoriented;
     GridWindows windows;
 };
 
@@ -156,6 +160,9 @@ struct LightTriangles : SetUpTriangles {
     Rectangles rectangles;
     /// c plus kMissBound * bound, and depth_c plus the largest error (MissPlanes).
     float most_c[3][16], most_q[16];
+    /// As bits. Triangles of which a vertex is `behind`, not in front of the origin, have the whole
+    /// plane for a rectangle.
+    std::uint32_t unoriented, behind;
 };
 
 /// A set-up triangle in registers, for all its (triangle, block) items.
@@ -177,10 +184,14 @@ struct Planes {
 
     /// The least edge function at as many rays (x, y) as there are lanes.
     HWY_INLINE FloatVec least_edge(FloatVec x, FloatVec y) const {
-        const FloatVec u = mul_add(a0, x, mul_add(b0, y, c0));
-        const FloatVec v = mul_add(a1, x, mul_add(b1, y, c1));
-        const FloatVec w = mul_add(a2, x, mul_add(b2, y, c2));
-        return min3(u, v, w);
+        const EdgeValues e = edges(x, y);
+        return min3(e.u, e.v, e.w);
+    }
+    /// The rays that may hit an unoriented triangle: those of which no two edge functions beyond
+    /// the bound have opposite signs.
+    HWY_INLINE Mask may_be_inside(FloatVec x, FloatVec y) const {
+        const EdgeValues e = edges(x, y);
+        return !((min3(e.u, e.v, e.w) < -bound) & (max3(e.u, e.v, e.w) > bound));
     }
     /// 1/z at these rays.
     HWY_INLINE FloatVec depth(FloatVec x, FloatVec y) const {
@@ -190,6 +201,15 @@ struct Planes {
     FloatVec a0, a1, a2, b0, b1, b2, c0, c1, c2;
     FloatVec depth_a, depth_b, depth_c;
     FloatVec bound;
+
+private:
+    struct EdgeValues {
+        FloatVec u, v, w;
+    };
+    HWY_INLINE EdgeValues edges(FloatVec x, FloatVec y) const {
+        return {mul_add(a0, x, mul_add(b0, y, c0)), mul_add(a1, x, mul_add(b1, y, c1)),
+                mul_add(a2, x, mul_add(b2, y, c2))};
+    }
 };
 
 }  // namespace HWY_NAMESPACE

@@ -87,6 +87,8 @@ private:
         const FloatVec far_error =
             splat(row_sizes_ * (kDistanceError * projected.distance + kGridError) + kPlaneFloor);
         std::uint32_t alive = 0;
+        out.unoriented = 0;
+        if constexpr (!kOnGrid) out.behind = 0;
         for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
             const TriangleVertices v = find_vertices(projected, far_error, l);
             const TrianglePlaces places = find_places(v, out, l);
@@ -95,7 +97,10 @@ private:
             find_edges(v, laterals, planes);
             find_volume(v, places, laterals, planes);
             const FloatVec sign = planes.det & splat(-0.0f);
-            const Mask oriented = orient(places, planes);
+            std::uint32_t unoriented = 0;
+            const Mask oriented = orient(places, planes, unoriented);
+            out.unoriented |= unoriented << l;
+            if constexpr (!kOnGrid) out.behind |= bits_of(!places.in_front) << l;
             store_edges(places, planes, sign, out, l);
             store_depth(v, places, laterals, planes, sign, oriented, out, l);
             alive |= bits_of(places.meets) << l;
@@ -261,22 +266,29 @@ private:
     /// 1. Elsewhere a hit may have edge functions of either sign, whose magnitudes add up to at
     ///    most 2 det_error / z. No z is nearer than a vertex, so where all vertices are in front of
     ///    the origin, `bound` grows by kEitherSign det_error largest_q to cover both signs.
-    /// 2. Where they are not, or where a value may overflow, nothing is known of the triangle:
-    ///    bound = kUnknown makes all rays uncertain.
-    HWY_INLINE Mask orient(const TrianglePlaces& p, TrianglePlaneSet& planes) const {
+    /// 2. Where they are not, no single sign says outside, and nothing is known of 1/z: these
+    ///    triangles are unoriented (bits), and have the bound of step 4.
+    /// 3. Where a value may overflow, nothing is known at all: bound = kUnknown makes all rays
+    ///    uncertain.
+    HWY_INLINE Mask orient(const TrianglePlaces& p, TrianglePlaneSet& planes,
+                           std::uint32_t& unoriented) const {
         const FloatVec size = abs(planes.det);
+        const FloatVec own_bound = planes.bound;
         const Mask oriented = size > planes.det_error;
         const FloatVec either_sign = splat(kEitherSign) * planes.det_error * p.largest_q;
         planes.bound = select(oriented, planes.bound, planes.bound + either_sign);
         const Mask usable = (oriented | p.in_front) & (planes.bound < splat(kMostBound));
-        const Mask known = usable & (size < splat(kMostVolume));
+        const Mask is_moderate = size < splat(kMostVolume);
+        const Mask known = usable & is_moderate;
         if (HWY_LIKELY(all(known))) return oriented;
-        planes.bound = select(known, planes.bound, splat(kUnknown));
+        const Mask has_edges = known | ((own_bound < splat(kMostBound)) & is_moderate);
+        unoriented = bits_of(!known);
+        planes.bound = select(known, planes.bound, select(has_edges, own_bound, splat(kUnknown)));
         planes.det = zero_unless(known, planes.det);
         for (int k = 0; k < 3; ++k) {
-            planes.a[k] = zero_unless(known, planes.a[k]);
-            planes.b[k] = zero_unless(known, planes.b[k]);
-            planes.c[k] = zero_unless(known, planes.c[k]);
+            planes.a[k] = zero_unless(has_edges, planes.a[k]);
+            planes.b[k] = zero_unless(has_edges, planes.b[k]);
+            planes.c[k] = zero_unless(has_edges, planes.c[k]);
             planes.normal[k] = zero_unless(known, planes.normal[k]);
         }
         return oriented & known;

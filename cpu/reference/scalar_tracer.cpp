@@ -9,7 +9,7 @@ namespace mray::cpu {
 namespace {
 
 struct Entry {
-    float t_enter;
+    float t_least;
     std::uint32_t child;
 };
 
@@ -22,21 +22,21 @@ public:
     bool empty() const { return size_ == 0; }
     Entry pop() { return entries_[--size_]; }
 
-    /// Pushes the children of a node that the ray enters no later than at `last`, sorted so that
-    /// the nearest is popped first.
+    /// Pushes the children of a node that the ray meets with a least depth of `last` or less,
+    /// sorted so that the nearest is popped first.
     void push_children(const Node& node, const SlabRay& slab, float last) {
         const std::uint32_t base = size_;
         for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
             const vec3 lower = {node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]};
             const vec3 upper = {node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]};
-            float t_enter;
-            if (!hits_box(slab, lower, upper, t_enter) || t_enter > last) continue;
+            float t_least;
+            if (!hits_box(slab, lower, upper, t_least) || t_least > last) continue;
             assert(size_ < kMaxStack);
             std::uint32_t place = size_++;
-            for (; place > base && entries_[place - 1].t_enter < t_enter; --place) {
+            for (; place > base && entries_[place - 1].t_least < t_least; --place) {
                 entries_[place] = entries_[place - 1];
             }
-            entries_[place] = {t_enter, node.child[slot]};
+            entries_[place] = {t_least, node.child[slot]};
         }
     }
 
@@ -68,8 +68,8 @@ Hit ScalarTracer::intersect(const Ray& ray) const {
     Stack stack;
     while (!stack.empty()) {
         const Entry entry = stack.pop();
-        const float last = last_entry(slab.depth_margin, closest.t());
-        if (entry.t_enter > last) continue;
+        const float last = last_depth(closest.t());
+        if (entry.t_least > last) continue;
         if ((entry.child & kLeafBit) == 0) {
             stack.push_children(bvh_->nodes[entry.child], slab, last);
             continue;
@@ -86,7 +86,7 @@ Hit ScalarTracer::intersect(const Ray& ray) const {
 bool ScalarTracer::occluded(const Ray& ray) const {
     const SlabRay slab = slab_ray(ray.org, ray.dir);
     const ShearedRay sheared = shear_ray(ray.org, ray.dir);
-    const float last = last_entry(slab.depth_margin, ray.tfar);
+    const float last = last_depth(ray.tfar);
     Stack stack;
     while (!stack.empty()) {
         const Entry entry = stack.pop();

@@ -68,16 +68,34 @@ HWY_INLINE bool has_vertex(const std::uint32_t* source, std::uint32_t vertex) {
     return !none(found);
 }
 
-/// Gives a slot the box in the first three lanes of each block. Returns false, and sets nothing, if
-/// a vertex is not finite.
+/// largest_extent() of the bounds in the first three lanes, in all lanes.
+HWY_INLINE Float4 largest_extents(Float4 lower, Float4 upper) {
+    const auto is_axis = hn::FirstN(kFloats4, 3);
+    const Float4 extent = hn::IfThenElseZero(is_axis, upper - lower);
+    const Float4 pairs = max(extent, hn::Shuffle2301(extent));
+    return max(pairs, hn::Shuffle1032(pairs));
+}
+
+/// plane_pad() of each lane.
+HWY_INLINE Float4 plane_pads(Float4 planes, Float4 extent) {
+    return splat4(kPadOfExtent) * extent + splat4(kPadOfPlane) * hn::Abs(planes);
+}
+
+/// Gives a slot the padded box of the bounds in the first three lanes of each block. Returns false,
+/// and sets nothing, if a vertex is not finite.
 HWY_INLINE bool set_finite_slot(Node* nodes, std::uint32_t parent, FloatVec lower, FloatVec upper) {
+    const Float4 least =
+        reduce_blocks(kFloats, lower, [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); });
+    const Float4 most =
+        reduce_blocks(kFloats, upper, [](auto a, auto b) HWY_ATTR { return hn::Max(a, b); });
+    if (!(hn::GetLane(most) <= kSceneExtent)) [[unlikely]]
+        return false;
+    const Float4 extent = largest_extents(least, most);
     alignas(16) float l[4];
     alignas(16) float u[4];
-    store(reduce_blocks(kFloats, lower, [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); }), l);
-    store(reduce_blocks(kFloats, upper, [](auto a, auto b) HWY_ATTR { return hn::Max(a, b); }), u);
+    store(least - plane_pads(least, extent), l);
+    store(most + plane_pads(most, extent), u);
     const Box box = {{l[0], l[1], l[2]}, {u[0], u[1], u[2]}};
-    if (!is_finite_vertex(box.upper)) [[unlikely]]
-        return false;
     set_slot_box(nodes[parent / kWidth], parent % kWidth, box);
     return true;
 }

@@ -28,8 +28,8 @@ struct RefitArrays {
     const std::uint32_t* node_parents;
 };
 
-/// Copies the positions of a leaf's vertices into it and gives its parent's slot their bounds.
-/// Vertices that are not finite are copied, but bound nothing.
+/// Copies the positions of a leaf's vertices into it and gives its parent's slot their bounds,
+/// padded. Vertices that are not finite are copied, but bound nothing.
 inline void refit_leaf(const RefitArrays& tree, std::uint32_t leaf_index,
                        std::span<const vec3> positions) {
     Leaf& leaf = tree.leaves[leaf_index];
@@ -43,7 +43,7 @@ inline void refit_leaf(const RefitArrays& tree, std::uint32_t leaf_index,
         if (is_finite_vertex(p)) box.extend(p);
     }
     const std::uint32_t parent = tree.leaf_parents[leaf_index];
-    set_slot_box(tree.nodes[parent / kWidth], parent % kWidth, box);
+    set_slot_box(tree.nodes[parent / kWidth], parent % kWidth, padded(box));
 }
 
 /// Gives the parent's slot of a node, whose own slots are up to date, their union.

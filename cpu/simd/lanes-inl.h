@@ -65,6 +65,7 @@ HWY_INLINE Uint select(Bool m, std::uint32_t a, Uint b) {
     return select(uint_mask(m), splat(a), b);
 }
 HWY_INLINE Uint select(Bool m, std::uint32_t a, std::uint32_t b) { return select(m, a, splat(b)); }
+HWY_INLINE Float select(UintMask m, Float a, Float b) { return select(float_mask(m), a, b); }
 
 HWY_INLINE Float lesser(Float a, Float b) { return min(a, b); }
 HWY_INLINE Float lesser(Float a, float b) { return min(a, splat(b)); }

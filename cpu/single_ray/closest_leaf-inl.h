@@ -27,7 +27,7 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 /// The closest hits of a stream so far: t is tfar and prim_id kNoPrim before the first one; `last`
-/// is last_entry of t. Lanes that hold no ray have -1 for both, so that they meet nothing.
+/// is last_depth of t. Lanes that hold no ray have -1 for both, so that they meet nothing.
 struct alignas(64) ClosestHits {
     float t[kStreamRays];
     float last[kStreamRays];
@@ -40,7 +40,7 @@ struct alignas(64) ClosestHits {
         for (std::size_t i = 0; i < count; i += kLanes) {
             const auto used = hn::FirstN(kFloats, count - i);
             store(select(used, load(stream.tfar + i), -1.0f), t + i);
-            store(select(used, load(stream.last_entry + i), -1.0f), last + i);
+            store(select(used, load(stream.last_depth + i), -1.0f), last + i);
             store(zero(), u + i);
             store(zero(), v + i);
             store(splat(kNoPrim), prim_id + i);
@@ -59,14 +59,14 @@ struct alignas(64) ClosestHits {
 
     /// Keeps those of the hits of triangle `id` (lanes are the rays from `first` on) that are
     /// closer, by is_closer.
-    HWY_INLINE void keep_closer(std::size_t first, FloatVec depth_margin, Mask hits,
-                                const lanes::TriangleHit& hit, std::uint32_t id) {
+    HWY_INLINE void keep_closer(std::size_t first, Mask hits, const lanes::TriangleHit& hit,
+                                std::uint32_t id) {
         const FloatVec old_t = load(t + first);
         const UintVec old_id = load(prim_id + first);
         const UintVec new_id = splat(id);
         const Mask is_smaller = float_mask(new_id < old_id);
         const Mask closer = hits & ((hit.t < old_t) | ((hit.t == old_t) & is_smaller));
-        const FloatVec new_last = lanes::last_entry(depth_margin, hit.t);
+        const FloatVec new_last = lanes::last_depth(hit.t);
         store(select(closer, hit.t, old_t), t + first);
         store(select(closer, new_last, load(last + first)), last + first);
         store(select(closer, hit.u, load(u + first)), u + first);
@@ -83,7 +83,7 @@ HWY_INLINE void intersect_leaf_alone(const RayStream& stream, std::size_t ray, c
                        const std::uint32_t id = leaf.prim_id[slot];
                        if (is_closer(hit.t, id, closest.t[ray], closest.prim_id[ray])) {
                            closest.t[ray] = hit.t;
-                           closest.last[ray] = last_entry(stream.depth_margin[ray], hit.t);
+                           closest.last[ray] = last_depth(hit.t);
                            closest.u[ray] = hit.u;
                            closest.v[ray] = hit.v;
                            closest.prim_id[ray] = id;
@@ -140,7 +140,6 @@ struct LeafRays {
     lanes::ShearedRay sheared;
     Mask active;
     FloatVec tnear;
-    FloatVec depth_margin;
 };
 
 /// intersect_triangles() for triangle i with its fast edge functions u, v and w given, and
@@ -176,8 +175,8 @@ HWY_INLINE void intersect_triangle(const LeafRays& rays, const Leaf& leaf, std::
         hit.u = select(uncertain, exact.u, hit.u);
         hit.v = select(uncertain, exact.v, hit.v);
     }
-    closest.keep_closer(rays.first, rays.depth_margin, hits & lanes::finite_vertices(va, vb, vc),
-                        hit, leaf.prim_id[i]);
+    closest.keep_closer(rays.first, hits & lanes::finite_vertices(va, vb, vc), hit,
+                        leaf.prim_id[i]);
 }
 
 /// The closest hits of the rays `asked` (bits, from `first` on) in a leaf: lanes are rays.
@@ -186,7 +185,7 @@ HWY_INLINE void intersect_leaf_together(const RayStream& stream, std::size_t fir
                                         ClosestHits& closest) {
     const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
     const LeafRays rays{first, sheared_rays(stream, first), mask_of(asked),
-                        load(stream.tnear + first), load(stream.depth_margin + first)};
+                        load(stream.tnear + first)};
     ProjectedLeaf points;
     project_leaf(rays.sheared, stream.axis[first], leaf, used_vertices(leaf, count), points);
     for (std::uint32_t i = 0; i < count; ++i) {

@@ -207,6 +207,26 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
     return false;
 }
 
+/// Calls test(v, at, triangles, mean, possible) for the vectors v of triangles some of which the
+/// ray may hit, until it returns true; whether it did.
+template <class Test>
+HWY_INLINE bool any_possible_vector(const lanes::ShearedRay& ray, const LeafLanes& vertices,
+                                    Test test) {
+    LeafPoints points;
+    const FloatVec depth = project_leaf_fast(ray, vertices, points);
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const VertexLookups at(vertices.local_vertices[v]);
+        FilteredTriangles t = flat_triangles(points, at, depth);
+        const Mask used = used_lanes(vertices.local_vertices[v], v);
+        if (none(lanes::may_be_inside(t.edges) & used)) continue;
+        add_depth(points, at, t);
+        const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, ray.dir.z);
+        const Mask possible = possible_lanes(t.edges, mean) & used;
+        if (!none(possible) && test(v, at, t, mean, possible)) return true;
+    }
+    return false;
+}
+
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
 /// true; whether it did.
 template <class Visit>
@@ -214,52 +234,33 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
                                const Leaf& leaf, Visit visit) {
     const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
     const lanes::ShearedRay s = sheared_ray(stream, ray);
-    LeafPoints points;
-    const FloatVec depth = project_leaf_fast(s, vertices, points);
     std::uint32_t uncertain = 0;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const VertexLookups at(vertices.local_vertices[v]);
-        FilteredTriangles t = flat_triangles(points, at, depth);
-        const Mask used = used_lanes(vertices.local_vertices[v], v);
-        if (none(lanes::may_be_inside(t.edges) & used)) continue;
-        add_depth(points, at, t);
-        const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, s.dir.z);
-        const Mask possible = possible_lanes(t.edges, mean) & used;
-        if (none(possible)) continue;
+    const auto visit_hits = [&](std::size_t v, const VertexLookups& at, const FilteredTriangles& t,
+                                const DepthSum&, Mask possible) HWY_ATTR {
         lanes::TriangleHit hit;
         const Mask is_certain = lanes::weighted_hit(s, t.edges, t.za, t.zb, t.zc, hit);
         const Mask is_hit = is_certain & lanes::surely_inside(s, t.edges);
         const Mask reached = lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
         const Mask hits = possible & is_hit & reached;
-        if (!none(hits) && visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit)) {
-            return true;
-        }
         uncertain |= bits_of(and_not(is_hit, possible)) << (v * kLanes);
-    }
+        return !none(hits) && visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit);
+    };
+    if (any_possible_vector(s, vertices, visit_hits)) return true;
     return uncertain != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, uncertain, visit);
 }
 
 /// Whether the ray hits any triangle.
 HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
     const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
-    const lanes::ShearedRay s = sheared_ray(stream, ray);
     const CertainRange range = certain_range(stream, ray);
-    LeafPoints points;
-    const FloatVec depth = project_leaf_fast(s, vertices, points);
     bool is_uncertain = false;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const VertexLookups at(vertices.local_vertices[v]);
-        FilteredTriangles t = flat_triangles(points, at, depth);
-        const Mask used = used_lanes(vertices.local_vertices[v], v);
-        if (none(lanes::may_be_inside(t.edges) & used)) continue;
-        add_depth(points, at, t);
-        const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, s.dir.z);
-        const Mask possible = possible_lanes(t.edges, mean) & used;
-        if (none(possible)) continue;
+    const auto is_occluder = [&](std::size_t, const VertexLookups& at, const FilteredTriangles& t,
+                                 const DepthSum& mean, Mask possible) HWY_ATTR {
         const Mask certain = certain_occluders(t.edges, mean, range) & possible;
-        if (!none(certain) && !none(certain & finite_lanes(vertices, at))) return true;
         is_uncertain = true;
-    }
+        return !none(certain) && !none(certain & finite_lanes(vertices, at));
+    };
+    if (any_possible_vector(sheared_ray(stream, ray), vertices, is_occluder)) return true;
     return is_uncertain && intersect_leaf(stream, ray, stream.tfar[ray], leaf,
                                           [](std::uint32_t, const TriangleHit&) { return true; });
 }

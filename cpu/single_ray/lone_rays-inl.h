@@ -3,7 +3,7 @@
 // takes an entry off every ray's stack, tests all nodes among them, then all leaves, in loops
 // without a branch that depends on data.
 //
-// A stack holds (key, child), the nearest on top. A key is the bits of t_enter, which is not
+// A stack holds (key, child), the nearest on top. A key is the bits of t_least, which is not
 // negative, rounded down to a multiple of 16 ulp, plus the slot: keys order as the floats do, and
 // rounding down loses no box. The stack of a ray takes a node off and pushes its up to 16 children,
 // so kMaxStack entries suffice (docs/design/layout.md), and up to 8 are written beyond the last.
@@ -31,22 +31,27 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 struct StackEntry {
-    float t_enter;
+    float t_least;
     std::uint32_t child;
 };
 
+/// Inserts an entry into those of [base, size), which are sorted by t_least, the nearest last.
+template <class Entry>
+HWY_INLINE void insert_sorted(Entry* stack, std::size_t base, std::size_t size,
+                              const Entry& entry) {
+    assert(size < kMaxStack);
+    for (; size > base && stack[size - 1].t_least < entry.t_least; --size)
+        stack[size] = stack[size - 1];
+    stack[size] = entry;
+}
+
 /// Pushes the children in these slots so that the nearest is on top; returns the new size.
-HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const float* t_enter,
+HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const float* t_least,
                                    StackEntry* stack, std::size_t size) {
     const std::size_t base = size;
     for (; slots != 0; slots &= slots - 1) {
         const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
-        assert(size < kMaxStack);
-        std::size_t place = size++;
-        for (; place > base && stack[place - 1].t_enter < t_enter[slot]; --place) {
-            stack[place] = stack[place - 1];
-        }
-        stack[place] = {t_enter[slot], node.child[slot]};
+        insert_sorted(stack, base, size++, StackEntry{t_least[slot], node.child[slot]});
     }
     return size;
 }
@@ -58,17 +63,17 @@ HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size
     stack[0] = {0, 0};
     for (std::size_t size = 1; size > 0;) {
         const StackEntry entry = stack[--size];
-        if (entry.t_enter > closest.last[ray]) continue;
+        if (entry.t_least > closest.last[ray]) continue;
         if ((entry.child & kLeafBit) != 0) {
             intersect_leaf_alone(stream, ray, bvh.leaves[entry.child & ~kLeafBit], closest);
             continue;
         }
         const Node& node = bvh.nodes[entry.child];
-        FloatVec enter[kVectors];
-        const std::uint32_t met = met_slots(stream, ray, closest.last[ray], node, enter);
-        HWY_ALIGN float t_enter[kWidth];
-        for (std::size_t v = 0; v < kVectors; ++v) store(enter[v], t_enter + v * kLanes);
-        size = push_sorted(node, met, t_enter, stack, size);
+        FloatVec least[kVectors];
+        const std::uint32_t met = near_slots(stream, ray, closest.last[ray], node, least);
+        HWY_ALIGN float t_least[kWidth];
+        for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
+        size = push_sorted(node, met, t_least, stack, size);
     }
 }
 
@@ -128,8 +133,8 @@ public:
             for (std::size_t k = 0; k < count; ++k) {
                 Path& path = paths_[left[k]];
                 const std::size_t top = --path.size;
-                const auto t_enter = std::bit_cast<float>(path.key[top] & ~kSlotBits);
-                const bool reached = t_enter <= closest.last[path.ray];
+                const auto t_least = std::bit_cast<float>(path.key[top] & ~kSlotBits);
+                const bool reached = t_least <= closest.last[path.ray];
                 const bool is_leaf = (path.child[top] & kLeafBit) != 0;
                 nodes.add(reached && !is_leaf, left[k], path.child[top]);
                 leaves.add(reached && is_leaf, left[k], path.child[top] & ~kLeafBit);
@@ -152,7 +157,7 @@ public:
     }
 
 private:
-    // The low bits of a key, which is a t_enter rounded down, hold the slot.
+    // The low bits of a key, which is a t_least rounded down, hold the slot.
     static constexpr std::uint32_t kSlotBits = kWidth - 1;
 
     /// A ray and its stack, nearest on top. Whole vectors are written beyond the last entry.
@@ -178,8 +183,8 @@ private:
 
     HWY_INLINE static void push_children(const RayStream& stream, const ClosestHits& closest,
                                          const Node& node, Path& path) {
-        FloatVec enter[kVectors];
-        const std::uint32_t met = met_slots(stream, path.ray, closest.last[path.ray], node, enter);
+        FloatVec least[kVectors];
+        const std::uint32_t met = near_slots(stream, path.ray, closest.last[path.ray], node, least);
         const auto count = static_cast<std::uint32_t>(std::popcount(met));
         std::uint32_t* const key = path.key + path.size;
         std::uint32_t* const child = path.child + path.size;
@@ -187,7 +192,7 @@ private:
         assert(path.size <= kMaxStack);
 #if MORPHRAY_SORTED_IN_VECTORS
         if (count <= 8) {
-            const UintVec keys = (as_uint(enter[0]) & splat(~kSlotBits)) | hn::Iota(kUints, 0u);
+            const UintVec keys = (as_uint(least[0]) & splat(~kSlotBits)) | hn::Iota(kUints, 0u);
             const auto some = hn::LowerHalf(kEight, hn::Compress(keys, uint_mask(mask_of(met))));
             const auto sorted =
                 sort_descending(hn::IfThenElseZero(hn::FirstN(kEight, count), some));
@@ -199,13 +204,13 @@ private:
             return;
         }
 #endif
-        HWY_ALIGN float t_enter[kWidth];
-        for (std::size_t v = 0; v < kVectors; ++v) store(enter[v], t_enter + v * kLanes);
+        HWY_ALIGN float t_least[kWidth];
+        for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
         std::size_t size = 0;
         for (std::uint32_t slots = met; slots != 0; slots &= slots - 1) {
             const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
             const std::uint32_t k =
-                (std::bit_cast<std::uint32_t>(t_enter[slot]) & ~kSlotBits) | slot;
+                (std::bit_cast<std::uint32_t>(t_least[slot]) & ~kSlotBits) | slot;
             std::size_t place = size++;
             for (; place > 0 && key[place - 1] < k; --place) {
                 key[place] = key[place - 1];

@@ -1,19 +1,25 @@
 // A ray against the 16 boxes of a node.
 //
-// As with hits_box, every box that holds a triangle which the ray hits is met, and is entered no
-// later than last_entry of that hit; which other boxes are met and the last bits of t_enter may
+// As with hits_box, every box that holds a triangle which the ray hits is met, with a least depth
+// that is not beyond last_depth of that hit; which other boxes are met and the last bits may
 // differ:
-// 1. A plane is met at fl(plane * rdir - k) with k = fl(fl(org +- D) * rdir), fused or not.
-// 2. In units of 2^-24 E (docs/design/arithmetic.md, "Boxes") and as a distance, which is divided
-//    by rdir, that is off by at most
-//        1    the rounding of org +- D
-//        4.7  the reciprocal, 2.31 * 2^-24 of |plane - org| < 2.01 E
-//        1    the product k
-//        1    the product with the plane, unless it is fused
-//        2.1  the difference
-//    in all 9.8 < 19, the 3/5 D that are allowed for there.
-// 3. k is a constant of the ray and rounding is monotone, so a box within a box is still met within
-//    the interval of the other, bit for bit.
+//
+// 1. A plane p is met at fl(p * r - k), where r = 1/d, times kStreamRounding at its far side,
+//    and k = fl(org * r +- dilation * |r|).
+// 2. In units of u = 2^-24, with r taken for exact, that is off by at most
+//        1 |org r|    k
+//        2 |org r|    both products, unless they are fused; of p r, the part with |org r|
+//        1 t          the other part: |p - org| |r|
+//        1 t          the difference
+//    and r is off by 1 t, or 2 t at the far side. Products are fused where a target has
+//    instructions for that (HWY_NATIVE_FMA).
+// 3. kStreamDilation covers the parts with org, and least_dilation the 2^-42 E by which the ray
+//    passes the padded box (docs/design/arithmetic.md, "Boxes") with all terms of second order.
+// 4. kStreamRounding covers the parts with t (proofs/near.g). So an entry is no later than
+//    (1 + 2 u) t or (1 + 3 u) t of a hit, and the exit no earlier than that.
+// 5. k and r are constants of the ray and rounding is monotone, so a box within a box is still met
+//    within the interval of the other, bit for bit. Constants by target are in
+//    cpu/single_ray/slab_bounds.h.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_NODE_LANES_INL_H
@@ -25,6 +31,7 @@
 #include <cstdint>
 
 #include "common/simd/vectors-inl.h"
+#include "cpu/simd/lanes-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -38,25 +45,55 @@ HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_
     return load_unaligned(reinterpret_cast<const float*>(planes) + v * kLanes);
 }
 
-/// The slots whose boxes the ray enters no later than at `last`, as bits, and where it enters each
-/// box.
-HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, float last,
-                                   const Node& node, FloatVec* HWY_RESTRICT t_enter) {
+/// Where a ray enters and leaves a vector of boxes; it meets a box if enter <= leave.
+struct BoxTimes {
+    FloatVec enter;
+    FloatVec leave;
+};
+
+/// The times for vector v of a node's boxes, up to last_entry() of `last`.
+HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float last,
+                              const Node& node, std::size_t v) {
+    const FloatVec end = splat(last_entry(stream.depth_margin[ray], last));
+    FloatVec enter[3];
+    FloatVec leave[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::size_t near_offset = stream.near_offset[axis][ray];
+        const FloatVec near = load_planes(node, near_offset, v);
+        const FloatVec far = load_planes(node, near_offset ^ kPlaneBytes, v);
+        enter[axis] = mul_sub(near, splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
+        leave[axis] =
+            mul_sub(far, splat(stream.rdir_far[axis][ray]), splat(stream.k_far[axis][ray]));
+    }
+    return {max(max(enter[0], enter[1]), max(enter[2], zero())),
+            min(min(leave[0], leave[1]), min(leave[2], end))};
+}
+
+/// The slots whose boxes the ray meets up to tfar, as bits.
+HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, const Node& node) {
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
-        FloatVec enter[3];
-        FloatVec leave[3];
-        for (int axis = 0; axis < 3; ++axis) {
-            const std::size_t near_offset = stream.near_offset[axis][ray];
-            const FloatVec near = load_planes(node, near_offset, v);
-            const FloatVec far = load_planes(node, near_offset ^ kPlaneBytes, v);
-            const FloatVec rdir = splat(stream.rdir[axis][ray]);
-            enter[axis] = mul_sub(near, rdir, splat(stream.k_near[axis][ray]));
-            leave[axis] = mul_sub(far, rdir, splat(stream.k_far[axis][ray]));
-        }
-        t_enter[v] = max(max(enter[0], enter[1]), max(enter[2], zero()));
-        const FloatVec end = min(min(leave[0], leave[1]), min(leave[2], splat(last)));
-        slots |= bits_of(t_enter[v] <= end) << (v * kLanes);
+        const BoxTimes times = box_times(stream, ray, stream.last_depth[ray], node, v);
+        slots |= bits_of(times.enter <= times.leave) << (v * kLanes);
+    }
+    return slots;
+}
+
+/// The slots whose boxes the ray meets with a least depth of `last` or less, as bits, and the least
+/// depths of all boxes.
+HWY_INLINE std::uint32_t near_slots(const RayStream& stream, std::size_t ray, float last,
+                                    const Node& node, FloatVec* HWY_RESTRICT t_least) {
+    const std::uint32_t axis = stream.axis[ray];
+    const FloatVec margin = splat(stream.depth_margin[ray]);
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const FloatVec along =
+            mul_sub(load_planes(node, stream.near_offset[axis][ray], v),
+                    splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
+        const BoxTimes times = box_times(stream, ray, last, node, v);
+        const Mask met = (times.enter <= times.leave) & (along <= splat(last));
+        t_least[v] = lanes::least_depth(times.enter, along, margin);
+        slots |= bits_of(met) << (v * kLanes);
     }
     return slots;
 }

@@ -16,6 +16,7 @@
 #include "common/interop/slab.h"
 #include "common/simd/vectors-inl.h"
 #include "cpu/simd/lanes-inl.h"
+#include "cpu/single_ray/slab_bounds.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -27,21 +28,20 @@ inline constexpr std::size_t kStreamRays = 64;
 
 /// Some rays as the slab test and the hit rule take them.
 struct alignas(64) RayStream {
-    // The line is in a slab between a lower and an upper plane, dilated as in slab_ray, between
-    // t = lower * rdir - k_lower and t = upper * rdir - k_upper.
+    // The line is in a slab between a near and a far plane, dilated and prolonged (prepare_slab),
+    // between t = near * rdir - k_near and t = far * rdir_far - k_far. The sign of rdir tells which
+    // of a node's planes are the near ones; near_offset is where they begin.
     float rdir[3][kStreamRays];
-    float k_lower[3][kStreamRays];
-    float k_upper[3][kStreamRays];
-    // The same for near and far planes, and the offset of the near ones in a node, by the sign of
-    // rdir.
+    float rdir_far[3][kStreamRays];
     float k_near[3][kStreamRays];
     float k_far[3][kStreamRays];
     std::uint32_t near_offset[3][kStreamRays];
     float tnear[kStreamRays];
     float tfar[kStreamRays];
+    float least_dilation[kStreamRays];
     float depth_margin[kStreamRays];
-    // last_entry() of tfar.
-    float last_entry[kStreamRays];
+    // last_depth() of tfar.
+    float last_depth[kStreamRays];
     float org[3][kStreamRays];
     float dir[3][kStreamRays];
     // With the bits of shear_ray.
@@ -64,19 +64,28 @@ static_assert(kPlaneBytes == 64 && kNodeLowerX == 0 && 16 * kNodeLowerY == 2 * k
               16 * kNodeUpperY == 3 * kPlaneBytes && 16 * kNodeLowerZ == 4 * kPlaneBytes &&
               16 * kNodeUpperZ == 5 * kPlaneBytes);
 
+inline constexpr float kStreamDilation = HWY_NATIVE_FMA ? kDilationOfOrigin : kUnfusedDilation;
+inline constexpr float kStreamRounding = HWY_NATIVE_FMA ? kFusedSlabRounding : kSlabRounding;
+
+/// 1/d rounded once, and what stands for 1/0.
+HWY_INLINE FloatVec rounded_reciprocal(FloatVec d) {
+    const Mask is_zero = d == zero();
+    return select(is_zero, splat(kHugeReciprocal), hn::Div(splat(1.0f), select(is_zero, 1.0f, d)));
+}
+
+/// Prepares an axis; `least` is least_dilation().
 HWY_INLINE void prepare_slab(RayStream& stream, std::size_t first, std::uint32_t axis, FloatVec org,
-                             FloatVec dir, FloatVec dilation) {
-    const FloatVec rdir = lanes::slab_reciprocal(dir);
+                             FloatVec dir, FloatVec least) {
+    const FloatVec rdir = rounded_reciprocal(dir);
+    const FloatVec rdir_far = rdir * kStreamRounding;
     const Mask negative = rdir < zero();
-    const FloatVec k_lower = (org + dilation) * rdir;
-    const FloatVec k_upper = (org - dilation) * rdir;
+    const FloatVec dilation = (kStreamDilation * abs(org) + least) * abs(rdir);
     const UintVec lower = splat(2 * kPlaneBytes * axis);
     const UintVec upper = splat(2 * kPlaneBytes * axis + kPlaneBytes);
     store(rdir, stream.rdir[axis] + first);
-    store(k_lower, stream.k_lower[axis] + first);
-    store(k_upper, stream.k_upper[axis] + first);
-    store(select(negative, k_upper, k_lower), stream.k_near[axis] + first);
-    store(select(negative, k_lower, k_upper), stream.k_far[axis] + first);
+    store(rdir_far, stream.rdir_far[axis] + first);
+    store(mul_add(org, rdir, dilation), stream.k_near[axis] + first);
+    store(mul_sub(org, rdir_far, dilation), stream.k_far[axis] + first);
     store(select(uint_mask(negative), upper, lower), stream.near_offset[axis] + first);
 }
 
@@ -99,7 +108,7 @@ HWY_INLINE void prepare_rule(RayStream& stream, std::size_t first, const lanes::
 
 /// Sets the range in which a hit's depth is certain, for the rays from `first` on.
 HWY_INLINE void prepare_range(RayStream& stream, std::size_t first, const lanes::Float3& org) {
-    const FloatVec size = lanes::greater(lanes::largest_component(org), kSceneExtent);
+    const FloatVec size = lanes::extent_of_rays(org);
     const FloatVec margin = kCertainDepth * size;
     const FloatVec dz = abs(load(stream.sheared_dir[2] + first));
     const FloatVec from = load(stream.tnear + first) * dz + margin;
@@ -116,12 +125,13 @@ HWY_INLINE void prepare_rays(RayStream& stream, std::size_t first) {
         org[axis] = load(stream.org[axis] + first);
         dir[axis] = load(stream.dir[axis] + first);
     }
-    const FloatVec dilation = lanes::box_dilation(lanes::Float3(org));
+    const FloatVec least = lanes::least_dilation(lanes::Float3(org));
     const FloatVec margin = lanes::depth_margin(lanes::Float3(org));
+    store(least, stream.least_dilation + first);
     store(margin, stream.depth_margin + first);
-    store(lanes::last_entry(margin, load(stream.tfar + first)), stream.last_entry + first);
+    store(lanes::last_depth(load(stream.tfar + first)), stream.last_depth + first);
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
-        prepare_slab(stream, first, axis, org[axis], dir[axis], dilation);
+        prepare_slab(stream, first, axis, org[axis], dir[axis], least);
     }
     prepare_rule(stream, first, lanes::Float3(org), lanes::Float3(dir));
     prepare_range(stream, first, lanes::Float3(org));

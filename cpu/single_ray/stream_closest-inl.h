@@ -6,8 +6,8 @@
 // (cpu/single_ray/closest_leaf-inl.h). Where few rays are left they go on alone, up to 64 of them
 // in turn (cpu/single_ray/lone_rays-inl.h).
 //
-// An entry has a bound of where the rays enter its box. Rays whose last_entry is before it leave
-// the mask when the entry is taken: a hit in the box would not be closer, nor as close.
+// An entry has a bound of the least depth of hits in its box. Rays whose last_depth is before it
+// leave the mask when the entry is taken: a hit in the box would not be closer, nor as close.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_STREAM_CLOSEST_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_STREAM_CLOSEST_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_STREAM_CLOSEST_INL_H
@@ -68,10 +68,10 @@ private:
     struct Entry {
         std::uint64_t rays;
         std::uint32_t child;
-        float t_enter;
+        float t_least;
     };
 
-    /// Those among `rays` whose last_entry is not before t.
+    /// Those among `rays` whose last_depth is not before t.
     HWY_INLINE std::uint64_t rays_reaching(std::uint64_t rays, float t) const {
         std::uint64_t reaching = 0;
         for (std::size_t first = 0; first < kStreamRays; first += kLanes)
@@ -84,7 +84,7 @@ private:
         stack[0] = {~std::uint64_t{0} >> (kStreamRays - order_.size()), 0, 0};
         for (std::size_t size = 1; size > 0;) {
             const Entry entry = stack[--size];
-            const std::uint64_t rays = rays_reaching(entry.rays, entry.t_enter);
+            const std::uint64_t rays = rays_reaching(entry.rays, entry.t_least);
             if (rays == 0) continue;
             if ((entry.child & kLeafBit) != 0) {
                 visit_leaf(rays, bvh_.leaves[entry.child & ~kLeafBit]);
@@ -119,23 +119,19 @@ private:
     /// Pushes the children that rays meet so that the nearest is on top; returns the new size.
     HWY_INLINE std::size_t visit_node(std::uint64_t rays, const Node& node, Entry* stack,
                                       std::size_t size) {
-        FloatVec enter[kVectors];
+        FloatVec least[kVectors];
         const float farthest = largest_of(closest_.last, kStreamRays);
-        std::uint32_t slots = met_slots(bundle_, farthest, node, enter);
+        std::uint32_t slots = near_slots(bundle_, farthest, node, least);
         if (slots == 0) return size;
         std::uint64_t met[kWidth];
         rays_meeting(stream_, bundle_, closest_.last, rays, node, slots, met);
-        HWY_ALIGN float t_enter[kWidth];
-        for (std::size_t v = 0; v < kVectors; ++v) store(enter[v], t_enter + v * kLanes);
+        HWY_ALIGN float t_least[kWidth];
+        for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
         const std::size_t base = size;
         for (; slots != 0; slots &= slots - 1) {
             const int slot = std::countr_zero(slots);
             if (met[slot] == 0) continue;
-            assert(size < kMaxStack);
-            std::size_t place = size++;
-            for (; place > base && stack[place - 1].t_enter < t_enter[slot]; --place)
-                stack[place] = stack[place - 1];
-            stack[place] = {met[slot], node.child[slot], t_enter[slot]};
+            insert_sorted(stack, base, size++, Entry{met[slot], node.child[slot], t_least[slot]});
         }
         return size;
     }

@@ -124,7 +124,7 @@ private:
     HWY_INLINE void descend() {
         const auto count = static_cast<std::size_t>(std::popcount(left_));
         const RayBundle bundle = bundle_of(stream_, count);
-        const float last = largest_of(stream_.last_entry, count);
+        const float last = largest_of(stream_.last_depth, count);
         Entry stack[kMaxStack];
         stack[0] = {left_, 0};
         for (std::size_t size = 1; size > 0;) {
@@ -140,9 +140,9 @@ private:
             }
             const Node& node = bvh_.nodes[entry.child];
             std::uint64_t met[kWidth];
-            FloatVec enter[kVectors];
-            std::uint32_t slots = met_slots(bundle, last, node, enter);
-            rays_meeting(stream_, bundle, stream_.last_entry, rays, node, slots, met);
+            FloatVec least[kVectors];
+            std::uint32_t slots = near_slots(bundle, last, node, least);
+            rays_meeting(stream_, bundle, stream_.last_depth, rays, node, slots, met);
             for (; slots != 0; slots &= slots - 1) {
                 const int slot = std::countr_zero(slots);
                 assert(size < kMaxStack);
@@ -195,9 +195,7 @@ private:
             for (std::size_t i = kChunk - count; i < kChunk; ++i) {
                 if ((left_ >> ray[i] & 1) == 0) continue;
                 const Node& node = bvh_.nodes[child[i]];
-                FloatVec t_enter[kVectors];
-                const std::uint32_t met =
-                    met_slots(stream_, ray[i], stream_.last_entry[ray[i]], node, t_enter);
+                const std::uint32_t met = met_slots(stream_, ray[i], node);
                 const std::uint32_t leaves = leaf_slots(node);
                 size = append(node, met & ~leaves, ray[i], inner_, size);
                 leaf_count = append(node, met & leaves, ray[i], outer_, leaf_count);

@@ -4,10 +4,10 @@
 //
 // The box test here has not the bits of the slab test, but misses no box that holds a hit:
 //
-// 1. A ray passes the box of a triangle that it hits within 2/5 D on each axis, no later than at
-//    t + M of the hit (docs/design/arithmetic.md, "Boxes", steps 1 and 2), with D = 2^-19 E,
-//    M = 2^-13 E, E = max(2^20, |org|), t <= 2 E. So 3/5 D = 19.2 * 2^-24 E are left for roundings
-//    here.
+// 1. A ray passes the padded box of a triangle that it hits within 2^-42 E on each axis, no later
+//    than at t + M of the hit (docs/design/arithmetic.md, "Boxes", steps 1, 2 and 5), with M = 2^-13 E,
+//    E = max(2^20, |org|), t <= 2 E. D = 2^-19 E here, of which roundings take 3/5 or less,
+//    19.2 * 2^-24 E.
 // 2. plane * r - org * r instead of (plane - org) * r, with plane +- D: 5.1 * 2^-24 E.
 // 3. r is 1 / dir to 1.2 ulp, and so is the unit of t. With their product this moves planes by 11.3 *
 //    2^-24 E.
@@ -38,6 +38,9 @@ vec3 starts[kVectors];
 float dilation;
 /// Rays that are not known to be occluded, as bits.
 uint alive;
+
+/// The dilation for rays from org, and for those with a smaller one.
+float common_dilation(vec3 org) { return kBoxDilation * extent_of_rays(org); }
 
 void set_ray(uint k, Ray ray) {
     float last = last_entry(depth_margin(ray.org), ray.tfar);

@@ -35,7 +35,7 @@ void make_rays(uint first) {
         Surface s = pixel_surface(camera_ray(args.params.camera, x, y), hit,
                                   scene_triangle(hit.prim_id));
         set_ray(k, ao_ray(s, x, y, number % args.params.ao_count, args.params.ao_tfar));
-        largest = greater(largest, box_dilation(orgs[k]));
+        largest = greater(largest, common_dilation(orgs[k]));
         own |= is_any ? 1u << (k * kLanes + lane) : 0u;
     }
     alive = cluster_or(own);

@@ -1,9 +1,11 @@
-// Writes the new positions of vertices to leaves, and their boxes to the slots of their parents.
+// Writes the new positions of vertices to leaves, and their padded boxes to the slots of their
+// parents.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 #include "shaders/base/exact.glsl"
 
+#include "common/interop/slab.h"
 #include "shaders/refit/refit.glsl"
 
 layout(binding = kBindPose) uniform usamplerBuffer positions;
@@ -33,6 +35,16 @@ void main() {
         bool is_finite = p.x <= kSceneExtent;
         lower = is_finite ? min(lower, p) : lower;
         upper = is_finite ? max(upper, p) : upper;
+    }
+    // No pad for an empty box, which stays the neutral element of a union.
+    if (lower.x <= upper.x) {
+        float extent = largest_extent(lower, upper);
+        precise vec3 below = lower - vec3(plane_pad(lower.x, extent), plane_pad(lower.y, extent),
+                                          plane_pad(lower.z, extent));
+        precise vec3 above = upper + vec3(plane_pad(upper.x, extent), plane_pad(upper.y, extent),
+                                          plane_pad(upper.z, extent));
+        lower = below;
+        upper = above;
     }
     store_box(texelFetch(leaf_parents, int(leaf)).x, lower, upper);
 }

@@ -19,8 +19,8 @@ layout(constant_id = kConstantStepBudget) const uint kSteps = kStepBudget;
 
 layout(binding = kBindNodes, rgba32ui) uniform readonly uimageBuffer nodes;
 
-/// Entries (child, bits of t_enter). consider() writes the entry above the top even if it pushes
-/// nothing, which saves a branch; so there is one more entry than the stack needs.
+/// Entries (child, bits of the least depth of hits in it). consider() writes the entry above the top
+/// even if it pushes nothing, which saves a branch; so there is one more entry than the stack needs.
 uvec2 stack[kMaxStack + 1u];
 
 /// The state of a traversal.
@@ -31,7 +31,6 @@ struct Traversal {
     uint best_prim;
     /// Before the first hit best.t is the ray's tfar.
     TriangleHit best;
-    float depth_margin;
     uint status;
 };
 
@@ -43,7 +42,6 @@ Traversal begin_traversal(Ray ray) {
     t.best.t = ray.tfar;
     t.best.u = 0.0f;
     t.best.v = 0.0f;
-    t.depth_margin = depth_margin(ray.org);
     t.status = 0u;
     return t;
 }
@@ -55,25 +53,32 @@ Hit closest_hit(Traversal t) {
 }
 
 /// The planes that the ray meets first and last on each axis: their offsets in a node, and the
-/// ray's origin for each of them, as in hits_box.
+/// ray's origin for each of them, as in hits_box. Axes are rotated so that z is the main one.
 struct NodeRay {
     uvec3 near_planes;
     uvec3 far_planes;
     vec3 near_org;
     vec3 far_org;
     vec3 rdir;
+    float depth_margin;
 };
 
+uvec3 rotate_offsets(uvec3 v, uint axis) { return axis == 0u ? v.yzx : axis == 1u ? v.zxy : v; }
+
 NodeRay node_ray(SlabRay s) {
-    bvec3 negative = lessThan(s.rdir, vec3(0.0f));
-    uvec3 lower = uvec3(kNodeLowerX, kNodeLowerY, kNodeLowerZ);
-    uvec3 upper = uvec3(kNodeUpperX, kNodeUpperY, kNodeUpperZ);
+    vec3 rdir = rotate_axes(s.rdir, s.axis);
+    vec3 org_lower = rotate_axes(s.org_lower, s.axis);
+    vec3 org_upper = rotate_axes(s.org_upper, s.axis);
+    bvec3 negative = lessThan(rdir, vec3(0.0f));
+    uvec3 lower = rotate_offsets(uvec3(kNodeLowerX, kNodeLowerY, kNodeLowerZ), s.axis);
+    uvec3 upper = rotate_offsets(uvec3(kNodeUpperX, kNodeUpperY, kNodeUpperZ), s.axis);
     NodeRay n;
     n.near_planes = mix(lower, upper, negative);
     n.far_planes = mix(upper, lower, negative);
-    n.near_org = mix(s.org_lower, s.org_upper, negative);
-    n.far_org = mix(s.org_upper, s.org_lower, negative);
-    n.rdir = s.rdir;
+    n.near_org = mix(org_lower, org_upper, negative);
+    n.far_org = mix(org_upper, org_lower, negative);
+    n.rdir = rdir;
+    n.depth_margin = s.depth_margin;
     return n;
 }
 
@@ -86,13 +91,13 @@ vec4 distances(uint at, float org, float rdir) {
 
 /// Makes a child that is hit the next to visit if it is the nearest so far, and pushes the other
 /// one.
-void consider(inout Traversal t, inout float nearest, uint child, float t_enter, bool is_hit) {
-    bool nearer = is_hit && t_enter < nearest;
+void consider(inout Traversal t, inout float nearest, uint child, float t_least, bool is_hit) {
+    bool nearer = is_hit && t_least < nearest;
     stack[t.stack_size] = nearer ? uvec2(t.current, floatBitsToUint(nearest))
-                                 : uvec2(child, floatBitsToUint(t_enter));
+                                 : uvec2(child, floatBitsToUint(t_least));
     t.stack_size += is_hit && t.current != kEmptyChild ? 1u : 0u;
     t.current = nearer ? child : t.current;
-    nearest = nearer ? t_enter : nearest;
+    nearest = nearer ? t_least : nearest;
 }
 
 /// Applies hits_box to slots 4 * quarter to 4 * quarter + 3 of a node. (max and min get no NaN, and
@@ -106,19 +111,21 @@ void visit_quarter(inout Traversal t, inout float nearest, NodeRay ray, uint nod
     vec4 far_y = distances(at + ray.far_planes.y, ray.far_org.y, ray.rdir.y);
     vec4 far_z = distances(at + ray.far_planes.z, ray.far_org.z, ray.rdir.z);
     vec4 enter = max(max(near_x, near_y), max(near_z, vec4(0.0f)));
-    vec4 leave = min(min(far_x, far_y), far_z);
+    precise vec4 leave = min(min(far_x, far_y), far_z) * vec4(kSlabRounding);
+    precise vec4 early = enter - vec4(ray.depth_margin);
+    vec4 least = max(max(near_z, early), vec4(0.0f));
     uvec4 child = imageLoad(nodes, int(at + kNodeChild));
-    vec4 last = min(leave, vec4(last_entry(t.depth_margin, t.best.t)));
-    consider(t, nearest, child.x, enter.x, enter.x <= last.x);
-    consider(t, nearest, child.y, enter.y, enter.y <= last.y);
-    consider(t, nearest, child.z, enter.z, enter.z <= last.z);
-    consider(t, nearest, child.w, enter.w, enter.w <= last.w);
+    float last = last_depth(t.best.t);
+    consider(t, nearest, child.x, least.x, enter.x <= leave.x && least.x <= last);
+    consider(t, nearest, child.y, least.y, enter.y <= leave.y && least.y <= last);
+    consider(t, nearest, child.z, least.z, enter.z <= leave.z && least.z <= last);
+    consider(t, nearest, child.w, least.w, enter.w <= leave.w && least.w <= last);
 }
 
 /// Takes the topmost entry that may hold a closer hit. Returns the number of iterations.
 uint pop(inout Traversal t) {
     uint steps = 0u;
-    float last = last_entry(t.depth_margin, t.best.t);
+    float last = last_depth(t.best.t);
     t.current = kEmptyChild;
     do {
         bool is_any = t.stack_size > 0u;

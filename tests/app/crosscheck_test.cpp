@@ -57,6 +57,18 @@ TEST(Crosscheck, EqualImagesGiveZeroAndLeaveNoFolder) {
     EXPECT_TRUE(folder.names().empty());
 }
 
+TEST(Crosscheck, ComparesAllWholeFramesOnRequest) {
+    TemporaryFolder folder;
+    const Outcome outcome = crosscheck(
+        folder, {"--frames", "all", "--rays", "primary", "--simd", "off", "--json", "-"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    std::set<double> frames;
+    for (const Json& row : json["rows"]) frames.insert(row["frame"].get<double>());
+    EXPECT_EQ(frames.size(), 25u);
+    EXPECT_EQ(*frames.rbegin(), 24);
+}
+
 TEST(Crosscheck, JsonNamesEveryVariant) {
     TemporaryFolder folder;
     const Outcome outcome =

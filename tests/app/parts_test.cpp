@@ -125,6 +125,35 @@ TEST(CrosscheckText, GivesTheCommandsThatTraceADifferingPixel) {
     EXPECT_EQ(parsed.view_arguments, options.view_arguments);
 }
 
+TEST(CrosscheckText, HasARowAVariantAndOneForEachImageThatDiffers) {
+    CheckReport report = planted_report();
+    CheckRow row = report.rows[0];
+    row.trace_ms = 1.5;
+    report.rows.clear();
+    for (const double frame : {0.0, 12.0}) {
+        for (const char* backend : {"vulkan", "cpu"}) {
+            row.frame = frame;
+            row.backend = backend;
+            report.rows.push_back(row);
+        }
+    }
+    EXPECT_EQ(table_text(report),
+              "variant               images  result  trace ms\n"
+              "vulkan, refit on cpu       2  equal       3.00\n"
+              "cpu, refit on cpu          2  equal       3.00\n");
+    report.rows[2].difference.t = 7;
+    report.trees = {{0, 5, 5}, {12, 5, 6}};
+    const std::string text = table_text(report);
+    EXPECT_NE(text.find("vulkan, refit on cpu       2  1 of 2 differ"), std::string::npos) << text;
+    EXPECT_NE(text.find("cpu, refit on cpu          2  equal"), std::string::npos) << text;
+    EXPECT_NE(text.find("   12  vulkan, refit on cpu  ao    brute  "), std::string::npos) << text;
+    EXPECT_NE(text.find("refitted on cpu and on vulkan, 2 frames: 1 of 2 differ"),
+              std::string::npos)
+        << text;
+    EXPECT_EQ(text.find("0000000000000005  0000000000000005"), std::string::npos) << text;
+    EXPECT_NE(text.find("0000000000000005  0000000000000006"), std::string::npos) << text;
+}
+
 TEST(Junit, DifferencesAreFailures) {
     CheckReport report = planted_report();
     report.rows[0].difference.uv = 3;
@@ -205,6 +234,11 @@ TEST(MemoryBudget, MoreThanThereIsIsALimitWithNumbers) {
 TEST(MemoryBudget, ThisMachineHasSomeMemory) {
     EXPECT_GT(memory_limit().available_bytes, 1u << 20);
     EXPECT_NE(memory_limit().source, "nothing");
+    const std::uint64_t before = peak_memory_bytes();
+    EXPECT_GT(before, 1u << 20);
+    const std::vector<char> more(std::size_t{64} << 20, 1);
+    EXPECT_GE(peak_memory_bytes(), before + (std::uint64_t{32} << 20));
+    EXPECT_EQ(more.back(), 1);
 }
 
 }  // namespace

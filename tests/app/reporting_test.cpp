@@ -75,6 +75,7 @@ TEST(Profile, MeasuresEveryFrame) {
     const Json json = Json::parse(outcome.out);
     EXPECT_EQ(json["command"], "profile");
     EXPECT_EQ(json["repeat"], 2);
+    EXPECT_GT(json["peak_memory_bytes"], 1 << 20);
     ASSERT_EQ(json["frames"].size(), 4u);
     EXPECT_EQ(json["frames"][0]["frame"], 0);
     EXPECT_EQ(json["frames"][3]["frame"], 24);

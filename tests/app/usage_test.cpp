@@ -24,8 +24,9 @@ std::vector<std::string> render(std::vector<std::string> more) {
 }
 
 TEST(Usage, NoCommandListsTheCommands) {
-    expect_refused({}, 2,
-                   "choose one of render, crosscheck, probe, profile, trace, chart, info, devices");
+    expect_refused(
+        {}, 2,
+        "choose one of render, crosscheck, diff, probe, profile, trace, chart, info, devices");
 }
 
 TEST(Usage, HelpGoesToStdout) {
@@ -37,8 +38,8 @@ TEST(Usage, HelpGoesToStdout) {
 }
 
 TEST(Usage, EveryCommandHasHelp) {
-    for (const char* command :
-         {"render", "crosscheck", "probe", "profile", "trace", "chart", "info", "devices"}) {
+    for (const char* command : {"render", "crosscheck", "diff", "probe", "profile", "trace",
+                                "chart", "info", "devices"}) {
         const Outcome outcome = run({command, "--help"});
         EXPECT_EQ(outcome.code, 0) << command;
         EXPECT_NE(outcome.out.find(std::string("Usage: morphray ") + command), std::string::npos)
@@ -84,8 +85,8 @@ TEST(Usage, OptionUnlikeAllOthersRefersToTheHelp) {
 TEST(Usage, HelpIsACommandToo) {
     EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
     EXPECT_EQ(run({"help", "help"}).out, run({"--help"}).out);
-    for (const char* command :
-         {"render", "crosscheck", "probe", "profile", "trace", "chart", "info", "devices"}) {
+    for (const char* command : {"render", "crosscheck", "diff", "probe", "profile", "trace",
+                                "chart", "info", "devices"}) {
         const Outcome outcome = run({"help", command});
         EXPECT_EQ(outcome.code, 0) << command;
         EXPECT_EQ(outcome.err, "");

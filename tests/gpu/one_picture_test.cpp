@@ -10,6 +10,7 @@
 #include "cpu/cpu_backend.h"
 #include "tests/gpu/test_scenes.h"
 #include "tests/gpu/validated_device.h"
+#include "tests/support/late_boxes.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::test {
@@ -187,6 +188,35 @@ TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
         }
         EXPECT_EQ(different, 0u) << scene.name;
         EXPECT_EQ(vulkan->times().rays, rays.size());
+    }
+}
+
+// Rays go on into boxes that begin within the depth margin behind the closest hit so far.
+TEST(OnePicture, LateBoxesAreEntered) {
+    gpu::Tuning single_rays;
+    single_rays.use_packets = false;
+    for (const gpu::Tuning& tuning : {gpu::Tuning(), single_rays}) {
+        const std::unique_ptr<Backend> vulkan = validated_device(tuning);
+        const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
+        const Late late = tuning.use_packets ? Late::kOnMainAxis : Late::kOnAnotherAxis;
+        const LateBoxes scene = late_boxes(late, 63);
+        for (Backend* backend : {vulkan.get(), brute.get()})
+            backend->set_scene(scene.topology, scene.positions, scene.bvh);
+        if (tuning.use_packets) {
+            Frame expected, traced;
+            brute->trace_image(view(61, 43, kRaysPrimary), expected);
+            vulkan->trace_image(view(61, 43, kRaysPrimary), traced);
+            EXPECT_EQ(differing(expected, traced), 0u);
+            continue;
+        }
+        const std::vector<Ray> rays = rays_at_late_boxes(late, 1000);
+        std::vector<Hit> hits(rays.size()), expected_hits(rays.size());
+        vulkan->trace_rays(rays, hits);
+        brute->trace_rays(rays, expected_hits);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            EXPECT_EQ(expected_hits[i].prim_id, 0u);
+            EXPECT_TRUE(same_bits(hits[i], expected_hits[i])) << i;
+        }
     }
 }
 

@@ -93,10 +93,10 @@ SHARED Outputs evaluate_arithmetic(uint function, Inputs i) {
         o = with_vector(o, 0u, snap_point(vector(i, 0u)));
         o = with_vector(o, 3u, canonical_direction(vector(i, 0u)));
     } else if (function == kEvalBox) {
-        float t_enter;
+        float t_least;
         SlabRay s = slab_ray(vector(i, 0u), vector(i, 3u));
-        o.word[0] = hits_box(s, vector(i, 6u), vector(i, 9u), t_enter) ? 1u : 0u;
-        o.word[1] = floatBitsToUint(t_enter);
+        o.word[0] = hits_box(s, vector(i, 6u), vector(i, 9u), t_least) ? 1u : 0u;
+        o.word[1] = floatBitsToUint(t_least);
     }
     return o;
 }

@@ -51,6 +51,20 @@ void define_crosscheck(CLI::App& program, Options& options) {
     add_report_options(adder, true);
 }
 
+void define_diff(CLI::App& program, Options& options) {
+    const OptionAdder adder =
+        add_command(program, options, "diff", "Compares two files of `render --hits`, bit by bit",
+                    Command::kDiff);
+    adder.command()
+        .add_option("files", options.hits_files, "the expected hits, and the others")
+        ->type_name("FILE FILE")
+        ->expected(2)
+        ->required();
+    adder.add_text("--out", "DIR", "folder of difference images (none)", options.out);
+    adder.add_text("--json", "FILE|-", "a report for programs; - is stdout", options.json);
+    adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
+}
+
 void define_probe(CLI::App& program, Options& options) {
     const OptionAdder adder = add_command(
         program, options, "probe",
@@ -161,6 +175,7 @@ void define_devices(CLI::App& program, Options& options) {
 void add_commands(CLI::App& program, Options& options) {
     define_render(program, options);
     define_crosscheck(program, options);
+    define_diff(program, options);
     define_probe(program, options);
     define_profile(program, options);
     define_trace(program, options);

@@ -66,7 +66,7 @@ void add_lenient(const OptionAdder& adder) {
 }
 
 void add_frames(const OptionAdder& adder, const char* otherwise) {
-    adder.add_text("--frames", "A..B[:STEP]",
+    adder.add_text("--frames", "A..B[:STEP]|all",
                    fmt::format("frames; fractions lie between whole frames ({})", otherwise),
                    adder.options().frames);
 }

@@ -89,6 +89,7 @@ private:
             for (std::size_t i = range.begin(); i != range.end(); ++i)
                 fill_node(bvh_.nodes[i], wide_nodes_[i]);
         });
+        unite_boxes(bvh_.nodes, bvh_.node_parents);
         tbb::parallel_for(Range(0, leaf_sources_.size(), kGrain), [&](const Range& range) {
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
                 const BinaryNode& source = tree_.nodes[leaf_sources_[i]];
@@ -104,7 +105,7 @@ private:
         std::uint32_t slot = 0;
         for (const std::uint32_t child : source.children.nodes()) {
             const BinaryNode& binary = tree_.nodes[child];
-            set_slot_box(node, slot, binary.box);
+            set_slot_box(node, slot, binary.is_leaf() ? padded(binary.box) : Box());
             node.child[slot++] = binary.is_leaf() ? kLeafBit | next_leaf++ : next_node++;
         }
         for (; slot < kWidth; ++slot) {

@@ -2,17 +2,10 @@
 #include <cmath>
 
 #include "common/scene/procedural/parts/colours.h"
-#include "common/scene/procedural/parts/trig.h"
+#include "common/scene/procedural/parts/waves.h"
 #include "common/scene/procedural/scenes.h"
 
 namespace mray {
-namespace {
-
-constexpr double kHeight = 0.12;
-// As in the scene wave, whose waves run here, too.
-constexpr double kAcceleration = 0.042;
-
-}  // namespace
 
 DeformingMesh make_degenerate(std::uint64_t triangles) {
     // A quad has two triangles with an area and a needle without, each grid vertex a point:
@@ -41,15 +34,13 @@ DeformingMesh make_degenerate(std::uint64_t triangles) {
         }
     }
     for (std::uint32_t i = 0; i < grid; ++i) add(i, i + grid, i + 2 * grid, rgb(255, 0, 0));
-    mesh.acceleration = kAcceleration;
+    mesh.acceleration = kWaveAcceleration;
     mesh.move = [rows, columns, grid](double frame, VertexRange range, std::span<vec3> out) {
         for (std::uint32_t i = range.begin; i < range.end; ++i) {
             const std::uint32_t place = i % grid;
             const double x = 2.0 * (place % (columns + 1)) / columns - 1;
             const double z = 2.0 * (place / (columns + 1)) / rows - 1;
-            const double y = kHeight * (sin_turns(1.5 * x + 0.5 * z - frame / 12) +
-                                        sin_turns(2.5 * z - x + frame / 24));
-            out[i] = round_to_float({x, y, z});
+            out[i] = round_to_float({x, wave_height(x, z, frame), z});
         }
     };
     return mesh;

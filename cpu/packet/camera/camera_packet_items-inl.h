@@ -30,13 +30,14 @@ struct GridPlanes : Planes {
     FloatVec error;
 };
 
-/// The values of a triangle at a block's rays: the least edge function and 1/z at as many rays as
-/// there are lanes, from l on.
+/// The values of a triangle at a block's rays: the least edge function, whether an unoriented
+/// triangle may be hit, and 1/z at as many rays as there are lanes, from l on.
 struct GridValues {
     const GridPlanes& planes;
     std::uint32_t block;
 
     HWY_INLINE FloatVec least_edge(std::size_t l) const { return planes.least_edge(x(l), y(l)); }
+    HWY_INLINE Mask may_be_inside(std::size_t l) const { return planes.may_be_inside(x(l), y(l)); }
     HWY_INLINE FloatVec depth(std::size_t l) const { return planes.depth(x(l), y(l)); }
 
 private:

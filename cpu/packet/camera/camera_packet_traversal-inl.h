@@ -284,6 +284,30 @@ private:
         return any_closer;
     }
 
+    /// Traces unoriented triangles against these blocks; rays that may hit them are deferred.
+    HWY_NOINLINE void trace_unoriented(const Leaf& leaf, const CameraTriangles& triangles,
+                                       std::uint32_t unoriented, const BlockSet& blocks,
+                                       std::uint32_t first_candidate) {
+        for (; unoriented != 0; unoriented &= unoriented - 1) {
+            const auto i = static_cast<std::uint32_t>(__builtin_ctz(unoriented));
+            const GridPlanes planes(triangles, i);
+            for (std::uint32_t w = 0; w < kGridWords; ++w) {
+                for (std::uint64_t rest = blocks.words[w]; rest != 0; rest &= rest - 1) {
+                    const std::uint32_t block =
+                        64 * w + static_cast<std::uint32_t>(__builtin_ctzll(rest));
+                    const GridValues values = {planes, block};
+                    for (std::uint32_t l = 0; l < kBlockRays; l += kLanes) {
+                        const std::uint32_t uncertain = bits_of(values.may_be_inside(l));
+                        if (HWY_LIKELY(uncertain == 0)) continue;
+                        uncertain_[uncertain_count_++] = {block * kBlockRays + l, uncertain,
+                                                          first_candidate + i};
+                    }
+                    defer_if_many(leaf, first_candidate);
+                }
+            }
+        }
+    }
+
     HWY_INLINE void defer_if_many(const Leaf& leaf, std::uint32_t first_candidate) {
         if (HWY_UNLIKELY(uncertain_count_ >= kManyUncertain)) defer(leaf, first_candidate);
     }
@@ -306,6 +330,11 @@ private:
         const auto first_candidate =
             static_cast<std::uint32_t>(packet_.hit_leaves.size() * kLeafTriangles);
         const GridWindows& windows = triangles.windows;
+        const std::uint32_t unoriented = alive & triangles.unoriented;
+        if (HWY_UNLIKELY(unoriented != 0)) {
+            trace_unoriented(leaf, triangles, unoriented, blocks, first_candidate);
+            alive &= ~unoriented;
+        }
         bool any_closer = trace_few(leaf, triangles, alive & windows.few, first_candidate);
         any_closer |=
             trace_many(leaf, triangles, alive & windows.fit & ~windows.few, first_candidate);

@@ -99,10 +99,14 @@ struct alignas(kPage) LightPacket {
     float quad_lower_x[kLightPacketQuads], quad_upper_x[kLightPacketQuads];
     float quad_lower_y[kLightPacketQuads], quad_upper_y[kLightPacketQuads];
     float quad_q[kLightPacketQuads];
+    /// The same bounds of each group.
+    float group_lower_x[kLightPacketGroups], group_upper_x[kLightPacketGroups];
+    float group_lower_y[kLightPacketGroups], group_upper_y[kLightPacketGroups];
     std::uint32_t square_count;
     /// The number of regrouped blocks, which are kLightPacketBlocks and those after it.
     std::uint32_t regrouped_count;
-    /// The caller's index of each ray of the regrouped blocks, or kNoRay.
+    /// The rays of the regrouped blocks, and the caller's index of each, or kNoRay.
+    SharedOriginRays regrouped[kLightPacketBlocks];
     std::uint16_t regrouped_ray[kLightPacketRays];
 };
 

@@ -101,15 +101,10 @@ HWY_INLINE void load_rays(const SharedOriginRays& rays, std::size_t first, Float
     tfar = load(rays.tfar + first);
 }
 
-/// Collects the rays of a regrouped block, from packet.regrouped_ray[first] on.
-HWY_INLINE void gather_rays(const LightPacket& packet, std::uint32_t first,
-                            SharedOriginRays& rays) {
-    rays = SharedOriginRays::none();
-    for (std::uint32_t i = 0; i < kBlockRays; ++i) {
-        const std::uint16_t ray = packet.regrouped_ray[first + i];
-        if (ray == kNoRay) continue;
-        rays.set(i, packet.rays[ray / kBlockRays].ray({}, ray % kBlockRays));
-    }
+/// The rays of a block.
+HWY_INLINE const SharedOriginRays& rays_of(const LightPacket& packet, std::size_t block) {
+    return block < kLightPacketBlocks ? packet.rays[block]
+                                      : packet.regrouped[block - kLightPacketBlocks];
 }
 
 }  // namespace HWY_NAMESPACE

@@ -122,38 +122,6 @@ HWY_INLINE bool certainly_misses(const LightPacket& packet, const MissPlanes& p,
     return all(all_miss);
 }
 
-/// The blocks of a group without those that lie outside one edge of a triangle as a whole, as bits.
-/// A block's bounds are dilated by twice ray_error. most_c and kBlockBound leave three quarters of
-/// `bound` on top of the test of a ray, which cover four partial sums and the rounding of a block's
-/// middle and half extent (proofs/packet_any.g).
-HWY_INLINE std::uint32_t blocks_through(const LightPacket& packet, const LightTriangles& triangles,
-                                        std::uint32_t i, std::uint32_t group) {
-    const FloatVec half = splat(0.5f);
-    std::uint32_t through = 0;
-    for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
-        const std::size_t block = group * kGroupBlocks + l;
-        const FloatVec lower_x = load(packet.block_lower_x + block);
-        const FloatVec upper_x = load(packet.block_upper_x + block);
-        const FloatVec lower_y = load(packet.block_lower_y + block);
-        const FloatVec upper_y = load(packet.block_upper_y + block);
-        const FloatVec x = half * (lower_x + upper_x);
-        const FloatVec y = half * (lower_y + upper_y);
-        const FloatVec half_x = half * (upper_x - lower_x);
-        const FloatVec half_y = half * (upper_y - lower_y);
-        FloatVec edge[3];
-        for (int k = 0; k < 3; ++k) {
-            const FloatVec a = splat(triangles.a[k][i]);
-            const FloatVec b = splat(triangles.b[k][i]);
-            const FloatVec middle = mul_add(a, x, mul_add(b, y, splat(triangles.most_c[k][i])));
-            edge[k] = mul_add(abs(a), half_x, mul_add(abs(b), half_y, middle));
-        }
-        const FloatVec least = min3(edge[0], edge[1], edge[2]);
-        const Mask outside = least < splat(-kBlockBound * triangles.bound[i]);
-        through |= bits_of(!outside) << l;
-    }
-    return through;
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace mray::cpu
 HWY_AFTER_NAMESPACE();

@@ -12,12 +12,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/packet/light/light_packet_blocks-inl.h"
 #include "cpu/packet/light/light_packet_items-inl.h"
+#include "cpu/packet/light/light_packet_outlines-inl.h"
 #include "cpu/packet/packet_hit_rule-inl.h"
 #include "cpu/packet/triangle_setup-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
@@ -58,12 +58,17 @@ public:
         const std::size_t count = list_blocks(rectangle, q, quads);
         if (count == 0) return;
         const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, triangles_);
-        if (count > kManyBlocks * hwy::PopCount(alive))
-            return trace_triangles(leaf, alive, rectangle, q, quads);
-        for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
-            const std::size_t end = std::min(begin + kBlocksAtOnce, count);
-            trace_items(leaf, list_items(alive, begin, end));
+        const std::uint32_t unoriented = alive & triangles_.unoriented;
+        const std::uint32_t oriented = alive & ~unoriented;
+        const std::uint32_t one_by_one = triangles_for_many(oriented, count);
+        if (one_by_one != oriented) {
+            for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
+                const std::size_t end = std::min(begin + kBlocksAtOnce, count);
+                trace_items(leaf, list_items(oriented & ~one_by_one, begin, end));
+            }
         }
+        if (one_by_one != 0) trace_triangles(leaf, one_by_one, rectangle, q, quads);
+        if (HWY_UNLIKELY(unoriented != 0)) trace_unoriented(leaf, unoriented, rectangle, q, quads);
     }
 
 private:
@@ -73,15 +78,20 @@ private:
         return (pairs | pairs >> 2) & 0x1111111111111111;
     }
 
-    /// Blocks of a group, as bits.
-    struct GroupPart {
-        std::uint32_t group, blocks;
-    };
-
     static constexpr std::size_t kBlocksAtOnce = 64;
 
     /// With more blocks than this for each triangle, triangles are taken one by one.
     static constexpr std::size_t kManyBlocks = 6;
+
+    /// A triangle that meets more blocks than this is larger than they are, so that its edges
+    /// exclude some.
+    static constexpr std::size_t kManyOfTriangle = 16;
+
+    /// The triangles that are taken one by one, as bits.
+    HWY_INLINE std::uint32_t triangles_for_many(std::uint32_t oriented, std::size_t blocks) const {
+        if (blocks > kManyBlocks * hwy::PopCount(oriented)) return oriented;
+        return blocks > kManyOfTriangle ? oriented & triangles_.behind : 0;
+    }
 
     /// Calls visit(group, blocks) for each group of some quads, with its blocks that a rectangle
     /// and a hit at 1/z <= q may concern.
@@ -135,18 +145,44 @@ private:
             occlude(leaf, items_[k] / kLeafTriangles, items_[k] % kLeafTriangles);
     }
 
+    /// Blocks of each group.
+    struct GroupedBlocks {
+        std::uint32_t groups = 0;  // those with blocks, as bits
+        std::uint32_t of_group[kLightPacketGroups];
+    };
+
+    HWY_INLINE GroupedBlocks grouped_blocks(const float rectangle[4], float q,
+                                            const QuadSet& quads) const {
+        GroupedBlocks grouped;
+        for_each_group(rectangle, q, quads,
+                       [&](std::uint32_t group, std::uint32_t blocks) HWY_ATTR {
+                           grouped.groups |= (blocks != 0 ? 1u : 0u) << group;
+                           grouped.of_group[group] = blocks;
+                       });
+        return grouped;
+    }
+
+    /// The bounds of all groups that have some of these blocks.
+    HWY_INLINE PlaneRectangle around(const GroupedBlocks& grouped) const {
+        PlaneRectangle r = {kEmptyLower, kEmptyUpper, kEmptyLower, kEmptyUpper};
+        for (std::uint32_t rest = grouped.groups; rest != 0; rest &= rest - 1) {
+            const auto group = static_cast<std::uint32_t>(__builtin_ctz(rest));
+            r.lower_x = std::min(r.lower_x, packet_.group_lower_x[group]);
+            r.upper_x = std::max(r.upper_x, packet_.group_upper_x[group]);
+            r.lower_y = std::min(r.lower_y, packet_.group_lower_y[group]);
+            r.upper_y = std::max(r.upper_y, packet_.group_upper_y[group]);
+        }
+        return r;
+    }
+
     /// Traces triangles one by one, each against all its blocks, so that its planes are read once.
     HWY_NOINLINE void trace_triangles(const Leaf& leaf, std::uint32_t alive,
                                       const float rectangle[4], float q, const QuadSet& quads) {
-        GroupPart groups[kLightPacketGroups];
-        std::size_t group_count = 0;
-        for_each_group(rectangle, q, quads,
-                       [&](std::uint32_t group, std::uint32_t blocks) HWY_ATTR {
-                           groups[group_count++] = {group, blocks};
-                       });
+        const GroupedBlocks grouped = grouped_blocks(rectangle, q, quads);
+        alive &= triangles_through(triangles_, around(grouped));
         for (; alive != 0; alive &= alive - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
-            const std::size_t count = list_blocks_of(i, std::span(groups, group_count));
+            const std::size_t count = list_blocks_of<true>(i, grouped);
             const MissPlanes planes(triangles_, i);
             std::size_t uncertain = 0;
             for (std::size_t k = 0; k < count; ++k) {
@@ -158,26 +194,40 @@ private:
         }
     }
 
-    /// A triangle that meets more blocks than this is larger than they are, so that its edges
-    /// exclude some.
-    static constexpr std::size_t kManyOfTriangle = 16;
+    /// Traces unoriented triangles one by one.
+    HWY_NOINLINE void trace_unoriented(const Leaf& leaf, std::uint32_t unoriented,
+                                       const float rectangle[4], float q, const QuadSet& quads) {
+        const GroupedBlocks grouped = grouped_blocks(rectangle, q, quads);
+        unoriented &= triangles_through(triangles_, around(grouped));
+        for (; unoriented != 0; unoriented &= unoriented - 1) {
+            const auto i = static_cast<std::uint32_t>(__builtin_ctz(unoriented));
+            const std::size_t count = list_blocks_of<false>(i, grouped);
+            for (std::size_t k = 0; k < count; ++k) occlude_unoriented(leaf, blocks_[k], i);
+        }
+    }
 
-    /// Lists in blocks_ the leaf's blocks that triangle i meets. Returns their number.
-    HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, std::span<const GroupPart> groups) {
+    /// Lists in blocks_ those of some blocks that triangle i meets. Returns their number.
+    template <bool kOriented>
+    HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, const GroupedBlocks& grouped) {
         const Rectangles& r = triangles_.rectangles;
         const float rectangle[4] = {r.lower_x[i], r.upper_x[i], r.lower_y[i], r.upper_y[i]};
         const float q = triangles_.q[i];
+        const Outline<kOriented> outline(triangles_, i);
+        const std::uint32_t groups = grouped.groups & groups_through(packet_, outline, rectangle);
         std::size_t count = 0;
-        for (const GroupPart& part : groups) {
-            count = append_bits(blocks_, count, part.group * kGroupBlocks,
-                                part.blocks & blocks_in(packet_, rectangle, q, part.group));
+        for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
+            const auto group = static_cast<std::uint32_t>(__builtin_ctz(rest));
+            count = append_bits(blocks_, count, group * kGroupBlocks,
+                                grouped.of_group[group] & blocks_in(packet_, rectangle, q, group));
         }
-        if (HWY_LIKELY(count <= kManyOfTriangle)) return count;
+        if (HWY_LIKELY(kOriented && count <= kManyOfTriangle)) return count;
         count = 0;
-        for (const GroupPart& part : groups) {
-            const std::uint32_t blocks = blocks_through(packet_, triangles_, i, part.group) &
-                                         blocks_in(packet_, rectangle, q, part.group);
-            count = append_bits(blocks_, count, part.group * kGroupBlocks, part.blocks & blocks);
+        for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
+            const auto group = static_cast<std::uint32_t>(__builtin_ctz(rest));
+            const std::uint32_t blocks =
+                blocks_through(packet_, outline, group) & blocks_in(packet_, rectangle, q, group);
+            count =
+                append_bits(blocks_, count, group * kGroupBlocks, grouped.of_group[group] & blocks);
         }
         return count;
     }
@@ -211,20 +261,28 @@ private:
         if (any) update_depth(packet_, block);
     }
 
+    /// Marks the rays of a block that the unoriented triangle i occludes.
+    HWY_INLINE void occlude_unoriented(const Leaf& leaf, std::uint32_t block, std::uint32_t i) {
+        const Planes planes(triangles_, i);
+        for (std::size_t l = 0; l < kBlockRays; l += kLanes) {
+            const std::size_t r = block * kBlockRays + l;
+            const FloatVec lower = load(packet_.q_lower + r);
+            const Mask uncertain = planes.may_be_inside(load(packet_.x + r), load(packet_.y + r)) &
+                                   (lower < splat(kDone));
+            if (HWY_LIKELY(none(uncertain))) continue;
+            const Mask occluded = mask_of(resolve(r, leaf, i, bits_of(uncertain)));
+            if (none(occluded)) continue;
+            store(select(occluded, splat(kDone), lower), packet_.q_lower + r);
+            update_depth(packet_, block);
+        }
+    }
+
     /// Asks the rule about triangle i and uncertain rays, `lanes` from r on. Returns those that it
     /// occludes, as bits.
     HWY_NOINLINE std::uint32_t resolve(std::size_t r, const Leaf& leaf, std::uint32_t i,
                                        std::uint32_t lanes) const {
         FloatVec dir[3], tfar;
-        if (HWY_LIKELY(r < kLightPacketRays)) {
-            load_rays(packet_.rays[r / kBlockRays], r % kBlockRays, dir, tfar);
-        } else {
-            SharedOriginRays rays;
-            const std::size_t regrouped = r - kLightPacketRays;
-            gather_rays(packet_, static_cast<std::uint32_t>(regrouped - regrouped % kBlockRays),
-                        rays);
-            load_rays(rays, regrouped % kBlockRays, dir, tfar);
-        }
+        load_rays(rays_of(packet_, r / kBlockRays), r % kBlockRays, dir, tfar);
         lanes::TriangleHit hits;
         return bits_of(PacketRule(packet_.frame.org, dir)
                            .intersect(same_triangle(leaf, i), tfar, lanes, hits));

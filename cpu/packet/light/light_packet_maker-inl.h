@@ -13,11 +13,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/packet/light/light_packet_blocks-inl.h"
 #include "cpu/packet/light/light_packet_directions-inl.h"
+#include "cpu/packet/light/light_packet_plane-inl.h"
 #include "cpu/packet/light/light_packet_regroup-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
@@ -70,10 +72,6 @@ HWY_INLINE void reduce_lanes(const float* vectors, Combine combine, float* out) 
     }
 #endif
 }
-
-/// The largest |x / z| or |y / z| of a packet. With s of NearDirections up to this, z is off by
-/// 2^-19.1 of itself, and q by 2^-18 (kEndError) at most.
-inline constexpr float kWidestPlane = 1.5f;
 
 /// The least z of a ray in a packet, which the bounds of rounding assume.
 inline constexpr float kLeastZ = 0.25f;
@@ -135,6 +133,29 @@ HWY_INLINE void make_light_block(const SharedOriginRays& rays, const NearDirecti
     store(least_q, bounds.q + own);
 }
 
+/// Makes the regrouped blocks of these rays, sixteen each.
+HWY_NOINLINE inline void make_regrouped_blocks(const NearDirections& directions,
+                                               std::span<const std::uint16_t> rays,
+                                               LightPacket& packet, FloatVec& least_z) {
+    packet.regrouped_count =
+        static_cast<std::uint32_t>((rays.size() + kBlockRays - 1) / kBlockRays);
+    const std::uint32_t groups = (packet.regrouped_count + kGroupBlocks - 1) / kGroupBlocks;
+    GroupBounds bounds;
+    for (std::uint32_t i = 0; i < groups * kGroupBlocks; ++i) {
+        SharedOriginRays& own = packet.regrouped[i];
+        own = SharedOriginRays::none();
+        for (std::uint32_t k = 0; k < kBlockRays; ++k) {
+            const std::uint32_t at = i * kBlockRays + k;
+            const std::uint16_t ray = at < rays.size() ? rays[at] : kNoRay;
+            packet.regrouped_ray[at] = ray;
+            if (ray != kNoRay) own.set(k, packet.rays[ray / kBlockRays].ray({}, ray % kBlockRays));
+        }
+        make_light_block(own, directions, kLightPacketBlocks + i, packet, bounds, least_z);
+        if (i % kGroupBlocks == kGroupBlocks - 1)
+            bounds.store((kLightPacketBlocks + i) / kGroupBlocks, packet);
+    }
+}
+
 /// Regroups the active rays of some blocks by where they go through the plane, and deactivates
 /// these blocks.
 HWY_NOINLINE inline void regroup_blocks(const NearDirections& directions,
@@ -143,112 +164,7 @@ HWY_NOINLINE inline void regroup_blocks(const NearDirections& directions,
     CellOrder order;
     sort_by_cell(packet, blocks, order);
     deactivate_blocks(packet, blocks);
-    packet.regrouped_count =
-        static_cast<std::uint32_t>((order.count + kBlockRays - 1) / kBlockRays);
-    const std::uint32_t groups = (packet.regrouped_count + kGroupBlocks - 1) / kGroupBlocks;
-    GroupBounds bounds;
-    for (std::uint32_t i = 0; i < groups * kGroupBlocks; ++i) {
-        SharedOriginRays own;
-        for (std::uint32_t k = 0; k < kBlockRays; ++k) {
-            const std::uint32_t at = i * kBlockRays + k;
-            packet.regrouped_ray[at] = at < order.count ? order.rays[at] : kNoRay;
-        }
-        gather_rays(packet, i * kBlockRays, own);
-        make_light_block(own, directions, kLightPacketBlocks + i, packet, bounds, least_z);
-        if (i % kGroupBlocks == kGroupBlocks - 1)
-            bounds.store((kLightPacketBlocks + i) / kGroupBlocks, packet);
-    }
-}
-
-/// The number of groups that hold the regrouped blocks.
-HWY_INLINE std::uint32_t regrouped_groups(const LightPacket& packet) {
-    return (packet.regrouped_count + kGroupBlocks - 1) / kGroupBlocks;
-}
-
-/// Calls visit(first, end) for the blocks in place and for the regrouped blocks, in whole groups.
-template <class Visit>
-HWY_INLINE void for_each_range(const LightPacket& packet, Visit visit) {
-    visit(0, packet.square_count * kSquareBlocks);
-    const std::uint32_t groups = regrouped_groups(packet);
-    if (groups != 0) visit(kLightPacketBlocks, kLightPacketBlocks + groups * kGroupBlocks);
-}
-
-/// The largest |x| or |y| of the active rays.
-HWY_INLINE float plane_extent(const LightPacket& packet) {
-    FloatVec extents = zero();
-    for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
-        for (std::size_t b = first; b < end; b += kLanes) {
-            const FloatVec lower =
-                min(load(packet.block_lower_x + b), load(packet.block_lower_y + b));
-            const FloatVec upper =
-                max(load(packet.block_upper_x + b), load(packet.block_upper_y + b));
-            extents = max(extents, max(-lower, upper));
-        }
-    });
-    return most_lane(extents);
-}
-
-/// Scales the bounds of a group's blocks to the plane's unit, widens them by `margin`, and sets its
-/// quads' bounds.
-HWY_INLINE void scale_group(LightPacket& packet, std::uint32_t group, float scale, float margin) {
-    const std::uint32_t first = group * kGroupBlocks;
-    const auto scaled = [&](float* bound, float own_margin) HWY_ATTR {
-        for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
-            const FloatVec v = mul_add(load(bound + first + l), splat(scale), splat(own_margin));
-            store(v, bound + first + l);
-        }
-    };
-    scaled(packet.block_lower_x, -margin);
-    scaled(packet.block_upper_x, margin);
-    scaled(packet.block_lower_y, -margin);
-    scaled(packet.block_upper_y, margin);
-    for (std::uint32_t k = first / kQuadBlocks; k < (first + kGroupBlocks) / kQuadBlocks; ++k) {
-        const auto least = [k](const float* v) {
-            v += kQuadBlocks * k;
-            return std::min(std::min(v[0], v[1]), std::min(v[2], v[3]));
-        };
-        const auto most = [k](const float* v) {
-            v += kQuadBlocks * k;
-            return std::max(std::max(v[0], v[1]), std::max(v[2], v[3]));
-        };
-        packet.quad_lower_x[k] = least(packet.block_lower_x);
-        packet.quad_upper_x[k] = most(packet.block_upper_x);
-        packet.quad_lower_y[k] = least(packet.block_lower_y);
-        packet.quad_upper_y[k] = most(packet.block_upper_y);
-        packet.quad_q[k] = least(packet.block_q);
-    }
-}
-
-/// Scales the packet to the plane's unit, and sets the bounds of quads and frame. scale: a power of
-/// two, so that nothing is rounded.
-HWY_INLINE void scale_plane(LightPacket& packet, float scale) {
-    PacketFrame& frame = packet.frame;
-    // Absent squares are done.
-    std::fill_n(packet.quad_q, kLightPacketQuads, kDone);
-    FloatVec lower_x = splat(kEmptyLower), lower_y = lower_x;
-    FloatVec upper_x = splat(kEmptyUpper), upper_y = upper_x;
-    for_each_range(packet, [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
-        for (std::size_t r = first * kBlockRays; scale != 1 && r < end * kBlockRays; r += kLanes) {
-            store(load(packet.x + r) * splat(scale), packet.x + r);
-            store(load(packet.y + r) * splat(scale), packet.y + r);
-        }
-        for (std::uint32_t group = first / kGroupBlocks; group < end / kGroupBlocks; ++group)
-            scale_group(packet, group, scale, 2 * frame.ray_error);
-        for (std::size_t b = first; b < end; b += kLanes) {
-            const FloatVec lx = load(packet.block_lower_x + b);
-            const FloatVec ux = load(packet.block_upper_x + b);
-            const FloatVec ly = load(packet.block_lower_y + b);
-            const FloatVec uy = load(packet.block_upper_y + b);
-            lower_x = min(lower_x, lx);
-            upper_x = max(upper_x, ux);
-            lower_y = min(lower_y, ly);
-            upper_y = max(upper_y, uy);
-        }
-    });
-    frame.lower_x = least_lane(lower_x);
-    frame.upper_x = most_lane(upper_x);
-    frame.lower_y = least_lane(lower_y);
-    frame.upper_y = most_lane(upper_y);
+    make_regrouped_blocks(directions, std::span(order.rays).first(order.count), packet, least_z);
 }
 
 /// The rays of blocks that spread more than kWide times as far as those of the median block are
@@ -294,23 +210,6 @@ HWY_INLINE bool regroup_wide_blocks(const NearDirections& directions, LightPacke
     return true;
 }
 
-/// An upper bound of how far a ray's stored x or y is from that of its exact direction, in the
-/// plane's unit. extent: the largest |x| or |y| before x and y are scaled by `scale`; unit: what 1
-/// is there in x / z.
-///
-/// 1. NearDirections has an error of (kPlaceUnits + kPlaceUnitsOfExtent s) s u, with s = extent *
-///    unit; in the plane's unit s is extent / scale.
-/// 2. dot_error is relative to row_size and covers second orders of the fused form (2^-40), or the
-///    roundings of products of magnitude up to 2 row_size over z > kLeastZ (2^-19) without fused
-///    operations (proofs/packet_rays.g).
-HWY_INLINE float place_error(const PacketFrame& frame, float extent, double unit, double scale) {
-    const double units = kPlaceUnits + kPlaceUnitsOfExtent * extent * unit;
-    const double own_error = kWiden * 0x1p-24 * units * extent / scale;
-    const float dot_error = HWY_NATIVE_FMA ? 0x1p-40f : 0x1p-19f;
-    return static_cast<float>(own_error) +
-           dot_error * (frame.row_size[0] + frame.row_size[1] + kPlaneHalf * frame.row_size[2]);
-}
-
 /// The unit is chosen for the sampled extent times this, so that it is mostly the right one.
 inline constexpr double kSampleMargin = 1.25;
 
@@ -333,18 +232,7 @@ bool make_light_packet(vec3 org, const SharedOriginRays* rays, std::uint32_t squ
     FloatVec least_z = make_light_blocks(directions, packet);
     if (!(least_lane(least_z) > kLeastZ)) return false;
     if (!regroup_wide_blocks(directions, packet, fallback, least_z)) return false;
-    const float extent = plane_extent(packet);
-    if (extent * unit > kWidestPlane) return false;
-    double scale = 1;
-    if (extent > kPlaneHalf || extent < kPlaneHalf / 4) scale = plane_unit(extent * unit) / unit;
-    for (int axis = 0; axis < 3; ++axis) {
-        axes[0][axis] *= unit * scale;
-        axes[1][axis] *= unit * scale;
-    }
-    set_frame(packet.frame, org, axes[0], axes[1], axes[2], kPlaneHalf + 1);
-    packet.frame.ray_error = place_error(packet.frame, extent, unit, scale);
-    scale_plane(packet, static_cast<float>(1 / scale));
-    return true;
+    return set_plane(org, axes, unit, packet);
 }
 
 }  // namespace HWY_NAMESPACE

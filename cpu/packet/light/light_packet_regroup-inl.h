@@ -27,13 +27,6 @@ struct LightPacketBlocks {
     std::uint32_t of_group[kLightPacketGroups];
 };
 
-/// All blocks of the first `squares` squares.
-HWY_INLINE LightPacketBlocks all_blocks(std::uint32_t squares) {
-    LightPacketBlocks blocks = {};
-    std::fill_n(blocks.of_group, squares * kSquareBlocks / kGroupBlocks, 0xFFFFu);
-    return blocks;
-}
-
 HWY_INLINE bool has_block(const LightPacketBlocks& blocks, std::uint32_t block) {
     return (blocks.of_group[block / kGroupBlocks] >> block % kGroupBlocks & 1) != 0;
 }

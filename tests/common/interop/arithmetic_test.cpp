@@ -31,6 +31,12 @@ TEST(Constants, AreThePowersOfTwoThatTheirCommentsSay) {
     EXPECT_EQ(kMeanRounding, 0x1p-21f);
     EXPECT_EQ(kEmptyPlane, 0x1p48f);
     EXPECT_EQ(kHugeReciprocal, 0x1p64f);
+    EXPECT_EQ(kPadOfExtent, 0x1p-22f);
+    EXPECT_EQ(kPadOfPlane, 0x1p-23f);
+    EXPECT_EQ(kDilationOfOrigin, 0x1p-24f);
+    EXPECT_EQ(kDilationOfExtent, 0x1p-40f);
+    EXPECT_EQ(kSlabRounding, 0x1.000008p0f);
+    EXPECT_EQ(kDepthRounding, 0x1.00001p0f);
     EXPECT_EQ(kBoxDilation, 0x1p-19f);
     EXPECT_EQ(kDepthMargin, 0x1p-13f);
     EXPECT_EQ(kSurfaceOffset, 0x1p-16f);

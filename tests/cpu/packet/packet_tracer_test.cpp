@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <span>
@@ -16,6 +17,7 @@
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
+#include "tests/cpu/packet/light_rays.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
@@ -155,6 +157,30 @@ TEST_P(EveryTarget, CameraPacketsAnswerLikeBruteForceOnRandomSmallCases) {
     }
 }
 
+TEST_P(EveryTarget, CameraPacketsAnswerLikeBruteForceAmongTrianglesThatReachPastTheEye) {
+    std::size_t hit_count = 0;
+    for (std::uint64_t seed = 0; seed < 300; ++seed) {
+        Random random(seed);
+        const vec3 eye = random.point(0.3);
+        const TestScene scene = triangles_past(eye, seed);
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        ViewSpec view = view_of(64, 64);
+        const vec3 target = eye + random.point();
+        view.eye = {eye.x, eye.y, eye.z};
+        view.target = {target.x, target.y, target.z};
+        view.up = {0.1, 1, 0.05};
+        view.fov = std::ldexp(150.0, -static_cast<int>(seed % 6));
+        const ImageParams params =
+            make_image_params(view, bounds_of(scene.world_positions()), scene.space());
+        const std::vector<Hit> hits =
+            packet_image(cpu::PacketTracer(bvh, GetParam()), params, *camera_packet_);
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
+        EXPECT_EQ(count_differences(brute, params, hits), 0u) << seed;
+        for (const Hit& hit : hits) hit_count += hit.prim_id != kNoPrim;
+    }
+    EXPECT_GT(hit_count, 100000u);
+}
+
 TEST_P(EveryTarget, CameraPacketsAnswerAlikeOnARefittedTree) {
     const TestScene before = random_soup(600, 0.2, 21);
     const TestScene after = random_soup(600, 0.2, 22);
@@ -168,17 +194,6 @@ TEST_P(EveryTarget, CameraPacketsAnswerAlikeOnARefittedTree) {
     EXPECT_EQ(count_differences(brute, params, hits), 0u);
     EXPECT_GT(std::ranges::count_if(hits, [](const Hit& hit) { return hit.prim_id != kNoPrim; }),
               500);
-}
-
-/// Blocks of the active rays; the others are absent.
-std::vector<cpu::SharedOriginRays> blocks_of(std::span<const Ray> rays,
-                                             std::span<const std::uint8_t> active) {
-    std::vector<cpu::SharedOriginRays> blocks(rays.size() / cpu::kBlockRays,
-                                              cpu::SharedOriginRays::none());
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        if (active[i] != 0) blocks[i / cpu::kBlockRays].set(i % cpu::kBlockRays, rays[i]);
-    }
-    return blocks;
 }
 
 TEST_P(EveryTarget, LightPacketsAnswerLikeSingleRaysForFullPartialAndEmptyMasks) {

@@ -1,0 +1,127 @@
+// morphray diff: compares two files of hits, of other machines, devices or versions, say.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include "app/commands/commands.h"
+#include "app/files/output_folder.h"
+#include "app/library_calls.h"
+#include "app/report/report_json.h"
+#include "app/terminal/interrupt.h"
+#include "common/base/output_file.h"
+#include "common/image/compare.h"
+#include "common/text/message_text.h"
+#include "morphray/hits.hpp"
+
+namespace mray::app {
+namespace {
+
+// Images, and pixels of each, that are described.
+constexpr std::size_t kShownImages = 8;
+constexpr std::size_t kShownPixels = 3;
+
+/// The hits as a frame whose pixels are two greys, for hits and misses of the other file, so that
+/// they never differ.
+Frame frame_of(const morphray::HitsFile& file, std::size_t image,
+               const std::vector<std::uint32_t>& pixels) {
+    Frame frame;
+    frame.width = file.width;
+    frame.height = file.height;
+    frame.pixels = pixels;
+    for (const morphray::Hit& hit : file.images[image].hits)
+        frame.hits.push_back({hit.t, hit.u, hit.v, hit.prim_id});
+    frame.occlusion = file.images[image].occlusion;
+    return frame;
+}
+
+std::vector<std::uint32_t> greys(const std::vector<morphray::Hit>& hits) {
+    std::vector<std::uint32_t> pixels;
+    for (const morphray::Hit& hit : hits) pixels.push_back(hit ? 0xFFA0A0A0 : 0xFF303030);
+    return pixels;
+}
+
+std::string shape_of(const morphray::HitsFile& file) {
+    return fmt::format("{} image{} of {}x{}", file.images.size(),
+                       file.images.size() == 1 ? "" : "s", file.width, file.height);
+}
+
+void require_same_shape(const std::vector<std::string>& names, const morphray::HitsFile& expected,
+                        const morphray::HitsFile& actual) {
+    if (expected.width == actual.width && expected.height == actual.height &&
+        expected.images.size() == actual.images.size()) {
+        return;
+    }
+    throw Error(
+        ErrorKind::kBadInput,
+        fmt::format("{}: has {}, but {} has {}; only files of the same size and number of "
+                    "images can be compared",
+                    shown(names[1]), shape_of(actual), shown(names[0]), shape_of(expected)));
+}
+
+std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {
+    if (hit.prim_id == kNoPrim) return "miss";
+    return fmt::format("t {:a} u {:a} v {:a} prim {} occluded {}", hit.t, hit.u, hit.v, hit.prim_id,
+                       occlusion);
+}
+
+std::string describe_images(const DiffReport& report) {
+    std::string text;
+    std::size_t shown_images = 0;
+    for (std::size_t i = 0; i < report.images.size() && shown_images < kShownImages; ++i) {
+        const FrameDifference& difference = report.images[i];
+        if (difference.total() == 0) continue;
+        ++shown_images;
+        text += fmt::format("image {}: {}\n", i, describe(difference));
+        for (std::size_t k = 0; k < std::min(difference.first.size(), kShownPixels); ++k) {
+            const PixelDifference& p = difference.first[k];
+            text += fmt::format("  pixel {},{}\n    expected {}\n    actual   {}\n", p.x, p.y,
+                                describe_hit(p.expected, p.expected_occlusion),
+                                describe_hit(p.actual, p.actual_occlusion));
+        }
+    }
+    return text;
+}
+
+std::string summary(const DiffReport& report, const std::string& shape) {
+    if (report.equal()) return fmt::format("{}: equal bit by bit\n", shape);
+    const std::uint64_t pixels = report.differing_pixels();
+    const std::uint64_t images = report.differing_images();
+    return fmt::format("{}: {} pixel{} of {} image{} differ{}\n", shape, pixels,
+                       pixels == 1 ? "" : "s", images, images == 1 ? "" : "s",
+                       pixels == 1 ? "s" : "");
+}
+
+}  // namespace
+
+ExitCode run_diff(const Options& options, const Messages& messages) {
+    check_reports({options.json});
+    const std::vector<std::string>& names = options.hits_files;
+    const auto read = [](const std::string& name) {
+        return call_library([&] { return morphray::read_hits(name); });
+    };
+    const morphray::HitsFile expected = read(names[0]);
+    const morphray::HitsFile actual = read(names[1]);
+    require_same_shape(names, expected, actual);
+    std::optional<OutputFolder> folder;
+    if (!options.out.empty()) folder.emplace(options.out);
+
+    DiffReport report{names[0], names[1], expected.width, expected.height, {}};
+    for (std::size_t i = 0; i < expected.images.size(); ++i) {
+        throw_if_interrupted();
+        const std::vector<std::uint32_t> pixels = greys(actual.images[i].hits);
+        const Frame a = frame_of(expected, i, pixels);
+        const Frame b = frame_of(actual, i, pixels);
+        report.images.push_back(compare_frames(a, b));
+        if (folder && report.images.back().total() != 0)
+            write_file(folder->path() / fmt::format("image_{:04}.png", i),
+                       encode_png(difference_image(a, b)));
+    }
+    if (!options.json.empty()) write_report(options.json, to_json(report));
+    if (!takes_stdout({options.json}) && !options.quiet)
+        messages.print(describe_images(report) + summary(report, shape_of(actual)));
+    return report.equal() ? ExitCode::kOk : ExitCode::kCheckFailed;
+}
+
+}  // namespace mray::app

@@ -1,0 +1,46 @@
+#include <fmt/format.h>
+
+#include "app/report/json_parts.h"
+#include "app/report/report_json.h"
+
+namespace mray::app {
+namespace {
+
+Json of(const Hit& hit, std::uint32_t occlusion) {
+    Json json = {{"occluded", occlusion}};
+    if (hit.prim_id == kNoPrim) {
+        json["prim_id"] = nullptr;
+        return json;
+    }
+    json["prim_id"] = hit.prim_id;
+    json["t"] = fmt::format("{:a}", hit.t);
+    json["u"] = fmt::format("{:a}", hit.u);
+    json["v"] = fmt::format("{:a}", hit.v);
+    return json;
+}
+
+Json of(const PixelDifference& pixel) {
+    return {{"pixel", {pixel.x, pixel.y}},
+            {"expected", of(pixel.expected, pixel.expected_occlusion)},
+            {"actual", of(pixel.actual, pixel.actual_occlusion)}};
+}
+
+}  // namespace
+
+std::string to_json(const DiffReport& report) {
+    Json json = head_of("diff");
+    json["expected"] = report.expected;
+    json["actual"] = report.actual;
+    json["width"] = report.width;
+    json["height"] = report.height;
+    json["equal"] = report.equal();
+    json["images"] = Json::array();
+    for (const FrameDifference& difference : report.images) {
+        Json pixels = Json::array();
+        for (const PixelDifference& pixel : difference.first) pixels.push_back(of(pixel));
+        json["images"].push_back({{"differences", app::of(difference)}, {"first", pixels}});
+    }
+    return json_text(json);
+}
+
+}  // namespace mray::app

@@ -1,0 +1,123 @@
+// The comparison of two files of hits.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+
+namespace mray::test {
+namespace {
+
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+/// The hits of two frames of the cloth.
+std::string write_hits(const TemporaryFolder& folder, const std::string& name, Words more = {},
+                       const std::string& size = "24x24") {
+    const std::string file = folder.file(name);
+    Words words = {"render", "builtin:cloth:400", "--backend", "cpu",    "--size",
+                   size,     "--frames",          "0..1",      "--hits", file,
+                   "--out",  folder.file("out"),  "--quiet"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return file;
+}
+
+constexpr std::size_t kHeader = 20;
+constexpr std::size_t kPixels = 24 * 24;
+constexpr std::size_t kImage = kPixels * 20;
+
+/// The bytes of a hit of the second image.
+char* hit_at(std::string& bytes, std::size_t pixel) {
+    return bytes.data() + kHeader + kImage + 16 * pixel;
+}
+
+std::uint32_t prim_at(std::string& bytes, std::size_t pixel) {
+    std::uint32_t prim = 0;
+    std::memcpy(&prim, hit_at(bytes, pixel) + 12, sizeof(prim));
+    return prim;
+}
+
+std::size_t find_hit(std::string& bytes) {
+    std::size_t pixel = 0;
+    while (prim_at(bytes, pixel) == 0xFFFFFFFF) ++pixel;
+    return pixel;
+}
+
+TEST(Diff, FindsFilesOfTheSameSceneEqual) {
+    const TemporaryFolder folder;
+    const std::string a = write_hits(folder, "a", {"--simd", "off"});
+    const std::string b = write_hits(folder, "b", {"--update", "rebuild"});
+    const Outcome outcome = run({"diff", a, b, "--out", folder.file("none")});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "2 images of 24x24: equal bit by bit\n");
+    EXPECT_FALSE(std::filesystem::exists(folder.file("none")));
+}
+
+TEST(Diff, FindsALastBitOfT) {
+    const TemporaryFolder folder;
+    const std::string a = write_hits(folder, "a");
+    std::string bytes = read_file(a);
+    const std::size_t pixel = find_hit(bytes);
+    hit_at(bytes, pixel)[0] ^= 1;
+    const std::string b = folder.write("b", bytes);
+    const Outcome outcome = run({"diff", a, b, "--out", folder.file("images")});
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_NE(outcome.out.find("image 1: 1 pixel differs: 1 t\n"), std::string::npos)
+        << outcome.out;
+    EXPECT_NE(outcome.out.find("2 images of 24x24: 1 pixel of 1 image differs"), std::string::npos)
+        << outcome.out;
+    EXPECT_TRUE(std::filesystem::exists(folder.file("images") + "/image_0001.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder.file("images") + "/image_0000.png"));
+}
+
+TEST(Diff, ReportsMissesAndOcclusionAsJson) {
+    const TemporaryFolder folder;
+    const std::string a = write_hits(folder, "a", {"--rays", "shadow"});
+    std::string bytes = read_file(a);
+    const std::size_t pixel = find_hit(bytes);
+    constexpr char kMiss[16] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1};
+    std::memcpy(hit_at(bytes, pixel), kMiss, sizeof(kMiss));
+    bytes[kHeader + kPixels * 16] ^= 1;  // the occlusion of the first image's first pixel
+    const std::string b = folder.write("b", bytes);
+    const Outcome outcome = run({"diff", a, b, "--json", "-"});
+    EXPECT_EQ(outcome.code, 1) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    EXPECT_EQ(json["command"], "diff");
+    EXPECT_EQ(json["equal"], false);
+    ASSERT_EQ(json["images"].size(), 2u);
+    EXPECT_EQ(json["images"][0]["differences"]["occlusion"], 1);
+    const Json& second = json["images"][1];
+    EXPECT_EQ(second["differences"]["total"], 1);
+    EXPECT_EQ(second["differences"]["false_miss"], 1);
+    EXPECT_EQ(second["first"][0]["pixel"], Json({pixel % 24, pixel / 24}));
+    EXPECT_TRUE(second["first"][0]["actual"]["prim_id"].is_null());
+    EXPECT_TRUE(second["first"][0]["expected"]["prim_id"].is_number());
+    EXPECT_TRUE(second["first"][0]["expected"]["t"].get<std::string>().starts_with("0x"));
+}
+
+TEST(Diff, RefusesWhatCannotBeCompared) {
+    const TemporaryFolder folder;
+    const std::string a = write_hits(folder, "a");
+    const std::string small = write_hits(folder, "small", {}, "8x8");
+    const auto expect_refused = [](const Words& words, int code, const std::string& text) {
+        const Outcome outcome = run(words);
+        EXPECT_EQ(outcome.code, code) << outcome.err;
+        EXPECT_TRUE(code != 3 || !outcome.err.starts_with("morphray:")) << outcome.err;
+        EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+        EXPECT_EQ(outcome.out, "");
+    };
+    expect_refused({"diff", a, small}, 3, "has 2 images of 8x8, but ");
+    expect_refused({"diff", a, folder.file("none")}, 3, "none");
+    expect_refused({"diff", a, folder.write("text", "hello")}, 3, "not a file of hits");
+    const std::string bytes = read_file(a);
+    expect_refused({"diff", folder.write("cut", bytes.substr(0, bytes.size() - 1)), a}, 3,
+                   "do not fit 2 images of 24x24");
+    expect_refused({"diff", a}, 2, "files");
+    expect_refused({"diff", a, a, "--out", "/dev/null/x"}, 5, "/dev/null/x");
+}
+
+}  // namespace
+}  // namespace mray::test

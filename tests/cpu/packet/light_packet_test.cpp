@@ -1,0 +1,138 @@
+// Light packets where their plane serves them badly: rays in all directions, and triangles that
+// reach past the light.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/bvh/builder/bvh_builder.h"
+#include "cpu/packet/packet_tracer.h"
+#include "cpu/reference/brute_tracer.h"
+#include "tests/cpu/packet/light_rays.h"
+#include "tests/support/test_scene.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+
+/// Tells how many rays a packet left to others, and how many of the rest are occluded.
+struct PacketAnswers {
+    std::size_t fallback = 0;
+    std::size_t dark = 0;
+};
+
+class LightPackets : public testing::TestWithParam<SimdTarget> {
+protected:
+    /// Expects of all rays but fallback rays what brute force says.
+    PacketAnswers check(const TestScene& scene, std::span<const Ray> rays,
+                        std::span<const std::uint8_t> active) {
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const cpu::PacketTracer tracer(bvh, GetParam());
+        const cpu::BruteTracer brute(scene.topology(), scene.positions());
+        std::vector<std::uint8_t> occluded(rays.size(), 9);
+        std::vector<std::uint16_t> fallback(rays.size());
+        fallback.resize(tracer.occluded_shared_origin(rays[0].org, blocks_of(rays, active),
+                                                      *packet_, occluded.data(), fallback.data()));
+        std::vector<std::uint8_t> is_fallback(rays.size());
+        for (const std::uint16_t ray : fallback) {
+            EXPECT_TRUE(active[ray] != 0 && is_fallback[ray] == 0);
+            is_fallback[ray] = 1;
+        }
+        PacketAnswers answers{fallback.size(), 0};
+        std::size_t wrong = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (is_fallback[i] != 0) continue;
+            const int expected = active[i] == 0 || brute.occluded(rays[i]) ? 1 : 0;
+            wrong += occluded[i] != expected;
+            answers.dark += active[i] != 0 && expected != 0;
+        }
+        EXPECT_EQ(wrong, 0u);
+        return answers;
+    }
+
+    std::unique_ptr<cpu::LightPacket> packet_ = std::make_unique<cpu::LightPacket>();
+};
+
+TEST_P(LightPackets, TraceRaysInAllDirectionsByFaces) {
+    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+        Random random(seed);
+        const TestScene scene = random_soup(200, 0.3, seed);
+        const vec3 org = snap_point(random.point(0.3 * kSceneExtent));
+        const std::size_t count = cpu::kSquareRays * (4 - seed);
+        std::vector<Ray> rays;
+        for (std::size_t i = 0; i < count; ++i)
+            rays.push_back(ray_towards(org, org + random.point(kSceneExtent), 2));
+        const PacketAnswers all = check(scene, rays, std::vector<std::uint8_t>(count, 1));
+        EXPECT_EQ(all.fallback, 0u);
+        EXPECT_GT(all.dark, count / 20);
+        EXPECT_LT(all.dark, count);
+        std::vector<std::uint8_t> some(count);
+        for (std::size_t i = 0; i < count; ++i)
+            some[i] = i % 5 == 0 || rays[i].dir.x > std::abs(rays[i].dir.y);
+        EXPECT_LT(check(scene, rays, some).fallback, count / 4);
+    }
+}
+
+TEST_P(LightPackets, LeaveAFewRaysInAllDirectionsToOthers) {
+    Random random(7);
+    const TestScene scene = random_soup(50, 0.3, 7);
+    std::vector<Ray> rays;
+    std::vector<std::uint8_t> active(cpu::kSquareRays);
+    for (std::size_t i = 0; i < active.size(); ++i) {
+        rays.push_back(ray_towards({0, 0, 0}, random.point(kSceneExtent), 1));
+        active[i] = i % 32 == 3;
+    }
+    EXPECT_EQ(check(scene, rays, active).fallback, active.size() / 32);
+    EXPECT_EQ(check(scene, rays, std::vector<std::uint8_t>(rays.size(), 0)).fallback, 0u);
+}
+
+/// Rays towards one side of `org`: a third anywhere in a cone, the others at triangles.
+std::vector<Ray> rays_at(const TestScene& scene, vec3 org, std::uint64_t seed) {
+    Random random(seed);
+    const vec3 towards = org + random.point(kSceneExtent);
+    const double spread = std::ldexp(kSceneExtent, -static_cast<int>(seed % 6));
+    std::vector<Ray> rays;
+    for (std::uint32_t i = 0; i < cpu::kSquareRays; ++i) {
+        vec3 target = towards + random.point(spread);
+        if (i % 3 != 0) {
+            const std::uint32_t t =
+                random.below(static_cast<std::uint32_t>(scene.triangle_count()));
+            const vec3* const corner = &scene.positions()[3 * t];
+            const auto u = static_cast<float>(random.real(0, 1));
+            const auto v = static_cast<float>(random.real(0, 1 - u));
+            target = corner[0] + (corner[1] - corner[0]) * u + (corner[2] - corner[0]) * v;
+        }
+        const bool is_there = dot3(target - org, towards - org) > 0;
+        rays.push_back(ray_towards(org, is_there ? target : towards, i % 2 == 0 ? 2 : 8));
+    }
+    return rays;
+}
+
+TEST_P(LightPackets, AnswerLikeBruteForceAmongTrianglesThatReachPastTheLight) {
+    PacketAnswers sum;
+    constexpr std::uint64_t kSeeds = 300;
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+        Random random(seed);
+        const vec3 light = random.point(0.3);
+        const TestScene scene = triangles_past(light, seed);
+        const vec3 org = snap_point(scene.space().to_scene(light));
+        const std::vector<Ray> rays = rays_at(scene, org, seed);
+        const PacketAnswers own = check(scene, rays, std::vector<std::uint8_t>(rays.size(), 1));
+        sum.dark += own.dark;
+        sum.fallback += own.fallback;
+    }
+    constexpr std::size_t kRays = kSeeds * cpu::kSquareRays;
+    EXPECT_LT(sum.fallback, kRays / 10);
+    EXPECT_GT(sum.dark, kRays / 10);
+    EXPECT_LT(sum.dark, kRays - kRays / 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Packets, LightPackets, testing::ValuesIn(supported_simd_targets()),
+                         [](const auto& target) { return std::string(target.param.name); });
+
+}  // namespace
+}  // namespace mray
