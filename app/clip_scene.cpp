@@ -1,7 +1,10 @@
 #include "app/clip_scene.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <utility>
+
+#include <glm/geometric.hpp>
 
 #include "app/backends.h"
 #include "app/library_calls.h"
@@ -34,7 +37,7 @@ morphray::UpdatePolicy policy_of(const TreeOptions& tree) {
                           .deterministic = tree.update_config.deterministic};
 }
 
-morphray::View view_of(const ViewSpec& spec) {
+morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
     morphray::View view = {.eye = spec.eye,
                            .target = spec.target,
                            .up = spec.up,
@@ -42,6 +45,10 @@ morphray::View view_of(const ViewSpec& spec) {
                            .light = spec.light,
                            .width = spec.width,
                            .height = spec.height,
+                           .shading = shading.shading.value_or(morphray::Shading::plain),
+                           .samples = shading.samples.value_or(1),
+                           .flat = shading.flat,
+                           .lit_pixels = !shading.exr.empty(),
                            .ao_count = spec.ao_count,
                            .ao_distance = spec.ao_distance};
     if (spec.rays == kRaysShadow) view.rays = morphray::Rays::shadow;
@@ -82,12 +89,44 @@ morphray::Device open_device(const BackendOptions& options, const Messages& mess
     });
 }
 
-morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
+std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
+    using glm::dvec3;
+    if (bounds.empty()) return {};
+    // Deep enough that a part of the scene at its very bottom is in front of it.
+    constexpr double kDepth = 1e-3;
+    constexpr double kReach = 4;
+    const dvec3 lower(bounds.lower[0], bounds.lower[1], bounds.lower[2]);
+    const dvec3 upper(bounds.upper[0], bounds.upper[1], bounds.upper[2]);
+    const dvec3 upwards(up[0], up[1], up[2]);
+    const double length = glm::length(upwards);
+    if (!(length > 0) || !std::isfinite(length)) return {};
+    const dvec3 n = upwards / length;
+    const dvec3 half = (upper - lower) / 2.0;
+    const dvec3 centre = lower + half;
+    const double size = glm::length(half);
+    const double depth = glm::dot(glm::abs(n), half) + kDepth * size;
+    const dvec3 aside = std::abs(n.y) > 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+    const dvec3 x = glm::normalize(glm::cross(aside, n)) * (kReach * size);
+    const dvec3 z = glm::cross(x, n);
+    const dvec3 middle = centre - depth * n;
+    std::vector<vec3> corners;
+    for (const dvec3& corner : {middle - x - z, middle - x + z, middle + x + z, middle + x - z})
+        corners.emplace_back(corner);
+    return corners;
+}
+
+namespace {
+
+std::span<const std::uint32_t> indices_of(std::span<const uvec3> threes) {
     static_assert(sizeof(uvec3) == 3 * sizeof(std::uint32_t));
-    const std::span<const uvec3> triangles(topology.triangles);
+    return {reinterpret_cast<const std::uint32_t*>(threes.data()), 3 * threes.size()};
+}
+
+}  // namespace
+
+morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
     return {.positions = morphray::packed(world),
-            .triangles = {reinterpret_cast<const std::uint32_t*>(triangles.data()),
-                          3 * triangles.size()},
+            .triangles = indices_of(topology.triangles),
             .albedo = topology.albedo};
 }
 
@@ -123,10 +162,24 @@ ClipScene::ClipScene(const Options& options, const Clip& clip, double first_fram
         }
         messages.note("tracing on " + device.name() + ": " + device.description());
         place(current_);
-        scene_ =
-            morphray::Scene::build(mesh_of(clip.topology(), positions_), device, scene_options);
+        scene_ = morphray::Scene::build(meshes(options), device, scene_options);
         update_ = scene_->last_update();
     });
+}
+
+/// The clip's mesh and, if it is asked for, the ground.
+std::vector<morphray::MeshView> ClipScene::meshes(const Options& options) {
+    std::vector<morphray::MeshView> meshes = {mesh_of(clip_.topology(), positions_)};
+    meshes.front().smooth = indices_of(clip_.smooth_corners());
+    if (options.shading.ground) ground_ = ground_below(clip_.bounds(), options.view.up);
+    if (!ground_.empty()) {
+        static constexpr std::uint32_t kTriangles[] = {0, 1, 2, 0, 2, 3};
+        meshes.push_back({.positions = morphray::packed(ground_),
+                          .triangles = kTriangles,
+                          .deforms = false,
+                          .backdrop = true});
+    }
+    return meshes;
 }
 
 void ClipScene::place(double frame) {
@@ -144,9 +197,9 @@ void ClipScene::advance(double frame) {
     update_ = call_library([&] { return scene_->update(); });
 }
 
-morphray::Image ClipScene::render(const ViewSpec& view) {
+morphray::Image ClipScene::render(const ViewSpec& view, const ShadingOptions& shading) {
     return call_library([&] {
-        morphray::Image image = scene_->render(view_of(view));
+        morphray::Image image = scene_->render(view_of(view, shading));
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;
         update_ = scene_->last_update();

@@ -26,7 +26,7 @@ public:
     /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
     /// frame of the build.
     void advance(double frame);
-    morphray::Image render(const ViewSpec& view);
+    morphray::Image render(const ViewSpec& view, const ShadingOptions& shading);
 
     const morphray::Scene& scene() const { return *scene_; }
     /// What the last build or advance() did. After render() it has the time of a refit that ran on
@@ -38,10 +38,12 @@ public:
     std::string refitted_on() const;
 
 private:
+    std::vector<morphray::MeshView> meshes(const Options& options);
     void place(double frame);
 
     const Clip& clip_;
     std::vector<vec3> positions_;
+    std::vector<vec3> ground_;
     std::optional<morphray::Scene> scene_;
     std::string refitter_;
     double current_ = 0;
@@ -54,6 +56,10 @@ private:
 
 /// The library's device for the options. Warns if it is not the one that they would prefer.
 morphray::Device open_device(const BackendOptions& options, const Messages& messages);
+
+/// The corners of a square below the bounds of a clip, seen along `up`, four times as large; empty
+/// for empty bounds.
+std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
 
 /// The mesh of a topology at these positions in world space; both must outlive the scene.
 morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world);

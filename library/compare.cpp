@@ -30,6 +30,28 @@ Comparison compare_all(std::size_t count, std::size_t keep, Same same, Differenc
     return comparison;
 }
 
+/// Camera rays of an image, of which a pixel may have a square of several.
+class SampleGrid {
+public:
+    explicit SampleGrid(const Image& image) : width_(image.width) {
+        while (std::uint64_t{side_} * side_ < image.samples) ++side_;
+    }
+
+    /// Whether the pixel of sample i has the same colour in both; true but for its first sample.
+    bool same_pixel(std::size_t i, const Image& first, const Image& second) const {
+        const std::size_t row = std::size_t{width_} * side_;
+        const std::size_t x = i % row;
+        const std::size_t y = i / row;
+        if (x % side_ != 0 || y % side_ != 0) return true;
+        const std::size_t pixel = y / side_ * width_ + x / side_;
+        return first.pixels[pixel] == second.pixels[pixel];
+    }
+
+private:
+    std::uint32_t width_;
+    std::uint32_t side_ = 1;
+};
+
 std::string text_of(const Hit& hit) {
     if (!hit) return "a miss";
     return fmt::format("t {:.9g}, u {:.9g}, v {:.9g}, prim_id {}, geom_id {}", hit.t, hit.u, hit.v,
@@ -55,9 +77,12 @@ Comparison compare(const Scene& first, const Scene& second, std::span<const Ray>
 
 Comparison compare(const Image& first, const Image& second, std::size_t keep) {
     return detail::with_public_errors([&] {
-        const std::size_t count = first.pixels.size();
+        const std::size_t count = first.hits.size();
+        const SampleGrid grid(first);
+        const std::size_t pixels = std::size_t{first.width} * first.height;
         const bool fit = first.width == second.width && first.height == second.height &&
-                         count == second.pixels.size() && count == first.hits.size() &&
+                         first.samples == second.samples && pixels == first.pixels.size() &&
+                         pixels == second.pixels.size() && count == pixels * first.samples &&
                          count == second.hits.size() && count == first.occlusion.size() &&
                          count == second.occlusion.size();
         if (!fit) detail::throw_bad_argument("compare: the images have different sizes");
@@ -66,7 +91,7 @@ Comparison compare(const Image& first, const Image& second, std::size_t keep) {
             [&](std::size_t i) {
                 return same_bits(first.hits[i], second.hits[i]) &&
                        first.occlusion[i] == second.occlusion[i] &&
-                       first.pixels[i] == second.pixels[i];
+                       grid.same_pixel(i, first, second);
             },
             [&](std::size_t i) {
                 return HitDifference{i, first.hits[i], second.hits[i]};

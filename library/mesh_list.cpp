@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "common/interop/lit.h"
+#include "common/scene/vertex_normals.h"
 #include "library/errors.h"
 
 namespace morphray::detail {
@@ -11,6 +13,10 @@ namespace {
 
 constexpr std::uint64_t kMostVertices = 0xFFFFFFF0u;
 constexpr std::uint64_t kMostTriangles = std::uint64_t{1} << 28;
+
+bool is_smooth_by_vertex(const MeshView& mesh) {
+    return !mesh.smooth.empty() && mesh.smooth.data() == mesh.triangles.data();
+}
 
 void check(const MeshView& mesh) {
     const Positions& positions = mesh.positions;
@@ -36,12 +42,29 @@ void check(const MeshView& mesh) {
         throw_bad_argument(
             fmt::format("albedo: {} colours for {} triangles", mesh.albedo.size(), count));
     }
+    if (!mesh.smooth.empty() && mesh.smooth.size() != mesh.triangles.size()) {
+        throw_bad_argument(fmt::format("smooth: {} numbers for {} corners of triangles",
+                                       mesh.smooth.size(), mesh.triangles.size()));
+    }
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         if (mesh.triangles[i] < positions.count) continue;
         throw Error(ErrorCode::bad_input,
                     fmt::format("triangle {} has vertex {}, but there are {} positions", i / 3,
                                 mesh.triangles[i], positions.count));
     }
+    if (is_smooth_by_vertex(mesh)) return;
+    for (const std::uint32_t number : mesh.smooth) {
+        if (number < mesh.smooth.size()) continue;
+        throw_bad_argument(fmt::format("smooth: {} is not below the number of corners, {}", number,
+                                       mesh.smooth.size()));
+    }
+}
+
+std::vector<mray::uvec3> threes_of(std::span<const std::uint32_t> numbers) {
+    std::vector<mray::uvec3> threes(numbers.size() / 3);
+    for (std::size_t i = 0; i < threes.size(); ++i)
+        threes[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+    return threes;
 }
 
 }  // namespace
@@ -60,13 +83,17 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
     while (will_be_used(change.geom_id)) ++change.geom_id;
     change.place = {.used = true, .positions = mesh.positions, .deforms = mesh.deforms};
     const std::size_t count = mesh.triangles.size() / 3;
-    change.triangles.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        change.triangles[i] = {mesh.triangles[3 * i], mesh.triangles[3 * i + 1],
-                               mesh.triangles[3 * i + 2]};
+    change.place.is_smooth = !mesh.smooth.empty();
+    if (change.place.is_smooth && !is_smooth_by_vertex(mesh)) {
+        change.place.smooth =
+            std::make_shared<const std::vector<mray::uvec3>>(threes_of(mesh.smooth));
     }
+    change.triangles = threes_of(mesh.triangles);
     change.albedo.assign(mesh.albedo.begin(), mesh.albedo.end());
     change.albedo.resize(count, mray::kDefaultAlbedo);
+    constexpr mray::Albedo kColour = 0x00FFFFFF;
+    for (mray::Albedo& albedo : change.albedo)
+        albedo = (albedo & kColour) | (mesh.backdrop ? mray::kBackdropBit : 0);
     changes_.push_back(std::move(change));
     return changes_.back().geom_id;
 }
@@ -117,6 +144,33 @@ MeshList MeshList::changed() const {
         }
     }
     return list;
+}
+
+bool MeshList::is_smooth() const {
+    return std::any_of(places_.begin(), places_.end(),
+                       [](const MeshPlace& mesh) { return mesh.used && mesh.is_smooth; });
+}
+
+/// Vertices come first, then the numbers of one mesh after the other.
+std::vector<mray::uvec3> MeshList::normal_ids() const {
+    std::vector<mray::uvec3> ids(topology_.triangles.size(), mray::uvec3(mray::kFlatCorner));
+    std::uint32_t first = topology_.vertex_count;
+    for (const MeshPlace& mesh : places_) {
+        if (!mesh.used || !mesh.is_smooth) continue;
+        std::uint32_t count = 0;
+        for (std::uint32_t i = 0; i < mesh.prim_count; ++i) {
+            const std::uint32_t prim = mesh.first_prim + i;
+            if (mesh.smooth == nullptr) {
+                ids[prim] = topology_.triangles[prim];
+                continue;
+            }
+            const mray::uvec3 numbers = (*mesh.smooth)[i];
+            ids[prim] = numbers + first;
+            count = std::max({count, numbers.x + 1, numbers.y + 1, numbers.z + 1});
+        }
+        first += count;
+    }
+    return ids;
 }
 
 const MeshPlace* MeshList::find(std::uint32_t geom_id) const {

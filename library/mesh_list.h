@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct MeshPlace {
     bool used = false;
     Positions positions;
     bool deforms = true;
+    /// Whether its triangles share the normals of their vertices, or those with these numbers.
+    bool is_smooth = false;
+    std::shared_ptr<const std::vector<mray::uvec3>> smooth = nullptr;
     std::uint32_t first_vertex = 0;
     std::uint32_t first_prim = 0;
     std::uint32_t prim_count = 0;
@@ -37,6 +41,10 @@ public:
     MeshList changed() const;
 
     const mray::Topology& topology() const { return topology_; }
+    /// Whether a mesh has smooth normals.
+    bool is_smooth() const;
+    /// Three indices of vertex normals for each triangle, or mray::kFlatCorner. O(triangles).
+    std::vector<mray::uvec3> normal_ids() const;
     std::span<const MeshPlace> places() const { return places_; }
     /// The mesh, or nothing for a geom_id that is free or not committed.
     const MeshPlace* find(std::uint32_t geom_id) const;

@@ -125,7 +125,8 @@ SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
                      const SceneOptions& options)
     : device_(device),
       options_(options),
-      pose_((check(options.bounds), options.bounds), DeviceImpl::of(device).simd_target()) {
+      pose_((check(options.bounds), options.bounds), DeviceImpl::of(device).simd_target()),
+      shader_(DeviceImpl::of(device).simd_target()) {
     make_policy();
     for (const MeshView& mesh : meshes) meshes_.attach(mesh);
     meshes_ = meshes_.changed();
@@ -133,7 +134,11 @@ SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
 }
 
 SceneImpl::SceneImpl(const SceneImpl& other, const Device& device)
-    : device_(device), options_(other.options_), meshes_(other.meshes_), pose_(other.pose_) {
+    : device_(device),
+      options_(other.options_),
+      meshes_(other.meshes_),
+      pose_(other.pose_),
+      shader_(DeviceImpl::of(device).simd_target()) {
     other.require_usable();
     options_.refit_on.reset();
     mray::Bvh tree;
@@ -162,6 +167,7 @@ void SceneImpl::start(const mray::Bvh* tree) {
     if (tree == nullptr) pose_.read_all(meshes_, arena());
     read_ms_ = watch.ms();
     set_space();
+    shader_.set_meshes();
     mray::UpdateConfig config = text_of(options_.update).config;
     config.record_cost_ratio = options_.record_cost_ratio;
     const mray::BuildConfig build{.split = options_.split == Split::sweep
@@ -188,6 +194,7 @@ void SceneImpl::require_usable() const {
 void SceneImpl::follow(std::span<const mray::IndexRange> changed, double read_ms) {
     read_ms_ = read_ms;
     set_space();
+    shader_.set_pose();
     updater_->frame_done({.ms = cost_.ms(), .rays = cost_.rays()});
     cost_.reset();
     updater_->update(pose_.positions(), changed);

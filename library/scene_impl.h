@@ -14,6 +14,7 @@
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/scene_space/scene_rays.h"
 #include "library/device_impl.h"
+#include "library/image_shader.h"
 #include "library/mesh_list.h"
 #include "library/pose_reader.h"
 #include "library/query_cost.h"
@@ -50,6 +51,8 @@ public:
 private:
     class Change;
 
+    Image render_shaded(const View& view) const;
+
     void start(const mray::Bvh* tree);
     std::unique_ptr<mray::UpdatePolicy> make_policy() const;
     void follow(std::span<const mray::IndexRange> changed, double read_ms);
@@ -83,8 +86,9 @@ private:
     std::atomic<bool> is_changing_ = false;
     /// Why the scene is of no use any more.
     std::optional<Error> broken_;
-    /// Of calls of tracer_ and updater_ by const members.
+    /// Of calls of tracer_, updater_ and shader_ by const members.
     mutable std::mutex mutex_;
+    mutable ImageShader shader_;
     mutable QueryCost cost_;
 };
 

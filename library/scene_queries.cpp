@@ -263,6 +263,7 @@ bool SceneImpl::occluded(const Ray& ray) const {
 
 Image SceneImpl::render(const View& view) const {
     require_usable();
+    if (ImageShader::is_needed_for(view)) return render_shaded(view);
     const mray::ImageParams params =
         mray::make_image_params(to_spec(view), pose_.bounds(), pose_.space());
     mray::Frame frame;
@@ -275,6 +276,26 @@ Image SceneImpl::render(const View& view) const {
     Image image = to_image(std::move(frame), params, pose_.space(), meshes_);
     image.trace_ms = trace_ms;
     cost_.add(trace_ms, image.ray_count);
+    return image;
+}
+
+Image SceneImpl::render_shaded(const View& view) const {
+    ShadedImage shaded;
+    {
+        const std::scoped_lock lock(mutex_);
+        shaded = shader_.render(view, meshes_, pose_, *tracer_, arena());
+    }
+    // The hits are those of the samples, the pixels those of the image.
+    Image image = to_image(std::move(shaded.samples), shaded.params, pose_.space(), meshes_);
+    image.width = shaded.width;
+    image.height = shaded.height;
+    image.samples = view.samples;
+    image.pixels = std::move(shaded.pixels);
+    image.lit_pixels = std::move(shaded.lit_pixels);
+    image.image_hash = mray::image_hash(image.pixels);
+    image.ray_count = shaded.ray_count;
+    image.trace_ms = shaded.trace_ms;
+    cost_.add(image.trace_ms, image.ray_count);
     return image;
 }
 

@@ -7,7 +7,39 @@
 
 namespace mray::app {
 
+namespace {
+
+void refuse(const std::string& message) { throw Error(ErrorKind::kBadArgument, message); }
+
+/// Options of render that would have no effect.
+void check_shading(const Options& options) {
+    using morphray::Shading;
+    const ShadingOptions& given = options.shading;
+    const bool is_lit = given.shading ? *given.shading == Shading::lit : !options.rays_given;
+    const bool has_ao = is_lit || options.view.rays == kRaysAo;
+    if (options.rays_given && given.shading && *given.shading != Shading::plain)
+        refuse("--rays, --shading: --rays is for --shading plain; leave one of them out");
+    if (given.flat && !is_lit && given.shading != Shading::normal)
+        refuse("--flat: only --shading lit and normal have smooth normals");
+    if (given.ground && !is_lit) refuse("--ground: only --shading lit shows a ground");
+    if (!given.exr.empty() && !is_lit) refuse("--exr: only --shading lit has linear colours");
+    if (options.ao_samples_given && !has_ao)
+        refuse("--ao-samples: only --shading lit and --rays ao trace ambient occlusion");
+    if (options.ao_distance_given && !has_ao)
+        refuse("--ao-distance: only --shading lit and --rays ao trace ambient occlusion");
+    if (options.ao_samples_given && options.view.ao_count == 0 && !is_lit)
+        refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
+    if (!options.hits.empty() && given.ground)
+        refuse("--hits, --ground: a file of hits has room for one mesh; leave one of them out");
+    if (!options.hits.empty() && given.samples.value_or(1) != 1)
+        refuse(
+            "--hits, --samples: a file of hits has one camera ray a pixel; leave one of them out");
+}
+
+}  // namespace
+
 void check_conflicts(const Options& options) {
+    if (options.command == Command::kRender) check_shading(options);
     if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {
         throw Error(ErrorKind::kBadArgument,
                     "--update rebuild, --refit-on: a tree that is rebuilt is not refitted; leave "

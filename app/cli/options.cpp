@@ -7,6 +7,21 @@ const char* name_of_rays(std::uint32_t rays) {
     return rays == kRaysAo ? "ao" : "primary";
 }
 
+const char* name_of(morphray::Shading shading) {
+    switch (shading) {
+        case morphray::Shading::lit:
+            return "lit";
+        case morphray::Shading::normal:
+            return "normal";
+        case morphray::Shading::depth:
+            return "depth";
+        case morphray::Shading::prim:
+            return "prim";
+        default:
+            return "plain";
+    }
+}
+
 const char* name_of(SplitMethod split) {
     return split == SplitMethod::kBinned ? "binned" : "sweep";
 }

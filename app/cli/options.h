@@ -11,6 +11,7 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_source.h"
 #include "common/update/policy/update_policy.h"
+#include "morphray/image.hpp"
 
 namespace mray::app {
 
@@ -46,6 +47,19 @@ struct BackendOptions {
     bool validate = false;
 };
 
+/// How render shades.
+struct ShadingOptions {
+    /// Not given: lit, or plain with --rays.
+    std::optional<morphray::Shading> shading;
+    /// Not given: 4 with lit, else 1.
+    std::optional<std::uint32_t> samples;
+    bool flat = false;
+    /// "half" or "float": write EXR files, too; empty: none.
+    std::string exr;
+    /// Whether the scene stands on a plane that shows the background.
+    bool ground = false;
+};
+
 struct TreeOptions {
     /// The text of an update policy. Empty: the default of the command.
     std::string update;
@@ -69,6 +83,9 @@ struct Options {
     bool size_given = false;
     /// Whether --rays was given; otherwise crosscheck takes all three kinds.
     bool rays_given = false;
+    bool ao_samples_given = false;
+    bool ao_distance_given = false;
+    ShadingOptions shading;
 
     BackendOptions backend;
     TreeOptions tree;
@@ -115,6 +132,8 @@ struct Options {
 
 /// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.
 const char* name_of_rays(std::uint32_t rays);
+/// "lit", "plain", ...
+const char* name_of(morphray::Shading shading);
 /// "binned" or "sweep".
 const char* name_of(SplitMethod split);
 

@@ -7,6 +7,7 @@
 
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
+#include "app/files/exr_writer.h"
 #include "app/files/output_folder.h"
 #include "app/frames.h"
 #include "app/library_calls.h"
@@ -17,7 +18,10 @@
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
 #include "common/image/png.h"
+#include "common/process/shell_text.h"
+#include "common/text/number_text.h"
 #include "common/text/table.h"
+#include "common/version.h"
 #include "morphray/hits.hpp"
 
 namespace mray::app {
@@ -30,7 +34,71 @@ std::uint32_t thumbnail_width(std::size_t frames) {
     return frames <= 16 ? 384 : 192;
 }
 
-std::string image_name(double frame) { return fmt::format("frame_{}.png", frame_label(frame)); }
+/// Whether --out names one image instead of a folder.
+bool is_one_image(const Options& options) {
+    return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out);
+}
+
+std::filesystem::path folder_of(const Options& options) {
+    if (options.out.empty()) return "out";
+    if (!is_one_image(options)) return options.out;
+    const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
+    return folder.empty() ? "." : folder;
+}
+
+std::string image_name(const Options& options, double frame) {
+    if (is_one_image(options)) return std::filesystem::path(options.out).filename();
+    return fmt::format("frame_{}.png", frame_label(frame));
+}
+
+/// The command that renders this image, on whatever backend.
+std::string command_of(const Options& options, double frame) {
+    const ViewSpec& view = options.view;
+    const ShadingOptions& shading = options.shading;
+    std::vector<std::string> line = {"morphray", "render", options.scene};
+    const auto add = [&line](const char* name, const std::string& value) {
+        line.insert(line.end(), {name, value});
+    };
+    add("--frames", fmt::format("{}", frame));
+    add("--size", fmt::format("{}x{}", view.width, view.height));
+    line.insert(line.end(), options.view_arguments.begin(), options.view_arguments.end());
+    if (options.rays_given) add("--rays", name_of_rays(view.rays));
+    if (!options.rays_given) add("--shading", name_of(*shading.shading));
+    add("--samples", fmt::format("{}", *shading.samples));
+    if (shading.flat) line.push_back("--flat");
+    if (shading.ground) line.push_back("--ground");
+    if (options.allow_empty) line.push_back("--allow-empty");
+    if (options.lenient) line.push_back("--lenient");
+    return shell_line(line);
+}
+
+/// What a PNG file says about itself: nothing that differs between backends.
+std::vector<PngText> texts_of(const Options& options, double frame, const morphray::Image& image) {
+    return {{"Software", fmt::format("morphray {}", kVersionDetail)},
+            {"Source", command_of(options, frame)},
+            {"Hits hash", hash_text(image.hits_hash)},
+            {"Image hash", hash_text(image.image_hash)}};
+}
+
+Options with_defaults(Options options) {
+    using morphray::Shading;
+    ShadingOptions& shading = options.shading;
+    if (!shading.shading) shading.shading = options.rays_given ? Shading::plain : Shading::lit;
+    const bool is_lit = *shading.shading == Shading::lit;
+    if (!shading.samples) shading.samples = is_lit && options.hits.empty() ? 4 : 1;
+    constexpr std::uint32_t kLitAoCount = 4;
+    if (is_lit && !options.ao_samples_given) options.view.ao_count = kLitAoCount;
+    return options;
+}
+
+/// The kinds of rays that an image is made of.
+std::string rays_text(const Options& options) {
+    using morphray::Shading;
+    const Shading shading = *options.shading.shading;
+    if (shading == Shading::plain) return name_of_rays(options.view.rays);
+    if (shading != Shading::lit) return name_of_rays(kRaysPrimary);
+    return options.view.ao_count == 0 ? "shadow" : "shadow, ao";
+}
 
 class Renderer {
 public:
@@ -48,20 +116,29 @@ public:
                         view.width, view.height};
         report_.backend = scene_.scene().device().name();
         report_.device = scene_.scene().device().description();
-        report_.rays = name_of_rays(view.rays);
+        report_.rays = rays_text(options);
+        report_.shading = name_of(*options.shading.shading);
+        report_.samples = *options.shading.samples;
     }
 
     void render(double frame_number) {
         scene_.advance(frame_number);
         messages_.note(fmt::format("frame {}: {}, {}", frame_number,
                                    to_string(scene_.update().step), scene_.update().reason));
-        morphray::Image traced = scene_.render(options_.view);
+        morphray::Image traced = scene_.render(options_.view, options_.shading);
         report_.frames.push_back(
             report_frame(scene_, frame_number, traced, !options_.json.empty()));
-        const Image image{traced.width, traced.height, std::move(traced.pixels)};
-        const std::string file = image_name(frame_number);
-        write_file(folder_ / file, encode_png(image));
         if (hits_) call_library([&] { hits_->add(traced); });
+        const std::vector<PngText> texts = texts_of(options_, frame_number, traced);
+        if (!options_.shading.exr.empty()) {
+            const ExrColours colours =
+                options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
+            std::filesystem::path file = folder_ / image_name(options_, frame_number);
+            write_file(file.replace_extension(".exr"), encode_exr(traced, colours, texts));
+        }
+        const Image image{traced.width, traced.height, std::move(traced.pixels)};
+        const std::string file = image_name(options_, frame_number);
+        write_file(folder_ / file, encode_png(image, texts));
         thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
         report_.frames.back().file = file;
     }
@@ -107,7 +184,8 @@ private:
 constexpr std::uint64_t kHitsFileBytesPerPixel = 20;
 
 void require_memory_for(const Options& options, const Clip& clip, std::size_t frames) {
-    const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
+    const std::uint64_t pixels =
+        std::uint64_t{options.view.width} * options.view.height * *options.shading.samples;
     // The hits of all frames, twice, because a growing array is copied.
     const std::uint64_t kept =
         options.hits.empty() ? 0 : 2 * frames * pixels * kHitsFileBytesPerPixel;
@@ -121,26 +199,34 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
          .kept_bytes = kept});
 }
 
-void require_distinct_names(const std::vector<double>& frames) {
+void require_distinct_names(const Options& options, const std::vector<double>& frames) {
+    if (is_one_image(options) && frames.size() > 1) {
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("--out {}: one image, but {} frames; choose one of them by --frames, "
+                        "or give a folder",
+                        options.out, frames.size()));
+    }
     std::set<std::string> names;
     for (const double frame : frames) {
-        if (names.insert(image_name(frame)).second) continue;
+        if (names.insert(image_name(options, frame)).second) continue;
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("--frames: two frames would both become {}; "
                                 "choose a larger step",
-                                image_name(frame)));
+                                image_name(options, frame)));
     }
 }
 
 }  // namespace
 
-ExitCode run_render(const Options& options, const Messages& messages) {
+ExitCode run_render(const Options& given, const Messages& messages) {
+    const Options options = with_defaults(given);
     check_reports({options.json, options.hits});
-    const OutputFolder folder(options.out.empty() ? "out" : options.out);
+    const OutputFolder folder(folder_of(options));
     const std::unique_ptr<Clip> clip = open_clip(options, messages);
     const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
     warn_of_damage(options, *clip, frames, messages);
-    require_distinct_names(frames);
+    require_distinct_names(options, frames);
     require_memory_for(options, *clip, frames.size());
     Renderer renderer(options, *clip, frames, folder.path(), messages);
 

@@ -34,6 +34,8 @@ std::string to_json(const RenderReport& report) {
     json["backend"] = report.backend;
     json["device"] = report.device;
     json["rays"] = report.rays;
+    json["shading"] = report.shading;
+    json["samples"] = report.samples;
     json["complete"] = report.complete;
     json["frames"] = Json::array();
     for (const FrameReport& frame : report.frames) json["frames"].push_back(of(frame));

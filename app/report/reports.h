@@ -55,6 +55,9 @@ struct RenderReport {
     std::string backend;
     std::string device;
     std::string rays;
+    std::string shading;
+    /// Camera rays a pixel.
+    std::uint32_t samples = 1;
     /// False if an error or a signal ended it early.
     bool complete = true;
     std::vector<FrameReport> frames;

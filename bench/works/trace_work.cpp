@@ -59,7 +59,12 @@ void add_secondary_rays(TraceWork& work, const cpu::ShadedMesh& mesh, std::uint3
     if (missed) return;
     const Surface surface = mesh.surface(ray, hit);
     if (work.kind == WorkKind::kDiffuse) {
-        Ray bounced = ao_ray(surface, x, y, 0, params.ao_tfar);
+        // The directions of neighbours have nothing to do with each other.
+        const std::uint32_t number = mix_bits(x + mix_bits(y));
+        Ray bounced;
+        bounced.org = off_surface(surface, surface.size);
+        bounced.tnear = 0;
+        bounced.dir = canonical_direction(ao_direction(surface, sphere_point(number)));
         bounced.tfar = kInfiniteT;
         work.rays.push_back(bounced);
         return;

@@ -38,4 +38,11 @@ private:
     XXH3_state_t* state_;
 };
 
+/// The digest of one small value without padding.
+template <class T>
+std::uint64_t hash_of(const T& value) {
+    static_assert(std::has_unique_object_representations_v<T>);
+    return XXH3_64bits(&value, sizeof value);
+}
+
 }  // namespace mray

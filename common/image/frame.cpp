@@ -22,8 +22,10 @@ std::uint64_t hits_hash(const Frame& frame) {
     return Hasher().add(std::span(frame.hits)).add(std::span(frame.occlusion)).digest();
 }
 
-std::uint64_t image_hash(const Frame& frame) {
-    return Hasher().add(std::span(frame.pixels)).digest();
+std::uint64_t image_hash(const Frame& frame) { return image_hash(frame.pixels); }
+
+std::uint64_t image_hash(std::span<const std::uint32_t> pixels) {
+    return Hasher().add(pixels).digest();
 }
 
 }  // namespace mray

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/interop/params.h"
@@ -36,5 +37,6 @@ std::uint64_t count_rays(const ImageParams& params, const Frame& frame);
 /// XXH3 (64 bits) of hits and occlusion, and of the pixels.
 std::uint64_t hits_hash(const Frame& frame);
 std::uint64_t image_hash(const Frame& frame);
+std::uint64_t image_hash(std::span<const std::uint32_t> pixels);
 
 }  // namespace mray

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace mray {
@@ -15,8 +16,15 @@ struct Image {
     std::vector<std::uint32_t> pixels;
 };
 
-/// The image as a PNG file in memory.
-std::vector<std::byte> encode_png(const Image& image);
+/// A line of text in a PNG file: a keyword of 1 to 79 Latin letters, digits and blanks, and text in
+/// UTF-8 without NUL.
+struct PngText {
+    std::string keyword;
+    std::string text;
+};
+
+/// The image as a PNG file in memory, with texts as iTXt chunks.
+std::vector<std::byte> encode_png(const Image& image, std::span<const PngText> texts = {});
 
 /// All images, which have one size, scaled down by a whole factor and laid out in rows, so that the
 /// sheet is at most about max_width wide. Empty for no images.

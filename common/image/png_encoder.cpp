@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -77,6 +78,32 @@ bool is_opaque(const Image& image) {
     return true;
 }
 
+// The signature and the chunk IHDR.
+constexpr std::size_t kHeaderBytes = 8 + 25;
+
+void append(const void* bytes, std::size_t size, std::vector<std::byte>& to) {
+    const std::size_t at = to.size();
+    to.resize(at + size);
+    std::memcpy(to.data() + at, bytes, size);
+}
+
+void append_word(std::uint32_t word, std::vector<std::byte>& to) {
+    const unsigned char bytes[] = {
+        static_cast<unsigned char>(word >> 24), static_cast<unsigned char>(word >> 16),
+        static_cast<unsigned char>(word >> 8), static_cast<unsigned char>(word)};
+    append(bytes, sizeof bytes, to);
+}
+
+/// Adds the text as a chunk (ISO/IEC 15948, 11.3.4.5): not compressed, in no particular language.
+void append_text(const PngText& text, std::vector<std::byte>& to) {
+    const std::string chunk = "iTXt" + text.keyword + std::string(5, '\0') + text.text;
+    append_word(static_cast<std::uint32_t>(chunk.size() - 4), to);
+    append(chunk.data(), chunk.size(), to);
+    append_word(static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(chunk.data()),
+                                                 static_cast<uInt>(chunk.size()))),
+                to);
+}
+
 struct Free {
     void operator()(unsigned char* memory) const { std::free(memory); }
 };
@@ -105,7 +132,7 @@ Png make_png(const Image& image, const std::vector<unsigned char>& bytes, int co
 
 }  // namespace
 
-std::vector<std::byte> encode_png(const Image& image) {
+std::vector<std::byte> encode_png(const Image& image, std::span<const PngText> texts) {
     assert(image.width > 0 && image.height > 0);
     assert(image.pixels.size() == std::size_t{image.width} * image.height);
     const int count = is_opaque(image) ? 3 : 4;
@@ -117,8 +144,10 @@ std::vector<std::byte> encode_png(const Image& image) {
         Png filtered = make_png(image, bytes, count, kFilterForEachRow);
         if (filtered.size < png.size) png = std::move(filtered);
     }
-    std::vector<std::byte> result(png.size);
-    std::memcpy(result.data(), png.bytes.get(), result.size());
+    std::vector<std::byte> result;
+    append(png.bytes.get(), kHeaderBytes, result);
+    for (const PngText& text : texts) append_text(text, result);
+    append(png.bytes.get() + kHeaderBytes, png.size - kHeaderBytes, result);
     return result;
 }
 

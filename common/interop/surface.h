@@ -11,8 +11,9 @@
 SHARED_BEGIN
 
 #ifndef SHARED_LANES
-// How often a point is drawn for an ambient-occlusion ray.
-SHARED_CONST uint kAoAttempts = 8u;
+// Ambient occlusion is sampled alike in all squares of this many pixels a side, each pixel of a
+// square in other directions: the mean over any such square has no noise.
+SHARED_CONST uint kAoSquareSide = 4u;
 #endif
 
 /// A hit point, the unit geometric normal on the side that the ray came from, and a bound of the
@@ -95,38 +96,54 @@ SHARED Float signed_unit(Uint x) {
     return r;
 }
 
-/// The seed of an ambient-occlusion ray, from its pixel (x, y) and mix_bits() of its sample's
-/// index.
-SHARED Uint ao_seed(Uint x, Uint y, uint sample_bits) {
-    return mix_bits(x + mix_bits(y + sample_bits));
+/// The number of a direction for ambient-occlusion ray `sample_index` of pixel (x, y). Each number
+/// occurs once in a square; neighbours have numbers far apart (B. E. Bayer. An optimum method for
+/// two-level rendition of continuous-tone pictures. 1973).
+SHARED Uint ao_number(Uint x, Uint y, uint sample_index) {
+    Uint d = x ^ y;
+    Uint place = ((d & 1u) << 3u) | ((y & 1u) << 2u) | (d & 2u) | ((y & 2u) >> 1u);
+    return place + sample_index * (kAoSquareSide * kAoSquareSide);
 }
 
-/// The next point of the cube [-1, 1)^3.
-SHARED Float3 draw_point(INOUT(Uint) seed) {
-    seed = mix_bits(seed);
-    PRECISE Float x = signed_unit(seed);
-    seed = mix_bits(seed);
-    PRECISE Float y = signed_unit(seed);
-    seed = mix_bits(seed);
-    PRECISE Float z = signed_unit(seed);
-    return Float3(x, y, z);
+/// Point n of a sequence that fills the unit sphere evenly: the additive recurrence of the plastic
+/// number (M. Roberts. The unreasonable effectiveness of quasirandom sequences. 2018), with z and
+/// the angle around the z axis as coordinates.
+SHARED Float3 sphere_point(Uint n) {
+    Uint u = n * 3242174889u + 2147483648u;
+    Uint v = n * 2447445414u + 2147483648u;
+    PRECISE Float z = signed_unit(u);
+    PRECISE Float radius2 = 1.0f - z * z;
+    PRECISE Float radius =
+        select(radius2 > 0.00000095367431640625f, radius2 * rsqrt(radius2), 0.0f);  // 2^-20
+    // The upper two bits are the quadrant, the others an angle in [-pi/4, pi/4), whose sine and
+    // cosine are Taylor polynomials with an error below 4e-6.
+    PRECISE Float a = signed_unit(v << 2u) * 0.785398185253143310546875f;
+    PRECISE Float a2 = a * a;
+    PRECISE Float s2 =
+        0.008333333767950534820556640625f - a2 * 0.000198412701138295233249664306640625f;
+    PRECISE Float s1 = a2 * s2 - 0.16666667163372039794921875f;
+    PRECISE Float sine = a + a * (a2 * s1);
+    PRECISE Float c2 = 0.0416666679084300994873046875f - a2 * 0.001388888922519981861114501953125f;
+    PRECISE Float c1 = a2 * c2 - 0.5f;
+    PRECISE Float cosine = 1.0f + a2 * c1;
+    Uint quadrant = v >> 30u;
+    Float x = select((quadrant & 1u) == 1u, sine, cosine);
+    Float y = select((quadrant & 1u) == 1u, cosine, sine);
+    x = select(((quadrant + 1u) & 2u) == 2u, -x, x);
+    y = select((quadrant & 2u) == 2u, -y, y);
+    PRECISE Float3 p = Float3(radius * x, radius * y, z);
+    return p;
 }
 
-/// The squared length of a point of the unit ball; 0 outside, and close to the centre.
-SHARED Float ball_length2(Float3 p) {
-    PRECISE Float length2 = dot3(p, p);
-    return select(length2 <= 1.0f && length2 > 0.0009765625f, length2, 0.0f);
-}
-
-/// The direction to the point in direction `drawn` on the unit sphere around the normal's tip,
-/// given drawn_length2 = ball_length2(drawn); the normal itself if that is 0. Not canonical.
-SHARED Float3 ao_direction(Surface s, Float3 drawn, Float drawn_length2) {
+/// The direction to a point of the unit sphere around the normal's tip, given by its place on the
+/// sphere. Not canonical. Points that fill the sphere evenly give directions that are distributed
+/// by the cosine to the normal.
+SHARED Float3 ao_direction(Surface s, Float3 point) {
     // Slightly less than 1, so that a point opposite to the normal still gives a direction.
-    Bool is_drawn = drawn_length2 > 0.0f;
-    PRECISE Float l = 0.9990234375f * rsqrt(select(is_drawn, drawn_length2, 1.0f));
     PRECISE Float3 lifted =
-        Float3(s.normal.x + drawn.x * l, s.normal.y + drawn.y * l, s.normal.z + drawn.z * l);
-    return select(is_drawn, unit(lifted), s.normal);
+        Float3(s.normal.x + 0.9990234375f * point.x, s.normal.y + 0.9990234375f * point.y,
+               s.normal.z + 0.9990234375f * point.z);
+    return unit(lifted);
 }
 
 #ifndef SHARED_LANES
@@ -146,23 +163,9 @@ SHARED Ray shadow_ray(Surface s, vec3 light) {
     return ray;
 }
 
-/// Ambient-occlusion ray `sample_index` of pixel (x, y): cosine-distributed about the normal (a
-/// point on the unit sphere around its tip), length tfar. The point is drawn from a cube at most
-/// kAoAttempts times until it lies in the ball; after that (3 in 1000) the normal itself is taken.
+/// Ambient-occlusion ray `sample_index` of pixel (x, y), of length tfar.
 SHARED Ray ao_ray(Surface s, uint x, uint y, uint sample_index, float tfar) {
-    uint seed = ao_seed(x, y, mix_bits(sample_index));
-    vec3 drawn = s.normal;
-    float drawn_length2 = 0.0f;
-    uint attempt = 0u;
-    do {
-        // Always true; shaders/base/cluster.glsl says why it is tested.
-        if (drawn_length2 == 0.0f && attempt < kAoAttempts) {
-            drawn = draw_point(seed);
-            drawn_length2 = ball_length2(drawn);
-        }
-        ++attempt;
-    } while (drawn_length2 == 0.0f && attempt < kAoAttempts);
-    vec3 dir = ao_direction(s, drawn, drawn_length2);
+    vec3 dir = ao_direction(s, sphere_point(ao_number(x, y, sample_index)));
     PRECISE float end = tfar * power_of_two_below(largest_component(dir));
     Ray ray;
     ray.org = off_surface(s, s.size);

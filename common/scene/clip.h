@@ -32,6 +32,10 @@ public:
     virtual double first_frame() const = 0;
     virtual double last_frame() const = 0;
 
+    /// For each triangle three numbers, below that of all corners: corners with the same number
+    /// look smooth together. Empty: all triangles are flat.
+    virtual std::span<const uvec3> smooth_corners() const { return {}; }
+
     /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
     /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame
     /// when this frame could not be read or is not finite although the clip was opened strictly.

@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#include "cpu/image/mesh_lanes-inl.h"
 #include "cpu/image/pixel_shader.h"
 #include "cpu/simd/lanes-inl.h"
 
@@ -71,33 +72,6 @@ HWY_INLINE void for_each_block(const PixelPart& part, Visit visit) {
     }
 }
 
-#if HWY_TARGET != HWY_SCALAR
-/// load_threes() by 16 bytes for each: one word after the last is read, too.
-template <class D>
-HWY_INLINE void load_threes_at_once(D d, const hn::TFromD<D>* from, const std::uint32_t* at,
-                                    hn::Vec<D> out[3]) {
-    const hn::CappedTag<hn::TFromD<D>, 4> four;
-    const auto load = [&](std::size_t lane)
-                          HWY_ATTR { return hn::LoadU(four, from + 3 * std::size_t{at[lane]}); };
-    hn::Vec<D> in[4];
-    for (std::size_t j = 0; j < 4; ++j) {
-        // Lanes j, 4 + j and so on.
-        if constexpr (kLanes == 16) {
-            const hn::Half<D> half;
-            in[j] = hn::Combine(d, hn::Combine(half, load(12 + j), load(8 + j)),
-                                hn::Combine(half, load(4 + j), load(j)));
-        } else if constexpr (kLanes == 8) {
-            in[j] = hn::Combine(d, load(4 + j), load(j));
-        } else {
-            in[j] = load(j);
-        }
-    }
-    hn::Vec<D> words[4];
-    transpose_fours(d, in, words);
-    for (int k = 0; k < 3; ++k) out[k] = words[k];
-}
-#endif
-
 /// Loads t and prim_id of the pixels of a block in these columns and rows, one a lane.
 HWY_INLINE void load_hits(const PixelPart& part, const PixelBlock& block, std::uint32_t first,
                           UintVec column, UintVec row, FloatVec& t, UintVec& prim) {
@@ -143,25 +117,6 @@ HWY_INLINE PixelLanes load_pixels(const PixelPart& part, const PixelBlock& block
     return pixels;
 }
 
-/// Loads the threes of words with these indices from `count` threes, one after the other.
-template <class D>
-HWY_INLINE void load_threes(D d, const hn::TFromD<D>* from, UintVec index, std::size_t count,
-                            hn::Vec<D> out[3]) {
-    alignas(64) std::uint32_t at[kLanes];
-    store(index, at);
-#if HWY_TARGET != HWY_SCALAR
-    const UintVec last = splat(static_cast<std::uint32_t>(count - 1));
-    if (HWY_LIKELY(none(index == last))) return load_threes_at_once(d, from, at, out);
-#else
-    (void)count;
-#endif
-    for (std::size_t k = 0; k < 3; ++k) {
-        alignas(64) hn::TFromD<D> words[kLanes];
-        for (std::size_t l = 0; l < kLanes; ++l) words[l] = from[3 * std::size_t{at[l]} + k];
-        out[k] = hn::Load(d, words);
-    }
-}
-
 HWY_INLINE UintVec load_albedo(const PixelPart& part, const PixelLanes& pixels) {
     return hn::GatherIndex(kUints, part.mesh.topology->albedo.data(), as_int(pixels.prim));
 }
@@ -176,17 +131,8 @@ HWY_INLINE lanes::Float3 directions_of(const PixelPart& part, const PixelLanes& 
 /// then.
 HWY_INLINE lanes::Surface load_surfaces(const PixelPart& part, const PixelLanes& pixels,
                                         const lanes::Float3& dir) {
-    const Topology& topology = *part.mesh.topology;
-    const std::span<const vec3> positions = part.mesh.positions;
-    UintVec vertices[3];
-    load_threes(kUints, &topology.triangles.front().x, pixels.prim, topology.triangles.size(),
-                vertices);
     lanes::Float3 corners[3];
-    for (int k = 0; k < 3; ++k) {
-        FloatVec at[3];
-        load_threes(kFloats, &positions.front().x, vertices[k], positions.size(), at);
-        corners[k] = lanes::Float3(at);
-    }
+    load_corners(*part.mesh.topology, part.mesh.positions, pixels.prim, corners);
     return lanes::surface_of(lanes::Float3(part.params.camera.org), dir, pixels.t, corners[0],
                              corners[1], corners[2]);
 }
@@ -300,16 +246,7 @@ void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded, 
 /// ao_ray() of the surfaces that pixels (x, y) show, without the origin.
 HWY_INLINE DirectionLanes ao_rays(const lanes::Surface& s, UintVec x, UintVec y,
                                   std::uint32_t sample, float tfar) {
-    UintVec seed = lanes::ao_seed(x, y, mix_bits(sample));
-    lanes::Float3 drawn = s.normal;
-    FloatVec length2 = zero();
-    Mask more = length2 == length2;
-    for (std::uint32_t attempt = 0; attempt < kAoAttempts && !none(more); ++attempt) {
-        drawn = select(more, lanes::draw_point(seed), drawn);
-        length2 = select(more, ball_length2(drawn), length2);
-        more = length2 == 0.0f;
-    }
-    const lanes::Float3 dir = ao_direction(s, drawn, length2);
+    const lanes::Float3 dir = ao_direction(s, lanes::sphere_point(lanes::ao_number(x, y, sample)));
     return {canonical_direction(dir), tfar * lanes::power_of_two_below(largest_component(dir))};
 }
 

@@ -14,6 +14,7 @@
 
 #include "common/interop/camera.h"
 #include "common/interop/hit_rule.h"
+#include "common/interop/lit.h"
 #include "common/interop/shading.h"
 #include "common/interop/surface.h"
 #include "common/simd/vectors-inl.h"
@@ -102,6 +103,7 @@ HWY_INLINE Float product_error(Float a, Float b, Float p) { return mul_sub(a, b,
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 #include "common/interop/shading.h"
+#include "common/interop/lit.h"
 // clang-format on
 #pragma pop_macro("SHARED")
 #pragma pop_macro("SHARED_BEGIN")

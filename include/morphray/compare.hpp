@@ -16,7 +16,7 @@ namespace morphray {
 class Scene;
 
 struct HitDifference {
-    /// The number of the ray, or of the pixel, row by row.
+    /// The number of the ray, or of the camera ray of an image, row by row.
     std::size_t index = 0;
     Hit first;
     Hit second;
@@ -36,8 +36,8 @@ struct Comparison {
 /// Scene::intersect() throws.
 MORPHRAY_API Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
                                 std::size_t keep = 10);
-/// Compares hits, occlusion and pixels; a pixel counts once. Throws bad_argument for images of
-/// different sizes.
+/// Compares hits, occlusion and pixels; what differs counts once for each camera ray. Throws
+/// bad_argument for images of different sizes.
 MORPHRAY_API Comparison compare(const Image& first, const Image& second, std::size_t keep = 10);
 
 /// "1000 equal", or "3 of 1000 differ" and a line for each of the first ones.

@@ -1,6 +1,7 @@
 // Images of a scene.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -18,6 +19,15 @@ enum class Rays {
     ao,       ///< and ambient-occlusion rays from each hit.
 };
 
+/// What the colours of an image show.
+enum class Shading {
+    plain,   ///< The light of View::rays on flat triangles.
+    lit,     ///< A light with shadows and a sky with ambient occlusion, on smooth surfaces.
+    normal,  ///< Normals as colours.
+    depth,   ///< Depths along the viewing direction as greys, the nearer the brighter.
+    prim,    ///< Triangles in colours of their own.
+};
+
 /// A pinhole camera and a light, in world space. What is not given is chosen so that the bounds of
 /// the scene fill the image.
 struct View {
@@ -30,23 +40,48 @@ struct View {
     /// In pixels, from 1 to 65536 a side and at most 2^28 in all.
     std::uint32_t width = 1024;
     std::uint32_t height = 1024;
+    /// For Shading::plain; with any other, Shading chooses the rays.
     Rays rays = Rays::primary;
-    /// Ambient-occlusion rays a pixel, from 1 to 256.
+    Shading shading = Shading::plain;
+    /// Camera rays a pixel, 1, 4, 16 or 64: a square of them, whose colours are averaged.
+    std::uint32_t samples = 1;
+    /// Whether Shading::lit and normal leave out the smooth normals of meshes.
+    bool flat = false;
+    /// Whether Shading::lit fills Image::lit_pixels, too.
+    bool lit_pixels = false;
+    /// Ambient-occlusion rays a camera ray, from 1 to 256; with Shading::lit also 0, for none.
     std::uint32_t ao_count = 16;
     /// Length of ambient-occlusion rays. 0: a quarter of the diagonal of the bounds.
     double ao_distance = 0;
+};
+
+/// What a pixel of a lit image shows beside its 8-bit colour.
+struct LitPixel {
+    /// Linear red, green and blue, the mean of the samples.
+    std::array<float, 3> colour = {};
+    /// Of the sample in the middle of the pixel: the unit normal in world space, on the side of the
+    /// eye; 0 without a hit.
+    std::array<float, 3> normal = {};
+    /// Of the same sample: the share of the sky that it sees, from 0 to 1; 1 without a hit.
+    float open = 1;
 };
 
 /// An image with the hits that it was made from, row by row from the top.
 struct Image {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
+    /// Camera rays a pixel: View::samples.
+    std::uint32_t samples = 1;
     /// 8 bits a channel, sRGB: red in bits 0 to 7, green in 8 to 15, blue in 16 to 23, alpha above.
     std::vector<std::uint32_t> pixels;
-    /// The hit of each camera ray; t is the depth along the viewing direction, in world space.
+    /// The hit of each camera ray; t is the depth along the viewing direction, in world space. With
+    /// several samples these are the hits of an image whose sides are longer by the square root of
+    /// their number, and so is `occlusion`.
     std::vector<Hit> hits;
-    /// The number of occluded shadow or ambient-occlusion rays of each pixel.
+    /// The number of occluded shadow and ambient-occlusion rays of each camera ray.
     std::vector<std::uint32_t> occlusion;
+    /// Row by row, if View::lit_pixels asks for them; else empty.
+    std::vector<LitPixel> lit_pixels;
     /// The rays that were traced.
     std::uint64_t ray_count = 0;
     /// The time of the trace; a device takes it by its own clock, if it has one.

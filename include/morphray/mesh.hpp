@@ -56,6 +56,15 @@ struct MeshView {
     /// For images, the colour of each triangle: linear, 8 bits a channel, red in bits 0 to 7, green
     /// in 8 to 15, blue in 16 to 23. Empty: light grey.
     std::span<const std::uint32_t> albedo = {};
+    /// For lit images, three numbers for each triangle. Corners with the same number share a
+    /// normal, the mean of their triangles at the current pose, so that these look smooth together;
+    /// at creases of more than 37 degrees they stay flat. `triangles` itself makes all of the mesh
+    /// smooth, without memory for it. Empty: every triangle is flat. Numbers are below the number
+    /// of corners. Copied once.
+    std::span<const std::uint32_t> smooth = {};
+    /// In lit images the mesh shows the background, darkened by shadows and occlusion: for a plane
+    /// that the scene stands on.
+    bool backdrop = false;
 };
 
 }  // namespace morphray

@@ -55,14 +55,24 @@ py::array pixels_of(const py::object& self) {
     return view(py::dtype::of<std::uint8_t>(), shape, image.pixels.data(), self);
 }
 
+/// The shape of arrays with one element for each camera ray.
+std::vector<py::ssize_t> sample_shape_of(const Image& image) {
+    py::ssize_t side = 1;
+    while (side * side < static_cast<py::ssize_t>(image.samples)) ++side;
+    std::vector<py::ssize_t> shape = shape_of(image);
+    for (py::ssize_t& length : shape) length *= side;
+    return shape;
+}
+
 py::array hits_of(const py::object& self) {
     const auto& image = self.cast<const Image&>();
-    return view(hit_dtype(), shape_of(image), image.hits.data(), self);
+    return view(hit_dtype(), sample_shape_of(image), image.hits.data(), self);
 }
 
 py::array occlusion_of(const py::object& self) {
     const auto& image = self.cast<const Image&>();
-    return view(py::dtype::of<std::uint32_t>(), shape_of(image), image.occlusion.data(), self);
+    return view(py::dtype::of<std::uint32_t>(), sample_shape_of(image), image.occlusion.data(),
+                self);
 }
 
 py::array file_hits_of(const py::object& self) {
@@ -93,16 +103,18 @@ void bind_images(py::module_& module) {
 The arrays are read-only views, row by row from the top; they keep the image alive.)")
             .def_readonly("width", &Image::width, "In pixels.")
             .def_readonly("height", &Image::height, "In pixels.")
+            .def_readonly("samples", &Image::samples, "Camera rays a pixel.")
             .def_property_readonly("pixels", &pixels_of,
                                    "(height, width, 4) uint8: red, green, blue, alpha, in sRGB.")
             .def_property_readonly("hits", &hits_of,
                                    R"((height, width) of hit_dtype: the hit of each camera ray.
 
-t is the depth along the viewing direction, in world space.)")
+t is the depth along the viewing direction, in world space. With several samples a pixel both sides
+are longer by the square root of their number.)")
             .def_property_readonly("occlusion", &occlusion_of,
-                                   R"((height, width) uint32: occluded rays of each pixel.
+                                   R"((height, width) uint32: occluded rays of each camera ray.
 
-Of its shadow ray, or of its ambient-occlusion rays.)")
+Of its shadow ray and its ambient-occlusion rays. With several samples shaped as hits.)")
             .def_readonly("ray_count", &Image::ray_count, "The rays that were traced.")
             .def_readonly("trace_ms", &Image::trace_ms, "The time of the trace in milliseconds.")
             .def_readonly(

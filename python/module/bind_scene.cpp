@@ -135,7 +135,8 @@ py::dict cast_rays(PyScene& scene, const py::object& rays) {
 
 Image render(PyScene& scene, const py::object& size, const py::object& eye,
              const py::object& target, const py::object& up, double fov, const py::object& light,
-             const std::string& rays, const py::object& ao_count, double ao_distance) {
+             const std::string& rays, const py::object& ao_count, double ao_distance,
+             const std::string& shading, const py::object& samples, bool flat) {
     if (!py::isinstance<py::sequence>(size) || py::len(size) != 2)
         throw py::type_error("size: a pair of numbers is needed, (width, height)");
     const auto pair = py::reinterpret_borrow<py::sequence>(size);
@@ -147,6 +148,9 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
                     .width = uint32_of(py::object(pair[0]), "size[0]"),
                     .height = uint32_of(py::object(pair[1]), "size[1]"),
                     .rays = rays_named(rays),
+                    .shading = shading_named(shading),
+                    .samples = uint32_of(samples, "samples"),
+                    .flat = flat,
                     .ao_count = uint32_of(ao_count, "ao_count"),
                     .ao_distance = ao_distance};
     return scene.query([&](const Scene& s) { return s.render(view); });
@@ -238,7 +242,8 @@ void bind_scene(py::module_& module) {
              arg("eye") = py::none(), arg("target") = py::none(),
              arg("up") = py::make_tuple(0.0, 1.0, 0.0), arg("fov") = View{}.fov,
              arg("light") = py::none(), arg("rays") = "primary", arg("ao_count") = View{}.ao_count,
-             arg("ao_distance") = View{}.ao_distance)
+             arg("ao_distance") = View{}.ao_distance, arg("shading") = "plain",
+             arg("samples") = View{}.samples, arg("flat") = View{}.flat)
         .def(
             "on",
             [](PyScene& scene, const py::object& device) {

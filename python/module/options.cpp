@@ -65,6 +65,15 @@ Rays rays_named(const std::string& rays) {
     throw_choice("rays", rays, R"("primary", "shadow" and "ao")");
 }
 
+Shading shading_named(const std::string& shading) {
+    if (shading == "plain") return Shading::plain;
+    if (shading == "lit") return Shading::lit;
+    if (shading == "normal") return Shading::normal;
+    if (shading == "depth") return Shading::depth;
+    if (shading == "prim") return Shading::prim;
+    throw_choice("shading", shading, R"("plain", "lit", "normal", "depth" and "prim")");
+}
+
 std::uint32_t uint32_of(const py::handle& number, const std::string& name) {
     const py::object index = py::reinterpret_steal<py::object>(PyNumber_Index(number.ptr()));
     if (!index) {

@@ -22,6 +22,7 @@ Split split_of(const std::string& split);
 std::optional<Box> bounds_of(const py::object& bounds);
 /// "primary", "shadow" or "ao".
 Rays rays_named(const std::string& rays);
+Shading shading_named(const std::string& shading);
 /// A number of the range of uint32.
 std::uint32_t uint32_of(const py::handle& number, const std::string& name);
 

@@ -24,7 +24,7 @@ struct BorrowedMesh {
     std::vector<std::uint32_t> albedo;
     bool deforms = true;
 
-    MeshView view() const { return {positions, *triangles, deforms, albedo}; }
+    MeshView view() const { return {positions, *triangles, deforms, albedo, *triangles}; }
 };
 
 /// `place` is put before the names of the arrays in messages.

@@ -152,7 +152,7 @@ Finds whether rays hit anything between tnear and tfar (None: infinite), as Open
 array of bool, one a ray. Rays of eight numbers have a tnear and tfar of their own.)";
 
 inline constexpr const char* kRenderDoc =
-    R"(render(self, size=(1024, 1024), *, eye=None, target=None, up=(0.0, 1.0, 0.0), fov=45.0, light=None, rays="primary", ao_count=16, ao_distance=0.0)
+    R"(render(self, size=(1024, 1024), *, eye=None, target=None, up=(0.0, 1.0, 0.0), fov=45.0, light=None, rays="primary", ao_count=16, ao_distance=0.0, shading="plain", samples=1, flat=False)
 --
 
 Renders an image with a pinhole camera and a light, and returns an Image. What is None is chosen so
@@ -163,8 +163,12 @@ eye, target, up, light: three numbers each, in the units of the points
 fov:         vertical, in degrees, between 0 and 180
 rays:        "primary", "shadow" (and a ray to the light from each hit) or "ao" (and
              ambient-occlusion rays from each hit)
-ao_count:    ambient-occlusion rays a pixel, from 1 to 256
+ao_count:    ambient-occlusion rays a camera ray, from 1 to 256; with shading "lit" also 0
 ao_distance: their length. 0: a quarter of the diagonal of the bounds
+shading:     "plain" (by `rays`), "lit" (a light with shadows, and ambient occlusion), or what is
+             shown as colours: "normal", "depth" or "prim"
+samples:     camera rays a pixel, 1, 4, 16 or 64; hits are then those of all samples
+flat:        without smooth normals in "lit" and "normal"
 
 Raises Error "bad_input" for an impossible view, "bad_argument" for a size or ao_count of 0, "limit"
 for more.)";

@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
@@ -112,6 +113,81 @@ TEST(Render, JsonHasTheMembersOfTheSchema) {
     EXPECT_EQ(json["frames"][0]["update"], "build");
     EXPECT_EQ(json["frames"][1]["update"], "refit");
     EXPECT_EQ(json["frames"][1]["refit_on"], "cpu");
+}
+
+TEST(Render, IsLitUnlessRaysAreGiven) {
+    TemporaryFolder folder;
+    const Json lit = render_json("builtin:cloth:500", folder, {"--frames", "3"});
+    EXPECT_EQ(lit["shading"], "lit");
+    EXPECT_EQ(lit["samples"], 4);
+    EXPECT_EQ(lit["rays"], "shadow, ao");
+    const Json& frame = lit["frames"][0];
+    EXPECT_EQ(frame["hits"].get<int>() + frame["misses"].get<int>(), 4 * 24 * 24);
+    EXPECT_EQ(frame["rays"].get<int>(), 4 * 24 * 24 + 5 * frame["hits"].get<int>());
+    const Json plain =
+        render_json("builtin:cloth:500", folder, {"--frames", "3", "--rays", "shadow"});
+    EXPECT_EQ(plain["shading"], "plain");
+    EXPECT_EQ(plain["samples"], 1);
+    EXPECT_EQ(plain["rays"], "shadow");
+    EXPECT_NE(plain["frames"][0]["image_hash"], frame["image_hash"]);
+    const Json without = render_json("builtin:cloth:500", folder,
+                                     {"--frames", "3", "--ao-samples", "0", "--samples", "1"});
+    EXPECT_EQ(without["rays"], "shadow");
+    EXPECT_EQ(without["frames"][0]["hits_hash"], plain["frames"][0]["hits_hash"]);
+}
+
+TEST(Render, LitImagesDoNotDependOnBackendTreeOrThreads) {
+    TemporaryFolder folder;
+    const auto hashes = [&](Names more) {
+        more.insert(more.end(), {"--frames", "0..12:6", "--ground"});
+        std::string all;
+        const Json json = render_json("builtin:cloth:900", folder, more);
+        for (const Json& frame : json["frames"])
+            all += frame["hits_hash"].get<std::string>() + frame["image_hash"].get<std::string>();
+        return all;
+    };
+    const std::string expected = hashes({});
+    EXPECT_EQ(hashes({"--update", "rebuild"}), expected);
+    EXPECT_EQ(hashes({"--threads", "7", "--simd", "off"}), expected);
+    EXPECT_NE(hashes({"--flat"}), expected);
+}
+
+TEST(Render, FalseColoursAreOneImageEach) {
+    TemporaryFolder folder;
+    std::set<std::string> images;
+    for (const char* shading : {"lit", "plain", "normal", "depth", "prim"}) {
+        const Json json =
+            render_json("builtin:cloth:500", folder, {"--frames", "3", "--shading", shading});
+        EXPECT_EQ(json["shading"], shading);
+        images.insert(json["frames"][0]["image_hash"].get<std::string>());
+    }
+    EXPECT_EQ(images.size(), 5u);
+}
+
+TEST(Render, TheGroundIsBelowTheScene) {
+    // Seen from above, a square that floats over the ground has a shadow on it, and the ground
+    // reaches far around it.
+    TemporaryFolder folder;
+    const std::string scene = folder.write("a.obj", square_at(1)).string();
+    const auto hits = [&](Names more) {
+        more.insert(more.end(), {"--samples", "1"});
+        return render_json(scene, folder, more)["frames"][0]["hits"].get<int>();
+    };
+    EXPECT_GT(hits({"--ground"}), hits({}));
+}
+
+TEST(Render, OutMayNameOneImage) {
+    TemporaryFolder folder;
+    const std::string file = folder.file("a/b.png");
+    const auto to_file = [&](const char* frames) {
+        return run({"render", "builtin:cloth:500", "--backend", "cpu", "--size", "24x24",
+                    "--frames", frames, "--out", file});
+    };
+    EXPECT_EQ(to_file("3").code, 0);
+    EXPECT_EQ(folder.names(), (Names{"a", "a/b.png"}));
+    const Outcome several = to_file("3..4");
+    EXPECT_EQ(several.code, 2);
+    EXPECT_NE(several.err.find("one image, but 2 frames"), std::string::npos) << several.err;
 }
 
 TEST(Render, ImageDoesNotDependOnTreeOrThreads) {

@@ -122,7 +122,8 @@ TEST(Usage, HelpShowsTheDefaultsThatDifferBetweenCommands) {
           Default{"profile", "(auto: the CPU, and Vulkan where there is a device)"},
           Default{"crosscheck", "what traces (all)"},
           Default{"trace", "what traces (cpu; with --device or --validate vulkan)"},
-          Default{"render", "what each pixel traces (primary)"},
+          Default{"render", "what each pixel traces (those of --shading lit)"},
+          Default{"profile", "what each pixel traces (primary)"},
           Default{"crosscheck", "what each pixel traces (all three"},
           Default{"crosscheck", "--junit FILE|-"}}) {
         // Long lines are broken.
@@ -206,9 +207,11 @@ TEST(Usage, UnavailableInstructionSetsAreRefusedByEveryCommand) {
 }
 
 TEST(Usage, SamplesAndDistancesOutOfRangeAreRefused) {
-    for (const char* value : {"0", "257", "2147483648", "-1"}) {
+    for (const char* value : {"257", "2147483648", "-1"}) {
         expect_refused(render({"--ao-samples", value}), 2, "--ao-samples");
     }
+    expect_refused(render({"--rays", "ao", "--ao-samples", "0"}), 2, "--ao-samples 0");
+    expect_refused({"profile", "builtin:cloth:500", "--ao-samples", "0"}, 2, "--ao-samples");
     for (const char* value : {"-1", "nan", "inf", "1e999", "far"}) {
         expect_refused(render({"--ao-distance", value}), 2, "--ao-distance");
     }
@@ -315,6 +318,23 @@ TEST(Usage, ControlCharactersInArgumentsDoNotReachTheTerminal) {
     EXPECT_EQ(outcome.code, 3);
     EXPECT_EQ(outcome.err.find('\x1b'), std::string::npos);
     EXPECT_EQ(lines(outcome.err).size(), 1u);
+}
+
+TEST(Usage, OptionsOfImagesWithoutEffectAreRefused) {
+    expect_refused(render({"--rays", "ao", "--shading", "lit"}), 2,
+                   "--rays is for --shading plain");
+    expect_refused(render({"--rays", "ao", "--flat"}), 2, "--flat");
+    expect_refused(render({"--shading", "depth", "--flat"}), 2, "--flat");
+    expect_refused(render({"--shading", "normal", "--ground"}), 2, "--ground");
+    expect_refused(render({"--shading", "depth", "--ao-samples", "3"}), 2, "--ao-samples");
+    expect_refused(render({"--rays", "shadow", "--ao-samples", "3"}), 2, "--ao-samples");
+    expect_refused(render({"--rays", "primary", "--ao-distance", "3"}), 2, "--ao-distance");
+    expect_refused(render({"--rays", "ao", "--ao-samples", "0"}), 2, "--ao-samples 0");
+    expect_refused(render({"--hits", "a.hits", "--samples", "4"}), 2, "--samples");
+    expect_refused(render({"--hits", "a.hits", "--ground"}), 2, "--ground");
+    expect_refused(render({"--rays", "ao", "--exr", "half"}), 2, "--exr");
+    expect_refused(render({"--samples", "9"}), 2, "'9' is not one of 1, 4, 16, 64");
+    expect_refused(render({"--shading", "nromal"}), 2, "did you mean normal?");
 }
 
 }  // namespace

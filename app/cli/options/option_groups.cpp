@@ -71,10 +71,9 @@ void add_frames(const OptionAdder& adder, const char* otherwise) {
                    adder.options().frames);
 }
 
-void add_view_options(const OptionAdder& adder, const char* default_size,
-                      const char* default_rays) {
+void add_view_options(const OptionAdder& adder, const char* default_size, const char* default_rays,
+                      const AoCount& ao_count) {
     Options& options = adder.options();
-    ViewSpec& view = options.view;
     adder.add("--size", "WxH", fmt::format("size of the image in pixels ({})", default_size),
               [&options](const std::string& option, const std::string& value) {
                   const Size size = parse_size(option, value);
@@ -89,11 +88,43 @@ void add_view_options(const OptionAdder& adder, const char* default_size,
                   options.view.rays = parse_choice<std::uint32_t>(option, value, kRays);
                   options.rays_given = true;
               });
-    adder.add_view("--ao-samples", "N", "ambient-occlusion rays a pixel, 1 to 256 (16)",
-                   counted(view.ao_count, 1, 256));
+    adder.add_view(
+        "--ao-samples", "N", ao_count.help,
+        [&options, least = ao_count.least](const std::string& option, const std::string& value) {
+            options.view.ao_count =
+                static_cast<std::uint32_t>(parse_count(option, value, least, 256));
+            options.ao_samples_given = true;
+        });
     adder.add_view("--ao-distance", "LENGTH",
                    "length of ambient-occlusion rays; 0: a quarter of the scene's diagonal",
-                   finite(view.ao_distance, 0));
+                   [&options](const std::string& option, const std::string& value) {
+                       options.view.ao_distance = parse_finite(option, value, 0);
+                       options.ao_distance_given = true;
+                   });
+}
+
+void add_shading_options(const OptionAdder& adder) {
+    ShadingOptions& shading = adder.options().shading;
+    adder
+        .add("--shading", "", "what colours show (lit; plain with --rays)",
+             [&shading](const std::string& option, const std::string& value) {
+                 shading.shading = parse_choice<morphray::Shading>(option, value, kShadings);
+             })
+        ->type_name(names_of<morphray::Shading>(kShadings));
+    adder.add("--samples", "1|4|16|64",
+              "camera rays a pixel (4 with lit and without --hits, else 1)",
+              [&shading](const std::string& option, const std::string& value) {
+                  shading.samples = parse_choice<std::uint32_t>(option, value, kSampleCounts);
+              });
+    adder
+        .add("--exr", "", "also OpenEXR files, with linear colours and layers",
+             [&shading](const std::string& option, const std::string& value) {
+                 shading.exr = parse_choice<const char*>(option, value, kExrColours);
+             })
+        ->type_name(names_of<const char*>(kExrColours));
+    adder.add_flag("--flat", "without smooth normals", shading.flat);
+    adder.add_flag("--ground", "with a plane below the scene that shows the background",
+                   shading.ground);
 }
 
 void add_backend_options(const OptionAdder& adder, std::span<const Choice<BackendChoice>> choices,

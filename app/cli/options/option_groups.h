@@ -1,6 +1,7 @@
 // Groups of options that several commands have in common.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "app/cli/options/option_adder.h"
@@ -14,8 +15,18 @@ void add_lenient(const OptionAdder& adder);
 /// --frames; `otherwise` says which frames are the default.
 void add_frames(const OptionAdder& adder, const char* otherwise);
 
+/// The smallest number of ambient-occlusion rays, and the help for it.
+struct AoCount {
+    std::uint64_t least = 1;
+    const char* help = "ambient-occlusion rays a pixel, 1 to 256 (16)";
+};
+
 /// Image, camera, light and kind of rays, with the defaults to show.
-void add_view_options(const OptionAdder& adder, const char* default_size, const char* default_rays);
+void add_view_options(const OptionAdder& adder, const char* default_size, const char* default_rays,
+                      const AoCount& ao_count = {});
+
+/// How render shades, and the ground.
+void add_shading_options(const OptionAdder& adder);
 
 /// --backend with these choices and the default to show, device, threads, and --simd with the
 /// default to show.

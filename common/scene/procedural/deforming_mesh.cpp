@@ -74,6 +74,7 @@ public:
         : name_(std::move(name)), mesh_(std::move(mesh)), bounds_(bounds_over_clip(mesh_)) {}
 
     const Topology& topology() const override { return mesh_.topology; }
+    std::span<const uvec3> smooth_corners() const override { return mesh_.topology.triangles; }
     double first_frame() const override { return 0; }
     double last_frame() const override { return mesh_.last_frame; }
     void positions(double frame, std::span<vec3> out) const override {

@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 #include <set>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 
 #include "common/base/errors.h"
+#include "common/base/hash.h"
 #include "common/base/input_file.h"
 #include "common/scene/formats/obj/mtl_reader.h"
 #include "common/scene/formats/obj/obj_checker.h"
@@ -34,7 +38,11 @@ public:
 
     void vertex() override { ++vertex_count_; }
 
-    void face(std::span<const int> indices) override {
+    void normal(std::array<float, 3> normal) override {
+        if (options_.normals) normals_.push_back(normal);
+    }
+
+    void face(std::span<const int> indices, std::span<const int> normals) override {
         const std::size_t first = mesh_.faces.corners.size();
         for (const int index : indices) {
             const std::int64_t vertex =
@@ -51,6 +59,7 @@ public:
             }
             mesh_.faces.corners.push_back(static_cast<std::uint32_t>(vertex));
         }
+        if (options_.normals) number_corners(first, normals);
         mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(indices.size()));
         mesh_.albedo.push_back(albedo_);
     }
@@ -92,6 +101,7 @@ public:
     }
 
     std::size_t vertex_count() const { return vertex_count_; }
+    bool has_normals() const { return has_normals_; }
 
     void tell_warnings() const {
         unread_.tell(options_.warn);
@@ -102,11 +112,47 @@ public:
 private:
     static constexpr std::size_t kMaxNamesTold = 1000;
 
+    /// Gives the corners from `first` on their numbers in mesh_.smooth.
+    void number_corners(std::size_t first, std::span<const int> normals) {
+        for (std::size_t i = 0; i < normals.size(); ++i) {
+            const auto next = static_cast<std::uint32_t>(mesh_.smooth.size());
+            const std::int64_t at = normals[i] > 0
+                                        ? std::int64_t{normals[i]} - 1
+                                        : static_cast<std::int64_t>(normals_.size()) + normals[i];
+            std::uint32_t number = next;
+            if (normals[i] != 0 && at >= 0 && at < static_cast<std::int64_t>(normals_.size())) {
+                has_normals_ = true;
+                const auto& n = normals_[static_cast<std::size_t>(at)];
+                // -0 equals 0, as a number.
+                const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x + 0.0f); };
+                const Corner corner{mesh_.faces.corners[first + i], bits(n[0]), bits(n[1]),
+                                    bits(n[2])};
+                number = numbers_.try_emplace(corner, next).first->second;
+            }
+            mesh_.smooth.push_back(number);
+        }
+    }
+
+    /// A position and the bits of a normal.
+    struct Corner {
+        std::uint32_t vertex;
+        std::uint32_t x, y, z;
+        bool operator==(const Corner&) const = default;
+    };
+    struct CornerHash {
+        std::size_t operator()(const Corner& corner) const {
+            return static_cast<std::size_t>(hash_of(corner));
+        }
+    };
+
     const fs::path& path_;
     const ObjOptions& options_;
     const std::size_t vertex_total_;
     ObjMesh& mesh_;
     std::size_t vertex_count_ = 0;
+    std::vector<std::array<float, 3>> normals_;
+    std::unordered_map<Corner, std::uint32_t, CornerHash> numbers_;
+    bool has_normals_ = false;
     Albedo albedo_ = kDefaultAlbedo;
     MaterialMap materials_;
     std::set<std::string> libraries_;
@@ -142,6 +188,7 @@ ObjMesh read_obj(const fs::path& path, const ObjOptions& options) {
     assert(builder.vertex_count() == checked.positions.size());
     assert(held.lenient || mesh.faces.corners.size() == checked.corner_count);
     builder.tell_warnings();
+    if (!builder.has_normals()) mesh.smooth.clear();
     mesh.positions = std::move(checked.positions);
     require_content(mesh, name, held);
 

@@ -19,6 +19,8 @@ struct ObjOptions {
     bool allow_empty = false;
     /// Read the material libraries; otherwise every albedo is kDefaultAlbedo.
     bool materials = true;
+    /// Read which corners share a normal.
+    bool normals = false;
     WarnFunction warn;
 };
 
@@ -29,13 +31,17 @@ struct ObjMesh {
     Polygons faces;
     /// One for each face.
     std::vector<Albedo> albedo;
+    /// For each corner of `faces` a number, below that of all corners: corners of one position with
+    /// equal normals have the same number, those without a normal a number of their own. Empty if
+    /// the file has no normals, or they are not read.
+    std::vector<std::uint32_t> smooth;
 };
 
-/// Reads positions, faces (position indices only) and, from the material libraries beside the file,
-/// diffuse colours. Checks every token before tinyobjloader parses the text. Leaves out faces of
-/// two corners with a warning; keeps degenerate faces. Gives warnings only if it does not throw.
-/// Throws Error: kBadInput with file and line, kLimit (4 GiB, 2^28 triangles). Thread-safe if each
-/// call has its own options.
+/// Reads positions, faces (of texture coordinates nothing, of normals only which are equal) and,
+/// from the material libraries beside the file, diffuse colours. Checks every token before
+/// tinyobjloader parses the text. Leaves out faces of two corners with a warning; keeps degenerate
+/// faces. Gives warnings only if it does not throw. Throws Error: kBadInput with file and line,
+/// kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own options.
 ObjMesh read_obj(const std::filesystem::path& path, const ObjOptions& options = {});
 
 }  // namespace mray

@@ -106,6 +106,27 @@ void require_memory(const std::string& name, std::size_t frames, std::size_t ver
                             name, frames, vertex_count, needed / 0x1p30));
 }
 
+/// The numbers of corners of faces as those of the triangles that the faces were divided into.
+std::vector<uvec3> smooth_triangles(const Polygons& faces, std::span<const std::uint32_t> smooth,
+                                    std::span<const uvec3> triangles) {
+    std::vector<uvec3> numbers(triangles.size());
+    std::size_t first = 0;
+    std::size_t prim = 0;
+    for (const std::uint32_t count : faces.corner_counts) {
+        const auto corners = std::span(faces.corners).subspan(first, count);
+        for (const std::size_t end = prim + count - 2; prim < end; ++prim) {
+            for (int k = 0; k < 3; ++k) {
+                const auto corner = std::find(corners.begin(), corners.end(), triangles[prim][k]);
+                assert(corner != corners.end());
+                numbers[prim][k] =
+                    smooth[first + static_cast<std::size_t>(corner - corners.begin())];
+            }
+        }
+        first += count;
+    }
+    return numbers;
+}
+
 class KeyframeClip : public Clip {
 public:
     KeyframeClip(const std::vector<KeyframeFile>& files, const std::string& name,
@@ -126,6 +147,9 @@ public:
     }
 
     const Topology& topology() const override { return topology_; }
+    std::span<const uvec3> smooth_corners() const override {
+        return smooth_.empty() ? topology_.triangles : smooth_;
+    }
     double first_frame() const override { return keyframes_.front().frame; }
     double last_frame() const override { return keyframes_.back().frame; }
     WorldBounds bounds() const override { return bounds_; }
@@ -161,11 +185,16 @@ public:
 
 private:
     ObjMesh read_first(const KeyframeFile& file, const SceneOptions& options) {
-        ObjMesh mesh =
-            read_obj(file.path, {options.lenient, options.allow_empty, true, options.warn});
+        ObjMesh mesh = read_obj(file.path, {.lenient = options.lenient,
+                                            .allow_empty = options.allow_empty,
+                                            .normals = true,
+                                            .warn = options.warn});
         topology_.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
         topology_.triangles = triangulate(mesh.faces, mesh.positions, shown(file.path),
                                           options.lenient, options.warn);
+        if (!mesh.smooth.empty()) {
+            smooth_ = smooth_triangles(mesh.faces, mesh.smooth, topology_.triangles);
+        }
         topology_.albedo.reserve(topology_.triangles.size());
         for (std::size_t face = 0; face < mesh.albedo.size(); ++face) {
             topology_.albedo.insert(topology_.albedo.end(), mesh.faces.corner_counts[face] - 2,
@@ -234,6 +263,8 @@ private:
     std::string name_;
     bool hold_;
     Topology topology_;
+    /// Empty if the first file has no normals.
+    std::vector<uvec3> smooth_;
     std::vector<Keyframe> keyframes_;
     WorldBounds bounds_;
     std::optional<Warning> damage_;

@@ -58,6 +58,37 @@ TEST(KeyframeClip, GivesKeyframesBitForBitAndInterpolatesBetween) {
     EXPECT_EQ(x_at(opened, std::nextafter(2.0, 0.0)), 4.0f);
 }
 
+TEST(KeyframeClip, IsSmoothOverVerticesOrAsTheFirstFileSays) {
+    const Opened without = open_frames({triangle_at("0"), triangle_at("1")});
+    EXPECT_EQ(without.clip->smooth_corners().data(), without.clip->topology().triangles.data());
+    // A square and a triangle at its edge 2 3, with a crease there at vertex 3 only.
+    const std::string both =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 1\nvn 0 0 1\nvn 1 0 0\n"
+        "f 1//1 2//1 3//1 4//1\nf 2//1 5//2 3//2\n";
+    const Opened given = open_frames({both, both});
+    const Topology& topology = given.clip->topology();
+    const std::span<const uvec3> smooth = given.clip->smooth_corners();
+    ASSERT_EQ(smooth.size(), 3u);
+    const auto number = [&](std::size_t prim, std::uint32_t vertex) {
+        for (int k = 0; k < 3; ++k)
+            if (topology.triangles[prim][k] == vertex) return smooth[prim][k];
+        return ~0u;
+    };
+    // The same in both triangles of the square.
+    for (const std::uint32_t vertex : {0u, 1u, 2u, 3u}) {
+        const std::uint32_t first = number(0, vertex);
+        const std::uint32_t second = number(1, vertex);
+        if (first != ~0u && second != ~0u) {
+            EXPECT_EQ(first, second);
+        }
+    }
+    const auto in_square = [&](std::uint32_t vertex) {
+        return std::min(number(0, vertex), number(1, vertex));
+    };
+    EXPECT_EQ(number(2, 1), in_square(1));
+    EXPECT_NE(number(2, 2), in_square(2));
+}
+
 TEST(KeyframeClip, TellsTheKeyframesOfAFrame) {
     const Opened opened = open_frames({triangle_at("1"), triangle_at("3"), triangle_at("nan")});
     EXPECT_EQ(opened.clip->keyframes_at(0), (KeyframeBlend{0, 0, 0}));

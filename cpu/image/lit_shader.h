@@ -1,0 +1,78 @@
+// Lit images and false colours, from the hits of camera rays, with SIMD.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/interop/params.h"
+#include "common/interop/ray.h"
+#include "common/scene/mesh.h"
+#include "common/scene/vertex_normals.h"
+#include "common/simd/simd_target.h"
+
+namespace mray::cpu {
+
+/// kPlain: the colours of the samples are given.
+enum class LitKind { kPlain, kLit, kNormal, kDepth, kPrim };
+
+/// The traced samples of an image and what their shading needs. A pixel has side * side samples;
+/// params has their camera, width and height. Arrays have one entry a sample, row by row.
+struct LitSamples {
+    const ImageParams& params;
+    std::uint32_t side;
+    LitKind kind;
+    /// The unit vector upwards.
+    vec3 up;
+    /// For kDepth, as in depth_colour().
+    float near;
+    float per_depth;
+
+    const Topology& topology;
+    std::span<const vec3> positions;
+    /// For each triangle the indices of the vertex normals of its corners; kFlatCorner: none.
+    /// Empty: all triangles are flat.
+    std::span<const uvec3> normal_ids;
+    std::span<const vec3> normals;
+
+    std::span<const Hit> hits;
+    /// For kLit: 1 where the light does not reach the hit, else 0.
+    std::span<const std::uint32_t> shadows;
+    /// How many of a sample's ao_count ambient-occlusion rays are occluded; ao_count 0: no such
+    /// rays.
+    std::span<const std::uint32_t> occlusion;
+    std::uint32_t ao_count;
+    /// For kPlain: the colours.
+    std::span<const std::uint32_t> colours;
+};
+
+/// What a lit pixel shows beside its 8-bit colour.
+struct LitPixel {
+    /// Linear, the mean of the samples.
+    float colour[3];
+    /// Of the sample at (side / 2, side / 2): the unit normal on the side of the eye, 0 without a
+    /// hit, and the share of the sky that it sees, 1 without a hit.
+    float normal[3];
+    float open;
+};
+
+/// Shades images with the bits of common/interop/lit.h. The occlusion of a sample is the mean over
+/// the square of kAoSquareSide samples a side around it, without those on other surfaces (A.
+/// Keller, W. Heidrich. Interleaved sampling. 2001). The samples of a pixel are averaged as linear
+/// colours.
+class LitShader {
+public:
+    explicit LitShader(SimdTarget target);
+
+    /// Writes rows [begin, end) of the image, of params.width / side pixels each, to `pixels`,
+    /// which points to row `begin`. With kLit, and unless null, `details` gets the same rows.
+    /// Threads may write rows of the same image at the same time.
+    void shade_rows(const LitSamples& samples, std::uint32_t begin, std::uint32_t end,
+                    std::uint32_t* pixels, LitPixel* details = nullptr) const {
+        shade_rows_(samples, begin, end, pixels, details);
+    }
+
+private:
+    void (*shade_rows_)(const LitSamples&, std::uint32_t, std::uint32_t, std::uint32_t*, LitPixel*);
+};
+
+}  // namespace mray::cpu

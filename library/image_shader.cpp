@@ -1,0 +1,170 @@
+#include "library/image_shader.h"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/stopwatch.h"
+#include "library/errors.h"
+#include "library/image_conversion.h"
+
+namespace morphray::detail {
+namespace {
+
+using mray::cpu::LitKind;
+
+LitKind kind_of(Shading shading) {
+    switch (shading) {
+        case Shading::plain:
+            return LitKind::kPlain;
+        case Shading::lit:
+            return LitKind::kLit;
+        case Shading::normal:
+            return LitKind::kNormal;
+        case Shading::depth:
+            return LitKind::kDepth;
+        case Shading::prim:
+            return LitKind::kPrim;
+    }
+    throw_bad_argument("View::shading: not one of plain, lit, normal, depth and prim");
+}
+
+/// The side of the square of a pixel's samples.
+std::uint32_t side_of(std::uint32_t samples) {
+    for (const std::uint32_t side : {1u, 2u, 4u, 8u}) {
+        if (samples == side * side) return side;
+    }
+    throw_bad_argument(
+        fmt::format("View::samples: {}, which is not one of 1, 4, 16 and 64", samples));
+}
+
+mray::vec3 unit_vector(const Point& p) {
+    const double length = std::hypot(p[0], p[1], p[2]);
+    return {static_cast<float>(p[0] / length), static_cast<float>(p[1] / length),
+            static_cast<float>(p[2] / length)};
+}
+
+/// The depths between which greys differ, in scene space.
+struct GreyDepths {
+    float near = 0;
+    float per_depth = 0;
+};
+
+/// From the eye's side of the bounding sphere to the other, or from the eye if it is within.
+GreyDepths grey_depths(const mray::ResolvedView& view, const PoseReader& pose) {
+    double distance = 0;
+    double radius = 1;
+    if (!pose.bounds().empty()) {
+        const auto& [lower, upper] = pose.bounds();
+        double to_centre[3];
+        double half[3];
+        for (std::size_t k = 0; k < 3; ++k) {
+            to_centre[k] = view.eye[k] - (lower[k] / 2 + upper[k] / 2);
+            half[k] = upper[k] / 2 - lower[k] / 2;
+        }
+        distance = std::hypot(to_centre[0], to_centre[1], to_centre[2]);
+        radius = std::hypot(half[0], half[1], half[2]);
+    }
+    const double near = std::max(distance - radius, 0.0);
+    const double range = std::max(distance + radius - near, 1e-30);
+    return {static_cast<float>(pose.space().length_to_scene(near)),
+            static_cast<float>(1 / pose.space().length_to_scene(range))};
+}
+
+/// A product of image sizes that is at least 2^32 - 1 stays there, so that it is refused.
+std::uint32_t times(std::uint32_t pixels, std::uint32_t side) {
+    return static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(std::uint64_t{pixels} * side, 0xFFFFFFFFu));
+}
+
+}  // namespace
+
+bool ImageShader::is_needed_for(const View& view) {
+    return view.shading != Shading::plain || view.samples != 1;
+}
+
+void ImageShader::prepare_normals(const MeshList& meshes, const PoseReader& pose,
+                                  mray::ThreadArena& arena) {
+    if (has_normals_) return;
+    if (!normals_) normals_.emplace(meshes.topology().triangles, meshes.normal_ids());
+    arena.execute([&] { normals_->update(pose.positions()); });
+    has_normals_ = true;
+}
+
+ShadedImage ImageShader::render(const View& view, const MeshList& meshes, const PoseReader& pose,
+                                mray::Backend& backend, mray::ThreadArena& arena) {
+    const LitKind kind = kind_of(view.shading);
+    const bool is_lit = kind == LitKind::kLit;
+    const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
+    const std::uint32_t side = side_of(view.samples);
+    mray::ViewSpec spec = to_spec(view);
+    spec.width = times(view.width, side);
+    spec.height = times(view.height, side);
+    if (kind != LitKind::kPlain) spec.rays = is_lit ? mray::kRaysShadow : mray::kRaysPrimary;
+    if (is_lit) spec.ao_count = std::max(view.ao_count, 1u);
+
+    ShadedImage image;
+    image.params = mray::make_image_params(spec, pose.bounds(), pose.space());
+    image.width = view.width;
+    image.height = view.height;
+    backend.trace_image(image.params, image.samples);
+    image.ray_count = backend.times().rays;
+    image.trace_ms = backend.times().trace_ms;
+    mray::Frame sky;
+    if (is_lit && view.ao_count > 0) {
+        mray::ImageParams params = image.params;
+        params.rays = mray::kRaysAo;
+        backend.trace_image(params, sky);
+        // The camera rays are the same once more, and count once.
+        image.ray_count += backend.times().rays - image.samples.hits.size();
+        image.trace_ms += backend.times().trace_ms;
+    }
+
+    const mray::Stopwatch watch;
+    const bool has_smooth = is_smooth && meshes.is_smooth();
+    if (has_smooth) prepare_normals(meshes, pose, arena);
+    const GreyDepths depths = grey_depths(mray::resolve_view(spec, pose.bounds()), pose);
+    const mray::cpu::LitSamples samples{
+        .params = image.params,
+        .side = side,
+        .kind = kind,
+        .up = unit_vector(view.up),
+        .near = depths.near,
+        .per_depth = depths.per_depth,
+        .topology = meshes.topology(),
+        .positions = pose.positions(),
+        .normal_ids = has_smooth ? normals_->ids() : std::span<const mray::uvec3>(),
+        .normals = has_smooth ? normals_->normals() : std::span<const mray::vec3>(),
+        .hits = image.samples.hits,
+        .shadows = image.samples.occlusion,
+        .occlusion = sky.occlusion,
+        .ao_count = sky.occlusion.empty() ? 0 : view.ao_count,
+        .colours = image.samples.pixels};
+    image.pixels.resize(std::size_t{image.width} * image.height);
+    static_assert(sizeof(LitPixel) == sizeof(mray::cpu::LitPixel));
+    if (is_lit && view.lit_pixels) image.lit_pixels.resize(image.pixels.size());
+    // Of samples, so that the rows that a band shares with its neighbours are a small part of it.
+    constexpr std::uint32_t kBandRows = 32;
+    const std::uint32_t band = kBandRows / side;
+    arena.execute([&] {
+        tbb::parallel_for(std::uint32_t{0}, (image.height + band - 1) / band, [&](std::uint32_t i) {
+            const std::uint32_t begin = i * band;
+            const std::size_t first = std::size_t{begin} * image.width;
+            auto* const details =
+                image.lit_pixels.empty()
+                    ? nullptr
+                    : reinterpret_cast<mray::cpu::LitPixel*>(&image.lit_pixels[first]);
+            shader_.shade_rows(samples, begin, std::min(begin + band, image.height),
+                               image.pixels.data() + first, details);
+        });
+    });
+    image.trace_ms += watch.ms();
+    for (std::size_t i = 0; i < sky.occlusion.size(); ++i)
+        image.samples.occlusion[i] += sky.occlusion[i];
+    return image;
+}
+
+}  // namespace morphray::detail

@@ -1,0 +1,246 @@
+#include "cpu/image/lit_shader.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/bvh/builder/bvh_builder.h"
+#include "common/interop/camera.h"
+#include "common/interop/lit.h"
+#include "common/scene/camera_setup.h"
+#include "common/scene/vertex_normals.h"
+#include "cpu/cpu_backend.h"
+#include "tests/support/test_scene.h"
+
+namespace mray {
+namespace {
+
+using namespace test;
+using cpu::LitKind;
+using cpu::LitSamples;
+
+/// The same image by plain loops over the shared text.
+class PlainShader {
+public:
+    explicit PlainShader(const LitSamples& samples) : s_(samples) {}
+
+    std::uint32_t pixel(std::uint32_t x, std::uint32_t y) const {
+        std::uint32_t sums[3] = {};
+        for (std::uint32_t k = 0; k < s_.side * s_.side; ++k) {
+            const std::uint32_t colour =
+                sample(x * s_.side + k % s_.side, y * s_.side + k / s_.side);
+            if (s_.side == 1) return colour;
+            for (std::uint32_t i = 0; i < 3; ++i) {
+                const std::uint32_t channel = colour >> (8 * i) & 0xFF;
+                sums[i] += channel * channel;
+            }
+        }
+        std::uint32_t channels[3];
+        for (std::uint32_t i = 0; i < 3; ++i) {
+            const double mean = static_cast<double>(sums[i]) / (s_.side * s_.side);
+            channels[i] = static_cast<std::uint32_t>(std::sqrt(mean) + 0.5);
+        }
+        return pack_rgb(channels[0], channels[1], channels[2]);
+    }
+
+private:
+    std::size_t at(std::uint32_t x, std::uint32_t y) const {
+        return std::size_t{y} * s_.params.width + x;
+    }
+    bool is_hit(std::uint32_t x, std::uint32_t y) const {
+        return s_.hits[at(x, y)].prim_id != kNoPrim;
+    }
+    vec3 through(std::uint32_t x, std::uint32_t y) const {
+        return camera_direction(s_.params.camera, x, y);
+    }
+    vec3 flat_normal(std::uint32_t x, std::uint32_t y) const {
+        const Hit& hit = s_.hits[at(x, y)];
+        const uvec3 t = s_.topology.triangles[hit.prim_id];
+        return surface_at(camera_ray(s_.params.camera, x, y), hit, s_.positions[t.x],
+                          s_.positions[t.y], s_.positions[t.z])
+            .normal;
+    }
+    float depth(std::uint32_t x, std::uint32_t y) const {
+        return s_.hits[at(x, y)].t * camera_depth_scale(s_.params.camera, x, y);
+    }
+
+    float open_at(std::uint32_t x, std::uint32_t y) const {
+        if (s_.ao_count == 0) return 1;
+        const Camera& camera = s_.params.camera;
+        const vec3 n = flat_normal(x, y);
+        const float along = dot3(n, through(x, y));
+        const float plane = along * depth(x, y);
+        const float most = depth(x, y) * (4.0f * largest_component(camera.du));
+        float occluded = 0;
+        float count = 0;
+        for (int dy = -1; dy <= 2; ++dy) {
+            for (int dx = -1; dx <= 2; ++dx) {
+                const std::uint32_t ox = x + static_cast<std::uint32_t>(dx);
+                const std::uint32_t oy = y + static_cast<std::uint32_t>(dy);
+                if (ox >= s_.params.width || oy >= s_.params.height || !is_hit(ox, oy)) continue;
+                const float beside = (along + dot3(n, camera.dv) * static_cast<float>(dy)) +
+                                     dot3(n, camera.du) * static_cast<float>(dx);
+                const float apart = std::abs(beside * depth(ox, oy) - plane);
+                if (dot3(n, flat_normal(ox, oy)) < 0.75f || apart > most) continue;
+                occluded += static_cast<float>(s_.occlusion[at(ox, oy)]);
+                count += 1;
+            }
+        }
+        return openness(occluded, count * static_cast<float>(s_.ao_count));
+    }
+
+    vec3 normal(std::uint32_t x, std::uint32_t y) const {
+        const vec3 flat = flat_normal(x, y);
+        if (s_.normal_ids.empty()) return flat;
+        const Hit& hit = s_.hits[at(x, y)];
+        const uvec3 ids = s_.normal_ids[hit.prim_id];
+        vec3 corners[3];
+        for (int k = 0; k < 3; ++k) {
+            corners[k] = ids[k] == kFlatCorner ? flat : corner_normal(s_.normals[ids[k]], flat);
+        }
+        return smooth_normal(corners[0], corners[1], corners[2], hit.u, hit.v);
+    }
+
+    std::uint32_t sample(std::uint32_t x, std::uint32_t y) const {
+        if (s_.kind == LitKind::kPlain) return s_.colours[at(x, y)];
+        const float height =
+            (static_cast<float>(y) + 0.5f) * rcp_of_positive(static_cast<float>(s_.params.height));
+        if (!is_hit(x, y))
+            return s_.kind == LitKind::kLit ? encode_rgb(backdrop(height)) : 0xFF000000u;
+        const std::uint32_t prim = s_.hits[at(x, y)].prim_id;
+        const vec3 ray = through(x, y);
+        const float z = depth(x, y);
+        if (s_.kind == LitKind::kDepth) return depth_colour(z, s_.near, s_.per_depth);
+        if (s_.kind == LitKind::kPrim) return prim_colour(prim, dot3(flat_normal(x, y), unit(ray)));
+        const vec3 n = normal(x, y);
+        if (s_.kind == LitKind::kNormal) return normal_colour(n);
+        const vec3 org = s_.params.camera.org;
+        const vec3 point(org.x + z * ray.x, org.y + z * ray.y, org.z + z * ray.z);
+        const float light = 1.0f - static_cast<float>(s_.shadows[at(x, y)]);
+        const std::uint32_t albedo = s_.topology.albedo[prim];
+        if ((albedo & kBackdropBit) != 0)
+            return encode_rgb(backdrop_colour(height, light, open_at(x, y)));
+        return encode_rgb(
+            lit_colour(n, unit(s_.params.light - point), light, open_at(x, y), s_.up, albedo));
+    }
+
+    const LitSamples& s_;
+};
+
+struct Size {
+    std::uint32_t width, height;
+};
+
+class EveryLitTarget : public testing::TestWithParam<SimdTarget> {
+protected:
+    EveryLitTarget() : shader_(GetParam()) {}
+
+    void expect_same_images(const NamedScene& named, Size size, std::uint32_t side,
+                            std::uint32_t ao_count) {
+        const TestScene& scene = named.scene;
+        Topology topology = scene.topology();
+        Random random(7);
+        for (Albedo& albedo : topology.albedo)
+            albedo = static_cast<Albedo>(random.bits()) & 0x01FFFFFFu;
+        std::vector<uvec3> ids = topology.triangles;
+        for (std::size_t i = 0; i < ids.size(); i += 3) ids[i] = uvec3(kFlatCorner);
+        VertexNormals normals(topology.triangles, ids);
+        normals.update(scene.positions());
+
+        ViewSpec view;
+        view.width = size.width * side;
+        view.height = size.height * side;
+        view.ao_count = ao_count == 0 ? 1 : ao_count;
+        ImageParams params =
+            make_image_params(view, bounds_of(scene.world_positions()), scene.space());
+        const auto backend = cpu::make_cpu_backend();
+        backend->set_scene(topology, scene.positions(), build_bvh(topology, scene.positions()));
+        Frame shadows;
+        params.rays = kRaysShadow;
+        backend->trace_image(params, shadows);
+        Frame sky;
+        params.rays = kRaysAo;
+        if (ao_count > 0) backend->trace_image(params, sky);
+
+        for (const LitKind kind :
+             {LitKind::kPlain, LitKind::kLit, LitKind::kNormal, LitKind::kDepth, LitKind::kPrim}) {
+            for (const bool is_flat : {false, true}) {
+                SCOPED_TRACE(named.name + ", kind " + std::to_string(static_cast<int>(kind)) +
+                             ", side " + std::to_string(side));
+                const LitSamples samples{
+                    .params = params,
+                    .side = side,
+                    .kind = kind,
+                    .up = {0, 1, 0},
+                    .near = 3e5f,
+                    .per_depth = 1e-6f,
+                    .topology = topology,
+                    .positions = scene.positions(),
+                    .normal_ids = is_flat ? std::span<const uvec3>() : normals.ids(),
+                    .normals = normals.normals(),
+                    .hits = shadows.hits,
+                    .shadows = shadows.occlusion,
+                    .occlusion = sky.occlusion,
+                    .ao_count = ao_count,
+                    .colours = shadows.pixels};
+                const PlainShader plain(samples);
+                // In bands of several heights, with words after the last row that must stay.
+                for (const std::uint32_t band : {size.height, 1u, 3u}) {
+                    std::vector<std::uint32_t> pixels(size.width * size.height + 64, 77u);
+                    for (std::uint32_t y = 0; y < size.height; y += band) {
+                        shader_.shade_rows(samples, y, std::min(y + band, size.height),
+                                           pixels.data() + std::size_t{y} * size.width);
+                    }
+                    std::uint32_t differing = 0;
+                    for (std::uint32_t i = 0; i < size.width * size.height; ++i)
+                        differing += pixels[i] != plain.pixel(i % size.width, i / size.width);
+                    EXPECT_EQ(differing, 0u);
+                    EXPECT_EQ(std::count(pixels.end() - 64, pixels.end(), 77u), 64);
+                }
+            }
+        }
+    }
+
+    cpu::LitShader shader_;
+};
+
+TEST_P(EveryLitTarget, ShadesAsTheSharedTextOnEveryScene) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        expect_same_images(named, {37, 11}, 1, 3);
+        expect_same_images(named, {9, 10}, 2, 4);
+    }
+}
+
+TEST_P(EveryLitTarget, AveragesEverySquareOfSamples) {
+    for (const Size size : {Size{1, 1}, Size{3, 5}, Size{16, 2}, Size{17, 9}}) {
+        for (const std::uint32_t side : {1u, 2u, 4u, 8u})
+            expect_same_images({"star", star(3, 7)}, size, side, side == 4 ? 0 : 2);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(LitShading, EveryLitTarget, testing::ValuesIn(supported_simd_targets()),
+                         [](const auto& target) { return std::string(target.param.name); });
+
+TEST(LitColours, AreTheEndsOfTheirRanges) {
+    EXPECT_EQ(normal_colour({1, 0, -1}), pack_rgb(255, 128, 0));
+    EXPECT_EQ(depth_colour(2, 2, 0.5f), pack_rgb(255, 255, 255));
+    EXPECT_EQ(depth_colour(100, 2, 0.5f), pack_rgb(64, 64, 64));
+    // Nothing reaches a white surface that neither sees the sky nor the light.
+    const vec3 up(0, 1, 0);
+    EXPECT_EQ(lit_colour(up, up, 0, 0, up, 0xFFFFFF), vec3(0, 0, 0));
+    EXPECT_EQ(encode_rgb(lit_colour(up, up, 1, 1, up, 0xFFFFFF)), pack_rgb(255, 255, 255));
+}
+
+TEST(LitColours, CreasesStayFlat) {
+    const vec3 flat(0, 0, 1);
+    EXPECT_EQ(corner_normal({0.6f, 0, 0.8f}, flat), vec3(0.6f, 0, 0.8f));
+    EXPECT_EQ(corner_normal({0.61f, 0, 0.79f}, flat), flat);
+    // The vertex normal of the other side.
+    EXPECT_EQ(corner_normal({-0.6f, 0, -0.8f}, flat), vec3(0.6f, 0, 0.8f));
+    EXPECT_EQ(corner_normal({0, 0, 0}, flat), flat);
+}
+
+}  // namespace
+}  // namespace mray
