@@ -49,6 +49,7 @@ public:
         : name_(name),
           lenient_(options.lenient),
           max_triangles_(options.max_triangles),
+          with_normals_(options.normals),
           begin_(text.data()),
           at_(text.data()),
           end_(text.data() + text.size()) {}
@@ -139,6 +140,7 @@ private:
             if (std::all_of(arguments, last, blank)) hide(first);
         } else {
             require_short(first, last);
+            if (with_normals_ && keyword == "vn") keep_normal(arguments, last);
             if (std::find(kUnusedKeywords.begin(), kUnusedKeywords.end(), keyword) ==
                 kUnusedKeywords.end()) {
                 unknown_.add([&] {
@@ -208,12 +210,24 @@ private:
         return value;
     }
 
+    void keep_normal(char* at, char* last) {
+        std::array<float, 3>& normal = checked_.normals.emplace_back();
+        for (float& component : normal) {
+            const std::string_view token = next_token(at, last);
+            const float value = parse_float(token).value_or(0.0f);
+            // NaN equals nothing, and -0 is 0.
+            component = std::isnan(value) ? 0.0f : value + 0.0f;
+        }
+    }
+
     void check_face(char* first, char* at, char* last) {
+        const std::size_t first_normal = checked_.corner_normals.size();
         std::uint64_t corners = 0;
         for (;;) {
             const std::string_view token = next_token(at, last);
             if (token.empty()) break;
             if (!check_corner(token)) {
+                checked_.corner_normals.resize(first_normal);
                 hide(first);
                 return;
             }
@@ -228,6 +242,7 @@ private:
             if (!lenient_ && cut) fail(what + " at the end; the file was cut, write it again");
             if (!lenient_ && corners < 2) fail(what + "; a face needs 3, is the file complete?");
             skipped_.add([&] { return Warning{place(), what + "; left out"}; });
+            checked_.corner_normals.resize(first_normal);
             hide(first);
             return;
         }
@@ -267,12 +282,24 @@ private:
             largest_index_ = *index;
             largest_index_line_ = line_;
         }
+        if (with_normals_) checked_.corner_normals.push_back(normal_of(token.substr(slash)));
         char* const rest = begin_ + (token.data() - begin_) + slash;
         std::fill_n(rest, token.size() - slash, ' ');
         return true;
     }
 
-    // "", "/vt", "//vn" or "/vt/vn" with any integers: their values are not used.
+    // The normal of a corner with these attributes, which are checked.
+    std::uint32_t normal_of(std::string_view attributes) const {
+        const std::size_t slash = attributes.find('/', 1);
+        if (slash >= attributes.size()) return kNoNormal;
+        const auto count = static_cast<std::int64_t>(checked_.normals.size());
+        const std::int64_t index = parse_integer(attributes.substr(slash + 1)).value_or(0);
+        const std::int64_t at = index > 0 ? index - 1 : count + index;
+        const bool is_there = index != 0 && at >= 0 && at < count;
+        return is_there ? static_cast<std::uint32_t>(at) : kNoNormal;
+    }
+
+    // "", "/vt", "//vn" or "/vt/vn" with any integers.
     static bool check_attributes(std::string_view text) {
         if (text.empty()) return true;
         text.remove_prefix(1);
@@ -285,6 +312,7 @@ private:
     const std::string& name_;
     const bool lenient_;
     const std::uint64_t max_triangles_;
+    const bool with_normals_;
     char* const begin_;
     char* at_;
     char* const end_;

@@ -1,6 +1,7 @@
 // Checks the text of an OBJ file token by token.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -24,8 +25,13 @@ struct ObjCheckOptions {
     bool lenient = false;
     /// A file with more is refused (kLimit).
     std::uint64_t max_triangles = kMaxTriangles;
+    /// Keep which normals corners have.
+    bool normals = false;
     WarnFunction warn;
 };
+
+/// Stands for the index of a normal.
+inline constexpr std::uint32_t kNoNormal = 0xFFFFFFFFu;
 
 /// Results of the check.
 struct CheckedObj {
@@ -36,6 +42,11 @@ struct CheckedObj {
     /// faces that name vertices past the last one.
     std::uint64_t face_count = 0;
     std::uint64_t corner_count = 0;
+    /// With ObjCheckOptions::normals, each `vn`, with 0 for numbers that are missing or none, and
+    /// for each corner of those faces the index of its normal; kNoNormal without one, or if there
+    /// is none of that index so far.
+    std::vector<std::array<float, 3>> normals;
+    std::vector<std::uint32_t> corner_normals;
 };
 
 /// Checks `text` and edits it in place, byte for byte, so that tinyobjloader reads it correctly: a

@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/hash.h"
@@ -30,7 +31,11 @@ class MeshBuilder : public ObjEvents {
 public:
     MeshBuilder(const fs::path& path, const ObjOptions& options, const CheckedObj& checked,
                 ObjMesh& mesh)
-        : path_(path), options_(options), vertex_total_(checked.positions.size()), mesh_(mesh) {
+        : path_(path),
+          options_(options),
+          checked_(checked),
+          vertex_total_(checked.positions.size()),
+          mesh_(mesh) {
         mesh.faces.corners.reserve(checked.corner_count);
         mesh.faces.corner_counts.reserve(checked.face_count);
         mesh.albedo.reserve(checked.face_count);
@@ -38,12 +43,10 @@ public:
 
     void vertex() override { ++vertex_count_; }
 
-    void normal(std::array<float, 3> normal) override {
-        if (options_.normals) normals_.push_back(normal);
-    }
-
-    void face(std::span<const int> indices, std::span<const int> normals) override {
+    void face(std::span<const int> indices) override {
         const std::size_t first = mesh_.faces.corners.size();
+        const std::size_t first_checked =
+            std::exchange(next_checked_, next_checked_ + indices.size());
         for (const int index : indices) {
             const std::int64_t vertex =
                 index > 0 ? std::int64_t{index} - 1
@@ -59,7 +62,10 @@ public:
             }
             mesh_.faces.corners.push_back(static_cast<std::uint32_t>(vertex));
         }
-        if (options_.normals) number_corners(first, normals);
+        if (options_.normals) {
+            number_corners(
+                first, std::span(checked_.corner_normals).subspan(first_checked, indices.size()));
+        }
         mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(indices.size()));
         mesh_.albedo.push_back(albedo_);
     }
@@ -112,19 +118,15 @@ public:
 private:
     static constexpr std::size_t kMaxNamesTold = 1000;
 
-    /// Gives the corners from `first` on their numbers in mesh_.smooth.
-    void number_corners(std::size_t first, std::span<const int> normals) {
+    /// Gives the corners from `first` on, which have these normals, their numbers in mesh_.smooth.
+    void number_corners(std::size_t first, std::span<const std::uint32_t> normals) {
         for (std::size_t i = 0; i < normals.size(); ++i) {
             const auto next = static_cast<std::uint32_t>(mesh_.smooth.size());
-            const std::int64_t at = normals[i] > 0
-                                        ? std::int64_t{normals[i]} - 1
-                                        : static_cast<std::int64_t>(normals_.size()) + normals[i];
             std::uint32_t number = next;
-            if (normals[i] != 0 && at >= 0 && at < static_cast<std::int64_t>(normals_.size())) {
+            if (normals[i] != kNoNormal) {
                 has_normals_ = true;
-                const auto& n = normals_[static_cast<std::size_t>(at)];
-                // -0 equals 0, as a number.
-                const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x + 0.0f); };
+                const auto& n = checked_.normals[normals[i]];
+                const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
                 const Corner corner{mesh_.faces.corners[first + i], bits(n[0]), bits(n[1]),
                                     bits(n[2])};
                 number = numbers_.try_emplace(corner, next).first->second;
@@ -147,12 +149,14 @@ private:
 
     const fs::path& path_;
     const ObjOptions& options_;
+    const CheckedObj& checked_;
     const std::size_t vertex_total_;
     ObjMesh& mesh_;
     std::size_t vertex_count_ = 0;
-    std::vector<std::array<float, 3>> normals_;
     std::unordered_map<Corner, std::uint32_t, CornerHash> numbers_;
     bool has_normals_ = false;
+    /// Corners of the check that have passed.
+    std::size_t next_checked_ = 0;
     Albedo albedo_ = kDefaultAlbedo;
     MaterialMap materials_;
     std::set<std::string> libraries_;
@@ -182,7 +186,8 @@ ObjMesh read_obj(const fs::path& path, const ObjOptions& options) {
 
     std::string text = read_input_file(path);
     ObjMesh mesh;
-    CheckedObj checked = check_obj(text, name, {held.lenient, kMaxTriangles, held.warn});
+    CheckedObj checked = check_obj(
+        text, name, {.lenient = held.lenient, .normals = held.normals, .warn = held.warn});
     MeshBuilder builder(path, held, checked, mesh);
     parse_obj_text(text, builder);
     assert(builder.vertex_count() == checked.positions.size());

@@ -21,27 +21,20 @@ public:
 
 struct Parse {
     ObjEvents& events;
-    std::vector<int> indices = {};
-    std::vector<int> normals = {};
+    std::vector<int> indices;
 };
 
 Parse& parse_of(void* user_data) { return *static_cast<Parse*>(user_data); }
 
 void on_vertex(void* user_data, float, float, float, float) { parse_of(user_data).events.vertex(); }
 
-void on_normal(void* user_data, float x, float y, float z) {
-    parse_of(user_data).events.normal({x, y, z});
-}
-
 void on_face(void* user_data, tinyobj::index_t* corners, int count) {
     Parse& parse = parse_of(user_data);
     parse.indices.resize(static_cast<std::size_t>(count));
-    parse.normals.resize(parse.indices.size());
     for (std::size_t i = 0; i < parse.indices.size(); ++i) {
         parse.indices[i] = corners[i].vertex_index;
-        parse.normals[i] = corners[i].normal_index;
     }
-    parse.events.face(parse.indices, parse.normals);
+    parse.events.face(parse.indices);
 }
 
 void on_material(void* user_data, const char* name, int) {
@@ -70,10 +63,9 @@ void parse_obj_text(std::string_view text, ObjEvents& events) {
     TextBuffer buffer(text);
     std::istream stream(&buffer);
     LibraryEvents libraries(events);
-    Parse parse{events};
+    Parse parse{events, {}};
     tinyobj::callback_t callbacks;
     callbacks.vertex_cb = on_vertex;
-    callbacks.normal_cb = on_normal;
     callbacks.index_cb = on_face;
     callbacks.usemtl_cb = on_material;
     tinyobj::LoadObjWithCallback(stream, callbacks, &parse, &libraries);

@@ -14,10 +14,9 @@ class ObjEvents {
 public:
     virtual ~ObjEvents() = default;
     virtual void vertex() = 0;
-    virtual void normal(std::array<float, 3> normal) = 0;
-    /// The indices of positions and normals of a face's corners as the text has them: from 1, or
-    /// relative if negative; 0 for a corner without a normal. The spans are valid during the call.
-    virtual void face(std::span<const int> indices, std::span<const int> normals) = 0;
+    /// The position indices of a face as the text has them: from 1, or relative if negative. The
+    /// span is valid during the call.
+    virtual void face(std::span<const int> indices) = 0;
     /// The name includes the blanks around it.
     virtual void use_material(std::string_view name) = 0;
     virtual void material_library(const std::string& name) = 0;
