@@ -86,7 +86,7 @@ Options with_defaults(Options options) {
     if (!shading.shading) shading.shading = options.rays_given ? Shading::plain : Shading::lit;
     const bool is_lit = *shading.shading == Shading::lit;
     if (!shading.samples) shading.samples = is_lit && options.hits.empty() ? 4 : 1;
-    constexpr std::uint32_t kLitAoCount = 4;
+    constexpr std::uint32_t kLitAoCount = 8;
     if (is_lit && !options.ao_samples_given) options.view.ao_count = kLitAoCount;
     return options;
 }

@@ -123,7 +123,7 @@ TEST(Render, IsLitUnlessRaysAreGiven) {
     EXPECT_EQ(lit["rays"], "shadow, ao");
     const Json& frame = lit["frames"][0];
     EXPECT_EQ(frame["hits"].get<int>() + frame["misses"].get<int>(), 4 * 24 * 24);
-    EXPECT_EQ(frame["rays"].get<int>(), 4 * 24 * 24 + 5 * frame["hits"].get<int>());
+    EXPECT_EQ(frame["rays"].get<int>(), 4 * 24 * 24 + 9 * frame["hits"].get<int>());
     const Json plain =
         render_json("builtin:cloth:500", folder, {"--frames", "3", "--rays", "shadow"});
     EXPECT_EQ(plain["shading"], "plain");

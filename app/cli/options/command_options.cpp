@@ -28,7 +28,7 @@ void define_render(CLI::App& program, Options& options) {
     add_scene(adder, true);
     add_frames(adder, "all whole frames");
     add_view_options(adder, kWholeImage, "those of --shading lit",
-                     {0, "ambient-occlusion rays a camera ray, 0 to 256 (4 with lit, else 16)"});
+                     {0, "ambient-occlusion rays a camera ray, 0 to 256 (8 with lit, else 16)"});
     add_shading_options(adder);
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, "auto");
