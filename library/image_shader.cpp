@@ -8,6 +8,8 @@
 #include <cmath>
 
 #include "common/base/stopwatch.h"
+#include "common/interop/camera.h"
+#include "cpu/reference/tree_heat.h"
 #include "library/errors.h"
 #include "library/image_conversion.h"
 
@@ -28,8 +30,11 @@ LitKind kind_of(Shading shading) {
             return LitKind::kDepth;
         case Shading::prim:
             return LitKind::kPrim;
+        case Shading::steps:
+        case Shading::sah:
+            return LitKind::kPlain;
     }
-    throw_bad_argument("View::shading: not one of plain, lit, normal, depth and prim");
+    throw_bad_argument("View::shading: not one of plain, lit, normal, depth, prim, steps and sah");
 }
 
 /// The side of the square of a pixel's samples.
@@ -74,6 +79,33 @@ GreyDepths grey_depths(const mray::ResolvedView& view, const PoseReader& pose) {
             static_cast<float>(1 / pose.space().length_to_scene(range))};
 }
 
+/// Colours the samples by what the tree costs there; black without a hit, but for steps.
+void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& arena,
+                    ShadedImage& image) {
+    mray::Bvh tree;
+    backend.read_tree(tree);
+    const bool is_steps = shading == Shading::steps;
+    const std::vector<float> looseness =
+        is_steps ? std::vector<float>() : mray::cpu::leaf_looseness(tree);
+    const std::uint32_t width = image.params.width;
+    const auto colour = [&](std::uint32_t x, std::uint32_t y, const mray::Hit& hit) {
+        if (is_steps) {
+            const mray::Ray ray = mray::camera_ray(image.params.camera, x, y);
+            return mray::cpu::steps_colour(mray::cpu::count_steps(tree, ray, hit));
+        }
+        if (hit.prim_id == mray::kNoPrim) return 0xFF000000u;
+        return mray::cpu::looseness_colour(looseness[hit.prim_id]);
+    };
+    arena.execute([&] {
+        tbb::parallel_for(std::uint32_t{0}, image.params.height, [&](std::uint32_t y) {
+            for (std::uint32_t x = 0; x < width; ++x) {
+                const std::size_t i = std::size_t{y} * width + x;
+                image.samples.pixels[i] = colour(x, y, image.samples.hits[i]);
+            }
+        });
+    });
+}
+
 /// A product of image sizes that is at least 2^32 - 1 stays there, so that it is refused.
 std::uint32_t times(std::uint32_t pixels, std::uint32_t side) {
     return static_cast<std::uint32_t>(
@@ -103,7 +135,8 @@ ShadedImage ImageShader::render(const View& view, const MeshList& meshes, const 
     mray::ViewSpec spec = to_spec(view);
     spec.width = times(view.width, side);
     spec.height = times(view.height, side);
-    if (kind != LitKind::kPlain) spec.rays = is_lit ? mray::kRaysShadow : mray::kRaysPrimary;
+    const bool is_heat = view.shading == Shading::steps || view.shading == Shading::sah;
+    if (view.shading != Shading::plain) spec.rays = is_lit ? mray::kRaysShadow : mray::kRaysPrimary;
     if (is_lit) spec.ao_count = std::max(view.ao_count, 1u);
 
     ShadedImage image;
@@ -124,6 +157,7 @@ ShadedImage ImageShader::render(const View& view, const MeshList& meshes, const 
     }
 
     const mray::Stopwatch watch;
+    if (is_heat) colour_by_tree(view.shading, backend, arena, image);
     const bool has_smooth = is_smooth && meshes.is_smooth();
     if (has_smooth) prepare_normals(meshes, pose, arena);
     const GreyDepths depths = grey_depths(mray::resolve_view(spec, pose.bounds()), pose);

@@ -54,11 +54,11 @@ inline constexpr Choice<BackendChoice> kCheckedBackends[] = {{"all", BackendChoi
                                                              {"vulkan", BackendChoice::kVulkan}};
 inline constexpr Choice<std::uint32_t> kRays[] = {
     {"primary", kRaysPrimary}, {"shadow", kRaysShadow}, {"ao", kRaysAo}};
-inline constexpr Choice<morphray::Shading> kShadings[] = {{"lit", morphray::Shading::lit},
-                                                          {"plain", morphray::Shading::plain},
-                                                          {"normal", morphray::Shading::normal},
-                                                          {"depth", morphray::Shading::depth},
-                                                          {"prim", morphray::Shading::prim}};
+inline constexpr Choice<morphray::Shading> kShadings[] = {
+    {"lit", morphray::Shading::lit},       {"plain", morphray::Shading::plain},
+    {"normal", morphray::Shading::normal}, {"depth", morphray::Shading::depth},
+    {"prim", morphray::Shading::prim},     {"steps", morphray::Shading::steps},
+    {"sah", morphray::Shading::sah}};
 inline constexpr Choice<std::uint32_t> kSampleCounts[] = {
     {"1", 1}, {"4", 4}, {"16", 16}, {"64", 64}};
 inline constexpr Choice<const char*> kExrColours[] = {{"half", "half"}, {"float", "float"}};

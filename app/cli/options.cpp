@@ -17,6 +17,10 @@ const char* name_of(morphray::Shading shading) {
             return "depth";
         case morphray::Shading::prim:
             return "prim";
+        case morphray::Shading::steps:
+            return "steps";
+        case morphray::Shading::sah:
+            return "sah";
         default:
             return "plain";
     }

@@ -26,6 +26,8 @@ enum class Shading {
     normal,  ///< Normals as colours.
     depth,   ///< Depths along the viewing direction as greys, the nearer the brighter.
     prim,    ///< Triangles in colours of their own.
+    steps,   ///< How many nodes and leaves of the tree a ray enters up to its hit: from 1 to 256.
+    sah,     ///< How much larger the box of a leaf is than its triangles, by area: from 1 to 64.
 };
 
 /// A pinhole camera and a light, in world space. What is not given is chosen so that the bounds of

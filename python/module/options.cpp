@@ -71,7 +71,10 @@ Shading shading_named(const std::string& shading) {
     if (shading == "normal") return Shading::normal;
     if (shading == "depth") return Shading::depth;
     if (shading == "prim") return Shading::prim;
-    throw_choice("shading", shading, R"("plain", "lit", "normal", "depth" and "prim")");
+    if (shading == "steps") return Shading::steps;
+    if (shading == "sah") return Shading::sah;
+    throw_choice("shading", shading,
+                 R"("plain", "lit", "normal", "depth", "prim", "steps" and "sah")");
 }
 
 std::uint32_t uint32_of(const py::handle& number, const std::string& name) {

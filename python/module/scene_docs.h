@@ -166,7 +166,7 @@ rays:        "primary", "shadow" (and a ray to the light from each hit) or "ao" 
 ao_count:    ambient-occlusion rays a camera ray, from 1 to 256; with shading "lit" also 0
 ao_distance: their length. 0: a quarter of the diagonal of the bounds
 shading:     "plain" (by `rays`), "lit" (a light with shadows, and ambient occlusion), or what is
-             shown as colours: "normal", "depth" or "prim"
+             shown as colours: "normal", "depth", "prim"; of the tree "steps" or "sah"
 samples:     camera rays a pixel, 1, 4, 16 or 64; hits are then those of all samples
 flat:        without smooth normals in "lit" and "normal"
 

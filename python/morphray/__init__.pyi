@@ -176,7 +176,7 @@ class Scene:
         rays: Literal["primary", "shadow", "ao"] = "primary",
         ao_count: int = 16,
         ao_distance: float = 0.0,
-        shading: Literal["plain", "lit", "normal", "depth", "prim"] = "plain",
+        shading: Literal["plain", "lit", "normal", "depth", "prim", "steps", "sah"] = "plain",
         samples: int = 1,
         flat: bool = False,
     ) -> Image: ...

@@ -155,13 +155,13 @@ TEST(Render, LitImagesDoNotDependOnBackendTreeOrThreads) {
 TEST(Render, FalseColoursAreOneImageEach) {
     TemporaryFolder folder;
     std::set<std::string> images;
-    for (const char* shading : {"lit", "plain", "normal", "depth", "prim"}) {
+    for (const char* shading : {"lit", "plain", "normal", "depth", "prim", "steps", "sah"}) {
         const Json json =
             render_json("builtin:cloth:500", folder, {"--frames", "3", "--shading", shading});
         EXPECT_EQ(json["shading"], shading);
         images.insert(json["frames"][0]["image_hash"].get<std::string>());
     }
-    EXPECT_EQ(images.size(), 5u);
+    EXPECT_EQ(images.size(), 7u);
 }
 
 TEST(Render, TheGroundIsBelowTheScene) {

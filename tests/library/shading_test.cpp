@@ -17,8 +17,8 @@ using morphray::Scene;
 using morphray::Shading;
 using morphray::View;
 
-constexpr Shading kShadings[] = {Shading::plain, Shading::lit, Shading::normal, Shading::depth,
-                                 Shading::prim};
+constexpr Shading kShadings[] = {Shading::plain, Shading::lit,   Shading::normal, Shading::depth,
+                                 Shading::prim,  Shading::steps, Shading::sah};
 
 morphray::MeshView smooth_view(const UserMesh& mesh) {
     morphray::MeshView view = mesh.view();
