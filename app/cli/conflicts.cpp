@@ -19,10 +19,23 @@ void check_conflicts(const Options& options) {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("{}: shows how policies compare; give --policies too", name));
     }
+    if (options.backend.all_devices &&
+        (!options.backend.device.empty() || options.backend.choice == BackendChoice::kCpu)) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("--devices all, {}: the one compares what the other leaves out; "
+                                "leave one of them out",
+                                options.backend.device.empty() ? "--backend cpu" : "--device"));
+    }
+    if (!options.bless.empty() && !options.expect.empty()) {
+        throw Error(ErrorKind::kBadArgument,
+                    "--bless, --expect: images are either written down or compared; leave one of "
+                    "them out");
+    }
     const char* taken_by = nullptr;
     for (const auto& [name, file] :
          {std::pair("--json", &options.json), std::pair("--junit", &options.junit),
-          std::pair("--csv", &options.csv), std::pair("--trace-events", &options.trace_events)}) {
+          std::pair("--html", &options.html), std::pair("--csv", &options.csv),
+          std::pair("--trace-events", &options.trace_events)}) {
         if (!is_stdout(*file)) continue;
         if (taken_by != nullptr) {
             throw Error(ErrorKind::kBadArgument,

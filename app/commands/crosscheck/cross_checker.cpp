@@ -1,4 +1,6 @@
-#include "app/commands/cross_checker.h"
+#include "app/commands/crosscheck/cross_checker.h"
+
+#include <fmt/format.h>
 
 #include "app/backends.h"
 #include "common/simd/simd_target.h"
@@ -9,7 +11,8 @@ namespace {
 
 constexpr double kAffordableTests = 2e9;
 
-/// The given instruction set, or all that this machine has.
+}  // namespace
+
 std::vector<std::string> simd_to_check(const std::string& asked) {
     if (asked == cpu::kSimdOff) return {};
     if (!asked.empty()) return {find_simd_target(asked).name};
@@ -20,8 +23,6 @@ std::vector<std::string> simd_to_check(const std::string& asked) {
     return names;
 }
 
-}  // namespace
-
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays) {
     const double pixels = static_cast<double>(view.width) * view.height;
     const double rays_per_pixel = 1.0 + rays_per_hit(rays, view.ao_count);
@@ -29,7 +30,7 @@ bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uin
 }
 
 CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double first_frame,
-                           bool with_vulkan, const Messages& messages)
+                           const std::vector<gpu::DeviceInfo>& devices, const Messages& messages)
     : options_(options),
       scene_(scene),
       params_(make_image_params(options.view, scene.clip().bounds(), scene.space())),
@@ -39,9 +40,14 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
     plain.simd = cpu::kSimdOff;
     const auto make = [&](BackendChoice choice) { return make_backend(choice, plain, messages); };
     // The device first, because without one the build would be in vain.
-    if (with_vulkan) {
-        vulkan_.refits = make(BackendChoice::kVulkan);
-        vulkan_.given = make(BackendChoice::kVulkan);
+    for (const gpu::DeviceInfo& device : devices) {
+        plain.device = fmt::format("{}", device.index);
+        Pair& pair = vulkan_.emplace_back();
+        pair.refits = make(BackendChoice::kVulkan);
+        pair.given = make(BackendChoice::kVulkan);
+        if (devices.size() == 1) continue;
+        pair.device = plain.device;
+        pair.device_name = device.name;
     }
     cpu_.refits = make(BackendChoice::kCpu);
     cpu_.given = make(BackendChoice::kCpu);
@@ -50,19 +56,23 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
     const std::span<const vec3> positions = scene.positions(build_at);
     const Bvh built = build_bvh(topology, positions,
                                 {.split = options.tree.split, .threads = options.backend.threads});
-    for (Pair* pair : {&cpu_, &vulkan_}) {
-        if (pair->refits == nullptr) continue;
-        pair->refits->set_scene(topology, positions, built);
-        pair->given->set_scene(topology, positions, built);
-        pair->tree = built;
-    }
+    const auto set_scene = [&](Pair& pair) {
+        pair.refits->set_scene(topology, positions, built);
+        pair.given->set_scene(topology, positions, built);
+        pair.tree = built;
+    };
+    set_scene(cpu_);
+    for (Pair& pair : vulkan_) set_scene(pair);
     brute_->set_scene(topology, positions, built);
 }
 
 bool CrossChecker::checks_cpu() const { return options_.backend.choice != BackendChoice::kVulkan; }
 
 std::string CrossChecker::device() const {
-    return vulkan_.refits == nullptr ? std::string() : vulkan_.refits->description();
+    std::string text;
+    for (const Pair& pair : vulkan_)
+        text += (text.empty() ? "" : "; ") + pair.refits->description();
+    return text;
 }
 
 bool CrossChecker::uses_brute(std::uint32_t rays) const {
@@ -71,8 +81,8 @@ bool CrossChecker::uses_brute(std::uint32_t rays) const {
 }
 
 std::size_t CrossChecker::variant_count(std::uint32_t rays) const {
-    if (!checks_cpu()) return 3;
-    const std::size_t all = (vulkan_.refits == nullptr ? 2 : 6) + 2 * simd_.size();
+    if (!checks_cpu()) return 3 * vulkan_.size();
+    const std::size_t all = 2 + 4 * vulkan_.size() + 2 * simd_.size();
     return uses_brute(rays) ? all : all - 1;
 }
 
@@ -111,6 +121,10 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
         row.refit_on = variant.refit_on;
         row.rays = name_of_rays(expected.rays);
         row.reference = expected.reference;
+        if (variant.device != nullptr) {
+            row.device = variant.device->device;
+            row.device_name = variant.device->device_name;
+        }
         // The CPU without SIMD over the rebuilt tree is the reference itself.
         if (row.reference == row.backend && row.simd.empty() && row.update == "rebuild") continue;
         variant.backend->trace_image(params_for(expected.rays), actual);
@@ -120,16 +134,25 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
     }
 }
 
-void CrossChecker::check_pair(Pair& pair, const Pair& other, std::span<const vec3> positions,
-                              const Bvh& rebuilt, double frame, const OnRow& on_row) {
-    compare_variant({pair.refits.get(), "", "refit", pair.refits->name().c_str()}, frame, on_row);
-    if (other.refits != nullptr) {
-        pair.given->set_frame(positions, other.tree);
-        compare_variant({pair.given.get(), "", "refit", other.refits->name().c_str()}, frame,
-                        on_row);
-    }
+void CrossChecker::check_vulkan(Pair& pair, std::span<const vec3> positions, const Bvh& rebuilt,
+                                double frame, const OnRow& on_row) {
+    compare_variant({pair.refits.get(), "", "refit", "vulkan", &pair}, frame, on_row);
+    pair.given->set_frame(positions, cpu_.tree);
+    compare_variant({pair.given.get(), "", "refit", "cpu", &pair}, frame, on_row);
     pair.given->set_frame(positions, rebuilt);
-    compare_variant({pair.given.get(), "", "rebuild", ""}, frame, on_row);
+    compare_variant({pair.given.get(), "", "rebuild", "", &pair}, frame, on_row);
+}
+
+void CrossChecker::check_cpu(std::span<const vec3> positions, const Bvh& rebuilt, double frame,
+                             const OnRow& on_row) {
+    compare_variant({cpu_.refits.get(), "", "refit", "cpu"}, frame, on_row);
+    for (const Pair& pair : vulkan_) {
+        cpu_.given->set_frame(positions, pair.tree);
+        compare_variant({cpu_.given.get(), "", "refit", "vulkan", &pair}, frame, on_row);
+    }
+    cpu_.given->set_frame(positions, rebuilt);
+    compare_variant({cpu_.given.get(), "", "rebuild", ""}, frame, on_row);
+    for (const std::string& simd : simd_) check_simd(simd, positions, rebuilt, frame, on_row);
 }
 
 void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> positions,
@@ -141,26 +164,27 @@ void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> pos
     compare_variant({backend.get(), simd, "rebuild", ""}, frame, on_row);
 }
 
-TreeRow CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays,
-                            const OnRow& on_row) {
+CheckedFrame CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays,
+                                 const OnRow& on_row) {
     const std::span<const vec3> positions = scene_.positions(frame);
     refit(cpu_, positions);
     const Bvh rebuilt =
         build_bvh(scene_.clip().topology(), positions,
                   {.split = options_.tree.split, .threads = options_.backend.threads});
     trace_reference(positions, rebuilt, rays);
-    TreeRow trees;
-    trees.frame = frame;
-    trees.cpu_hash = trees.vulkan_hash = bvh_hash(cpu_.tree);
-    if (vulkan_.refits != nullptr) {
-        refit(vulkan_, positions);
-        trees.vulkan_hash = bvh_hash(vulkan_.tree);
-        check_pair(vulkan_, cpu_, positions, rebuilt, frame, on_row);
+    CheckedFrame checked;
+    for (const Expected& expected : expected_) {
+        checked.references.push_back({frame, name_of_rays(expected.rays), expected.reference,
+                                      count_hits(expected.frame), hits_hash(expected.frame),
+                                      image_hash(expected.frame)});
     }
-    if (!checks_cpu()) return trees;
-    check_pair(cpu_, vulkan_, positions, rebuilt, frame, on_row);
-    for (const std::string& simd : simd_) check_simd(simd, positions, rebuilt, frame, on_row);
-    return trees;
+    for (Pair& pair : vulkan_) {
+        refit(pair, positions);
+        checked.trees.push_back({frame, bvh_hash(cpu_.tree), bvh_hash(pair.tree), pair.device});
+        check_vulkan(pair, positions, rebuilt, frame, on_row);
+    }
+    if (checks_cpu()) check_cpu(positions, rebuilt, frame, on_row);
+    return checked;
 }
 
 }  // namespace mray::app

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/cli/options.h"
-#include "app/report/reports.h"
+#include "app/report/crosscheck/check_report.h"
 #include "app/terminal/messages.h"
 #include "common/backend.h"
 #include "common/scene/scene_frames.h"
@@ -18,27 +18,39 @@ namespace mray::app {
 /// Whether brute force takes at most 2e9 ray-triangle tests a frame.
 bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uint32_t rays);
 
-/// Holds two instances of each backend, the CPU without SIMD. One refits its own tree from frame to
-/// frame and traces it. The other is given trees: the one that the other backend refitted, which is
-/// read back from a device, and one that is built for the frame. Each instruction set of the CPU
-/// traces the tree that the CPU refitted and the tree that is built for the frame.
+/// Instruction sets that are compared if `asked` is --simd: all that this machine has, one, or
+/// none.
+std::vector<std::string> simd_to_check(const std::string& asked);
+
+/// What check() knows of a frame when all its variants are compared.
+struct CheckedFrame {
+    /// One for each device.
+    std::vector<TreeRow> trees;
+    /// One for each kind of rays.
+    std::vector<ReferenceImage> references;
+};
+
+/// Holds two instances of each backend, the CPU without SIMD, and of Vulkan for each device. One
+/// refits its own tree from frame to frame and traces it. The other is given trees: those that the
+/// other backends refitted, which are read back from a device, and one that is built for the frame.
+/// A device takes none from another device. Each instruction set of the CPU traces the tree that
+/// the CPU refitted and the tree that is built for the frame.
 class CrossChecker {
 public:
     /// Receives each comparison as it is made.
     using OnRow = std::function<void(const CheckRow&, const Frame& expected, const Frame& actual)>;
 
-    /// Builds at options.tree.build_at or at `first_frame`. Checks only the CPU without
-    /// `with_vulkan`, and only Vulkan if options choose it. Throws what clip, builder and backends
-    /// throw.
-    CrossChecker(const Options& options, SceneFrames& scene, double first_frame, bool with_vulkan,
-                 const Messages& messages);
+    /// Builds at options.tree.build_at or at `first_frame`. Checks only the CPU without `devices`,
+    /// and only Vulkan if options choose it. Throws what clip, builder and backends throw.
+    CrossChecker(const Options& options, SceneFrames& scene, double first_frame,
+                 const std::vector<gpu::DeviceInfo>& devices, const Messages& messages);
 
-    /// Compares one frame for every kind of `rays`. Returns the trees' hashes.
-    TreeRow check(double frame, const std::vector<std::uint32_t>& rays, const OnRow& on_row);
+    /// Compares one frame for every kind of `rays`.
+    CheckedFrame check(double frame, const std::vector<std::uint32_t>& rays, const OnRow& on_row);
 
     /// Comparisons that check() makes for a frame and a kind of rays.
     std::size_t variant_count(std::uint32_t rays) const;
-    /// The description of the device; empty without one.
+    /// The descriptions of the devices; empty without one.
     std::string device() const;
 
 private:
@@ -46,6 +58,9 @@ private:
         std::unique_ptr<Backend> refits;
         std::unique_ptr<Backend> given;
         Bvh tree;  // as refitted by `refits`
+        /// As in CheckRow.
+        std::string device = {};
+        std::string device_name = {};
     };
     struct Expected {
         std::uint32_t rays;
@@ -58,13 +73,17 @@ private:
         std::string simd;
         const char* update;
         const char* refit_on;
+        /// The pair of the device that traces or refitted; null without one.
+        const Pair* device = nullptr;
     };
 
     void trace_reference(std::span<const vec3> positions, const Bvh& rebuilt,
                          const std::vector<std::uint32_t>& rays);
     void compare_variant(const Variant& variant, double frame, const OnRow& on_row);
-    void check_pair(Pair& pair, const Pair& other, std::span<const vec3> positions,
-                    const Bvh& rebuilt, double frame, const OnRow& on_row);
+    void check_vulkan(Pair& pair, std::span<const vec3> positions, const Bvh& rebuilt, double frame,
+                      const OnRow& on_row);
+    void check_cpu(std::span<const vec3> positions, const Bvh& rebuilt, double frame,
+                   const OnRow& on_row);
     void check_simd(const std::string& simd, std::span<const vec3> positions, const Bvh& rebuilt,
                     double frame, const OnRow& on_row);
     bool uses_brute(std::uint32_t rays) const;
@@ -80,7 +99,7 @@ private:
     /// Instruction sets to check.
     std::vector<std::string> simd_;
     Pair cpu_;
-    Pair vulkan_;
+    std::vector<Pair> vulkan_;
     std::unique_ptr<Backend> brute_;
     std::vector<Expected> expected_;
 };
