@@ -102,7 +102,8 @@ std::string list_html(const std::string& title, const std::vector<std::string>& 
 
 std::string scene_html(const ScenePart& scene, PageRoom& room) {
     const CheckReport& report = scene.report;
-    std::string html = fmt::format("<h2>{}</h2>\n", xml_escaped(shown(report.spec)));
+    std::string html = fmt::format("<h2 id=\"scene-{}\">{}</h2>\n", scene.index + 1,
+                                   xml_escaped(shown(report.spec)));
     html += fmt::format("<p>{} triangles, {} vertices; {}x{} pixels; frames {}.</p>\n",
                         report.head.triangles, report.head.vertices, report.head.width,
                         report.head.height, fmt::join(report.frames, ", "));

@@ -57,7 +57,7 @@ std::string values_html(const PixelValues& values, const PixelValues& others) {
 
 std::string pixels_html(const std::string& id, const CheckRow& row) {
     std::string html = fmt::format(
-        "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-labelledby=\"{0}-values\">"
+        "<div class=\"scroll\" role=\"group\" tabindex=\"0\" aria-labelledby=\"{0} {0}-values\">"
         "<table class=\"values\"><caption id=\"{0}-values\">The first pixels that differ; values "
         "that differ are marked</caption>\n<thead><tr><th scope=\"col\">pixel</th><th "
         "scope=\"col\">image of</th><th scope=\"col\">prim</th><th scope=\"col\">t</th><th "
@@ -157,7 +157,7 @@ std::string differences_html(const ScenePart& scene, PageRoom& room, std::set<st
         shown.insert(i);
         const std::string id = row_id(scene, i);
         html += fmt::format(
-            "<section aria-labelledby=\"{0}\"><h3 id=\"{0}\" tabindex=\"-1\">frame "
+            "<section><h3 id=\"{0}\" tabindex=\"-1\">frame "
             "{1}, {2}, {3}: {4}</h3>\n",
             id, row.frame, xml_escaped(row.variant()), xml_escaped(row.rays),
             row.difference.total() == 1 ? "1 pixel differs"

@@ -59,6 +59,17 @@ std::string row_cell(const ScenePart& scene, const CheckRow& row,
                                 : text);
 }
 
+/// The cell of an image that was not compared: it may be the reference itself.
+std::string missing_cell(const CheckReport& report, const Variant& variant, double frame,
+                         const std::string& rays) {
+    const bool is_reference =
+        variant.name == "cpu, rebuild" &&
+        std::ranges::any_of(report.references, [&](const ReferenceImage& image) {
+            return image.frame == frame && image.rays == rays && image.reference == "cpu";
+        });
+    return is_reference ? "<td>the reference</td>" : "<td>not compared</td>";
+}
+
 std::string variant_html(const ScenePart& scene, const Variant& variant, const Columns& columns,
                          const std::set<std::size_t>& shown) {
     std::string html = fmt::format("<tr><th scope=\"row\">{}</th>", xml_escaped(variant.name));
@@ -67,8 +78,8 @@ std::string variant_html(const ScenePart& scene, const Variant& variant, const C
             const auto row = std::ranges::find_if(variant.rows, [&](const CheckRow* r) {
                 return r->frame == frame && r->rays == rays;
             });
-            html +=
-                row != variant.rows.end() ? row_cell(scene, **row, shown) : "<td>not compared</td>";
+            html += row != variant.rows.end() ? row_cell(scene, **row, shown)
+                                              : missing_cell(scene.report, variant, frame, rays);
         }
     }
     return html + "</tr>\n";
@@ -128,7 +139,8 @@ std::string matrix_html(const ScenePart& scene, const std::set<std::size_t>& sho
     const Columns columns = columns_of(scene.report);
     if (columns.frames.empty()) return "<p>Nothing was compared.</p>\n";
     std::string html = fmt::format(
-        "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-labelledby=\"matrix-{0}\">"
+        "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-labelledby=\"scene-{0} "
+        "matrix-{0}\">"
         "<table class=\"matrix\"><caption id=\"matrix-{0}\">Images of each variant: equal to the "
         "reference, or how many pixels differ</caption>\n{1}<tbody>\n",
         scene.index + 1, head_html(columns));

@@ -26,7 +26,8 @@ caption{text-align:left;padding:.4rem .6rem;color:var(--muted)}
 th,td{border:1px solid var(--line);padding:.3rem .6rem;text-align:left;white-space:nowrap;
 background:var(--bg)}
 thead th,th[scope=row]{background:var(--soft);font-weight:600}
-.matrix th[scope=row]{position:sticky;left:0;white-space:normal;min-width:9rem;max-width:40vw}
+.matrix th[scope=row]{position:sticky;left:0;white-space:normal;min-width:min(15rem,40vw);
+max-width:40vw}
 td.bad{background:var(--bad-bg)}td.bad a{color:var(--bad);font-weight:600}
 td.good{background:var(--bg)}
 .values{font-variant-numeric:tabular-nums}.values td{font-family:ui-monospace,monospace}
