@@ -1,6 +1,7 @@
 // The program with both backends. Built when Vulkan is.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -50,6 +51,29 @@ TEST(WithVulkan, CrosscheckOfVulkanComparesVulkanOnly) {
         }
         EXPECT_EQ(variants, (std::set<std::string>{"vulkan, refit on cpu",
                                                    "vulkan, refit on vulkan", "vulkan, rebuild"}));
+    }
+}
+
+TEST(WithVulkan, CrosscheckOfAllDevicesHasVariantsOfEach) {
+    TemporaryFolder folder;
+    const Json devices = Json::parse(run({"devices", "--json", "-"}).out)["devices"];
+    const auto usable = static_cast<std::size_t>(
+        std::count_if(devices.begin(), devices.end(), [](const Json& d) { return d["usable"]; }));
+    const Outcome outcome =
+        run({"crosscheck", "builtin:cloth:200", "--size", "8x8", "--frames", "0", "--rays",
+             "primary", "--simd", "off", "--devices", "all", "--json", "-", "--junit",
+             folder.file("r.xml"), "--out", folder.file("out")});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    EXPECT_EQ(json["rows"].size(), 2 + 4 * usable);
+    EXPECT_EQ(json["trees"].size(), usable);
+    ASSERT_EQ(json["environment"]["devices"].size(), usable);
+    const Json& device = json["environment"]["devices"][0];
+    EXPECT_EQ(device["name"], devices[device["index"].get<std::size_t>()]["name"]);
+    EXPECT_NE(read_file(folder.file("r.xml")).find("<property name=\"device"), std::string::npos);
+    for (const Json& row : json["rows"]) {
+        const bool on_device = row["backend"] == "vulkan" || row["refit_on"] == "vulkan";
+        EXPECT_EQ(row.contains("device"), usable > 1 && on_device) << row;
     }
 }
 

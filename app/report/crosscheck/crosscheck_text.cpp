@@ -48,9 +48,11 @@ std::string compared_trees(const CheckReport& report) {
     if (report.trees.empty()) return "";
     const auto differing = static_cast<std::size_t>(
         std::ranges::count_if(report.trees, [](const TreeRow& row) { return !row.equal(); }));
+    const bool one_device = report.trees.front().device.empty();
     std::string text =
-        fmt::format("\ntrees refitted on cpu and on vulkan, {} frame{}: {}\n", report.trees.size(),
-                    report.trees.size() == 1 ? "" : "s", verdict(differing, report.trees.size()));
+        fmt::format("\ntrees refitted on cpu and on vulkan, {} {}{}: {}\n", report.trees.size(),
+                    one_device ? "frame" : "pair", report.trees.size() == 1 ? "" : "s",
+                    verdict(differing, report.trees.size()));
     if (differing == 0) return text;
     Table table({"frame", "tree refitted on cpu", "on vulkan"});
     for (const TreeRow& row : report.trees) {
