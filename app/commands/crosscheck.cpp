@@ -6,7 +6,6 @@
 
 #include "app/backends.h"
 #include "app/commands/commands.h"
-#include "app/commands/crosscheck/cross_checker.h"
 #include "app/commands/crosscheck/scene_check.h"
 #include "app/files/output_folder.h"
 #include "app/report/crosscheck/crosscheck_html.h"
@@ -78,7 +77,8 @@ public:
     ExitCode run() {
         if (!options_.expect.empty()) expected_ = read_golden(options_.expect);
         run_.environment.devices = devices_to_check(options_.backend);
-        const SceneCheckContext context{messages_, run_.environment.devices,
+        std::optional<CheckedBackends> backends;
+        const SceneCheckContext context{messages_, run_.environment.devices, backends,
                                         expected_ ? &*expected_ : nullptr};
         ExitCode code = ExitCode::kOk;
         for (std::size_t i = 0; i < run_.scenes.size(); ++i) code = worse(code, check(i, context));

@@ -29,48 +29,55 @@ bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uin
     return static_cast<double>(triangles) * pixels * rays_per_pixel <= kAffordableTests;
 }
 
-CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double first_frame,
-                           const std::vector<gpu::DeviceInfo>& devices, const Messages& messages)
-    : options_(options),
-      scene_(scene),
-      params_(make_image_params(options.view, scene.clip().bounds(), scene.space())),
-      simd_(simd_to_check(options.backend.simd)) {
-    const Topology& topology = scene.clip().topology();
-    BackendOptions plain = options.backend;
+CheckedBackends make_checked_backends(const BackendOptions& options,
+                                      const std::vector<gpu::DeviceInfo>& devices,
+                                      const Messages& messages) {
+    BackendOptions plain = options;
     plain.simd = cpu::kSimdOff;
     const auto make = [&](BackendChoice choice) { return make_backend(choice, plain, messages); };
-    // The device first, because without one the build would be in vain.
+    CheckedBackends backends;
     for (const gpu::DeviceInfo& device : devices) {
         plain.device = fmt::format("{}", device.index);
-        Pair& pair = vulkan_.emplace_back();
+        BackendPair& pair = backends.vulkan.emplace_back();
         pair.refits = make(BackendChoice::kVulkan);
         pair.given = make(BackendChoice::kVulkan);
         if (devices.size() == 1) continue;
         pair.device = plain.device;
         pair.device_name = device.name;
     }
-    cpu_.refits = make(BackendChoice::kCpu);
-    cpu_.given = make(BackendChoice::kCpu);
-    brute_ = make(BackendChoice::kBrute);
+    backends.cpu.refits = make(BackendChoice::kCpu);
+    backends.cpu.given = make(BackendChoice::kCpu);
+    backends.brute = make(BackendChoice::kBrute);
+    return backends;
+}
+
+CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double first_frame,
+                           CheckedBackends& backends)
+    : options_(options),
+      scene_(scene),
+      params_(make_image_params(options.view, scene.clip().bounds(), scene.space())),
+      simd_(simd_to_check(options.backend.simd)),
+      backends_(backends) {
+    const Topology& topology = scene.clip().topology();
     const double build_at = options.tree.build_at.value_or(first_frame);
     const std::span<const vec3> positions = scene.positions(build_at);
     const Bvh built = build_bvh(topology, positions,
                                 {.split = options.tree.split, .threads = options.backend.threads});
-    const auto set_scene = [&](Pair& pair) {
+    const auto set_scene = [&](BackendPair& pair) {
         pair.refits->set_scene(topology, positions, built);
         pair.given->set_scene(topology, positions, built);
         pair.tree = built;
     };
-    set_scene(cpu_);
-    for (Pair& pair : vulkan_) set_scene(pair);
-    brute_->set_scene(topology, positions, built);
+    set_scene(backends_.cpu);
+    for (BackendPair& pair : backends_.vulkan) set_scene(pair);
+    backends_.brute->set_scene(topology, positions, built);
 }
 
 bool CrossChecker::checks_cpu() const { return options_.backend.choice != BackendChoice::kVulkan; }
 
 std::string CrossChecker::device() const {
     std::string text;
-    for (const Pair& pair : vulkan_)
+    for (const BackendPair& pair : backends_.vulkan)
         text += (text.empty() ? "" : "; ") + pair.refits->description();
     return text;
 }
@@ -81,8 +88,8 @@ bool CrossChecker::uses_brute(std::uint32_t rays) const {
 }
 
 std::size_t CrossChecker::variant_count(std::uint32_t rays) const {
-    if (!checks_cpu()) return 3 * vulkan_.size();
-    const std::size_t all = 2 + 4 * vulkan_.size() + 2 * simd_.size();
+    if (!checks_cpu()) return 3 * backends_.vulkan.size();
+    const std::size_t all = 2 + 4 * backends_.vulkan.size() + 2 * simd_.size();
     return uses_brute(rays) ? all : all - 1;
 }
 
@@ -92,18 +99,18 @@ ImageParams CrossChecker::params_for(std::uint32_t rays) const {
     return params;
 }
 
-void CrossChecker::refit(Pair& pair, std::span<const vec3> positions) {
+void CrossChecker::refit(BackendPair& pair, std::span<const vec3> positions) {
     pair.refits->refit(positions);
     pair.refits->read_tree(pair.tree);
 }
 
 void CrossChecker::trace_reference(std::span<const vec3> positions, const Bvh& rebuilt,
                                    const std::vector<std::uint32_t>& rays) {
-    brute_->set_frame(positions, rebuilt);
-    cpu_.given->set_frame(positions, rebuilt);
+    backends_.brute->set_frame(positions, rebuilt);
+    backends_.cpu.given->set_frame(positions, rebuilt);
     expected_.resize(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        Backend& reference = uses_brute(rays[i]) ? *brute_ : *cpu_.given;
+        Backend& reference = uses_brute(rays[i]) ? *backends_.brute : *backends_.cpu.given;
         expected_[i].rays = rays[i];
         expected_[i].reference = uses_brute(rays[i]) ? "brute" : "cpu";
         reference.trace_image(params_for(rays[i]), expected_[i].frame);
@@ -134,10 +141,10 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
     }
 }
 
-void CrossChecker::check_vulkan(Pair& pair, std::span<const vec3> positions, const Bvh& rebuilt,
-                                double frame, const OnRow& on_row) {
+void CrossChecker::check_vulkan(BackendPair& pair, std::span<const vec3> positions,
+                                const Bvh& rebuilt, double frame, const OnRow& on_row) {
     compare_variant({pair.refits.get(), "", "refit", "vulkan", &pair}, frame, on_row);
-    pair.given->set_frame(positions, cpu_.tree);
+    pair.given->set_frame(positions, backends_.cpu.tree);
     compare_variant({pair.given.get(), "", "refit", "cpu", &pair}, frame, on_row);
     pair.given->set_frame(positions, rebuilt);
     compare_variant({pair.given.get(), "", "rebuild", "", &pair}, frame, on_row);
@@ -145,20 +152,20 @@ void CrossChecker::check_vulkan(Pair& pair, std::span<const vec3> positions, con
 
 void CrossChecker::check_cpu(std::span<const vec3> positions, const Bvh& rebuilt, double frame,
                              const OnRow& on_row) {
-    compare_variant({cpu_.refits.get(), "", "refit", "cpu"}, frame, on_row);
-    for (const Pair& pair : vulkan_) {
-        cpu_.given->set_frame(positions, pair.tree);
-        compare_variant({cpu_.given.get(), "", "refit", "vulkan", &pair}, frame, on_row);
+    compare_variant({backends_.cpu.refits.get(), "", "refit", "cpu"}, frame, on_row);
+    for (const BackendPair& pair : backends_.vulkan) {
+        backends_.cpu.given->set_frame(positions, pair.tree);
+        compare_variant({backends_.cpu.given.get(), "", "refit", "vulkan", &pair}, frame, on_row);
     }
-    cpu_.given->set_frame(positions, rebuilt);
-    compare_variant({cpu_.given.get(), "", "rebuild", ""}, frame, on_row);
+    backends_.cpu.given->set_frame(positions, rebuilt);
+    compare_variant({backends_.cpu.given.get(), "", "rebuild", ""}, frame, on_row);
     for (const std::string& simd : simd_) check_simd(simd, positions, rebuilt, frame, on_row);
 }
 
 void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> positions,
                               const Bvh& rebuilt, double frame, const OnRow& on_row) {
     const auto backend = cpu::make_cpu_backend({.threads = options_.backend.threads, .simd = simd});
-    backend->set_scene(scene_.clip().topology(), positions, cpu_.tree);
+    backend->set_scene(scene_.clip().topology(), positions, backends_.cpu.tree);
     compare_variant({backend.get(), simd, "refit", "cpu"}, frame, on_row);
     backend->set_frame(positions, rebuilt);
     compare_variant({backend.get(), simd, "rebuild", ""}, frame, on_row);
@@ -167,7 +174,7 @@ void CrossChecker::check_simd(const std::string& simd, std::span<const vec3> pos
 CheckedFrame CrossChecker::check(double frame, const std::vector<std::uint32_t>& rays,
                                  const OnRow& on_row) {
     const std::span<const vec3> positions = scene_.positions(frame);
-    refit(cpu_, positions);
+    refit(backends_.cpu, positions);
     const Bvh rebuilt =
         build_bvh(scene_.clip().topology(), positions,
                   {.split = options_.tree.split, .threads = options_.backend.threads});
@@ -178,9 +185,10 @@ CheckedFrame CrossChecker::check(double frame, const std::vector<std::uint32_t>&
                                       count_hits(expected.frame), hits_hash(expected.frame),
                                       image_hash(expected.frame)});
     }
-    for (Pair& pair : vulkan_) {
+    for (BackendPair& pair : backends_.vulkan) {
         refit(pair, positions);
-        checked.trees.push_back({frame, bvh_hash(cpu_.tree), bvh_hash(pair.tree), pair.device});
+        checked.trees.push_back(
+            {frame, bvh_hash(backends_.cpu.tree), bvh_hash(pair.tree), pair.device});
         check_vulkan(pair, positions, rebuilt, frame, on_row);
     }
     if (checks_cpu()) check_cpu(positions, rebuilt, frame, on_row);

@@ -22,6 +22,30 @@ bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uin
 /// none.
 std::vector<std::string> simd_to_check(const std::string& asked);
 
+/// Two instances of a backend and the tree that one of them refits.
+struct BackendPair {
+    std::unique_ptr<Backend> refits;
+    std::unique_ptr<Backend> given;
+    Bvh tree;
+    /// As in CheckRow.
+    std::string device = {};
+    std::string device_name = {};
+};
+
+/// The backends of a run, which the scenes share, because a device takes a second to start.
+struct CheckedBackends {
+    /// Without SIMD.
+    BackendPair cpu;
+    /// One for each device.
+    std::vector<BackendPair> vulkan;
+    std::unique_ptr<Backend> brute;
+};
+
+/// Throws what the backends throw.
+CheckedBackends make_checked_backends(const BackendOptions& options,
+                                      const std::vector<gpu::DeviceInfo>& devices,
+                                      const Messages& messages);
+
 /// What check() knows of a frame when all its variants are compared.
 struct CheckedFrame {
     /// One for each device.
@@ -30,20 +54,21 @@ struct CheckedFrame {
     std::vector<ReferenceImage> references;
 };
 
-/// Holds two instances of each backend, the CPU without SIMD, and of Vulkan for each device. One
-/// refits its own tree from frame to frame and traces it. The other is given trees: those that the
-/// other backends refitted, which are read back from a device, and one that is built for the frame.
-/// A device takes none from another device. Each instruction set of the CPU traces the tree that
-/// the CPU refitted and the tree that is built for the frame.
+/// Of the two instances of each backend one refits its own tree from frame to frame and traces it.
+/// The other is given trees: those that the other backends refitted, which are read back from a
+/// device, and one that is built for the frame. A device takes none from another device. Each
+/// instruction set of the CPU traces the tree that the CPU refitted and the tree that is built for
+/// the frame.
 class CrossChecker {
 public:
     /// Receives each comparison as it is made.
     using OnRow = std::function<void(const CheckRow&, const Frame& expected, const Frame& actual)>;
 
-    /// Builds at options.tree.build_at or at `first_frame`. Checks only the CPU without `devices`,
-    /// and only Vulkan if options choose it. Throws what clip, builder and backends throw.
+    /// Builds at options.tree.build_at or at `first_frame`. Checks only the CPU without a device,
+    /// and only Vulkan if options choose it. The backends take this scene. Throws what clip,
+    /// builder and backends throw.
     CrossChecker(const Options& options, SceneFrames& scene, double first_frame,
-                 const std::vector<gpu::DeviceInfo>& devices, const Messages& messages);
+                 CheckedBackends& backends);
 
     /// Compares one frame for every kind of `rays`.
     CheckedFrame check(double frame, const std::vector<std::uint32_t>& rays, const OnRow& on_row);
@@ -54,14 +79,6 @@ public:
     std::string device() const;
 
 private:
-    struct Pair {
-        std::unique_ptr<Backend> refits;
-        std::unique_ptr<Backend> given;
-        Bvh tree;  // as refitted by `refits`
-        /// As in CheckRow.
-        std::string device = {};
-        std::string device_name = {};
-    };
     struct Expected {
         std::uint32_t rays;
         Frame frame;
@@ -74,14 +91,14 @@ private:
         const char* update;
         const char* refit_on;
         /// The pair of the device that traces or refitted; null without one.
-        const Pair* device = nullptr;
+        const BackendPair* device = nullptr;
     };
 
     void trace_reference(std::span<const vec3> positions, const Bvh& rebuilt,
                          const std::vector<std::uint32_t>& rays);
     void compare_variant(const Variant& variant, double frame, const OnRow& on_row);
-    void check_vulkan(Pair& pair, std::span<const vec3> positions, const Bvh& rebuilt, double frame,
-                      const OnRow& on_row);
+    void check_vulkan(BackendPair& pair, std::span<const vec3> positions, const Bvh& rebuilt,
+                      double frame, const OnRow& on_row);
     void check_cpu(std::span<const vec3> positions, const Bvh& rebuilt, double frame,
                    const OnRow& on_row);
     void check_simd(const std::string& simd, std::span<const vec3> positions, const Bvh& rebuilt,
@@ -90,7 +107,7 @@ private:
     /// Whether the CPU's images are compared; otherwise the CPU only refits and traces the
     /// reference.
     bool checks_cpu() const;
-    void refit(Pair& pair, std::span<const vec3> positions);
+    void refit(BackendPair& pair, std::span<const vec3> positions);
     ImageParams params_for(std::uint32_t rays) const;
 
     const Options& options_;
@@ -98,9 +115,7 @@ private:
     ImageParams params_;
     /// Instruction sets to check.
     std::vector<std::string> simd_;
-    Pair cpu_;
-    std::vector<Pair> vulkan_;
-    std::unique_ptr<Backend> brute_;
+    CheckedBackends& backends_;
     std::vector<Expected> expected_;
 };
 

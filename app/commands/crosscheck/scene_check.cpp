@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "app/cli/remedy_text.h"
-#include "app/commands/crosscheck/cross_checker.h"
 #include "app/files/output_folder.h"
 #include "app/frames.h"
 #include "app/memory_budget.h"
@@ -51,7 +50,7 @@ public:
           folder_(folder),
           context_(context),
           rays_(rays_of(options)),
-          checker_(options, scene, report.frames.front(), context.devices, context.messages),
+          checker_(options, scene, report.frames.front(), *context.backends),
           report_(report) {
         report_.device = checker_.device();
     }
@@ -127,6 +126,9 @@ ExitCode check_scene(const Options& options, const std::filesystem::path& folder
     report.build_at = options.tree.build_at.value_or(report.frames.front());
     warn_of_damage(options, clip, report.frames, context.messages);
     require_memory_for(options, topology, context.devices.size());
+    if (!context.backends)
+        context.backends =
+            make_checked_backends(options.backend, context.devices, context.messages);
     FrameChecks checks(options, scene, folder, context, report);
     return check_frames(checks, options, context.messages, report);
 }

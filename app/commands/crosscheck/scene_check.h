@@ -2,11 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "app/cli/exit_code.h"
 #include "app/cli/options.h"
+#include "app/commands/crosscheck/cross_checker.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/report/crosscheck/golden_images.h"
 #include "app/terminal/messages.h"
@@ -18,6 +19,8 @@ struct SceneCheckContext {
     const Messages& messages;
     /// None: only the CPU is compared.
     const std::vector<gpu::DeviceInfo>& devices;
+    /// Made for the first scene.
+    std::optional<CheckedBackends>& backends;
     /// Null without --expect.
     const GoldenImages* expected = nullptr;
 };
