@@ -2,12 +2,40 @@
 
 #include <fmt/format.h>
 
+#include "app/files/ray_bundle.h"
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
+#include "common/text/message_text.h"
 
 namespace mray::app {
 
+namespace {
+
+/// probe needs frame and pixel of a scene; a bundle has both.
+void check_probe(const Options& options) {
+    const bool is_bundle = is_bundle_name(options.scene);
+    for (const auto& [name, given] :
+         {std::pair("--frame", options.frame_given), std::pair("--pixel", options.pixel_given)}) {
+        if (given != is_bundle) continue;
+        throw Error(ErrorKind::kBadArgument,
+                    is_bundle ? fmt::format("{}: {} is a bundle, which has its own", name,
+                                            shown(options.scene))
+                              : fmt::format("{} is required; see `morphray probe --help`", name));
+    }
+    if (options.bundle.empty()) return;
+    if (is_bundle)
+        throw Error(ErrorKind::kBadArgument,
+                    "--bundle: the scene is a bundle already; copy the file");
+    if (!is_bundle_name(options.bundle))
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("--bundle: {} must end in .json, by which probe knows a bundle",
+                                in_quotes(options.bundle)));
+}
+
+}  // namespace
+
 void check_conflicts(const Options& options) {
+    if (options.command == Command::kProbe) check_probe(options);
     if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {
         throw Error(ErrorKind::kBadArgument,
                     "--update rebuild, --refit-on: a tree that is rebuilt is not refitted; leave "

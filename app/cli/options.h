@@ -95,7 +95,10 @@ struct Options {
 
     // probe
     double frame = 0;
+    bool frame_given = false;
     Pixel pixel;
+    bool pixel_given = false;
+    std::string bundle;
 
     // profile
     int repeat = 5;

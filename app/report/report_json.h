@@ -21,6 +21,7 @@ std::string to_json(const ImageDiffReport& report);
 std::string to_json(const ProfileReport& report);
 std::string to_json(const PolicyReport& report);
 std::string to_json(const ProbeReport& report);
+std::string to_json(const ReplayReport& report);
 std::string to_json(const SceneReport& report);
 std::string to_json(const ProgramReport& report);
 std::string to_json(const std::vector<gpu::DeviceInfo>& devices);

@@ -98,6 +98,20 @@ inline constexpr std::array<const char*, 4> kChannelNames = {"red", "green", "bl
 /// "#rrggbbaa".
 std::string colour_text(std::uint32_t pixel);
 
+/// A bundled ray traced again.
+struct ReplayReport {
+    std::string scene;
+    double frame = 0;
+    /// By brute force when it was bundled.
+    Hit expected = no_hit();
+    struct Answer {
+        std::string tracer;
+        Hit hit = no_hit();
+        bool equal = false;
+    };
+    std::vector<Answer> answers;
+};
+
 /// Medians of one frame on one backend.
 struct ProfileRow {
     double frame = 0;

@@ -79,18 +79,21 @@ void define_probe(CLI::App& program, Options& options) {
         program, options, "probe",
         "One pixel: its ray, its hit and the triangles that it could hit", Command::kProbe);
     add_scene(adder, true);
-    adder
-        .add("--frame", "F", "the frame",
-             [&options](const std::string& option, const std::string& value) {
-                 options.frame = parse_finite(option, value, -1e9);
-             })
-        ->required();
-    adder
-        .add("--pixel", "X,Y", "the pixel, from the upper left corner",
-             [&options](const std::string& option, const std::string& value) {
-                 options.pixel = parse_pixel(option, value);
-             })
-        ->required();
+    adder.command().get_option("scene")->description("what to trace, or a file of --bundle");
+    adder.add("--frame", "F", "the frame; not for a bundle",
+              [&options](const std::string& option, const std::string& value) {
+                  options.frame = parse_finite(option, value, -1e9);
+                  options.frame_given = true;
+              });
+    adder.add("--pixel", "X,Y", "the pixel, from the upper left corner; not for a bundle",
+              [&options](const std::string& option, const std::string& value) {
+                  options.pixel = parse_pixel(option, value);
+                  options.pixel_given = true;
+              });
+    adder.add_text(
+        "--bundle", "FILE.json",
+        "file of the ray and its triangles to write, which `probe FILE.json` traces again",
+        options.bundle);
     add_view_options(adder, kWholeImage, "primary");
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, "refit");
