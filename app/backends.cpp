@@ -66,6 +66,19 @@ std::vector<gpu::DeviceInfo> vulkan_devices() {
 #endif
 }
 
+std::vector<gpu::DeviceInfo> devices_to_check(const BackendOptions& options) {
+    if (options.choice == BackendChoice::kCpu) return {};
+    check_vulkan();
+#ifdef MORPHRAY_HAS_VULKAN
+    // Refuses a machine without a usable device, too.
+    const gpu::DeviceInfo chosen = gpu::find_device(options.device);
+    if (!options.all_devices) return {chosen};
+#endif
+    std::vector<gpu::DeviceInfo> devices = vulkan_devices();
+    std::erase_if(devices, [](const gpu::DeviceInfo& d) { return !d.unusable.empty(); });
+    return devices;
+}
+
 std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messages& messages) {
     return make_backend(options.choice, options, messages);
 }

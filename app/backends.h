@@ -18,6 +18,10 @@ namespace mray::app {
 /// gpu::list_devices(); throws Error(kUnavailable) without Vulkan.
 std::vector<gpu::DeviceInfo> vulkan_devices();
 
+/// The devices that crosscheck compares: none without Vulkan, each usable one if all_devices is
+/// set, otherwise the one that the options choose. Throws Error(kUnavailable) if there is none.
+std::vector<gpu::DeviceInfo> devices_to_check(const BackendOptions& options);
+
 /// Whether an option requires Vulkan.
 bool asks_for_vulkan(const BackendOptions& options);
 /// Whether the error means that this machine or build has no usable Vulkan.

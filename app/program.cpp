@@ -1,13 +1,8 @@
 #include "app/program.h"
 
-#include <fmt/format.h>
-
-#include <new>
-#include <stdexcept>
-#include <system_error>
-
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
+#include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/messages.h"
 
@@ -41,30 +36,9 @@ ExitCode run_command(const Options& options, const Messages& messages) {
 }  // namespace
 
 ExitCode explain_failure(const std::exception_ptr& failure, const Messages& messages) {
-    try {
-        std::rethrow_exception(failure);
-    } catch (const Error& error) {
-        messages.error(error);
-        return error.kind() == ErrorKind::kCancelled ? interrupt_exit_code()
-                                                     : exit_code_of(error.kind());
-    } catch (const std::bad_alloc&) {
-        messages.error("out of memory; choose a smaller scene or image, or raise the limit");
-        return ExitCode::kLimit;
-    } catch (const std::length_error&) {
-        messages.error("something is larger than memory can be; choose a smaller scene or image");
-        return ExitCode::kLimit;
-    } catch (const std::system_error& error) {
-        if (error.code() == std::errc::resource_unavailable_try_again) {
-            messages.error("no more threads can be started; use --threads 1 or raise the limit");
-            return ExitCode::kLimit;
-        }
-        messages.error(fmt::format("internal error: {}; please report it", error.what()));
-    } catch (const std::exception& error) {
-        messages.error(fmt::format("internal error: {}; please report it", error.what()));
-    } catch (...) {
-        messages.error("internal error: unknown exception; please report it");
-    }
-    return ExitCode::kInternal;
+    const Failure described = describe_failure(failure);
+    messages.error(described.message);
+    return described.code;
 }
 
 int run_program(std::span<const std::string> arguments) {

@@ -294,6 +294,11 @@ std::vector<DeviceInfo> list_devices(PFN_vkGetInstanceProcAddr loader) {
 
 std::vector<DeviceInfo> list_devices() { return list_devices(nullptr); }
 
+DeviceInfo find_device(const std::string& device) {
+    const std::vector<DeviceInfo> devices = list_devices();
+    return devices[choose_device(devices, device)];
+}
+
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config, const Tuning& tuning) {
     return std::make_unique<VulkanBackend>(config, tuning);
 }

@@ -54,6 +54,9 @@ struct DeviceInfo {
 /// driver.
 std::vector<DeviceInfo> list_devices();
 
+/// The device that VulkanConfig::device names. Throws Error(kUnavailable) as make_vulkan_backend().
+DeviceInfo find_device(const std::string& device);
+
 /// Throws Error(kUnavailable) as list_devices(), and for: no such device, an ambiguous name, a
 /// device that lacks a feature, a validation layer that is not installed, a host's device that its
 /// instance does not list, or a queue family without compute.

@@ -108,6 +108,7 @@ ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
     } catch (const CLI::ParseError& error) {
         explain(describe(error, arguments));
     }
+    options_.arguments.assign(arguments.begin(), arguments.end());
     check_conflicts(options_);
     return {options_, {}};
 }

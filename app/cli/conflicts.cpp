@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "app/files/ray_bundle.h"
 #include "app/terminal/messages.h"
 #include "common/base/errors.h"
+#include "common/text/message_text.h"
 
 namespace mray::app {
 
@@ -36,10 +38,30 @@ void check_shading(const Options& options) {
             "--hits, --samples: a file of hits has one camera ray a pixel; leave one of them out");
 }
 
+/// probe needs frame and pixel of a scene; a bundle has both.
+void check_probe(const Options& options) {
+    const bool is_bundle = is_bundle_name(options.scene);
+    for (const auto& [name, given] :
+         {std::pair("--frame", options.frame_given), std::pair("--pixel", options.pixel_given)}) {
+        if (given != is_bundle) continue;
+        throw Error(ErrorKind::kBadArgument,
+                    is_bundle ? fmt::format("{}: {} is a bundle, which has its own", name,
+                                            shown(options.scene))
+                              : fmt::format("{} is required; see `morphray probe --help`", name));
+    }
+    if (options.bundle.empty()) return;
+    if (is_bundle) refuse("--bundle: the scene is a bundle already; copy the file");
+    if (!is_bundle_name(options.bundle))
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("--bundle: {} must end in .json, by which probe knows a bundle",
+                                in_quotes(options.bundle)));
+}
+
 }  // namespace
 
 void check_conflicts(const Options& options) {
     if (options.command == Command::kRender) check_shading(options);
+    if (options.command == Command::kProbe) check_probe(options);
     if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {
         throw Error(ErrorKind::kBadArgument,
                     "--update rebuild, --refit-on: a tree that is rebuilt is not refitted; leave "
@@ -51,10 +73,23 @@ void check_conflicts(const Options& options) {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("{}: shows how policies compare; give --policies too", name));
     }
+    if (options.backend.all_devices &&
+        (!options.backend.device.empty() || options.backend.choice == BackendChoice::kCpu)) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("--devices all, {}: the one compares what the other leaves out; "
+                                "leave one of them out",
+                                options.backend.device.empty() ? "--backend cpu" : "--device"));
+    }
+    if (!options.bless.empty() && !options.expect.empty()) {
+        throw Error(ErrorKind::kBadArgument,
+                    "--bless, --expect: images are either written down or compared; leave one of "
+                    "them out");
+    }
     const char* taken_by = nullptr;
     for (const auto& [name, file] :
          {std::pair("--json", &options.json), std::pair("--junit", &options.junit),
-          std::pair("--csv", &options.csv), std::pair("--trace-events", &options.trace_events)}) {
+          std::pair("--html", &options.html), std::pair("--csv", &options.csv),
+          std::pair("--trace-events", &options.trace_events)}) {
         if (!is_stdout(*file)) continue;
         if (taken_by != nullptr) {
             throw Error(ErrorKind::kBadArgument,

@@ -40,6 +40,8 @@ struct BackendOptions {
     /// Whether --backend was given; otherwise trace takes the CPU.
     bool choice_given = false;
     std::string device;
+    /// Whether crosscheck compares every usable device.
+    bool all_devices = false;
     /// 0: as many as the machine has.
     int threads = 0;
     /// As cpu::CpuConfig::simd.
@@ -100,13 +102,20 @@ struct Options {
 
     // crosscheck
     Reference reference = Reference::kAuto;
+    std::string html;
+    std::string bless;
+    std::string expect;
+    bool strict = false;
 
     // diff: the file that is expected, and the other one
-    std::vector<std::string> hits_files;
+    std::vector<std::string> compared_files;
 
     // probe
     double frame = 0;
+    bool frame_given = false;
     Pixel pixel;
+    bool pixel_given = false;
+    std::string bundle;
 
     // profile
     int repeat = 5;
@@ -119,8 +128,10 @@ struct Options {
     std::string ray_file;
     bool binary_rays = false;
 
-    // chart
+    // chart and crosscheck
     std::vector<std::string> scenes;
+
+    // chart
     bool quick = false;
 
     // info
@@ -128,6 +139,8 @@ struct Options {
 
     /// The given arguments that decide which image is traced, for a command that repeats it.
     std::vector<std::string> view_arguments;
+    /// The command line without the program's name.
+    std::vector<std::string> arguments;
 };
 
 /// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.

@@ -1,24 +1,25 @@
 // morphray crosscheck: compares the images of all backends, trees and instruction sets.
 #include <fmt/format.h>
 
+#include <exception>
+#include <optional>
+
+#include "app/backends.h"
 #include "app/commands/commands.h"
-#include "app/commands/cross_checker.h"
+#include "app/commands/crosscheck/scene_check.h"
 #include "app/files/output_folder.h"
-#include "app/frames.h"
-#include "app/memory_budget.h"
-#include "app/report/crosscheck_text.h"
-#include "app/report/junit.h"
+#include "app/report/crosscheck/crosscheck_html.h"
+#include "app/report/crosscheck/crosscheck_text.h"
+#include "app/report/crosscheck/golden_images.h"
+#include "app/report/crosscheck/junit.h"
 #include "app/report/report_json.h"
-#include "app/terminal/interrupt.h"
-#include "app/terminal/progress.h"
-#include "common/base/output_file.h"
+#include "app/terminal/failure.h"
+#include "common/process/shell_text.h"
 
 namespace mray::app {
 namespace {
 
 constexpr std::uint32_t kDefaultSide = 256;
-// Comparisons that are described in detail.
-constexpr std::size_t kShownRows = 8;
 
 Options with_defaults(Options options) {
     if (!options.size_given) options.view.width = options.view.height = kDefaultSide;
@@ -26,113 +27,158 @@ Options with_defaults(Options options) {
     return options;
 }
 
-/// Runs the frames and gathers what the reports need.
+/// The command line, ready for a shell.
+std::string command_text(const Options& options) {
+    std::vector<std::string> line = {"morphray"};
+    line.insert(line.end(), options.arguments.begin(), options.arguments.end());
+    return shell_line(line);
+}
+
+/// Whether the scenes that are left are not checked after such an error.
+bool ends_run(ErrorKind kind) {
+    return kind != ErrorKind::kBadInput && kind != ErrorKind::kBadArgument &&
+           kind != ErrorKind::kLimit;
+}
+
+/// Of two scenes' codes the one that the run ends with: a difference before a scene that could not
+/// be opened before a part that is missing, otherwise the first one.
+ExitCode worse(ExitCode a, ExitCode b) {
+    const auto rank = [](ExitCode code) {
+        if (code == ExitCode::kOk) return 0;
+        if (code == ExitCode::kPartial) return 1;
+        return code == ExitCode::kCheckFailed ? 3 : 2;
+    };
+    return rank(b) > rank(a) ? b : a;
+}
+
+/// Checks the scenes in turn and writes one set of reports, also about a run that ends early.
 class Crosscheck {
 public:
-    Crosscheck(const Options& options, SceneFrames& scene, const std::vector<double>& frames,
-               const std::filesystem::path& folder, const Messages& messages)
-        : options_(options),
-          folder_(folder),
-          build_at_(options.tree.build_at.value_or(frames.front())),
-          with_vulkan_(options.backend.choice != BackendChoice::kCpu),
-          rays_(options.rays_given
-                    ? std::vector<std::uint32_t>{options.view.rays}
-                    : std::vector<std::uint32_t>{kRaysPrimary, kRaysShadow, kRaysAo}),
-          checker_(options, scene, frames.front(), with_vulkan_, messages) {
-        const Topology& topology = scene.clip().topology();
-        report_.head = {"crosscheck",          scene.clip().name(), topology.triangles.size(),
-                        topology.vertex_count, options.view.width,  options.view.height};
-        report_.device = checker_.device();
-    }
-
-    void check(double frame, Progress& progress) {
-        const TreeRow trees = checker_.check(
-            frame, rays_, [&](const CheckRow& row, const Frame& expected, const Frame& actual) {
-                throw_if_interrupted();
-                report_.rows.push_back(row);
-                if (!row.equal()) keep_difference(row, expected, actual);
-                progress.update(report_.rows.size());
-            });
-        if (with_vulkan_) report_.trees.push_back(trees);
-    }
-
-    /// The number of comparisons of a frame.
-    std::size_t comparisons() const {
-        std::size_t count = 0;
-        for (const std::uint32_t rays : rays_) count += checker_.variant_count(rays);
-        return count;
-    }
-    bool finished_any() const { return !report_.rows.empty(); }
-
-    /// Writes the reports. Returns whether all images were equal.
-    bool finish(bool complete, const Messages& messages) {
-        report_.complete = complete;
-        if (!options_.json.empty()) write_report(options_.json, to_json(report_));
-        if (!options_.junit.empty()) write_report(options_.junit, to_junit(report_));
-        if (!takes_stdout({options_.json, options_.junit})) {
-            messages.print(table_text(report_) + differences_ + summary_text(report_));
+    Crosscheck(const Options& options, const Messages& messages)
+        : options_(options), messages_(messages), folder_(options.out) {
+        run_.strict = options.strict;
+        run_.environment.command = command_text(options);
+        run_.environment.simd = options.backend.choice == BackendChoice::kVulkan
+                                    ? std::vector<std::string>{}
+                                    : simd_to_check(options.backend.simd);
+        // Then a report about a run that cannot begin names its scenes, too.
+        for (const std::string& scene : options.scenes) {
+            CheckReport& report = run_.scenes.emplace_back();
+            report.spec = scene;
+            report.complete = false;
+            report.head.command = "crosscheck";
+            report.head.scene = scene;
+            report.head.width = options.view.width;
+            report.head.height = options.view.height;
         }
-        return report_.equal();
+    }
+
+    /// Returns the exit code; throws what ends the run.
+    ExitCode run() {
+        if (!options_.expect.empty()) expected_ = read_golden(options_.expect);
+        run_.environment.devices = devices_to_check(options_.backend);
+        std::optional<CheckedBackends> backends;
+        const SceneCheckContext context{messages_, run_.environment.devices, backends,
+                                        expected_ ? &*expected_ : nullptr};
+        ExitCode code = ExitCode::kOk;
+        for (std::size_t i = 0; i < run_.scenes.size(); ++i) code = worse(code, check(i, context));
+        return code;
+    }
+
+    void end_early(const std::string& error) { run_.error = error; }
+
+    /// Writes all reports, then throws the first error, if one could not be written.
+    void write_reports() const {
+        std::exception_ptr failure;
+        const auto attempt = [&failure](auto&& write) {
+            try {
+                write();
+            } catch (...) {
+                if (!failure) failure = std::current_exception();
+            }
+        };
+        const auto write = [&attempt](const std::string& file, auto&& text) {
+            if (!file.empty()) attempt([&] { write_report(file, text()); });
+        };
+        write(options_.json, [&] { return to_json(run_); });
+        write(options_.junit, [&] { return to_junit(run_); });
+        write(options_.html, [&] { return to_html(options_, run_); });
+        if (!takes_stdout({options_.json, options_.junit, options_.html}))
+            attempt([&] { messages_.print(run_text(options_, run_)); });
+        if (failure) std::rethrow_exception(failure);
+    }
+
+    /// Writes the hashes of a run without fault; otherwise says why not.
+    void bless() const {
+        if (options_.bless.empty()) return;
+        if (run_.complete() && run_.equal()) {
+            write_report(options_.bless, golden_text(options_, run_));
+        } else {
+            messages_.error(fmt::format(
+                "{}: not written, because not all images are there and equal", options_.bless));
+        }
     }
 
 private:
-    void keep_difference(const CheckRow& row, const Frame& expected, const Frame& actual) {
-        const std::string tree =
-            row.update == "refit" ? fmt::format("refit-{}", row.refit_on) : row.update;
-        const std::string simd = row.simd.empty() ? "" : "-" + row.simd;
-        const std::string name = fmt::format("frame_{}-{}{}-{}-{}.png", frame_label(row.frame),
-                                             row.backend, simd, tree, row.rays);
-        write_file(folder_ / name, encode_png(difference_image(expected, actual)));
-        if (++different_rows_ <= kShownRows) differences_ += describe_row(options_, row, build_at_);
+    ExitCode check(std::size_t index, const SceneCheckContext& context) {
+        CheckReport& report = run_.scenes[index];
+        Options one = options_;
+        one.scene = report.spec;
+        // Images of several scenes would have the same names.
+        const std::filesystem::path folder =
+            run_.scenes.size() == 1 ? folder_.path()
+                                    : folder_.path() / fmt::format("scene_{}", index + 1);
+        const std::size_t warned = messages_.warnings().size();
+        const auto keep_warnings = [&] {
+            const std::vector<std::string>& all = messages_.warnings();
+            report.warnings.assign(all.begin() + static_cast<std::ptrdiff_t>(warned), all.end());
+        };
+        ExitCode code = ExitCode::kOk;
+        try {
+            code = check_scene(one, folder, context, report);
+            report.complete = code == ExitCode::kOk;
+        } catch (const Error& error) {
+            keep_warnings();
+            report.error = describe_failure(std::current_exception()).message;
+            if (run_.scenes.size() == 1 || ends_run(error.kind())) throw;
+            messages_.error(error);
+            code = exit_code_of(error.kind());
+        }
+        keep_warnings();
+        if (options_.strict && !report.warnings.empty()) code = worse(code, ExitCode::kCheckFailed);
+        return report.equal() ? code : ExitCode::kCheckFailed;
     }
 
     const Options& options_;
-    std::filesystem::path folder_;
-    double build_at_;
-    bool with_vulkan_;
-    std::vector<std::uint32_t> rays_;
-    CrossChecker checker_;
-    CheckReport report_;
-    std::string differences_;
-    std::size_t different_rows_ = 0;
+    const Messages& messages_;
+    OutputFolder folder_;
+    CheckRun run_;
+    std::optional<GoldenImages> expected_;
 };
 
 }  // namespace
 
 ExitCode run_crosscheck(const Options& given, const Messages& messages) {
     const Options options = with_defaults(given);
-    check_reports({options.json, options.junit});
-    const OutputFolder folder(options.out);
-    SceneFrames scene = open_frames(options, messages);
-    const std::vector<double> frames = select_frames(options, scene.clip(), DefaultFrames::kFew);
-    warn_of_damage(options, scene.clip(), frames, messages);
-    const Topology& topology = scene.clip().topology();
-    // Three reference frames and the one that is compared.
-    const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
-    require_memory({.triangles = topology.triangles.size(),
-                    .vertices = topology.vertex_count,
-                    .pixels = pixels,
-                    .backends = options.backend.choice == BackendChoice::kCpu ? 4u : 6u,
-                    .kept_bytes = 3 * pixels * (sizeof(Hit) + 8)});
-    Crosscheck crosscheck(options, scene, frames, folder.path(), messages);
-
+    check_reports({options.json, options.junit, options.html, options.bless});
+    Crosscheck crosscheck(options, messages);
     ExitCode code = ExitCode::kOk;
-    Progress progress("comparing", frames.size() * crosscheck.comparisons(),
-                      progress_mode(options.quiet));
-    for (const double frame : frames) {
+    try {
+        code = crosscheck.run();
+    } catch (...) {
+        const std::exception_ptr failure = std::current_exception();
+        crosscheck.end_early(describe_failure(failure).message);
         try {
-            crosscheck.check(frame, progress);
-        } catch (const Error& error) {
-            progress.hide();
-            if (error.kind() != ErrorKind::kBadInput || !crosscheck.finished_any()) throw;
-            messages.error(error);
-            code = ExitCode::kPartial;
-            break;
+            crosscheck.write_reports();
+        } catch (...) {
+            // The failure above ends the run.
+            messages.error(describe_failure(std::current_exception()).message);
         }
+        throw;
     }
-    progress.hide();
-    const bool equal = crosscheck.finish(code == ExitCode::kOk, messages);
-    return equal ? code : ExitCode::kCheckFailed;
+    crosscheck.write_reports();
+    crosscheck.bless();
+    return code;
 }
 
 }  // namespace mray::app

@@ -1,4 +1,5 @@
-// morphray diff: compares two files of hits, of other machines, devices or versions, say.
+// morphray diff: compares two files of hits or two images, of other machines, devices or versions,
+// say.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,7 +7,9 @@
 #include <optional>
 
 #include "app/commands/commands.h"
+#include "app/commands/image_diff.h"
 #include "app/files/output_folder.h"
+#include "app/files/png_reader.h"
 #include "app/library_calls.h"
 #include "app/report/report_json.h"
 #include "app/terminal/interrupt.h"
@@ -60,6 +63,16 @@ void require_same_shape(const std::vector<std::string>& names, const morphray::H
                     shown(names[1]), shape_of(actual), shown(names[0]), shape_of(expected)));
 }
 
+/// Refuses an image and a file of hits.
+void require_same_kind(const std::vector<std::string>& names) {
+    if (is_png_name(names[0]) == is_png_name(names[1])) return;
+    const std::size_t image = is_png_name(names[0]) ? 0 : 1;
+    throw Error(ErrorKind::kBadInput,
+                fmt::format("{}: is no image by its name, but {} is; give two files of hits or two "
+                            "PNG files",
+                            shown(names[1 - image]), shown(names[image])));
+}
+
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {
     if (hit.prim_id == kNoPrim) return "miss";
     return fmt::format("t {:a} u {:a} v {:a} prim {} occluded {}", hit.t, hit.u, hit.v, hit.prim_id,
@@ -97,7 +110,9 @@ std::string summary(const DiffReport& report, const std::string& shape) {
 
 ExitCode run_diff(const Options& options, const Messages& messages) {
     check_reports({options.json});
-    const std::vector<std::string>& names = options.hits_files;
+    const std::vector<std::string>& names = options.compared_files;
+    if (is_png_name(names[0]) && is_png_name(names[1])) return run_image_diff(options, messages);
+    require_same_kind(names);
     const auto read = [](const std::string& name) {
         return call_library([&] { return morphray::read_hits(name); });
     };

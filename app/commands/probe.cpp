@@ -3,6 +3,8 @@
 
 #include "app/commands/commands.h"
 #include "app/commands/pixel_probe.h"
+#include "app/commands/probe/replay.h"
+#include "app/files/ray_bundle.h"
 #include "app/report/report_json.h"
 #include "common/text/number_text.h"
 #include "common/text/table.h"
@@ -94,7 +96,8 @@ std::string text_of(const ProbeReport& report) {
 }  // namespace
 
 ExitCode run_probe(const Options& options, const Messages& messages) {
-    check_reports({options.json});
+    check_reports({options.json, options.bundle});
+    if (is_bundle_name(options.scene)) return run_replay(options, messages);
     const ProbeReport report = probe_pixel(options, messages);
     if (!options.json.empty()) write_report(options.json, to_json(report));
     if (!takes_stdout({options.json})) messages.print(text_of(report));

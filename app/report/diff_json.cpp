@@ -43,4 +43,25 @@ std::string to_json(const DiffReport& report) {
     return json_text(json);
 }
 
+std::string to_json(const ImageDiffReport& report) {
+    Json json = head_of("diff");
+    json["expected"] = report.expected;
+    json["actual"] = report.actual;
+    json["width"] = report.width;
+    json["height"] = report.height;
+    json["equal"] = report.equal();
+    json["differing_pixels"] = report.difference.total();
+    for (std::size_t c = 0; c < report.channels.size(); ++c) {
+        const ImageDiffReport::Channel& channel = report.channels[c];
+        json["channels"][kChannelNames[c]] = {{"difference", channel.by},
+                                              {"pixel", {channel.x, channel.y}}};
+    }
+    json["first"] = Json::array();
+    for (const PixelDifference& pixel : report.difference.first)
+        json["first"].push_back({{"pixel", {pixel.x, pixel.y}},
+                                 {"expected", colour_text(pixel.expected_pixel)},
+                                 {"actual", colour_text(pixel.actual_pixel)}});
+    return json_text(json);
+}
+
 }  // namespace mray::app

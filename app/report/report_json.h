@@ -8,16 +8,20 @@
 #include <vector>
 
 #include "app/commands/pixel_probe.h"
+#include "app/report/crosscheck/check_report.h"
 #include "app/report/reports.h"
 
 namespace mray::app {
 
 std::string to_json(const RenderReport& report);
-std::string to_json(const CheckReport& report);
+/// One scene: an object with its rows. Several: an object with "scenes", one such object each.
+std::string to_json(const CheckRun& run);
 std::string to_json(const DiffReport& report);
+std::string to_json(const ImageDiffReport& report);
 std::string to_json(const ProfileReport& report);
 std::string to_json(const PolicyReport& report);
 std::string to_json(const ProbeReport& report);
+std::string to_json(const ReplayReport& report);
 std::string to_json(const SceneReport& report);
 std::string to_json(const ProgramReport& report);
 std::string to_json(const std::vector<gpu::DeviceInfo>& devices);

@@ -1,5 +1,7 @@
 #include "app/report/reports.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -33,22 +35,11 @@ FrameReport report_frame(const ClipScene& scene, double frame_number, const morp
     return report;
 }
 
-std::string CheckRow::variant() const {
-    return backend + (simd.empty() ? "" : " " + simd) +
-           (update == "refit" ? ", refit on " + refit_on : ", rebuild");
-}
-
-void compare(const Frame& expected, const Frame& actual, CheckRow& row) {
-    row.difference = compare_frames(expected, actual);
-    row.expected_hits_hash = hits_hash(expected);
-    row.hits_hash = hits_hash(actual);
-    row.expected_image_hash = image_hash(expected);
-    row.image_hash = image_hash(actual);
-}
-
-bool CheckReport::equal() const {
-    return std::all_of(rows.begin(), rows.end(), [](const CheckRow& row) { return row.equal(); }) &&
-           std::all_of(trees.begin(), trees.end(), [](const TreeRow& row) { return row.equal(); });
+std::string colour_text(std::uint32_t pixel) {
+    std::string text = "#";
+    for (int shift = 0; shift < 32; shift += 8)
+        text += fmt::format("{:02x}", (pixel >> shift) & 0xFF);
+    return text;
 }
 
 std::uint64_t DiffReport::differing_images() const {

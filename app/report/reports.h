@@ -1,6 +1,7 @@
 // The results of the commands, from which tables and JSON are made.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -63,54 +64,6 @@ struct RenderReport {
     std::vector<FrameReport> frames;
 };
 
-/// The comparison of one variant of one frame with the reference.
-struct CheckRow {
-    double frame = 0;
-    std::string backend;
-    /// The CPU's instruction set; empty for the CPU without SIMD and for other backends.
-    std::string simd;
-    /// "refit" or "rebuild", and the backend that refitted.
-    std::string update;
-    std::string refit_on;
-    std::string rays;
-    /// "brute" or "cpu".
-    std::string reference;
-    FrameDifference difference;
-    std::uint64_t expected_hits_hash = 0;
-    std::uint64_t hits_hash = 0;
-    std::uint64_t expected_image_hash = 0;
-    std::uint64_t image_hash = 0;
-    double trace_ms = 0;
-
-    bool equal() const {
-        return difference.total() == 0 && hits_hash == expected_hits_hash &&
-               image_hash == expected_image_hash;
-    }
-    /// "vulkan, refit on cpu" or "cpu avx2, rebuild".
-    std::string variant() const;
-};
-
-/// Fills in the difference and the hashes.
-void compare(const Frame& expected, const Frame& actual, CheckRow& row);
-
-/// The trees of one frame, refitted on two backends.
-struct TreeRow {
-    double frame = 0;
-    std::uint64_t cpu_hash = 0;
-    std::uint64_t vulkan_hash = 0;
-    bool equal() const { return cpu_hash == vulkan_hash; }
-};
-
-struct CheckReport {
-    ReportHead head;
-    std::string device;
-    bool complete = true;
-    std::vector<CheckRow> rows;
-    std::vector<TreeRow> trees;
-
-    bool equal() const;
-};
-
 /// Two files of hits.
 struct DiffReport {
     std::string expected;
@@ -123,6 +76,43 @@ struct DiffReport {
     std::uint64_t differing_images() const;
     std::uint64_t differing_pixels() const;
     bool equal() const { return differing_images() == 0; }
+};
+
+/// Two images.
+struct ImageDiffReport {
+    std::string expected;
+    std::string actual;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    /// All in `colour`.
+    FrameDifference difference;
+    /// The largest difference of a channel, actual less expected, and its first pixel.
+    struct Channel {
+        int by = 0;
+        std::uint32_t x = 0;
+        std::uint32_t y = 0;
+    };
+    /// Red, green, blue, alpha.
+    std::array<Channel, 4> channels;
+
+    bool equal() const { return difference.total() == 0; }
+};
+inline constexpr std::array<const char*, 4> kChannelNames = {"red", "green", "blue", "alpha"};
+/// "#rrggbbaa".
+std::string colour_text(std::uint32_t pixel);
+
+/// A bundled ray traced again.
+struct ReplayReport {
+    std::string scene;
+    double frame = 0;
+    /// By brute force when it was bundled.
+    Hit expected = no_hit();
+    struct Answer {
+        std::string tracer;
+        Hit hit = no_hit();
+        bool equal = false;
+    };
+    std::vector<Answer> answers;
 };
 
 /// Medians of one frame on one backend.

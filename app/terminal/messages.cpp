@@ -28,9 +28,10 @@ void write_line(const char* prefix, std::string_view message) {
 
 Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(options.verbose) {
     std::vector<std::string> names = options.scenes;
-    names.insert(names.end(), options.hits_files.begin(), options.hits_files.end());
+    names.insert(names.end(), options.compared_files.begin(), options.compared_files.end());
     names.insert(names.end(), {options.scene, options.out, options.json, options.csv, options.junit,
-                               options.hits, options.ray_file, options.trace_events, options.plot});
+                               options.hits, options.ray_file, options.trace_events, options.plot,
+                               options.html, options.bless, options.expect, options.bundle});
     for (const std::string& name : names) {
         if (name.empty() || name == "-" || name.starts_with("builtin:")) continue;
         // The files of a sequence begin like its pattern.
@@ -56,8 +57,8 @@ void Messages::error(std::string_view message) const {
 void Messages::error(const Error& error) const { this->error(message_of(error)); }
 
 void Messages::warn(const Warning& warning) const {
-    write_line(warning.place.empty() ? "morphray: " : "",
-               warning.line(remedy_text(warning.remedy)));
+    warnings_.push_back(warning.line(remedy_text(warning.remedy)));
+    write_line(warning.place.empty() ? "morphray: " : "", warnings_.back());
 }
 
 void Messages::note(std::string_view message) const {

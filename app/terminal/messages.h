@@ -10,6 +10,7 @@
 
 namespace mray::app {
 
+/// Not thread-safe.
 class Messages {
 public:
     Messages() = default;
@@ -22,6 +23,8 @@ public:
     void error(const Error& error) const;
     /// Writes one line to stderr, after "morphray: " if the warning has no place.
     void warn(const Warning& warning) const;
+    /// All warnings so far, each as the line that was written without the program's name.
+    const std::vector<std::string>& warnings() const { return warnings_; }
     /// As error(), only under --verbose.
     void note(std::string_view message) const;
 
@@ -41,6 +44,7 @@ private:
     std::vector<NamedFile> files_ = {{"/dev/stdout"}, {"<stdin>"}};
     bool quiet_ = false;
     bool verbose_ = false;
+    mutable std::vector<std::string> warnings_;
 };
 
 /// Writes to the file, or to stdout for "-". Throws Error(kOutput).

@@ -13,15 +13,8 @@ namespace {
 
 enum class Kind { kFalseMiss, kFalseHit, kPrimId, kT, kUv, kOcclusion, kColour };
 constexpr std::size_t kKindCount = 7;
-
-/// Counter, name in singular and plural, and colour of a kind, in the order of Kind.
-struct KindInfo {
-    std::uint64_t FrameDifference::*count;
-    const char* one;
-    const char* several;
-    std::uint32_t colour;
-};
-constexpr std::array<KindInfo, kKindCount> kKinds = {{
+/// In the order of Kind.
+constexpr std::array<DifferenceKind, kKindCount> kKinds = {{
     {&FrameDifference::false_miss, "false miss", "false misses", 0xFF0000FF},  // red
     {&FrameDifference::false_hit, "false hit", "false hits", 0xFF00A5FF},      // orange
     {&FrameDifference::prim_id, "prim_id", "prim_id", 0xFF00FFFF},             // yellow
@@ -31,7 +24,7 @@ constexpr std::array<KindInfo, kKindCount> kKinds = {{
     {&FrameDifference::colour, "colour", "colour", 0xFFFF00FF},                // magenta
 }};
 
-const KindInfo& info(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+const DifferenceKind& info(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
 bool same_bits(float a, float b) {
     return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
@@ -82,6 +75,8 @@ void paint_around(Image& image, std::uint32_t x, std::uint32_t y, std::uint32_t 
 
 }  // namespace
 
+std::span<const DifferenceKind> difference_kinds() { return kKinds; }
+
 FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep) {
     assert_comparable(expected, actual);
     FrameDifference difference;
@@ -131,7 +126,7 @@ std::string describe(const FrameDifference& difference) {
     if (total == 0) return "equal";
     std::string text = total == 1 ? "1 pixel differs" : fmt::format("{} pixels differ", total);
     const char* separator = ": ";
-    for (const KindInfo& kind : kKinds) {
+    for (const DifferenceKind& kind : kKinds) {
         const std::uint64_t count = difference.*kind.count;
         if (count == 0) continue;
         fmt::format_to(std::back_inserter(text), "{}{} {}", separator, count,

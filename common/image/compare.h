@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,17 @@ struct FrameDifference {
         return false_miss + false_hit + prim_id + t + uv + occlusion + colour;
     }
 };
+
+/// Counter, name in singular and plural, and colour in difference images of a kind of difference.
+struct DifferenceKind {
+    std::uint64_t FrameDifference::*count;
+    const char* one;
+    const char* several;
+    std::uint32_t colour;
+};
+
+/// All kinds, in the order in which a pixel is counted.
+std::span<const DifferenceKind> difference_kinds();
 
 /// Compares floats as bits. Both frames have the same size (asserted).
 FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::size_t keep = 10);

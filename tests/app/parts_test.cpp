@@ -6,12 +6,12 @@
 #include "app/cli/command_line.h"
 #include "app/cli/numbers.h"
 #include "app/cli/remedy_text.h"
-#include "app/commands/cross_checker.h"
+#include "app/commands/crosscheck/cross_checker.h"
 #include "app/frames.h"
 #include "app/memory_budget.h"
 #include "app/program.h"
-#include "app/report/crosscheck_text.h"
-#include "app/report/junit.h"
+#include "app/report/crosscheck/crosscheck_text.h"
+#include "app/report/crosscheck/junit.h"
 #include "common/base/errors.h"
 
 namespace mray::app {
@@ -65,6 +65,19 @@ TEST(Compare, EveryPlantedDifferenceIsFound) {
     EXPECT_TRUE(differs([](Frame& f) { f.hits[1].v = -0.5f; }));
     EXPECT_TRUE(differs([](Frame& f) { ++f.occlusion[2]; }));
     EXPECT_TRUE(differs([](Frame& f) { f.pixels[14] ^= 1; }));
+}
+
+CheckRun run_of(const CheckReport& report) {
+    CheckRun run;
+    run.environment.simd = {"avx2", "scalar"};
+    gpu::DeviceInfo device;
+    device.name = "A <GPU>";
+    device.driver = "driver 1.2";
+    device.api_major = 1;
+    device.api_minor = 3;
+    run.environment.devices = {device};
+    run.scenes = {report};
+    return run;
 }
 
 CheckReport planted_report() {
@@ -158,10 +171,58 @@ TEST(Junit, DifferencesAreFailures) {
     CheckReport report = planted_report();
     report.rows[0].difference.uv = 3;
     report.trees.push_back({2, 5, 6});
-    const std::string xml = to_junit(report);
+    const std::string xml = to_junit(run_of(report));
     EXPECT_NE(xml.find("tests=\"2\" failures=\"2\""), std::string::npos) << xml;
     EXPECT_NE(xml.find("<failure message=\"3 pixels differ: 3 "), std::string::npos) << xml;
     EXPECT_NE(xml.find("a&lt;b.vulkan, refit on cpu"), std::string::npos) << xml;
+}
+
+TEST(Junit, HasTheEnvironmentAsProperties) {
+    const std::string xml = to_junit(run_of(planted_report()));
+    for (const char* property :
+         {"name=\"device\" value=\"A &lt;GPU&gt;\"", "name=\"driver\" value=\"driver 1.2\"",
+          "name=\"api_version\" value=\"Vulkan 1.3\"",
+          "name=\"instruction_sets\" value=\"avx2, scalar\"",
+          "name=\"program_version\" value=\""}) {
+        EXPECT_NE(xml.find(property), std::string::npos) << property << xml;
+    }
+    EXPECT_LT(xml.find("</properties>"), xml.find("<testcase"));
+}
+
+TEST(Junit, RunThatEndedEarlyHasAnError) {
+    CheckReport report = planted_report();
+    report.complete = false;
+    report.error = "Vulkan: the device was lost";
+    CheckRun run = run_of(report);
+    run.error = report.error;
+    CheckReport later = planted_report();
+    later.rows.clear();
+    later.complete = false;
+    run.scenes.push_back(later);
+    const std::string xml = to_junit(run);
+    EXPECT_NE(xml.find("tests=\"2\" failures=\"0\" errors=\"1\""), std::string::npos) << xml;
+    EXPECT_NE(xml.find("tests=\"1\" failures=\"0\" errors=\"1\""), std::string::npos) << xml;
+    EXPECT_NE(xml.find("<error message=\"Vulkan: the device was lost\"/>"), std::string::npos);
+    EXPECT_NE(xml.find("<testsuites>"), std::string::npos);
+}
+
+TEST(Junit, WarningIsAFailureIfStrict) {
+    CheckReport report = planted_report();
+    report.warnings = {"a.obj: warning: odd"};
+    CheckRun run = run_of(report);
+    EXPECT_EQ(to_junit(run).find("<failure"), std::string::npos);
+    run.strict = true;
+    EXPECT_NE(to_junit(run).find("<failure message=\"a.obj: warning: odd\"/>"), std::string::npos);
+}
+
+TEST(CheckRow, NamesTheDeviceIfThereAreSeveral) {
+    CheckRow row = planted_report().rows[0];
+    row.device = "1";
+    row.device_name = "A GPU";
+    EXPECT_EQ(row.variant(), "vulkan 1 (A GPU), refit on cpu");
+    row.backend = "cpu";
+    row.refit_on = "vulkan";
+    EXPECT_EQ(row.variant(), "cpu, refit on vulkan 1 (A GPU)");
 }
 
 TEST(Failure, HasTheExitCodeOfItsKind) {

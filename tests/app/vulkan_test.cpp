@@ -1,6 +1,7 @@
 // The program with both backends. Built when Vulkan is.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -53,6 +54,29 @@ TEST(WithVulkan, CrosscheckOfVulkanComparesVulkanOnly) {
     }
 }
 
+TEST(WithVulkan, CrosscheckOfAllDevicesHasVariantsOfEach) {
+    TemporaryFolder folder;
+    const Json devices = Json::parse(run({"devices", "--json", "-"}).out)["devices"];
+    const auto usable = static_cast<std::size_t>(
+        std::count_if(devices.begin(), devices.end(), [](const Json& d) { return d["usable"]; }));
+    const Outcome outcome =
+        run({"crosscheck", "builtin:cloth:200", "--size", "8x8", "--frames", "0", "--rays",
+             "primary", "--simd", "off", "--devices", "all", "--json", "-", "--junit",
+             folder.file("r.xml"), "--out", folder.file("out")});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json json = Json::parse(outcome.out);
+    EXPECT_EQ(json["rows"].size(), 2 + 4 * usable);
+    EXPECT_EQ(json["trees"].size(), usable);
+    ASSERT_EQ(json["environment"]["devices"].size(), usable);
+    const Json& device = json["environment"]["devices"][0];
+    EXPECT_EQ(device["name"], devices[device["index"].get<std::size_t>()]["name"]);
+    EXPECT_NE(read_file(folder.file("r.xml")).find("<property name=\"device"), std::string::npos);
+    for (const Json& row : json["rows"]) {
+        const bool on_device = row["backend"] == "vulkan" || row["refit_on"] == "vulkan";
+        EXPECT_EQ(row.contains("device"), usable > 1 && on_device) << row;
+    }
+}
+
 TEST(WithVulkan, SequenceThatChangesItsFacesIsRefusedUnderEveryUpdate) {
     expect_changed_faces_refused("vulkan");
 }
@@ -100,6 +124,19 @@ TEST(WithVulkan, TraceAnswersLikeTheCpu) {
     EXPECT_EQ(lines(expected).size(), 200u);
     EXPECT_EQ(answers("vulkan"), expected);
     EXPECT_EQ(answers("auto"), expected);
+}
+
+TEST(WithVulkan, BundleIsTracedAgain) {
+    TemporaryFolder folder;
+    const std::string file = folder.file("ray.json");
+    ASSERT_EQ(run({"probe", "builtin:cloth:500", "--frame", "3", "--pixel", "20,16", "--size",
+                   "32x32", "--backend", "vulkan", "--bundle", file})
+                  .code,
+              0);
+    const Outcome outcome = run({"probe", file, "--validate"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("vulkan, in the image"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("recorded on vulkan, "), std::string::npos) << outcome.out;
 }
 
 TEST(WithVulkan, DevicesAreListed) {

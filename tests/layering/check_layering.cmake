@@ -29,7 +29,8 @@ set(may_see_proofs proofs cpu common common/interop)
 set(places
     "^hwy/"                     "^((cpu|common/simd|common/bvh)/.*-inl\\.h|tests/cpu/.*)$"
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu|examples)/"
-    "^(gtest|gmock)/|^png\\.h$" "^tests/"
+    "^(gtest|gmock)/"           "^tests/"
+    "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^benchmark/"               "^bench/"
     "^embree"                   "^(bench|tests|accuracy/methods)/"
     "^tiny_bvh\\.h$"            "^bench/tinybvh/"

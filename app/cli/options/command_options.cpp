@@ -41,24 +41,33 @@ void define_crosscheck(CLI::App& program, Options& options) {
     const OptionAdder adder = add_command(
         program, options, "crosscheck",
         "Compares every backend and tree with a reference, bit by bit", Command::kCrosscheck);
-    add_scene(adder, true);
+    add_scenes(adder, "what to trace, one scene after the other");
+    add_scene_options(adder);
     add_frames(adder, kFewFrames);
     add_view_options(adder, "256x256", "all three, one after the other");
     add_backend_options(adder, kCheckedBackends, "all", "each");
+    adder.add_choice("--devices", "Vulkan devices that are compared (one: that of --device)",
+                     kCheckedDevices, options.backend.all_devices);
     add_tree_options(adder, nullptr);
     adder.add_choice("--reference", "reference of the comparison (auto)", kReferences,
                      options.reference);
     adder.add_text("--out", "DIR", "folder of difference images (out/crosscheck)", options.out);
     adder.add_text("--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
+    adder.add_text("--html", "FILE|-", "a page that needs no network; - is stdout", options.html);
+    adder.add_text("--bless", "FILE", "file of the images' hashes to write, for --expect",
+                   options.bless);
+    adder.add_text("--expect", "FILE", "file of --bless that the images must agree with",
+                   options.expect);
+    adder.add_flag("--strict", "a warning is a failure: exit code 1", options.strict);
     add_report_options(adder, true);
 }
 
 void define_diff(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "diff", "Compares two files of `render --hits`, bit by bit",
-                    Command::kDiff);
+    const OptionAdder adder = add_command(
+        program, options, "diff",
+        "Compares two files of `render --hits`, or two PNG files, bit by bit", Command::kDiff);
     adder.command()
-        .add_option("files", options.hits_files, "the expected hits, and the others")
+        .add_option("files", options.compared_files, "the expected hits or image, and the other")
         ->type_name("FILE FILE")
         ->expected(2)
         ->required();
@@ -72,18 +81,21 @@ void define_probe(CLI::App& program, Options& options) {
         program, options, "probe",
         "One pixel: its ray, its hit and the triangles that it could hit", Command::kProbe);
     add_scene(adder, true);
-    adder
-        .add("--frame", "F", "the frame",
-             [&options](const std::string& option, const std::string& value) {
-                 options.frame = parse_finite(option, value, -1e9);
-             })
-        ->required();
-    adder
-        .add("--pixel", "X,Y", "the pixel, from the upper left corner",
-             [&options](const std::string& option, const std::string& value) {
-                 options.pixel = parse_pixel(option, value);
-             })
-        ->required();
+    adder.command().get_option("scene")->description("what to trace, or a file of --bundle");
+    adder.add("--frame", "F", "the frame; not for a bundle",
+              [&options](const std::string& option, const std::string& value) {
+                  options.frame = parse_finite(option, value, -1e9);
+                  options.frame_given = true;
+              });
+    adder.add("--pixel", "X,Y", "the pixel, from the upper left corner; not for a bundle",
+              [&options](const std::string& option, const std::string& value) {
+                  options.pixel = parse_pixel(option, value);
+                  options.pixel_given = true;
+              });
+    adder.add_text(
+        "--bundle", "FILE.json",
+        "file of the ray and its triangles to write, which `probe FILE.json` traces again",
+        options.bundle);
     add_view_options(adder, kWholeImage, "primary");
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, "refit");
@@ -145,10 +157,7 @@ void define_chart(CLI::App& program, Options& options) {
     const OptionAdder adder =
         add_command(program, options, "chart",
                     "Charts of speed against accuracy, as images and data", Command::kChart);
-    adder.command()
-        .add_option("scenes", options.scenes, "what to trace, at the middle frame")
-        ->type_name("SCENE")
-        ->required();
+    add_scenes(adder, "what to trace, at the middle frame");
     adder.add_text("--out", "DIR", "a folder that does not exist yet or is empty", options.out)
         ->required();
     adder.add_flag("--quick", "fewer rays and runs: a minute instead of ten", options.quick);

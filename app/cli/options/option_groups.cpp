@@ -51,6 +51,18 @@ void add_scene(const OptionAdder& adder, bool required) {
     Options& options = adder.options();
     CLI::Option* scene = adder.add_text("scene", "SCENE", "what to trace", options.scene);
     if (required) scene->required();
+    add_scene_options(adder);
+}
+
+void add_scenes(const OptionAdder& adder, const char* help) {
+    adder.command()
+        .add_option("scenes", adder.options().scenes, help)
+        ->type_name("SCENE")
+        ->required();
+}
+
+void add_scene_options(const OptionAdder& adder) {
+    Options& options = adder.options();
     adder.add_view("--missing", "fail|hold|skip", "what to do about missing frames of a sequence",
                    parsed(options.missing, [](const std::string& option, const std::string& value) {
                        return parse_choice<MissingFrames>(option, value, kMissing);

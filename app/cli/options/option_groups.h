@@ -10,6 +10,10 @@ namespace mray::app {
 
 /// The scene and how strictly it is read.
 void add_scene(const OptionAdder& adder, bool required);
+/// One scene or several.
+void add_scenes(const OptionAdder& adder, const char* help);
+/// How strictly a scene is read.
+void add_scene_options(const OptionAdder& adder);
 void add_lenient(const OptionAdder& adder);
 
 /// --frames; `otherwise` says which frames are the default.

@@ -1,10 +1,10 @@
-// A crosscheck as text for people.
+// A cross-check as text for people.
 #pragma once
 
 #include <string>
 
 #include "app/cli/options.h"
-#include "app/report/reports.h"
+#include "app/report/crosscheck/check_report.h"
 
 namespace mray::app {
 
@@ -18,5 +18,8 @@ std::string table_text(const CheckReport& report);
 
 /// "all 12 comparisons are equal bit by bit", or how many differ.
 std::string summary_text(const CheckReport& report);
+
+/// Everything about the scenes, one after the other; nothing about a scene that was not begun.
+std::string run_text(const Options& options, const CheckRun& run);
 
 }  // namespace mray::app

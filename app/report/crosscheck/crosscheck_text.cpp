@@ -1,10 +1,11 @@
-#include "app/report/crosscheck_text.h"
+#include "app/report/crosscheck/crosscheck_text.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "common/process/shell_text.h"
+#include "app/report/crosscheck/probe_command.h"
+#include "app/report/crosscheck/variants.h"
 #include "common/text/number_text.h"
 #include "common/text/table.h"
 
@@ -13,6 +14,8 @@ namespace {
 
 // Pixels of a comparison that are described.
 constexpr std::size_t kShownPixels = 3;
+// Comparisons that are described in detail.
+constexpr std::size_t kShownRows = 8;
 
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion, std::uint32_t pixel) {
     const std::string shading =
@@ -21,60 +24,6 @@ std::string describe_hit(const Hit& hit, std::uint32_t occlusion, std::uint32_t 
     if (hit.prim_id == kNoPrim) return "miss " + shading;
     return fmt::format("t {:a} u {:a} v {:a} prim {} {}", hit.t, hit.u, hit.v, hit.prim_id,
                        shading);
-}
-
-/// The command that traces one pixel as a row did.
-std::string probe_command(const Options& options, const CheckRow& row, const PixelDifference& pixel,
-                          double build_at, bool reference) {
-    std::vector<std::string> line = {"morphray", "probe", options.scene};
-    const auto add = [&line](const char* name, const std::string& value) {
-        line.insert(line.end(), {name, value});
-    };
-    add("--frame", fmt::format("{}", row.frame));
-    add("--pixel", fmt::format("{},{}", pixel.x, pixel.y));
-    add("--size", fmt::format("{}x{}", options.view.width, options.view.height));
-    add("--rays", row.rays);
-    line.insert(line.end(), options.view_arguments.begin(), options.view_arguments.end());
-    if (options.allow_empty) line.push_back("--allow-empty");
-    if (options.lenient) line.push_back("--lenient");
-    const std::string& backend = reference ? row.reference : row.backend;
-    add("--backend", backend);
-    if (backend == "cpu") add("--simd", reference || row.simd.empty() ? "off" : row.simd);
-    add("--update", reference ? "rebuild" : row.update);
-    if (!reference && row.update == "refit") {
-        add("--refit-on", row.refit_on);
-        add("--build-at", fmt::format("{}", build_at));
-    }
-    if (!reference && !options.backend.device.empty()) add("--device", options.backend.device);
-    return shell_line(line);
-}
-
-/// The comparisons of a backend and tree.
-struct Variant {
-    std::string name;
-    std::vector<const CheckRow*> rows;
-
-    std::size_t differing() const {
-        return static_cast<std::size_t>(
-            std::ranges::count_if(rows, [](const CheckRow* row) { return !row->equal(); }));
-    }
-    double trace_ms() const {
-        double sum = 0;
-        for (const CheckRow* row : rows) sum += row->trace_ms;
-        return sum;
-    }
-};
-
-/// In the order of their first comparison.
-std::vector<Variant> variants_of(const CheckReport& report) {
-    std::vector<Variant> variants;
-    for (const CheckRow& row : report.rows) {
-        const auto found = std::ranges::find(variants, row.variant(), &Variant::name);
-        Variant& variant =
-            found != variants.end() ? *found : variants.emplace_back(Variant{row.variant(), {}});
-        variant.rows.push_back(&row);
-    }
-    return variants;
 }
 
 std::string verdict(std::size_t differing, std::size_t all) {
@@ -99,17 +48,34 @@ std::string compared_trees(const CheckReport& report) {
     if (report.trees.empty()) return "";
     const auto differing = static_cast<std::size_t>(
         std::ranges::count_if(report.trees, [](const TreeRow& row) { return !row.equal(); }));
+    const bool one_device = report.trees.front().device.empty();
     std::string text =
-        fmt::format("\ntrees refitted on cpu and on vulkan, {} frame{}: {}\n", report.trees.size(),
-                    report.trees.size() == 1 ? "" : "s", verdict(differing, report.trees.size()));
+        fmt::format("\ntrees refitted on cpu and on vulkan, {} {}{}: {}\n", report.trees.size(),
+                    one_device ? "frame" : "pair", report.trees.size() == 1 ? "" : "s",
+                    verdict(differing, report.trees.size()));
     if (differing == 0) return text;
     Table table({"frame", "tree refitted on cpu", "on vulkan"});
     for (const TreeRow& row : report.trees) {
         if (row.equal()) continue;
-        table.add(
-            {fmt::format("{}", row.frame), hash_text(row.cpu_hash), hash_text(row.vulkan_hash)});
+        const std::string device = row.device.empty() ? "" : " on device " + row.device;
+        table.add({fmt::format("{}", row.frame), hash_text(row.cpu_hash),
+                   hash_text(row.vulkan_hash) + device});
     }
     return text + table.text();
+}
+
+/// The images that --expect finds different.
+std::string unexpected_images(const CheckReport& report) {
+    if (report.expected.empty()) return "";
+    const auto differing = static_cast<std::size_t>(std::ranges::count_if(
+        report.expected, [](const ExpectedRow& row) { return !row.equal(); }));
+    std::string text = fmt::format("\nexpected images, {}: {}\n", report.expected.size(),
+                                   verdict(differing, report.expected.size()));
+    for (const ExpectedRow& row : report.expected) {
+        if (!row.equal())
+            text += fmt::format("  frame {}, {}: {}\n", row.frame, row.rays, row.problem);
+    }
+    return text;
 }
 
 }  // namespace
@@ -138,18 +104,36 @@ std::string table_text(const CheckReport& report) {
                    verdict(variant.differing(), variant.rows.size()),
                    fmt::format("{:.2f}", variant.trace_ms())});
     }
-    return table.text() + differing_images(report) + compared_trees(report);
+    return table.text() + differing_images(report) + compared_trees(report) +
+           unexpected_images(report);
 }
 
 std::string summary_text(const CheckReport& report) {
-    const auto different = [](const auto& rows) {
-        return std::count_if(rows.begin(), rows.end(),
-                             [](const auto& row) { return !row.equal(); });
-    };
-    const std::size_t all = report.rows.size() + report.trees.size();
-    const auto wrong = different(report.rows) + different(report.trees);
-    if (wrong == 0) return fmt::format("\nall {} comparisons are equal bit by bit\n", all);
-    return fmt::format("\n{} of {} comparisons differ\n", wrong, all);
+    std::string text = report.equal() ? fmt::format("\nall {} comparisons are equal bit by bit\n",
+                                                    report.comparisons())
+                                      : fmt::format("\n{} of {} comparisons differ\n",
+                                                    report.differing(), report.comparisons());
+    if (!report.complete) text += fmt::format("not finished: {}\n", report.error);
+    return text;
+}
+
+std::string run_text(const Options& options, const CheckRun& run) {
+    std::string text;
+    Options one = options;
+    for (const CheckReport& report : run.scenes) {
+        if (report.comparisons() == 0) continue;
+        if (run.scenes.size() > 1)
+            text += fmt::format("{}{}\n\n", text.empty() ? "" : "\n", report.spec);
+        text += table_text(report);
+        one.scene = report.spec;
+        std::size_t shown = 0;
+        for (const CheckRow& row : report.rows) {
+            if (row.equal() || ++shown > kShownRows) continue;
+            text += describe_row(one, row, report.build_at);
+        }
+        text += summary_text(report);
+    }
+    return text;
 }
 
 }  // namespace mray::app

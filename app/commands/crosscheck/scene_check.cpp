@@ -1,0 +1,136 @@
+#include "app/commands/crosscheck/scene_check.h"
+
+#include <fmt/format.h>
+
+#include "app/cli/remedy_text.h"
+#include "app/files/output_folder.h"
+#include "app/frames.h"
+#include "app/memory_budget.h"
+#include "app/terminal/interrupt.h"
+#include "app/terminal/progress.h"
+#include "common/base/output_file.h"
+
+namespace mray::app {
+namespace {
+
+// Rows whose images a page shows.
+constexpr std::size_t kRowsWithImages = 8;
+
+std::string image_name(const CheckRow& row) {
+    const std::string tree =
+        row.update == "refit" ? fmt::format("refit-{}", row.refit_on) : row.update;
+    const std::string simd = row.simd.empty() ? "" : "-" + row.simd;
+    const std::string device = row.device.empty() ? "" : "-device" + row.device;
+    return fmt::format("frame_{}-{}{}{}-{}-{}.png", frame_label(row.frame), row.backend, simd,
+                       device, tree, row.rays);
+}
+
+/// The kinds of rays that are compared.
+std::vector<std::uint32_t> rays_of(const Options& options) {
+    if (options.rays_given) return {options.view.rays};
+    return {kRaysPrimary, kRaysShadow, kRaysAo};
+}
+
+void require_memory_for(const Options& options, const Topology& topology, std::size_t devices) {
+    const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
+    // Three reference frames and the one that is compared.
+    require_memory({.triangles = topology.triangles.size(),
+                    .vertices = topology.vertex_count,
+                    .pixels = pixels,
+                    .backends = 4 + 2 * devices,
+                    .kept_bytes = 3 * pixels * (sizeof(Hit) + 8)});
+}
+
+/// Runs the frames and gathers what the reports need.
+class FrameChecks {
+public:
+    FrameChecks(const Options& options, SceneFrames& scene, const std::filesystem::path& folder,
+                const SceneCheckContext& context, CheckReport& report)
+        : options_(options),
+          folder_(folder),
+          context_(context),
+          rays_(rays_of(options)),
+          checker_(options, scene, report.frames.front(), *context.backends),
+          report_(report) {
+        report_.device = checker_.device();
+    }
+
+    void check(double frame, Progress& progress) {
+        const CheckedFrame checked = checker_.check(
+            frame, rays_, [&](const CheckRow& row, const Frame& expected, const Frame& actual) {
+                throw_if_interrupted();
+                report_.rows.push_back(row);
+                if (!row.equal()) keep_images(row, expected, actual);
+                progress.update(report_.rows.size());
+            });
+        report_.trees.insert(report_.trees.end(), checked.trees.begin(), checked.trees.end());
+        for (const ReferenceImage& image : checked.references) {
+            report_.references.push_back(image);
+            if (context_.expected != nullptr)
+                report_.expected.push_back(context_.expected->compare(options_, image));
+        }
+    }
+
+    /// The number of comparisons of a frame.
+    std::size_t comparisons() const {
+        std::size_t count = 0;
+        for (const std::uint32_t rays : rays_) count += checker_.variant_count(rays);
+        return count;
+    }
+
+private:
+    void keep_images(const CheckRow& row, const Frame& expected, const Frame& actual) {
+        make_output_folder(folder_);
+        write_file(folder_ / image_name(row), encode_png(difference_image(expected, actual)));
+        if (options_.html.empty() || report_.images.size() >= kRowsWithImages) return;
+        report_.images.push_back(images_of(report_.rows.size() - 1, row, expected, actual));
+    }
+
+    const Options& options_;
+    const std::filesystem::path& folder_;
+    const SceneCheckContext& context_;
+    std::vector<std::uint32_t> rays_;
+    CrossChecker checker_;
+    CheckReport& report_;
+};
+
+ExitCode check_frames(FrameChecks& checks, const Options& options, const Messages& messages,
+                      CheckReport& report) {
+    Progress progress("comparing", report.frames.size() * checks.comparisons(),
+                      progress_mode(options.quiet));
+    for (const double frame : report.frames) {
+        try {
+            checks.check(frame, progress);
+        } catch (const Error& error) {
+            progress.hide();
+            if (error.kind() != ErrorKind::kBadInput || report.rows.empty()) throw;
+            messages.error(error);
+            report.complete = false;
+            report.error = message_of(error);
+            return ExitCode::kPartial;
+        }
+    }
+    return ExitCode::kOk;
+}
+
+}  // namespace
+
+ExitCode check_scene(const Options& options, const std::filesystem::path& folder,
+                     const SceneCheckContext& context, CheckReport& report) {
+    SceneFrames scene = open_frames(options, context.messages);
+    const Clip& clip = scene.clip();
+    const Topology& topology = clip.topology();
+    report.head = {"crosscheck",          clip.name(),        topology.triangles.size(),
+                   topology.vertex_count, options.view.width, options.view.height};
+    report.frames = select_frames(options, clip, DefaultFrames::kFew);
+    report.build_at = options.tree.build_at.value_or(report.frames.front());
+    warn_of_damage(options, clip, report.frames, context.messages);
+    require_memory_for(options, topology, context.devices.size());
+    if (!context.backends)
+        context.backends =
+            make_checked_backends(options.backend, context.devices, context.messages);
+    FrameChecks checks(options, scene, folder, context, report);
+    return check_frames(checks, options, context.messages, report);
+}
+
+}  // namespace mray::app

@@ -1,0 +1,13 @@
+// The comparison of two PNG files.
+#pragma once
+
+#include "app/cli/exit_code.h"
+#include "app/cli/options.h"
+#include "app/terminal/messages.h"
+
+namespace mray::app {
+
+/// `morphray diff` of two PNG files. Throws Error.
+ExitCode run_image_diff(const Options& options, const Messages& messages);
+
+}  // namespace mray::app

@@ -1,0 +1,120 @@
+// The only file of the program that includes libpng.
+#include "app/files/png_reader.h"
+
+#include <fmt/format.h>
+#include <png.h>
+
+#include <csetjmp>
+#include <cstring>
+#include <string>
+
+#include "common/base/errors.h"
+#include "common/base/input_file.h"
+#include "common/text/message_text.h"
+
+namespace mray::app {
+namespace {
+
+constexpr std::uint32_t kMostSide = 65536;
+constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
+
+/// A reader over bytes in memory. libpng leaves a call that fails by longjmp, which runs no
+/// destructors: each function that calls it has plain data alone.
+class PngReader {
+public:
+    explicit PngReader(const std::string& bytes) : rest_(bytes.data()), left_(bytes.size()) {
+        png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning);
+        if (png_ != nullptr) info_ = png_create_info_struct(png_);
+        if (info_ == nullptr) {
+            png_destroy_read_struct(&png_, &info_, nullptr);
+            throw std::bad_alloc();
+        }
+    }
+    ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+    PngReader(const PngReader&) = delete;
+    PngReader& operator=(const PngReader&) = delete;
+
+    /// Returns whether the head could be read; otherwise error() says why not.
+    bool read_head() {
+        if (setjmp(png_jmpbuf(png_)) != 0) return false;
+        png_set_read_fn(png_, this, on_read);
+        png_set_user_limits(png_, kMostSide, kMostSide);
+        png_read_info(png_, info_);
+        return true;
+    }
+
+    std::uint32_t width() const { return png_get_image_width(png_, info_); }
+    std::uint32_t height() const { return png_get_image_height(png_, info_); }
+    int bit_depth() const { return png_get_bit_depth(png_, info_); }
+
+    /// Reads 4 bytes a pixel into `pixels`, with a pointer to each row in `rows`.
+    bool read_pixels(png_bytepp rows) {
+        if (setjmp(png_jmpbuf(png_)) != 0) return false;
+        png_set_expand(png_);
+        png_set_gray_to_rgb(png_);
+        png_set_add_alpha(png_, 0xFF, PNG_FILLER_AFTER);
+        png_set_interlace_handling(png_);
+        png_read_update_info(png_, info_);
+        png_read_image(png_, rows);
+        png_read_end(png_, nullptr);
+        return true;
+    }
+
+    const char* error() const { return error_; }
+
+private:
+    [[noreturn]] static void on_error(png_structp png, png_const_charp message) {
+        auto* const self = static_cast<PngReader*>(png_get_error_ptr(png));
+        std::strncpy(self->error_, message, sizeof(self->error_) - 1);
+        png_longjmp(png, 1);
+    }
+    static void on_warning(png_structp, png_const_charp) {}
+    static void on_read(png_structp png, png_bytep out, std::size_t count) {
+        auto* const self = static_cast<PngReader*>(png_get_io_ptr(png));
+        if (count > self->left_) png_error(png, "it ends too early");
+        std::memcpy(out, self->rest_, count);
+        self->rest_ += count;
+        self->left_ -= count;
+    }
+
+    png_structp png_ = nullptr;
+    png_infop info_ = nullptr;
+    const char* rest_;
+    std::size_t left_;
+    char error_[128] = {};
+};
+
+[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
+    throw Error(ErrorKind::kBadInput, fmt::format("{}: is not a PNG file that can be read ({}); "
+                                                  "give another file",
+                                                  shown(path), what));
+}
+
+}  // namespace
+
+bool is_png_name(const std::filesystem::path& path) {
+    std::string end = path.extension().native();
+    for (char& c : end) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return end == ".png";
+}
+
+Image read_png(const std::filesystem::path& path) {
+    const std::string bytes = read_input_file(path);
+    PngReader reader(bytes);
+    if (!reader.read_head()) refuse(path, reader.error());
+    if (reader.bit_depth() > 8) refuse(path, "it has 16 bits a channel");
+    Image image{reader.width(), reader.height(), {}};
+    const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
+    if (pixels > kMostPixels)
+        throw Error(ErrorKind::kLimit, fmt::format("{}: has {}x{} pixels; at most 2^28 can be read",
+                                                   shown(path), image.width, image.height));
+    image.pixels.resize(pixels);
+    std::vector<png_bytep> rows;
+    for (std::uint32_t y = 0; y < image.height; ++y)
+        rows.push_back(
+            reinterpret_cast<png_bytep>(image.pixels.data() + std::size_t{y} * image.width));
+    if (!reader.read_pixels(rows.data())) refuse(path, reader.error());
+    return image;
+}
+
+}  // namespace mray::app

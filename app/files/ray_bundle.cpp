@@ -1,0 +1,193 @@
+#include "app/files/ray_bundle.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+#include "common/base/errors.h"
+#include "common/base/input_file.h"
+#include "common/interop/camera.h"
+#include "common/text/json.h"
+#include "common/text/message_text.h"
+#include "common/version.h"
+
+namespace mray::app {
+namespace {
+
+constexpr const char* kCommand = "probe --bundle";
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
+constexpr std::uint32_t kMostSide = 65536;
+constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
+
+/// A float as a double, whose shortest decimal text gives the float back.
+Json of(vec3 p) { return {double{p.x}, double{p.y}, double{p.z}}; }
+
+Json of(const Hit& hit) {
+    if (hit.prim_id == kNoPrim) return nullptr;
+    return {
+        {"prim_id", hit.prim_id}, {"t", double{hit.t}}, {"u", double{hit.u}}, {"v", double{hit.v}}};
+}
+
+Json of(const ImageParams& p) {
+    return {{"org", of(p.camera.org)}, {"corner", of(p.camera.corner)},
+            {"du", of(p.camera.du)},   {"dv", of(p.camera.dv)},
+            {"width", p.width},        {"height", p.height}};
+}
+
+[[noreturn]] void refuse(const std::string& place, const std::string& what) {
+    throw Error(ErrorKind::kBadInput,
+                fmt::format("{}: {}; give a file that `probe --bundle` wrote", place, what));
+}
+
+float float_of(const Json& json) {
+    const auto value = json.get<double>();
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    const auto rounded = static_cast<float>(std::clamp(value, -kLargest, kLargest));
+    if (static_cast<double>(rounded) != value) throw std::invalid_argument("a float is not exact");
+    if (std::fpclassify(rounded) == FP_SUBNORMAL)
+        throw std::invalid_argument("a float is too small");
+    return rounded;
+}
+
+std::uint32_t count_of(const Json& json) {
+    const auto value = json.get<std::int64_t>();
+    if (value < 0 || value > 0xFFFFFFFFll) throw std::invalid_argument("a number is out of range");
+    return static_cast<std::uint32_t>(value);
+}
+
+vec3 vec3_of(const Json& json) {
+    return {float_of(json.at(0)), float_of(json.at(1)), float_of(json.at(2))};
+}
+
+Hit hit_of(const Json& json) {
+    if (json.is_null()) return no_hit();
+    return {float_of(json.at("t")), float_of(json.at("u")), float_of(json.at("v")),
+            count_of(json.at("prim_id"))};
+}
+
+/// Whether SceneSpace can make this vertex.
+bool is_scene_vertex(vec3 p) {
+    const vec3 invalid = {kInvalidCoordinate, kInvalidCoordinate, kInvalidCoordinate};
+    if (p == invalid) return true;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double cells = std::ldexp(double{p[axis]}, 40);
+        if (!(std::abs(p[axis]) <= kSceneExtent) || cells != std::floor(cells)) return false;
+    }
+    return true;
+}
+
+bool same_bits(const Ray& a, const Ray& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+
+void read_image(const Json& json, RayBundle& bundle) {
+    const Json& image = json.at("image");
+    ImageParams& params = bundle.image;
+    params.camera.org = vec3_of(image.at("org"));
+    params.camera.corner = vec3_of(image.at("corner"));
+    params.camera.du = vec3_of(image.at("du"));
+    params.camera.dv = vec3_of(image.at("dv"));
+    params.width = count_of(image.at("width"));
+    params.height = count_of(image.at("height"));
+    params.rays = kRaysPrimary;
+    params.ao_count = 1;
+    bundle.pixel = {count_of(json.at("pixel").at(0)), count_of(json.at("pixel").at(1))};
+    const bool fits = bundle.pixel.x < params.width && bundle.pixel.y < params.height &&
+                      params.width <= kMostSide && params.height <= kMostSide &&
+                      std::uint64_t{params.width} * params.height <= kMostPixels;
+    if (!fits) throw std::invalid_argument("the pixel is not in the image, or the image too large");
+    const Json& ray = json.at("ray");
+    bundle.ray = {vec3_of(ray.at("org")), float_of(ray.at("tnear")), vec3_of(ray.at("dir")),
+                  float_of(ray.at("tfar"))};
+    if (!same_bits(bundle.ray, camera_ray(params.camera, bundle.pixel.x, bundle.pixel.y)))
+        throw std::invalid_argument("the ray is not that of the pixel");
+}
+
+void read_mesh(const Json& json, RayBundle& bundle) {
+    for (const Json& position : json.at("positions")) {
+        bundle.positions.push_back(vec3_of(position));
+        if (!is_scene_vertex(bundle.positions.back()))
+            throw std::invalid_argument("a position is not one of scene space");
+    }
+    bundle.topology.vertex_count = static_cast<std::uint32_t>(bundle.positions.size());
+    for (const Json& triangle : json.at("triangles")) {
+        const uvec3 corners = {count_of(triangle.at(0)), count_of(triangle.at(1)),
+                               count_of(triangle.at(2))};
+        if (std::max({corners.x, corners.y, corners.z}) >= bundle.positions.size())
+            throw std::invalid_argument("a triangle names a position that is not there");
+        bundle.topology.triangles.push_back(corners);
+    }
+    bundle.topology.albedo.assign(bundle.topology.triangles.size(), kDefaultAlbedo);
+    for (const Json& id : json.at("prim_ids")) {
+        bundle.prim_ids.push_back(count_of(id));
+        const std::size_t last = bundle.prim_ids.size() - 1;
+        if (last > 0 && bundle.prim_ids[last - 1] >= bundle.prim_ids[last])
+            throw std::invalid_argument("the numbers of triangles do not ascend");
+    }
+    if (bundle.prim_ids.size() != bundle.topology.triangles.size())
+        throw std::invalid_argument("not every triangle has a number");
+}
+
+RayBundle bundle_of(const Json& json) {
+    if (json.at("command") != kCommand) throw std::invalid_argument("is another report");
+    RayBundle bundle;
+    bundle.scene = json.at("scene").get<std::string>();
+    bundle.traced_by = json.at("traced_by").get<std::string>();
+    bundle.frame = json.at("frame").get<double>();
+    bundle.scene_triangles = json.at("scene_triangles").get<std::uint64_t>();
+    read_image(json, bundle);
+    read_mesh(json, bundle);
+    bundle.in_image = hit_of(json.at("in_image"));
+    bundle.alone = hit_of(json.at("alone"));
+    bundle.brute = hit_of(json.at("brute"));
+    return bundle;
+}
+
+}  // namespace
+
+bool is_bundle_name(const std::string& name) {
+    return name.ends_with(".json") && !name.starts_with("builtin:");
+}
+
+std::string bundle_text(const RayBundle& bundle) {
+    Json json = {{"schema", "morphray/1"}, {"command", kCommand}, {"version", kVersionDetail}};
+    json["scene"] = bundle.scene;
+    json["scene_triangles"] = bundle.scene_triangles;
+    json["traced_by"] = bundle.traced_by;
+    json["frame"] = bundle.frame;
+    json["pixel"] = {bundle.pixel.x, bundle.pixel.y};
+    json["image"] = of(bundle.image);
+    json["ray"] = {{"org", of(bundle.ray.org)},
+                   {"dir", of(bundle.ray.dir)},
+                   {"tnear", double{bundle.ray.tnear}},
+                   {"tfar", double{bundle.ray.tfar}}};
+    json["in_image"] = of(bundle.in_image);
+    json["alone"] = of(bundle.alone);
+    json["brute"] = of(bundle.brute);
+    json["prim_ids"] = bundle.prim_ids;
+    json["triangles"] = Json::array();
+    for (const uvec3 t : bundle.topology.triangles) json["triangles"].push_back({t.x, t.y, t.z});
+    json["positions"] = Json::array();
+    for (const vec3 p : bundle.positions) json["positions"].push_back(of(p));
+    return json_text(json, -1);
+}
+
+RayBundle read_bundle(const std::string& file) {
+    const std::string text = read_input_file(file, kMostBytes);
+    try {
+        return bundle_of(Json::parse(text));
+    } catch (const Json::parse_error& error) {
+        const auto end = text.begin() + static_cast<std::ptrdiff_t>(
+                                            std::min<std::size_t>(error.byte, text.size()));
+        refuse(fmt::format("{}:{}", shown(file), 1 + std::count(text.begin(), end, '\n')),
+               "is not JSON");
+    } catch (const Json::exception&) {
+        refuse(shown(file), "lacks a member");
+    } catch (const std::invalid_argument& error) {
+        refuse(shown(file), error.what());
+    }
+}
+
+}  // namespace mray::app

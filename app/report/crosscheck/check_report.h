@@ -1,0 +1,147 @@
+// The results of a cross-check, from which its table, JSON, JUnit and HTML are made.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "app/report/reports.h"
+#include "common/image/compare.h"
+#include "gpu/vulkan_backend.h"
+
+namespace mray::app {
+
+/// The comparison of one variant of one frame with the reference.
+struct CheckRow {
+    double frame = 0;
+    std::string backend;
+    /// The CPU's instruction set; empty for the CPU without SIMD and for other backends.
+    std::string simd;
+    /// "refit" or "rebuild", and the backend that refitted.
+    std::string update;
+    std::string refit_on;
+    std::string rays;
+    /// "brute" or "cpu".
+    std::string reference;
+    FrameDifference difference;
+    std::uint64_t expected_hits_hash = 0;
+    std::uint64_t hits_hash = 0;
+    std::uint64_t expected_image_hash = 0;
+    std::uint64_t image_hash = 0;
+    double trace_ms = 0;
+    /// The device that traced or refitted, as --device takes it, and its name; empty if the
+    /// cross-check has not several.
+    std::string device = {};
+    std::string device_name = {};
+
+    bool equal() const {
+        return difference.total() == 0 && hits_hash == expected_hits_hash &&
+               image_hash == expected_image_hash;
+    }
+    /// "vulkan, refit on cpu", "cpu avx2, rebuild" or "vulkan 1 (NVIDIA H200), rebuild".
+    std::string variant() const;
+};
+
+/// Fills in the difference and the hashes.
+void compare(const Frame& expected, const Frame& actual, CheckRow& row);
+
+/// The trees of one frame, refitted on two backends.
+struct TreeRow {
+    double frame = 0;
+    std::uint64_t cpu_hash = 0;
+    std::uint64_t vulkan_hash = 0;
+    /// As CheckRow::device.
+    std::string device = {};
+    bool equal() const { return cpu_hash == vulkan_hash; }
+};
+
+/// The image that the variants of a frame and a kind of rays are compared with.
+struct ReferenceImage {
+    double frame = 0;
+    std::string rays;
+    /// "brute" or "cpu".
+    std::string reference;
+    std::uint64_t hits = 0;
+    std::uint64_t hits_hash = 0;
+    std::uint64_t image_hash = 0;
+};
+
+/// A reference image and the hashes that --expect has for it.
+struct ExpectedRow {
+    double frame = 0;
+    std::string rays;
+    /// What differs, in words; empty if nothing does.
+    std::string problem;
+    bool equal() const { return problem.empty(); }
+};
+
+/// Both images of a row around its first differing pixel, as PNG files.
+struct RowImages {
+    /// The index of the row.
+    std::size_t row = 0;
+    std::uint32_t left = 0;
+    std::uint32_t top = 0;
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::vector<std::byte> expected;
+    std::vector<std::byte> actual;
+    std::vector<std::byte> difference;
+
+    std::size_t bytes() const { return expected.size() + actual.size() + difference.size(); }
+};
+
+/// The images of a row for a page, cut to at most 256 x 256 pixels. The frames differ.
+RowImages images_of(std::size_t row_index, const CheckRow& row, const Frame& expected,
+                    const Frame& actual);
+
+/// One scene.
+struct CheckReport {
+    ReportHead head;
+    /// The scene as the command line names it.
+    std::string spec;
+    /// The devices' descriptions; empty without Vulkan.
+    std::string device;
+    bool complete = true;
+    /// Why it is not complete.
+    std::string error;
+    double build_at = 0;
+    std::vector<double> frames;
+    std::vector<std::string> warnings;
+    std::vector<CheckRow> rows;
+    std::vector<TreeRow> trees;
+    std::vector<ReferenceImage> references;
+    /// For --expect.
+    std::vector<ExpectedRow> expected;
+    /// Of the first rows that differ, for a page.
+    std::vector<RowImages> images;
+
+    std::size_t comparisons() const { return rows.size() + trees.size() + expected.size(); }
+    std::size_t differing() const;
+    bool equal() const { return differing() == 0; }
+};
+
+/// What was compared, for reports that are read on another machine.
+struct CheckEnvironment {
+    std::vector<gpu::DeviceInfo> devices;
+    /// Instruction sets of the CPU that are compared.
+    std::vector<std::string> simd;
+    /// The command, ready for a shell.
+    std::string command;
+};
+
+/// All scenes of a call.
+struct CheckRun {
+    CheckEnvironment environment;
+    std::vector<CheckReport> scenes;
+    /// Whether a warning is a failure.
+    bool strict = false;
+    /// Why the run ended before its last scene, if it did.
+    std::string error;
+
+    bool complete() const;
+    bool equal() const;
+    std::size_t warnings() const;
+};
+
+}  // namespace mray::app

@@ -1,0 +1,117 @@
+#include "app/report/crosscheck/crosscheck_json.h"
+
+#include <fmt/format.h>
+
+#include "app/report/json_parts.h"
+#include "app/report/report_json.h"
+#include "common/text/number_text.h"
+#include "common/version.h"
+
+namespace mray::app {
+namespace {
+
+Json of(const CheckRow& row) {
+    Json json = {{"variant", row.variant()},
+                 {"backend", row.backend},
+                 {"simd", row.simd},
+                 {"update", row.update},
+                 {"refit_on", row.refit_on},
+                 {"frame", row.frame},
+                 {"rays", row.rays},
+                 {"reference", row.reference},
+                 {"equal", row.equal()},
+                 {"differences", app::of(row.difference)},
+                 {"expected_hits_hash", hash_text(row.expected_hits_hash)},
+                 {"hits_hash", hash_text(row.hits_hash)},
+                 {"expected_image_hash", hash_text(row.expected_image_hash)},
+                 {"image_hash", hash_text(row.image_hash)},
+                 {"trace_ms", row.trace_ms}};
+    if (!row.device.empty()) json["device"] = row.device;
+    return json;
+}
+
+Json of(const TreeRow& row) {
+    Json json = {{"frame", row.frame},
+                 {"equal", row.equal()},
+                 {"cpu_bvh_hash", hash_text(row.cpu_hash)},
+                 {"vulkan_bvh_hash", hash_text(row.vulkan_hash)}};
+    if (!row.device.empty()) json["device"] = row.device;
+    return json;
+}
+
+Json of(const ReferenceImage& image) {
+    return {{"frame", image.frame},
+            {"rays", image.rays},
+            {"reference", image.reference},
+            {"hits", image.hits},
+            {"hits_hash", hash_text(image.hits_hash)},
+            {"image_hash", hash_text(image.image_hash)}};
+}
+
+Json of(const ExpectedRow& row) {
+    return {
+        {"frame", row.frame}, {"rays", row.rays}, {"equal", row.equal()}, {"problem", row.problem}};
+}
+
+template <class Rows>
+Json list_of(const Rows& rows) {
+    Json json = Json::array();
+    for (const auto& row : rows) json.push_back(of(row));
+    return json;
+}
+
+Json scene_json(const CheckReport& report) {
+    Json json = head_of(report.head);
+    json["device"] = report.device;
+    json["complete"] = report.complete;
+    json["equal"] = report.equal();
+    json["error"] = report.error;
+    json["warnings"] = report.warnings;
+    json["frames"] = report.frames;
+    json["rows"] = list_of(report.rows);
+    json["trees"] = list_of(report.trees);
+    json["references"] = list_of(report.references);
+    json["expected"] = list_of(report.expected);
+    return json;
+}
+
+}  // namespace
+
+Json environment_json(const CheckEnvironment& environment) {
+    Json json = {{"version", kVersionDetail},
+                 {"command", environment.command},
+                 {"simd", environment.simd},
+                 {"devices", Json::array()}};
+    for (const gpu::DeviceInfo& device : environment.devices) {
+        json["devices"].push_back(
+            {{"index", device.index},
+             {"name", device.name},
+             {"type", device.type},
+             {"driver", device.driver},
+             {"api", fmt::format("{}.{}", device.api_major, device.api_minor)},
+             {"uuid", device.uuid}});
+    }
+    return json;
+}
+
+Json crosscheck_json(const CheckRun& run) {
+    Json json;
+    if (run.scenes.size() == 1) {
+        json = scene_json(run.scenes.front());
+        if (!run.error.empty()) json["error"] = run.error;
+    } else {
+        json = head_of("crosscheck");
+        json["error"] = run.error;
+        json["scenes"] = Json::array();
+        for (const CheckReport& scene : run.scenes) json["scenes"].push_back(scene_json(scene));
+    }
+    json["complete"] = run.complete();
+    json["equal"] = run.equal();
+    json["strict"] = run.strict;
+    json["environment"] = environment_json(run.environment);
+    return json;
+}
+
+std::string to_json(const CheckRun& run) { return json_text(crosscheck_json(run)); }
+
+}  // namespace mray::app

@@ -1,0 +1,149 @@
+#include "app/report/crosscheck/golden_images.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "app/report/crosscheck/crosscheck_json.h"
+#include "app/report/json_parts.h"
+#include "common/base/errors.h"
+#include "common/base/input_file.h"
+#include "common/process/shell_text.h"
+#include "common/text/message_text.h"
+#include "common/text/number_text.h"
+
+namespace mray::app {
+namespace {
+
+constexpr const char* kCommand = "crosscheck --bless";
+constexpr std::uint64_t kMostBytes = 1 << 26;
+
+/// The options that decide which image is traced; how the tree is built does not.
+std::string view_text(const Options& options) {
+    std::vector<std::string> line;
+    for (std::size_t i = 0; i + 1 < options.view_arguments.size(); i += 2) {
+        if (options.view_arguments[i] == "--build") continue;
+        line.push_back(options.view_arguments[i]);
+        line.push_back(options.view_arguments[i + 1]);
+    }
+    if (options.lenient) line.emplace_back("--lenient");
+    return shell_line(line);
+}
+
+Json json_of(const ReferenceImage& image) {
+    return {{"frame", image.frame},
+            {"rays", image.rays},
+            {"hits", image.hits},
+            {"hits_hash", hash_text(image.hits_hash)},
+            {"image_hash", hash_text(image.image_hash)}};
+}
+
+std::uint64_t hash_of(const Json& json) {
+    const auto text = json.get<std::string>();
+    std::size_t used = 0;
+    const std::uint64_t hash = std::stoull(text, &used, 16);
+    if (used != 16 || text.size() != 16) throw std::invalid_argument(text);
+    return hash;
+}
+
+ReferenceImage image_of(const Json& json) {
+    ReferenceImage image;
+    image.frame = json.at("frame").get<double>();
+    image.rays = json.at("rays").get<std::string>();
+    image.hits = json.at("hits").get<std::uint64_t>();
+    image.hits_hash = hash_of(json.at("hits_hash"));
+    image.image_hash = hash_of(json.at("image_hash"));
+    return image;
+}
+
+GoldenScene scene_of(const Json& json) {
+    GoldenScene scene;
+    scene.scene = json.at("scene").get<std::string>();
+    scene.width = json.at("width").get<std::uint32_t>();
+    scene.height = json.at("height").get<std::uint32_t>();
+    scene.view = json.at("options").get<std::string>();
+    for (const Json& image : json.at("images")) scene.images.push_back(image_of(image));
+    return scene;
+}
+
+[[noreturn]] void refuse(const std::string& place, const std::string& what) {
+    throw Error(ErrorKind::kBadInput,
+                fmt::format("{}: {}; give a file that `crosscheck --bless` wrote", place, what));
+}
+
+std::string difference_of(const ReferenceImage& actual, const ReferenceImage& expected) {
+    std::string text;
+    const auto add = [&text](const char* what, const std::string& is, const std::string& was) {
+        if (is != was)
+            text += fmt::format("{}{} {} instead of {}", text.empty() ? "" : ", ", what, is, was);
+    };
+    add("hits", fmt::format("{}", actual.hits), fmt::format("{}", expected.hits));
+    add("hits hash", hash_text(actual.hits_hash), hash_text(expected.hits_hash));
+    add("image hash", hash_text(actual.image_hash), hash_text(expected.image_hash));
+    return text;
+}
+
+}  // namespace
+
+ExpectedRow GoldenImages::compare(const Options& options, const ReferenceImage& image) const {
+    ExpectedRow row{image.frame, image.rays, ""};
+    const std::string view = view_text(options);
+    const auto scene = std::ranges::find_if(scenes, [&](const GoldenScene& s) {
+        return s.scene == options.scene && s.width == options.view.width &&
+               s.height == options.view.height && s.view == view;
+    });
+    if (scene == scenes.end()) {
+        row.problem =
+            fmt::format("{} has no image of {} of {}x{}{}", shown(file), shown(options.scene),
+                        options.view.width, options.view.height,
+                        view.empty() ? " without options of the view" : " with " + shown(view));
+        return row;
+    }
+    const auto expected = std::ranges::find_if(scene->images, [&](const ReferenceImage& i) {
+        return i.frame == image.frame && i.rays == image.rays;
+    });
+    row.problem = expected == scene->images.end() ? shown(file) + " has no such image"
+                                                  : difference_of(image, *expected);
+    return row;
+}
+
+std::string golden_text(const Options& options, const CheckRun& run) {
+    Json json = head_of(kCommand);
+    json["environment"] = environment_json(run.environment);
+    json["scenes"] = Json::array();
+    for (const CheckReport& report : run.scenes) {
+        Json images = Json::array();
+        for (const ReferenceImage& image : report.references) images.push_back(json_of(image));
+        json["scenes"].push_back({{"scene", report.spec},
+                                  {"triangles", report.head.triangles},
+                                  {"vertices", report.head.vertices},
+                                  {"width", report.head.width},
+                                  {"height", report.head.height},
+                                  {"options", view_text(options)},
+                                  {"images", images}});
+    }
+    return json_text(json);
+}
+
+GoldenImages read_golden(const std::string& file) {
+    const std::string text = read_input_file(file, kMostBytes);
+    GoldenImages golden{file, {}};
+    try {
+        const Json json = Json::parse(text);
+        if (json.at("command") != kCommand) refuse(shown(file), "is another report");
+        for (const Json& scene : json.at("scenes")) golden.scenes.push_back(scene_of(scene));
+    } catch (const Json::parse_error& error) {
+        const auto end = text.begin() + static_cast<std::ptrdiff_t>(
+                                            std::min<std::size_t>(error.byte, text.size()));
+        refuse(fmt::format("{}:{}", shown(file), 1 + std::count(text.begin(), end, '\n')),
+               "is not JSON");
+    } catch (const Json::exception&) {
+        refuse(shown(file), "lacks a member");
+    } catch (const std::logic_error&) {
+        refuse(shown(file), "has a hash that is not 16 hexadecimal digits");
+    }
+    return golden;
+}
+
+}  // namespace mray::app

@@ -1,0 +1,152 @@
+// Reports of cross-checks of several scenes, with warnings, and of those that end early.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+
+namespace mray::test {
+namespace {
+
+using Json = nlohmann::json;
+using Words = std::vector<std::string>;
+
+/// The three reports in a folder.
+struct Reports {
+    std::string json, junit, html;
+};
+
+Words with_reports(const TemporaryFolder& folder, Words words) {
+    words.insert(words.end(), {"--backend", "cpu", "--simd", "off", "--out", folder.file("out"),
+                               "--json", folder.file("r.json"), "--junit", folder.file("r.xml"),
+                               "--html", folder.file("r.html")});
+    return words;
+}
+
+Reports reports_in(const TemporaryFolder& folder) {
+    return {read_file(folder.file("r.json")), read_file(folder.file("r.xml")),
+            read_file(folder.file("r.html"))};
+}
+
+std::string lenient_scene(const TemporaryFolder& folder) {
+    return folder.write("warn.obj", square_at(0) + "v nan 0 0\nf 1 2 5\n").native();
+}
+
+TEST(CrosscheckReports, AreWrittenWhenASignalEndsTheRun) {
+    const TemporaryFolder folder;
+    Started check(with_reports(
+        folder, {"crosscheck", "builtin:cloth:4000", "builtin:twist:400", "--frames",
+                 "0..24:0.03125", "--reference", "brute", "--size", "96x96", "--rays", "shadow"}));
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    check.send(SIGTERM);
+    const Outcome outcome = check.wait();
+    EXPECT_EQ(outcome.code, 143) << outcome.err;
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    const Reports reports = reports_in(folder);
+    const Json json = Json::parse(reports.json);
+    EXPECT_EQ(json["complete"], false);
+    EXPECT_NE(json["error"].get<std::string>().find("terminated"), std::string::npos);
+    ASSERT_EQ(json["scenes"].size(), 2u);
+    EXPECT_EQ(json["scenes"][1]["complete"], false);
+    EXPECT_NE(reports.junit.find("<error message=\"terminated"), std::string::npos);
+    EXPECT_NE(reports.html.find("not finished</strong>"), std::string::npos);
+}
+
+TEST(CrosscheckReports, AreWrittenWhenAFrameCannotBeRead) {
+    const TemporaryFolder folder;
+    folder.write("s/f_0.obj", square_at(0));
+    folder.write("s/f_1.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 1 3 4\n");
+    const Outcome outcome =
+        run(with_reports(folder, {"crosscheck", folder.file("s"), "--size", "16x16"}));
+    EXPECT_EQ(outcome.code, 8) << outcome.err;
+    const Reports reports = reports_in(folder);
+    EXPECT_EQ(Json::parse(reports.json)["complete"], false);
+    EXPECT_NE(reports.junit.find("tests=\"7\" failures=\"0\" errors=\"1\""), std::string::npos)
+        << reports.junit;
+    EXPECT_NE(reports.html.find("Equal, not finished"), std::string::npos);
+    EXPECT_NE(outcome.out.find("not finished: "), std::string::npos) << outcome.out;
+}
+
+TEST(CrosscheckReports, AreWrittenWhenTheSceneCannotBeOpened) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run(with_reports(folder, {"crosscheck", folder.file("none.obj")}));
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    const Reports reports = reports_in(folder);
+    EXPECT_NE(reports.junit.find("tests=\"1\" failures=\"0\" errors=\"1\""), std::string::npos)
+        << reports.junit;
+    EXPECT_NE(reports.html.find("<strong>Not compared</strong>"), std::string::npos);
+}
+
+TEST(CrosscheckReports, OfSeveralScenesGoOnAfterOneThatCannotBeOpened) {
+    const TemporaryFolder folder;
+    const std::string none = folder.file("none.obj");
+    const Outcome outcome =
+        run(with_reports(folder, {"crosscheck", "builtin:cloth:200", none, "builtin:twist:200",
+                                  "--size", "8x8", "--frames", "0"}));
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_TRUE(outcome.err.starts_with(none)) << outcome.err;
+    const Reports reports = reports_in(folder);
+    const Json json = Json::parse(reports.json);
+    EXPECT_EQ(json["equal"], true);
+    EXPECT_EQ(json["complete"], false);
+    ASSERT_EQ(json["scenes"].size(), 3u);
+    EXPECT_EQ(json["scenes"][0]["rows"].size(), 6u);
+    EXPECT_NE(json["scenes"][1]["error"], "");
+    EXPECT_EQ(json["scenes"][2]["rows"].size(), 6u);
+    EXPECT_EQ(json["scenes"][2]["complete"], true);
+    EXPECT_NE(outcome.out.find("builtin:cloth:200\n\nvariant"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("builtin:twist:200\n\nvariant"), std::string::npos) << outcome.out;
+}
+
+TEST(CrosscheckReports, AreThoseOfTheSceneIfThereIsOne) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run(with_reports(
+        folder, {"crosscheck", "builtin:cloth:200", "--size", "8x8", "--frames", "0"}));
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const Reports reports = reports_in(folder);
+    const Json json = Json::parse(reports.json);
+    EXPECT_EQ(json["rows"].size(), 6u);
+    EXPECT_FALSE(json.contains("scenes"));
+    EXPECT_EQ(json["references"].size(), 3u);
+    EXPECT_EQ(json["environment"]["devices"], Json::array());
+    EXPECT_NE(reports.html.find("<strong>Equal</strong>"), std::string::npos);
+}
+
+TEST(CrosscheckReports, StrictMakesAWarningAFailure) {
+    const TemporaryFolder folder;
+    const std::string scene = lenient_scene(folder);
+    const Words words = {"crosscheck", scene, "--lenient", "--size", "8x8"};
+    const Outcome tolerant = run(with_reports(folder, words));
+    EXPECT_EQ(tolerant.code, 0) << tolerant.err;
+    EXPECT_NE(tolerant.err.find("warning: "), std::string::npos);
+    EXPECT_EQ(Json::parse(reports_in(folder).json)["warnings"].size(), lines(tolerant.err).size());
+    Words strict = with_reports(folder, words);
+    strict.push_back("--strict");
+    EXPECT_EQ(run(strict).code, 1);
+    const Reports reports = reports_in(folder);
+    EXPECT_EQ(Json::parse(reports.json)["equal"], true);
+    EXPECT_NE(reports.junit.find("failures=\"1\""), std::string::npos) << reports.junit;
+    EXPECT_NE(reports.html.find("<strong>Equal, with warnings</strong>"), std::string::npos);
+    const Outcome clean = run({"crosscheck", "builtin:cloth:200", "--backend", "cpu", "--strict",
+                               "--size", "8x8", "--frames", "0", "--out", folder.file("out")});
+    EXPECT_EQ(clean.code, 0) << clean.err;
+}
+
+TEST(CrosscheckReports, OfDevicesNeedDevices) {
+    for (const Words& words : {Words{"--backend", "cpu"}, Words{"--device", "0"}}) {
+        Words all = {"crosscheck", "builtin:cloth:200", "--devices", "all"};
+        all.insert(all.end(), words.begin(), words.end());
+        const Outcome outcome = run(all);
+        EXPECT_EQ(outcome.code, 2) << outcome.err;
+        EXPECT_NE(outcome.err.find(words[0]), std::string::npos) << outcome.err;
+    }
+}
+
+}  // namespace
+}  // namespace mray::test
