@@ -85,6 +85,7 @@ HWY_NOINLINE inline Hit intersect_one(const Bvh& bvh, const Ray& ray) {
     ClosestHits closest;
     closest.t[0] = ray.tfar;
     closest.last[0] = stream.last_depth[0];
+    closest.u[0] = closest.v[0] = 0;
     closest.prim_id[0] = kNoPrim;
     intersect_ray(bvh, stream, 0, closest);
     return closest.hit(0);
