@@ -106,6 +106,51 @@ struct LeafPoints {
     }
 };
 
+/// Projects the vertices on the fast path; returns the largest |z|.
+HWY_INLINE FloatVec project_leaf_fast(const lanes::ShearedRay& ray, const LeafLanes& leaf,
+                                      LeafPoints& points) {
+    FloatVec depth = zero();
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const lanes::Float3 p = lanes::project_rotated_fast(ray, {leaf.x[v], leaf.y[v], leaf.z[v]});
+        points.set(v, p);
+        depth = max(depth, abs(p.z));
+    }
+    return hn::MaxOfLanes(kFloats, depth);
+}
+
+/// A vector of triangles as the ray sees them.
+struct FilteredTriangles {
+    lanes::Edges edges;
+    FloatVec size;
+    FloatVec za;
+    FloatVec zb;
+    FloatVec zc;
+};
+
+/// The edge functions of fast_edges(), and their bound for vertices of |z| up to depth.
+HWY_INLINE FilteredTriangles flat_triangles(const LeafPoints& points, const VertexLookups& at,
+                                            FloatVec depth) {
+    const lanes::Float3 a{points.x.look_up(at.a), points.y.look_up(at.a), zero()};
+    const lanes::Float3 b{points.x.look_up(at.b), points.y.look_up(at.b), zero()};
+    const lanes::Float3 c{points.x.look_up(at.c), points.y.look_up(at.c), zero()};
+    FilteredTriangles t;
+    t.size = sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
+    t.edges.bound = lanes::edge_bound(t.size, depth);
+    t.edges.u = lanes::fast_edge(b, c);
+    t.edges.v = lanes::fast_edge(c, a);
+    t.edges.w = lanes::fast_edge(a, b);
+    return t;
+}
+
+/// Completes fast_edges().
+HWY_INLINE void add_depth(const LeafPoints& points, const VertexLookups& at, FilteredTriangles& t) {
+    t.za = points.z.look_up(at.a);
+    t.zb = points.z.look_up(at.b);
+    t.zc = points.z.look_up(at.c);
+    lanes::measure_depth(t.za, t.zb, t.zc, t.edges);
+    t.edges.bound = lanes::edge_bound(t.size, t.edges.depth_size);
+}
+
 /// The lanes of vector v that hold triangles.
 HWY_INLINE Mask used_lanes(UintVec local_vertices, std::size_t v) {
     return float_mask(slots_of_vector(v) < shift_right<24>(local_vertices));
@@ -162,32 +207,19 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
     return false;
 }
 
-/// A vector of triangles as the ray sees them on the fast path.
-struct FastTriangles {
-    lanes::Edges edges;
-    FloatVec za;
-    FloatVec zb;
-    FloatVec zc;
-};
-
 /// Calls test(v, at, triangles, mean, possible) for the vectors v of triangles some of which the
 /// ray may hit, until it returns true; whether it did.
 template <class Test>
 HWY_INLINE bool any_possible_vector(const lanes::ShearedRay& ray, const LeafLanes& vertices,
                                     Test test) {
     LeafPoints points;
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        points.set(v,
-                   lanes::project_rotated_fast(ray, {vertices.x[v], vertices.y[v], vertices.z[v]}));
-    }
+    const FloatVec depth = project_leaf_fast(ray, vertices, points);
     for (std::size_t v = 0; v < kVectors; ++v) {
         const VertexLookups at(vertices.local_vertices[v]);
-        const lanes::Float3 a = points.look_up(at.a);
-        const lanes::Float3 b = points.look_up(at.b);
-        const lanes::Float3 c = points.look_up(at.c);
-        const FastTriangles t{lanes::fast_edges(a, b, c), a.z, b.z, c.z};
+        FilteredTriangles t = flat_triangles(points, at, depth);
         const Mask used = used_lanes(vertices.local_vertices[v], v);
         if (none(lanes::may_be_inside(t.edges) & used)) continue;
+        add_depth(points, at, t);
         const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, ray.dir.z);
         const Mask possible = possible_lanes(t.edges, mean) & used;
         if (!none(possible) && test(v, at, t, mean, possible)) return true;
@@ -203,7 +235,7 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
     const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
     const lanes::ShearedRay s = sheared_ray(stream, ray);
     std::uint32_t uncertain = 0;
-    const auto visit_hits = [&](std::size_t v, const VertexLookups& at, const FastTriangles& t,
+    const auto visit_hits = [&](std::size_t v, const VertexLookups& at, const FilteredTriangles& t,
                                 const DepthSum&, Mask possible) HWY_ATTR {
         lanes::TriangleHit hit;
         const Mask is_certain = lanes::weighted_hit(s, t.edges, t.za, t.zb, t.zc, hit);
@@ -222,7 +254,7 @@ HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const
     const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
     const CertainRange range = certain_range(stream, ray);
     bool is_uncertain = false;
-    const auto is_occluder = [&](std::size_t, const VertexLookups& at, const FastTriangles& t,
+    const auto is_occluder = [&](std::size_t, const VertexLookups& at, const FilteredTriangles& t,
                                  const DepthSum& mean, Mask possible) HWY_ATTR {
         const Mask certain = certain_occluders(t.edges, mean, range) & possible;
         is_uncertain = true;
