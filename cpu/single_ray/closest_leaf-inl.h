@@ -52,6 +52,8 @@ struct alignas(64) ClosestHits {
         }
     }
 
+    ClosestHits() = default;
+
     HWY_INLINE Hit hit(std::size_t ray) const {
         const bool is_hit = prim_id[ray] != kNoPrim;
         return is_hit ? Hit{t[ray], u[ray], v[ray], prim_id[ray]} : no_hit();
@@ -156,12 +158,15 @@ HWY_INLINE void intersect_triangle(const LeafRays& rays, const Leaf& leaf, std::
         sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
     lanes::measure_depth(a.z, b.z, c.z, e);
     e.bound = lanes::edge_bound(m, e.depth_size);
+    const DepthSum depth = depth_sum(e, a.z, b.z, c.z, s.dir.z);
+    const Mask possible = rays.active & possible_lanes(e, depth);
+    if (none(possible)) return;
     const FloatVec tfar = load(closest.t + rays.first);
     lanes::TriangleHit hit;
     const Mask is_certain = lanes::weighted_hit(s, e, a.z, b.z, c.z, hit);
     const Mask is_hit = lanes::surely_inside(s, e) & is_certain;
-    Mask hits = rays.active & is_hit & lanes::is_in_range(hit.t, rays.tnear, tfar);
-    const Mask uncertain = rays.active & and_not(is_hit, lanes::may_be_inside(e));
+    Mask hits = possible & is_hit & lanes::is_in_range(hit.t, rays.tnear, tfar);
+    const Mask uncertain = and_not(is_hit, possible);
     const lanes::Float3 va(leaf_position(leaf, i, 0));
     const lanes::Float3 vb(leaf_position(leaf, i, 1));
     const lanes::Float3 vc(leaf_position(leaf, i, 2));

@@ -44,6 +44,16 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
+// More than what underflow takes from the products: 2^-120.
+inline constexpr float kBehindUnderflow = 0x1p-120f;
+
+/// The triangles that a ray may hit.
+HWY_INLINE Mask possible_lanes(const lanes::Edges& e, const DepthSum& depth) {
+    const FloatVec error = mul_add(splat(kBehindError), depth.s, 4.0f * e.bound);
+    const FloatVec slack = mul_add(e.depth_size, error, splat(kBehindUnderflow));
+    return lanes::may_be_inside(e) & (depth.n >= -slack);
+}
+
 #if HWY_TARGET == HWY_SCALAR
 
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
@@ -139,16 +149,6 @@ HWY_INLINE void add_depth(const LeafPoints& points, const VertexLookups& at, Fil
     t.zc = points.z.look_up(at.c);
     lanes::measure_depth(t.za, t.zb, t.zc, t.edges);
     t.edges.bound = lanes::edge_bound(t.size, t.edges.depth_size);
-}
-
-// More than what underflow takes from the products: 2^-120.
-inline constexpr float kBehindUnderflow = 0x1p-120f;
-
-/// The triangles that a ray may hit.
-HWY_INLINE Mask possible_lanes(const lanes::Edges& e, const DepthSum& depth) {
-    const FloatVec error = mul_add(splat(kBehindError), depth.s, 4.0f * e.bound);
-    const FloatVec slack = mul_add(e.depth_size, error, splat(kBehindUnderflow));
-    return lanes::may_be_inside(e) & (depth.n >= -slack);
 }
 
 /// The lanes of vector v that hold triangles.

@@ -56,52 +56,93 @@ HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const 
     return size;
 }
 
-/// The closest hit of a ray, one node after the other, its nearest box first.
+/// The closest hit of a ray, one node after the other, its nearest box first. Where a node has
+/// one or two children to visit, the ray goes straight on.
 HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size_t ray,
                               ClosestHits& closest) {
     StackEntry stack[kMaxStack];
-    stack[0] = {0, 0};
-    for (std::size_t size = 1; size > 0;) {
-        const StackEntry entry = stack[--size];
-        if (entry.t_least > closest.last[ray]) continue;
+    std::size_t size = 0;
+    StackEntry entry = {0, 0};
+    for (;;) {
         if ((entry.child & kLeafBit) != 0) {
             intersect_leaf_alone(stream, ray, bvh.leaves[entry.child & ~kLeafBit], closest);
-            continue;
+        } else {
+            const Node& node = bvh.nodes[entry.child];
+            FloatVec least[kVectors];
+            const std::uint32_t met = near_slots(stream, ray, closest.last[ray], node, least);
+            if (met != 0) {
+                HWY_ALIGN float t_least[kWidth];
+                for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
+                const auto slot = static_cast<std::uint32_t>(std::countr_zero(met));
+                entry = {t_least[slot], node.child[slot]};
+                const std::uint32_t rest = met & (met - 1);
+                if (rest == 0) continue;
+                if ((rest & (rest - 1)) == 0) {
+                    const auto other_slot = static_cast<std::uint32_t>(std::countr_zero(rest));
+                    const StackEntry other = {t_least[other_slot], node.child[other_slot]};
+                    const bool is_nearer = other.t_least < entry.t_least;
+                    assert(size < kMaxStack);
+                    stack[size++] = is_nearer ? entry : other;
+                    entry = is_nearer ? other : entry;
+                    continue;
+                }
+                size = push_sorted(node, met, t_least, stack, size);
+                entry = stack[--size];
+                continue;
+            }
         }
-        const Node& node = bvh.nodes[entry.child];
-        FloatVec least[kVectors];
-        const std::uint32_t met = near_slots(stream, ray, closest.last[ray], node, least);
-        HWY_ALIGN float t_least[kWidth];
-        for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
-        size = push_sorted(node, met, t_least, stack, size);
+        do {
+            if (size == 0) return;
+            entry = stack[--size];
+        } while (entry.t_least > closest.last[ray]);
     }
 }
 
 #undef MORPHRAY_SORTED_IN_VECTORS
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
 #define MORPHRAY_SORTED_IN_VECTORS 1
-using EightTag = hn::CappedTag<std::uint32_t, 8>;
-inline constexpr EightTag kEight;
+using FourTag = hn::FixedTag<std::uint32_t, 4>;
+using EightTag = hn::FixedTag<std::uint32_t, 8>;
+
+/// The first lanes of a vector, and a vector that begins with these lanes.
+HWY_INLINE hn::Vec<EightTag> first_lanes(EightTag d, UintVec v) { return hn::LowerHalf(d, v); }
+HWY_INLINE hn::Vec<FourTag> first_lanes(FourTag d, UintVec v) {
+    return hn::LowerHalf(d, first_lanes(EightTag(), v));
+}
+HWY_INLINE UintVec extended(hn::Vec<EightTag> v) { return hn::ZeroExtendVector(kUints, v); }
+HWY_INLINE UintVec extended(hn::Vec<FourTag> v) {
+    return extended(hn::ZeroExtendVector(EightTag(), v));
+}
 
 /// A layer of a sorting network: each lane and its partner are ordered, the larger one first.
-template <int a, int b, int c, int d, int e, int f, int g, int h>
-HWY_INLINE hn::Vec<EightTag> sort_partners(hn::Vec<EightTag> v) {
-    alignas(32) static constexpr std::uint32_t kPartner[8] = {a, b, c, d, e, f, g, h};
-    constexpr unsigned kIsSecond = (a < 0) | (b < 1) << 1 | (c < 2) << 2 | (d < 3) << 3 |
-                                   (e < 4) << 4 | (f < 5) << 5 | (g < 6) << 6 | (h < 7) << 7;
+template <std::uint32_t... partners, class D>
+HWY_INLINE hn::Vec<D> sort_partners(D d, hn::Vec<D> v) {
+    alignas(32) static constexpr std::uint32_t kPartner[] = {partners...};
+    constexpr unsigned kIsSecond = [] {
+        unsigned bits = 0;
+        for (unsigned i = 0; i < sizeof...(partners); ++i) bits |= (kPartner[i] < i ? 1u : 0u) << i;
+        return bits;
+    }();
     const std::uint8_t is_second[8] = {static_cast<std::uint8_t>(kIsSecond)};
-    const auto w = hn::TableLookupLanes(v, hn::SetTableIndices(kEight, kPartner));
-    return hn::IfThenElse(hn::LoadMaskBits(kEight, is_second), hn::Min(v, w), hn::Max(v, w));
+    const auto w = hn::TableLookupLanes(v, hn::SetTableIndices(d, kPartner));
+    return hn::IfThenElse(hn::LoadMaskBits(d, is_second), hn::Min(v, w), hn::Max(v, w));
+}
+
+/// Batcher's network for four numbers.
+HWY_INLINE hn::Vec<FourTag> sort_descending(FourTag d, hn::Vec<FourTag> v) {
+    v = sort_partners<1, 0, 3, 2>(d, v);
+    v = sort_partners<2, 3, 0, 1>(d, v);
+    return sort_partners<0, 2, 1, 3>(d, v);
 }
 
 /// Batcher's network for eight numbers.
-HWY_INLINE hn::Vec<EightTag> sort_descending(hn::Vec<EightTag> v) {
-    v = sort_partners<1, 0, 3, 2, 5, 4, 7, 6>(v);
-    v = sort_partners<2, 3, 0, 1, 6, 7, 4, 5>(v);
-    v = sort_partners<0, 2, 1, 3, 4, 6, 5, 7>(v);
-    v = sort_partners<4, 5, 6, 7, 0, 1, 2, 3>(v);
-    v = sort_partners<0, 1, 4, 5, 2, 3, 6, 7>(v);
-    return sort_partners<0, 2, 1, 4, 3, 6, 5, 7>(v);
+HWY_INLINE hn::Vec<EightTag> sort_descending(EightTag d, hn::Vec<EightTag> v) {
+    v = sort_partners<1, 0, 3, 2, 5, 4, 7, 6>(d, v);
+    v = sort_partners<2, 3, 0, 1, 6, 7, 4, 5>(d, v);
+    v = sort_partners<0, 2, 1, 3, 4, 6, 5, 7>(d, v);
+    v = sort_partners<4, 5, 6, 7, 0, 1, 2, 3>(d, v);
+    v = sort_partners<0, 1, 4, 5, 2, 3, 6, 7>(d, v);
+    return sort_partners<0, 2, 1, 4, 3, 6, 5, 7>(d, v);
 }
 #else
 #define MORPHRAY_SORTED_IN_VECTORS 0
@@ -181,6 +222,23 @@ private:
         }
     };
 
+#if MORPHRAY_SORTED_IN_VECTORS
+    /// Writes the keys and children in these slots, as many as there are lanes or fewer.
+    template <class D>
+    HWY_INLINE static void write_sorted(D d, const Node& node, std::uint32_t slots,
+                                        std::size_t count, FloatVec least, std::uint32_t* key,
+                                        std::uint32_t* child) {
+        const UintVec keys = (as_uint(least) & splat(~kSlotBits)) | hn::Iota(kUints, 0u);
+        const auto some = first_lanes(d, hn::Compress(keys, uint_mask(mask_of(slots))));
+        const auto sorted = sort_descending(d, hn::IfThenElseZero(hn::FirstN(d, count), some));
+        hn::StoreU(sorted, d, key);
+        const UintVec places = extended(sorted) & splat(kSlotBits);
+        const UintVec children =
+            hn::TableLookupLanes(load_unaligned(node.child), hn::IndicesFromVec(kUints, places));
+        hn::StoreU(first_lanes(d, children), d, child);
+    }
+#endif
+
     HWY_INLINE static void push_children(const RayStream& stream, const ClosestHits& closest,
                                          const Node& node, Path& path) {
         FloatVec least[kVectors];
@@ -191,18 +249,8 @@ private:
         path.size += count;
         assert(path.size <= kMaxStack);
 #if MORPHRAY_SORTED_IN_VECTORS
-        if (count <= 8) {
-            const UintVec keys = (as_uint(least[0]) & splat(~kSlotBits)) | hn::Iota(kUints, 0u);
-            const auto some = hn::LowerHalf(kEight, hn::Compress(keys, uint_mask(mask_of(met))));
-            const auto sorted =
-                sort_descending(hn::IfThenElseZero(hn::FirstN(kEight, count), some));
-            hn::StoreU(sorted, kEight, key);
-            const UintVec slots = hn::ZeroExtendVector(kUints, sorted) & splat(kSlotBits);
-            const UintVec children =
-                hn::TableLookupLanes(load_unaligned(node.child), hn::IndicesFromVec(kUints, slots));
-            hn::StoreU(hn::LowerHalf(kEight, children), kEight, child);
-            return;
-        }
+        if (count <= 4) return write_sorted(FourTag(), node, met, count, least[0], key, child);
+        if (count <= 8) return write_sorted(EightTag(), node, met, count, least[0], key, child);
 #endif
         HWY_ALIGN float t_least[kWidth];
         for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);

@@ -82,11 +82,6 @@ private:
 /// `first` on.
 template <class Trace>
 HWY_INLINE void for_each_stream(std::span<const Ray> rays, Trace trace) {
-    if (rays.size() == 1) {
-        const std::uint16_t alone = 0;
-        trace(rays.data(), std::span(&alone, 1), 0);
-        return;
-    }
     for (std::size_t first = 0; first < rays.size(); first += kBatchRays) {
         const auto batch = rays.subspan(first, std::min(kBatchRays, rays.size() - first));
         const OctantOrder order(batch);

@@ -16,7 +16,8 @@
 // 5. The least depth is made of these entries, of the largest depth margin, and of the earliest
 //    among the axes that are main axes of rays. All of it is monotone, so it is not beyond that of
 //    hits_box.
-// 6. A box of no triangles is inverted by 2^48 on all axes, far beyond all o, so that it has an
+// 6. Any hits take step 3 and last_entry() of the largest depth margin and of the largest t alone.
+// 7. A box of no triangles is inverted by 2^48 on all axes, far beyond all o, so that it has an
 //    exit below 0.
 //
 // The rays that remain are tested as in cpu/single_ray/node_lanes-inl.h.
@@ -108,6 +109,23 @@ HWY_INLINE RayBundle bundle_of(const RayStream& stream, std::size_t count) {
     return bundle;
 }
 
+/// When the rays of a bundle enter a vector of boxes at the earliest and leave it at the latest, on
+/// one axis.
+struct BundleTimes {
+    FloatVec enter;
+    FloatVec leave;
+};
+
+HWY_INLINE BundleTimes bundle_times(const RayBundle& bundle, const Node& node, int axis,
+                                    std::size_t v) {
+    const std::size_t near_offset = bundle.near_offset[axis];
+    const FloatVec near = load_planes(node, near_offset, v) - bundle.org_near[axis];
+    const FloatVec far = load_planes(node, near_offset ^ kPlaneBytes, v) - bundle.org_far[axis];
+    const FloatVec least = splat(bundle.rdir_least[axis]);
+    const FloatVec most = splat(bundle.rdir_most[axis]);
+    return {min(near * least, near * most), max(far * least, far * most)};
+}
+
 /// The slots whose boxes a ray of the bundle may meet with a least depth of `last` or less, as
 /// bits, and a lower bound of the least depths for its rays.
 HWY_INLINE std::uint32_t near_slots(const RayBundle& bundle, float last, const Node& node,
@@ -118,20 +136,30 @@ HWY_INLINE std::uint32_t near_slots(const RayBundle& bundle, float last, const N
         FloatVec along = splat(kInfiniteT);
         FloatVec leave = splat(kInfiniteT);
         for (int axis = 0; axis < 3; ++axis) {
-            const std::size_t near_offset = bundle.near_offset[axis];
-            const FloatVec near = load_planes(node, near_offset, v) - bundle.org_near[axis];
-            const FloatVec far =
-                load_planes(node, near_offset ^ kPlaneBytes, v) - bundle.org_far[axis];
-            const FloatVec least = splat(bundle.rdir_least[axis]);
-            const FloatVec most = splat(bundle.rdir_most[axis]);
-            const FloatVec entry = min(near * least, near * most);
-            enter = max(enter, entry);
-            if (bundle.is_main[axis]) along = min(along, entry);
-            leave = min(leave, max(far * least, far * most));
+            const BundleTimes times = bundle_times(bundle, node, axis, v);
+            enter = max(enter, times.enter);
+            if (bundle.is_main[axis]) along = min(along, times.enter);
+            leave = min(leave, times.leave);
         }
         t_least[v] = lanes::least_depth(enter, along, splat(bundle.depth_margin));
         const Mask met = (enter <= leave * kSlabRounding) & (t_least[v] <= splat(last));
         slots |= bits_of(met) << (v * kLanes);
+    }
+    return slots;
+}
+
+/// The slots whose boxes a ray of the bundle may enter no later than at `end`, as bits.
+HWY_INLINE std::uint32_t met_slots(const RayBundle& bundle, float end, const Node& node) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        FloatVec enter = zero();
+        FloatVec leave = splat(end);
+        for (int axis = 0; axis < 3; ++axis) {
+            const BundleTimes times = bundle_times(bundle, node, axis, v);
+            enter = max(enter, times.enter);
+            leave = min(leave, times.leave);
+        }
+        slots |= bits_of(enter <= leave * kSlabRounding) << (v * kLanes);
     }
     return slots;
 }

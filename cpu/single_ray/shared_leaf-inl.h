@@ -135,25 +135,45 @@ struct SharedPoints {
     FloatVec depth;
 };
 
-/// Projects the first `count` vertices for the rays from `first` on.
-HWY_INLINE void project_shared(const RayStream& stream, std::size_t first, const Leaf& leaf,
-                               std::uint32_t count, SharedPoints& points) {
-    const lanes::ShearedRay s = sheared_rays(stream, first);
+/// Projects the first `count` vertices for the rays from `first` on. rotated(xyz) are a vertex's
+/// coordinates with rotated axes.
+template <class Rotated>
+HWY_INLINE void project_rotated_shared(const RayStream& stream, std::size_t first, const Leaf& leaf,
+                                       std::uint32_t count, Rotated rotated, SharedPoints& points) {
+    const FloatVec org_x = load(stream.sheared_org[0] + first);
+    const FloatVec org_y = load(stream.sheared_org[1] + first);
+    const FloatVec org_z = load(stream.sheared_org[2] + first);
     const FloatVec slope_x = load(stream.slope[0] + first);
     const FloatVec slope_y = load(stream.slope[1] + first);
     FloatVec m = zero(), depth = m;
     for (std::uint32_t i = 0; i < count; ++i) {
-        const LeafVertex& v = leaf.vertex[i];
-        const lanes::Float3 vertex(vec3(v.x, v.y, v.z));
-        const lanes::Float3 a = lanes::rotate_axes(vertex, s.axis) - s.org;
-        points.x[i] = neg_mul_add(slope_x, a.z, a.x);
-        points.y[i] = neg_mul_add(slope_y, a.z, a.y);
-        points.z[i] = a.z;
+        const lanes::Float3 v = rotated(&leaf.vertex[i].x);
+        const FloatVec z = v.z - org_z;
+        points.x[i] = neg_mul_add(slope_x, z, v.x - org_x);
+        points.y[i] = neg_mul_add(slope_y, z, v.y - org_y);
+        points.z[i] = z;
         m = max(m, abs(points.x[i]) + abs(points.y[i]));
-        depth = max(depth, abs(a.z));
+        depth = max(depth, abs(z));
     }
     points.bound = lanes::edge_bound(3.0f * m, depth);
     points.depth = depth;
+}
+
+HWY_INLINE void project_shared(const RayStream& stream, std::size_t first, const Leaf& leaf,
+                               std::uint32_t count, SharedPoints& points) {
+    const UintVec axis = load(stream.axis + first);
+    const std::uint32_t first_axis = stream.axis[first];
+    if (all(float_mask(axis == first_axis))) {
+        const std::uint32_t x = (first_axis + 1) % 3, y = (first_axis + 2) % 3, z = first_axis;
+        const auto rotated = [=](const float* v)
+                                 HWY_ATTR { return lanes::Float3(vec3(v[x], v[y], v[z])); };
+        project_rotated_shared(stream, first, leaf, count, rotated, points);
+    } else {
+        const auto rotated = [&axis](const float* v) HWY_ATTR {
+            return lanes::rotate_axes(lanes::Float3(vec3(v[0], v[1], v[2])), axis);
+        };
+        project_rotated_shared(stream, first, leaf, count, rotated, points);
+    }
 }
 
 /// The leaf's triangles use only vertex slots below this.

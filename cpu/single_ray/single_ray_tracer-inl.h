@@ -17,6 +17,7 @@
 
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/octant_order-inl.h"
+#include "cpu/single_ray/one_ray-inl.h"
 #include "cpu/single_ray/stream_closest-inl.h"
 #include "cpu/single_ray/stream_occluded-inl.h"
 
@@ -26,12 +27,20 @@ namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
 void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
+    if (rays.size() == 1) {
+        hits[0] = intersect_one(bvh, rays[0]);
+        return;
+    }
     for_each_stream(rays,
                     [&](const Ray* batch, std::span<const std::uint16_t> order, std::size_t first)
                         HWY_ATTR { ClosestStream(bvh, batch, order).intersect(&hits[first]); });
 }
 
 void occluded_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<std::uint8_t> occluded) {
+    if (rays.size() == 1) {
+        occluded[0] = occluded_one(bvh, rays[0]);
+        return;
+    }
     for_each_stream(rays, [&](const Ray* batch, std::span<const std::uint16_t> order,
                               std::size_t first) HWY_ATTR {
         const std::uint64_t hits = OccludedStream(bvh, batch, order).trace();

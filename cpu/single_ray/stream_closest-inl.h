@@ -3,7 +3,8 @@
 // The rays of a stream go down the tree together, front to back, with a mask of rays for each entry
 // of the stack: a node's boxes are tested first for all rays at once and then for each ray
 // (cpu/single_ray/ray_bundle-inl.h), a leaf's triangles with rays for lanes
-// (cpu/single_ray/closest_leaf-inl.h). Where few rays are left they go on alone, up to 64 of them
+// (cpu/single_ray/closest_leaf-inl.h), which are packed where they fill few lanes
+// (cpu/single_ray/packed_rays-inl.h). Where few rays are left they go on alone, up to 64 of them
 // in turn (cpu/single_ray/lone_rays-inl.h).
 //
 // An entry has a bound of the least depth of hits in its box. Rays whose last_depth is before it
@@ -24,6 +25,7 @@
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/closest_leaf-inl.h"
 #include "cpu/single_ray/lone_rays-inl.h"
+#include "cpu/single_ray/packed_rays-inl.h"
 #include "cpu/single_ray/ray_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 
@@ -97,6 +99,10 @@ private:
     }
 
     HWY_INLINE void visit_leaf(std::uint64_t rays, const Leaf& leaf) {
+        if (static_cast<std::size_t>(std::popcount(rays)) > kTogetherInLeaf &&
+            PackedRays::is_worth_packing(rays)) {
+            return visit_leaf_packed(rays, leaf);
+        }
         for (std::size_t first = 0; first < kStreamRays; first += kLanes) {
             auto asked = static_cast<std::uint32_t>(rays >> first & kLaneBits);
             if (static_cast<std::size_t>(std::popcount(asked)) > kTogetherInLeaf) {
@@ -108,6 +114,15 @@ private:
                 intersect_leaf_alone(stream_, ray, leaf, closest_);
             }
         }
+    }
+
+    HWY_INLINE void visit_leaf_packed(std::uint64_t rays, const Leaf& leaf) {
+        packed_.pack(stream_, closest_, rays);
+        std::size_t first = 0;
+        for (; first + kTogetherInLeaf < packed_.count(); first += kLanes)
+            packed_.intersect(first, leaf, closest_);
+        for (; first < packed_.count(); ++first)
+            intersect_leaf_alone(stream_, packed_[first], leaf, closest_);
     }
 
     HWY_INLINE void leave_alone(std::uint64_t rays, std::uint32_t child) {
@@ -141,6 +156,7 @@ private:
     RayStream stream_;
     RayBundle bundle_;
     ClosestHits closest_;
+    PackedRays packed_;
     LoneRays lone_;
 };
 

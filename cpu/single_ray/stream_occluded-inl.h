@@ -124,7 +124,7 @@ private:
     HWY_INLINE void descend() {
         const auto count = static_cast<std::size_t>(std::popcount(left_));
         const RayBundle bundle = bundle_of(stream_, count);
-        const float last = largest_of(stream_.last_depth, count);
+        const float end = last_entry(bundle.depth_margin, largest_of(stream_.last_depth, count));
         Entry stack[kMaxStack];
         stack[0] = {left_, 0};
         for (std::size_t size = 1; size > 0;) {
@@ -140,8 +140,7 @@ private:
             }
             const Node& node = bvh_.nodes[entry.child];
             std::uint64_t met[kWidth];
-            FloatVec least[kVectors];
-            std::uint32_t slots = near_slots(bundle, last, node, least);
+            std::uint32_t slots = met_slots(bundle, end, node);
             rays_meeting(stream_, bundle, stream_.last_depth, rays, node, slots, met);
             for (; slots != 0; slots &= slots - 1) {
                 const int slot = std::countr_zero(slots);

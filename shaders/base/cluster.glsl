@@ -35,6 +35,7 @@ vec3 read_lane(vec3 v, uint from) {
 
 vec2 lesser(vec2 a, vec2 b) { return vec2(lesser(a.x, b.x), lesser(a.y, b.y)); }
 vec2 greater(vec2 a, vec2 b) { return vec2(greater(a.x, b.x), greater(a.y, b.y)); }
+vec3 lesser(vec3 a, vec3 b) { return vec3(lesser(a.xy, b.xy), lesser(a.z, b.z)); }
 vec3 greater(vec3 a, vec3 b) { return vec3(greater(a.xy, b.xy), greater(a.z, b.z)); }
 
 /// Reductions over a cluster, on all of its lanes.

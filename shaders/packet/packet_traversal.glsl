@@ -95,6 +95,7 @@ void gather_triangles(inout Traversal t, inout uint rest, bool has_room) {
 void trace_pending(inout uint steps) {
     Setup setup = set_up_triangle(pending_triangle, pending_error);
     uint groups = pending_groups & met_groups(setup, PACKET_ON_GRID);
+    leave_to_rule(setup);
     setup.q_error = pending_groups != 0u ? setup.q_error : kDone;
     setup.sure_error = pending_groups != 0u ? setup.sure_error : kDone;
     add_ray_error(setup);

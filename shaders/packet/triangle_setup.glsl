@@ -24,6 +24,8 @@ struct Setup {
     float q_error;
     /// q_error, or kDone if it is too large for a certain hit.
     float sure_error;
+    /// The edge functions have one sign inside, but either.
+    bool is_unoriented;
 };
 
 /// A triangle relative to the ray at `middle`.
@@ -130,7 +132,9 @@ void set_up_depth(inout Setup setup, CentredTriangle t) {
 /// 3. If the sign of the volume is certain, it is that of the edge functions of a hit.
 /// 4. Otherwise they may have either sign. Their sum is the volume by z, with z no nearer than a
 ///    vertex; so a larger bound covers both signs if all vertices are well in front of the origin.
-/// 5. If they are not, or if a value overflows, the triangle is unknown: uncertain for every ray.
+/// 5. If they are not, the triangle is unoriented: two functions beyond their bound with opposite
+///    signs exclude a ray.
+/// 6. If a value overflows, the triangle is unknown: uncertain for every ray.
 Setup set_up_triangle(ProjectedTriangle triangle, float triangle_error) {
     CentredTriangle t = centre_triangle(triangle, triangle_error);
     vec3 px = t.vertices.x;
@@ -146,9 +150,8 @@ Setup set_up_triangle(ProjectedTriangle triangle, float triangle_error) {
     float bound = 2.0f * t.error * (reach + t.error) + rounding + moved;
     bool is_oriented = abs(t.volume) > t.volume_error;
     float either_sign = kEitherSign * t.volume_error / greater(t.z_least, 1.0e-20f);
-    bound += is_oriented ? 0.0f : either_sign;
-    bool is_known =
-        (is_oriented || t.in_front) && bound < 1.0e28f && abs(t.volume) < 1.0e34f;
+    bound += is_oriented || !t.in_front ? 0.0f : either_sign;
+    bool is_known = bound < 1.0e28f && abs(t.volume) < 1.0e34f;
     float orientation = t.volume < 0.0f ? -1.0f : 1.0f;
     Setup setup;
     setup.a = is_known ? orientation * a : vec3(0.0f);
@@ -156,6 +159,7 @@ Setup set_up_triangle(ProjectedTriangle triangle, float triangle_error) {
     setup.c = is_known ? orientation * c : vec3(0.0f);
     setup.c -= setup.a * t.middle.x + setup.b * t.middle.y;
     setup.bound = is_known ? bound : 1.0e35f;
+    setup.is_unoriented = is_known && !is_oriented && !t.in_front;
     set_up_depth(setup, t);
     return setup;
 }
@@ -164,39 +168,56 @@ Setup set_up_triangle(ProjectedTriangle triangle, float triangle_error) {
 /// edge function reaches its bound, and 1/z is not surely less than that of all its hits. The
 /// maximum over a rectangle is the sum for a ray at its corner with three more roundings, of values
 /// up to 32 times the coefficients; frame.rounding is 1.8 times the need of rays and covers these.
+/// Unoriented triangles: the same, or each function reaches its bound from above. Rounding is
+/// symmetric.
 uint met_groups(Setup s, bool on_grid) {
     vec3 reach = s.c + s.bound;
+    vec3 other_reach = s.bound - s.c;
     float q_reach = s.q.z + s.q_error;
     uint groups = 0u;
     if (on_grid) {
         // The outermost middles of 8x4 pixels are 3.5 and 1.5 from the middle of the group.
-        reach += 3.5f * abs(s.a) + 1.5f * abs(s.b);
+        vec3 half_extent = 3.5f * abs(s.a) + 1.5f * abs(s.b);
+        reach += half_extent;
+        other_reach += half_extent;
         q_reach += 3.5f * abs(s.q.x) + 1.5f * abs(s.q.y);
     }
     [[unroll]] for (uint g = 0u; g < kGroups; ++g) {
         vec3 e;
+        vec3 other;
         float q;
         if (on_grid) {
             float x = (g & 1u) == 0u ? -4.0f : 4.0f;
             float y = 4.0f * float(g >> 1u) + 2.0f - float(kGroups);
             e = reach + x * s.a + y * s.b;
+            other = other_reach - x * s.a - y * s.b;
             q = q_reach + x * s.q.x + y * s.q.y;
         } else {
             vec2 l = group_lower[g];
             vec2 u = group_upper[g];
             e = reach + greater(s.a * l.x, s.a * u.x) + greater(s.b * l.y, s.b * u.y);
+            other = other_reach - lesser(s.a * l.x, s.a * u.x) - lesser(s.b * l.y, s.b * u.y);
             q = q_reach + greater(s.q.x * l.x, s.q.x * u.x) + greater(s.q.y * l.y, s.q.y * u.y);
         }
-        groups |= least(e) >= 0.0f && q >= group_q[g] ? 1u << g : 0u;
+        bool is_met = least(e) >= 0.0f || (s.is_unoriented && least(other) >= 0.0f);
+        groups |= is_met && q >= group_q[g] ? 1u << g : 0u;
     }
     return groups;
 }
 
-/// Returns the set-up of lane `from` on all lanes.
+/// Leaves an unoriented triangle to the rule, for all rays of the groups that it meets.
+void leave_to_rule(inout Setup s) {
+    s.a = s.is_unoriented ? vec3(0.0f) : s.a;
+    s.b = s.is_unoriented ? vec3(0.0f) : s.b;
+    s.c = s.is_unoriented ? vec3(0.0f) : s.c;
+    s.bound = s.is_unoriented ? 1.0e35f : s.bound;
+}
+
+/// Returns the set-up of lane `from` on all lanes, for a triangle with an orientation.
 Setup read_setup(Setup own, uint from) {
     return Setup(read_lane(own.a, from), read_lane(own.b, from), read_lane(own.c, from),
                  read_lane(own.q, from), read_lane(own.bound, from), read_lane(own.q_error, from),
-                 read_lane(own.sure_error, from));
+                 read_lane(own.sure_error, from), false);
 }
 
 #endif  // SHADERS_PACKET_TRIANGLE_SETUP_GLSL

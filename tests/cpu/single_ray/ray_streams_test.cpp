@@ -24,6 +24,8 @@
 
 #include "cpu/single_ray/node_lanes-inl.h"
 #include "cpu/single_ray/octant_order-inl.h"
+#include "cpu/single_ray/one_ray-inl.h"
+#include "cpu/single_ray/packed_rays-inl.h"
 #include "cpu/single_ray/ray_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"
 #include "tests/cpu/single_ray/stream_of-inl.h"
@@ -75,6 +77,63 @@ std::size_t count_stream_differences(std::span<const Ray> rays) {
     return count;
 }
 
+/// Whether a ray by itself is prepared as ray i of a stream.
+bool is_prepared_alone(const RayStream& stream, std::size_t i, const Ray& ray) {
+    RayStream one;
+    prepare_one(one, ray);
+    prepare_range_of_one(one, ray);
+    const auto same = [i](const auto(&a)[kStreamRays], const auto(&b)[kStreamRays]) {
+        return std::memcmp(&a[i], &b[0], sizeof b[0]) == 0;
+    };
+    bool all =
+        same(stream.tnear, one.tnear) && same(stream.tfar, one.tfar) &&
+        same(stream.least_dilation, one.least_dilation) &&
+        same(stream.depth_margin, one.depth_margin) && same(stream.last_depth, one.last_depth) &&
+        same(stream.axis, one.axis) && same(stream.depth_slack, one.depth_slack) &&
+        same(stream.certain_from, one.certain_from) && same(stream.certain_to, one.certain_to);
+    for (int k = 0; k < 3; ++k) {
+        all = all && same(stream.rdir[k], one.rdir[k]) &&
+              same(stream.rdir_far[k], one.rdir_far[k]) && same(stream.k_near[k], one.k_near[k]) &&
+              same(stream.k_far[k], one.k_far[k]) &&
+              same(stream.near_offset[k], one.near_offset[k]) &&
+              same(stream.sheared_org[k], one.sheared_org[k]) &&
+              same(stream.sheared_dir[k], one.sheared_dir[k]);
+    }
+    return all;
+}
+
+/// Rays that are prepared otherwise by themselves than in a stream.
+std::size_t count_alone_differences(std::span<const Ray> rays) {
+    std::size_t count = 0;
+    for (std::size_t first = 0; first < rays.size(); first += kStreamRays) {
+        const auto part = rays.subspan(first, std::min(kStreamRays, rays.size() - first));
+        const RayStream stream = stream_of(part);
+        for (std::size_t i = 0; i < part.size(); ++i)
+            count += !is_prepared_alone(stream, i, part[i]);
+    }
+    return count;
+}
+
+/// Rays whose closest hits in a leaf differ if they are packed. `asked` are few of their vectors'.
+std::size_t count_packed_differences(const Leaf& leaf, std::span<const Ray> rays,
+                                     std::uint64_t asked) {
+    const RayStream stream = stream_of(rays);
+    ClosestHits expected(stream, rays.size());
+    ClosestHits actual = expected;
+    for (std::uint64_t left = asked; left != 0; left &= left - 1)
+        intersect_leaf_alone(stream, static_cast<std::size_t>(std::countr_zero(left)), leaf,
+                             expected);
+    PackedRays packed;
+    packed.pack(stream, actual, asked);
+    for (std::size_t i = 0; i < packed.count(); i += kLanes) packed.intersect(i, leaf, actual);
+    std::size_t count = packed.count() != static_cast<std::size_t>(std::popcount(asked));
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const Hit a = expected.hit(i), b = actual.hit(i);
+        count += std::memcmp(&a, &b, sizeof a) != 0 || expected.last[i] != actual.last[i];
+    }
+    return count;
+}
+
 /// The answers for at most kStreamRays rays of one octant and the node's boxes up to their
 /// last_depth: for each ray, for all, and by rays_meeting for the rays of `asked`.
 void meet_boxes(const Node& node, std::span<const Ray> rays, std::uint64_t asked, BoxAnswers& out) {
@@ -91,6 +150,8 @@ void meet_boxes(const Node& node, std::span<const Ray> rays, std::uint64_t asked
     out.near_any = near_slots(bundle, farthest, node, least);
     for (std::size_t v = 0; v < kVectors; ++v)
         store_unaligned(least[v], out.least_of_all + v * kLanes);
+    const float end = last_entry(bundle.depth_margin, farthest);
+    out.met_any = met_slots(bundle, end, node);
     std::fill(std::begin(out.met_by), std::end(out.met_by), 0);
     rays_meeting(stream, bundle, stream.last_depth, asked, node, out.near_any, out.met_by);
 }
@@ -133,6 +194,8 @@ using namespace test;
 
 HWY_EXPORT(compiled_target);
 HWY_EXPORT(count_stream_differences);
+HWY_EXPORT(count_alone_differences);
+HWY_EXPORT(count_packed_differences);
 HWY_EXPORT(meet_boxes);
 HWY_EXPORT(leaf_slots_of);
 HWY_EXPORT(is_ordered);
@@ -152,6 +215,40 @@ TEST(RayStream, DilatesSlabsAndHasTheBitsOfShearRay) {
     }
     for (const SimdTarget& target : supported_simd_targets()) {
         EXPECT_EQ(SIMD_FUNCTION(count_stream_differences, target)(rays), 0u) << target.name;
+    }
+}
+
+TEST(RayStream, PreparesARayByItselfAsInAStream) {
+    const TestScene scene = random_soup(100, 0.5, 1);
+    std::vector<Ray> rays = mixed_rays(scene, 5003, 5);
+    Random random(6);
+    for (Ray& ray : rays) {
+        if (random.below(4) == 0) ray.org = snap_point(random.point(kOriginExtent));
+        if (random.below(8) == 0) ray.dir[static_cast<int>(random.below(3))] = 0;
+    }
+    for (const SimdTarget& target : supported_simd_targets()) {
+        EXPECT_EQ(SIMD_FUNCTION(count_alone_differences, target)(rays), 0u) << target.name;
+    }
+}
+
+TEST(PackedRays, HaveTheClosestHitsOfRaysAlone) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        Random random(7);
+        for (std::size_t leaf = 0; leaf < bvh.leaves.size(); leaf += 1 + bvh.leaves.size() / 20) {
+            const std::vector<Ray> rays = mixed_rays(scene, 64, 100 + leaf);
+            const std::uint64_t asked =
+                random.bits() & random.bits() & (leaf % 2 == 0 ? random.bits() : ~std::uint64_t{0});
+            // At most half of the rays.
+            if (std::popcount(asked) > 32) continue;
+            for (const SimdTarget& target : supported_simd_targets()) {
+                EXPECT_EQ(
+                    SIMD_FUNCTION(count_packed_differences, target)(bvh.leaves[leaf], rays, asked),
+                    0u)
+                    << named.name << ", " << target.name;
+            }
+        }
     }
 }
 
@@ -209,6 +306,7 @@ void expect_bound_of_slabs(const Node& node, std::uint32_t slot, const Ray& ray,
     }
     if (!hits_box(slab, lower, upper, t_least) || t_least > last_depth(ray.tfar)) return;
     ASSERT_TRUE((answers.near_any >> slot & 1) != 0);
+    ASSERT_TRUE((answers.met_any >> slot & 1) != 0);
     ASSERT_LE(answers.least_of_all[slot], t_least);
 }
 
@@ -239,6 +337,7 @@ TEST(NodeTest, MeetsTheBoxesOfAllHitsAndNoneThatAreFartherThanRoundingExplains) 
             BoxAnswers answers;
             SIMD_FUNCTION(meet_boxes, target)(node, rays, asked, answers);
             ASSERT_EQ(answers.near_any >> used, 0u);
+            ASSERT_EQ(answers.met_any >> used, 0u);
             for (std::size_t i = 0; i < rays.size(); ++i) {
                 ASSERT_EQ(answers.met[i] >> used, 0u);
                 for (std::uint32_t slot = 0; slot < used; ++slot) {

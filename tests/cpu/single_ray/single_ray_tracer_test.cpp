@@ -33,6 +33,22 @@ std::size_t count_differences(const cpu::SingleRayTracer& tracer, const std::vec
     return different;
 }
 
+/// The same for a call of each ray.
+std::size_t count_differences_one_by_one(const cpu::SingleRayTracer& tracer,
+                                         const std::vector<Ray>& rays,
+                                         const std::vector<Hit>& expected) {
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        Hit hit;
+        std::uint8_t occluded = 7;
+        tracer.intersect({&rays[i], 1}, {&hit, 1});
+        tracer.occluded({&rays[i], 1}, {&occluded, 1});
+        const bool is_hit = expected[i].prim_id != kNoPrim;
+        different += !same_bits(hit, expected[i]) || occluded != is_hit;
+    }
+    return different;
+}
+
 TEST(SingleRayTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
@@ -42,7 +58,10 @@ TEST(SingleRayTracer, HasTheBitsOfTheScalarTracerOnEveryTarget) {
         std::vector<Hit> expected;
         for (const Ray& ray : rays) expected.push_back(scalar.intersect(ray));
         for (const SimdTarget& target : supported_simd_targets()) {
-            EXPECT_EQ(count_differences(cpu::SingleRayTracer(bvh, target), rays, expected), 0u)
+            const cpu::SingleRayTracer tracer(bvh, target);
+            EXPECT_EQ(count_differences(tracer, rays, expected), 0u)
+                << named.name << ", " << target.name;
+            EXPECT_EQ(count_differences_one_by_one(tracer, rays, expected), 0u)
                 << named.name << ", " << target.name;
         }
     }
@@ -181,6 +200,10 @@ TEST(SingleRayTracer, RaisesNothingInvalidAndNoOverflow) {
             _mm_setcsr(before & ~0x3Fu);
             tracer.intersect(rays, hits);
             tracer.occluded(rays, occluded);
+            for (const Ray& ray : rays) {
+                tracer.intersect({&ray, 1}, {hits.data(), 1});
+                tracer.occluded({&ray, 1}, {occluded.data(), 1});
+            }
             EXPECT_EQ(_mm_getcsr() & (_MM_EXCEPT_INVALID | _MM_EXCEPT_OVERFLOW), 0u)
                 << named.name << ", " << target.name;
         }
