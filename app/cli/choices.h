@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -40,9 +41,12 @@ T parse_choice(const std::string& option, const std::string& text,
         if (text == name) return value;
         names.emplace_back(name);
     }
-    throw Error(ErrorKind::kBadArgument,
-                fmt::format("{}: '{}' is not one of {}{}", option, text, fmt::join(names, ", "),
-                            suggestion(text, names)));
+    // A GPU is a Vulkan device.
+    const bool has_vulkan = std::find(names.begin(), names.end(), "vulkan") != names.end();
+    const std::string hint =
+        text == "gpu" && has_vulkan ? "; did you mean vulkan?" : suggestion(text, names);
+    throw Error(ErrorKind::kBadArgument, fmt::format("{}: '{}' is not one of {}{}", option, text,
+                                                     fmt::join(names, ", "), hint));
 }
 
 inline constexpr Choice<BackendChoice> kBackends[] = {{"auto", BackendChoice::kAuto},

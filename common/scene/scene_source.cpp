@@ -61,6 +61,16 @@ std::unique_ptr<Clip> open_builtin(const std::string& spec) {
     return make_procedural(name, static_cast<std::uint64_t>(*triangles));
 }
 
+/// Refuses the name of a built-in scene without its prefix.
+void require_no_builtin(const std::string& spec) {
+    const std::string name = spec.substr(0, spec.find(':'));
+    for (const ProceduralScene& scene : procedural_scenes()) {
+        if (name != scene.name) continue;
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: no such file; did you mean {}{}?",
+                                                      shown(spec), kBuiltinPrefix, spec));
+    }
+}
+
 bool obj_extension(const fs::path& path) {
     const std::string extension = path.extension().native();
     return extension == ".obj" || extension == ".OBJ";
@@ -84,6 +94,11 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
     }
     if (status.type() == fs::file_type::not_found && spec.find('%') != std::string::npos) {
         return open_keyframes(files_of_pattern(spec, options), spec, options);
+    }
+    if (status.type() == fs::file_type::not_found) {
+        if (spec.find('*') != std::string::npos)
+            return open_keyframes(files_of_glob(spec, options), spec, options);
+        require_no_builtin(spec);
     }
     if (fs::is_regular_file(status) && !obj_extension(path)) {
         throw Error(ErrorKind::kBadInput,

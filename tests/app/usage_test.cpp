@@ -67,6 +67,7 @@ TEST(Usage, UnknownOptionNamesTheNearest) {
 TEST(Usage, UnknownChoiceNamesTheNearest) {
     expect_refused({"info", "builtin:cloth", "--missing", "hol"}, 2, "did you mean hold?");
     expect_refused(render({"--rays", "shadows"}), 2, "did you mean shadow?");
+    expect_refused({"render", "builtin:cloth:500", "--backend", "gpu"}, 2, "did you mean vulkan?");
     expect_refused(render({"--update", "refi"}), 2, "did you mean refit?");
 }
 

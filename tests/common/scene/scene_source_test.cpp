@@ -41,6 +41,39 @@ TEST(OpenScene, OpensAFolderFromFrameZero) {
     EXPECT_EQ(open_scene(folder.path().native() + "/")->last_frame(), 1);
 }
 
+TEST(OpenScene, OpensAPatternWithAStar) {
+    const TemporaryFolder folder;
+    for (const char* name :
+         {"f_8.obj", "f_9.obj", "f_10.obj", "f_x.obj", "f_11.obj.bak", "g_1.obj"})
+        folder.write(name, kTriangle);
+    const auto clip = open_scene((folder.path() / "f_*.obj").native());
+    EXPECT_EQ(clip->first_frame(), 8);
+    EXPECT_EQ(clip->last_frame(), 10);
+    folder.write("f_010.obj", kTriangle);
+    EXPECT_EQ(code_of_opening((folder.path() / "f_*.obj").native()), ErrorKind::kBadInput);
+    folder.write("h_01.obj", kTriangle);
+    folder.write("h_04.obj", kTriangle);
+    const auto error = error_of([&] { open_scene((folder.path() / "h_*.obj").native()); });
+    ASSERT_TRUE(error);
+    EXPECT_NE(std::string(error->what()).find("h_02.obj: frame is missing and 1 more"),
+              std::string::npos)
+        << error->what();
+    EXPECT_EQ(code_of_opening((folder.path() / "k_*.obj").native()), ErrorKind::kBadInput);
+    EXPECT_EQ(code_of_opening((folder.path() / "*_*.obj").native()), ErrorKind::kBadArgument);
+    EXPECT_EQ(code_of_opening((folder.path() / "*/f.obj").native()), ErrorKind::kBadArgument);
+}
+
+TEST(OpenScene, NameOfABuiltinSceneWithoutItsPrefixGivesAHint) {
+    for (const char* spec : {"cloth", "twist:5000"}) {
+        const auto error = error_of([&] { open_scene(spec); });
+        ASSERT_TRUE(error);
+        EXPECT_EQ(error->kind(), ErrorKind::kBadInput);
+        EXPECT_NE(std::string(error->what()).find(fmt::format("did you mean builtin:{}?", spec)),
+                  std::string::npos)
+            << error->what();
+    }
+}
+
 TEST(OpenScene, OpensAPatternWithTheNumbersOfItsNames) {
     const TemporaryFolder folder;
     folder.write("f_05.obj", kTriangle);

@@ -163,4 +163,50 @@ std::vector<KeyframeFile> files_of_pattern(const std::string& text, const SceneO
     return files;
 }
 
+std::vector<KeyframeFile> files_of_glob(const std::string& glob, const SceneOptions& options) {
+    const std::size_t star = glob.find('*');
+    const std::size_t name_at = glob.rfind('/') + 1;  // npos + 1 is 0
+    if (star == std::string::npos || star < name_at ||
+        glob.find('*', star + 1) != std::string::npos) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("pattern {}: write one * for the frame number, in the file name",
+                                in_quotes(glob)));
+    }
+    const fs::path parent = glob.substr(0, name_at);
+    const fs::path folder = parent.empty() ? "." : parent;
+    const std::string prefix = glob.substr(name_at, star - name_at);
+    const std::string suffix = glob.substr(star + 1);
+    std::vector<NumberedName> names;
+    for (const std::string& name : file_names(folder)) {
+        if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) ||
+            !name.ends_with(suffix)) {
+            continue;
+        }
+        const std::string digits =
+            name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
+        constexpr std::size_t kMostDigits = 9;
+        const bool is_number = digits.find_first_not_of("0123456789") == std::string::npos;
+        if (!is_number || digits.size() > kMostDigits) continue;
+        const auto number = static_cast<std::uint64_t>(*parse_integer(digits));
+        names.push_back({name, prefix, digits, suffix, number});
+    }
+    if (names.empty()) fail(glob, "no file matches this pattern; check the path");
+    std::stable_sort(names.begin(), names.end(), [](const NumberedName& a, const NumberedName& b) {
+        return a.number < b.number;
+    });
+    require_alike(folder, names);
+    std::vector<KeyframeFile> files;
+    std::string first_missing;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        files.push_back({static_cast<double>(names[i].number), parent / names[i].name});
+        if (i > 0 && first_missing.empty() && names[i].number > names[i - 1].number + 1) {
+            first_missing = fmt::format("{}{:0{}}{}", prefix, names[i - 1].number + 1,
+                                        names[i - 1].digits.size(), suffix);
+        }
+    }
+    const std::uint64_t missing = names.back().number - names.front().number + 1 - names.size();
+    if (missing > 0) report_missing(parent, first_missing, missing, options);
+    return files;
+}
+
 }  // namespace mray

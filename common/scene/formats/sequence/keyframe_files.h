@@ -28,4 +28,8 @@ std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
 /// matches, and for missing files as above.
 std::vector<KeyframeFile> files_of_pattern(const std::string& pattern, const SceneOptions& options);
 
+/// The same for a pattern with one * in the file name, for numbers of any width: what shells leave
+/// alone in quotes. Throws Error(kBadArgument) for more, and for a * in a folder's name.
+std::vector<KeyframeFile> files_of_glob(const std::string& glob, const SceneOptions& options);
+
 }  // namespace mray
