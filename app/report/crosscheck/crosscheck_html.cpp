@@ -47,15 +47,20 @@ Verdict verdict_of(const CheckRun& run) {
         expected.add(scene.expected);
     }
     Verdict verdict;
-    const auto add = [&verdict](const Tally& tally, const char* what) {
+    const auto add = [&verdict](const Tally& tally, const char* one, const char* several) {
         if (tally.all == 0) return;
-        verdict.text += tally.differing == 0
-                            ? fmt::format("All {} {} are equal bit by bit. ", tally.all, what)
-                            : fmt::format("{} of {} {} differ. ", tally.differing, tally.all, what);
+        if (tally.differing > 0) {
+            verdict.text += fmt::format("{} of {} {} differ{}. ", tally.differing, tally.all,
+                                        several, tally.differing == 1 ? "s" : "");
+        } else {
+            verdict.text += tally.all == 1 ? fmt::format("The {} is equal bit by bit. ", one)
+                                           : fmt::format("All {} {} are equal bit by bit. ",
+                                                         tally.all, several);
+        }
     };
-    add(images, "images");
-    add(trees, "pairs of refitted trees");
-    add(expected, "comparisons with expected hashes");
+    add(images, "image", "images");
+    add(trees, "pair of refitted trees", "pairs of refitted trees");
+    add(expected, "comparison with expected hashes", "comparisons with expected hashes");
     verdict.word = "Equal";
     if (!run.equal()) verdict.word = "Different";
     const bool warned = run.strict && run.warnings() > 0;
