@@ -72,6 +72,23 @@ TEST(OnePicture, ImagesOfManyPacketsEqualTheCpu) {
     }
 }
 
+// Edges exclude groups of rays from triangles that have no orientation.
+TEST(OnePicture, ImagesOfTrianglesThatPassLightAndEyeEqualTheCpu) {
+    const std::unique_ptr<Backend> vulkan = validated_device();
+    const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
+    for (const DeviceScene& scene : {beams(60, 1), beams(600, 2)}) {
+        const Bvh bvh = build_bvh(scene.topology, scene.positions);
+        for (Backend* backend : {vulkan.get(), cpu.get()})
+            backend->set_scene(scene.topology, scene.positions, bvh);
+        for (const std::uint32_t rays : {kRaysPrimary, kRaysShadow}) {
+            Frame expected, traced;
+            cpu->trace_image(view(233, 157, rays), expected);
+            vulkan->trace_image(view(233, 157, rays), traced);
+            EXPECT_EQ(differing(expected, traced), 0u) << scene.name << ", rays " << rays;
+        }
+    }
+}
+
 // Several packets in a subgroup take their own control flow.
 TEST(OnePicture, ImagesOfSeveralPacketsASubgroupEqualBruteForce) {
     for (const std::uint32_t lanes : {4u, 8u}) {

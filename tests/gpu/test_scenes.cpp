@@ -151,6 +151,24 @@ DeviceScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed
     return scene;
 }
 
+DeviceScene beams(std::uint32_t count, std::uint32_t seed) {
+    DeviceScene scene{.name = "beams", .topology = {}, .positions = {}};
+    Random random(seed);
+    add_triangle(scene, vec3(-9, -3, -9) * kUnit, vec3(9, -3, -9) * kUnit, vec3(0, -3, 9) * kUnit);
+    const ImageParams params = view(1, 1, kRaysShadow);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const vec3 origin = i % 2 == 0 ? params.light : params.camera.org;
+        const float gap = std::ldexp(kUnit, -static_cast<int>(i % 15));
+        const vec3 near = origin + random.point(1) * gap;
+        const vec3 along = random.point(3) * kUnit - near;
+        const vec3 begin = near - along * random.in(0, 0.25f);
+        const vec3 end = near + along * random.in(0.1f, 0.9f);
+        add_triangle(scene, begin, end, end + random.point(0.3f) * gap);
+    }
+    finish(scene);
+    return scene;
+}
+
 std::vector<DeviceScene> test_scenes() {
     std::vector<DeviceScene> scenes;
     scenes.push_back(torus(48, 24));

@@ -29,7 +29,10 @@ DeviceScene layers(std::uint32_t pairs, std::uint32_t seed);
 /// A floor, and on it a wall of strips with gaps. The strips are so narrow for their distance that
 /// the fast filter is often uncertain whether a ray goes through one.
 DeviceScene strips(std::uint32_t rows, std::uint32_t columns, std::uint32_t seed);
-/// All scenes above but the last two.
+/// A floor, and long narrow triangles that pass the light and the eye of view(), at distances of
+/// 2^-14 to 1 units: as these see them, most have no certain orientation.
+DeviceScene beams(std::uint32_t count, std::uint32_t seed);
+/// All scenes above but the last three.
 std::vector<DeviceScene> test_scenes();
 
 /// Vertices swayed by a smooth motion of size `amount`; those that are not finite stay so.
