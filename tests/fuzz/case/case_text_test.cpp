@@ -134,7 +134,7 @@ TEST(Reproducer, HasACommandLineThatTheProgramTakes) {
         const auto parsed = app::parse_command_line(arguments);
         ASSERT_TRUE(parsed.options.has_value());
         const ViewSpec& view = parsed.options->view;
-        EXPECT_EQ(parsed.options->scene, "out/fuzz/a case");
+        EXPECT_EQ(parsed.options->scenes, std::vector<std::string>{"out/fuzz/a case"});
         EXPECT_EQ(view.eye, made.view.eye);
         EXPECT_EQ(view.target, made.view.target);
         EXPECT_EQ(view.light, made.view.light);
