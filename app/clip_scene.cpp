@@ -37,6 +37,11 @@ morphray::UpdatePolicy policy_of(const TreeOptions& tree) {
                           .deterministic = tree.update_config.deterministic};
 }
 
+std::span<const std::uint32_t> indices_of(std::span<const uvec3> threes) {
+    static_assert(sizeof(uvec3) == 3 * sizeof(std::uint32_t));
+    return {reinterpret_cast<const std::uint32_t*>(threes.data()), 3 * threes.size()};
+}
+
 morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
     morphray::View view = {.eye = spec.eye,
                            .target = spec.target,
@@ -114,15 +119,6 @@ std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
         corners.emplace_back(corner);
     return corners;
 }
-
-namespace {
-
-std::span<const std::uint32_t> indices_of(std::span<const uvec3> threes) {
-    static_assert(sizeof(uvec3) == 3 * sizeof(std::uint32_t));
-    return {reinterpret_cast<const std::uint32_t*>(threes.data()), 3 * threes.size()};
-}
-
-}  // namespace
 
 morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
     return {.positions = morphray::packed(world),

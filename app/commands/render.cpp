@@ -1,6 +1,7 @@
 // morphray render: writes an image for each frame.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -182,13 +183,34 @@ private:
 
 // What a file of hits takes for each pixel of an image: a hit, and a count of occluded rays.
 constexpr std::uint64_t kHitsFileBytesPerPixel = 20;
+// What a sample takes while it is shaded: a second traced image.
+constexpr std::uint64_t kShadedBytesPerSample = 24;
+
+/// Refuses images whose samples are beyond what an image may have, though its pixels are not.
+void require_samples_fit(const Options& options) {
+    constexpr std::uint64_t kMostSide = 65536;
+    constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
+    const std::uint32_t samples = *options.shading.samples;
+    std::uint64_t side = 1;
+    while (side * side < samples) ++side;
+    const std::uint64_t width = options.view.width * side;
+    const std::uint64_t height = options.view.height * side;
+    if (samples == 1 || (std::max(width, height) <= kMostSide && width * height <= kMostPixels))
+        return;
+    throw Error(
+        ErrorKind::kLimit,
+        fmt::format("{}x{} pixels of {} samples are too many; at most {} a side and {} in "
+                    "all are possible, give a smaller --size or --samples",
+                    options.view.width, options.view.height, samples, kMostSide, kMostPixels));
+}
 
 void require_memory_for(const Options& options, const Clip& clip, std::size_t frames) {
     const std::uint64_t pixels =
         std::uint64_t{options.view.width} * options.view.height * *options.shading.samples;
     // The hits of all frames, twice, because a growing array is copied.
     const std::uint64_t kept =
-        options.hits.empty() ? 0 : 2 * frames * pixels * kHitsFileBytesPerPixel;
+        (options.hits.empty() ? 0 : 2 * frames * pixels * kHitsFileBytesPerPixel) +
+        (*options.shading.shading == morphray::Shading::plain ? 0 : pixels * kShadedBytesPerSample);
     // A background build holds one more tree.
     const std::uint64_t background_build = options.tree.update == "auto" ? 1 : 0;
     require_memory(
@@ -227,6 +249,7 @@ ExitCode run_render(const Options& given, const Messages& messages) {
     const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
     warn_of_damage(options, *clip, frames, messages);
     require_distinct_names(options, frames);
+    require_samples_fit(options);
     require_memory_for(options, *clip, frames.size());
     Renderer renderer(options, *clip, frames, folder.path(), messages);
 

@@ -37,6 +37,29 @@ def test_arrays_of_an_image():
     assert image.pixels.ctypes.data == image.pixels.ctypes.data
 
 
+def test_shading_and_samples():
+    points, triangles = grid(10)
+    scene = morphray.Scene(points, triangles)
+    brute = scene.on("brute")
+    hashes = set()
+    for shading in ["plain", "lit", "normal", "depth", "prim", "steps", "sah"]:
+        view = {"size": (20, 10), "shading": shading, "samples": 4, "ao_count": 2}
+        image = scene.render(**view)
+        assert image.samples == 4
+        assert image.pixels.shape == (10, 20, 4)
+        assert image.hits.shape == (20, 40) and image.occlusion.shape == (20, 40)
+        assert not morphray.compare(image, brute.render(**view))
+        hashes.add(image.image_hash)
+    assert len(hashes) == 7
+    smooth = scene.render((20, 10), shading="normal")
+    flat = scene.render((20, 10), shading="normal", flat=True)
+    assert smooth.hits_hash == flat.hits_hash and smooth.image_hash != flat.image_hash
+    with pytest.raises(ValueError, match="shading"):
+        scene.render((4, 4), shading="shiny")
+    with pytest.raises(morphray.Error, match="samples"):
+        scene.render((4, 4), samples=3)
+
+
 def test_arrays_outlive_their_image():
     points, triangles = grid(10)
     scene = morphray.Scene(points, triangles)

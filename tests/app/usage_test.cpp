@@ -321,6 +321,12 @@ TEST(Usage, ControlCharactersInArgumentsDoNotReachTheTerminal) {
     EXPECT_EQ(lines(outcome.err).size(), 1u);
 }
 
+TEST(Usage, TooManySamplesAreRefusedWithAWayOut) {
+    expect_refused(render({"--size", "16384x16385"}), 6, "give a smaller --size or --samples");
+    expect_refused(render({"--size", "9000x4", "--samples", "64"}), 6,
+                   "9000x4 pixels of 64 samples");
+}
+
 TEST(Usage, OptionsOfImagesWithoutEffectAreRefused) {
     expect_refused(render({"--rays", "ao", "--shading", "lit"}), 2,
                    "--rays is for --shading plain");
