@@ -243,13 +243,13 @@ void require_distinct_names(const Options& options, const std::vector<double>& f
 
 ExitCode run_render(const Options& given, const Messages& messages) {
     const Options options = with_defaults(given);
+    require_samples_fit(options);
     check_reports({options.json, options.hits});
     const OutputFolder folder(folder_of(options));
     const std::unique_ptr<Clip> clip = open_clip(options, messages);
     const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
     warn_of_damage(options, *clip, frames, messages);
     require_distinct_names(options, frames);
-    require_samples_fit(options);
     require_memory_for(options, *clip, frames.size());
     Renderer renderer(options, *clip, frames, folder.path(), messages);
 
