@@ -33,9 +33,8 @@ Comparison compare_all(std::size_t count, std::size_t keep, Same same, Differenc
 /// Camera rays of an image, of which a pixel may have a square of several.
 class SampleGrid {
 public:
-    explicit SampleGrid(const Image& image) : width_(image.width) {
-        while (std::uint64_t{side_} * side_ < image.samples) ++side_;
-    }
+    explicit SampleGrid(const Image& image)
+        : width_(image.width), side_(sample_side(image.samples)) {}
 
     /// Whether the pixel of sample i has the same colour in both; true but for its first sample.
     bool same_pixel(std::size_t i, const Image& first, const Image& second) const {
@@ -49,7 +48,7 @@ public:
 
 private:
     std::uint32_t width_;
-    std::uint32_t side_ = 1;
+    std::uint32_t side_;
 };
 
 std::string text_of(const Hit& hit) {

@@ -37,13 +37,13 @@ LitKind kind_of(Shading shading) {
     throw_bad_argument("View::shading: not one of plain, lit, normal, depth, prim, steps and sah");
 }
 
-/// The side of the square of a pixel's samples.
-std::uint32_t side_of(std::uint32_t samples) {
-    for (const std::uint32_t side : {1u, 2u, 4u, 8u}) {
-        if (samples == side * side) return side;
+std::uint32_t checked_side(std::uint32_t samples) {
+    const std::uint32_t side = sample_side(samples);
+    if (side * side != samples) {
+        throw_bad_argument(
+            fmt::format("View::samples: {}, which is not one of 1, 4, 16 and 64", samples));
     }
-    throw_bad_argument(
-        fmt::format("View::samples: {}, which is not one of 1, 4, 16 and 64", samples));
+    return side;
 }
 
 mray::vec3 unit_vector(const Point& p) {
@@ -131,7 +131,7 @@ ShadedImage ImageShader::render(const View& view, const MeshList& meshes, const 
     const LitKind kind = kind_of(view.shading);
     const bool is_lit = kind == LitKind::kLit;
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
-    const std::uint32_t side = side_of(view.samples);
+    const std::uint32_t side = checked_side(view.samples);
     mray::ViewSpec spec = to_spec(view);
     spec.width = times(view.width, side);
     spec.height = times(view.height, side);

@@ -25,6 +25,8 @@ void check_shading(const Options& options) {
         refuse("--flat: only --shading lit and normal have smooth normals");
     if (given.ground && !is_lit) refuse("--ground: only --shading lit shows a ground");
     if (!given.exr.empty() && !is_lit) refuse("--exr: only --shading lit has linear colours");
+    if (options.out.ends_with(".exr"))
+        refuse("--out: a folder, or a .png file beside which --exr writes an .exr file");
     if (options.ao_samples_given && !has_ao)
         refuse("--ao-samples: only --shading lit and --rays ao trace ambient occlusion");
     if (options.ao_distance_given && !has_ao)

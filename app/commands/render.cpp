@@ -188,20 +188,17 @@ constexpr std::uint64_t kShadedBytesPerSample = 24;
 
 /// Refuses images whose samples are beyond what an image may have, though its pixels are not.
 void require_samples_fit(const Options& options) {
-    constexpr std::uint64_t kMostSide = 65536;
-    constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
     const std::uint32_t samples = *options.shading.samples;
-    std::uint64_t side = 1;
-    while (side * side < samples) ++side;
+    const std::uint64_t side = morphray::sample_side(samples);
     const std::uint64_t width = options.view.width * side;
     const std::uint64_t height = options.view.height * side;
-    if (samples == 1 || (std::max(width, height) <= kMostSide && width * height <= kMostPixels))
+    if (samples == 1 || (std::max(width, height) <= kMaxImageSide && width * height <= kMaxPixels))
         return;
     throw Error(
         ErrorKind::kLimit,
         fmt::format("{}x{} pixels of {} samples are too many; at most {} a side and {} in "
                     "all are possible, give a smaller --size or --samples",
-                    options.view.width, options.view.height, samples, kMostSide, kMostPixels));
+                    options.view.width, options.view.height, samples, kMaxImageSide, kMaxPixels));
 }
 
 void require_memory_for(const Options& options, const Clip& clip, std::size_t frames) {

@@ -71,8 +71,7 @@ std::vector<T> plane_of(std::size_t count, Value value) {
 
 /// The hit of the sample in the middle of each pixel.
 std::vector<morphray::Hit> middle_hits(const morphray::Image& image) {
-    std::size_t side = 1;
-    while (side * side < image.samples) ++side;
+    const std::size_t side = morphray::sample_side(image.samples);
     std::vector<morphray::Hit> hits(image.pixels.size());
     for (std::size_t i = 0; i < hits.size(); ++i) {
         const std::size_t x = i % image.width * side + side / 2;

@@ -8,11 +8,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "common/base/errors.h"
-#include "common/base/input_file.h"
+#include "app/files/json_file.h"
 #include "common/interop/camera.h"
+#include "common/scene/camera_setup.h"
 #include "common/text/json.h"
-#include "common/text/message_text.h"
 #include "common/version.h"
 
 namespace mray::app {
@@ -20,8 +19,6 @@ namespace {
 
 constexpr const char* kCommand = "probe --bundle";
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
-constexpr std::uint32_t kMostSide = 65536;
-constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
 
 /// A float as a double, whose shortest decimal text gives the float back.
 Json of(vec3 p) { return {double{p.x}, double{p.y}, double{p.z}}; }
@@ -36,11 +33,6 @@ Json of(const ImageParams& p) {
     return {{"org", of(p.camera.org)}, {"corner", of(p.camera.corner)},
             {"du", of(p.camera.du)},   {"dv", of(p.camera.dv)},
             {"width", p.width},        {"height", p.height}};
-}
-
-[[noreturn]] void refuse(const std::string& place, const std::string& what) {
-    throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: {}; give a file that `probe --bundle` wrote", place, what));
 }
 
 float float_of(const Json& json) {
@@ -95,8 +87,8 @@ void read_image(const Json& json, RayBundle& bundle) {
     params.ao_count = 1;
     bundle.pixel = {count_of(json.at("pixel").at(0)), count_of(json.at("pixel").at(1))};
     const bool fits = bundle.pixel.x < params.width && bundle.pixel.y < params.height &&
-                      params.width <= kMostSide && params.height <= kMostSide &&
-                      std::uint64_t{params.width} * params.height <= kMostPixels;
+                      params.width <= kMaxImageSide && params.height <= kMaxImageSide &&
+                      std::uint64_t{params.width} * params.height <= kMaxPixels;
     if (!fits) throw std::invalid_argument("the pixel is not in the image, or the image too large");
     const Json& ray = json.at("ray");
     bundle.ray = {vec3_of(ray.at("org")), float_of(ray.at("tnear")), vec3_of(ray.at("dir")),
@@ -175,19 +167,7 @@ std::string bundle_text(const RayBundle& bundle) {
 }
 
 RayBundle read_bundle(const std::string& file) {
-    const std::string text = read_input_file(file, kMostBytes);
-    try {
-        return bundle_of(Json::parse(text));
-    } catch (const Json::parse_error& error) {
-        const auto end = text.begin() + static_cast<std::ptrdiff_t>(
-                                            std::min<std::size_t>(error.byte, text.size()));
-        refuse(fmt::format("{}:{}", shown(file), 1 + std::count(text.begin(), end, '\n')),
-               "is not JSON");
-    } catch (const Json::exception&) {
-        refuse(shown(file), "lacks a member");
-    } catch (const std::invalid_argument& error) {
-        refuse(shown(file), error.what());
-    }
+    return read_json_file(file, kMostBytes, kCommand, bundle_of);
 }
 
 }  // namespace mray::app

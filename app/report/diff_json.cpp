@@ -25,15 +25,22 @@ Json of(const PixelDifference& pixel) {
             {"actual", of(pixel.actual, pixel.actual_occlusion)}};
 }
 
-}  // namespace
-
-std::string to_json(const DiffReport& report) {
+/// The members that both kinds of reports begin with.
+template <class Report>
+Json head_of_diff(const Report& report) {
     Json json = head_of("diff");
     json["expected"] = report.expected;
     json["actual"] = report.actual;
     json["width"] = report.width;
     json["height"] = report.height;
     json["equal"] = report.equal();
+    return json;
+}
+
+}  // namespace
+
+std::string to_json(const DiffReport& report) {
+    Json json = head_of_diff(report);
     json["images"] = Json::array();
     for (const FrameDifference& difference : report.images) {
         Json pixels = Json::array();
@@ -44,12 +51,7 @@ std::string to_json(const DiffReport& report) {
 }
 
 std::string to_json(const ImageDiffReport& report) {
-    Json json = head_of("diff");
-    json["expected"] = report.expected;
-    json["actual"] = report.actual;
-    json["width"] = report.width;
-    json["height"] = report.height;
-    json["equal"] = report.equal();
+    Json json = head_of_diff(report);
     json["differing_pixels"] = report.difference.total();
     for (std::size_t c = 0; c < report.channels.size(); ++c) {
         const ImageDiffReport::Channel& channel = report.channels[c];

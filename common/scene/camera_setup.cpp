@@ -21,10 +21,8 @@ using glm::dvec3;
 const dvec3 kDefaultSide(0.45, 0.4, 1);
 // Free room around the scene in the image.
 constexpr double kFramingMargin = 1.04;
-constexpr std::uint32_t kMaxSide = 65536;
 // A pixel's ambient-occlusion rays (common/interop/params.h).
 constexpr std::uint32_t kMaxAoCount = 256;
-constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
 // Directions of rays may have components up to 2^42 (common/interop/ray.h); the image's corner is
 // the largest.
 constexpr double kMaxSlope = 0x1p40;
@@ -142,11 +140,11 @@ void check_size(const ViewSpec& view) {
                                 view.width, view.height, view.ao_count));
     }
     const std::uint64_t pixels = std::uint64_t{view.width} * view.height;
-    if (view.width > kMaxSide || view.height > kMaxSide || pixels > kMaxPixels) {
+    if (view.width > kMaxImageSide || view.height > kMaxImageSide || pixels > kMaxPixels) {
         throw Error(ErrorKind::kLimit,
                     fmt::format("an image of {} x {} pixels is too large; at most {} a side and {} "
                                 "in all are possible",
-                                view.width, view.height, kMaxSide, kMaxPixels));
+                                view.width, view.height, kMaxImageSide, kMaxPixels));
     }
     if (view.ao_count > kMaxAoCount) {
         throw Error(ErrorKind::kLimit,

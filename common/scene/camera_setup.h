@@ -11,6 +11,10 @@ namespace mray {
 
 using Point = std::array<double, 3>;
 
+/// The most pixels of an image, a side and in all.
+inline constexpr std::uint32_t kMaxImageSide = 65536;
+inline constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
+
 /// A view in world space. Defaults for the eye, target and light let the bounds of the whole clip
 /// fill the image, seen from the front (+z) right and slightly from above, and lit from above the
 /// eye's left.

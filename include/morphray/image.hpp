@@ -30,6 +30,13 @@ enum class Shading {
     sah,     ///< How much larger the box of a leaf is than its triangles, by area: from 1 to 64.
 };
 
+/// The side of the square of camera rays of a pixel that has so many of them: 1, 2, 4 or 8.
+constexpr std::uint32_t sample_side(std::uint32_t samples) {
+    std::uint32_t side = 1;
+    while (side * side < samples && side < 8) side *= 2;
+    return side;
+}
+
 /// A pinhole camera and a light, in world space. What is not given is chosen so that the bounds of
 /// the scene fill the image.
 struct View {

@@ -57,10 +57,8 @@ py::array pixels_of(const py::object& self) {
 
 /// The shape of arrays with one element for each camera ray.
 std::vector<py::ssize_t> sample_shape_of(const Image& image) {
-    py::ssize_t side = 1;
-    while (side * side < static_cast<py::ssize_t>(image.samples)) ++side;
     std::vector<py::ssize_t> shape = shape_of(image);
-    for (py::ssize_t& length : shape) length *= side;
+    for (py::ssize_t& length : shape) length *= sample_side(image.samples);
     return shape;
 }
 

@@ -340,6 +340,7 @@ TEST(Usage, OptionsOfImagesWithoutEffectAreRefused) {
     expect_refused(render({"--hits", "a.hits", "--samples", "4"}), 2, "--samples");
     expect_refused(render({"--hits", "a.hits", "--ground"}), 2, "--ground");
     expect_refused(render({"--rays", "ao", "--exr", "half"}), 2, "--exr");
+    expect_refused({"render", "builtin:cloth:500", "--out", "a.exr"}, 2, "--exr");
     expect_refused(render({"--samples", "9"}), 2, "'9' is not one of 1, 4, 16, 64");
     expect_refused(render({"--shading", "nromal"}), 2, "did you mean normal?");
 }

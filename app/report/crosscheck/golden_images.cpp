@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "app/files/json_file.h"
 #include "app/report/crosscheck/crosscheck_json.h"
 #include "app/report/json_parts.h"
-#include "common/base/errors.h"
-#include "common/base/input_file.h"
 #include "common/process/shell_text.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
@@ -41,10 +40,9 @@ Json json_of(const ReferenceImage& image) {
 
 std::uint64_t hash_of(const Json& json) {
     const auto text = json.get<std::string>();
-    std::size_t used = 0;
-    const std::uint64_t hash = std::stoull(text, &used, 16);
-    if (used != 16 || text.size() != 16) throw std::invalid_argument(text);
-    return hash;
+    if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
+        throw std::invalid_argument("has a hash that is not 16 hexadecimal digits");
+    return std::stoull(text, nullptr, 16);
 }
 
 ReferenceImage image_of(const Json& json) {
@@ -65,11 +63,6 @@ GoldenScene scene_of(const Json& json) {
     scene.view = json.at("options").get<std::string>();
     for (const Json& image : json.at("images")) scene.images.push_back(image_of(image));
     return scene;
-}
-
-[[noreturn]] void refuse(const std::string& place, const std::string& what) {
-    throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: {}; give a file that `crosscheck --bless` wrote", place, what));
 }
 
 std::string difference_of(const ReferenceImage& actual, const ReferenceImage& expected) {
@@ -127,23 +120,12 @@ std::string golden_text(const Options& options, const CheckRun& run) {
 }
 
 GoldenImages read_golden(const std::string& file) {
-    const std::string text = read_input_file(file, kMostBytes);
-    GoldenImages golden{file, {}};
-    try {
-        const Json json = Json::parse(text);
-        if (json.at("command") != kCommand) refuse(shown(file), "is another report");
+    return read_json_file(file, kMostBytes, kCommand, [&](const Json& json) {
+        if (json.at("command") != kCommand) throw std::invalid_argument("is another report");
+        GoldenImages golden{file, {}};
         for (const Json& scene : json.at("scenes")) golden.scenes.push_back(scene_of(scene));
-    } catch (const Json::parse_error& error) {
-        const auto end = text.begin() + static_cast<std::ptrdiff_t>(
-                                            std::min<std::size_t>(error.byte, text.size()));
-        refuse(fmt::format("{}:{}", shown(file), 1 + std::count(text.begin(), end, '\n')),
-               "is not JSON");
-    } catch (const Json::exception&) {
-        refuse(shown(file), "lacks a member");
-    } catch (const std::logic_error&) {
-        refuse(shown(file), "has a hash that is not 16 hexadecimal digits");
-    }
-    return golden;
+        return golden;
+    });
 }
 
 }  // namespace mray::app

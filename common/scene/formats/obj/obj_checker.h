@@ -42,9 +42,9 @@ struct CheckedObj {
     /// faces that name vertices past the last one.
     std::uint64_t face_count = 0;
     std::uint64_t corner_count = 0;
-    /// With ObjCheckOptions::normals, each `vn`, with 0 for numbers that are missing or none, and
-    /// for each corner of those faces the index of its normal; kNoNormal without one, or if there
-    /// is none of that index so far.
+    /// With ObjCheckOptions::normals, each `vn`; a component that is missing or not a number is 0.
+    /// For each corner of those faces the index of its normal, or kNoNormal if it has no normal or
+    /// names one that no line before it has defined.
     std::vector<std::array<float, 3>> normals;
     std::vector<std::uint32_t> corner_normals;
 };

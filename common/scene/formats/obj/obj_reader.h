@@ -37,8 +37,8 @@ struct ObjMesh {
     std::vector<std::uint32_t> smooth;
 };
 
-/// Reads positions, faces (of texture coordinates nothing, of normals only which are equal) and,
-/// from the material libraries beside the file, diffuse colours. Checks every token before
+/// Reads positions, faces and, from the material libraries beside the file, diffuse colours;
+/// normals only for ObjMesh::smooth, and no texture coordinates. Checks every token before
 /// tinyobjloader parses the text. Leaves out faces of two corners with a warning; keeps degenerate
 /// faces. Gives warnings only if it does not throw. Throws Error: kBadInput with file and line,
 /// kLimit (4 GiB, 2^28 triangles). Thread-safe if each call has its own options.

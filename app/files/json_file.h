@@ -1,0 +1,39 @@
+// JSON files that the program has written and reads back.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "common/base/input_file.h"
+#include "common/text/json.h"
+#include "common/text/message_text.h"
+
+namespace mray::app {
+
+/// Throws Error(kBadInput): what is wrong at a place, and which command writes such files.
+[[noreturn]] void refuse_json(const std::string& place, const std::string& what,
+                              const char* command);
+/// The file and the line of a byte of its text.
+std::string line_of(const std::string& file, const std::string& text, std::size_t byte);
+
+/// Reads a file of at most `most_bytes` that `command` has written, and returns make(json). Throws
+/// Error: kBadInput that names the file for text that is not JSON (with the line), for members that
+/// make() misses or finds of another type, and with the text of a std::invalid_argument of make();
+/// what read_input_file() throws.
+template <class Make>
+auto read_json_file(const std::string& file, std::uint64_t most_bytes, const char* command,
+                    Make make) {
+    const std::string text = read_input_file(file, most_bytes);
+    try {
+        return make(Json::parse(text));
+    } catch (const Json::parse_error& error) {
+        refuse_json(line_of(file, text, error.byte), "is not JSON", command);
+    } catch (const Json::exception&) {
+        refuse_json(shown(file), "lacks a member", command);
+    } catch (const std::invalid_argument& error) {
+        refuse_json(shown(file), error.what(), command);
+    }
+}
+
+}  // namespace mray::app
