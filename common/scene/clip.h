@@ -8,6 +8,7 @@
 
 #include "common/base/warning.h"
 #include "common/scene/mesh.h"
+#include "common/scene/textures.h"
 #include "common/scene/world_bounds.h"
 
 namespace mray {
@@ -35,6 +36,9 @@ public:
     /// For each triangle three numbers, below that of all corners: corners with the same number
     /// look smooth together. Empty: all triangles are flat.
     virtual std::span<const uvec3> smooth_corners() const { return {}; }
+
+    /// The textures of the triangles, whose files have been found but not read. Null: none.
+    virtual const SceneTextures* textures() const { return nullptr; }
 
     /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
     /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame

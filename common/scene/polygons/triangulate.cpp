@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 
 #include "common/base/errors.h"
@@ -100,6 +102,25 @@ std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> posi
     }
     intricate.tell(warn);
     return triangles;
+}
+
+std::vector<uvec3> corners_of_triangles(const Polygons& faces, std::span<const uvec3> triangles) {
+    std::vector<uvec3> indices(triangles.size());
+    std::size_t first = 0;
+    std::size_t prim = 0;
+    for (const std::uint32_t count : faces.corner_counts) {
+        const Corners corners = std::span(faces.corners).subspan(first, count);
+        for (const std::size_t end = prim + count - 2; prim < end; ++prim) {
+            for (int k = 0; k < 3; ++k) {
+                const auto corner = std::find(corners.begin(), corners.end(), triangles[prim][k]);
+                assert(corner != corners.end());
+                indices[prim][k] = static_cast<std::uint32_t>(
+                    first + static_cast<std::size_t>(corner - corners.begin()));
+            }
+        }
+        first += count;
+    }
+    return indices;
 }
 
 }  // namespace mray

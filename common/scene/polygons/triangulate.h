@@ -27,4 +27,8 @@ inline constexpr std::size_t kTriangulationStepsPerCorner = 500;
 std::vector<uvec3> triangulate(const Polygons& faces, std::span<const vec3> positions,
                                const std::string& name, bool lenient, const WarnFunction& warn);
 
+/// For each of these triangles, which triangulate() made of the faces, the indices of its corners
+/// in Polygons::corners.
+std::vector<uvec3> corners_of_triangles(const Polygons& faces, std::span<const uvec3> triangles);
+
 }  // namespace mray

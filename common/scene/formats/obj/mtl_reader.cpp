@@ -3,23 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/scene/formats/obj/tiny_obj.h"
+#include "common/scene/formats/obj/texture_map.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
 
 namespace mray {
 namespace {
-
-// tinyobjloader's material_t takes 1.5 kB, so libraries of a million materials are parsed in
-// pieces.
-constexpr std::size_t kMaterialsAtOnce = 1024;
 
 constexpr std::string_view kBlanks = " \t\f";
 
@@ -33,12 +31,11 @@ std::vector<std::string_view> words_of(std::string_view text) {
     return tokens;
 }
 
-// Reduces a library to the statements that are used, checks each, and lets tinyobjloader parse
-// them.
 class MtlReader {
 public:
-    MtlReader(const std::string& name, bool lenient, MaterialMap& materials)
-        : name_(name), lenient_(lenient), materials_(materials) {}
+    MtlReader(const std::filesystem::path& library, const std::string& name, bool lenient,
+              MaterialMap& materials)
+        : library_(library), name_(name), lenient_(lenient), materials_(materials) {}
 
     void read(std::string_view text, const WarnFunction& warn) {
         if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
@@ -50,14 +47,16 @@ public:
             text.remove_prefix(std::min(text.size(), length + (two ? 2 : 1)));
         }
         end_material();
-        flush();
         odd_colours_.tell(warn);
+        odd_maps_.tell(warn);
+        black_maps_.tell(warn);
     }
 
 private:
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}:{}: {}", name_, line_, what));
+        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", place(), what));
     }
+    std::string place() const { return fmt::format("{}:{}", name_, line_); }
 
     void read_statement(std::string_view statement) {
         if (statement.find('\0') != std::string_view::npos) {
@@ -71,6 +70,8 @@ private:
             material_ = rest;
         } else if (keyword == "Kd") {
             read_kd(rest);
+        } else if (keyword == "map_Kd" || keyword == "map_kd") {
+            read_map(rest);
         }
     }
 
@@ -86,9 +87,11 @@ private:
         // "If only r is specified, then g and b are assumed to be equal to r" (MTL format).
         if (tokens.size() == 1) tokens.assign(3, tokens[0]);
         bool good = tokens.size() == 3;
-        for (const std::string_view token : tokens) {
-            const std::optional<float> number = parse_float(token);
-            good = good && number && std::isfinite(*number);
+        std::array<float, 3> kd = {};
+        for (std::size_t i = 0; i < tokens.size() && good; ++i) {
+            const std::optional<float> number = parse_float(tokens[i]);
+            good = number && std::isfinite(*number);
+            kd[i] = number.value_or(0);
         }
         if (!good) {
             const std::string what =
@@ -97,50 +100,65 @@ private:
             warn_default(what);
             return;
         }
-        kd_ = fmt::format("Kd {} {} {}\n", tokens[0], tokens[1], tokens[2]);
+        albedo_ = albedo_of(kd[0], kd[1], kd[2]);
+    }
+
+    void read_map(std::string_view rest) {
+        ParsedMap parsed = parse_texture_map(rest);
+        if (!parsed.problem.empty()) {
+            const std::string what = fmt::format("map_Kd {} {}", in_quotes(rest), parsed.problem);
+            if (!lenient_) fail(what + "; repair the material");
+            warn_map(what + "; left out");
+            return;
+        }
+        if (!parsed.ignored.empty())
+            warn_map(fmt::format("option {} of map_Kd is not read; ignored", parsed.ignored));
+        parsed.map.place = place();
+        parsed.map.library = library_;
+        map_ = std::make_shared<const TextureMap>(std::move(parsed.map));
     }
 
     void warn_default(const std::string& what) {
-        odd_colours_.add([&] {
-            return Warning{fmt::format("{}:{}", name_, line_), what + "; taken as grey"};
-        });
+        odd_colours_.add([&] { return Warning{place(), what + "; taken as grey"}; });
+    }
+    void warn_map(const std::string& what) {
+        odd_maps_.add([&] { return Warning{place(), what}; });
     }
 
     void end_material() {
-        if (material_.empty()) {
-            kd_.clear();
-            return;
-        }
-        if (kd_.empty()) {
-            materials_.emplace(material_, kDefaultAlbedo);
-        } else {
-            reduced_ += fmt::format("newmtl {}\n{}", material_, kd_);
-            if (++pending_ == kMaterialsAtOnce) flush();
+        if (!material_.empty()) {
+            Material material{.map = std::move(map_)};
+            if (albedo_) material.albedo = material.textured_albedo = *albedo_;
+            if (material.map != nullptr && material.textured_albedo == 0) {
+                // Some exporters write it for materials whose colour is the texture.
+                material.textured_albedo = kWhite;
+                black_maps_.add([&] {
+                    return Warning{material.map->place,
+                                   fmt::format("Kd of material {} is black; taken as white, so "
+                                               "that its texture shows",
+                                               in_quotes(material_))};
+                });
+            }
+            materials_.emplace(material_, std::move(material));
         }
         material_ = {};
-        kd_.clear();
+        albedo_.reset();
+        map_.reset();
     }
 
-    void flush() {
-        for (const ParsedMaterial& parsed : parse_mtl_text(reduced_)) {
-            const auto& kd = parsed.diffuse;
-            if (!parsed.name.empty()) {
-                materials_.emplace(parsed.name, albedo_of(kd[0], kd[1], kd[2]));
-            }
-        }
-        reduced_.clear();
-        pending_ = 0;
-    }
+    static constexpr Albedo kWhite = 0x00FFFFFF;
 
+    const std::filesystem::path& library_;
     const std::string& name_;
     const bool lenient_;
     MaterialMap& materials_;
     std::uint64_t line_ = 0;
     std::string_view material_;
-    std::string kd_;
-    std::string reduced_;
-    std::size_t pending_ = 0;
+    std::optional<Albedo> albedo_;
+    std::shared_ptr<const TextureMap> map_;
     WarningCount odd_colours_;
+    WarningCount odd_maps_;
+    WarningCount black_maps_;
 };
 
 Albedo channel(float value) {
@@ -149,9 +167,10 @@ Albedo channel(float value) {
 
 }  // namespace
 
-void read_mtl_text(std::string_view text, const std::string& name, bool lenient,
-                   const WarnFunction& warn, MaterialMap& materials) {
-    MtlReader(name, lenient, materials).read(text, warn);
+void read_mtl_text(std::string_view text, const std::filesystem::path& library,
+                   const std::string& name, bool lenient, const WarnFunction& warn,
+                   MaterialMap& materials) {
+    MtlReader(library, name, lenient, materials).read(text, warn);
 }
 
 Albedo albedo_of(float r, float g, float b) {

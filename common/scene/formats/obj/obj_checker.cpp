@@ -50,6 +50,7 @@ public:
           lenient_(options.lenient),
           max_triangles_(options.max_triangles),
           with_normals_(options.normals),
+          with_texcoords_(options.texcoords),
           begin_(text.data()),
           at_(text.data()),
           end_(text.data() + text.size()) {}
@@ -141,6 +142,7 @@ private:
         } else {
             require_short(first, last);
             if (with_normals_ && keyword == "vn") keep_normal(arguments, last);
+            if (with_texcoords_ && keyword == "vt") keep_texcoord(arguments, last);
             if (std::find(kUnusedKeywords.begin(), kUnusedKeywords.end(), keyword) ==
                 kUnusedKeywords.end()) {
                 unknown_.add([&] {
@@ -220,14 +222,38 @@ private:
         }
     }
 
+    void keep_texcoord(char* at, char* last) {
+        Texcoord& texcoord = checked_.texcoords.emplace_back();
+        for (float* component : {&texcoord.u, &texcoord.v}) {
+            const std::string_view token = next_token(at, last);
+            if (token.empty()) return;
+            const std::optional<float> number = parse_float(token);
+            if (number && std::isfinite(*number)) {
+                *component = *number;
+                continue;
+            }
+            checked_.odd_texcoords.add([&] {
+                return Warning{place(), fmt::format("texture coordinate {} is not a finite number; "
+                                                    "taken as 0",
+                                                    in_quotes(token))};
+            });
+        }
+    }
+
+    void forget_corners(std::size_t first) {
+        if (with_normals_) checked_.corner_normals.resize(first);
+        if (with_texcoords_) checked_.corner_texcoords.resize(first);
+    }
+
     void check_face(char* first, char* at, char* last) {
-        const std::size_t first_normal = checked_.corner_normals.size();
+        const std::size_t first_corner =
+            with_normals_ ? checked_.corner_normals.size() : checked_.corner_texcoords.size();
         std::uint64_t corners = 0;
         for (;;) {
             const std::string_view token = next_token(at, last);
             if (token.empty()) break;
             if (!check_corner(token)) {
-                checked_.corner_normals.resize(first_normal);
+                forget_corners(first_corner);
                 hide(first);
                 return;
             }
@@ -242,7 +268,7 @@ private:
             if (!lenient_ && cut) fail(what + " at the end; the file was cut, write it again");
             if (!lenient_ && corners < 2) fail(what + "; a face needs 3, is the file complete?");
             skipped_.add([&] { return Warning{place(), what + "; left out"}; });
-            checked_.corner_normals.resize(first_normal);
+            forget_corners(first_corner);
             hide(first);
             return;
         }
@@ -282,21 +308,33 @@ private:
             largest_index_ = *index;
             largest_index_line_ = line_;
         }
-        if (with_normals_) checked_.corner_normals.push_back(normal_of(token.substr(slash)));
+        keep_attributes(token.substr(slash));
         char* const rest = begin_ + (token.data() - begin_) + slash;
         std::fill_n(rest, token.size() - slash, ' ');
         return true;
     }
 
-    // The normal of a corner with these attributes, which are checked.
-    std::uint32_t normal_of(std::string_view attributes) const {
-        const std::size_t slash = attributes.find('/', 1);
-        if (slash >= attributes.size()) return kNoNormal;
-        const auto count = static_cast<std::int64_t>(checked_.normals.size());
-        const std::int64_t index = parse_integer(attributes.substr(slash + 1)).value_or(0);
+    // `text` is "", "/vt", "//vn" or "/vt/vn", and checked.
+    void keep_attributes(std::string_view text) {
+        const std::string_view both = text.substr(std::min<std::size_t>(text.size(), 1));
+        const std::size_t slash = std::min(both.find('/'), both.size());
+        if (with_texcoords_) {
+            checked_.corner_texcoords.push_back(
+                attribute_of(both.substr(0, slash), checked_.texcoords.size()));
+        }
+        if (with_normals_) {
+            checked_.corner_normals.push_back(attribute_of(
+                both.substr(std::min(both.size(), slash + 1)), checked_.normals.size()));
+        }
+    }
+
+    // The attribute of this number, from 1, or relative to `count` if negative.
+    static std::uint32_t attribute_of(std::string_view number, std::size_t size) {
+        const auto count = static_cast<std::int64_t>(size);
+        const std::int64_t index = parse_integer(number).value_or(0);
         const std::int64_t at = index > 0 ? index - 1 : count + index;
         const bool is_there = index != 0 && at >= 0 && at < count;
-        return is_there ? static_cast<std::uint32_t>(at) : kNoNormal;
+        return is_there ? static_cast<std::uint32_t>(at) : kNoAttribute;
     }
 
     // "", "/vt", "//vn" or "/vt/vn" with any integers.
@@ -313,6 +351,7 @@ private:
     const bool lenient_;
     const std::uint64_t max_triangles_;
     const bool with_normals_;
+    const bool with_texcoords_;
     char* const begin_;
     char* at_;
     char* const end_;

@@ -8,6 +8,7 @@
 
 #include "common/base/warning_count.h"
 #include "common/interop/platform.h"
+#include "common/scene/textures.h"
 
 namespace mray {
 
@@ -25,13 +26,14 @@ struct ObjCheckOptions {
     bool lenient = false;
     /// A file with more is refused (kLimit).
     std::uint64_t max_triangles = kMaxTriangles;
-    /// Keep which normals corners have.
+    /// Keep which normals and texture coordinates corners have.
     bool normals = false;
+    bool texcoords = false;
     WarnFunction warn;
 };
 
-/// Stands for the index of a normal.
-inline constexpr std::uint32_t kNoNormal = 0xFFFFFFFFu;
+/// Stands for the index of a normal or of texture coordinates.
+inline constexpr std::uint32_t kNoAttribute = 0xFFFFFFFFu;
 
 /// Results of the check.
 struct CheckedObj {
@@ -43,10 +45,15 @@ struct CheckedObj {
     std::uint64_t face_count = 0;
     std::uint64_t corner_count = 0;
     /// With ObjCheckOptions::normals, each `vn`; a component that is missing or not a number is 0.
-    /// For each corner of those faces the index of its normal, or kNoNormal if it has no normal or
-    /// names one that no line before it has defined.
+    /// For each corner of those faces the index of its normal, or kNoAttribute if it has no normal
+    /// or names one that no line before it has defined.
     std::vector<std::array<float, 3>> normals;
     std::vector<std::uint32_t> corner_normals;
+    /// With ObjCheckOptions::texcoords, the same of each `vt`. A component that is missing or not a
+    /// finite number is 0; `odd_texcoords` counts the latter.
+    std::vector<Texcoord> texcoords;
+    std::vector<std::uint32_t> corner_texcoords;
+    WarningCount odd_texcoords;
 };
 
 /// Checks `text` and edits it in place, byte for byte, so that tinyobjloader reads it correctly: a

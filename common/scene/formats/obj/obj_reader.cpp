@@ -17,6 +17,7 @@
 #include "common/base/input_file.h"
 #include "common/scene/formats/obj/mtl_reader.h"
 #include "common/scene/formats/obj/obj_checker.h"
+#include "common/scene/formats/obj/obj_textures.h"
 #include "common/scene/formats/obj/tiny_obj.h"
 #include "common/text/message_text.h"
 #include "common/text/text_parts.h"
@@ -35,7 +36,9 @@ public:
           options_(options),
           checked_(checked),
           vertex_total_(checked.positions.size()),
-          mesh_(mesh) {
+          name_(shown(path)),
+          mesh_(mesh),
+          textures_(name_, checked, mesh) {
         mesh.faces.corners.reserve(checked.corner_count);
         mesh.faces.corner_counts.reserve(checked.face_count);
         mesh.albedo.reserve(checked.face_count);
@@ -67,14 +70,20 @@ public:
                 first, std::span(checked_.corner_normals).subspan(first_checked, indices.size()));
         }
         mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(indices.size()));
-        mesh_.albedo.push_back(albedo_);
+        mesh_.albedo.push_back(
+            options_.textures
+                ? textures_.add_face(
+                      std::span(checked_.corner_texcoords).subspan(first_checked, indices.size()))
+                : albedo_);
     }
 
     void use_material(std::string_view text) override {
         if (!options_.materials) return;
         const std::string name(trimmed(text, " \t"));
         const auto material = materials_.find(name);
-        albedo_ = material == materials_.end() ? kDefaultAlbedo : material->second;
+        const Material used = material == materials_.end() ? Material{} : material->second;
+        albedo_ = used.albedo;
+        if (options_.textures) textures_.use(used);
         if (material == materials_.end() && unknown_names_.size() < kMaxNamesTold &&
             unknown_names_.insert(name).second) {
             unknown_.add([&] {
@@ -103,16 +112,18 @@ public:
             });
             return;
         }
-        read_mtl_text(bytes, shown(file), options_.lenient, options_.warn, materials_);
+        read_mtl_text(bytes, file, shown(file), options_.lenient, options_.warn, materials_);
     }
 
     std::size_t vertex_count() const { return vertex_count_; }
-    bool has_normals() const { return has_normals_; }
 
-    void tell_warnings() const {
+    /// Once all statements have been read.
+    void finish() {
         unread_.tell(options_.warn);
         unknown_.tell(options_.warn);
         out_of_range_.tell(options_.warn);
+        textures_.finish(options_.warn);
+        if (!has_normals_) mesh_.smooth = {};
     }
 
 private:
@@ -123,7 +134,7 @@ private:
         for (std::size_t i = 0; i < normals.size(); ++i) {
             const auto next = static_cast<std::uint32_t>(mesh_.smooth.size());
             std::uint32_t number = next;
-            if (normals[i] != kNoNormal) {
+            if (normals[i] != kNoAttribute) {
                 has_normals_ = true;
                 const auto& n = checked_.normals[normals[i]];
                 const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
@@ -151,7 +162,9 @@ private:
     const ObjOptions& options_;
     const CheckedObj& checked_;
     const std::size_t vertex_total_;
+    const std::string name_;
     ObjMesh& mesh_;
+    ObjTextures textures_;
     std::size_t vertex_count_ = 0;
     std::unordered_map<Corner, std::uint32_t, CornerHash> numbers_;
     bool has_normals_ = false;
@@ -186,14 +199,16 @@ ObjMesh read_obj(const fs::path& path, const ObjOptions& options) {
 
     std::string text = read_input_file(path);
     ObjMesh mesh;
-    CheckedObj checked = check_obj(
-        text, name, {.lenient = held.lenient, .normals = held.normals, .warn = held.warn});
+    CheckedObj checked = check_obj(text, name,
+                                   {.lenient = held.lenient,
+                                    .normals = held.normals,
+                                    .texcoords = held.textures,
+                                    .warn = held.warn});
     MeshBuilder builder(path, held, checked, mesh);
     parse_obj_text(text, builder);
     assert(builder.vertex_count() == checked.positions.size());
     assert(held.lenient || mesh.faces.corners.size() == checked.corner_count);
-    builder.tell_warnings();
-    if (!builder.has_normals()) mesh.smooth.clear();
+    builder.finish();
     mesh.positions = std::move(checked.positions);
     require_content(mesh, name, held);
 

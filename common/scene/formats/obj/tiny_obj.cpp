@@ -71,21 +71,4 @@ void parse_obj_text(std::string_view text, ObjEvents& events) {
     tinyobj::LoadObjWithCallback(stream, callbacks, &parse, &libraries);
 }
 
-std::vector<ParsedMaterial> parse_mtl_text(std::string_view text) {
-    TextBuffer buffer(text);
-    std::istream stream(&buffer);
-    std::map<std::string, int> index_of;
-    std::vector<tinyobj::material_t> parsed;
-    std::string warnings;
-    std::string errors;
-    tinyobj::LoadMtl(&index_of, &parsed, &stream, &warnings, &errors);
-    std::vector<ParsedMaterial> materials;
-    materials.reserve(parsed.size());
-    for (const tinyobj::material_t& material : parsed) {
-        const float* const kd = material.diffuse;
-        materials.push_back({material.name, {kd[0], kd[1], kd[2]}});
-    }
-    return materials;
-}
-
 }  // namespace mray

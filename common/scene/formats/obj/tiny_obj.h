@@ -1,11 +1,9 @@
 // Interface to tinyobjloader: the statements that its parser finds in checked text.
 #pragma once
 
-#include <array>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace mray {
 
@@ -24,13 +22,5 @@ public:
 
 /// `text` must have passed check_obj. Exceptions of the events pass through.
 void parse_obj_text(std::string_view text, ObjEvents& events);
-
-struct ParsedMaterial {
-    std::string name;
-    std::array<float, 3> diffuse;
-};
-
-/// The materials of an MTL text in their order, `newmtl` and `Kd` of three finite numbers.
-std::vector<ParsedMaterial> parse_mtl_text(std::string_view text);
 
 }  // namespace mray

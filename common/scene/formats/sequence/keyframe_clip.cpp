@@ -106,25 +106,27 @@ void require_memory(const std::string& name, std::size_t frames, std::size_t ver
                             name, frames, vertex_count, needed / 0x1p30));
 }
 
-/// The numbers of corners of faces as those of the triangles that the faces were divided into.
-std::vector<uvec3> smooth_triangles(const Polygons& faces, std::span<const std::uint32_t> smooth,
-                                    std::span<const uvec3> triangles) {
-    std::vector<uvec3> numbers(triangles.size());
-    std::size_t first = 0;
-    std::size_t prim = 0;
-    for (const std::uint32_t count : faces.corner_counts) {
-        const auto corners = std::span(faces.corners).subspan(first, count);
-        for (const std::size_t end = prim + count - 2; prim < end; ++prim) {
-            for (int k = 0; k < 3; ++k) {
-                const auto corner = std::find(corners.begin(), corners.end(), triangles[prim][k]);
-                assert(corner != corners.end());
-                numbers[prim][k] =
-                    smooth[first + static_cast<std::size_t>(corner - corners.begin())];
-            }
-        }
-        first += count;
+/// Gives the triangles that the faces were divided into what their corners have.
+void set_corners(const ObjMesh& mesh, std::span<const uvec3> triangles, std::vector<uvec3>& smooth,
+                 SceneTextures& textures) {
+    if (mesh.smooth.empty() && mesh.textures.empty()) return;
+    const std::vector<uvec3> corners = corners_of_triangles(mesh.faces, triangles);
+    if (!mesh.smooth.empty()) {
+        smooth.reserve(corners.size());
+        for (const uvec3& t : corners)
+            smooth.emplace_back(mesh.smooth[t.x], mesh.smooth[t.y], mesh.smooth[t.z]);
     }
-    return numbers;
+    if (mesh.textures.empty()) return;
+    textures.files = mesh.textures;
+    textures.texcoords.reserve(corners.size());
+    for (const uvec3& t : corners)
+        textures.texcoords.push_back(
+            {mesh.texcoords[t.x], mesh.texcoords[t.y], mesh.texcoords[t.z]});
+    textures.texture_ids.reserve(corners.size());
+    for (std::size_t face = 0; face < mesh.face_textures.size(); ++face) {
+        textures.texture_ids.insert(textures.texture_ids.end(), mesh.faces.corner_counts[face] - 2,
+                                    mesh.face_textures[face]);
+    }
 }
 
 class KeyframeClip : public Clip {
@@ -149,6 +151,9 @@ public:
     const Topology& topology() const override { return topology_; }
     std::span<const uvec3> smooth_corners() const override {
         return smooth_.empty() ? topology_.triangles : smooth_;
+    }
+    const SceneTextures* textures() const override {
+        return textures_.files.empty() ? nullptr : &textures_;
     }
     double first_frame() const override { return keyframes_.front().frame; }
     double last_frame() const override { return keyframes_.back().frame; }
@@ -188,13 +193,12 @@ private:
         ObjMesh mesh = read_obj(file.path, {.lenient = options.lenient,
                                             .allow_empty = options.allow_empty,
                                             .normals = true,
+                                            .textures = true,
                                             .warn = options.warn});
         topology_.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
         topology_.triangles = triangulate(mesh.faces, mesh.positions, shown(file.path),
                                           options.lenient, options.warn);
-        if (!mesh.smooth.empty()) {
-            smooth_ = smooth_triangles(mesh.faces, mesh.smooth, topology_.triangles);
-        }
+        set_corners(mesh, topology_.triangles, smooth_, textures_);
         topology_.albedo.reserve(topology_.triangles.size());
         for (std::size_t face = 0; face < mesh.albedo.size(); ++face) {
             topology_.albedo.insert(topology_.albedo.end(), mesh.faces.corner_counts[face] - 2,
@@ -265,6 +269,7 @@ private:
     Topology topology_;
     /// Empty if the first file has no normals.
     std::vector<uvec3> smooth_;
+    SceneTextures textures_;
     std::vector<Keyframe> keyframes_;
     WorldBounds bounds_;
     std::optional<Warning> damage_;

@@ -17,7 +17,7 @@ struct Library {
 Library read(const std::string& text, bool lenient = false) {
     Library library;
     read_mtl_text(
-        text, "a.mtl", lenient, [&](const Warning& w) { library.warnings.push_back(w.line()); },
+        text, "a.mtl", "a.mtl", lenient, [&](const Warning& w) { library.warnings.push_back(w.line()); },
         library.materials);
     return library;
 }
@@ -25,29 +25,29 @@ Library read(const std::string& text, bool lenient = false) {
 TEST(MtlReader, ReadsLinearColoursOfEightBits) {
     const auto materials = read("newmtl a\nKa 1 1 1\nKd 0 0.5 1\nmap_Kd x.png\n").materials;
     ASSERT_EQ(materials.size(), 1u);
-    EXPECT_EQ(materials.at("a"), 0xFF8000u);
+    EXPECT_EQ(materials.at("a").albedo, 0xFF8000u);
 }
 TEST(MtlReader, AcceptsEveryLineEndAndAByteOrderMark) {
     for (const char* text :
          {"newmtl a\nKd 1 0 0", "newmtl a\r\nKd 1 0 0\r\n", "\rnewmtl a\rKd 1 0 0\r",
           "\xEF\xBB\xBFnewmtl a\n\n\tKd 1 0 0 # red\n"}) {
-        EXPECT_EQ(read(text).materials.at("a"), 0x0000FFu) << text;
+        EXPECT_EQ(read(text).materials.at("a").albedo, 0x0000FFu) << text;
     }
 }
 TEST(MtlReader, ClampsColours) {
-    EXPECT_EQ(read("newmtl a\nKd 2 -1 1e30\n").materials.at("a"), 0xFF00FFu);
+    EXPECT_EQ(read("newmtl a\nKd 2 -1 1e30\n").materials.at("a").albedo, 0xFF00FFu);
 }
 TEST(MtlReader, OneNumberIsGrey) {
-    EXPECT_EQ(read("newmtl a\nKd 1\n").materials.at("a"), 0xFFFFFFu);
+    EXPECT_EQ(read("newmtl a\nKd 1\n").materials.at("a").albedo, 0xFFFFFFu);
 }
 TEST(MtlReader, MaterialWithoutColourIsTheDefault) {
     const Library library = read("Kd 1 0 0\nnewmtl a\nNs 5\nnewmtl b\nKd spectral f.rfl\n");
-    EXPECT_EQ(library.materials.at("a"), kDefaultAlbedo);
-    EXPECT_EQ(library.materials.at("b"), kDefaultAlbedo);
+    EXPECT_EQ(library.materials.at("a").albedo, kDefaultAlbedo);
+    EXPECT_EQ(library.materials.at("b").albedo, kDefaultAlbedo);
     EXPECT_EQ(library.warnings.size(), 1u);
 }
 TEST(MtlReader, FirstMaterialOfANameStays) {
-    EXPECT_EQ(read("newmtl a\nKd 1 0 0\nnewmtl a\nKd 0 1 0\n").materials.at("a"), 0x0000FFu);
+    EXPECT_EQ(read("newmtl a\nKd 1 0 0\nnewmtl a\nKd 0 1 0\n").materials.at("a").albedo, 0x0000FFu);
 }
 TEST(MtlReader, ColoursThatAreNotFiniteNumbersAreRefusedWithTheirLine) {
     for (const char* kd :
@@ -56,7 +56,7 @@ TEST(MtlReader, ColoursThatAreNotFiniteNumbersAreRefusedWithTheirLine) {
         const std::string message = message_of([&] { read(text); });
         EXPECT_TRUE(message.starts_with("a.mtl:2: ")) << kd << ": " << message;
         const Library library = read(text, true);
-        EXPECT_EQ(library.materials.at("a"), kDefaultAlbedo);
+        EXPECT_EQ(library.materials.at("a").albedo, kDefaultAlbedo);
         ASSERT_EQ(library.warnings.size(), 1u);
         EXPECT_TRUE(library.warnings[0].starts_with("a.mtl:2: warning: Kd")) << kd;
     }

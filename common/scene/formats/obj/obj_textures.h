@@ -1,0 +1,45 @@
+// The textures of an OBJ file's faces.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <unordered_map>
+
+#include "common/base/warning_count.h"
+#include "common/scene/formats/obj/mtl_reader.h"
+#include "common/scene/formats/obj/obj_checker.h"
+#include "common/scene/formats/obj/obj_reader.h"
+
+namespace mray {
+
+/// Follows the materials of faces and fills ObjMesh::textures, face_textures and texcoords. A
+/// texture is searched where its library names it and, if it is not there or not in the folder of
+/// the library, by its file name beside the library.
+class ObjTextures {
+public:
+    /// `name` is the OBJ file in messages. Keeps references to all three.
+    ObjTextures(const std::string& name, const CheckedObj& checked, ObjMesh& mesh);
+
+    /// Sets the material of the faces that follow.
+    void use(const Material& material);
+    /// Adds a face with these indices of CheckedObj::texcoords and returns its albedo.
+    Albedo add_face(std::span<const std::uint32_t> texcoords);
+    /// Clears the arrays of the mesh if no face has a texture, and gives the warnings.
+    void finish(const WarnFunction& warn);
+
+private:
+    std::uint32_t texture_of(const TextureMap& map);
+
+    const std::string& name_;
+    const CheckedObj& checked_;
+    ObjMesh& mesh_;
+    Material material_;
+    std::uint32_t texture_ = kNoTexture;
+    std::unordered_map<std::string, std::uint32_t> found_;
+    bool is_used_ = false;
+    WarningCount missing_;
+    WarningCount without_texcoords_;
+};
+
+}  // namespace mray

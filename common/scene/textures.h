@@ -1,0 +1,41 @@
+// Textures of a scene: which images its triangles show, and where on them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace mray {
+
+/// Stands for the number of a texture of a triangle that has none.
+inline constexpr std::uint32_t kNoTexture = 0xFFFFFFFFu;
+
+/// A point of an image: u from its left side (0) to the right (1), v from below (0) to the top (1).
+struct Texcoord {
+    float u = 0;
+    float v = 0;
+    bool operator==(const Texcoord&) const = default;
+};
+
+/// The points of the corners of a triangle.
+using Texcoords = std::array<Texcoord, 3>;
+
+/// An image file, and whether its border pixels go on outside of it; otherwise it repeats.
+struct TextureFile {
+    std::string path = {};
+    bool clamp = false;
+    bool operator==(const TextureFile&) const = default;
+};
+
+/// The textures of a mesh, the same in all frames. A triangle's colour is the product of its albedo
+/// and its texture. Without files the other arrays are empty; otherwise they have an entry for each
+/// triangle.
+struct SceneTextures {
+    std::vector<TextureFile> files;
+    std::vector<Texcoords> texcoords;
+    /// Indices of `files`, or kNoTexture.
+    std::vector<std::uint32_t> texture_ids;
+};
+
+}  // namespace mray
