@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/backends.h"
+#include "app/files/texture_reader.h"
 #include "app/library_calls.h"
 #include "common/base/stopwatch.h"
 
@@ -40,6 +41,18 @@ morphray::UpdatePolicy policy_of(const TreeOptions& tree) {
 std::span<const std::uint32_t> indices_of(std::span<const uvec3> threes) {
     static_assert(sizeof(uvec3) == 3 * sizeof(std::uint32_t));
     return {reinterpret_cast<const std::uint32_t*>(threes.data()), 3 * threes.size()};
+}
+
+std::span<const float> floats_of(std::span<const Texcoords> texcoords) {
+    static_assert(sizeof(Texcoords) == 6 * sizeof(float));
+    return {reinterpret_cast<const float*>(texcoords.data()), 6 * texcoords.size()};
+}
+
+morphray::TextureView texture_of(const Image& image, const TextureFile& file) {
+    return {.texels = image.pixels,
+            .width = image.width,
+            .height = image.height,
+            .wrap = file.clamp ? morphray::Wrap::clamp : morphray::Wrap::repeat};
 }
 
 morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
@@ -158,15 +171,27 @@ ClipScene::ClipScene(const Options& options, const Clip& clip, double first_fram
         }
         messages.note("tracing on " + device.name() + ": " + device.description());
         place(current_);
-        scene_ = morphray::Scene::build(meshes(options), device, scene_options);
+        std::vector<Image> images;
+        if (clip.textures() != nullptr && options.shading.shading == morphray::Shading::lit)
+            images = read_textures(*clip.textures(), options.lenient, messages);
+        std::vector<morphray::TextureView> textures;
+        for (std::size_t i = 0; i < images.size(); ++i)
+            textures.push_back(texture_of(images[i], clip.textures()->files[i]));
+        scene_ = morphray::Scene::build(meshes(options, textures), device, scene_options);
         update_ = scene_->last_update();
     });
 }
 
-/// The clip's mesh and, if it is asked for, the ground.
-std::vector<morphray::MeshView> ClipScene::meshes(const Options& options) {
+/// The clip's mesh, with these textures, and, if it is asked for, the ground.
+std::vector<morphray::MeshView> ClipScene::meshes(const Options& options,
+                                                  std::span<const morphray::TextureView> textures) {
     std::vector<morphray::MeshView> meshes = {mesh_of(clip_.topology(), positions_)};
     meshes.front().smooth = indices_of(clip_.smooth_corners());
+    if (!textures.empty()) {
+        meshes.front().textures = textures;
+        meshes.front().texcoords = floats_of(clip_.textures()->texcoords);
+        meshes.front().texture_ids = clip_.textures()->texture_ids;
+    }
     if (options.shading.ground) ground_ = ground_below(clip_.bounds(), options.view.up);
     if (!ground_.empty()) {
         static constexpr std::uint32_t kTriangles[] = {0, 1, 2, 0, 2, 3};

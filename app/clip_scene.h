@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ namespace mray::app {
 /// Members throw Error.
 class ClipScene {
 public:
-    /// Builds the tree at options.tree.build_at, or else at first_frame. The clip must outlive it.
+    /// Reads the textures, if the options ask for lit images, and builds the tree at
+    /// options.tree.build_at, or else at first_frame. The clip must outlive it.
     ClipScene(const Options& options, const Clip& clip, double first_frame,
               const Messages& messages);
     ClipScene(const ClipScene&) = delete;
@@ -38,7 +40,8 @@ public:
     std::string refitted_on() const;
 
 private:
-    std::vector<morphray::MeshView> meshes(const Options& options);
+    std::vector<morphray::MeshView> meshes(const Options& options,
+                                           std::span<const morphray::TextureView> textures);
     void place(double frame);
 
     const Clip& clip_;

@@ -172,6 +172,7 @@ ShadedImage ImageShader::render(const View& view, const MeshList& meshes, const 
         .positions = pose.positions(),
         .normal_ids = has_smooth ? normals_->ids() : std::span<const mray::uvec3>(),
         .normals = has_smooth ? normals_->normals() : std::span<const mray::vec3>(),
+        .textures = meshes.textures(),
         .hits = image.samples.hits,
         .shadows = image.samples.occlusion,
         .occlusion = sky.occlusion,

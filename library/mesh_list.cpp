@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/interop/lit.h"
 #include "common/scene/vertex_normals.h"
@@ -16,6 +17,48 @@ constexpr std::uint64_t kMostTriangles = std::uint64_t{1} << 28;
 
 bool is_smooth_by_vertex(const MeshView& mesh) {
     return !mesh.smooth.empty() && mesh.smooth.data() == mesh.triangles.data();
+}
+
+void check_textures(const MeshView& mesh) {
+    constexpr std::size_t kMostTextures = 65536;
+    if (mesh.textures.empty()) {
+        if (!mesh.texture_ids.empty() || !mesh.texcoords.empty())
+            throw_bad_argument("texcoords, texture_ids: given without textures");
+        return;
+    }
+    if (mesh.textures.size() > kMostTextures) {
+        throw Error(ErrorCode::limit, fmt::format("textures: {}, but at most {} are possible",
+                                                  mesh.textures.size(), kMostTextures));
+    }
+    for (std::size_t i = 0; i < mesh.textures.size(); ++i) {
+        const TextureView& texture = mesh.textures[i];
+        if (std::max(texture.width, texture.height) > kMaxTextureSide) {
+            throw Error(ErrorCode::limit,
+                        fmt::format("texture {}: {}x{} texels; at most {} a side are possible", i,
+                                    texture.width, texture.height, kMaxTextureSide));
+        }
+        if (texture.texels.empty() ||
+            texture.texels.size() != std::size_t{texture.width} * texture.height) {
+            throw_bad_argument(fmt::format("texture {}: {} texels for a size of {}x{}", i,
+                                           texture.texels.size(), texture.width, texture.height));
+        }
+        if (texture.wrap != Wrap::repeat && texture.wrap != Wrap::clamp)
+            throw_bad_argument(fmt::format("texture {}: wrap is neither repeat nor clamp", i));
+    }
+    if (mesh.texcoords.size() != 2 * mesh.triangles.size()) {
+        throw_bad_argument(fmt::format("texcoords: {} floats for {} corners of triangles",
+                                       mesh.texcoords.size(), mesh.triangles.size()));
+    }
+    const std::size_t count = mesh.triangles.size() / 3;
+    if (!mesh.texture_ids.empty() && mesh.texture_ids.size() != count) {
+        throw_bad_argument(
+            fmt::format("texture_ids: {} for {} triangles", mesh.texture_ids.size(), count));
+    }
+    for (const std::uint32_t id : mesh.texture_ids) {
+        if (id < mesh.textures.size() || id == kNoTexture) continue;
+        throw_bad_argument(
+            fmt::format("texture_ids: {}, but there are {} textures", id, mesh.textures.size()));
+    }
 }
 
 void check(const MeshView& mesh) {
@@ -52,6 +95,7 @@ void check(const MeshView& mesh) {
                     fmt::format("triangle {} has vertex {}, but there are {} positions", i / 3,
                                 mesh.triangles[i], positions.count));
     }
+    check_textures(mesh);
     if (is_smooth_by_vertex(mesh)) return;
     for (const std::uint32_t number : mesh.smooth) {
         if (number < mesh.smooth.size()) continue;
@@ -65,6 +109,27 @@ std::vector<mray::uvec3> threes_of(std::span<const std::uint32_t> numbers) {
     for (std::size_t i = 0; i < threes.size(); ++i)
         threes[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
     return threes;
+}
+
+std::vector<std::shared_ptr<const mray::cpu::Texture>> textures_of(const MeshView& mesh) {
+    std::vector<std::shared_ptr<const mray::cpu::Texture>> textures;
+    for (const TextureView& texture : mesh.textures) {
+        textures.push_back(std::make_shared<const mray::cpu::Texture>(
+            texture.texels, texture.width, texture.height, texture.wrap == Wrap::clamp));
+    }
+    return textures;
+}
+
+std::vector<mray::Texcoords> texcoords_of(std::span<const float> numbers) {
+    const auto finite = [](float x) { return std::isfinite(x) ? x : 0.0f; };
+    std::vector<mray::Texcoords> texcoords(numbers.size() / 6);
+    for (std::size_t i = 0; i < texcoords.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t at = 6 * i + 2 * k;
+            texcoords[i][k] = {finite(numbers[at]), finite(numbers[at + 1])};
+        }
+    }
+    return texcoords;
 }
 
 }  // namespace
@@ -94,6 +159,17 @@ std::uint32_t MeshList::attach(const MeshView& mesh) {
     constexpr mray::Albedo kColour = 0x00FFFFFF;
     for (mray::Albedo& albedo : change.albedo)
         albedo = (albedo & kColour) | (mesh.backdrop ? mray::kBackdropBit : 0);
+    if (!mesh.textures.empty()) {
+        change.place.textures = textures_of(mesh);
+        change.texcoords = texcoords_of(mesh.texcoords);
+        change.texture_ids.assign(mesh.texture_ids.begin(), mesh.texture_ids.end());
+        change.texture_ids.resize(count, 0);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (change.texture_ids[i] == mray::kNoTexture) continue;
+            if (mesh.albedo.empty()) change.albedo[i] |= kColour;
+            change.albedo[i] |= mray::kTexturedBit;
+        }
+    }
     changes_.push_back(std::move(change));
     return changes_.back().geom_id;
 }
@@ -104,25 +180,49 @@ void MeshList::detach(std::uint32_t geom_id) {
     changes_.push_back({.geom_id = geom_id});
 }
 
-void MeshList::append(std::uint32_t geom_id, MeshPlace place,
-                      std::span<const mray::uvec3> triangles, std::uint32_t old_first_vertex,
-                      std::span<const mray::Albedo> albedo) {
+void MeshList::append(std::uint32_t geom_id, MeshPlace place, const Parts& parts) {
     if (topology_.vertex_count + place.positions.count > kMostVertices)
         throw Error(ErrorCode::limit, "the meshes have too many positions together");
-    if (topology_.triangles.size() + triangles.size() > kMostTriangles)
+    if (topology_.triangles.size() + parts.triangles.size() > kMostTriangles)
         throw Error(ErrorCode::limit, "the meshes have more than 2^28 triangles together");
     place.first_vertex = topology_.vertex_count;
     place.first_prim = static_cast<std::uint32_t>(topology_.triangles.size());
-    place.prim_count = static_cast<std::uint32_t>(triangles.size());
-    const std::uint32_t shift = place.first_vertex - old_first_vertex;
-    for (const mray::uvec3& t : triangles)
+    place.prim_count = static_cast<std::uint32_t>(parts.triangles.size());
+    const std::uint32_t shift = place.first_vertex - parts.first_vertex;
+    for (const mray::uvec3& t : parts.triangles)
         topology_.triangles.push_back({t.x + shift, t.y + shift, t.z + shift});
-    topology_.albedo.insert(topology_.albedo.end(), albedo.begin(), albedo.end());
+    topology_.albedo.insert(topology_.albedo.end(), parts.albedo.begin(), parts.albedo.end());
     topology_.vertex_count += place.vertex_count();
+    if (!place.textures.empty()) append_textures(place, parts);
     places_[geom_id] = place;
     if (place.prim_count == 0) return;
     geometry_ids_.push_back(geom_id);
     first_prims_.push_back(place.first_prim);
+}
+
+void MeshList::append_textures(MeshPlace& place, const Parts& parts) {
+    place.first_texture = static_cast<std::uint32_t>(textures_.size());
+    textures_.insert(textures_.end(), place.textures.begin(), place.textures.end());
+    texcoords_.resize(place.first_prim);
+    texcoords_.insert(texcoords_.end(), parts.texcoords.begin(), parts.texcoords.end());
+    texture_ids_.resize(place.first_prim, mray::kNoTexture);
+    const std::uint32_t shift = place.first_texture - parts.first_texture;
+    for (const std::uint32_t id : parts.texture_ids)
+        texture_ids_.push_back(id == mray::kNoTexture ? id : id + shift);
+}
+
+MeshList::Parts MeshList::parts_of(const MeshPlace& place) const {
+    Parts parts{
+        .triangles = std::span(topology_.triangles).subspan(place.first_prim, place.prim_count),
+        .first_vertex = place.first_vertex,
+        .first_texture = place.first_texture,
+        .albedo = std::span(topology_.albedo).subspan(place.first_prim, place.prim_count),
+        .texcoords = {},
+        .texture_ids = {}};
+    if (place.textures.empty()) return parts;
+    parts.texcoords = std::span(texcoords_).subspan(place.first_prim, place.prim_count);
+    parts.texture_ids = std::span(texture_ids_).subspan(place.first_prim, place.prim_count);
+    return parts;
 }
 
 MeshList MeshList::changed() const {
@@ -134,13 +234,14 @@ MeshList MeshList::changed() const {
         const auto last = std::find_if(changes_.rbegin(), changes_.rend(),
                                        [&](const Change& change) { return change.geom_id == id; });
         if (last != changes_.rend()) {
-            if (last->attaches) list.append(id, last->place, last->triangles, 0, last->albedo);
+            if (last->attaches)
+                list.append(id, last->place,
+                            {.triangles = last->triangles,
+                             .albedo = last->albedo,
+                             .texcoords = last->texcoords,
+                             .texture_ids = last->texture_ids});
         } else if (const MeshPlace* place = find(id)) {
-            list.append(
-                id, *place,
-                std::span(topology_.triangles).subspan(place->first_prim, place->prim_count),
-                place->first_vertex,
-                std::span(topology_.albedo).subspan(place->first_prim, place->prim_count));
+            list.append(id, *place, parts_of(*place));
         }
     }
     return list;

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "common/scene/mesh.h"
+#include "common/scene/textures.h"
+#include "cpu/image/texture.h"
 #include "morphray/geometry.hpp"
 #include "morphray/mesh.hpp"
 
@@ -22,6 +24,8 @@ struct MeshPlace {
     /// Whether its triangles share the normals of their vertices, or those with these numbers.
     bool is_smooth = false;
     std::shared_ptr<const std::vector<mray::uvec3>> smooth = nullptr;
+    std::vector<std::shared_ptr<const mray::cpu::Texture>> textures = {};
+    std::uint32_t first_texture = 0;
     std::uint32_t first_vertex = 0;
     std::uint32_t first_prim = 0;
     std::uint32_t prim_count = 0;
@@ -45,6 +49,10 @@ public:
     bool is_smooth() const;
     /// Three indices of vertex normals for each triangle, or mray::kFlatCorner. O(triangles).
     std::vector<mray::uvec3> normal_ids() const;
+    /// The textures of all meshes.
+    mray::cpu::TexturedTriangles textures() const {
+        return {.textures = textures_, .texcoords = texcoords_, .ids = texture_ids_};
+    }
     std::span<const MeshPlace> places() const { return places_; }
     /// The mesh, or nothing for a geom_id that is free or not committed.
     const MeshPlace* find(std::uint32_t geom_id) const;
@@ -64,12 +72,25 @@ private:
         MeshPlace place = {};
         std::vector<mray::uvec3> triangles = {};
         std::vector<mray::Albedo> albedo = {};
+        std::vector<mray::Texcoords> texcoords = {};
+        std::vector<std::uint32_t> texture_ids = {};
+    };
+    /// The arrays of a mesh. Those of textures are empty if it has none.
+    struct Parts {
+        std::span<const mray::uvec3> triangles;
+        /// What `triangles` count vertices from, and texture_ids textures.
+        std::uint32_t first_vertex = 0;
+        std::uint32_t first_texture = 0;
+        std::span<const mray::Albedo> albedo;
+        std::span<const mray::Texcoords> texcoords;
+        std::span<const std::uint32_t> texture_ids;
     };
 
     /// Whether the geom_id is in use once the changes are made.
     bool will_be_used(std::uint32_t geom_id) const;
-    void append(std::uint32_t geom_id, MeshPlace place, std::span<const mray::uvec3> triangles,
-                std::uint32_t old_first_vertex, std::span<const mray::Albedo> albedo);
+    Parts parts_of(const MeshPlace& place) const;
+    void append(std::uint32_t geom_id, MeshPlace place, const Parts& parts);
+    void append_textures(MeshPlace& place, const Parts& parts);
 
     /// By geom_id.
     std::vector<MeshPlace> places_;
@@ -77,6 +98,10 @@ private:
     std::vector<std::uint32_t> geometry_ids_;
     std::vector<std::uint32_t> first_prims_;
     mray::Topology topology_;
+    std::vector<std::shared_ptr<const mray::cpu::Texture>> textures_;
+    /// For each triangle up to the last one of a mesh with textures.
+    std::vector<mray::Texcoords> texcoords_;
+    std::vector<std::uint32_t> texture_ids_;
     std::vector<Change> changes_;
 };
 

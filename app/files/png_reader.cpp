@@ -15,9 +15,6 @@
 namespace mray::app {
 namespace {
 
-constexpr std::uint32_t kMostSide = 65536;
-constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 28;
-
 /// A reader over bytes in memory. libpng leaves a call that fails by longjmp, which runs no
 /// destructors: each function that calls it has plain data alone.
 class PngReader {
@@ -38,7 +35,8 @@ public:
     bool read_head() {
         if (setjmp(png_jmpbuf(png_)) != 0) return false;
         png_set_read_fn(png_, this, on_read);
-        png_set_user_limits(png_, kMostSide, kMostSide);
+        // Larger images are refused by their size, which the head says.
+        png_set_user_limits(png_, 0x7FFFFFFF, 0x7FFFFFFF);
         png_read_info(png_, info_);
         return true;
     }
@@ -51,6 +49,7 @@ public:
     bool read_pixels(png_bytepp rows) {
         if (setjmp(png_jmpbuf(png_)) != 0) return false;
         png_set_expand(png_);
+        png_set_scale_16(png_);
         png_set_gray_to_rgb(png_);
         png_set_add_alpha(png_, 0xFF, PNG_FILLER_AFTER);
         png_set_interlace_handling(png_);
@@ -98,23 +97,27 @@ bool is_png_name(const std::filesystem::path& path) {
     return end == ".png";
 }
 
-Image read_png(const std::filesystem::path& path) {
-    const std::string bytes = read_input_file(path);
+bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
+
+Image decode_png(const std::string& bytes, const std::filesystem::path& path,
+                 const ImageLimits& limits) {
     PngReader reader(bytes);
     if (!reader.read_head()) refuse(path, reader.error());
-    if (reader.bit_depth() > 8) refuse(path, "it has 16 bits a channel");
+    if (reader.bit_depth() > 8 && !limits.reduce_16_bits) refuse(path, "it has 16 bits a channel");
     Image image{reader.width(), reader.height(), {}};
-    const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
-    if (pixels > kMostPixels)
-        throw Error(ErrorKind::kLimit, fmt::format("{}: has {}x{} pixels; at most 2^28 can be read",
-                                                   shown(path), image.width, image.height));
-    image.pixels.resize(pixels);
+    // libpng takes a few rows.
+    limits.require(path, image.width, image.height);
+    image.pixels.resize(std::size_t{image.width} * image.height);
     std::vector<png_bytep> rows;
     for (std::uint32_t y = 0; y < image.height; ++y)
         rows.push_back(
             reinterpret_cast<png_bytep>(image.pixels.data() + std::size_t{y} * image.width));
     if (!reader.read_pixels(rows.data())) refuse(path, reader.error());
     return image;
+}
+
+Image read_png(const std::filesystem::path& path) {
+    return decode_png(read_input_file(path), path, {});
 }
 
 }  // namespace mray::app

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 
+#include "app/files/image_limits.h"
 #include "common/image/png.h"
 
 namespace mray::app {
@@ -10,10 +13,17 @@ namespace mray::app {
 /// Whether the name ends in .png, in any case.
 bool is_png_name(const std::filesystem::path& path);
 
-/// The pixels as they are stored, without corrections of gamma or colour; grey and palettes become
-/// RGB, missing alpha becomes 255. Throws Error: kBadInput for a file that cannot be read, is no
-/// PNG, is damaged or has 16 bits a channel; kLimit for more than 65536 pixels a side or 2^28 in
-/// all.
+/// Whether the bytes begin as a PNG file does.
+bool is_png(std::string_view bytes);
+
+/// The pixels of a PNG file in memory, as they are stored, without corrections of gamma or colour;
+/// grey and palettes become RGB, missing alpha becomes 255. `path` is for messages. Throws Error:
+/// kBadInput for a file that is no PNG, is damaged or, unless the limits say otherwise, has 16 bits
+/// a channel; kLimit above the limits.
+Image decode_png(const std::string& bytes, const std::filesystem::path& path,
+                 const ImageLimits& limits);
+
+/// The same for a file. Throws also what read_input_file() throws.
 Image read_png(const std::filesystem::path& path);
 
 }  // namespace mray::app

@@ -13,6 +13,8 @@ SHARED_BEGIN
 #ifndef SHARED_LANES
 // A bit of a packed albedo: the triangle shows the background, darkened where light is kept off.
 SHARED_CONST uint kBackdropBit = 0x01000000u;
+// Another bit: the triangle has a texture.
+SHARED_CONST uint kTexturedBit = 0x02000000u;
 #endif
 
 /// The normal of a triangle's corner for smooth shading: the vertex normal n, on the side of the
@@ -63,21 +65,35 @@ SHARED Uint root_of_mean(Float mean) {
     return to_uint(corrected);
 }
 
+/// The linear colour that an albedo stands for, which is packed as by pack_rgb, linear.
+SHARED Float3 albedo_colour(Uint albedo) {
+    PRECISE Float k = broadcast(0.0039215688593685626983642578125f);  // 1/255
+    PRECISE Float3 c = Float3(to_float(albedo & 0xFFu) * k, to_float((albedo >> 8u) & 0xFFu) * k,
+                              to_float((albedo >> 16u) & 0xFFu) * k);
+    return c;
+}
+
+/// The linear colour `base` multiplied by that of a texture, whose channels are whole numbers from
+/// 0 to 65025.
+SHARED Float3 textured_colour(Float3 base, Float3 texture) {
+    PRECISE Float k = broadcast(0.00001537870048196054995059967041015625f);  // 1/65025
+    PRECISE Float3 c =
+        Float3(base.x * (texture.x * k), base.y * (texture.y * k), base.z * (texture.z * k));
+    return c;
+}
+
 /// The linear colour of a surface with the unit normal n under a warm light and a sky. to_light:
 /// the unit direction to the light; light: 1, or 0 in its shadow; open: the share of the sky that
-/// the surface sees; up: the unit vector upwards. albedo is packed as by pack_rgb, linear.
+/// the surface sees; up: the unit vector upwards; base: the share of light that it gives back.
 SHARED Float3 lit_colour(Float3 n, Float3 to_light, Float light, Float open, Float3 up,
-                         Uint albedo) {
+                         Float3 base) {
     PRECISE Float sun = greater(dot3(n, to_light), 0.0f) * light;
     PRECISE Float lift = 0.5f + 0.5f * dot3(n, up);
     PRECISE Float r = 0.9375f * sun + open * blend(broadcast(0.125f), broadcast(0.3125f), lift);
     PRECISE Float g = 0.875f * sun + open * blend(broadcast(0.109375f), broadcast(0.34375f), lift);
     PRECISE Float b =
         0.765625f * sun + open * blend(broadcast(0.09375f), broadcast(0.40625f), lift);
-    PRECISE Float k = broadcast(0.0039215688593685626983642578125f);  // 1/255
-    PRECISE Float3 c =
-        Float3((to_float(albedo & 0xFFu) * k) * r, (to_float((albedo >> 8u) & 0xFFu) * k) * g,
-               (to_float((albedo >> 16u) & 0xFFu) * k) * b);
+    PRECISE Float3 c = Float3(base.x * r, base.y * g, base.z * b);
     return c;
 }
 

@@ -17,6 +17,7 @@
 #include "cpu/image/lit_shader.h"
 #include "cpu/image/mesh_lanes-inl.h"
 #include "cpu/image/pixel_sums-inl.h"
+#include "cpu/image/texture_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -261,7 +262,9 @@ private:
         const FloatVec open = open_of(samples, flat, through, depth);
         const UintVec albedo =
             hn::GatherIndex(kUints, s_.topology.albedo.data(), as_int(samples.prim));
-        LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.up), albedo), n,
+        const lanes::Float3 base =
+            base_colours(s_, albedo, samples.prim, samples.u, samples.v, through, depth);
+        LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.up), base), n,
                      open};
         const auto is_backdrop = (albedo & kBackdropBit) == splat(kBackdropBit);
         if (!none(is_backdrop)) {

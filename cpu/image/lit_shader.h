@@ -9,6 +9,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene/vertex_normals.h"
 #include "common/simd/simd_target.h"
+#include "cpu/image/texture.h"
 
 namespace mray::cpu {
 
@@ -33,6 +34,8 @@ struct LitSamples {
     /// Empty: all triangles are flat.
     std::span<const uvec3> normal_ids;
     std::span<const vec3> normals;
+    /// Of the triangles whose albedo has kTexturedBit.
+    TexturedTriangles textures = {};
 
     std::span<const Hit> hits;
     /// For kLit: 1 where the light does not reach the hit, else 0.

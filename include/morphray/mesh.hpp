@@ -43,9 +43,32 @@ Positions packed(const Array& points) {
     return {std::data(points), std::size(points), sizeof(Element)};
 }
 
+/// Stands for the number of a texture of a triangle that has none.
+inline constexpr std::uint32_t kNoTexture = 0xFFFFFFFFu;
+inline constexpr std::uint32_t kMaxTextureSide = 16384;
+
+/// What a texture shows beyond its image.
+enum class Wrap {
+    repeat,  ///< The image again and again.
+    clamp,   ///< The texels of its border.
+};
+
+/// An image in the caller's memory for triangles to show.
+struct TextureView {
+    /// width * height texels, row by row from the top: 8 bits a channel, red in bits 0 to 7, green
+    /// in 8 to 15, blue in 16 to 23, as in Image::pixels; the other bits are not read. Channels are
+    /// encoded as in image files, not linear: their squares are taken as linear intensities.
+    std::span<const std::uint32_t> texels = {};
+    /// 1 to kMaxTextureSide each.
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    Wrap wrap = Wrap::repeat;
+};
+
 /// A mesh of triangles in the caller's memory. `positions` are read by Scene::build(), attach() and
 /// each update(), so they must stay where they are until the mesh is detached or the scene is
-/// destroyed. `triangles` and `albedo` are copied once. Any mesh is accepted, also one without
+/// destroyed. All other arrays
+/// are copied once. Any mesh is accepted, also one without
 /// triangles; positions that are NaN or infinite make their triangles unhittable.
 struct MeshView {
     Positions positions = {};
@@ -65,6 +88,17 @@ struct MeshView {
     /// In lit images the mesh shows the background, darkened by shadows and occlusion: for a plane
     /// that the scene stands on.
     bool backdrop = false;
+    /// For lit images, textures; each triangle shows one of them, multiplied by its albedo (white
+    /// instead of light grey without `albedo`). They are copied once, with smaller levels for
+    /// surfaces far away: a third more memory. At most 65536 of them.
+    std::span<const TextureView> textures = {};
+    /// With `textures`, u and v of each triangle's three corners, six floats for each triangle: u
+    /// from the left (0) to the right (1) of the image, v from its bottom (0) to its top (1), and
+    /// beyond as TextureView::wrap says. What is not finite counts as 0.
+    std::span<const float> texcoords = {};
+    /// With `textures`, the index of each triangle's texture, or kNoTexture. Empty: all have the
+    /// first.
+    std::span<const std::uint32_t> texture_ids = {};
 };
 
 }  // namespace morphray

@@ -31,6 +31,7 @@ set(places
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu|examples)/"
     "^(gtest|gmock)/"           "^tests/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
+    "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
     "^benchmark/"               "^bench/"
     "^embree"                   "^(bench|tests|accuracy/methods)/"
     "^tiny_bvh\\.h$"            "^bench/tinybvh/"

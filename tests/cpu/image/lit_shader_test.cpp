@@ -103,6 +103,25 @@ private:
         return smooth_normal(corners[0], corners[1], corners[2], hit.u, hit.v);
     }
 
+    vec3 base_colour(std::uint32_t x, std::uint32_t y, std::uint32_t albedo, const vec3& ray,
+                     float depth) const {
+        const vec3 base = albedo_colour(albedo);
+        if ((albedo & kTexturedBit) == 0) return base;
+        const Hit& hit = s_.hits[at(x, y)];
+        const uvec3 t = s_.topology.triangles[hit.prim_id];
+        const vec3 du = s_.params.camera.du;
+        const double spacing = double{du.x} * du.x + double{du.y} * du.y + double{du.z} * du.z;
+        const uvec3 colour = cpu::texture_colour(
+            s_.textures, {hit.prim_id,
+                          hit.u,
+                          hit.v,
+                          {s_.positions[t.x], s_.positions[t.y], s_.positions[t.z]},
+                          ray,
+                          depth,
+                          spacing});
+        return textured_colour(base, vec3(colour));
+    }
+
     std::uint32_t sample(std::uint32_t x, std::uint32_t y) const {
         if (s_.kind == LitKind::kPlain) return s_.colours[at(x, y)];
         const float height =
@@ -122,8 +141,9 @@ private:
         const std::uint32_t albedo = s_.topology.albedo[prim];
         if ((albedo & kBackdropBit) != 0)
             return encode_rgb(backdrop_colour(height, light, open_at(x, y)));
+        const vec3 base = base_colour(x, y, albedo, ray, z);
         return encode_rgb(
-            lit_colour(n, unit(s_.params.light - point), light, open_at(x, y), s_.up, albedo));
+            lit_colour(n, unit(s_.params.light - point), light, open_at(x, y), s_.up, base));
     }
 
     const LitSamples& s_;
@@ -229,8 +249,9 @@ TEST(LitColours, AreTheEndsOfTheirRanges) {
     EXPECT_EQ(depth_colour(100, 2, 0.5f), pack_rgb(64, 64, 64));
     // Nothing reaches a white surface that neither sees the sky nor the light.
     const vec3 up(0, 1, 0);
-    EXPECT_EQ(lit_colour(up, up, 0, 0, up, 0xFFFFFF), vec3(0, 0, 0));
-    EXPECT_EQ(encode_rgb(lit_colour(up, up, 1, 1, up, 0xFFFFFF)), pack_rgb(255, 255, 255));
+    const vec3 white = albedo_colour(0xFFFFFF);
+    EXPECT_EQ(lit_colour(up, up, 0, 0, up, white), vec3(0, 0, 0));
+    EXPECT_EQ(encode_rgb(lit_colour(up, up, 1, 1, up, white)), pack_rgb(255, 255, 255));
 }
 
 TEST(LitColours, CreasesStayFlat) {

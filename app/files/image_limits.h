@@ -1,0 +1,25 @@
+// How large images may be that are read from files.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace mray::app {
+
+/// What a decoder checks before it allocates.
+struct ImageLimits {
+    std::uint32_t side = 65536;
+    std::uint64_t pixels = std::uint64_t{1} << 28;
+    /// What a pixel takes beside the memory of the decoder itself.
+    std::uint64_t bytes_per_pixel = 4;
+    /// Reduce channels of 16 bits to 8 instead of refusing them.
+    bool reduce_16_bits = false;
+
+    /// Throws Error(kLimit), with the file, for more pixels, and if the memory will not suffice for
+    /// them. decoder_bytes: what the decoder takes for a pixel.
+    void require(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height,
+                 std::uint64_t decoder_bytes = 0) const;
+};
+
+}  // namespace mray::app

@@ -1,0 +1,23 @@
+// Reading of textures.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "app/terminal/messages.h"
+#include "common/image/png.h"
+#include "common/scene/textures.h"
+
+namespace mray::app {
+
+/// The image in a PNG or JPEG file, whatever its name. Throws Error: kBadInput for a file of
+/// another kind and for a damaged one, kLimit for more pixels than a texture may have or than there
+/// is memory for.
+Image read_texture(const std::filesystem::path& path);
+
+/// The images of all textures, in their order. If lenient, one that cannot be used is a warning and
+/// a white pixel; otherwise throws what read_texture() throws.
+std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,
+                                 const Messages& messages);
+
+}  // namespace mray::app

@@ -1,0 +1,198 @@
+#include "cpu/image/texture.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+namespace mray::cpu {
+namespace {
+
+constexpr std::uint32_t kWeightBits = 8;
+constexpr std::uint32_t kWeightOne = 1u << kWeightBits;
+
+std::uint32_t channel(std::uint32_t texel, int k) { return texel >> (8 * k) & 0xFFu; }
+
+/// The square root, rounded to the nearest whole number, of at most kTexelOne.
+std::uint32_t rounded_root(std::uint32_t square) {
+    return static_cast<std::uint32_t>(std::sqrt(static_cast<double>(square)) + 0.5);
+}
+
+/// The texels of a row or column of `size` that texel x of the half as large one covers, and how
+/// much of each: all weights are whole numbers with the sum `total`.
+struct Taps {
+    std::uint32_t first;
+    std::uint32_t count;
+    std::uint64_t weights[3];
+    std::uint64_t total;
+};
+Taps taps_of(std::uint32_t size, std::uint32_t x) {
+    if (size == 1) return {0, 1, {1, 0, 0}, 1};
+    if (size % 2 == 0) return {2 * x, 2, {1, 1, 0}, 2};
+    // size = 2 m + 1 texels for m, each of which covers 2 + 1/m texels.
+    const std::uint32_t m = size / 2;
+    return {2 * x, 3, {m - x, m, x + 1}, std::uint64_t{size}};
+}
+
+/// The fixed-point place, in 1/256 texels, of x on a side of `size` texels: relative to the centre
+/// of the first texel.
+struct Place {
+    std::uint32_t low;
+    std::uint32_t high;
+    std::uint32_t weight;
+};
+Place place_of(float x, std::uint32_t size, bool clamp) {
+    const int scaled = static_cast<int>(x * static_cast<float>(size * kWeightOne));
+    const int centred = scaled - static_cast<int>(kWeightOne / 2);
+    const int last = static_cast<int>(size) - 1;
+    int low = centred >> kWeightBits;  // rounds downwards
+    int high = low + 1;
+    if (clamp) {
+        low = std::clamp(low, 0, last);
+        high = std::min(high, last);
+    } else {
+        if (low < 0) low = last;
+        if (high > last) high = 0;
+    }
+    return {static_cast<std::uint32_t>(low), static_cast<std::uint32_t>(high),
+            static_cast<std::uint32_t>(centred) & (kWeightOne - 1)};
+}
+
+/// x within [0, 1]: its fraction, or the nearest end.
+float into_image(float x, bool clamp) {
+    // A float has no fraction from here on; NaN ends here, too.
+    constexpr float kMost = 8388608.0f;
+    if (!(std::fabs(x) < kMost)) return 0.0f;
+    if (clamp) return std::clamp(x, 0.0f, 1.0f);
+    const float fraction = x - static_cast<float>(static_cast<int>(x));
+    return fraction < 0.0f ? fraction + 1.0f : fraction;
+}
+
+double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+}  // namespace
+
+Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std::uint32_t height,
+                 bool clamp)
+    : levels_{{width, height, 0}}, clamp_(clamp) {
+    assert(texels.size() == std::size_t{width} * height && !texels.empty());
+    std::size_t total = 0;
+    for (std::uint32_t w = width, h = height;; w = std::max(w / 2, 1u), h = std::max(h / 2, 1u)) {
+        total += std::size_t{w} * h;
+        if (w == 1 && h == 1) break;
+    }
+    texels_.reserve(total);
+    for (const std::uint32_t texel : texels) texels_.push_back(texel & 0x00FFFFFFu);
+    while (levels_.back().width > 1 || levels_.back().height > 1) append_half();
+}
+
+std::span<const std::uint32_t> Texture::level(std::size_t index) const {
+    const Level& level = levels_[index];
+    return std::span(texels_).subspan(level.first, std::size_t{level.width} * level.height);
+}
+
+/// Appends a level of half the sides of the last one, rounded down: each texel is the mean
+/// intensity of what it covers.
+void Texture::append_half() {
+    const Level from = levels_.back();
+    const Level to = {std::max(from.width / 2, 1u), std::max(from.height / 2, 1u), texels_.size()};
+    std::vector<Taps> columns;
+    for (std::uint32_t x = 0; x < to.width; ++x) columns.push_back(taps_of(from.width, x));
+    for (std::uint32_t y = 0; y < to.height; ++y) {
+        const Taps rows = taps_of(from.height, y);
+        for (const Taps& column : columns) {
+            std::uint64_t sums[3] = {};
+            for (std::uint32_t j = 0; j < rows.count; ++j) {
+                const std::size_t row =
+                    from.first + std::size_t{rows.first + j} * from.width + column.first;
+                for (std::uint32_t i = 0; i < column.count; ++i) {
+                    const std::uint64_t weight = rows.weights[j] * column.weights[i];
+                    for (int k = 0; k < 3; ++k) {
+                        const std::uint32_t c = channel(texels_[row + i], k);
+                        sums[k] += weight * (c * c);
+                    }
+                }
+            }
+            const std::uint64_t total = rows.total * column.total;
+            std::uint32_t texel = 0;
+            for (int k = 0; k < 3; ++k) {
+                const auto mean = static_cast<std::uint32_t>((sums[k] + total / 2) / total);
+                texel |= rounded_root(mean) << (8 * k);
+            }
+            texels_.push_back(texel);
+        }
+    }
+    levels_.push_back(to);
+}
+
+/// u and v are within [0, 1], v downwards.
+uvec3 Texture::bilinear(const Level& level, float u, float v) const {
+    const Place x = place_of(u, level.width, clamp_);
+    const Place y = place_of(v, level.height, clamp_);
+    const std::uint32_t* const texels = texels_.data() + level.first;
+    const std::uint32_t* const upper = texels + std::size_t{y.low} * level.width;
+    const std::uint32_t* const lower = texels + std::size_t{y.high} * level.width;
+    const std::uint32_t corners[4] = {upper[x.low], upper[x.high], lower[x.low], lower[x.high]};
+    const std::uint32_t right = x.weight, left = kWeightOne - right;
+    const std::uint32_t below = y.weight, above = kWeightOne - below;
+    const std::uint32_t weights[4] = {left * above, right * above, left * below, right * below};
+    uvec3 colour;
+    for (int k = 0; k < 3; ++k) {
+        // At most 2^16 * kTexelOne + 2^15, which is below 2^32.
+        std::uint32_t sum = 1u << (2 * kWeightBits - 1);
+        for (int i = 0; i < 4; ++i) {
+            const std::uint32_t c = channel(corners[i], k);
+            sum += weights[i] * (c * c);
+        }
+        colour[k] = sum >> (2 * kWeightBits);
+    }
+    return colour;
+}
+
+uvec3 Texture::colour_at(Texcoord at, std::uint32_t level) const {
+    const float u = into_image(at.u, clamp_);
+    const float v = into_image(1.0f - at.v, clamp_);
+    const std::size_t last = levels_.size() - 1;
+    const std::size_t whole = std::min<std::size_t>(level >> 8, last);
+    const std::uint32_t part = whole == last ? 0 : level & 0xFFu;
+    const uvec3 fine = bilinear(levels_[whole], u, v);
+    if (part == 0) return fine;
+    const uvec3 coarse = bilinear(levels_[whole + 1], u, v);
+    return (fine * (256u - part) + coarse * part + 128u) >> 8u;
+}
+
+std::uint32_t level_of_texels(double texels) {
+    if (!(texels > 1.0)) return 0;
+    // The exponent and 8 bits of the fraction: the logarithm in 1/256.
+    constexpr int kFractionBits = 52;
+    const auto bits = std::bit_cast<std::uint64_t>(texels) >> (kFractionBits - 8);
+    return static_cast<std::uint32_t>(bits - (std::uint64_t{1023} << 8)) / 2;
+}
+
+uvec3 texture_colour(const TexturedTriangles& triangles, const TexturedSample& sample) {
+    const Texture& texture = *triangles.textures[triangles.ids[sample.prim]];
+    const auto& [a, b, c] = triangles.texcoords[sample.prim];
+    const float w = (1.0f - sample.u) - sample.v;
+    const Texcoord at = {(w * a.u + sample.u * b.u) + sample.v * c.u,
+                         (w * a.v + sample.u * b.v) + sample.v * c.v};
+    // A sample covers the area depth^2 * spacing^2 / |n . through| of a surface with the unit
+    // normal n. The cross product of two edges is n times twice the triangle's area, that of their
+    // texture coordinates twice its part of the image.
+    double edges[2][3], through[3];
+    for (int k = 0; k < 3; ++k) {
+        edges[0][k] = double{sample.corners[1][k]} - double{sample.corners[0][k]};
+        edges[1][k] = double{sample.corners[2][k]} - double{sample.corners[0][k]};
+        through[k] = sample.through[k];
+    }
+    const double cross[3] = {edges[0][1] * edges[1][2] - edges[0][2] * edges[1][1],
+                             edges[0][2] * edges[1][0] - edges[0][0] * edges[1][2],
+                             edges[0][0] * edges[1][1] - edges[0][1] * edges[1][0]};
+    const double bu = double{b.u} - double{a.u}, bv = double{b.v} - double{a.v};
+    const double cu = double{c.u} - double{a.u}, cv = double{c.v} - double{a.v};
+    const double texels = std::fabs(bu * cv - bv * cu) * texture.width() * texture.height();
+    const double covered = double{sample.depth} * double{sample.depth} * sample.spacing_squared;
+    const double facing = std::fabs(dot(cross, through));
+    return texture.colour_at(at, level_of_texels(texels * covered / facing));
+}
+
+}  // namespace mray::cpu
