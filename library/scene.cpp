@@ -88,7 +88,13 @@ bool Scene::occluded(const Ray& ray) const {
 }
 
 Image Scene::render(const View& view) const {
-    return with_public_errors([&] { return require(impl_).render(view); });
+    Image image;
+    render(view, image);
+    return image;
+}
+
+void Scene::render(const View& view, Image& image) const {
+    with_public_errors([&] { require(impl_).render(view, image); });
 }
 
 Scene Scene::on(const Device& device) const {

@@ -25,6 +25,9 @@ constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
 // Rays that are handed to a device together.
 constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
 
+// The memory of the traced samples of an image is kept for the next one up to so many: 200 MB.
+constexpr std::size_t kMostSpareSamples = std::size_t{1} << 23;
+
 /// A ray in scene space that hits nothing: its interval is empty.
 constexpr mray::Ray kNoRay = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .tfar = 0};
 
@@ -261,42 +264,36 @@ bool SceneImpl::occluded(const Ray& ray) const {
     return found != 0;
 }
 
-Image SceneImpl::render(const View& view) const {
+void SceneImpl::render(const View& view, Image& image) const {
     require_usable();
-    if (ImageShader::is_needed_for(view)) return render_shaded(view);
-    const mray::ImageParams params =
-        mray::make_image_params(to_spec(view), pose_.bounds(), pose_.space());
-    mray::Frame frame;
-    double trace_ms = 0;
+    TracedImage traced;
     {
         const std::scoped_lock lock(mutex_);
-        tracer_->trace_image(params, frame);
-        trace_ms = tracer_->times().trace_ms;
+        std::swap(traced, spare_);
+        if (ImageShader::is_needed_for(view)) {
+            shader_.render(view, meshes_, pose_, *tracer_, arena(), traced, image);
+        } else {
+            render_plain(view, traced, image);
+        }
     }
-    Image image = to_image(std::move(frame), params, pose_.space(), meshes_);
-    image.trace_ms = trace_ms;
-    cost_.add(trace_ms, image.ray_count);
-    return image;
+    fill_hits(view.hits, traced, pose_.space(), meshes_, arena(), image);
+    image.width = view.width;
+    image.height = view.height;
+    image.samples = view.samples;
+    cost_.add(image.trace_ms, image.ray_count);
+    if (traced.samples.hits.size() > kMostSpareSamples) return;
+    const std::scoped_lock lock(mutex_);
+    spare_ = std::move(traced);
 }
 
-Image SceneImpl::render_shaded(const View& view) const {
-    ShadedImage shaded;
-    {
-        const std::scoped_lock lock(mutex_);
-        shaded = shader_.render(view, meshes_, pose_, *tracer_, arena());
-    }
-    // The hits are those of the samples, the pixels those of the image.
-    Image image = to_image(std::move(shaded.samples), shaded.params, pose_.space(), meshes_);
-    image.width = shaded.width;
-    image.height = shaded.height;
-    image.samples = view.samples;
-    image.pixels = std::move(shaded.pixels);
-    image.lit_pixels = std::move(shaded.lit_pixels);
-    image.image_hash = mray::image_hash(image.pixels);
-    image.ray_count = shaded.ray_count;
-    image.trace_ms = shaded.trace_ms;
-    cost_.add(image.trace_ms, image.ray_count);
-    return image;
+void SceneImpl::render_plain(const View& view, TracedImage& traced, Image& image) const {
+    traced.params = mray::make_image_params(to_spec(view), pose_.bounds(), pose_.space());
+    traced.has_sky = false;
+    tracer_->trace_image(traced.params, traced.samples);
+    image.ray_count = tracer_->times().rays;
+    image.trace_ms = tracer_->times().trace_ms;
+    image.pixels.swap(traced.samples.pixels);
+    image.lit_pixels.clear();
 }
 
 TreeStatistics SceneImpl::tree_statistics() const {

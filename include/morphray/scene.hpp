@@ -179,6 +179,10 @@ public:
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
     /// of 0, limit for more pixels or ao_count than View allows.
     Image render(const View& view) const;
+    /// The same into `image`, whose memory it uses again: for one image after the other, where
+    /// making memory anew takes longer than the trace. Not two calls with one image at the same
+    /// time. If it throws, `image` is a valid image, but of nothing in particular.
+    void render(const View& view, Image& image) const;
 
     /// A scene over the same meshes with a copy of this tree on another device, at the current
     /// pose. Afterwards both go their own ways. Throws what build() throws.
