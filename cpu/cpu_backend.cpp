@@ -101,9 +101,10 @@ public:
         const ImageTiles tiles = tiles_for(params);
         arena_.execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
-                trace_tile(*tracer_, mesh, params, tiles[i], frame);
+                if (!is_cancelled()) trace_tile(*tracer_, mesh, params, tiles[i], frame);
             });
         });
+        throw_if_cancelled();
         times_.trace_ms = watch.ms();
         times_.rays = count_rays(params, frame);
     }

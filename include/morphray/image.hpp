@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -62,6 +63,13 @@ struct View {
     std::uint32_t ao_count = 16;
     /// Length of ambient-occlusion rays. 0: a quarter of the diagonal of the bounds.
     double ao_distance = 0;
+    /// Whether the image has hits, occlusion and hashes, too. Without them it is made faster; its
+    /// pixels are the same.
+    bool hits = true;
+    /// If it is given, render() throws cancelled soon after another thread has made it true: within
+    /// some milliseconds while rays are traced on the CPU, and at the latest where a device has
+    /// finished a region of 2^18 pixels.
+    const std::atomic<bool>* cancel = nullptr;
 };
 
 /// What a pixel of a lit image shows beside its 8-bit colour.
@@ -95,8 +103,11 @@ struct Image {
     std::uint64_t ray_count = 0;
     /// The time of the trace; a device takes it by its own clock, if it has one.
     double trace_ms = 0;
+    /// The part of trace_ms that the colours took, where these are a step of their own: with any
+    /// Shading but plain, and with several samples. 0 with ambient occlusion.
+    double shade_ms = 0;
     /// XXH3 (64 bits) of hits and occlusion, and of the pixels: the same on every device and
-    /// machine. They are what `morphray render --json` reports.
+    /// machine. They are what `morphray render --json` reports. 0 without View::hits.
     std::uint64_t hits_hash = 0;
     std::uint64_t image_hash = 0;
 };
