@@ -78,6 +78,8 @@ ErrorKind kind_of(morphray::ErrorCode code) {
             return ErrorKind::kLimit;
         case ErrorCode::device_lost:
             return ErrorKind::kDeviceLost;
+        case ErrorCode::cancelled:
+            return ErrorKind::kCancelled;
         default:
             return ErrorKind::kInternal;
     }

@@ -114,10 +114,12 @@ public:
         std::atomic<std::uint64_t> hits = 0;
         arena_.execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
+                if (is_cancelled()) return;
                 trace_tile(*tracer_, mesh, params, tiles[i], frame);
                 hits += count_hits(frame, tiles[i]);
             });
         });
+        throw_if_cancelled();
         times_.trace_ms = watch.ms();
         times_.rays = pixels + hits * rays_per_hit(params.rays, params.ao_count);
     }

@@ -193,7 +193,8 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
                                image.pixels.data() + first, details);
         });
     });
-    image.trace_ms += watch.ms();
+    image.shade_ms = watch.ms();
+    image.trace_ms += image.shade_ms;
 }
 
 }  // namespace morphray::detail

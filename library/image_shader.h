@@ -34,9 +34,9 @@ public:
     static bool is_needed_for(const View& view);
 
     /// Traces and shades a view of the meshes at the pose, which the backend has a tree of. Fills
-    /// pixels, lit_pixels, ray_count and trace_ms of the image. Throws what make_image_params()
-    /// and the backend throw; Error(bad_argument) for other numbers of samples than View::samples
-    /// allows.
+    /// pixels, lit_pixels, ray_count, trace_ms and shade_ms of the image. Throws what
+    /// make_image_params() and the backend throw; Error(bad_argument) for other numbers of samples
+    /// than View::samples allows.
     void render(const View& view, const MeshList& meshes, const PoseReader& pose,
                 mray::Backend& backend, mray::ThreadArena& arena, TracedImage& traced,
                 Image& image);

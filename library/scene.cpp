@@ -106,6 +106,10 @@ TreeStatistics Scene::tree_statistics() const {
     return with_public_errors([&] { return require(impl_).tree_statistics(); });
 }
 
+std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
+    return with_public_errors([&] { return require(impl_).tree_boxes(depth); });
+}
+
 const Device& Scene::device() const { return require(impl_).device(); }
 
 std::uint64_t Scene::triangle_count() const { return require(impl_).topology().triangles.size(); }

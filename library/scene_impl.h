@@ -45,6 +45,7 @@ public:
     void render(const View& view, Image& image) const;
 
     TreeStatistics tree_statistics() const;
+    std::vector<Box> tree_boxes(std::uint32_t depth) const;
     const Device& device() const { return device_; }
     const mray::Topology& topology() const { return meshes_.topology(); }
     Box bounds() const;

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "morphray/device.hpp"
 #include "morphray/error.hpp"
@@ -190,6 +191,11 @@ public:
 
     /// Reads the tree back from a device, which takes O(n).
     TreeStatistics tree_statistics() const;
+
+    /// The boxes of the tree at a depth, in world space: at 0 that of the whole scene, at 1 those of
+    /// the root's children, and so on; leaves above the depth are left out. Empty below the tree.
+    /// Reads the tree back from a device, which takes O(n).
+    std::vector<Box> tree_boxes(std::uint32_t depth) const;
 
     const Device& device() const;
     std::uint64_t triangle_count() const;
