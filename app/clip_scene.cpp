@@ -91,6 +91,8 @@ ErrorKind kind_of(morphray::ErrorCode code) {
             return ErrorKind::kLimit;
         case ErrorCode::device_lost:
             return ErrorKind::kDeviceLost;
+        case ErrorCode::cancelled:
+            return ErrorKind::kCancelled;
         default:
             return ErrorKind::kInternal;
     }
@@ -218,13 +220,13 @@ void ClipScene::advance(double frame) {
     update_ = call_library([&] { return scene_->update(); });
 }
 
-morphray::Image ClipScene::render(const ViewSpec& view, const ShadingOptions& shading) {
-    return call_library([&] {
-        morphray::Image image = scene_->render(view_of(view, shading));
+void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
+                       morphray::Image& image) {
+    call_library([&] {
+        scene_->render(view_of(view, shading), image);
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;
         update_ = scene_->last_update();
-        return image;
     });
 }
 

@@ -28,7 +28,8 @@ public:
     /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
     /// frame of the build.
     void advance(double frame);
-    morphray::Image render(const ViewSpec& view, const ShadingOptions& shading);
+    /// Into `image`, whose memory is used again.
+    void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
 
     const morphray::Scene& scene() const { return *scene_; }
     /// What the last build or advance() did. After render() it has the time of a refit that ran on

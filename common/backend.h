@@ -2,11 +2,13 @@
 // per ray.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
 
+#include "common/base/errors.h"
 #include "common/base/index_range.h"
 #include "common/bvh/bvh.h"
 #include "common/image/frame.h"
@@ -75,12 +77,27 @@ public:
     /// ranges that differ. `edit` runs in the backend's threads, if it has some.
     virtual void edit_tree(const TreeEdit& edit) = 0;
 
+    /// Throws Error(kCancelled), leaving any pixels in the frame, soon after the flag of
+    /// cancel_images() becomes true.
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
+    /// Null: images are not cancelled. The flag must outlive its use.
+    void cancel_images(const std::atomic<bool>* cancel) { cancel_ = cancel; }
     /// Finds the closest hit hits[i] of rays[i]; any rays, in any order.
     virtual void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) = 0;
 
     /// Finishes a refit that is left to be done, and returns the times.
     virtual const BackendTimes& times() = 0;
+
+protected:
+    bool is_cancelled() const {
+        return cancel_ != nullptr && cancel_->load(std::memory_order_relaxed);
+    }
+    void throw_if_cancelled() const {
+        if (is_cancelled()) throw Error(ErrorKind::kCancelled, "the image was cancelled");
+    }
+
+private:
+    const std::atomic<bool>* cancel_ = nullptr;
 };
 
 }  // namespace mray

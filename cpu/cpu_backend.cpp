@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <type_traits>
 
@@ -24,6 +25,17 @@ namespace {
 // As many rays as the streams of a batch are made of (cpu/single_ray/octant_order-inl.h), or fewer
 // where threads would wait.
 constexpr std::size_t kRayGrain = 2048;
+
+/// The hits of a tile that was traced.
+std::uint64_t count_hits(const Frame& frame, const Tile& tile) {
+    std::uint64_t count = 0;
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {
+        const Hit* const row = &frame.hits[std::size_t{y} * frame.width];
+        count += static_cast<std::uint64_t>(std::count_if(
+            row + tile.x0, row + tile.x1, [](const Hit& hit) { return hit.prim_id != kNoPrim; }));
+    }
+    return count;
+}
 
 /// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
 /// for a scene.
@@ -99,13 +111,17 @@ public:
         const Stopwatch watch;
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const ImageTiles tiles = tiles_for(params);
+        std::atomic<std::uint64_t> hits = 0;
         arena_.execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
+                if (is_cancelled()) return;
                 trace_tile(*tracer_, mesh, params, tiles[i], frame);
+                hits += count_hits(frame, tiles[i]);
             });
         });
+        throw_if_cancelled();
         times_.trace_ms = watch.ms();
-        times_.rays = count_rays(params, frame);
+        times_.rays = pixels + hits * rays_per_hit(params.rays, params.ao_count);
     }
 
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {

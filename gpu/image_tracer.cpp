@@ -70,7 +70,8 @@ void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& re
 
 }  // namespace
 
-void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& times) {
+void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& times,
+                        const std::function<void()>& before_region) {
     prepare(params);
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
     frame.width = params.width;
@@ -80,6 +81,7 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
     frame.pixels.resize(pixel_count);
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
     for (const RegionArguments& region : regions_of(params, passes_.size().tiles)) {
+        before_region();
         trace_region(region, times);
         copy_region(region, frame);
     }

@@ -1,6 +1,8 @@
 // An image, region by region.
 #pragma once
 
+#include <functional>
+
 #include "common/backend.h"
 #include "gpu/kernels.h"
 #include "gpu/ray_passes.h"
@@ -22,8 +24,10 @@ public:
           passes_(passes),
           scene_(scene) {}
 
-    /// Traces an image, and writes the times of tracing to `times`.
-    void trace(const ImageParams& params, Frame& frame, BackendTimes& times);
+    /// Traces an image, and writes the times of tracing to `times`. Calls `before_region` before
+    /// each region; what it throws ends the image.
+    void trace(const ImageParams& params, Frame& frame, BackendTimes& times,
+               const std::function<void()>& before_region);
 
 private:
     void prepare(const ImageParams& params);

@@ -256,7 +256,7 @@ void VulkanBackend::clear() {
 
 void VulkanBackend::trace_image(const ImageParams& params, Frame& frame) {
     catch_up();
-    images_.trace(params, frame, times_);
+    images_.trace(params, frame, times_, [this] { throw_if_cancelled(); });
 }
 
 void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {

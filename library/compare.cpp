@@ -84,7 +84,8 @@ Comparison compare(const Image& first, const Image& second, std::size_t keep) {
                          pixels == second.pixels.size() && count == pixels * first.samples &&
                          count == second.hits.size() && count == first.occlusion.size() &&
                          count == second.occlusion.size();
-        if (!fit) detail::throw_bad_argument("compare: the images have different sizes");
+        if (!fit)
+            detail::throw_bad_argument("compare: the images have different sizes, or no hits");
         return compare_all(
             count, keep,
             [&](std::size_t i) {

@@ -24,6 +24,8 @@ ErrorCode code_of(mray::ErrorKind kind) {
             return ErrorCode::limit;
         case ErrorKind::kDeviceLost:
             return ErrorCode::device_lost;
+        case ErrorKind::kCancelled:
+            return ErrorCode::cancelled;
         default:
             return ErrorCode::internal;
     }
@@ -47,6 +49,8 @@ const char* to_string(ErrorCode code) noexcept {
             return "device_lost";
         case ErrorCode::busy:
             return "busy";
+        case ErrorCode::cancelled:
+            return "cancelled";
         default:
             return "internal";
     }

@@ -1,6 +1,7 @@
 #include "morphray/image.hpp"
 
-#include <utility>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include "common/base/output_file.h"
 #include "common/image/depth.h"
@@ -39,27 +40,41 @@ mray::ViewSpec to_spec(const View& view) {
             .ao_distance = view.ao_distance};
 }
 
-Image to_image(mray::Frame frame, const mray::ImageParams& params, const mray::SceneSpace& space,
-               const MeshList& meshes) {
-    Image image;
-    image.width = frame.width;
-    image.height = frame.height;
-    image.ray_count = mray::count_rays(params, frame);
-    image.hits_hash = mray::hits_hash(frame);
-    image.image_hash = mray::image_hash(frame);
+void fill_hits(bool with_hits, TracedImage& traced, const mray::SceneSpace& space,
+               const MeshList& meshes, mray::ThreadArena& arena, Image& image) {
+    mray::Frame& frame = traced.samples;
+    if (!with_hits) {
+        image.hits.clear();
+        image.occlusion.clear();
+        image.hits_hash = 0;
+        image.image_hash = mray::image_hash(image.pixels);
+        return;
+    }
     image.hits.resize(frame.hits.size());
-    for (std::uint32_t y = 0; y < frame.height; ++y) {
+    const auto convert_row = [&](std::uint32_t y) {
         for (std::uint32_t x = 0; x < frame.width; ++x) {
             const std::size_t i = std::size_t{y} * frame.width + x;
             const mray::Hit& hit = frame.hits[i];
-            if (hit.prim_id == mray::kNoPrim) continue;
-            image.hits[i] = meshes.locate(mray::world_depth(params.camera, space, hit.t, x, y),
-                                          hit.u, hit.v, hit.prim_id);
+            image.hits[i] =
+                hit.prim_id == mray::kNoPrim
+                    ? Hit{}
+                    : meshes.locate(mray::world_depth(traced.params.camera, space, hit.t, x, y),
+                                    hit.u, hit.v, hit.prim_id);
         }
-    }
-    image.pixels = std::move(frame.pixels);
-    image.occlusion = std::move(frame.occlusion);
-    return image;
+    };
+    const auto add_sky = [&](std::uint32_t y) {
+        const std::size_t end = std::size_t{y + 1} * frame.width;
+        for (std::size_t i = end - frame.width; i < end; ++i)
+            frame.occlusion[i] += traced.sky.occlusion[i];
+    };
+    arena.execute([&] {
+        if (traced.has_sky) tbb::parallel_for(std::uint32_t{0}, frame.height, add_sky);
+        tbb::parallel_invoke(
+            [&] { tbb::parallel_for(std::uint32_t{0}, frame.height, convert_row); },
+            [&] { image.hits_hash = mray::hits_hash(frame); },
+            [&] { image.image_hash = mray::image_hash(image.pixels); });
+    });
+    image.occlusion.swap(frame.occlusion);
 }
 
 }  // namespace detail

@@ -1,6 +1,7 @@
 // Views and images between the public interface and the engine.
 #pragma once
 
+#include "common/base/thread_arena.h"
 #include "common/image/frame.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
@@ -11,8 +12,19 @@ namespace morphray::detail {
 
 mray::ViewSpec to_spec(const View& view);
 
-/// The frame that was traced with `params`, but for trace_ms.
-Image to_image(mray::Frame frame, const mray::ImageParams& params, const mray::SceneSpace& space,
-               const MeshList& meshes);
+/// What a backend traced for an image. The next image may use its memory again.
+struct TracedImage {
+    /// Of the samples: width and height are those of the image times the side of a pixel's square.
+    mray::ImageParams params = {};
+    mray::Frame samples;
+    /// The same samples with ambient-occlusion rays, if `has_sky`; else of an image before.
+    mray::Frame sky;
+    bool has_sky = false;
+};
+
+/// Fills hits, occlusion and both hashes of an image whose pixels are there; without hits as
+/// View::hits says. Takes the occlusion out of `traced`.
+void fill_hits(bool with_hits, TracedImage& traced, const mray::SceneSpace& space,
+               const MeshList& meshes, mray::ThreadArena& arena, Image& image);
 
 }  // namespace morphray::detail

@@ -81,7 +81,7 @@ GreyDepths grey_depths(const mray::ResolvedView& view, const PoseReader& pose) {
 
 /// Colours the samples by what the tree costs there; black without a hit, but for steps.
 void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& arena,
-                    ShadedImage& image) {
+                    TracedImage& image) {
     mray::Bvh tree;
     backend.read_tree(tree);
     const bool is_steps = shading == Shading::steps;
@@ -126,8 +126,9 @@ void ImageShader::prepare_normals(const MeshList& meshes, const PoseReader& pose
     has_normals_ = true;
 }
 
-ShadedImage ImageShader::render(const View& view, const MeshList& meshes, const PoseReader& pose,
-                                mray::Backend& backend, mray::ThreadArena& arena) {
+void ImageShader::render(const View& view, const MeshList& meshes, const PoseReader& pose,
+                         mray::Backend& backend, mray::ThreadArena& arena, TracedImage& traced,
+                         Image& image) {
     const LitKind kind = kind_of(view.shading);
     const bool is_lit = kind == LitKind::kLit;
     const bool is_smooth = (is_lit || kind == LitKind::kNormal) && !view.flat;
@@ -139,30 +140,27 @@ ShadedImage ImageShader::render(const View& view, const MeshList& meshes, const 
     if (view.shading != Shading::plain) spec.rays = is_lit ? mray::kRaysShadow : mray::kRaysPrimary;
     if (is_lit) spec.ao_count = std::max(view.ao_count, 1u);
 
-    ShadedImage image;
-    image.params = mray::make_image_params(spec, pose.bounds(), pose.space());
-    image.width = view.width;
-    image.height = view.height;
-    backend.trace_image(image.params, image.samples);
+    traced.params = mray::make_image_params(spec, pose.bounds(), pose.space());
+    traced.has_sky = is_lit && view.ao_count > 0;
+    backend.trace_image(traced.params, traced.samples);
     image.ray_count = backend.times().rays;
     image.trace_ms = backend.times().trace_ms;
-    mray::Frame sky;
-    if (is_lit && view.ao_count > 0) {
-        mray::ImageParams params = image.params;
+    if (traced.has_sky) {
+        mray::ImageParams params = traced.params;
         params.rays = mray::kRaysAo;
-        backend.trace_image(params, sky);
+        backend.trace_image(params, traced.sky);
         // The camera rays are the same once more, and count once.
-        image.ray_count += backend.times().rays - image.samples.hits.size();
+        image.ray_count += backend.times().rays - traced.samples.hits.size();
         image.trace_ms += backend.times().trace_ms;
     }
 
     const mray::Stopwatch watch;
-    if (is_heat) colour_by_tree(view.shading, backend, arena, image);
+    if (is_heat) colour_by_tree(view.shading, backend, arena, traced);
     const bool has_smooth = is_smooth && meshes.is_smooth();
     if (has_smooth) prepare_normals(meshes, pose, arena);
     const GreyDepths depths = grey_depths(mray::resolve_view(spec, pose.bounds()), pose);
     const mray::cpu::LitSamples samples{
-        .params = image.params,
+        .params = traced.params,
         .side = side,
         .kind = kind,
         .up = unit_vector(view.up),
@@ -173,33 +171,31 @@ ShadedImage ImageShader::render(const View& view, const MeshList& meshes, const 
         .normal_ids = has_smooth ? normals_->ids() : std::span<const mray::uvec3>(),
         .normals = has_smooth ? normals_->normals() : std::span<const mray::vec3>(),
         .textures = meshes.textures(),
-        .hits = image.samples.hits,
-        .shadows = image.samples.occlusion,
-        .occlusion = sky.occlusion,
-        .ao_count = sky.occlusion.empty() ? 0 : view.ao_count,
-        .colours = image.samples.pixels};
-    image.pixels.resize(std::size_t{image.width} * image.height);
+        .hits = traced.samples.hits,
+        .shadows = traced.samples.occlusion,
+        .occlusion = traced.sky.occlusion,
+        .ao_count = traced.has_sky ? view.ao_count : 0,
+        .colours = traced.samples.pixels};
+    image.pixels.resize(std::size_t{view.width} * view.height);
     static_assert(sizeof(LitPixel) == sizeof(mray::cpu::LitPixel));
-    if (is_lit && view.lit_pixels) image.lit_pixels.resize(image.pixels.size());
+    image.lit_pixels.resize(is_lit && view.lit_pixels ? image.pixels.size() : 0);
     // Of samples, so that the rows that a band shares with its neighbours are a small part of it.
     constexpr std::uint32_t kBandRows = 32;
     const std::uint32_t band = kBandRows / side;
     arena.execute([&] {
-        tbb::parallel_for(std::uint32_t{0}, (image.height + band - 1) / band, [&](std::uint32_t i) {
+        tbb::parallel_for(std::uint32_t{0}, (view.height + band - 1) / band, [&](std::uint32_t i) {
             const std::uint32_t begin = i * band;
-            const std::size_t first = std::size_t{begin} * image.width;
+            const std::size_t first = std::size_t{begin} * view.width;
             auto* const details =
                 image.lit_pixels.empty()
                     ? nullptr
                     : reinterpret_cast<mray::cpu::LitPixel*>(&image.lit_pixels[first]);
-            shader_.shade_rows(samples, begin, std::min(begin + band, image.height),
+            shader_.shade_rows(samples, begin, std::min(begin + band, view.height),
                                image.pixels.data() + first, details);
         });
     });
-    image.trace_ms += watch.ms();
-    for (std::size_t i = 0; i < sky.occlusion.size(); ++i)
-        image.samples.occlusion[i] += sky.occlusion[i];
-    return image;
+    image.shade_ms = watch.ms();
+    image.trace_ms += image.shade_ms;
 }
 
 }  // namespace morphray::detail

@@ -10,26 +10,12 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/vertex_normals.h"
 #include "cpu/image/lit_shader.h"
+#include "library/image_conversion.h"
 #include "library/mesh_list.h"
 #include "library/pose_reader.h"
 #include "morphray/image.hpp"
 
 namespace morphray::detail {
-
-/// The samples of an image as a backend traced them, and the image.
-struct ShadedImage {
-    /// Of the samples: width and height are those of the image times the side of a pixel's square.
-    mray::ImageParams params = {};
-    /// Occlusion counts shadow rays and ambient-occlusion rays together.
-    mray::Frame samples;
-    std::uint32_t width = 0;
-    std::uint32_t height = 0;
-    std::vector<std::uint32_t> pixels;
-    std::vector<LitPixel> lit_pixels;
-    std::uint64_t ray_count = 0;
-    /// Tracing and shading.
-    double trace_ms = 0;
-};
 
 /// Shades on the CPU what any backend has traced, so that colours do not depend on the backend.
 /// Not thread-safe.
@@ -47,11 +33,13 @@ public:
     /// Whether a view needs more than one traced image, or other colours than the backend's.
     static bool is_needed_for(const View& view);
 
-    /// Traces and shades a view of the meshes at the pose, which the backend has a tree of. Throws
-    /// what make_image_params() and the backend throw; Error(bad_argument) for other numbers of
-    /// samples than View::samples allows.
-    ShadedImage render(const View& view, const MeshList& meshes, const PoseReader& pose,
-                       mray::Backend& backend, mray::ThreadArena& arena);
+    /// Traces and shades a view of the meshes at the pose, which the backend has a tree of. Fills
+    /// pixels, lit_pixels, ray_count, trace_ms and shade_ms of the image. Throws what
+    /// make_image_params() and the backend throw; Error(bad_argument) for other numbers of samples
+    /// than View::samples allows.
+    void render(const View& view, const MeshList& meshes, const PoseReader& pose,
+                mray::Backend& backend, mray::ThreadArena& arena, TracedImage& traced,
+                Image& image);
 
 private:
     void prepare_normals(const MeshList& meshes, const PoseReader& pose, mray::ThreadArena& arena);

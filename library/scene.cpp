@@ -88,7 +88,13 @@ bool Scene::occluded(const Ray& ray) const {
 }
 
 Image Scene::render(const View& view) const {
-    return with_public_errors([&] { return require(impl_).render(view); });
+    Image image;
+    render(view, image);
+    return image;
+}
+
+void Scene::render(const View& view, Image& image) const {
+    with_public_errors([&] { require(impl_).render(view, image); });
 }
 
 Scene Scene::on(const Device& device) const {
@@ -98,6 +104,10 @@ Scene Scene::on(const Device& device) const {
 
 TreeStatistics Scene::tree_statistics() const {
     return with_public_errors([&] { return require(impl_).tree_statistics(); });
+}
+
+std::vector<Box> Scene::tree_boxes(std::uint32_t depth) const {
+    return with_public_errors([&] { return require(impl_).tree_boxes(depth); });
 }
 
 const Device& Scene::device() const { return require(impl_).device(); }

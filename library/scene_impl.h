@@ -14,6 +14,7 @@
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/scene_space/scene_rays.h"
 #include "library/device_impl.h"
+#include "library/image_conversion.h"
 #include "library/image_shader.h"
 #include "library/mesh_list.h"
 #include "library/pose_reader.h"
@@ -41,17 +42,16 @@ public:
     Hit intersect(const Ray& ray) const;
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
     bool occluded(const Ray& ray) const;
-    Image render(const View& view) const;
+    void render(const View& view, Image& image) const;
 
     TreeStatistics tree_statistics() const;
+    std::vector<Box> tree_boxes(std::uint32_t depth) const;
     const Device& device() const { return device_; }
     const mray::Topology& topology() const { return meshes_.topology(); }
     Box bounds() const;
 
 private:
     class Change;
-
-    Image render_shaded(const View& view) const;
 
     void start(const mray::Bvh* tree);
     std::unique_ptr<mray::UpdatePolicy> make_policy() const;
@@ -60,6 +60,8 @@ private:
     void make_scene_rays(std::span<const Ray> rays, mray::cpu::SceneRays& out) const;
     Hit to_world(const mray::Hit& hit, int t_exponent) const;
     void set_space();
+    /// An image of one sample a pixel in the colours of the backend; mutex_ is locked.
+    void render_plain(const View& view, TracedImage& traced, Image& image) const;
     mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
     double intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const;
     void intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const;
@@ -86,9 +88,11 @@ private:
     std::atomic<bool> is_changing_ = false;
     /// Why the scene is of no use any more.
     std::optional<Error> broken_;
-    /// Of calls of tracer_, updater_ and shader_ by const members.
+    /// Of calls of tracer_, updater_ and shader_, and of spare_, by const members.
     mutable std::mutex mutex_;
     mutable ImageShader shader_;
+    /// The memory of the image before.
+    mutable TracedImage spare_;
     mutable QueryCost cost_;
 };
 

@@ -10,6 +10,7 @@
 
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
+#include "common/bvh/tree_boxes.h"
 #include "library/errors.h"
 #include "library/image_conversion.h"
 #include "library/ray_grid.h"
@@ -24,6 +25,23 @@ constexpr std::size_t kFewRays = 256;
 constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
 // Rays that are handed to a device together.
 constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
+
+// The memory of the traced samples of an image is kept for the next one up to so many: 200 MB.
+constexpr std::size_t kMostSpareSamples = std::size_t{1} << 23;
+
+/// Lets a backend's images be cancelled while it lives.
+class Cancellable {
+public:
+    Cancellable(mray::Backend& backend, const std::atomic<bool>* cancel) : backend_(backend) {
+        backend_.cancel_images(cancel);
+    }
+    ~Cancellable() { backend_.cancel_images(nullptr); }
+    Cancellable(const Cancellable&) = delete;
+    Cancellable& operator=(const Cancellable&) = delete;
+
+private:
+    mray::Backend& backend_;
+};
 
 /// A ray in scene space that hits nothing: its interval is empty.
 constexpr mray::Ray kNoRay = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .tfar = 0};
@@ -261,42 +279,40 @@ bool SceneImpl::occluded(const Ray& ray) const {
     return found != 0;
 }
 
-Image SceneImpl::render(const View& view) const {
+void SceneImpl::render(const View& view, Image& image) const {
     require_usable();
-    if (ImageShader::is_needed_for(view)) return render_shaded(view);
-    const mray::ImageParams params =
-        mray::make_image_params(to_spec(view), pose_.bounds(), pose_.space());
-    mray::Frame frame;
-    double trace_ms = 0;
+    if (view.cancel != nullptr && *view.cancel)
+        throw mray::Error(mray::ErrorKind::kCancelled, "the image was cancelled");
+    TracedImage traced;
     {
         const std::scoped_lock lock(mutex_);
-        tracer_->trace_image(params, frame);
-        trace_ms = tracer_->times().trace_ms;
+        const Cancellable cancellable(*tracer_, view.cancel);
+        if (ImageShader::is_needed_for(view)) {
+            shader_.render(view, meshes_, pose_, *tracer_, arena(), spare_, image);
+        } else {
+            render_plain(view, spare_, image);
+        }
+        std::swap(traced, spare_);
     }
-    Image image = to_image(std::move(frame), params, pose_.space(), meshes_);
-    image.trace_ms = trace_ms;
-    cost_.add(trace_ms, image.ray_count);
-    return image;
+    fill_hits(view.hits, traced, pose_.space(), meshes_, arena(), image);
+    image.width = view.width;
+    image.height = view.height;
+    image.samples = view.samples;
+    cost_.add(image.trace_ms, image.ray_count);
+    if (traced.samples.hits.size() > kMostSpareSamples) return;
+    const std::scoped_lock lock(mutex_);
+    spare_ = std::move(traced);
 }
 
-Image SceneImpl::render_shaded(const View& view) const {
-    ShadedImage shaded;
-    {
-        const std::scoped_lock lock(mutex_);
-        shaded = shader_.render(view, meshes_, pose_, *tracer_, arena());
-    }
-    // The hits are those of the samples, the pixels those of the image.
-    Image image = to_image(std::move(shaded.samples), shaded.params, pose_.space(), meshes_);
-    image.width = shaded.width;
-    image.height = shaded.height;
-    image.samples = view.samples;
-    image.pixels = std::move(shaded.pixels);
-    image.lit_pixels = std::move(shaded.lit_pixels);
-    image.image_hash = mray::image_hash(image.pixels);
-    image.ray_count = shaded.ray_count;
-    image.trace_ms = shaded.trace_ms;
-    cost_.add(image.trace_ms, image.ray_count);
-    return image;
+void SceneImpl::render_plain(const View& view, TracedImage& traced, Image& image) const {
+    traced.params = mray::make_image_params(to_spec(view), pose_.bounds(), pose_.space());
+    traced.has_sky = false;
+    tracer_->trace_image(traced.params, traced.samples);
+    image.ray_count = tracer_->times().rays;
+    image.trace_ms = tracer_->times().trace_ms;
+    image.shade_ms = 0;
+    image.pixels.swap(traced.samples.pixels);
+    image.lit_pixels.clear();
 }
 
 TreeStatistics SceneImpl::tree_statistics() const {
@@ -309,6 +325,22 @@ TreeStatistics SceneImpl::tree_statistics() const {
     const mray::BvhStats stats = mray::bvh_stats(tree);
     return {stats.sah_cost, stats.node_count, stats.leaf_count,
             stats.depth,    stats.bytes,      mray::bvh_hash(tree)};
+}
+
+std::vector<Box> SceneImpl::tree_boxes(std::uint32_t depth) const {
+    require_usable();
+    mray::Bvh tree;
+    {
+        const std::scoped_lock lock(mutex_);
+        tracer_->read_tree(tree);
+    }
+    std::vector<Box> boxes;
+    for (const mray::Box& box : mray::boxes_at_depth(tree, depth)) {
+        const mray::vec3 lower = pose_.space().to_world(box.lower);
+        const mray::vec3 upper = pose_.space().to_world(box.upper);
+        boxes.push_back({{lower.x, lower.y, lower.z}, {upper.x, upper.y, upper.z}});
+    }
+    return boxes;
 }
 
 Box SceneImpl::bounds() const {

@@ -126,7 +126,8 @@ public:
         scene_.advance(frame_number);
         messages_.note(fmt::format("frame {}: {}, {}", frame_number,
                                    to_string(scene_.update().step), scene_.update().reason));
-        morphray::Image traced = scene_.render(options_.view, options_.shading);
+        morphray::Image& traced = traced_;
+        scene_.render(options_.view, options_.shading, traced);
         report_.frames.push_back(
             report_frame(scene_, frame_number, traced, !options_.json.empty()));
         if (hits_) call_library([&] { hits_->add(traced); });
@@ -137,11 +138,12 @@ public:
             std::filesystem::path file = folder_ / image_name(options_, frame_number);
             write_file(file.replace_extension(".exr"), encode_exr(traced, colours, texts));
         }
-        const Image image{traced.width, traced.height, std::move(traced.pixels)};
+        Image image{traced.width, traced.height, std::move(traced.pixels)};
         const std::string file = image_name(options_, frame_number);
         write_file(folder_ / file, encode_png(image, texts));
         thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
         report_.frames.back().file = file;
+        traced.pixels = std::move(image.pixels);
     }
 
     std::size_t finished() const { return report_.frames.size(); }
@@ -175,6 +177,8 @@ private:
     const Messages& messages_;
     std::filesystem::path folder_;
     ClipScene scene_;
+    /// Of the last frame.
+    morphray::Image traced_;
     std::uint32_t thumbnail_width_;
     std::optional<morphray::HitsWriter> hits_;
     std::vector<Image> thumbnails_;

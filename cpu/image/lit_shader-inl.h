@@ -15,9 +15,9 @@
 
 #include "common/base/aligned_vector.h"
 #include "cpu/image/lit_shader.h"
-#include "cpu/image/mesh_lanes-inl.h"
 #include "cpu/image/pixel_sums-inl.h"
 #include "cpu/image/texture_lanes-inl.h"
+#include "cpu/image/triangle_runs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -43,11 +43,12 @@ struct SampleLanes {
     UintVec prim;
 };
 
-/// What the neighbours of a row's samples ask for: normals of triangles, on the side of the eye;
-/// depths along the viewing direction, -1 without a hit; numbers of occluded rays. There are
-/// kPad samples without a hit before the first and after the last one.
+/// The surfaces of a row. Normals are those of triangles, on the side of the eye; depths are along
+/// the viewing direction, -1 without a hit; `occluded` are numbers of rays. There are kPad samples
+/// without a hit before the first and after the last one.
 struct SurfaceRow {
     AlignedVector<float> x, y, z, depth, occluded;
+    TriangleRuns runs;
 
     void resize(std::size_t width) {
         const std::size_t size = (width + kLanes - 1) / kLanes * kLanes + 2 * kPad;
@@ -63,19 +64,27 @@ public:
         : s_(samples),
           width_(samples.params.width),
           height_(samples.params.height),
-          first_row_(std::max<std::int64_t>(std::int64_t{begin} - kSquareBefore, 0)),
           colours_((width_ + kLanes - 1) / kLanes * kLanes) {
-        const std::int64_t last = std::min<std::int64_t>(std::int64_t{end} + kSquareAfter, height_);
-        rows_.resize(static_cast<std::size_t>(last - first_row_));
         if (with_details)
             for (AlignedVector<float>& plane : details_) plane.resize(colours_.size());
-        for (std::size_t i = 0; i < rows_.size(); ++i)
+        if (!has_neighbours()) {
+            rows_.resize(1);
+            rows_[0].resize(width_);
+            return;
+        }
+        first_row_ = std::max<std::int64_t>(std::int64_t{begin} - kSquareBefore, 0);
+        const std::int64_t last = std::min<std::int64_t>(std::int64_t{end} + kSquareAfter, height_);
+        rows_.resize(static_cast<std::size_t>(last - first_row_));
+        for (std::size_t i = 0; i < rows_.size(); ++i) {
+            rows_[i].resize(width_);
             find_surfaces(static_cast<std::uint32_t>(first_row_ + static_cast<std::int64_t>(i)),
                           rows_[i]);
+        }
     }
 
     /// The colours of a row of [begin, end); valid until the next call.
     const std::uint32_t* shade(std::uint32_t y) {
+        if (!has_neighbours()) find_surfaces(y, rows_[0]);
         for (std::uint32_t x = 0; x < width_; x += kLanes) {
             const SampleLanes samples = load_samples(x, y);
             const float height =
@@ -95,6 +104,9 @@ public:
     const float* detail(std::size_t plane) const { return details_[plane].data(); }
 
 private:
+    /// Whether a sample's colour depends on the samples around it.
+    bool has_neighbours() const { return s_.ao_count > 0; }
+
     SampleLanes load_samples(std::uint32_t x, std::uint32_t y) const {
         const Hit* from = &s_.hits[std::size_t{y} * width_ + x];
         const std::uint32_t count = std::min<std::uint32_t>(kLanes, width_ - x);
@@ -116,25 +128,30 @@ private:
     }
 
     void find_surfaces(std::uint32_t y, SurfaceRow& row) const {
-        row.resize(width_);
+        row.runs.find(s_, &s_.hits[std::size_t{y} * width_], width_);
+        if (!row.runs.has_hits()) {
+            std::fill(row.depth.begin(), row.depth.end(), -1.0f);
+            return;
+        }
         for (std::uint32_t x = 0; x < width_; x += kLanes) {
             const SampleLanes samples = load_samples(x, y);
-            if (none(samples.visible)) continue;
+            const std::size_t at = x + kPad;
+            if (none(samples.visible)) {
+                store(splat(-1.0f), row.depth.data() + at);
+                continue;
+            }
             const lanes::Float3 through =
                 lanes::camera_direction(s_.params.camera, samples.x, samples.y);
-            lanes::Float3 corners[3];
-            load_corners(s_.topology, s_.positions, samples.prim, corners);
-            const lanes::Surface surface = lanes::surface_of(
-                lanes::Float3(s_.params.camera.org), lanes::canonical_direction(through), samples.t,
-                corners[0], corners[1], corners[2]);
+            const lanes::Float3 dir = lanes::canonical_direction(through);
+            const lanes::Float3 n = own_normals(row.runs, TriangleRuns::Place(row.runs, x), dir);
+            const lanes::Float3 normal = select(dot3(n, dir) > zero(), -n, n);
             const FloatVec depth =
                 samples.t * lanes::scale_to_unit(lanes::largest_component(through));
-            const std::size_t at = x + kPad;
-            store(surface.normal.x, row.x.data() + at);
-            store(surface.normal.y, row.y.data() + at);
-            store(surface.normal.z, row.z.data() + at);
+            store(normal.x, row.x.data() + at);
+            store(normal.y, row.y.data() + at);
+            store(normal.z, row.z.data() + at);
             store(select(samples.visible, depth, -1.0f), row.depth.data() + at);
-            if (s_.ao_count == 0) continue;
+            if (!has_neighbours()) continue;
             const std::uint32_t count = std::min<std::uint32_t>(kLanes, width_ - x);
             for (std::uint32_t i = 0; i < count; ++i) {
                 row.occluded[at + i] =
@@ -143,8 +160,17 @@ private:
         }
     }
 
+    /// The flat normals of samples that canonical rays dir hit, on the triangles' own side: as in
+    /// surface_of().
+    static lanes::Float3 own_normals(const TriangleRuns& runs, const TriangleRuns::Place& at,
+                                     const lanes::Float3& dir) {
+        const lanes::Float3 n = runs.flat(at);
+        if (HWY_LIKELY(!runs.has_degenerate())) return n;
+        return select(largest_component(n) > zero(), n, lanes::unit(dir));
+    }
+
     const SurfaceRow& row(std::uint32_t y) const {
-        return rows_[static_cast<std::size_t>(std::int64_t{y} - first_row_)];
+        return rows_[has_neighbours() ? static_cast<std::size_t>(std::int64_t{y} - first_row_) : 0];
     }
 
     static lanes::Float3 normal_at(const SurfaceRow& row, std::size_t at) {
@@ -187,20 +213,19 @@ private:
         return lanes::openness(occluded, max(count, splat(1.0f)) * static_cast<float>(s_.ao_count));
     }
 
-    /// The unit normals to shade with; `flat` are those of the triangles.
-    lanes::Float3 shading_normals(const SampleLanes& samples, const lanes::Float3& flat) const {
+    /// The unit normals to shade with, on the side of the eye; `flat` are those of the triangles.
+    lanes::Float3 shading_normals(const SampleLanes& samples, const TriangleRuns& runs,
+                                  const TriangleRuns::Place& at, const lanes::Float3& through,
+                                  const lanes::Float3& flat) const {
         if (s_.normal_ids.empty()) return flat;
-        UintVec ids[3];
-        load_threes(kUints, &s_.normal_ids.front().x, samples.prim, s_.normal_ids.size(), ids);
-        lanes::Float3 corners[3];
-        for (int k = 0; k < 3; ++k) {
-            const auto is_flat = ids[k] == splat(kFlatCorner);
-            FloatVec n[3];
-            load_threes(kFloats, &s_.normals.front().x, zero_unless(!is_flat, ids[k]),
-                        s_.normals.size(), n);
-            corners[k] = select(is_flat, flat, lanes::corner_normal(lanes::Float3(n), flat));
-        }
-        return lanes::smooth_normal(corners[0], corners[1], corners[2], samples.u, samples.v);
+        const lanes::Float3 dir = lanes::canonical_direction(through);
+        const lanes::Float3 own = own_normals(runs, at, dir);
+        lanes::Float3 corners[3] = {runs.corner(at, 0), runs.corner(at, 1), runs.corner(at, 2)};
+        if (HWY_UNLIKELY(runs.has_degenerate()))
+            load_corner_normals(s_, samples.prim, own, corners);
+        const lanes::Float3 n =
+            lanes::smooth_normal(corners[0], corners[1], corners[2], samples.u, samples.v);
+        return select(dot3(own, dir) > zero(), -n, n);
     }
 
     UintVec false_colour(const SampleLanes& samples) const {
@@ -214,7 +239,8 @@ private:
             return lanes::depth_colour(depth, splat(s_.near), splat(s_.per_depth));
         if (s_.kind == LitKind::kPrim)
             return lanes::prim_colour(samples.prim, lanes::dot3(flat, lanes::unit(through)));
-        return lanes::normal_colour(shading_normals(samples, flat));
+        const TriangleRuns::Place place(own.runs, hn::GetLane(samples.x));
+        return lanes::normal_colour(shading_normals(samples, own.runs, place, through, flat));
     }
 
     UintVec light(const SampleLanes& samples, FloatVec height) {
@@ -250,7 +276,8 @@ private:
         const FloatVec depth = max(load_unaligned(own.depth.data() + x + kPad), zero());
         const lanes::Float3 through =
             lanes::camera_direction(s_.params.camera, samples.x, samples.y);
-        const lanes::Float3 n = shading_normals(samples, flat);
+        const TriangleRuns::Place place(own.runs, x);
+        const lanes::Float3 n = shading_normals(samples, own.runs, place, through, flat);
         const lanes::Float3 org(s_.params.camera.org);
         const lanes::Float3 point(org.x + depth * through.x, org.y + depth * through.y,
                                   org.z + depth * through.z);
@@ -260,8 +287,7 @@ private:
         std::copy_n(&s_.shadows[std::size_t{y} * width_ + x], count, shadows);
         const FloatVec light = 1.0f - lanes::to_float(load(shadows));
         const FloatVec open = open_of(samples, flat, through, depth);
-        const UintVec albedo =
-            hn::GatherIndex(kUints, s_.topology.albedo.data(), as_int(samples.prim));
+        const UintVec albedo = own.runs.albedo(place);
         const lanes::Float3 base =
             base_colours(s_, albedo, samples.prim, samples.u, samples.v, through, depth);
         LitLanes lit{lanes::lit_colour(n, to_light, light, open, lanes::Float3(s_.up), base), n,
@@ -277,8 +303,9 @@ private:
     const LitSamples& s_;
     std::uint32_t width_;
     std::uint32_t height_;
-    std::int64_t first_row_;
+    /// From first_row_ on; or, without neighbours, the row that is shaded.
     std::vector<SurfaceRow> rows_;
+    std::int64_t first_row_ = 0;
     AlignedVector<std::uint32_t> colours_;
     static constexpr std::size_t kDetails = sizeof(LitPixel) / sizeof(float);
     /// As in LitPixel, a plane each; empty without details.

@@ -15,12 +15,13 @@ void trace_shadows(const TileTracer& tracer, const PixelPart& part) {
     const Tile& tile = part.tile;
     const std::size_t count =
         light_packet_squares(tile.x1 - tile.x0, tile.y1 - tile.y0) * std::size_t{kSquareRays};
-    std::vector<SharedOriginRays> rays(count / kBlockRays, SharedOriginRays::none());
-    std::vector<float> lit(count);
-    std::vector<std::uint8_t> occluded(count, 1);
-    if (tracer.shader().make_shadow_rays(part, rays.data(), lit.data()))
-        tracer.occluded_shared_origin(part.params.light, rays, occluded);
-    tracer.shader().shade_shadows(part, occluded.data(), lit.data());
+    ShadowRays& shadow = tracer.shadow_rays();
+    shadow.rays.assign(count / kBlockRays, SharedOriginRays::none());
+    shadow.lit.resize(count);
+    shadow.occluded.assign(count, 1);
+    if (tracer.shader().make_shadow_rays(part, shadow.rays.data(), shadow.lit.data()))
+        tracer.occluded_shared_origin(part.params.light, shadow.rays, shadow.occluded);
+    tracer.shader().shade_shadows(part, shadow.occluded.data(), shadow.lit.data());
 }
 
 void trace_ao(const TileTracer& tracer, const PixelPart& part) {

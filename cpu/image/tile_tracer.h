@@ -16,6 +16,14 @@
 
 namespace mray::cpu {
 
+/// The shadow rays of a tile, with indices as by light_packet_ray().
+struct ShadowRays {
+    std::vector<SharedOriginRays> rays;
+    /// Of PixelShader::make_shadow_rays().
+    std::vector<float> lit;
+    std::vector<std::uint8_t> occluded;
+};
+
 /// The fastest tracer of tiles that a SIMD target has, with the bits of all others. Threads may
 /// share one.
 class TileTracer {
@@ -51,12 +59,16 @@ public:
         single_rays_.occluded(rays, occluded);
     }
 
+    /// Memory for the shadow rays of a tile, of this thread.
+    ShadowRays& shadow_rays() const { return scratch().shadow; }
+
 private:
-    /// The packets of a thread, which are too large to be made for each tile.
+    /// The packets and rays of a thread, which are too large to be made for each tile.
     struct Packets {
         CameraPacket camera;
         LightPacket light;
         StoredDirections directions;
+        ShadowRays shadow;
     };
 
     Packets& scratch() const {

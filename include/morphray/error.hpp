@@ -18,6 +18,7 @@ enum class ErrorCode {
     device_lost,   ///< The device stopped answering. The scene is of no use any more.
     busy,          ///< Another thread is changing this scene.
     internal,      ///< A broken invariant of the library: please report it.
+    cancelled,     ///< View::cancel asked the call to end.
 };
 
 /// "bad_argument" for ErrorCode::bad_argument, and so on.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -62,6 +63,13 @@ struct View {
     std::uint32_t ao_count = 16;
     /// Length of ambient-occlusion rays. 0: a quarter of the diagonal of the bounds.
     double ao_distance = 0;
+    /// Whether Image::hits, occlusion and hits_hash are filled. Without them an image takes less
+    /// time and memory; its pixels are the same.
+    bool hits = true;
+    /// If it is given, render() throws cancelled soon after another thread has made it true: within
+    /// some milliseconds while rays are traced on the CPU, and at the latest where a device has
+    /// finished a region of 2^18 pixels.
+    const std::atomic<bool>* cancel = nullptr;
 };
 
 /// What a pixel of a lit image shows beside its 8-bit colour.
@@ -83,11 +91,12 @@ struct Image {
     std::uint32_t samples = 1;
     /// 8 bits a channel, sRGB: red in bits 0 to 7, green in 8 to 15, blue in 16 to 23, alpha above.
     std::vector<std::uint32_t> pixels;
-    /// The hit of each camera ray; t is the depth along the viewing direction, in world space. With
-    /// several samples these are the hits of an image whose sides are longer by the square root of
-    /// their number, and so is `occlusion`.
+    /// The hit of each camera ray; empty if View::hits is false. t is the depth along the viewing
+    /// direction, in world space. With several samples these are the hits of an image whose sides
+    /// are longer by the square root of their number, and so is `occlusion`.
     std::vector<Hit> hits;
-    /// The number of occluded shadow and ambient-occlusion rays of each camera ray.
+    /// The number of occluded shadow and ambient-occlusion rays of each camera ray; empty if
+    /// View::hits is false.
     std::vector<std::uint32_t> occlusion;
     /// Row by row, if View::lit_pixels asks for them; else empty.
     std::vector<LitPixel> lit_pixels;
@@ -95,8 +104,12 @@ struct Image {
     std::uint64_t ray_count = 0;
     /// The time of the trace; a device takes it by its own clock, if it has one.
     double trace_ms = 0;
+    /// The part of trace_ms that the colours took, where these are a step of their own: with any
+    /// Shading but plain, and with several samples; else 0.
+    double shade_ms = 0;
     /// XXH3 (64 bits) of hits and occlusion, and of the pixels: the same on every device and
-    /// machine. They are what `morphray render --json` reports.
+    /// machine. They are what `morphray render --json` reports. hits_hash is 0 if View::hits is
+    /// false.
     std::uint64_t hits_hash = 0;
     std::uint64_t image_hash = 0;
 };

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "morphray/device.hpp"
 #include "morphray/error.hpp"
@@ -179,6 +180,10 @@ public:
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
     /// of 0, limit for more pixels or ao_count than View allows.
     Image render(const View& view) const;
+    /// The same into `image`, whose memory it uses again: for one image after the other, where
+    /// making memory anew takes longer than the trace. Not two calls with one image at the same
+    /// time. If it throws, `image` is a valid image, but of nothing in particular.
+    void render(const View& view, Image& image) const;
 
     /// A scene over the same meshes with a copy of this tree on another device, at the current
     /// pose. Afterwards both go their own ways. Throws what build() throws.
@@ -186,6 +191,11 @@ public:
 
     /// Reads the tree back from a device, which takes O(n).
     TreeStatistics tree_statistics() const;
+
+    /// The boxes of the tree at a depth, in world space: at 0 that of the whole scene, at 1 those of
+    /// the root's children, and so on; leaves above the depth are left out. Empty below the tree.
+    /// Reads the tree back from a device, which takes O(n).
+    std::vector<Box> tree_boxes(std::uint32_t depth) const;
 
     const Device& device() const;
     std::uint64_t triangle_count() const;
