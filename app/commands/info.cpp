@@ -1,6 +1,9 @@
 // morphray info: describes a scene, or this program.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
+
 #include "app/backends.h"
 #include "app/commands/commands.h"
 #include "app/frames.h"
@@ -10,6 +13,7 @@
 #include "common/base/stopwatch.h"
 #include "common/scene/procedural/procedural.h"
 #include "common/simd/simd_target.h"
+#include "common/text/message_text.h"
 #include "common/text/number_text.h"
 #include "common/text/table.h"
 #include "common/version.h"
@@ -96,6 +100,13 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
     report.exponent = scene.space().exponent();
     report.degenerate = count_degenerate(topology, positions);
     report.topology_hash = topology_hash(topology);
+    if (const SceneTextures* textures = scene.clip().textures()) {
+        for (const TextureFile& file : textures->files)
+            report.textures.push_back(shown(std::filesystem::path(file.path).filename()));
+        report.textured_triangles = static_cast<std::uint64_t>(
+            std::count_if(textures->texture_ids.begin(), textures->texture_ids.end(),
+                          [](std::uint32_t id) { return id != kNoTexture; }));
+    }
     if (options.tree_facts) {
         for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
             report.trees.push_back(
@@ -121,6 +132,10 @@ std::string text_of(const SceneReport& report) {
                               corner(report.bounds.upper));
     text += fmt::format("scene space     world space * 2^{}\n", report.exponent);
     text += fmt::format("topology hash   {}\n", hash_text(report.topology_hash));
+    if (!report.textures.empty()) {
+        text += fmt::format("textures        {} ({} triangles): {}\n", report.textures.size(),
+                            report.textured_triangles, fmt::join(report.textures, ", "));
+    }
     if (report.trees.empty()) return text;
     Table table({"tree", "build ms", "SAH cost", "nodes", "leaves", "depth", "children",
                  "triangles", "vertices", "MiB", "hash"});

@@ -189,6 +189,9 @@ private:
 constexpr std::uint64_t kHitsFileBytesPerPixel = 20;
 // What a sample takes while it is shaded: a second traced image.
 constexpr std::uint64_t kShadedBytesPerSample = 24;
+// Texture coordinates and the number of a texture, of the clip, of a scene and while it is made.
+// What texels take is checked as the textures are read.
+constexpr std::uint64_t kTextureBytesPerTriangle = 3 * 28;
 
 /// Refuses images whose samples are beyond what an image may have, though its pixels are not.
 void require_samples_fit(const Options& options) {
@@ -211,7 +214,10 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
     // The hits of all frames, twice, because a growing array is copied.
     const std::uint64_t kept =
         (options.hits.empty() ? 0 : 2 * frames * pixels * kHitsFileBytesPerPixel) +
-        (*options.shading.shading == morphray::Shading::plain ? 0 : pixels * kShadedBytesPerSample);
+        (*options.shading.shading == morphray::Shading::plain ? 0
+                                                              : pixels * kShadedBytesPerSample) +
+        (clip.textures() == nullptr ? 0
+                                    : clip.topology().triangles.size() * kTextureBytesPerTriangle);
     // A background build holds one more tree.
     const std::uint64_t background_build = options.tree.update == "auto" ? 1 : 0;
     require_memory(

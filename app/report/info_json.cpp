@@ -20,6 +20,8 @@ std::string to_json(const SceneReport& report) {
     json["not_finite"] = report.degenerate.not_finite;
     json["zero_area"] = report.degenerate.zero_area;
     json["topology_hash"] = hash_text(report.topology_hash);
+    json["textures"] = report.textures;
+    json["textured_triangles"] = report.textured_triangles;
     json["trees"] = Json::array();
     for (const SceneReport::Tree& tree : report.trees) {
         Json row = {{"build", tree.build},

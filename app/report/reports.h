@@ -161,6 +161,9 @@ struct SceneReport {
     int exponent = 0;
     DegenerateCount degenerate;
     std::uint64_t topology_hash = 0;
+    /// File names, and the number of triangles that show one of them.
+    std::vector<std::string> textures;
+    std::uint64_t textured_triangles = 0;
     struct Tree {
         std::string build;
         double build_ms = 0;

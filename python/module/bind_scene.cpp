@@ -14,38 +14,42 @@ namespace {
 
 using py::arg;
 
-/// One mesh from a tuple (points, triangles[, deforms[, albedo]]).
+/// One mesh from a tuple (points, triangles[, deforms[, albedo[, textures]]]).
 BorrowedMesh mesh_of(const py::handle& item, std::size_t number) {
     const std::string place = "mesh " + std::to_string(number) + ": ";
     if (!py::isinstance<py::tuple>(item) && !py::isinstance<py::list>(item))
         throw py::type_error(place + "a morphray.Mesh or a tuple (points, triangles) is needed");
     const auto parts = py::reinterpret_borrow<py::sequence>(item);
     const std::size_t size = py::len(parts);
-    if (size < 2 || size > 4) {
+    if (size < 2 || size > 5) {
         throw py::value_error(place +
-                              "2 to 4 items are needed, (points, triangles, deforms, "
-                              "albedo), not " +
+                              "2 to 5 items are needed, (points, triangles, deforms, "
+                              "albedo, textures), not " +
                               std::to_string(size));
     }
     if (size > 2 && !py::isinstance<py::bool_>(parts[2]))
         throw py::type_error(place + "deforms: True or False is needed");
     return borrow(parts[0], parts[1], size > 2 ? py::object(parts[2]).cast<bool>() : true,
-                  size > 3 ? py::object(parts[3]) : py::none(), place);
+                  size > 3 ? py::object(parts[3]) : py::none(),
+                  size > 4 ? py::object(parts[4]) : py::none(), place);
 }
 
 std::vector<BorrowedMesh> meshes_of(const py::object& points, const py::object& triangles,
-                                    bool deforms, const py::object& albedo) {
+                                    bool deforms, const py::object& albedo,
+                                    const py::object& textures) {
     std::vector<BorrowedMesh> meshes;
     if (!triangles.is_none()) {
-        meshes.push_back(borrow(points, triangles, deforms, albedo));
+        meshes.push_back(borrow(points, triangles, deforms, albedo, textures));
         return meshes;
     }
     if (!py::isinstance<py::list>(points) && !py::isinstance<py::tuple>(points)) {
         throw py::type_error(
             "Scene: arrays of points and triangles are needed, or a list of meshes");
     }
-    if (!albedo.is_none() || !deforms)
-        throw py::type_error("Scene: deforms and albedo belong into each mesh of the list");
+    if (!albedo.is_none() || !textures.is_none() || !deforms) {
+        throw py::type_error(
+            "Scene: deforms, albedo and textures belong into each mesh of the list");
+    }
     for (const py::handle item : points) meshes.push_back(mesh_of(item, meshes.size()));
     return meshes;
 }
@@ -55,12 +59,12 @@ std::unique_ptr<PyScene> make_scene(const py::object& points, const py::object& 
                                     const std::string& update, double budget_ms, double budget,
                                     bool deterministic, const std::string& split, bool deforms,
                                     const py::object& albedo, const py::object& refit_on,
-                                    bool record_cost_ratio) {
+                                    bool record_cost_ratio, const py::object& textures) {
     SceneOptions options{.bounds = bounds_of(bounds),
                          .update = policy_of(update, budget_ms, budget, deterministic),
                          .split = split_of(split),
                          .record_cost_ratio = record_cost_ratio};
-    std::vector<BorrowedMesh> meshes = meshes_of(points, triangles, deforms, albedo);
+    std::vector<BorrowedMesh> meshes = meshes_of(points, triangles, deforms, albedo, textures);
     if (!refit_on.is_none()) options.refit_on = device_of(refit_on, "refit_on");
     return std::make_unique<PyScene>(std::move(meshes), device_of(device, "device"), options);
 }
@@ -210,17 +214,18 @@ void bind_scene(py::module_& module) {
              arg("update") = "auto", arg("budget_ms") = automatic.budget_ms,
              arg("budget") = automatic.budget, arg("deterministic") = false,
              arg("split") = "binned", arg("deforms") = true, arg("albedo") = py::none(),
-             arg("refit_on") = py::none(), arg("record_cost_ratio") = false)
+             arg("refit_on") = py::none(), arg("record_cost_ratio") = false,
+             arg("textures") = py::none())
         .def("update", &update, kUpdateMethodDoc, arg("geom_id") = py::none(), arg("first") = 0,
              arg("count") = py::none())
         .def(
             "attach",
             [](PyScene& scene, const py::object& points, const py::object& triangles, bool deforms,
-               const py::object& albedo) {
-                return scene.attach(borrow(points, triangles, deforms, albedo));
+               const py::object& albedo, const py::object& textures) {
+                return scene.attach(borrow(points, triangles, deforms, albedo, textures));
             },
             kAttachDoc, arg("points"), arg("triangles"), arg("deforms") = true,
-            arg("albedo") = py::none())
+            arg("albedo") = py::none(), arg("textures") = py::none())
         .def(
             "detach",
             [](PyScene& scene, const py::object& geom_id) {

@@ -94,7 +94,8 @@ void write_cast(std::span<const Hit> hits, std::size_t first, std::span<const Co
 }  // namespace
 
 BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool deforms,
-                    const py::object& albedo, const std::string& place) {
+                    const py::object& albedo, const py::object& textures,
+                    const std::string& place) {
     const py::array array = points_array(points, place + "points");
     BorrowedMesh mesh;
     mesh.positions = positions_of(array, place + "points");
@@ -102,6 +103,7 @@ BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool 
     mesh.triangles = std::make_shared<const std::vector<std::uint32_t>>(
         indices_of(triangles, place + "triangles"));
     mesh.albedo = albedo_of(albedo, place + "albedo");
+    mesh.textures = textures_of(textures, place + "textures");
     mesh.deforms = deforms;
     return mesh;
 }
@@ -115,7 +117,7 @@ PyScene::PyScene(std::vector<BorrowedMesh> meshes, const Device& device,
         scene_ = Scene::build(std::span<const MeshView>(views), device, options);
     }
     for (BorrowedMesh& mesh : meshes) {
-        mesh.albedo = {};
+        mesh.forget_colours();
         meshes_.emplace(static_cast<std::uint32_t>(meshes_.size()), std::move(mesh));
     }
     next_meshes_ = meshes_;
@@ -174,7 +176,7 @@ std::uint32_t PyScene::attach(BorrowedMesh mesh) {
         const py::gil_scoped_release release;
         geom_id = scene_->attach(mesh.view());
     }
-    mesh.albedo = {};
+    mesh.forget_colours();
     next_meshes_.insert_or_assign(geom_id, std::move(mesh));
     return geom_id;
 }

@@ -12,6 +12,7 @@
 #include "morphray/scene.hpp"
 #include "python/module/arrays.h"
 #include "python/module/objects.h"
+#include "python/module/textures.h"
 #include "python/module/use_guard.h"
 
 namespace morphray::python {
@@ -22,14 +23,27 @@ struct BorrowedMesh {
     Positions positions;
     std::shared_ptr<const std::vector<std::uint32_t>> triangles;
     std::vector<std::uint32_t> albedo;
+    MeshTextures textures;
     bool deforms = true;
 
-    MeshView view() const { return {positions, *triangles, deforms, albedo, *triangles}; }
+    MeshView view() const {
+        MeshView mesh{positions, *triangles, deforms, albedo, *triangles};
+        mesh.textures = textures.views;
+        mesh.texcoords = textures.texcoords;
+        mesh.texture_ids = textures.ids;
+        return mesh;
+    }
+    /// Once the scene has copied them.
+    void forget_colours() {
+        albedo = {};
+        textures = {};
+    }
 };
 
 /// `place` is put before the names of the arrays in messages.
 BorrowedMesh borrow(const py::object& points, const py::object& triangles, bool deforms,
-                    const py::object& albedo, const std::string& place = {});
+                    const py::object& albedo, const py::object& textures,
+                    const std::string& place = {});
 
 /// The arrays that cast_rays() fills, one element a ray.
 struct CastHits {

@@ -4,7 +4,7 @@
 namespace morphray::python {
 
 inline constexpr const char* kSceneDoc =
-    R"(Scene(points, triangles=None, *, device="cpu", bounds=None, update="auto", budget_ms=0.0, budget=0.75, deterministic=False, split="binned", deforms=True, albedo=None, refit_on=None, record_cost_ratio=False)
+    R"(Scene(points, triangles=None, *, device="cpu", bounds=None, update="auto", budget_ms=0.0, budget=0.75, deterministic=False, split="binned", deforms=True, albedo=None, refit_on=None, record_cost_ratio=False, textures=None)
 --
 
 Deforming triangle meshes, the tree over them, and queries.
@@ -21,7 +21,7 @@ points:    (V, 3) float32, in any units. Borrowed: each update() reads the array
            While the scene lives, numpy refuses to resize the array.
 triangles: (T, 3) uint32, int32, uint64 or int64: three indices of points each. Copied once.
            Without triangles, points is a list of meshes: morphray.Mesh, or tuples of
-           (points, triangles[, deforms[, albedo]]), with geom_ids 0, 1, ... in order.
+           (points, triangles[, deforms[, albedo[, textures]]]), with geom_ids 0, 1, ... in order.
 device:    a Device, "cpu", "vulkan" or "brute".
 bounds:    (lower, upper), two points: the part of space that the meshes move in. It fixes the last
            bits of all hits: with the same bounds, equal positions give equal bits on all machines
@@ -38,6 +38,8 @@ albedo:    for images, the colour of each triangle: (T, 3) uint8 or (T,) uint32 
            to 7, green in 8 to 15, blue in 16 to 23; linear. None: light grey. Copied once.
 refit_on:  the device that refits, if it is not the one that traces.
 record_cost_ratio: find Update.cost_ratio at each update, even if the policy does not need it.
+textures:  for images by shading="lit", a morphray.Textures: images, and where on them the corners
+           of triangles are. Colours are multiplied by albedo, or by white without it. Copied once.
 
 Threads: any number may query a scene at the same time. update(), attach() and detach() need it for
 themselves: a call that meets another one raises Error "busy". The GIL is released while a call
@@ -48,7 +50,7 @@ do not fit, Error "bad_input" for an index that is out of range, "bad_argument" 
 infinite bounds, "unavailable" for a device that is not there, "limit" above 2^28 triangles.)";
 
 inline constexpr const char* kInitDoc =
-    R"(__init__(self, points, triangles=None, *, device="cpu", bounds=None, update="auto", budget_ms=0.0, budget=0.75, deterministic=False, split="binned", deforms=True, albedo=None, refit_on=None, record_cost_ratio=False)
+    R"(__init__(self, points, triangles=None, *, device="cpu", bounds=None, update="auto", budget_ms=0.0, budget=0.75, deterministic=False, split="binned", deforms=True, albedo=None, refit_on=None, record_cost_ratio=False, textures=None)
 --
 
 See the class.)";
@@ -84,7 +86,7 @@ Raises Error "bad_argument" for a mesh or points that are not there, "busy", "li
 "device_lost"; ValueError if an array has been given other memory.)";
 
 inline constexpr const char* kAttachDoc =
-    R"(attach(self, points, triangles, deforms=True, albedo=None)
+    R"(attach(self, points, triangles, deforms=True, albedo=None, textures=None)
 --
 
 Adds a mesh, from the next update() on. Returns its geom_id, the lowest free one. Arguments and

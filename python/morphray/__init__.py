@@ -39,6 +39,24 @@ from ._morphray import (
 )
 
 
+class Textures(_NamedTuple):
+    """Images that the triangles of a mesh show.
+
+    images:    (H, W, 3) or (H, W, 4) uint8, the top row first and encoded as in image files, or a
+               list of such arrays; alpha is not read
+    texcoords: (T, 3, 2) float32: u and v of the corners of each triangle, u from the left (0) to the
+               right (1), v from the bottom (0) to the top (1)
+    ids:       (T,) uint32, int32, uint64 or int64: the image of each triangle, or INVALID_ID for
+               none; None: the first of all
+    wrap:      beyond the image, "repeat" it or "clamp" to its border
+    """
+
+    images: _Any
+    texcoords: _Any
+    ids: _Any = None
+    wrap: str = "repeat"
+
+
 class Mesh(_NamedTuple):
     """A mesh of a Scene of several. The fields are arguments of Scene.
 
@@ -46,12 +64,14 @@ class Mesh(_NamedTuple):
     triangles: (T, 3) uint32, int32, uint64 or int64
     deforms:   whether Scene.update() reads the points again
     albedo:    (T, 3) uint8, (T,) uint32, or None
+    textures:  Textures, or None
     """
 
     points: _Any
     triangles: _Any
     deforms: bool = True
     albedo: _Any = None
+    textures: _Any = None
 
 
 __all__ = [
@@ -64,6 +84,7 @@ __all__ = [
     "ImageHits",
     "Mesh",
     "Scene",
+    "Textures",
     "TreeStatistics",
     "Update",
     "VulkanDeviceInfo",

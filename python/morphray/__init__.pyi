@@ -96,17 +96,30 @@ class TreeStatistics:
     @property
     def hash(self) -> int: ...
 
+class Textures(NamedTuple):
+    images: Union[NDArray[np.uint8], Sequence[NDArray[np.uint8]]]
+    texcoords: NDArray[np.float32]
+    ids: Optional[_Indices] = None
+    wrap: str = "repeat"
+
+_TexturesLike = Union[
+    Textures,
+    Tuple[Union[NDArray[np.uint8], Sequence[NDArray[np.uint8]]], NDArray[np.float32]],
+]
+
 class Mesh(NamedTuple):
     points: NDArray[np.float32]
     triangles: _Indices
     deforms: bool = True
     albedo: Optional[_Albedo] = None
+    textures: Optional[_TexturesLike] = None
 
 _MeshLike = Union[
     Mesh,
     Tuple[NDArray[np.float32], _Indices],
     Tuple[NDArray[np.float32], _Indices, bool],
     Tuple[NDArray[np.float32], _Indices, bool, Optional[_Albedo]],
+    Tuple[NDArray[np.float32], _Indices, bool, Optional[_Albedo], Optional[_TexturesLike]],
 ]
 
 class Scene:
@@ -127,6 +140,7 @@ class Scene:
         albedo: Optional[_Albedo] = None,
         refit_on: Optional[_DeviceLike] = None,
         record_cost_ratio: bool = False,
+        textures: Optional[_TexturesLike] = None,
     ) -> None: ...
     @overload
     def __init__(
@@ -145,6 +159,7 @@ class Scene:
         albedo: None = None,
         refit_on: Optional[_DeviceLike] = None,
         record_cost_ratio: bool = False,
+        textures: None = None,
     ) -> None: ...
     def update(
         self, geom_id: Optional[int] = None, first: int = 0, count: Optional[int] = None
@@ -155,6 +170,7 @@ class Scene:
         triangles: _Indices,
         deforms: bool = True,
         albedo: Optional[_Albedo] = None,
+        textures: Optional[_TexturesLike] = None,
     ) -> int: ...
     def detach(self, geom_id: int) -> None: ...
     def last_update(self) -> Update: ...

@@ -78,6 +78,30 @@ def test_albedo_colours_triangles():
         assert (pixels[..., 0] > 100).all() and not pixels[..., 1:3].any()
 
 
+def test_textures_colour_triangles():
+    points, triangles = triangle()
+    view = {"size": (8, 8), "eye": (0.3, 0.3, 1), "target": (0.3, 0.3, 0), "fov": 10,
+            "shading": "lit"}
+    texcoords = np.zeros((1, 3, 2), np.float32)
+    red = np.zeros((2, 3, 3), np.uint8)
+    red[..., 0] = 255
+    expected = morphray.Scene(points, triangles, albedo=np.array([[255, 0, 0]], np.uint8))
+    expected = expected.render(**view).image_hash
+    green = np.array([[[0, 255, 0, 99]]], np.uint8)
+    for textures in [
+        (red, texcoords),
+        morphray.Textures([green, red], texcoords, ids=np.array([1])),
+        morphray.Textures(red, texcoords[..., ::-1], wrap="clamp"),
+    ]:
+        scene = morphray.Scene(points, triangles, textures=textures)
+        assert scene.render(**view).image_hash == expected
+        scene = morphray.Scene([morphray.Mesh(points, triangles, textures=textures)])
+        assert scene.render(**view).image_hash == expected
+    grey = morphray.Scene(points, triangles).render(**view).image_hash
+    none = morphray.Textures(red, texcoords, ids=np.array([-1]))
+    assert morphray.Scene(points, triangles, textures=none).render(**view).image_hash == grey
+
+
 def test_images_are_saved(tmp_path):
     image = morphray.Scene(*grid(4)).render((40, 30))
     for path in [tmp_path / "a.png", str(tmp_path / "b.png")]:

@@ -139,6 +139,20 @@ def test_bad_out():
         ({"albedo": np.zeros((1, 4), np.uint8)}, ValueError, r"albedo: a shape of \(T, 3\)"),
         ({"albedo": np.zeros((1, 3), np.uint32)}, ValueError, r"albedo: a shape of \(T,\)"),
         ({"albedo": np.zeros(2, np.uint32)}, morphray.Error, "2 colours for 1 triangles"),
+        ({"textures": 1}, TypeError, "textures: a morphray.Textures"),
+        ({"textures": (IMAGE,)}, ValueError, "textures: 2 to 4 items"),
+        ({"textures": (1, TEXCOORDS)}, TypeError, "textures: image: .* uint8"),
+        ({"textures": ([], TEXCOORDS)}, ValueError, "no images"),
+        ({"textures": ([IMAGE, IMAGE[0]], TEXCOORDS)}, ValueError, r"image 1: .* \(H, W, 3\)"),
+        ({"textures": (IMAGE[:0], TEXCOORDS)}, ValueError, "image: a shape"),
+        ({"textures": (IMAGE, TEXCOORDS[0])}, ValueError, r"texcoords: a shape of \(T, 3, 2\)"),
+        ({"textures": (IMAGE, None)}, TypeError, "texcoords: .* float32"),
+        ({"textures": (IMAGE, TEXCOORDS[:0])}, morphray.Error, "texcoords: 0 floats"),
+        ({"textures": (IMAGE, TEXCOORDS, [0])}, TypeError, "ids: an array"),
+        ({"textures": (IMAGE, TEXCOORDS, np.array([[0]]))}, ValueError, r"ids: .* \(T,\)"),
+        ({"textures": (IMAGE, TEXCOORDS, np.array([-2]))}, morphray.Error, "ids: -2 of triangle 0"),
+        ({"textures": (IMAGE, TEXCOORDS, np.array([1]))}, morphray.Error, "1 textures"),
+        ({"textures": (IMAGE, TEXCOORDS, None, "mirror")}, ValueError, "wrap: "),
         ({"colour": 1}, TypeError, ""),
     ],
 )
@@ -153,7 +167,8 @@ def test_bad_options(options, error, reason):
         (3, TypeError),
         ([3], TypeError),
         ([(POINTS,)], ValueError),
-        ([(POINTS, TRIANGLES, True, None, 1)], ValueError),
+        ([(POINTS, TRIANGLES, True, None, 1)], TypeError),
+        ([(POINTS, TRIANGLES, True, None, None, 1)], ValueError),
         ([(POINTS, TRIANGLES, None)], TypeError),
         (POINTS, TypeError),
     ],
@@ -277,7 +292,8 @@ def test_any_arguments_are_refused_or_accepted():
     ]
     methods = ["update", "intersect", "occluded", "cast_rays", "test_occlusions", "on", "attach",
                "detach", "last_update", "tree_statistics"]
-    keywords = ["device", "bounds", "update", "budget_ms", "split", "albedo", "refit_on", "deforms"]
+    keywords = ["device", "bounds", "update", "budget_ms", "split", "albedo", "refit_on", "deforms",
+                "textures"]
     calls = [getattr(scene, name) for name in methods]
     calls += [morphray.Scene, morphray.compare, morphray.HitsWriter, morphray.read_hits]
     calls.append(lambda *a: scene.render((4, 4), **dict(zip(["eye", "target", "up", "fov"], a))))

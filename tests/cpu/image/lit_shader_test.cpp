@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -153,6 +154,35 @@ struct Size {
     std::uint32_t width, height;
 };
 
+/// Gives every second triangle one of two textures somewhere.
+class TestTextures {
+public:
+    TestTextures(Topology& topology, Random& random) {
+        for (const bool clamp : {false, true}) {
+            std::vector<std::uint32_t> texels(13 * 8);
+            for (std::uint32_t& texel : texels) texel = static_cast<std::uint32_t>(random.bits());
+            textures_.push_back(std::make_shared<const cpu::Texture>(texels, 13, 8, clamp));
+        }
+        for (std::size_t i = 0; i < topology.triangles.size(); ++i) {
+            const auto number = [&] {
+                return static_cast<float>(static_cast<std::int64_t>(random.bits() % 4000) - 2000) /
+                       500.0f;
+            };
+            Texcoords& texcoords = texcoords_.emplace_back();
+            for (Texcoord& at : texcoords) at = {number(), number()};
+            const auto id = static_cast<std::uint32_t>(random.bits() % 4);
+            ids_.push_back(id < 2 ? id : kNoTexture);
+            if (id < 2) topology.albedo[i] |= kTexturedBit;
+        }
+    }
+    cpu::TexturedTriangles triangles() const { return {textures_, texcoords_, ids_}; }
+
+private:
+    std::vector<std::shared_ptr<const cpu::Texture>> textures_;
+    std::vector<Texcoords> texcoords_;
+    std::vector<std::uint32_t> ids_;
+};
+
 class EveryLitTarget : public testing::TestWithParam<SimdTarget> {
 protected:
     EveryLitTarget() : shader_(GetParam()) {}
@@ -164,6 +194,7 @@ protected:
         Random random(7);
         for (Albedo& albedo : topology.albedo)
             albedo = static_cast<Albedo>(random.bits()) & 0x01FFFFFFu;
+        const TestTextures textures(topology, random);
         std::vector<uvec3> ids = topology.triangles;
         for (std::size_t i = 0; i < ids.size(); i += 3) ids[i] = uvec3(kFlatCorner);
         VertexNormals normals(topology.triangles, ids);
@@ -200,6 +231,7 @@ protected:
                     .positions = scene.positions(),
                     .normal_ids = is_flat ? std::span<const uvec3>() : normals.ids(),
                     .normals = normals.normals(),
+                    .textures = textures.triangles(),
                     .hits = shadows.hits,
                     .shadows = shadows.occlusion,
                     .occlusion = sky.occlusion,

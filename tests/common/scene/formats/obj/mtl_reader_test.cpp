@@ -17,8 +17,8 @@ struct Library {
 Library read(const std::string& text, bool lenient = false) {
     Library library;
     read_mtl_text(
-        text, "a.mtl", "a.mtl", lenient, [&](const Warning& w) { library.warnings.push_back(w.line()); },
-        library.materials);
+        text, "a.mtl", "a.mtl", lenient,
+        [&](const Warning& w) { library.warnings.push_back(w.line()); }, library.materials);
     return library;
 }
 
@@ -60,6 +60,23 @@ TEST(MtlReader, ColoursThatAreNotFiniteNumbersAreRefusedWithTheirLine) {
         ASSERT_EQ(library.warnings.size(), 1u);
         EXPECT_TRUE(library.warnings[0].starts_with("a.mtl:2: warning: Kd")) << kd;
     }
+}
+TEST(MtlReader, TexturesKeepTheirFileAndPlace) {
+    const auto materials = read("newmtl a\nmap_Kd -clamp on x y.png\nnewmtl b\n").materials;
+    const Material& a = materials.at("a");
+    ASSERT_NE(a.map, nullptr);
+    EXPECT_EQ(a.map->file, "x y.png");
+    EXPECT_EQ(a.map->place, "a.mtl:2");
+    EXPECT_EQ(a.albedo, kDefaultAlbedo);
+    EXPECT_EQ(a.textured_albedo, 0xFFFFFFu);
+    EXPECT_EQ(materials.at("b").map, nullptr);
+}
+TEST(MtlReader, OptionsOfTexturesThatAreNotReadAreAWarning) {
+    const Library library = read("newmtl a\nmap_Kd -mm 0 2 x.png\nmap_Kd -t 1 1 1 y.png\n");
+    EXPECT_EQ(library.materials.at("a").map->file, "y.png");
+    ASSERT_EQ(library.warnings.size(), 1u);
+    EXPECT_EQ(library.warnings[0],
+              "a.mtl:2: warning: option -mm of map_Kd is not read; ignored (and 1 more)");
 }
 TEST(MtlReader, NulBytesAreRefused) {
     EXPECT_EQ(kind_of([] { read(std::string("newmtl a\0b\n", 11)); }), ErrorKind::kBadInput);

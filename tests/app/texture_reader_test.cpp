@@ -1,0 +1,233 @@
+// Textures from PNG and JPEG files, good and bad.
+#include "app/files/texture_reader.h"
+
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include <jpeglib.h>
+
+#include "tests/support/temporary_folder.h"
+#include "tests/support/thrown_error.h"
+
+namespace mray::app {
+namespace {
+
+using namespace test;
+
+/// A PNG file of noise; `colour` is a PNG_COLOR_TYPE.
+std::string png_file(std::uint32_t width, std::uint32_t height, int colour, int bits,
+                     bool interlaced = false) {
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(png);
+    std::string bytes;
+    png_set_write_fn(
+        png, &bytes,
+        [](png_structp p, png_bytep data, std::size_t size) {
+            static_cast<std::string*>(png_get_io_ptr(p))
+                ->append(reinterpret_cast<const char*>(data), size);
+        },
+        nullptr);
+    png_set_IHDR(png, info, width, height, bits, colour,
+                 interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    std::vector<png_color> palette;
+    for (int i = 0; i < 1 << std::min(bits, 8); ++i)
+        palette.push_back({png_byte(i * 3), png_byte(i * 5), png_byte(i * 7)});
+    if (colour == PNG_COLOR_TYPE_PALETTE)
+        png_set_PLTE(png, info, palette.data(), static_cast<int>(palette.size()));
+    png_write_info(png, info);
+    const std::size_t row = png_get_rowbytes(png, info);
+    std::vector<png_byte> pixels(row * height);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        pixels[i] = static_cast<png_byte>(i * i * 31 + i / 7);
+    std::vector<png_bytep> rows;
+    for (std::uint32_t y = 0; y < height; ++y) rows.push_back(pixels.data() + y * row);
+    png_write_image(png, rows.data());
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    return bytes;
+}
+
+struct JpegOptions {
+    int components = 3;
+    J_COLOR_SPACE space = JCS_RGB;
+    bool progressive = false;
+    int chroma = 2;
+};
+
+/// A JPEG file with a gradient.
+std::string jpeg_file(std::uint32_t width, std::uint32_t height, const JpegOptions& options = {}) {
+    jpeg_compress_struct jpeg = {};
+    jpeg_error_mgr errors;
+    jpeg.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&jpeg);
+    unsigned char* memory = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&jpeg, &memory, &size);
+    jpeg.image_width = width;
+    jpeg.image_height = height;
+    jpeg.input_components = options.components;
+    jpeg.in_color_space = options.space;
+    jpeg_set_defaults(&jpeg);
+    jpeg_set_quality(&jpeg, 95, TRUE);
+    if (options.components == 3)
+        jpeg.comp_info[0].h_samp_factor = jpeg.comp_info[0].v_samp_factor = options.chroma;
+    if (options.progressive) jpeg_simple_progression(&jpeg);
+    jpeg_start_compress(&jpeg, TRUE);
+    std::vector<unsigned char> row(std::size_t{width} * std::size_t(options.components));
+    for (std::uint32_t y = 0; y < height; ++y) {
+        for (std::size_t i = 0; i < row.size(); ++i)
+            row[i] = static_cast<unsigned char>(40 + i * 5 + y * 3 + (i % 3) * 50);
+        JSAMPROW rows = row.data();
+        jpeg_write_scanlines(&jpeg, &rows, 1);
+    }
+    jpeg_finish_compress(&jpeg);
+    jpeg_destroy_compress(&jpeg);
+    std::string bytes(reinterpret_cast<char*>(memory), size);
+    std::free(memory);
+    return bytes;
+}
+
+class TextureFiles : public testing::Test {
+protected:
+    Image read(const std::string& bytes, const std::string& name = "a.png") const {
+        return read_texture(folder_.write(name, bytes));
+    }
+    std::string refusal(const std::string& bytes) const {
+        return message_of([&] { read(bytes); });
+    }
+
+    TemporaryFolder folder_;
+};
+
+TEST_F(TextureFiles, PngOfEveryKindBecomesEightBitsAChannel) {
+    for (const auto& [colour, bits] : {std::pair{PNG_COLOR_TYPE_GRAY, 1},
+                                       {PNG_COLOR_TYPE_GRAY, 4},
+                                       {PNG_COLOR_TYPE_GRAY, 16},
+                                       {PNG_COLOR_TYPE_PALETTE, 2},
+                                       {PNG_COLOR_TYPE_PALETTE, 8},
+                                       {PNG_COLOR_TYPE_RGB, 8},
+                                       {PNG_COLOR_TYPE_RGB, 16},
+                                       {PNG_COLOR_TYPE_GRAY_ALPHA, 8},
+                                       {PNG_COLOR_TYPE_RGBA, 16}}) {
+        SCOPED_TRACE(testing::Message() << "type " << colour << ", " << bits << " bits");
+        const Image image = read(png_file(11, 6, colour, bits));
+        EXPECT_EQ(image.width, 11u);
+        EXPECT_EQ(image.height, 6u);
+        ASSERT_EQ(image.pixels.size(), 66u);
+        // The same through libpng's simplified interface, and interlaced.
+        const std::string path = folder_.file("a.png");
+        EXPECT_EQ(read(png_file(11, 6, colour, bits, true)).pixels, image.pixels);
+        if (bits == 16) continue;  // which that reads as linear
+        png_image png = {};
+        png.version = PNG_IMAGE_VERSION;
+        ASSERT_NE(png_image_begin_read_from_file(&png, path.c_str()), 0);
+        png.format = PNG_FORMAT_RGBA;
+        std::vector<std::uint32_t> expected(66);
+        ASSERT_NE(png_image_finish_read(&png, nullptr, expected.data(), 0, nullptr), 0);
+        EXPECT_EQ(image.pixels, expected);
+    }
+}
+
+TEST_F(TextureFiles, SixteenBitsAreRoundedToEight) {
+    const std::string bytes = png_file(1, 1, PNG_COLOR_TYPE_RGB, 16);
+    // The noise is 0, 31, 124, 279 ... mod 256 in bytes: 0x001F, 0x7C17, 0xF007.
+    EXPECT_EQ(read(bytes).pixels[0], 0xFFF07C00u);
+}
+
+TEST_F(TextureFiles, JpegIsReadInRgbAndGreyPlainAndProgressive) {
+    for (const bool progressive : {false, true}) {
+        for (const int chroma : {1, 2}) {
+            const Image image =
+                read(jpeg_file(21, 13, {.progressive = progressive, .chroma = chroma}));
+            ASSERT_EQ(image.pixels.size(), 21u * 13);
+            // Red of the first pixel, and alpha.
+            EXPECT_NEAR(image.pixels[0] & 0xFF, 40, chroma == 1 ? 8 : 16);
+            EXPECT_EQ(image.pixels[0] >> 24, 255u);
+        }
+        const Image grey = read(
+            jpeg_file(9, 8, {.components = 1, .space = JCS_GRAYSCALE, .progressive = progressive}));
+        for (const std::uint32_t pixel : grey.pixels) {
+            EXPECT_EQ(pixel & 0xFF, pixel >> 8 & 0xFF);
+            EXPECT_EQ(pixel & 0xFF, pixel >> 16 & 0xFF);
+        }
+    }
+}
+
+TEST_F(TextureFiles, NameDoesNotDecideTheKind) {
+    EXPECT_EQ(read(jpeg_file(3, 2), "a.png").width, 3u);
+    EXPECT_EQ(read(png_file(4, 2, PNG_COLOR_TYPE_RGB, 8), "a.jpg").width, 4u);
+    EXPECT_NE(refusal("GIF89a...").find("a.png: is neither a PNG nor a JPEG file"),
+              std::string::npos);
+    EXPECT_NE(refusal("").find("neither"), std::string::npos);
+}
+
+TEST_F(TextureFiles, CmykIsRefused) {
+    const std::string message = refusal(jpeg_file(8, 8, {.components = 4, .space = JCS_CMYK}));
+    EXPECT_NE(message.find("save as RGB"), std::string::npos) << message;
+}
+
+TEST_F(TextureFiles, CutFilesAreRefusedWhereverTheyEnd) {
+    for (const std::string& whole :
+         {png_file(9, 7, PNG_COLOR_TYPE_RGB, 8), png_file(9, 7, PNG_COLOR_TYPE_PALETTE, 4, true),
+          jpeg_file(17, 9), jpeg_file(17, 9, {.progressive = true})}) {
+        EXPECT_NO_THROW(read(whole));
+        for (std::size_t size = 0; size < whole.size(); ++size) {
+            ASSERT_EQ(kind_of([&] { read(whole.substr(0, size)); }), ErrorKind::kBadInput)
+                << size << " of " << whole.size();
+        }
+    }
+}
+
+TEST_F(TextureFiles, DamagedBytesAreReadOrRefusedButNothingElse) {
+    for (const std::string& whole :
+         {png_file(9, 7, PNG_COLOR_TYPE_RGB, 8), jpeg_file(17, 9, {.progressive = true})}) {
+        for (std::size_t at = 0; at < whole.size(); ++at) {
+            for (const int flip : {0x01, 0x80, 0xFF}) {
+                std::string bytes = whole;
+                bytes[at] = static_cast<char>(bytes[at] ^ flip);
+                const auto kind = kind_of([&] { read(bytes); });
+                EXPECT_TRUE(!kind || kind == ErrorKind::kBadInput || kind == ErrorKind::kLimit);
+            }
+        }
+    }
+}
+
+TEST_F(TextureFiles, ImagesBeyondTheLimitsAreRefusedByTheirHead) {
+    // The head of a small file with other sizes: in a PNG, bytes 16 to 23 and the chunk's checksum.
+    std::string png = png_file(1, 1, PNG_COLOR_TYPE_RGB, 8);
+    const std::string size("\0\0\xEA\x60\0\0\xEA\x60", 8);
+    png.replace(16, 8, size);
+    const auto* const chunk = reinterpret_cast<const png_byte*>(png.data()) + 12;
+    std::uint32_t crc = 0xFFFFFFFF;
+    for (int i = 0; i < 17; ++i) {
+        crc ^= chunk[i];
+        for (int k = 0; k < 8; ++k) crc = crc >> 1 ^ (crc & 1 ? 0xEDB88320 : 0);
+    }
+    for (std::size_t i = 0; i < 4; ++i)
+        png[29 + i] = static_cast<char>(~crc >> (24 - 8 * i) & 0xFF);
+    // In a JPEG, bytes 5 to 8 of the frame's segment.
+    std::string jpeg = jpeg_file(8, 8);
+    const std::size_t frame = jpeg.find("\xFF\xC0");
+    ASSERT_NE(frame, std::string::npos);
+    jpeg.replace(frame + 5, 4, "\xEA\x60\xEA\x60");
+    for (const std::string& bytes : {png, jpeg}) {
+        EXPECT_EQ(kind_of([&] { read(bytes); }), ErrorKind::kLimit);
+        EXPECT_NE(refusal(bytes).find("has 60000x60000 pixels; at most 16384 a side"),
+                  std::string::npos)
+            << refusal(bytes);
+    }
+}
+
+TEST_F(TextureFiles, FoldersAndMissingFilesAreRefused) {
+    EXPECT_EQ(kind_of([&] { read_texture(folder_.path()); }), ErrorKind::kBadInput);
+    EXPECT_EQ(kind_of([&] { read_texture(folder_.path() / "none.png"); }), ErrorKind::kBadInput);
+}
+
+}  // namespace
+}  // namespace mray::app

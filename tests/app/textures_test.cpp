@@ -1,0 +1,113 @@
+// Textures of OBJ files in rendered images.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/image/png.h"
+#include "tests/app/program.h"
+
+namespace mray::test {
+namespace {
+
+using Json = nlohmann::json;
+using Names = std::vector<std::string>;
+
+std::string png_of(std::uint32_t first, std::uint32_t second) {
+    const Image image{2, 1, {first | 0xFF000000, second | 0xFF000000}};
+    const std::vector<std::byte> bytes = encode_png(image);
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// A folder with scene.obj, a square with a texture of two texels.
+struct TexturedFolder : TemporaryFolder {
+    TexturedFolder() {
+        write("a.png", png_of(0x0000FF, 0x00FF00));
+        write("a.mtl", "newmtl m\nmap_Kd a.png\n");
+        write("scene.obj", text(0));
+    }
+    static std::string text(int z) {
+        const std::string end = " " + std::to_string(z) + "\n";
+        return "mtllib a.mtl\nusemtl m\nv 0 0" + end + "v 1 0" + end + "v 1 1" + end + "v 0 1" +
+               end + "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+    }
+};
+
+Outcome render(const TexturedFolder& folder, Names more = {}) {
+    Names all = {"render", folder.file("scene.obj"), "--size", "24x16",
+                 "--out",  folder.file("out"),       "--json", "-"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+}
+
+std::string image_hash(const Outcome& outcome) {
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return Json::parse(outcome.out)["frames"][0]["image_hash"];
+}
+
+TEST(RenderTextures, AreTheSameOnEveryBackend) {
+    const TexturedFolder folder;
+    const Outcome outcome = render(folder, {"--backend", "cpu"});
+    EXPECT_EQ(outcome.err, "");
+    const std::string hash = image_hash(outcome);
+    EXPECT_EQ(image_hash(render(folder, {"--backend", "brute"})), hash);
+    EXPECT_EQ(image_hash(render(folder, {"--backend", "cpu", "--simd", "off"})), hash);
+#ifdef MORPHRAY_HAS_VULKAN
+    EXPECT_EQ(image_hash(render(folder, {"--backend", "vulkan"})), hash);
+#endif
+    folder.write("a.png", png_of(0xFFFFFF, 0xFFFFFF));
+    EXPECT_NE(image_hash(render(folder, {"--backend", "cpu"})), hash);
+}
+
+TEST(RenderTextures, FollowASequence) {
+    const TexturedFolder folder;
+    folder.write("f_0.obj", TexturedFolder::text(-5));
+    folder.write("f_1.obj", TexturedFolder::text(0));
+    const Names view = {"--eye",   "0.5,0.5,3", "--target",  "0.5,0.5,0",
+                        "--light", "9,9,9",     "--backend", "cpu"};
+    const auto with = [&](Names more) {
+        more.insert(more.end(), view.begin(), view.end());
+        return more;
+    };
+    const Outcome sequence = run(with({"render", folder.file("f_%d.obj"), "--frames", "1", "--size",
+                                       "24x16", "--out", folder.file("out"), "--json", "-"}));
+    EXPECT_EQ(image_hash(sequence), image_hash(render(folder, with({}))));
+}
+
+TEST(RenderTextures, MissingOneIsAWarning) {
+    const TexturedFolder folder;
+    std::filesystem::remove(folder.path() / "a.png");
+    const Outcome outcome = render(folder, {"--backend", "cpu"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.err.find("a.mtl:2: warning: map_Kd: "), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("no such file"), std::string::npos) << outcome.err;
+}
+
+TEST(RenderTextures, DamagedOneIsAnErrorUnlessLenient) {
+    const TexturedFolder folder;
+    folder.write("a.png", png_of(1, 2).substr(0, 50));
+    const Outcome outcome = render(folder, {"--backend", "cpu"});
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_NE(outcome.err.find("a.png: is not a PNG file that can be read"), std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    const Outcome lenient = render(folder, {"--backend", "cpu", "--lenient"});
+    EXPECT_EQ(lenient.code, 0) << lenient.err;
+    EXPECT_NE(lenient.err.find("a.png: warning: is not a PNG file"), std::string::npos)
+        << lenient.err;
+    // Nobody looks at it.
+    EXPECT_EQ(render(folder, {"--backend", "cpu", "--shading", "plain"}).code, 0);
+}
+
+TEST(RenderTextures, InfoCountsThem) {
+    const TexturedFolder folder;
+    const Outcome outcome = run({"info", folder.file("scene.obj")});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("\ntextures        1 (2 triangles): a.png\n"), std::string::npos)
+        << outcome.out;
+    const Json report = Json::parse(run({"info", folder.file("scene.obj"), "--json", "-"}).out);
+    ASSERT_EQ(report["textures"].size(), 1u);
+    EXPECT_EQ(std::filesystem::path(std::string(report["textures"][0])).filename(), "a.png");
+}
+
+}  // namespace
+}  // namespace mray::test

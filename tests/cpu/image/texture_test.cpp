@@ -1,0 +1,198 @@
+#include "cpu/image/texture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <vector>
+
+namespace mray::cpu {
+namespace {
+
+std::vector<std::uint32_t> noise(std::uint32_t width, std::uint32_t height, unsigned seed = 1) {
+    std::mt19937 random(seed);
+    std::vector<std::uint32_t> texels(std::size_t{width} * height);
+    for (std::uint32_t& texel : texels) texel = static_cast<std::uint32_t>(random());
+    return texels;
+}
+
+std::uint32_t channel(std::uint32_t texel, int k) { return texel >> (8 * k) & 0xFF; }
+
+uvec3 squares(std::uint32_t texel) {
+    const uvec3 c(channel(texel, 0), channel(texel, 1), channel(texel, 2));
+    return c * c;
+}
+
+TEST(Texture, ShowsATexelAtItsCentre) {
+    for (const bool clamp : {false, true}) {
+        for (const uvec3 size : {uvec3(1, 1, 0), uvec3(4, 2, 0), uvec3(3, 5, 0), uvec3(16, 9, 0)}) {
+            const auto texels = noise(size.x, size.y);
+            const Texture texture(texels, size.x, size.y, clamp);
+            for (std::uint32_t y = 0; y < size.y; ++y) {
+                for (std::uint32_t x = 0; x < size.x; ++x) {
+                    // v goes upwards, rows downwards; sides of a power of two are exact.
+                    const Texcoord at{
+                        (static_cast<float>(x) + 0.5f) / static_cast<float>(size.x),
+                        1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(size.y)};
+                    const uvec3 colour = texture.colour_at(at, 0);
+                    const uvec3 expected = squares(texels[y * size.x + x]);
+                    const bool is_exact =
+                        (size.x & (size.x - 1)) == 0 && (size.y & (size.y - 1)) == 0;
+                    // A coordinate that is rounded down is 1/256 of a texel off.
+                    const double off = is_exact ? 0 : 2.0 / 256 * kTexelOne + 1;
+                    for (int k = 0; k < 3; ++k)
+                        EXPECT_NEAR(colour[k], expected[k], off) << x << ' ' << y;
+                }
+            }
+        }
+    }
+}
+
+TEST(Texture, MixesFourTexelsInLinearLight) {
+    const std::vector<std::uint32_t> texels = {0x000000, 0xFFFFFF, 0x0000FF, 0x00FF00};
+    const Texture texture(texels, 2, 2, true);
+    // A quarter to the right and half down between the centres.
+    const uvec3 colour = texture.colour_at({0.25f + 0.125f, 0.5f}, 0);
+    const std::uint32_t eighth = (kTexelOne + 4) / 8;
+    EXPECT_EQ(colour, uvec3(eighth * 4, eighth * 2, eighth));
+}
+
+TEST(Texture, RepeatsOrClampsBeyondItsImage) {
+    const auto texels = noise(8, 4);
+    const Texture repeated(texels, 8, 4, false);
+    const Texture clamped(texels, 8, 4, true);
+    for (float u = -2; u < 3; u += 0.03125f) {
+        for (float v = -2; v < 3; v += 0.0625f) {
+            EXPECT_EQ(repeated.colour_at({u, v}, 0),
+                      repeated.colour_at({u - std::floor(u), v - std::floor(v)}, 0));
+            EXPECT_EQ(clamped.colour_at({u, v}, 0),
+                      clamped.colour_at({std::clamp(u, 0.0f, 1.0f), std::clamp(v, 0.0f, 1.0f)}, 0));
+        }
+    }
+    // Between the last and the first column.
+    const uvec3 seam = repeated.colour_at({0, 1 - 0.125f}, 0);
+    const uvec3 ends = squares(texels[0]) + squares(texels[7]);
+    for (int k = 0; k < 3; ++k) EXPECT_EQ(seam[k], (ends[k] + 1) / 2);
+    EXPECT_EQ(clamped.colour_at({0, 1 - 0.125f}, 0), squares(texels[0]));
+}
+
+TEST(Texture, AnswersForAnyCoordinates) {
+    const auto texels = noise(7, 3);
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (const bool clamp : {false, true}) {
+        const Texture texture(texels, 7, 3, clamp);
+        for (const float x :
+             {-kInfinity, -1e30f, -8388608.0f, -1e-30f, -0.0f, 1e-45f, 0.99999994f, 1.0f,
+              8388607.5f, 3e38f, kInfinity, std::numeric_limits<float>::quiet_NaN()}) {
+            for (const std::uint32_t level : {0u, 100u, 256u, 511u, 512u, 0xFFFFFFFFu}) {
+                const uvec3 colour = texture.colour_at({x, x}, level);
+                for (int k = 0; k < 3; ++k) EXPECT_LE(colour[k], kTexelOne);
+            }
+        }
+    }
+}
+
+TEST(Texture, WhiteStaysWhiteAtEveryLevel) {
+    const std::vector<std::uint32_t> texels(std::size_t{37} * 12, 0xFFFFFFFF);
+    const Texture texture(texels, 37, 12, false);
+    for (std::uint32_t level = 0; level < 2000; level += 37)
+        EXPECT_EQ(texture.colour_at({0.3f, 0.7f}, level), uvec3(kTexelOne));
+}
+
+TEST(Texture, LevelsAreMeansOfIntensities) {
+    for (const uvec3 size :
+         {uvec3(8, 8, 0), uvec3(7, 5, 0), uvec3(1, 9, 0), uvec3(6, 1, 0), uvec3(13, 2, 0)}) {
+        const auto texels = noise(size.x, size.y, size.x);
+        const Texture texture(texels, size.x, size.y, false);
+        std::uint32_t width = size.x, height = size.y;
+        for (std::size_t i = 1; i < texture.level_count(); ++i) {
+            const auto from = texture.level(i - 1);
+            const std::uint32_t half_width = std::max(width / 2, 1u);
+            const std::uint32_t half_height = std::max(height / 2, 1u);
+            const auto to = texture.level(i);
+            ASSERT_EQ(to.size(), std::size_t{half_width} * half_height);
+            // By areas, in floating-point numbers.
+            for (std::uint32_t y = 0; y < half_height; ++y) {
+                for (std::uint32_t x = 0; x < half_width; ++x) {
+                    for (int k = 0; k < 3; ++k) {
+                        const double sx = double(width) / half_width;
+                        const double sy = double(height) / half_height;
+                        double sum = 0;
+                        for (std::uint32_t j = 0; j < height; ++j) {
+                            for (std::uint32_t l = 0; l < width; ++l) {
+                                const double in_x = std::min<double>(l + 1, (x + 1) * sx) -
+                                                    std::max<double>(l, x * sx);
+                                const double in_y = std::min<double>(j + 1, (y + 1) * sy) -
+                                                    std::max<double>(j, y * sy);
+                                if (in_x <= 0 || in_y <= 0) continue;
+                                const double c = channel(from[j * width + l], k);
+                                sum += in_x * in_y * c * c;
+                            }
+                        }
+                        EXPECT_NEAR(channel(to[y * half_width + x], k), std::sqrt(sum / (sx * sy)),
+                                    0.51);
+                    }
+                }
+            }
+            width = half_width;
+            height = half_height;
+        }
+        EXPECT_EQ(width * height, 1u);
+    }
+}
+
+TEST(Texture, FractionsOfLevelsMixThem) {
+    const auto texels = noise(16, 16);
+    const Texture texture(texels, 16, 16, false);
+    const Texcoord at{0.4f, 0.3f};
+    const uvec3 fine = texture.colour_at(at, 256);
+    const uvec3 coarse = texture.colour_at(at, 512);
+    EXPECT_EQ(texture.colour_at(at, 256 + 64), (fine * 192u + coarse * 64u + 128u) / 256u);
+    // The last level is one texel.
+    EXPECT_EQ(texture.colour_at(at, 4 * 256), squares(texture.level(4)[0]));
+    EXPECT_EQ(texture.colour_at(at, 4 * 256 + 99), squares(texture.level(4)[0]));
+}
+
+TEST(Texture, LevelIsHalfTheLogarithmOfTexels) {
+    EXPECT_EQ(level_of_texels(0), 0u);
+    EXPECT_EQ(level_of_texels(1), 0u);
+    EXPECT_EQ(level_of_texels(std::nan("")), 0u);
+    EXPECT_EQ(level_of_texels(4), 256u);
+    EXPECT_EQ(level_of_texels(16), 512u);
+    EXPECT_EQ(level_of_texels(2), 128u);
+    EXPECT_EQ(level_of_texels(3), 192u);  // straight between 2 and 4
+    EXPECT_GE(level_of_texels(std::numeric_limits<double>::infinity()), 14u * 256);
+}
+
+TEST(TextureColour, TakesTheLevelWhoseTexelsAreAsLargeAsTheSample) {
+    const auto texels = noise(64, 64);
+    const std::vector<std::shared_ptr<const Texture>> textures = {
+        std::make_shared<const Texture>(texels, 64, 64, false)};
+    const std::vector<Texcoords> texcoords = {Texcoords{Texcoord{0, 0}, {1, 0}, {0, 1}}};
+    const std::vector<std::uint32_t> ids = {0};
+    const TexturedTriangles triangles{textures, texcoords, ids};
+    TexturedSample sample{.prim = 0,
+                          .u = 0.25f,
+                          .v = 0.375f,
+                          .corners = {{0, 0, -8}, {1, 0, -8}, {0, 1, -8}},
+                          .through = {0, 0, -1},
+                          .depth = 8,
+                          .spacing_squared = 0};
+    const Texcoord at{0.25f, 0.375f};
+    EXPECT_EQ(texture_colour(triangles, sample), textures[0]->colour_at(at, 0));
+    // Samples are 1/8 apart at depth 8, and 32 texels make a side of 1: 4 texels a side.
+    for (vec3& corner : sample.corners) corner = {corner.x * 2, corner.y * 2, -8};
+    sample.spacing_squared = 1.0 / 64 / 64;
+    EXPECT_EQ(texture_colour(triangles, sample), textures[0]->colour_at(at, 2 * 256));
+    // A surface that faces the viewing direction has samples of one size everywhere.
+    sample.through = {std::sqrt(3.0f), 0, -1};
+    EXPECT_EQ(texture_colour(triangles, sample), textures[0]->colour_at(at, 2 * 256));
+    sample.depth = 16;
+    EXPECT_EQ(texture_colour(triangles, sample), textures[0]->colour_at(at, 3 * 256));
+}
+
+}  // namespace
+}  // namespace mray::cpu

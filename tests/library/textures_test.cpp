@@ -1,0 +1,230 @@
+// Meshes with textures.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "tests/library/scenes.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::Device;
+using morphray::Image;
+using morphray::kNoTexture;
+using morphray::MeshView;
+using morphray::Scene;
+using morphray::Shading;
+using morphray::TextureView;
+using morphray::View;
+
+constexpr std::uint32_t kWhite = 0xFFFFFF;
+constexpr std::uint32_t kRed = 0x0000FF;
+
+View lit_view(std::uint32_t samples = 1) {
+    return {.width = 45, .height = 31, .shading = Shading::lit, .samples = samples, .ao_count = 2};
+}
+
+/// A mesh whose triangles show parts of images.
+struct TexturedMesh : UserMesh {
+    explicit TexturedMesh(const TestScene& scene, std::uint64_t seed = 5) : UserMesh(scene) {
+        Random random(seed);
+        for (std::size_t i = 0; i < 2 * triangles.size(); ++i)
+            texcoords.push_back(static_cast<float>(random.real(-1, 2)));
+        for (std::size_t i = 0; i < triangles.size() / 3; ++i)
+            ids.push_back(random.below(3) == 0 ? kNoTexture : random.below(2));
+        for (std::uint32_t i = 0; i < 64; ++i)
+            texels.push_back(static_cast<std::uint32_t>(random.bits()));
+        textures = {{.texels = texels, .width = 16, .height = 4},
+                    {.texels = std::span(texels).first(15),
+                     .width = 3,
+                     .height = 5,
+                     .wrap = morphray::Wrap::clamp}};
+    }
+    TexturedMesh(const TexturedMesh&) = delete;
+
+    MeshView textured() const {
+        MeshView mesh = view();
+        mesh.textures = textures;
+        mesh.texcoords = texcoords;
+        mesh.texture_ids = ids;
+        return mesh;
+    }
+
+    std::vector<float> texcoords;
+    std::vector<std::uint32_t> ids;
+    std::vector<std::uint32_t> texels;
+    std::vector<TextureView> textures;
+};
+
+/// A square in the plane z = 0 that fills the view, with the corners of an image.
+struct TexturedSquare : UserMesh {
+    TexturedSquare() {
+        points = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+        triangles = {0, 1, 2, 0, 2, 3};
+        texcoords = {0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1};
+    }
+    MeshView textured(std::span<const TextureView> textures) const {
+        MeshView mesh = view();
+        mesh.textures = textures;
+        mesh.texcoords = texcoords;
+        return mesh;
+    }
+    std::vector<float> texcoords;
+};
+
+View square_view(std::uint32_t size) {
+    return {.eye = morphray::Point{0, 0, 4},
+            .target = morphray::Point{0, 0, 0},
+            .fov = 2 * std::atan(0.25) * 180 / M_PI,
+            .light = morphray::Point{0, 0, 1000},
+            .width = size,
+            .height = size,
+            .shading = Shading::lit};
+}
+
+TEST(Textures, AreTheSameOnEveryDevice) {
+    const TexturedMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.textured());
+    const Scene brute = scene.on(Device::brute_force());
+    const Scene scalar = scene.on(Device::cpu({.threads = 1, .simd = "off"}));
+    for (const std::uint32_t samples : {1u, 4u, 16u}) {
+        const Image image = scene.render(lit_view(samples));
+        for (const Scene* other : {&brute, &scalar})
+            EXPECT_TRUE(morphray::compare(image, other->render(lit_view(samples))).equal());
+    }
+    EXPECT_NE(Scene::build(mesh.view()).render(lit_view()).pixels, scene.render(lit_view()).pixels);
+}
+
+TEST(Textures, ShowOnlyInLitImages) {
+    const TexturedMesh mesh(torus(30, 20));
+    MeshView plain = mesh.view();
+    std::vector<std::uint32_t> albedo;
+    for (const std::uint32_t id : mesh.ids)
+        albedo.push_back(id == kNoTexture ? 0x00BFBFBF : kWhite);
+    plain.albedo = albedo;
+    for (const Shading shading : {Shading::plain, Shading::normal, Shading::prim}) {
+        View view = lit_view();
+        view.shading = shading;
+        EXPECT_EQ(Scene::build(mesh.textured()).render(view).pixels,
+                  Scene::build(plain).render(view).pixels);
+    }
+}
+
+TEST(Textures, ImageIsUprightFromItsTopRowDown) {
+    const TexturedSquare square;
+    // Red and green above, blue and white below.
+    const std::vector<std::uint32_t> texels = {0x0000FF, 0x00FF00, 0xFF0000, 0xFFFFFF};
+    const std::vector<TextureView> textures = {
+        {.texels = texels, .width = 2, .height = 2, .wrap = morphray::Wrap::clamp}};
+    const Image image = Scene::build(square.textured(textures)).render(square_view(32));
+    const auto at = [&](std::size_t x, std::size_t y) { return image.pixels[32 * y + x]; };
+    const auto is_on = [](std::uint32_t pixel, int k) { return (pixel >> (8 * k) & 0xFF) > 128; };
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_EQ(is_on(at(4, 4), k), k == 0);
+        EXPECT_EQ(is_on(at(27, 4), k), k == 1);
+        EXPECT_EQ(is_on(at(4, 27), k), k == 2);
+        EXPECT_TRUE(is_on(at(27, 27), k));
+    }
+}
+
+TEST(Textures, OfOneTexelAreAnAlbedo) {
+    const TexturedSquare square;
+    for (const std::uint32_t colour : {kRed, kWhite, 0xFF00FFu}) {
+        const std::vector<TextureView> textures = {
+            {.texels = std::span(&colour, 1), .width = 1, .height = 1}};
+        const std::vector<std::uint32_t> albedo(2, colour);
+        MeshView plain = square.view();
+        plain.albedo = albedo;
+        const View view = square_view(20);
+        const Image expected = Scene::build(plain).render(view);
+        EXPECT_EQ(Scene::build(square.textured(textures)).render(view).pixels, expected.pixels);
+        // Multiplied by white.
+        const std::vector<std::uint32_t> white(2, kWhite);
+        MeshView both = square.textured(textures);
+        both.albedo = white;
+        EXPECT_EQ(Scene::build(both).render(view).pixels, expected.pixels);
+    }
+}
+
+TEST(Textures, AreMeansWhereTexelsAreSmall) {
+    const TexturedSquare square;
+    std::vector<std::uint32_t> texels;
+    for (std::uint32_t i = 0; i < 1024 * 1024; ++i)
+        texels.push_back((i / 1024 + i) % 2 == 0 ? kWhite : 0);
+    const std::vector<TextureView> textures = {{.texels = texels, .width = 1024, .height = 1024}};
+    const Image image = Scene::build(square.textured(textures)).render(square_view(16));
+    // Half the light of white, but for the encoding.
+    const std::vector<std::uint32_t> half(2, 0x808080);
+    MeshView grey = square.view();
+    grey.albedo = half;
+    const Image expected = Scene::build(grey).render(square_view(16));
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        for (int k = 0; k < 3; ++k) {
+            const auto channel = [&](const Image& of) {
+                return static_cast<double>(of.pixels[i] >> (8 * k) & 0xFF);
+            };
+            EXPECT_NEAR(channel(image), channel(expected), 2);
+        }
+    }
+}
+
+TEST(Textures, StayWithTheirMeshes) {
+    const TexturedMesh first(torus(30, 20), 1);
+    TexturedMesh second(torus(30, 20), 2);
+    for (morphray::Vec3& p : second.points) p.z += 1.5f;
+    const UserMesh plain(icosphere(2));
+    const std::vector<MeshView> meshes = {plain.view(), first.textured(), second.textured()};
+    const View view = lit_view();
+    Scene scene = Scene::build(std::span<const MeshView>(meshes));
+    const std::vector<std::uint32_t> before = scene.render(view).pixels;
+    scene.detach(1);
+    scene.update();
+    const std::vector<MeshView> rest = {plain.view(), second.textured()};
+    EXPECT_EQ(scene.render(view).pixels,
+              Scene::build(std::span<const MeshView>(rest)).render(view).pixels);
+    EXPECT_EQ(scene.attach(first.textured()), 1u);
+    scene.update();
+    EXPECT_EQ(scene.render(view).pixels, before);
+}
+
+TEST(Textures, CoordinatesThatAreNotFiniteCountAsZero) {
+    TexturedMesh mesh(torus(12, 8));
+    std::vector<float> zeros = mesh.texcoords;
+    for (std::size_t i = 0; i < zeros.size(); i += 5) {
+        mesh.texcoords[i] = i % 2 == 0 ? NAN : INFINITY;
+        zeros[i] = 0;
+    }
+    MeshView with_zeros = mesh.textured();
+    with_zeros.texcoords = zeros;
+    EXPECT_EQ(Scene::build(mesh.textured()).render(lit_view()).pixels,
+              Scene::build(with_zeros).render(lit_view()).pixels);
+}
+
+TEST(Textures, ArraysThatDoNotFitAreRefused) {
+    TexturedMesh mesh(torus(12, 8));
+    const auto refusal = [&](auto change) {
+        MeshView view = mesh.textured();
+        std::vector<TextureView> textures = mesh.textures;
+        change(view, textures);
+        if (!view.textures.empty()) view.textures = textures;
+        return error_of([&] { Scene::build(view); });
+    };
+    using Views = std::vector<TextureView>;
+    EXPECT_EQ(refusal([](MeshView&, Views&) {}), "");
+    EXPECT_EQ(refusal([](MeshView& m, Views&) { m.textures = {}; }), "bad_argument");
+    EXPECT_EQ(refusal([](MeshView& m, Views&) { m.texcoords = {}; }), "bad_argument");
+    EXPECT_EQ(refusal([](MeshView& m, Views&) { m.texture_ids = m.texture_ids.first(3); }),
+              "bad_argument");
+    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].width = 0; }), "bad_argument");
+    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[1].texels = {}; }), "bad_argument");
+    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].width = 15; }), "bad_argument");
+    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].height = 0x40000001; }), "limit");
+    EXPECT_EQ(refusal([](MeshView&, Views& t) { t[0].wrap = static_cast<morphray::Wrap>(9); }),
+              "bad_argument");
+    mesh.ids[7] = 2;
+    EXPECT_EQ(refusal([](MeshView&, Views&) {}), "bad_argument");
+}
+
+}  // namespace
+}  // namespace mray::test
