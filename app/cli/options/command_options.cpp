@@ -12,7 +12,7 @@ namespace {
 
 // Defaults that several commands have in common; the size is ViewSpec's.
 constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
-constexpr const char* kFirstFrame = "the first; of several, the first is taken";
+constexpr const char* kFirstFrame = "the frame; fractions lie between whole frames (the first)";
 constexpr const char* kWholeImage = "1024x1024";
 constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
 
@@ -130,11 +130,7 @@ void define_probe(CLI::App& program, Options& options) {
                     Command::kProbe, kProbeExamples);
     add_scene(adder, true);
     adder.command().get_option("scene")->description("what to trace, or a file of --bundle");
-    adder.add("--frame", "F", "the frame; not for a bundle",
-              [&options](const std::string& option, const std::string& value) {
-                  options.frame = parse_finite(option, value, -1e9);
-                  options.frame_given = true;
-              });
+    add_frame(adder, "the frame; not for a bundle");
     adder.add("--pixel", "X,Y", "the pixel, from the upper left corner; not for a bundle",
               [&options](const std::string& option, const std::string& value) {
                   options.pixel = parse_pixel(option, value);
@@ -191,7 +187,7 @@ void define_trace(CLI::App& program, Options& options) {
                     Command::kTrace, kTraceExamples);
     add_scene(adder, true);
     adder.command().get_option("--lenient")->description("no effect: trace always is lenient");
-    add_frames(adder, kFirstFrame);
+    add_frame(adder, kFirstFrame);
     adder
         .add_text("--rays", "FILE|-", "a line `ox oy oz dx dy dz [tnear tfar]` for each ray",
                   options.ray_file)
@@ -220,7 +216,7 @@ void define_info(CLI::App& program, Options& options) {
         program, options, "info", "Facts about a scene; without a scene, about this program",
         Command::kInfo, kInfoExamples);
     add_scene(adder, false);
-    add_frames(adder, kFirstFrame);
+    add_frame(adder, kFirstFrame);
     adder.add_flag("--bvh", "build the tree both ways and describe it", options.tree_facts);
     add_threads(adder);
     add_report_options(adder, false);
