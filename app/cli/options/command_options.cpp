@@ -31,7 +31,7 @@ constexpr Example kCrosscheckExamples[] = {
 constexpr Example kDiffExamples[] = {
     {"The hits of two machines, with images of the pixels that differ",
      "morphray diff here.hits there.hits --out differences"},
-    {"Two images", "morphray diff here.png there.png"},
+    {"Two images with all their channels", "morphray diff here.exr there.exr"},
 };
 constexpr Example kProbeExamples[] = {
     {"A pixel, with a file of what decides it",
@@ -111,7 +111,7 @@ void define_crosscheck(CLI::App& program, Options& options) {
 void define_diff(CLI::App& program, Options& options) {
     const OptionAdder adder =
         add_command(program, options, "diff",
-                    "Compares two files of `render --hits`, or two PNG files, bit by bit",
+                    "Compares two files of `render --hits`, PNG or OpenEXR, bit by bit",
                     Command::kDiff, kDiffExamples);
     adder.command()
         .add_option("files", options.compared_files, "the expected hits or image, and the other")
