@@ -31,6 +31,7 @@ set(places
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu|examples)/"
     "^(gtest|gmock)/"           "^tests/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
+    "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_(reader|writer)\\.cpp$)"
     "^benchmark/"               "^bench/"
     "^embree"                   "^(bench|tests|accuracy/methods)/"
     "^tiny_bvh\\.h$"            "^bench/tinybvh/"

@@ -54,7 +54,8 @@ std::string summary(const ExrDiffReport& report) {
     const ExrComparison& found = report.comparison;
     const std::string shape = fmt::format("OpenEXR image of {}x{}", found.width, found.height);
     if (found.equal()) return shape + ": equal bit by bit\n";
-    if (found.pixels() == 0) return shape + ": all compared channels are equal, but not all could be compared\n";
+    if (found.pixels() == 0)
+        return shape + ": all compared channels are equal, but not all could be compared\n";
     std::string text =
         fmt::format("{}: {} differ{} of {}", shape, pixels_text(found.pixels()),
                     found.pixels() == 1 ? "s" : "", std::uint64_t{found.width} * found.height);
