@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <memory>
 #include <sstream>
 #include <vector>
 
 #include "app/cli/conflicts.h"
+#include "app/cli/help/help_formatter.h"
 #include "app/cli/options/command_options.h"
 #include "app/cli/usage_errors.h"
 #include "common/base/errors.h"
@@ -15,22 +17,15 @@
 namespace mray::app {
 namespace {
 
-constexpr const char* kFooter =
-    "SCENE is builtin:NAME[:TRIANGLES], an .obj file, a folder of .obj files, or a pattern such as "
-    "frame_%04d.obj.\n"
-    "`morphray help COMMAND` or `morphray COMMAND --help` lists the options of a command; "
-    "`morphray info` lists the built-in scenes.\n"
-    "Exit codes: 0 ok, 1 a check failed, 2 usage, 3 bad input, 4 backend or device unavailable, "
-    "5 output cannot be written, 6 out of memory or over a limit, 7 device lost, 8 partial result "
-    "kept, 70 internal error, 130 and 143 interrupted.";
-
 /// The commands with their options, each of which writes into one Options.
 class CommandLine {
 public:
     CommandLine() : app_("Ray tracer for triangle scenes that deform.", "morphray") {
         app_.require_subcommand(1);
-        app_.set_version_flag("--version", fmt::format("morphray {}", kVersionDetail));
-        app_.footer(kFooter);
+        app_.formatter(std::make_shared<HelpFormatter>());
+        app_.set_help_flag("-h,--help", "print this help");
+        app_.set_version_flag("--version", fmt::format("morphray {}", kVersionDetail),
+                              "print the version");
         add_commands(app_, options_);
     }
 

@@ -7,7 +7,9 @@
 #include <optional>
 
 #include "app/commands/commands.h"
-#include "app/commands/image_diff.h"
+#include "app/commands/diff/exr_diff.h"
+#include "app/commands/diff/png_diff.h"
+#include "app/files/exr_reader.h"
 #include "app/files/output_folder.h"
 #include "app/files/png_reader.h"
 #include "app/library_calls.h"
@@ -63,14 +65,27 @@ void require_same_shape(const std::vector<std::string>& names, const morphray::H
                     shown(names[1]), shape_of(actual), shown(names[0]), shape_of(expected)));
 }
 
-/// Refuses an image and a file of hits.
+/// What a file is by its name.
+enum class FileKind { kHits, kPng, kExr };
+
+FileKind kind_of(const std::string& name) {
+    if (is_png_name(name)) return FileKind::kPng;
+    return is_exr_name(name) ? FileKind::kExr : FileKind::kHits;
+}
+
+const char* text_of(FileKind kind) {
+    if (kind == FileKind::kHits) return "a file of hits";
+    return kind == FileKind::kPng ? "a PNG file" : "an OpenEXR file";
+}
+
 void require_same_kind(const std::vector<std::string>& names) {
-    if (is_png_name(names[0]) == is_png_name(names[1])) return;
-    const std::size_t image = is_png_name(names[0]) ? 0 : 1;
+    const FileKind expected = kind_of(names[0]);
+    const FileKind actual = kind_of(names[1]);
+    if (expected == actual) return;
     throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: is no image by its name, but {} is; give two files of hits or two "
-                            "PNG files",
-                            shown(names[1 - image]), shown(names[image])));
+                fmt::format("{}: is {} by its name, but {} is {}; give two files of hits, two PNG "
+                            "files or two OpenEXR files",
+                            shown(names[1]), text_of(actual), shown(names[0]), text_of(expected)));
 }
 
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {
@@ -111,8 +126,9 @@ std::string summary(const DiffReport& report, const std::string& shape) {
 ExitCode run_diff(const Options& options, const Messages& messages) {
     check_reports({options.json});
     const std::vector<std::string>& names = options.compared_files;
-    if (is_png_name(names[0]) && is_png_name(names[1])) return run_image_diff(options, messages);
     require_same_kind(names);
+    if (kind_of(names[0]) == FileKind::kPng) return run_png_diff(options, messages);
+    if (kind_of(names[0]) == FileKind::kExr) return run_exr_diff(options, messages);
     const auto read = [](const std::string& name) {
         return call_library([&] { return morphray::read_hits(name); });
     };

@@ -18,6 +18,7 @@ std::string to_json(const RenderReport& report);
 std::string to_json(const CheckRun& run);
 std::string to_json(const DiffReport& report);
 std::string to_json(const ImageDiffReport& report);
+std::string to_json(const ExrDiffReport& report);
 std::string to_json(const ProfileReport& report);
 std::string to_json(const PolicyReport& report);
 std::string to_json(const ProbeReport& report);

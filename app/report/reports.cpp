@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "app/library_calls.h"
@@ -40,6 +41,14 @@ std::string colour_text(std::uint32_t pixel) {
     for (int shift = 0; shift < 32; shift += 8)
         text += fmt::format("{:02x}", (pixel >> shift) & 0xFF);
     return text;
+}
+
+std::string value_text(ExrType type, std::uint32_t bits) {
+    if (type == ExrType::kUint) return fmt::format("{}", bits);
+    const double value = value_of(type, bits);
+    // Not all of them have the same bits.
+    if (std::isnan(value)) return fmt::format("nan {:#x}", bits);
+    return fmt::format("{:a}", value);
 }
 
 std::uint64_t DiffReport::differing_images() const {

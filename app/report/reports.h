@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/clip_scene.h"
+#include "app/commands/diff/exr_comparison.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/image/compare.h"
 #include "common/scene/clip.h"
@@ -100,6 +101,15 @@ struct ImageDiffReport {
 inline constexpr std::array<const char*, 4> kChannelNames = {"red", "green", "blue", "alpha"};
 /// "#rrggbbaa".
 std::string colour_text(std::uint32_t pixel);
+
+/// Two OpenEXR files.
+struct ExrDiffReport {
+    std::string expected;
+    std::string actual;
+    ExrComparison comparison;
+};
+/// The value of a channel: floats in hexadecimal.
+std::string value_text(ExrType type, std::uint32_t bits);
 
 /// A bundled ray traced again.
 struct ReplayReport {

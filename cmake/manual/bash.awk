@@ -2,25 +2,32 @@
 $1 == "command" { names_of[++count] = $3; commands = commands " " $3 }
 $1 == "scene" { scenes = scenes (scenes == "" ? "" : " ") $3 }
 $1 == "positional" && takes($4) == "scene" { takes_scene = takes_scene (takes_scene == "" ? "" : " | ") $2 }
+$1 == "positional" && takes($4) == "file" { takes_file = takes_file (takes_file == "" ? "" : " | ") $2 }
 $1 == "option" {
     names = $3
     gsub(/,/, " ", names)
     options[$2] = options[$2] (options[$2] == "" ? "" : " ") names
     kind = takes($4)
     if (kind == "none") next
-    long = $3
-    sub(/^-[a-z],/, "", long)
     if (kind == "list") act = "_morphray_offer '" words($4) "'"
+    else if (kind == "several") act = "_morphray_offer_several '" words($4) "'"
     else if (kind == "file") act = "_morphray_files -f"
     else if (kind == "folder") act = "_morphray_files -d"
     else act = ":"
-    acts[act] = acts[act] (acts[act] == "" ? "" : " | ") $2 "," long
+    n_names = split(names, each, " ")
+    for (i = 1; i <= n_names; ++i) acts[act] = acts[act] (acts[act] == "" ? "" : " | ") $2 "," each[i]
     if (!(act in order)) { order[act] = ++n; act_of[n] = act }
 }
 END {
     print "# bash completion for morphray, written from its help."
     print ""
     print "_morphray_offer() { mapfile -t COMPREPLY < <(compgen -W \"$1\" -- \"$cur\"); }"
+    print ""
+    print "# The last of several, with commas between them."
+    print "_morphray_offer_several() {"
+    print "    local before=${cur%\"${cur##*,}\"}"
+    print "    mapfile -t COMPREPLY < <(compgen -P \"$before\" -W \"$1\" -- \"${cur##*,}\")"
+    print "}"
     print ""
     print "_morphray_files() {"
     print "    mapfile -t -O ${#COMPREPLY[@]} COMPREPLY < <(compgen \"$@\" -- \"$cur\")"
@@ -67,7 +74,7 @@ END {
     }
     print "                esac"
     print "            else"
-    print "                case $command in " takes_scene ") _morphray_scenes ;; esac"
+    print "                case $command in " takes_scene ") _morphray_scenes ;; " takes_file ") _morphray_files -f ;; esac"
     print "            fi"
     print "            ;;"
     print "    esac"

@@ -15,13 +15,14 @@ $1 == "command" {
 }
 $1 == "scene" { scenes = scenes (scenes == "" ? "" : " ") $3 }
 $1 == "positional" && takes($4) == "scene" { takes_scene = takes_scene " " $2 }
+$1 == "positional" && takes($4) == "file" { print "complete -c morphray -n '__fish_seen_subcommand_from " $2 "' -F" }
 $1 == "option" {
     line = "complete -c morphray -n " ($2 == "" ? "__fish_use_subcommand" : "'__fish_seen_subcommand_from " $2 "'")
     n = split($3, names, ",")
     for (i = 1; i <= n; ++i)
         line = line (names[i] ~ /^--/ ? " -l " substr(names[i], 3) : " -s " substr(names[i], 2))
     kind = takes($4)
-    if (kind == "list") line = line " -x -a '" words($4) "'"
+    if (kind == "list" || kind == "several") line = line " -x -a '" words($4) "'"
     else if (kind == "file") line = line " -r -F"
     else if (kind == "folder") line = line " -x -a '(__fish_complete_directories)'"
     else if (kind == "any") line = line " -x"

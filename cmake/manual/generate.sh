@@ -20,7 +20,7 @@ done
 # Without drivers, which the list of scenes does not need.
 VK_DRIVER_FILES=/dev/null VK_ICD_FILENAMES=/dev/null "$program" info | awk '$1 ~ /^builtin:/ { print "scene\t\t" $1 "\t\t0\t" }' >>"$lines"
 
-for kind in command option positional scene; do
+for kind in command option positional example scene; do
     grep -q "^$kind	" "$lines" || { echo "generate.sh: the help shows no $kind" >&2; exit 1; }
 done
 

@@ -30,7 +30,9 @@ function value_text(value,    parts, n, i, result) {
 function entry(name, value, required, text,    parts, n, i, line) {
     n = split(name, parts, ",")
     for (i = 1; i <= n; ++i) line = line (i > 1 ? ", " : "") "\\fB" code(parts[i]) "\\fP"
-    return ".TP\n" line value_text(value) "\n" prose(text) (required ? " (required)" : "") "\n"
+    line = line value_text(value)
+    sub(/^ /, "", line)
+    return ".TP\n" line "\n" prose(text) (required ? " (required)" : "") "\n"
 }
 
 function exit_codes(text,    parts, n, i, result) {
@@ -51,7 +53,8 @@ $1 == "command" {
     commands = commands ".TP\n\\fB" $3 "\\fP\n" prose($6) ". See \\fBmorphray\\-" $3 "\\fP(1).\n"
     also = also (also == "" ? "" : ",\n") ".BR morphray\\-" $3 " (1)"
 }
-$1 == "positional" { positionals = positionals entry($3, $4, $5, $6) }
+$1 == "positional" { positionals = positionals entry("", $4, $5, $6) }
+$1 == "example" { examples = examples ".PP\n" prose($3) ":\n.PP\n.nf\n.RS\n" code($6) "\n.RE\n.fi\n" }
 $1 == "option" { options = options entry($3, $4, $5, $6) }
 $1 == "note" && $6 ~ /^Exit codes: / { codes = exit_codes($6); next }
 $1 == "note" { notes = notes ".PP\n" prose($6) "\n" }
@@ -66,8 +69,10 @@ END {
     if (commands != "") printf ".SH COMMANDS\n%s", commands
     if (positionals != "") printf ".SH ARGUMENTS\n%s", positionals
     printf ".SH OPTIONS\n%s", options
+    sub(/^\.PP\n/, "", examples)
+    if (examples != "") printf ".SH EXAMPLES\n%s", examples
     sub(/^\.PP\n/, "", notes)
-    printf ".SH NOTES\n%s", notes
+    if (notes != "") printf ".SH NOTES\n%s", notes
     printf ".SH EXIT STATUS\n%s", codes
     printf ".SH SEE ALSO\n%s\n", also == "" ? ".BR morphray (1)" : also
 }

@@ -2,29 +2,50 @@
 #
 #   kind  command  name  value  required  text
 #
-# kind is about, usage, command, positional, option or note; command is empty for the help of the
-# program itself; required is 0 or 1.
-BEGIN { FS = "\n"; OFS = "\t"; column = 30 }
+# kind is about, usage, command, positional, option, example or note; command is empty for the help
+# of the program itself; required is 0 or 1. A positional has no name; the name of an example is what
+# it does, its text the line. app/cli/help/help_formatter.h says how the help is written.
+BEGIN { FS = "\n"; OFS = "\t"; column = 30; paragraph = "about" }
 
 function emit(kind, name, value, required, text) { print kind, command, name, value, required, text }
 
-# The entry that was read: its left column, and the text beside or below it.
+# The entry or paragraph that was read: its left column, and the text beside or below it.
 function finish(    space, name, value, required) {
+    if (section == "" || section == "example") {
+        if (text != "") emit(paragraph, "", "", 0, text)
+        text = ""
+        return
+    }
     if (left == "") return
     sub(/ +$/, "", left)
     required = sub(/ REQUIRED$/, "", left)
     space = index(left, " ")
     name = space ? substr(left, 1, space - 1) : left
     value = space ? substr(left, space + 1) : ""
+    if (section == "positional") {
+        name = ""
+        value = left
+        required = value !~ /^\[/
+        gsub(/[][]/, "", value)
+    }
     emit(section, name, value, required, text)
     left = text = ""
 }
 
-/^Usage: / { emit("usage", "", "", 0, substr($0, 8)); next }
-/^Options:$/ { finish(); section = "option"; next }
-/^Positionals:$/ { finish(); section = "positional"; next }
-/^Subcommands:$/ { finish(); section = "command"; next }
-/^$/ { finish(); section = ""; next }
+function begin(kind) {
+    finish()
+    section = kind
+    paragraph = "note"
+}
+
+/^Usage: / { begin(""); emit("usage", "", "", 0, substr($0, 8)); next }
+/^Options:$/ { begin("option"); next }
+/^Positionals:$/ { begin("positional"); next }
+/^Subcommands:$/ { begin("command"); next }
+/^Examples:$/ { begin("example"); does = ""; next }
+/^$/ { begin(""); next }
+section == "example" && /^    / { emit("example", substr(does, 1, length(does) - 1), "", 0, substr($0, 5)); does = ""; next }
+section == "example" { sub(/^ +/, ""); does = does (does == "" ? "" : " ") $0; next }
 section != "" && /^  [^ ]/ {
     finish()
     entry = substr($0, 3)
@@ -37,6 +58,5 @@ section != "" && /^  [^ ]/ {
     }
     next
 }
-section != "" && /^ / { sub(/^ +/, ""); text = text (text == "" ? "" : " ") $0; next }
-{ emit(seen++ ? "note" : "about", "", "", 0, $0) }
-END { finish() }
+{ sub(/^ +/, ""); text = text (text == "" ? "" : " ") $0 }
+END { begin("") }

@@ -1,10 +1,11 @@
 # What the completions of all shells share: what an option takes.
 BEGIN { FS = "\t" }
 
-# "list", "file", "folder", "scene", "none" (a flag) or "any" (nothing to offer).
+# "list", "several" (of a list, with commas between them), "file", "folder", "scene", "none" (a flag) or "any" (nothing to offer).
 function takes(value) {
     if (value == "") return "none"
-    if (value ~ /^[a-z]+(\|[a-z]+(:K)?)+$/) return "list"
+    if (value ~ /^[a-z0-9]+(\|[a-z0-9]+(:K)?)+$/) return "list"
+    if (value ~ /^[a-z0-9]+(\|[a-z0-9]+(:K)?)+,\.\.\.$/) return "several"
     if (value ~ /^FILE/) return "file"
     if (value ~ /^DIR/) return "folder"
     if (value ~ /^SCENE/) return "scene"
@@ -14,6 +15,7 @@ function takes(value) {
 # The words of a list, with blanks between them.
 function words(value) {
     gsub(/:K/, ":", value)
+    sub(/,\.\.\.$/, "", value)
     gsub(/\|/, " ", value)
     return value
 }

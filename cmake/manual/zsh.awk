@@ -17,6 +17,11 @@ function argument(value,    kind, name) {
         gsub(/:/, "\\:", value)
         return ":value:(" value ")"
     }
+    if (kind == "several") {
+        value = words(value)
+        gsub(/:/, "\\\\:", value)
+        return ":values:_values -s , value " value
+    }
     if (kind == "file") return ":file:_files"
     if (kind == "folder") return ":folder:_files -/"
     return ":" name ":"

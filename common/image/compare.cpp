@@ -97,28 +97,27 @@ FrameDifference compare_frames(const Frame& expected, const Frame& actual, std::
     return difference;
 }
 
+Image marked_image(const Image& image, std::span<const PixelMark> marks) {
+    Image marked{.width = image.width, .height = image.height, .pixels = {}};
+    marked.pixels.reserve(image.pixels.size());
+    for (const std::uint32_t pixel : image.pixels) marked.pixels.push_back(grey(pixel));
+    for (const PixelMark& mark : marks) {
+        paint_around(marked, static_cast<std::uint32_t>(mark.index % image.width),
+                     static_cast<std::uint32_t>(mark.index / image.width), mark.colour);
+    }
+    // A neighbour's enlarged mark must not hide a pixel's own colour.
+    for (const PixelMark& mark : marks) marked.pixels[mark.index] = mark.colour;
+    return marked;
+}
+
 Image difference_image(const Frame& expected, const Frame& actual) {
     assert_comparable(expected, actual);
-    Image image{.width = actual.width, .height = actual.height, .pixels = {}};
-    image.pixels.reserve(actual.pixels.size());
-    for (const std::uint32_t pixel : actual.pixels) image.pixels.push_back(grey(pixel));
-
-    struct Mark {
-        std::size_t index;
-        std::uint32_t colour;
-    };
-    std::vector<Mark> marks;
+    std::vector<PixelMark> marks;
     for (std::size_t i = 0; i < expected.hits.size(); ++i) {
         const std::optional<Kind> kind = difference_at(expected, actual, i);
         if (kind) marks.push_back({i, info(*kind).colour});
     }
-    for (const Mark& mark : marks) {
-        paint_around(image, static_cast<std::uint32_t>(mark.index % image.width),
-                     static_cast<std::uint32_t>(mark.index / image.width), mark.colour);
-    }
-    // A neighbour's enlarged mark must not hide a pixel's own colour.
-    for (const Mark& mark : marks) image.pixels[mark.index] = mark.colour;
-    return image;
+    return marked_image({actual.width, actual.height, actual.pixels}, marks);
 }
 
 std::string describe(const FrameDifference& difference) {

@@ -116,8 +116,8 @@ TEST(Usage, HelpShowsTheDefaultsThatDifferBetweenCommands) {
           Default{"render", "between whole frames (all whole frames)"},
           Default{"crosscheck", "(the first, those at a quarter and a half, the last)"},
           Default{"profile", "(the first, those at a quarter and a half, the last)"},
-          Default{"trace", "(the first; of several, the first is taken)"},
-          Default{"info", "(the first; of several, the first is taken)"},
+          Default{"trace", "lie between whole frames (the first)"},
+          Default{"info", "lie between whole frames (the first)"},
           Default{"render", "(auto: Vulkan where there is a GPU, else the CPU)"},
           Default{"probe", "(auto: Vulkan where there is a GPU, else the CPU)"},
           Default{"profile", "(auto: the CPU, and Vulkan where there is a device)"},
@@ -149,8 +149,44 @@ TEST(Usage, RefitOnWithoutARefitIsRefused) {
                    2, "--refit-on");
 }
 
-TEST(Usage, FramesOfAProbeAreRefused) {
-    expect_refused({"probe", "builtin:cloth:500", "--frames", "0", "--pixel", "0,0"}, 2, "--frame");
+TEST(Usage, SeveralFramesAreRefusedWhereOneIsNeeded) {
+    for (const char* frames : {"0..4", "all"}) {
+        for (const char* option : {"--frame", "--frames"}) {
+            expect_refused({"probe", "builtin:cloth:500", option, frames, "--pixel", "0,0"}, 2,
+                           "several frames; this command takes one");
+            expect_refused({"info", "builtin:cloth:500", option, frames}, 2, "several frames");
+        }
+    }
+    expect_refused({"info", "builtin:cloth:500", "--frame", "x"}, 2, "'x' is not a finite number");
+    expect_refused({"info", "builtin:cloth:500", "--frame", "99"}, 2, "99 is not in the scene");
+}
+
+// One idea has one spelling in all commands; the other number of frames works, too.
+TEST(Usage, FrameAndFramesAreOneOption) {
+    const std::vector<std::string> probe = {
+        "probe", "builtin:cloth:500", "--backend", "cpu", "--size", "16x16", "--pixel", "5,5"};
+    const auto with = [](std::vector<std::string> line, const char* option) {
+        line.insert(line.end(), {option, "8"});
+        return line;
+    };
+    const Outcome one = run(with(probe, "--frame"));
+    EXPECT_EQ(one.code, 0) << one.err;
+    EXPECT_EQ(run(with(probe, "--frames")).out, one.out);
+    const std::vector<std::string> info = {"info", "builtin:cloth:500"};
+    EXPECT_EQ(run(with(info, "--frame")).out, run(with(info, "--frames")).out);
+    expect_refused(with(with(probe, "--frame"), "--frames"), 2, "given 2 times");
+    TemporaryFolder folder;
+    for (const char* option : {"--frame", "--frames"}) {
+        const Outcome image = run({"render", "builtin:cloth:500", "--backend", "cpu", "--size",
+                                   "8x8", option, "3", "-o", folder.file(option)});
+        EXPECT_EQ(image.code, 0) << image.err;
+    }
+    EXPECT_EQ(read_file(folder.file("--frame") + "/frame_0003.png"),
+              read_file(folder.file("--frames") + "/frame_0003.png"));
+}
+
+TEST(Usage, MessagesNameTheLongSpelling) {
+    expect_refused({"render", "builtin:cloth", "-o", ""}, 2, "--out: the value is empty");
 }
 
 TEST(Usage, TwoReportsDoNotShareStdout) {

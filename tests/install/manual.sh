@@ -7,7 +7,7 @@ fail() { echo "manual: $*" >&2; exit 1; }
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-commands=$("$program" help | awk '/^Subcommands/ { on = 1; next } /^$/ { on = 0 } on { print $1 }')
+commands=$("$program" help | awk '/^Subcommands/ { on = 1; next } /^$/ { on = 0 } on && /^  [^ ]/ { print $1 }')
 for command in "" $commands; do
     page=$folder/man/morphray${command:+-$command}.1
     # shellcheck disable=SC2086  # no command, no word
@@ -16,7 +16,7 @@ for command in "" $commands; do
     faults=$(mandoc -T lint "$page" | grep -v -e 'missing date' -e 'longer than 80 bytes' || true)
     [ -z "$faults" ] || fail "$faults"
     mandoc -T utf8 "$page" | sed "s/.\x08//g" | tr -s ' \n' ' ' >"$scratch/page"
-    for option in $(grep -oE '^  (-[a-z],)?--[a-z-]+' "$scratch/help" | grep -oE -- '--[a-z-]+'); do
+    for option in $(grep -oE '^  (-[a-z],)?--[a-z,-]+' "$scratch/help" | grep -oE -- '--[a-z-]+'); do
         grep -qF -- "$option" "$scratch/page" || fail "$page lacks $option"
         for completion in morphray.bash _morphray; do
             grep -qF -- "$option" "$folder/completions/$completion" || fail "$completion lacks $option"
@@ -24,6 +24,9 @@ for command in "" $commands; do
         grep -qF -- " -l ${option#--} " "$folder/completions/morphray.fish" ||
             fail "morphray.fish lacks $option"
     done
+    if [ -n "$command" ]; then
+        grep -q "EXAMPLES .* morphray $command" "$scratch/page" || fail "$page lacks an example"
+    fi
     for code in 0 8 70; do grep -qE " $code +[a-z]" "$scratch/page" || fail "$page: no exit code $code"; done
 done
 
@@ -49,6 +52,12 @@ expect "morphray render --missing ''" "fail hold skip"
 expect "morphray render --backend = v" vulkan
 expect "morphray render --up" "--up --update --update-budget"
 expect "morphray render scene.obj --build b" binned
+expect "morphray render --shading ''" "lit plain normal depth prim steps sah"
+expect "morphray render --samples 1" "1 16"
+expect "morphray profile --policies ''" "refit rebuild every: auto"
+expect "morphray profile --policies refit,re" "refit,refit refit,rebuild"
+expect "morphray diff n" notes.txt
+expect "morphray render -o ''" frames
 expect "morphray crosscheck --backend ''" "all cpu vulkan"
 expect "morphray render buil" "builtin:cloth builtin:twist builtin:herd builtin:explode builtin:shuffle \
 builtin:soup builtin:spikes builtin:collapse builtin:wave builtin:orbits builtin:gather builtin:mirror \

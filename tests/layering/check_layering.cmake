@@ -32,6 +32,7 @@ set(places
     "^(gtest|gmock)/"           "^tests/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
+    "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_(reader|writer)\\.cpp$)"
     "^benchmark/"               "^bench/"
     "^embree"                   "^(bench|tests|accuracy/methods)/"
     "^tiny_bvh\\.h$"            "^bench/tinybvh/"

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/cli/help/help_formatter.h"
 #include "app/cli/numbers.h"
 #include "app/cli/options/option_groups.h"
 #include "app/cli/update_options.h"
@@ -11,20 +12,64 @@ namespace {
 
 // Defaults that several commands have in common; the size is ViewSpec's.
 constexpr const char* kFewFrames = "the first, those at a quarter and a half, the last";
-constexpr const char* kFirstFrame = "the first; of several, the first is taken";
+constexpr const char* kFirstFrame = "the frame; fractions lie between whole frames (the first)";
 constexpr const char* kWholeImage = "1024x1024";
 constexpr const char* kVulkanOrCpu = "auto: Vulkan where there is a GPU, else the CPU";
 
+// Each line works as it is (test Help.ExamplesWork).
+constexpr Example kRenderExamples[] = {
+    {"Every eighth frame into the folder cloth, and a contact sheet",
+     "morphray render builtin:cloth --frames 0..24:8 --out cloth"},
+    {"One image, quickly", "morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
+};
+constexpr Example kCrosscheckExamples[] = {
+    {"Every backend and tree against brute force, with a page for people",
+     "morphray crosscheck builtin:cloth:500 --html crosscheck.html"},
+    {"The CPU alone, with hashes that another machine can compare",
+     "morphray crosscheck builtin:herd --backend cpu --bless hashes.json"},
+};
+constexpr Example kDiffExamples[] = {
+    {"The hits of two machines, with images of the pixels that differ",
+     "morphray diff here.hits there.hits --out differences"},
+    {"Two images with all their channels", "morphray diff here.exr there.exr"},
+};
+constexpr Example kProbeExamples[] = {
+    {"A pixel, with a file of what decides it",
+     "morphray probe builtin:cloth --frame 8 --pixel 512,600 --bundle pixel.json"},
+    {"The same ray on this machine, by every backend", "morphray probe pixel.json"},
+};
+constexpr Example kProfileExamples[] = {
+    {"What a frame costs on the CPU",
+     "morphray profile builtin:cloth --backend cpu --frames 0..24:12"},
+    {"Update policies side by side, as a table for spreadsheets",
+     "morphray profile builtin:twist --policies refit,auto --csv policies.csv"},
+};
+constexpr Example kTraceExamples[] = {
+    {"One ray straight down", "echo 0 9 0 0 -1 0 | morphray trace builtin:cloth --rays - --out -"},
+};
+constexpr Example kChartExamples[] = {
+    {"All charts of a scene, with few rays", "morphray chart builtin:cloth --out charts --quick"},
+};
+constexpr Example kInfoExamples[] = {
+    {"A scene and its trees", "morphray info builtin:cloth --bvh"},
+    {"This program and its built-in scenes", "morphray info"},
+};
+constexpr Example kDevicesExamples[] = {
+    {"All devices, for programs", "morphray devices --json -"},
+};
+
 OptionAdder add_command(CLI::App& program, Options& options, const char* name, const char* help,
-                        Command command) {
+                        Command command, std::span<const Example> examples) {
     CLI::App& app = *program.add_subcommand(name, help);
+    set_examples(app, examples);
     app.callback([&options, command] { options.command = command; });
     return {app, options};
 }
 
 void define_render(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(
-        program, options, "render", "One image per frame, and a contact sheet", Command::kRender);
+    const OptionAdder adder =
+        add_command(program, options, "render", "One image per frame, and a contact sheet",
+                    Command::kRender, kRenderExamples);
     add_scene(adder, true);
     add_frames(adder, "all whole frames");
     add_view_options(adder, kWholeImage, "those of --shading lit",
@@ -32,15 +77,16 @@ void define_render(CLI::App& program, Options& options) {
     add_shading_options(adder);
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, "auto");
-    adder.add_text("--out", "DIR", "folder of the images (out)", options.out);
+    adder.add_text("-o,--out", "DIR", "folder of the images (out)", options.out);
     adder.add_text("--hits", "FILE", "file of the raw hits of all frames", options.hits);
     add_report_options(adder, true);
 }
 
 void define_crosscheck(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(
-        program, options, "crosscheck",
-        "Compares every backend and tree with a reference, bit by bit", Command::kCrosscheck);
+    const OptionAdder adder =
+        add_command(program, options, "crosscheck",
+                    "Compares every backend and tree with a reference, bit by bit",
+                    Command::kCrosscheck, kCrosscheckExamples);
     add_scenes(adder, "what to trace, one scene after the other");
     add_scene_options(adder);
     add_frames(adder, kFewFrames);
@@ -51,7 +97,7 @@ void define_crosscheck(CLI::App& program, Options& options) {
     add_tree_options(adder, nullptr);
     adder.add_choice("--reference", "reference of the comparison (auto)", kReferences,
                      options.reference);
-    adder.add_text("--out", "DIR", "folder of difference images (out/crosscheck)", options.out);
+    adder.add_text("-o,--out", "DIR", "folder of difference images (out/crosscheck)", options.out);
     adder.add_text("--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
     adder.add_text("--html", "FILE|-", "a page that needs no network; - is stdout", options.html);
     adder.add_text("--bless", "FILE", "file of the images' hashes to write, for --expect",
@@ -63,30 +109,28 @@ void define_crosscheck(CLI::App& program, Options& options) {
 }
 
 void define_diff(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(
-        program, options, "diff",
-        "Compares two files of `render --hits`, or two PNG files, bit by bit", Command::kDiff);
+    const OptionAdder adder =
+        add_command(program, options, "diff",
+                    "Compares two files of `render --hits`, PNG or OpenEXR, bit by bit",
+                    Command::kDiff, kDiffExamples);
     adder.command()
         .add_option("files", options.compared_files, "the expected hits or image, and the other")
         ->type_name("FILE FILE")
         ->expected(2)
         ->required();
-    adder.add_text("--out", "DIR", "folder of difference images (none)", options.out);
+    adder.add_text("-o,--out", "DIR", "folder of difference images (none)", options.out);
     adder.add_text("--json", "FILE|-", "a report for programs; - is stdout", options.json);
     adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
 }
 
 void define_probe(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(
-        program, options, "probe",
-        "One pixel: its ray, its hit and the triangles that it could hit", Command::kProbe);
+    const OptionAdder adder =
+        add_command(program, options, "probe",
+                    "One pixel: its ray, its hit and the triangles that it could hit",
+                    Command::kProbe, kProbeExamples);
     add_scene(adder, true);
     adder.command().get_option("scene")->description("what to trace, or a file of --bundle");
-    adder.add("--frame", "F", "the frame; not for a bundle",
-              [&options](const std::string& option, const std::string& value) {
-                  options.frame = parse_finite(option, value, -1e9);
-                  options.frame_given = true;
-              });
+    add_frame(adder, "the frame; not for a bundle");
     adder.add("--pixel", "X,Y", "the pixel, from the upper left corner; not for a bundle",
               [&options](const std::string& option, const std::string& value) {
                   options.pixel = parse_pixel(option, value);
@@ -105,7 +149,7 @@ void define_probe(CLI::App& program, Options& options) {
 void define_profile(CLI::App& program, Options& options) {
     const OptionAdder adder =
         add_command(program, options, "profile", "Times of deforming, refitting, building, tracing",
-                    Command::kProfile);
+                    Command::kProfile, kProfileExamples);
     add_scene(adder, true);
     add_frames(adder, kFewFrames);
     add_view_options(adder, kWholeImage, "primary");
@@ -115,11 +159,12 @@ void define_profile(CLI::App& program, Options& options) {
               [&options](const std::string& option, const std::string& value) {
                   options.repeat = static_cast<int>(parse_count(option, value, 1, 10000));
               });
-    adder.add("--policies", "A,B,...",
-              fmt::format("compare update policies over all whole frames: {}", update_forms()),
-              [&options](const std::string& option, const std::string& value) {
-                  options.policies = parse_updates(option, value);
-              });
+    adder
+        .add("--policies", "", "update policies to compare, over all whole frames",
+             [&options](const std::string& option, const std::string& value) {
+                 options.policies = parse_updates(option, value);
+             })
+        ->type_name(update_forms() + ",...");
     adder
         .add("--update", "", "as --policies, for a single policy",
              [&options](const std::string& option, const std::string& value) {
@@ -137,16 +182,17 @@ void define_profile(CLI::App& program, Options& options) {
 }
 
 void define_trace(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(program, options, "trace",
-                                          "Rays from a file to hits in a file", Command::kTrace);
+    const OptionAdder adder =
+        add_command(program, options, "trace", "Rays from a file to hits in a file",
+                    Command::kTrace, kTraceExamples);
     add_scene(adder, true);
     adder.command().get_option("--lenient")->description("no effect: trace always is lenient");
-    add_frames(adder, kFirstFrame);
+    add_frame(adder, kFirstFrame);
     adder
         .add_text("--rays", "FILE|-", "a line `ox oy oz dx dy dz [tnear tfar]` for each ray",
                   options.ray_file)
         ->required();
-    adder.add_text("--out", "FILE|-", "a line `H t prim u v` or `M` for each ray", options.out)
+    adder.add_text("-o,--out", "FILE|-", "a line `H t prim u v` or `M` for each ray", options.out)
         ->required();
     adder.add_flag("--binary", "rays are 8 little-endian floats each", options.binary_rays);
     add_backend_options(adder, kBackends, "cpu; with --device or --validate vulkan");
@@ -154,11 +200,11 @@ void define_trace(CLI::App& program, Options& options) {
 }
 
 void define_chart(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "chart",
-                    "Charts of speed against accuracy, as images and data", Command::kChart);
+    const OptionAdder adder = add_command(program, options, "chart",
+                                          "Charts of speed against accuracy, as images and data",
+                                          Command::kChart, kChartExamples);
     add_scenes(adder, "what to trace, at the middle frame");
-    adder.add_text("--out", "DIR", "a folder that does not exist yet or is empty", options.out)
+    adder.add_text("-o,--out", "DIR", "a folder that does not exist yet or is empty", options.out)
         ->required();
     adder.add_flag("--quick", "fewer rays and runs: a minute instead of ten", options.quick);
     add_lenient(adder);
@@ -166,19 +212,20 @@ void define_chart(CLI::App& program, Options& options) {
 }
 
 void define_info(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "info",
-                    "Facts about a scene; without a scene, about this program", Command::kInfo);
+    const OptionAdder adder = add_command(
+        program, options, "info", "Facts about a scene; without a scene, about this program",
+        Command::kInfo, kInfoExamples);
     add_scene(adder, false);
-    add_frames(adder, kFirstFrame);
+    add_frame(adder, kFirstFrame);
     adder.add_flag("--bvh", "build the tree both ways and describe it", options.tree_facts);
     add_threads(adder);
     add_report_options(adder, false);
 }
 
 void define_devices(CLI::App& program, Options& options) {
-    add_report_options(
-        add_command(program, options, "devices", "The Vulkan devices", Command::kDevices), false);
+    add_report_options(add_command(program, options, "devices", "The Vulkan devices",
+                                   Command::kDevices, kDevicesExamples),
+                       false);
 }
 
 }  // namespace

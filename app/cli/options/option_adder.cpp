@@ -5,10 +5,20 @@
 #include "common/base/errors.h"
 
 namespace mray::app {
+namespace {
+
+/// The first long name in "-o,--out", or the name of a positional.
+std::string shown_name(const std::string& names) {
+    const std::size_t begin = names.find("--");
+    if (begin == std::string::npos) return names;
+    return names.substr(begin, names.find(',', begin) - begin);
+}
+
+}  // namespace
 
 CLI::Option* OptionAdder::add(const char* name, const char* type, const std::string& help,
                               Setter set) const {
-    const std::string option = name;
+    const std::string option = shown_name(name);
     return command_
         .add_option_function<std::string>(
             name,

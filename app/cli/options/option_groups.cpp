@@ -34,6 +34,16 @@ OptionAdder::Setter finite(Number& target, double lower) {
     });
 }
 
+double parse_one_frame(const std::string& option, const std::string& value) {
+    if (value == "all" || value.find("..") != std::string::npos) {
+        throw Error(
+            ErrorKind::kBadArgument,
+            fmt::format("{}: '{}' are several frames; this command takes one", option, value));
+    }
+    constexpr double kLeast = -1e9;
+    return parse_finite(option, value, kLeast);
+}
+
 void add_camera(const OptionAdder& adder) {
     ViewSpec& view = adder.options().view;
     adder.add_view("--eye", "X,Y,Z", "position of the camera", parsed(view.eye, parse_point));
@@ -78,9 +88,19 @@ void add_lenient(const OptionAdder& adder) {
 }
 
 void add_frames(const OptionAdder& adder, const char* otherwise) {
-    adder.add_text("--frames", "A..B[:STEP]|all",
+    adder.add_text("--frames,--frame", "F|A..B[:STEP]|all",
                    fmt::format("frames; fractions lie between whole frames ({})", otherwise),
                    adder.options().frames);
+}
+
+void add_frame(const OptionAdder& adder, const char* help) {
+    Options& options = adder.options();
+    adder.add("--frame,--frames", "F", help,
+              [&options](const std::string& option, const std::string& value) {
+                  options.frame = parse_one_frame(option, value);
+                  options.frame_given = true;
+                  options.frames = value;
+              });
 }
 
 void add_view_options(const OptionAdder& adder, const char* default_size, const char* default_rays,

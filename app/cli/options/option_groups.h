@@ -18,6 +18,8 @@ void add_lenient(const OptionAdder& adder);
 
 /// --frames; `otherwise` says which frames are the default.
 void add_frames(const OptionAdder& adder, const char* otherwise);
+/// --frame, of a command that takes one.
+void add_frame(const OptionAdder& adder, const char* help);
 
 /// The smallest number of ambient-occlusion rays, and the help for it.
 struct AoCount {

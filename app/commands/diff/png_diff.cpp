@@ -1,4 +1,4 @@
-#include "app/commands/image_diff.h"
+#include "app/commands/diff/png_diff.h"
 
 #include <fmt/format.h>
 
@@ -69,7 +69,7 @@ std::string text_of(const ImageDiffReport& report) {
 
 }  // namespace
 
-ExitCode run_image_diff(const Options& options, const Messages& messages) {
+ExitCode run_png_diff(const Options& options, const Messages& messages) {
     const std::vector<std::string>& names = options.compared_files;
     const Frame expected = frame_of(read_png(names[0]));
     const Frame actual = frame_of(read_png(names[1]));

@@ -8,6 +8,6 @@
 namespace mray::app {
 
 /// `morphray diff` of two PNG files. Throws Error.
-ExitCode run_image_diff(const Options& options, const Messages& messages);
+ExitCode run_png_diff(const Options& options, const Messages& messages);
 
 }  // namespace mray::app

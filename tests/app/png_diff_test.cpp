@@ -24,7 +24,7 @@ std::string write_png(const TemporaryFolder& folder, const std::string& name, co
         .native();
 }
 
-TEST(ImageDiff, FindsEqualImagesEqual) {
+TEST(PngDiff, FindsEqualImagesEqual) {
     const TemporaryFolder folder;
     const std::string a = write_png(folder, "a.png", ramp(20, 10));
     const std::string b = write_png(folder, "b.PNG", ramp(20, 10));
@@ -34,7 +34,7 @@ TEST(ImageDiff, FindsEqualImagesEqual) {
     EXPECT_FALSE(std::filesystem::exists(folder.file("none")));
 }
 
-TEST(ImageDiff, CountsPixelsAndNamesTheLargestDifferenceOfEachChannel) {
+TEST(PngDiff, CountsPixelsAndNamesTheLargestDifferenceOfEachChannel) {
     const TemporaryFolder folder;
     const std::string a = write_png(folder, "a.png", ramp(20, 10));
     Image changed = ramp(20, 10);
@@ -60,7 +60,7 @@ TEST(ImageDiff, CountsPixelsAndNamesTheLargestDifferenceOfEachChannel) {
     EXPECT_EQ(json["equal"], false);
 }
 
-TEST(ImageDiff, SeesAlpha) {
+TEST(PngDiff, SeesAlpha) {
     const TemporaryFolder folder;
     Image image = ramp(4, 4);
     const std::string a = write_png(folder, "a.png", image);
@@ -71,7 +71,7 @@ TEST(ImageDiff, SeesAlpha) {
     EXPECT_EQ(json["differing_pixels"], 1);
 }
 
-TEST(ImageDiff, RefusesWhatCannotBeCompared) {
+TEST(PngDiff, RefusesWhatCannotBeCompared) {
     const TemporaryFolder folder;
     const std::string a = write_png(folder, "a.png", ramp(20, 10));
     const std::string small = write_png(folder, "small.png", ramp(8, 8));
@@ -92,7 +92,7 @@ TEST(ImageDiff, RefusesWhatCannotBeCompared) {
     expect_refused(folder.write("empty.png", ""), "not a PNG file");
     expect_refused(folder.write("cut.png", bytes.substr(0, bytes.size() / 2)), "too early");
     expect_refused(folder.write("damaged.png", damaged), "not a PNG file");
-    expect_refused(folder.write("hits", "hello"), "two files of hits or two PNG");
+    expect_refused(folder.write("hits", "hello"), "two files of hits, two PNG");
 }
 
 }  // namespace

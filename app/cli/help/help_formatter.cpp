@@ -1,0 +1,140 @@
+#include "app/cli/help/help_formatter.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace mray::app {
+namespace {
+
+// Where the text of an entry begins. A left part that is wider has its text on the next line.
+constexpr std::size_t kTextColumn = 30;
+
+constexpr const char* kSceneNote =
+    "SCENE is builtin:NAME[:TRIANGLES], an .obj file, a folder of .obj files, or a pattern such as "
+    "frame_%04d.obj or 'frame_*.obj'. `morphray info` lists the built-in scenes.";
+constexpr const char* kCommandNote =
+    "`morphray help COMMAND` or `morphray COMMAND --help` lists the options of a command; "
+    "`morphray info` lists the built-in scenes.";
+constexpr const char* kExitCodes =
+    "Exit codes: 0 ok, 1 a check failed, 2 usage, 3 bad input, 4 backend or device unavailable, "
+    "5 output cannot be written, 6 out of memory or over a limit, 7 device lost, 8 partial result "
+    "kept, 70 internal error, 130 and 143 interrupted.";
+
+/// "  left      text", the text in as many lines as it takes.
+std::string entry(const std::string& left, const std::string& text) {
+    std::string line = "  " + left;
+    if (text.empty()) return line + '\n';
+    if (line.size() + 2 > kTextColumn)
+        line += '\n' + std::string(kTextColumn, ' ');
+    else
+        line.resize(kTextColumn, ' ');
+    const std::string rest = wrapped(std::string(kTextColumn, ' ') + text, kTextColumn);
+    return line + rest.substr(kTextColumn) + '\n';
+}
+
+/// "-q,--quiet", "-o,--out DIR", "--rays FILE|- REQUIRED".
+std::string name_of(const CLI::Option& option) {
+    std::string names;
+    for (const std::string& name : option.get_snames()) names += ",-" + name;
+    for (const std::string& name : option.get_lnames()) names += ",--" + name;
+    std::string text = names.substr(1);
+    if (option.get_items_expected_max() > 0) text += ' ' + option.get_type_name();
+    return text + (option.get_required() ? " REQUIRED" : "");
+}
+
+/// "SCENE", "SCENE..." or "[SCENE]".
+std::string name_of_positional(const CLI::Option& option) {
+    std::string name = option.get_type_name();
+    if (option.get_items_expected_max() >= CLI::detail::expected_max_vector_size) name += "...";
+    return option.get_required() ? name : '[' + name + ']';
+}
+
+std::string usage(const CLI::App& app, const std::string& name) {
+    std::string line = "Usage: " + name;
+    if (!app.get_subcommands({}).empty()) return line + " COMMAND [OPTIONS]\n";
+    for (const CLI::Option* option : app.get_options())
+        if (option->get_positional()) line += ' ' + name_of_positional(*option);
+    return line + " [OPTIONS]\n";
+}
+
+bool takes_scene(const CLI::App& app) {
+    const std::vector<const CLI::Option*> options = app.get_options();
+    return std::any_of(options.begin(), options.end(), [](const CLI::Option* option) {
+        return option->get_positional() && option->get_type_name() == "SCENE";
+    });
+}
+
+std::string notes(const CLI::App& app) {
+    std::string text;
+    if (!app.get_subcommands({}).empty()) text += wrapped(kCommandNote, 0) + "\n\n";
+    if (takes_scene(app)) text += wrapped(kSceneNote, 0) + "\n\n";
+    return text + wrapped(kExitCodes, 0) + '\n';
+}
+
+std::string section(const char* title, const std::string& entries) {
+    return entries.empty() ? std::string() : '\n' + std::string(title) + ":\n" + entries;
+}
+
+/// The length of the first word with the blanks before it. A number and what it counts are one
+/// word.
+std::size_t length_of_word(std::string_view text) {
+    const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
+    const std::size_t end = std::min(text.find_first_of(" \n", begin), text.size());
+    const std::string_view word = text.substr(begin, end - begin);
+    const bool is_number = word.find_first_not_of("0123456789") == std::string_view::npos;
+    if (word.empty() || !is_number || end == text.size() || text[end] == '\n') return end;
+    return end + length_of_word(text.substr(end));
+}
+
+}  // namespace
+
+void set_examples(CLI::App& command, std::span<const Example> examples) {
+    std::string text;
+    for (const Example& example : examples) {
+        text += wrapped(std::string("  ") + example.does + ":", 2) + '\n';
+        text += std::string("    ") + example.line + '\n';
+    }
+    command.footer(text);
+}
+
+std::string wrapped(std::string_view text, std::size_t indent, std::size_t columns) {
+    std::string result;
+    std::size_t width = 0;
+    while (!text.empty()) {
+        std::string_view word = text.substr(0, length_of_word(text));
+        text.remove_prefix(word.size());
+        if (width > 0 && width + word.size() > columns) {
+            result += '\n' + std::string(indent, ' ');
+            width = indent;
+            word.remove_prefix(std::min(word.find_first_not_of(' '), word.size()));
+        }
+        result += word;
+        width += word.size();
+        if (!text.starts_with('\n')) continue;
+        result += '\n';
+        width = 0;
+        text.remove_prefix(1);
+    }
+    return result;
+}
+
+std::string HelpFormatter::make_help(const CLI::App* app, std::string name,
+                                     CLI::AppFormatMode) const {
+    std::string positionals;
+    std::string options;
+    for (const CLI::Option* option : app->get_options()) {
+        if (option->get_positional())
+            positionals += entry(name_of_positional(*option), option->get_description());
+        else
+            options += entry(name_of(*option), option->get_description());
+    }
+    std::string commands;
+    for (const CLI::App* command : app->get_subcommands({}))
+        commands += entry(command->get_name(), command->get_description());
+    return wrapped(app->get_description(), 0) + '\n' + usage(*app, name) +
+           section("Positionals", positionals) + section("Options", options) +
+           section("Subcommands", commands) + section("Examples", app->get_footer()) + '\n' +
+           notes(*app);
+}
+
+}  // namespace mray::app

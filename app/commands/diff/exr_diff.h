@@ -1,0 +1,13 @@
+// The comparison of two OpenEXR files.
+#pragma once
+
+#include "app/cli/exit_code.h"
+#include "app/cli/options.h"
+#include "app/terminal/messages.h"
+
+namespace mray::app {
+
+/// `morphray diff` of two OpenEXR files. Throws Error.
+ExitCode run_exr_diff(const Options& options, const Messages& messages);
+
+}  // namespace mray::app
