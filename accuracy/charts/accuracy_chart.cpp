@@ -1,21 +1,22 @@
 #include <fmt/format.h>
 
-#include <cmath>
+#include <utility>
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
-#include "common/process/gnuplot.h"
 
 namespace mray::accuracy {
 namespace {
 
-constexpr const char* kOurColour = "#1f5fbf";
-constexpr const char* kRuleColour = "#c46210";
-constexpr const char* kPeerColour = "#2e7d32";
+/// Kinds of methods in the order of the legend.
+constexpr std::pair<Family, const char*> kFamilies[] = {
+    {Family::kOurs, "ours, whole"},
+    {Family::kRule, "rules, one plain traversal"},
+    {Family::kPeer, "Embree, single rays"}};
 
 struct Point {
     std::string name;
-    Family family;
+    Family family = Family::kOurs;
     double mrays = 0;
     VerdictCounts camera;
     VerdictCounts aimed;
@@ -63,51 +64,41 @@ Table table_of(const std::vector<Point>& points) {
     return table;
 }
 
-/// One panel; `wrong` and `front` are columns of the table, from 1.
-std::string panel(const std::string& title, const std::string& file, int wrong, int front,
-                  std::size_t rays) {
-    // A logarithmic axis has no place for zero, so it is drawn below a single wrong ray.
-    const double one = 1e6 / static_cast<double>(std::max<std::size_t>(1, rays));
-    const double zero = std::pow(10, std::floor(std::log10(one)) - 1);
-    std::string text = fmt::format(
-        "set title {} font ',12'\n"
-        "zero = {}\nunset logscale\n"
-        "set xlabel 'wrong answers per million rays (one ray: {:.2g})'\nset ylabel 'Mray/s'\n"
-        "set xrange [zero / 10.0 : 1e6]\nset logscale xy\n"
-        "set xtics autofreq format '10^{{%T}}'\nset xtics add ('none' zero)\n"
-        "set arrow 1 from zero, graph 0 to zero, graph 1 nohead lw 2 lc rgb '#888888'\n"
-        "set key top right\n",
-        gnuplot_quoted(title), zero, one);
-    // Names are on the side where they overlap fewest others.
-    const auto named = [&](const std::string& condition, const char* colour, const char* place) {
-        return fmt::format(
-            "'{0}.csv' skip 1 using ({1} ? (${2} > 0 ? ${2} : zero) : NaN):3:(strcol(1)) with "
-            "labels {3} font ',9' tc rgb '{4}' noenhanced notitle, ",
-            file, condition, wrong, place, colour);
+/// One panel of the rays that `counts` is about.
+plot::Panel panel_of(const std::string& title, const std::vector<Point>& points,
+                     VerdictCounts Point::*counts) {
+    const std::uint64_t rays = points.empty() ? 0 : (points.front().*counts).rays;
+    const double one = 1e6 / static_cast<double>(std::max<std::uint64_t>(1, rays));
+    plot::Panel panel{
+        .title = title,
+        .x = {.title = fmt::format("wrong answers per million rays (one ray: {:.2g})", one),
+              .scale = plot::Scale::kLog10,
+              .zero_name = "none"},
+        .y = {.title = "Mray/s"}};
+    const auto place = [&](const Point& point) {
+        return plot::Point{(point.*counts).wrong_per_million(), point.mrays};
     };
-    const auto points = [&](const char* family, const char* colour, const char* name) {
-        return fmt::format(
-            "'{0}.csv' skip 1 using (strcol(2) eq '{1}' ? (${2} > 0 ? ${2} : zero) : NaN):3 with "
-            "points pt 7 ps 0.9 lc rgb '{3}' title '{4}', ",
-            file, family, wrong, colour, name);
-    };
-    const std::string packets = "strcol(2) eq 'ours' && strstrt(strcol(1), 'packets') > 0";
-    const std::string others = "strcol(2) eq 'ours' && strstrt(strcol(1), 'packets') == 0";
-    const std::string fused = "strcol(2) eq 'rule' && strstrt(strcol(1), 'fma') > 0";
-    const std::string plain = "strcol(2) eq 'rule' && strstrt(strcol(1), 'fma') == 0";
-    text += "plot " + points("ours", kOurColour, "ours, whole") +
-            points("rule", kRuleColour, "rules, one plain traversal") +
-            points("peer", kPeerColour, "Embree, single rays") +
-            named(packets, kOurColour, "left offset 1,0") +
-            named(others, kOurColour, "right offset -1,0") +
-            named(plain, kRuleColour, "left rotate by 35 offset 0.5,0.5") +
-            named(fused, kRuleColour, "left rotate by -35 offset 0.5,-0.5") +
-            named("strcol(2) eq 'peer'", kPeerColour, "left offset 1,0");
-    text += fmt::format(
-        "'{0}.csv' skip 1 using (strcol({1}) eq 'yes' ? (${2} > 0 ? ${2} : zero) : NaN):3 with "
-        "points pt 6 ps 2 lw 2 lc rgb '#d00000' title 'Pareto front'\n",
-        file, front, wrong);
-    return text;
+    for (std::size_t i = 0; i < std::size(kFamilies); ++i) {
+        const auto [family, name] = kFamilies[i];
+        plot::Style style = plot::style_of(i);
+        style.line = false;
+        plot::Curve curve{name, {}, style};
+        for (const Point& point : points) {
+            if (point.family != family) continue;
+            curve.points.push_back(place(point));
+            panel.point_names.push_back({place(point), point.name, style.colour});
+        }
+        panel.curves.push_back(std::move(curve));
+    }
+    plot::Curve front{
+        "Pareto front",
+        {},
+        {.colour = plot::kPalette[6], .symbol = plot::kRing, .symbol_size = 1.8, .line = false}};
+    for (const Point& point : points) {
+        if (on_front(point, points, counts)) front.points.push_back(place(point));
+    }
+    panel.curves.push_back(std::move(front));
+    return panel;
 }
 
 }  // namespace
@@ -146,22 +137,22 @@ Chart accuracy_chart(const ChartContext& context, const ChartInput& input,
         points[i].mrays = static_cast<double>(pixels) / (times[i] * 1e3);
     context.step();
 
-    const std::string name = "accuracy" + suffix;
-    PlotScript script;
-    script.title = fmt::format("Speed against accuracy: {}, {} triangles", input.name,
-                               input.topology.triangles.size());
-    script.footer = context.footer;
-    script.width = 1500;
-    script.height = 800;
-    script.layout = "1,2";
-    script.body = panel(fmt::format("{} pixels of a camera", pixels), name, 6, 7, pixels) +
-                  "unset label 1\n" +
-                  panel(fmt::format("{} rays at vertices, edges, faces", aimed.size()), name, 10,
-                        11, aimed.size());
-    return {name,
+    plot::Figure figure{
+        .title = fmt::format("Speed against accuracy: {}, {} triangles", input.name,
+                             input.topology.triangles.size()),
+        .footer = context.footer,
+        .columns = 2,
+        .panel_width = 520,
+        .panel_height = 560,
+        .panels = {panel_of(fmt::format("{} pixels of a camera", pixels), points, &Point::camera),
+                   panel_of(fmt::format("{} rays at vertices, edges, faces", aimed.size()), points,
+                            &Point::aimed)}};
+    // One legend for both.
+    figure.panels[0].legend = plot::Legend::kNone;
+    return {"accuracy" + suffix,
             "Up is faster (camera rays, all threads), left is more accurate; methods on the grey "
-            "line gave no wrong answer. No method is better in both than one with a red ring.",
-            table_of(points), script};
+            "line gave no wrong answer. No method is better in both than one with a ring.",
+            table_of(points), figure};
 }
 
 }  // namespace mray::accuracy

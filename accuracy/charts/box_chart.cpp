@@ -5,6 +5,7 @@
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/quantised_nodes.h"
+#include "common/plot/bars.h"
 
 namespace mray::accuracy {
 namespace {
@@ -36,6 +37,8 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
     Table table({"method", "row", "Mray/s", "bytes a node", "camera wrong", "aimed wrong", "leaks",
                  "false misses", "wrong triangles", "not as over ours"});
     std::vector<Hit> ours;
+    std::vector<double> mrays;
+    std::vector<std::string> notes;
     for (std::size_t i = 0; i < methods.size(); ++i) {
         trace_camera(methods[i], scene, hits);
         trace_aimed(methods[i], scene, aimed);
@@ -53,32 +56,32 @@ Chart box_chart(const ChartContext& context, const ChartInput& input, const std:
         const auto both = [&](Verdict verdict) {
             return fmt::format("{}", seen[verdict] + met[verdict]);
         };
-        table.add({methods[i].name, fmt::format("{}", i),
-                   fmt::format("{:.4g}", static_cast<double>(hits.size()) / (times[i] * 1e3)),
+        mrays.push_back(static_cast<double>(hits.size()) / (times[i] * 1e3));
+        notes.push_back(fmt::format(
+            "{} B a node; wrong: {} of {} pixels, {} of {} aimed rays; {} not as over ours",
+            node_bytes(methods[i].name), seen.wrong(), hits.size(), met.wrong(), aimed.size(),
+            different));
+        table.add({methods[i].name, fmt::format("{}", i), fmt::format("{:.4g}", mrays.back()),
                    fmt::format("{}", node_bytes(methods[i].name)), fmt::format("{}", seen.wrong()),
                    fmt::format("{}", met.wrong()), both(Verdict::kLeak), both(Verdict::kFalseMiss),
                    both(Verdict::kWrongTriangle), fmt::format("{}", different)});
     }
     context.step();
 
-    const std::string name = "boxes" + suffix;
-    PlotScript script;
-    script.title = fmt::format("Box tests and nodes: {}, {} triangles", input.name,
-                               input.topology.triangles.size());
-    script.footer = context.footer;
-    script.height = 480;
-    script.body = fmt::format(
-        "unset key\nset yrange [{0}:-0.6]\nset xrange [0:*]\nset style fill solid 0.7\n"
-        "set xlabel 'Mray/s (camera rays, one scalar traversal)'\nset ytics noenhanced\n"
-        "plot '{1}.csv' skip 1 using ($3/2):2:($3/2):(0.35):ytic(1) with boxxyerror lc rgb "
-        "'#1f5fbf', '' skip 1 using (0):2:(sprintf('  %d B a node; wrong: %d of {2} pixels, %d of "
-        "{3} aimed rays; %d not as over ours', $4, $5, $6, $10)) with labels left tc rgb "
-        "'#000000'\n",
-        static_cast<double>(methods.size()) - 0.4, name, hits.size(), aimed.size());
-    return {name,
+    plot::Panel panel{.x = {.title = "Mray/s (camera rays, one scalar traversal)",
+                            .scale = plot::Scale::kLinear}};
+    for (std::size_t i = 0; i < methods.size(); ++i)
+        plot::add_bars(panel, methods[i].name, {{mrays[i]}}, notes[i]);
+    const plot::Figure figure{.title = fmt::format("Box tests and nodes: {}, {} triangles",
+                                                   input.name, input.topology.triangles.size()),
+                              .footer = context.footer,
+                              .panel_width = 560,
+                              .panel_height = 250,
+                              .panels = {panel}};
+    return {"boxes" + suffix,
             "The program's rule over one plain traversal; only the box test or the precision of "
             "the boxes differs.",
-            table, script};
+            table, figure};
 }
 
 }  // namespace mray::accuracy

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -12,9 +11,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/process/gnuplot.h"
-#include "common/process/shell_command.h"
-#include "common/process/shell_text.h"
+#include "common/plot/gnuplot.h"
 
 namespace mray::accuracy {
 namespace {
@@ -66,12 +63,7 @@ std::string ChartFolder::read(const std::string& name) const {
 }
 
 void ChartFolder::plot(const std::string& script) const {
-    const ShellResult finished = run_shell(fmt::format(
-        "cd {} && gnuplot {} 2>&1", shell_quoted(temporary_.string()), shell_quoted(script)));
-    if (finished.status == 0) return;
-    std::string why = finished.text;
-    std::replace(why.begin(), why.end(), '\n', ' ');
-    throw Error(ErrorKind::kInternal, fmt::format("{}: gnuplot: {}", script, why));
+    plot::run_gnuplot(temporary_.string(), script);
 }
 
 void ChartFolder::keep() {
@@ -82,7 +74,7 @@ void ChartFolder::keep() {
 }
 
 void require_gnuplot() {
-    if (has_gnuplot()) return;
+    if (plot::has_gnuplot()) return;
     throw Error(ErrorKind::kUnavailable,
                 "chart: gnuplot is not installed; install the package gnuplot-nox");
 }

@@ -45,7 +45,7 @@ std::string chart_page(const std::vector<PagedChart>& charts, const std::string&
     for (const PagedChart& paged : charts) {
         const Chart& chart = *paged.chart;
         page += fmt::format("<h2 id=\"{}\">{}</h2>\n<p>{}</p>\n{}\n", chart.name,
-                            xml_escaped(chart.script.title), xml_escaped(chart.caption),
+                            xml_escaped(chart.figure.title), xml_escaped(chart.caption),
                             inline_svg(paged.svg));
         if (chart.table.empty()) continue;
         page += fmt::format("<details><summary>{}.csv</summary><pre>{}</pre></details>\n",

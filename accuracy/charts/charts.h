@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "accuracy/charts/chart_scene.h"
-#include "accuracy/charts/plot_script.h"
 #include "accuracy/measure/failure_scenes.h"
 #include "accuracy/methods/method.h"
+#include "common/plot/figure.h"
 #include "common/scene/scene_frames.h"
 #include "common/text/table.h"
 
@@ -21,8 +21,8 @@ struct Chart {
     /// One or two sentences on how to read the chart.
     std::string caption;
     Table table;
-    /// Without a body if there is nothing to draw.
-    PlotScript script;
+    /// Without panels if there is nothing to draw.
+    plot::Figure figure;
 };
 
 /// How much work goes into the charts.
@@ -35,7 +35,7 @@ struct Effort {
     std::size_t placed_rays;
     std::vector<double> offsets;
     std::vector<double> scales;
-    /// The most frames of a clip.
+    /// The most frames of a clip, at least 2.
     std::size_t policy_frames;
     /// Points that cones of 1,024 rays start from.
     std::size_t cone_points;

@@ -160,27 +160,18 @@ constexpr const char* kWays[] = {"packets (1024 rays a point)", "streams (1024 r
                                  "one by one (1024 rays a point)", "streams (16 rays a point)",
                                  "one by one (16 rays a point)"};
 
-/// A line for each of kWays.
-std::string plot_body(const std::string& name) {
-    std::string body =
-        "set logscale y\nset xrange [-2:92]\nset xtics 15\nset key top right noenhanced\n"
-        "set xlabel 'half the angle of the cone about the normal, degrees'\n"
-        "set ylabel 'Mray/s (any hit)'\nplot ";
+/// A line for each of kWays; those of 16 rays have the colours of those of 1,024, dashed.
+plot::Panel panel_of(const std::vector<std::vector<plot::Point>>& points) {
+    plot::Panel panel{.x = {.title = "half the angle of the cone about the normal, degrees",
+                            .scale = plot::Scale::kLinear,
+                            .tight = true},
+                      .y = {.title = "Mray/s (any hit)"}};
     for (std::size_t i = 0; i < std::size(kWays); ++i) {
-        body += fmt::format(
-            "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' ? $2 : NaN):3 with linespoints pt {3} "
-            "dt {4} lw 2 lc {5} title '{2}'",
-            i == 0 ? "" : ", ", name, kWays[i],
-            i == 0       ? 7
-            : i % 2 == 1 ? 5
-                         : 9,
-            i < 3 ? 1 : 2,
-            i == 0       ? 1
-            : i % 2 == 1 ? 2
-                         : 3);
+        plot::Style style = plot::style_of(i < 3 ? i : i - 2);
+        style.dashed = i >= 3;
+        panel.curves.push_back({kWays[i], points[i], style});
     }
-    body += "\n";
-    return body;
+    return panel;
 }
 
 }  // namespace
@@ -197,6 +188,7 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
     const std::size_t points = context.effort.cone_points;
     Table table({"way", "degrees", "Mray/s", "occluded %", "undecided %"});
     std::vector<std::vector<std::vector<std::string>>> rows(std::size(kWays));
+    std::vector<std::vector<plot::Point>> curves(std::size(kWays));
     for (const double degrees : kAngles) {
         const Cones many = make_cones(surfaces, points, kMany, degrees, scene.params.ao_tfar);
         const Cones few =
@@ -211,6 +203,7 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
         const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
         const auto count = static_cast<double>(std::max<std::size_t>(1, many.rays.size()));
         for (std::size_t i = 0; i < runs.size(); ++i) {
+            curves[i].push_back({degrees, count / (times[i] * 1e3)});
             rows[i].push_back(
                 {kWays[i], fmt::format("{}", degrees),
                  fmt::format("{:.4g}", count / (times[i] * 1e3)),
@@ -224,17 +217,16 @@ Chart cone_chart(const ChartContext& context, const ChartInput& input, const std
         for (const std::vector<std::string>& row : of_way) table.add(row);
     }
 
-    const std::string name = "cones" + suffix;
-    PlotScript script;
-    script.title = fmt::format("Where coherence ends: rays in a cone, {}, {} triangles, {}",
-                               input.name, input.topology.triangles.size(), target.name);
-    script.footer = context.footer;
-    script.body = plot_body(name);
-    return {name,
+    const plot::Figure figure{
+        .title = fmt::format("Where coherence ends: rays in a cone, {}, {} triangles, {}",
+                             input.name, input.topology.triangles.size(), target.name),
+        .footer = context.footer,
+        .panels = {panel_of(curves)}};
+    return {"cones" + suffix,
             "Rays of ambient occlusion, on all threads. Packets need rays from one point; they are "
             "faster to the left of the crossing with the line of the streams, which take any 64 "
             "rays. Dashed: few rays from each of many points side by side, as in images.",
-            table, script};
+            table, figure};
 }
 
 }  // namespace mray::accuracy

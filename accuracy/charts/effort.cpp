@@ -9,7 +9,7 @@ const Effort& quick_effort() {
                                .placed_rays = 6'000,
                                .offsets = {1e3, 1e5},
                                .scales = {1e-6, 1, 1e6},
-                               .policy_frames = 7,
+                               .policy_frames = 25,
                                .cone_points = 64,
                                .triangle_counts = {1'000, 10'000, 100'000}};
     return effort;

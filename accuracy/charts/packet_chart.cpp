@@ -38,6 +38,41 @@ void trace_packets(const ChartScene& scene, const cpu::PacketTracer& tracer, Sha
     });
 }
 
+struct Row {
+    std::string target;
+    std::string packet;
+    /// Of the packet; 0: single rays.
+    std::uint32_t rays;
+    double mrays;
+};
+
+/// For each target a line of packets and one of single rays, which do not depend on packets.
+plot::Figure figure_of(const ChartContext& context, const ChartInput& input,
+                       const std::vector<Row>& rows) {
+    plot::Panel panel{.x = {.title = "rays of a packet", .scale = plot::Scale::kLog2},
+                      .y = {.title = "Mray/s"}};
+    std::size_t target = 0;
+    for (const Row& row : rows) {
+        if (row.rays == 0) {
+            plot::Style style = plot::style_of(target++);
+            panel.curves.push_back({row.target + ", packets", {}, style});
+            style.dashed = true;
+            style.symbols = false;
+            const double last =
+                kShapes[std::size(kShapes) - 1].width * kShapes[std::size(kShapes) - 1].height;
+            panel.curves.push_back(
+                {row.target + ", single rays", {{1, row.mrays}, {last, row.mrays}}, style});
+        } else {
+            panel.curves[panel.curves.size() - 2].points.push_back(
+                {static_cast<double>(row.rays), row.mrays});
+        }
+    }
+    return {.title = fmt::format("Size of packets against speed: {}, {} triangles, camera rays",
+                                 input.name, input.topology.triangles.size()),
+            .footer = context.footer,
+            .panels = {panel}};
+}
+
 }  // namespace
 
 std::size_t packet_steps() { return 1; }
@@ -49,7 +84,7 @@ Chart packet_chart(const ChartContext& context, const ChartInput& input,
     const std::vector<SimdTarget> targets = supported_simd_targets();
     std::vector<Hit> hits(scene.scene_space.camera_rays.size());
     std::vector<std::function<void()>> runs;
-    std::vector<std::array<std::string, 3>> names;  // target, shape, rays
+    std::vector<Row> rows;
     for (const SimdTarget& target : targets) {
         Method single;
         single.in_scene_space = true;
@@ -58,45 +93,30 @@ Chart packet_chart(const ChartContext& context, const ChartInput& input,
             tracer.intersect(rays, out);
         };
         runs.emplace_back([&, single] { trace_camera(single, scene, hits); });
-        names.push_back({target.name, "single", "0"});
+        rows.push_back({target.name, "single", 0, 0});
         for (const Shape shape : kShapes) {
             runs.emplace_back(
                 [&, shape, tracer = cpu::PacketTracer(scene.scene_space.bvh, target)] {
                     trace_packets(scene, tracer, shape, hits);
                 });
-            names.push_back({target.name, fmt::format("{}x{}", shape.width, shape.height),
-                             fmt::format("{}", shape.width * shape.height)});
+            rows.push_back({target.name, fmt::format("{}x{}", shape.width, shape.height),
+                            shape.width * shape.height, 0});
         }
     }
     const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
     Table table({"target", "packet", "rays", "Mray/s"});
     for (std::size_t i = 0; i < runs.size(); ++i) {
-        table.add({names[i][0], names[i][1], names[i][2],
-                   fmt::format("{:.4g}", static_cast<double>(hits.size()) / (times[i] * 1e3))});
+        Row& row = rows[i];
+        row.mrays = static_cast<double>(hits.size()) / (times[i] * 1e3);
+        table.add({row.target, row.packet, fmt::format("{}", row.rays),
+                   fmt::format("{:.4g}", row.mrays)});
     }
     context.step();
 
-    const std::string name = "packets" + suffix;
-    PlotScript script;
-    script.title = fmt::format("Size of packets against speed: {}, {} triangles, camera rays",
-                               input.name, input.topology.triangles.size());
-    script.footer = context.footer;
-    script.body =
-        "set logscale x 2\nset logscale y\nset xrange [0.8:1300]\nset key bottom right noenhanced\n"
-        "set xlabel 'rays of a packet'\nset ylabel 'Mray/s'\nset xtics 2\nplot ";
-    for (std::size_t i = 0; i < targets.size(); ++i) {
-        script.body += fmt::format(
-            "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' && $3 > 0 ? $3 : NaN):4 with "
-            "linespoints pt 7 lw 2 lc {3} title '{2}, packets', "
-            "'{1}.csv' skip 1 using (strcol(1) eq '{2}' && $3 == 0 ? 1 : NaN):4:(1023):(0) with "
-            "vectors nohead dt 2 lw 2 lc {3} title '{2}, single rays'",
-            i == 0 ? "" : ", ", name, targets[i].name, i + 1);
-    }
-    script.body += "\n";
-    return {name,
+    return {"packets" + suffix,
             "Packets are faster where a line is above the dashed line of its colour, which is the "
             "speed of single rays over the same tree.",
-            table, script};
+            table, figure_of(context, input, rows)};
 }
 
 }  // namespace mray::accuracy

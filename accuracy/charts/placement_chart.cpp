@@ -5,7 +5,6 @@
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
-#include "common/process/gnuplot.h"
 
 namespace mray::accuracy {
 namespace {
@@ -67,26 +66,26 @@ Table table_of(const std::vector<Row>& rows) {
     return table;
 }
 
-/// The lines of one series; an x of 0 is drawn at `zero`.
-std::string panel(const std::string& title, const std::string& file,
-                  const std::vector<std::string>& methods, const std::string& series, double zero,
-                  double largest) {
-    std::string text = fmt::format(
-        "set title '{}' font ',12'\nunset logscale\nset yrange [0.1:1.5e6]\nset xrange "
-        "[{}:{}]\nset logscale xy\nset xlabel '{}'\nset ylabel 'wrong answers per million rays'\n"
-        "set xtics autofreq format '10^{{%T}}'\nset ytics autofreq format '10^{{%T}}'\nset ytics "
-        "add "
-        "('none' 0.2)\nset key at graph 0.03,0.55 left Left reverse noenhanced\n",
-        title, zero / 10, largest * 10, series == "offset" ? "offset / size" : "scale");
-    if (series == "offset") text += fmt::format("set xtics add ('none' {})\n", zero);
-    text += "plot ";
+/// The lines of one series.
+plot::Panel panel_of(const std::string& title, const std::vector<Row>& rows,
+                     const std::vector<std::string>& methods, const std::string& series) {
+    plot::Panel panel{.title = title,
+                      .x = {.title = series == "offset" ? "offset / size" : "scale",
+                            .scale = plot::Scale::kLog10,
+                            .zero_name = "none"},
+                      .y = {.title = "wrong answers per million rays",
+                            .scale = plot::Scale::kLog10,
+                            .zero_name = "none"}};
     for (std::size_t i = 0; i < methods.size(); ++i) {
-        text += fmt::format(
-            "{0}'{1}.csv' skip 1 using (strcol(1) eq {2} && strcol(2) eq '{3}' ? ($3 > 0 ? $3 : "
-            "{4}) : NaN):($6 > 0 ? $6 : 0.2) with linespoints pt {5} ps 1.1 lw 2 lc {5} title {2}",
-            i == 0 ? "" : ", ", file, gnuplot_quoted(methods[i]), series, zero, i + 1);
+        plot::Curve& curve = panel.curves.emplace_back();
+        curve.title = methods[i];
+        curve.style = plot::style_of(i);
+        for (const Row& row : rows) {
+            if (row.series == series && row.order == i)
+                curve.points.push_back({row.x, row.counts.wrong_per_million()});
+        }
     }
-    return text + "\n";
+    return panel;
 }
 
 }  // namespace
@@ -109,25 +108,22 @@ Chart placement_chart(const ChartContext& context, const ChartInput& input,
         return std::tie(a.series, a.order, a.x) < std::tie(b.series, b.order, b.x);
     });
 
-    const std::string name = "placement" + suffix;
-    PlotScript script;
-    script.title = fmt::format("Far from the origin, tiny and huge: {}, {} triangles", input.name,
-                               input.topology.triangles.size());
-    script.footer = context.footer;
-    script.width = 1500;
-    script.height = 700;
-    script.layout = "1,2";
-    script.body = panel("moved along (1, 1, 1)", name, methods, "offset",
-                        context.effort.offsets[0] / 10, context.effort.offsets.back()) +
-                  "unset label 1\n" +
-                  panel("scaled", name, methods, "scale", context.effort.scales[0],
-                        context.effort.scales.back());
+    plot::Figure figure{.title = fmt::format("Far from the origin, tiny and huge: {}, {} triangles",
+                                             input.name, input.topology.triangles.size()),
+                        .footer = context.footer,
+                        .columns = 2,
+                        .panel_width = 520,
+                        .panel_height = 440,
+                        .panels = {panel_of("moved along (1, 1, 1)", rows, methods, "offset"),
+                                   panel_of("scaled", rows, methods, "scale")}};
+    // One legend for both.
+    figure.panels[0].legend = plot::Legend::kNone;
     return {
-        name,
+        "placement" + suffix,
         "Rays at vertices, edges and faces. Every answer is compared with the exact one for the "
         "floats that the method was given, so rounding of coordinates by the offset does not "
         "count as an error.",
-        table_of(rows), script};
+        table_of(rows), figure};
 }
 
 }  // namespace mray::accuracy

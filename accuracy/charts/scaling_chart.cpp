@@ -25,15 +25,6 @@ struct Row {
     double rays;
 };
 
-/// A column of the table, from 1, in the rows of one backend.
-struct Line {
-    int column;
-    std::string what;
-    std::string backend;
-    /// How the time grows with the triangles.
-    double exponent;
-};
-
 double nanoseconds(double ms, double count) { return ms * 1e6 / count; }
 
 Row measure(const ChartContext& context, SceneFrames& frames, Backend& backend) {
@@ -79,22 +70,36 @@ double exponent_of(const std::vector<Row>& rows, const std::string& backend, dou
     return spread > 0 ? (count * sum_xy - sum_x * sum_y) / spread : 0;
 }
 
-std::string panel(const std::string& file, const char* title, const char* y,
-                  const std::vector<Line>& lines) {
-    std::string text = fmt::format(
-        "set title '{}' font ',12'\nset logscale xy\nset xlabel 'triangles'\nset ylabel '{}'\n"
-        "set xtics autofreq format '10^{{%T}}'\nset key top right noenhanced\nplot ",
-        title, y);
-    int colour = 1;
-    for (const Line& line : lines) {
-        text += fmt::format(
-            "{0}'{1}.csv' skip 1 using (strcol(1) eq '{2}' ? $2 : NaN):{3} with linespoints pt 7 "
-            "lw 2 lc {4} title '{5}, {2}: time ~ n^{6:.2f}'",
-            colour == 1 ? "" : ", ", file, line.backend, line.column, colour, line.what,
-            line.exponent);
-        ++colour;
+/// Adds the line of a time in the rows of one backend, if it has any.
+void add_line(plot::Panel& panel, const std::vector<Row>& rows, const std::string& backend,
+              const char* what, double Row::*time_ms, double (*unit)(const Row&)) {
+    plot::Curve curve;
+    curve.title =
+        fmt::format("{}, {}: n^{:.2f}", what, backend, exponent_of(rows, backend, time_ms));
+    curve.style = plot::style_of(panel.curves.size());
+    for (const Row& row : rows) {
+        if (row.backend != backend) continue;
+        curve.points.push_back(
+            {static_cast<double>(row.triangles), nanoseconds(row.*time_ms, unit(row))});
     }
-    return text + "\n";
+    panel.curves.push_back(std::move(curve));
+}
+
+std::vector<plot::Panel> panels_of(const std::vector<Row>& rows) {
+    const plot::Axis triangles{.title = "triangles, n", .scale = plot::Scale::kLog10};
+    plot::Panel update{.title = "build, and refit with its transfer",
+                       .x = triangles,
+                       .y = {.title = "ns a triangle"}};
+    plot::Panel trace{
+        .title = "trace and shade an image", .x = triangles, .y = {.title = "ns a ray"}};
+    const auto per_triangle = [](const Row& row) { return static_cast<double>(row.triangles); };
+    const auto per_ray = [](const Row& row) { return row.rays; };
+    add_line(update, rows, "cpu", "build", &Row::build_ms, per_triangle);
+    for (const char* backend : {"cpu", "vulkan"}) {
+        add_line(update, rows, backend, "refit", &Row::refit_ms, per_triangle);
+        add_line(trace, rows, backend, "trace", &Row::trace_ms, per_ray);
+    }
+    return {update, trace};
 }
 
 }  // namespace
@@ -128,30 +133,18 @@ Chart scaling_chart(const ChartContext& context) {
                    fmt::format("{:.4g}", nanoseconds(row.trace_ms, n)),
                    fmt::format("{:.4g}", nanoseconds(row.trace_ms, row.rays))});
     }
-    const std::string name = "scaling";
-    PlotScript script;
-    script.title =
-        fmt::format("Number of triangles: builtin:{}, {}x{} pixels", kScene, kSide, kSide);
-    script.footer = context.footer;
-    script.width = 1400;
-    script.layout = "1,2";
-    const auto line = [&rows](int column, const char* what, const std::string& backend,
-                              double Row::*time_ms) {
-        return Line{column, what, backend, exponent_of(rows, backend, time_ms)};
-    };
-    std::vector<Line> updates{line(3, "build", "cpu", &Row::build_ms),
-                              line(4, "refit", "cpu", &Row::refit_ms)};
-    std::vector<Line> traces{line(6, "trace", "cpu", &Row::trace_ms)};
-    if (rows.back().backend != "cpu") {
-        updates.push_back(line(4, "refit", rows.back().backend, &Row::refit_ms));
-        traces.push_back(line(6, "trace", rows.back().backend, &Row::trace_ms));
-    }
-    script.body = panel(name, "build, and refit with its transfer", "ns a triangle", updates) +
-                  "unset label 1\n" + panel(name, "trace and shade an image", "ns a ray", traces);
-    return {name,
-            "Flat lines on the left mean work in proportion to the triangles; on the right a line "
+    const plot::Figure figure{
+        .title = fmt::format("Number of triangles: builtin:{}, {}x{} pixels", kScene, kSide, kSide),
+        .footer = context.footer,
+        .columns = 2,
+        .panel_width = 460,
+        .panel_height = 400,
+        .panels = panels_of(rows)};
+    return {"scaling",
+            "In the legends: how each time grows. Flat lines on the left mean work in proportion "
+            "to the triangles; on the right a line "
             "rises by a constant for each factor of ten if time grows with the tree's depth.",
-            table, script};
+            table, figure};
 }
 
 }  // namespace mray::accuracy

@@ -12,6 +12,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/interop/camera.h"
+#include "common/plot/bars.h"
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/refit/refit.h"
 #include "cpu/single_ray/single_ray_tracer.h"
@@ -22,6 +23,9 @@ namespace {
 constexpr std::uint32_t kSide = cpu::kCameraSide;
 // Degraded trees are slow.
 constexpr std::uint32_t kMostSide = 256;
+
+constexpr std::uint32_t kPacketColour = plot::kPalette[0];
+constexpr std::uint32_t kSingleColour = plot::kPalette[1];
 
 struct Tree {
     std::string name;
@@ -43,7 +47,8 @@ Tree refitted(SceneFrames& scene, double frame, double age) {
     Bvh bvh = build_bvh(topology, scene.positions(from));
     const Stopwatch watch;
     cpu::refit(bvh, scene.positions(frame));
-    return {fmt::format("refitted after {:g} frames", frame - from), watch.ms(), std::move(bvh)};
+    return {fmt::format("refitted after {:g} frame{}", frame - from, frame - from == 1 ? "" : "s"),
+            watch.ms(), std::move(bvh)};
 }
 
 std::vector<Tree> make_trees(SceneFrames& scene, double frame) {
@@ -91,27 +96,6 @@ bool same(const Hit& a, const Hit& b) {
     return a.prim_id == b.prim_id && a.t == b.t && a.u == b.u && a.v == b.v;
 }
 
-/// Two bars for each tree, with its facts as text.
-std::string plot_body(const std::string& name, std::size_t trees) {
-    const auto bars = [&](int column, double shift, const char* colour, const char* title) {
-        return fmt::format(
-            "'{}.csv' skip 1 using (${}/2):($2+{}):(${}/2):(0.19):ytic(1) with boxxyerror lc rgb "
-            "'{}' title '{}', ",
-            name, column, shift, column, colour, title);
-    };
-    return fmt::format(
-               "set key bottom right\nset yrange [{0}:-0.6]\nset xrange [0:*]\n"
-               "set style fill solid 0.7\nset xlabel 'Mray/s (camera rays)'\nset ytics noenhanced\n"
-               "plot ",
-               static_cast<double>(trees) - 0.4) +
-           bars(3, -0.2, "#1f5fbf", "packets") + bars(4, 0.2, "#c46210", "single rays") +
-           fmt::format(
-               "'{}.csv' skip 1 using (0):($2-0.2):(sprintf('  SAH cost %.1f, made in %.1f ms, %d "
-               "different answers', $5, $6, $8)) with labels left tc rgb '#000000' font ',10' "
-               "notitle\n",
-               name);
-}
-
 }  // namespace
 
 std::size_t tree_steps() { return 2; }
@@ -135,6 +119,8 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
     const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
     Table table({"tree", "row", "packets Mray/s", "single Mray/s", "SAH cost", "make ms", "MiB",
                  "different answers"});
+    plot::Panel panel{.x = {.title = "Mray/s (camera rays)", .scale = plot::Scale::kLinear},
+                      .colour_names = {{"packets", kPacketColour}, {"single rays", kSingleColour}}};
     for (std::size_t i = 0; i < trees.size(); ++i) {
         std::size_t different = 0;
         for (std::size_t p = 0; p < pixels; ++p) {
@@ -142,27 +128,31 @@ Chart tree_chart(const ChartContext& context, SceneFrames& scene, const std::str
             different += !same(hits[2 * i + 1][p], hits[0][p]);
         }
         const auto mrays = [&](std::size_t run) {
-            return fmt::format("{:.4g}", static_cast<double>(pixels) / (times[run] * 1e3));
+            return static_cast<double>(pixels) / (times[run] * 1e3);
         };
         const BvhStats stats = bvh_stats(trees[i].bvh);
-        table.add({trees[i].name, fmt::format("{}", i), mrays(2 * i), mrays(2 * i + 1),
-                   fmt::format("{:.2f}", stats.sah_cost), fmt::format("{:.2f}", trees[i].build_ms),
+        plot::add_bars(panel, trees[i].name,
+                       {{mrays(2 * i), kPacketColour}, {mrays(2 * i + 1), kSingleColour}},
+                       fmt::format("SAH cost {:.1f}, made in {:.2f} ms, {} different answers",
+                                   stats.sah_cost, trees[i].build_ms, different));
+        table.add({trees[i].name, fmt::format("{}", i), fmt::format("{:.4g}", mrays(2 * i)),
+                   fmt::format("{:.4g}", mrays(2 * i + 1)), fmt::format("{:.2f}", stats.sah_cost),
+                   fmt::format("{:.2f}", trees[i].build_ms),
                    fmt::format("{:.2f}", static_cast<double>(stats.bytes) / 0x1p20),
                    fmt::format("{}", different)});
     }
     context.step();
 
-    const std::string name = "trees" + suffix;
-    PlotScript script;
-    script.title = fmt::format("Kinds of trees: {}, {} triangles", clip.name(),
-                               clip.topology().triangles.size());
-    script.footer = context.footer;
-    script.height = 560;
-    script.body = plot_body(name, trees.size());
-    return {name,
+    const plot::Figure figure{.title = fmt::format("Kinds of trees: {}, {} triangles", clip.name(),
+                                                   clip.topology().triangles.size()),
+                              .footer = context.footer,
+                              .panel_width = 560,
+                              .panel_height = 350,
+                              .panels = {panel}};
+    return {"trees" + suffix,
             "The same rays over different trees. Answers do not depend on the tree: none differs "
             "from that over the first tree.",
-            table, script};
+            table, figure};
 }
 
 }  // namespace mray::accuracy

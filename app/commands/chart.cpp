@@ -15,6 +15,7 @@
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
+#include "common/plot/gnuplot_script.h"
 #include "common/process/shell_text.h"
 
 namespace mray::app {
@@ -119,12 +120,14 @@ ExitCode write_charts(const Options& options, const Messages& messages) {
     progress.hide();
     std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {
-        if (chart.script.body.empty()) {
+        if (chart.figure.panels.empty()) {
             paged.push_back({&chart, ""});
             continue;
         }
         folder.write(chart.name + ".csv", chart.table.csv());
-        folder.write(chart.name + ".gp", script_text(chart.script, chart.name));
+        folder.write(chart.name + ".gp",
+                     plot::script_of(chart.figure, {{plot::Image::kSvg, chart.name + ".svg"},
+                                                    {plot::Image::kPng, chart.name + ".png"}}));
         folder.plot(chart.name + ".gp");
         paged.push_back({&chart, folder.read(chart.name + ".svg")});
     }

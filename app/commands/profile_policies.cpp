@@ -8,7 +8,7 @@
 #include "app/backends.h"
 #include "app/commands/profile_head.h"
 #include "app/frames.h"
-#include "app/report/plot.h"
+#include "app/report/policy_plot.h"
 #include "app/report/policy_report.h"
 #include "app/report/report_json.h"
 #include "app/report/trace_events.h"

@@ -1,6 +1,7 @@
 // morphray chart: refused arguments, and charts of little effort.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "accuracy/charts/charts.h"
@@ -10,6 +11,7 @@
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
+#include "common/plot/layout.h"
 #include "common/scene/procedural/procedural.h"
 #include "common/scene/scene_source.h"
 #include "cpu/cpu_backend.h"
@@ -126,10 +128,40 @@ TEST(Chart, HasNoPolicyImageOfASceneThatDoesNotMove) {
     Counted policies;
     SceneFrames still(open_scene(folder.file("still.obj")));
     const accuracy::Chart chart = accuracy::policy_chart(policies.context, still, "");
-    EXPECT_TRUE(chart.script.body.empty());
+    EXPECT_TRUE(chart.figure.panels.empty());
     EXPECT_TRUE(chart.table.empty());
     EXPECT_NE(chart.caption.find("one frame"), std::string::npos);
     EXPECT_EQ(policies.steps, accuracy::policy_steps());
+}
+
+TEST(Chart, PlaysFramesInEqualStepsAndSaysSo) {
+    Counted policies;
+    SceneFrames clip(make_procedural("cloth", 500));
+    const accuracy::Chart chart = accuracy::policy_chart(policies.context, clip, "");
+    const plot::Panel& trace = chart.figure.panels.front();
+    EXPECT_EQ(trace.x.title, "frame; one in 12 is played");
+    for (const plot::Curve& curve : trace.curves) {
+        std::vector<double> frames;
+        for (const plot::Point& point : curve.points) frames.push_back(point.x);
+        EXPECT_EQ(frames, (std::vector<double>{0, 12, 24})) << curve.title;
+    }
+    // The usual clip has 25 frames, all of which are played.
+    EXPECT_EQ(accuracy::quick_effort().policy_frames, 25u);
+}
+
+TEST(Chart, ShowsEveryPacketAndNoLegendWithoutItsPoints) {
+    Counted counted;
+    const accuracy::Chart packets = accuracy::packet_chart(counted.context, cloth(), "");
+    EXPECT_EQ(packets.figure.panels[0].curves[0].points.back().x, 4096);
+    const accuracy::Chart accuracy = accuracy::accuracy_chart(counted.context, cloth(), "");
+    const plot::FigureLayout layout = plot::lay_out(accuracy.figure);
+    EXPECT_TRUE(layout.panels[0].legend.empty());
+    for (const plot::LegendEntry& entry : layout.panels[1].legend) {
+        const auto& curves = accuracy.figure.panels[1].curves;
+        EXPECT_TRUE(std::ranges::any_of(curves, [&](const plot::Curve& curve) {
+            return curve.title == entry.text && !curve.points.empty();
+        })) << entry.text;
+    }
 }
 
 TEST(MedianTree, IsSound) {

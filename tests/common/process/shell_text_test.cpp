@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "common/process/gnuplot.h"
-
 namespace mray {
 namespace {
 
@@ -17,10 +15,6 @@ TEST(ShellText, SurvivesAShell) {
     EXPECT_EQ(shell_quoted("it's $HOME"), "'it'\\''s $HOME'");
     const std::vector<std::string> arguments = {"morphray", "a b"};
     EXPECT_EQ(shell_line(arguments), "morphray 'a b'");
-}
-
-TEST(GnuplotText, DoublesQuotesAndDropsLineEnds) {
-    EXPECT_EQ(gnuplot_quoted("it's\none"), "'it''sone'");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Charts of a comparison of policies, drawn by gnuplot.
+// A comparison of policies as a figure, drawn by gnuplot.
 #pragma once
 
 #include <string>
@@ -11,9 +11,8 @@ namespace mray::app {
 /// without gnuplot.
 void require_plotter(const std::string& file);
 
-/// Draws for each backend trace time and cost ratio by frame for each policy, and the total cost by
-/// the period of rebuilds; for a built-in scene also the time of refit and transfer by triangles.
-/// Throws as require_plotter, and Error(kOutput).
+/// Draws the panels of plot::policy_panels for each backend; for a built-in scene also the time of
+/// refit and transfer by triangles. Throws as require_plotter, and Error(kOutput).
 void plot_policies(const PolicyReport& report, const std::string& file);
 
 }  // namespace mray::app
