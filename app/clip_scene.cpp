@@ -196,8 +196,20 @@ void ClipScene::advance(double frame) {
 }
 
 morphray::Image ClipScene::render(const ViewSpec& view, const ShadingOptions& shading) {
+    return render(view_of(view, shading));
+}
+
+morphray::Image ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
+                                         const std::atomic<bool>& cancel) {
+    morphray::View pixels = view_of(view, shading);
+    pixels.hits = false;
+    pixels.cancel = &cancel;
+    return render(pixels);
+}
+
+morphray::Image ClipScene::render(const morphray::View& view) {
     return call_library([&] {
-        morphray::Image image = scene_->render(view_of(view, shading));
+        morphray::Image image = scene_->render(view);
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;
         update_ = scene_->last_update();

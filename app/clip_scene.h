@@ -1,8 +1,10 @@
 // A clip as a scene of the library.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,10 @@ public:
     /// frame of the build.
     void advance(double frame);
     morphray::Image render(const ViewSpec& view, const ShadingOptions& shading);
+    /// The same pixels without hits and hashes. Throws Error(kCancelled) soon after `cancel`
+    /// becomes true.
+    morphray::Image render_pixels(const ViewSpec& view, const ShadingOptions& shading,
+                                  const std::atomic<bool>& cancel);
 
     const morphray::Scene& scene() const { return *scene_; }
     /// What the last build or advance() did. After render() it has the time of a refit that ran on
@@ -34,11 +40,14 @@ public:
     const morphray::Update& update() const { return update_; }
     /// Of the last advance() and render(); before the first advance(), of the build.
     FrameTimes times() const;
+    /// The vertices of the mesh at the frame, in world space.
+    std::span<const vec3> positions() const { return positions_; }
     /// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.
     std::string refitted_on() const;
 
 private:
     std::vector<morphray::MeshView> meshes(const Options& options);
+    morphray::Image render(const morphray::View& view);
     void place(double frame);
 
     const Clip& clip_;

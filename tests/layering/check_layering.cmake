@@ -30,6 +30,7 @@ set(places
     "^hwy/"                     "^((cpu|common/simd|common/bvh)/.*-inl\\.h|tests/cpu/.*)$"
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu|examples)/"
     "^(gtest|gmock)/"           "^tests/"
+    "^(GLFW/|imgui|backends/)"  "^app/view/window/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^benchmark/"               "^bench/"
     "^embree"                   "^(bench|tests|accuracy/methods)/"
