@@ -162,6 +162,7 @@ PanelActions draw_panel(const ScreenRect& rect, ViewState& state, const PanelFac
     ImGui::SetNextWindowSize({rect.width, rect.height});
     constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
                                         ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                                        ImGuiWindowFlags_NoBackground |
                                         ImGuiWindowFlags_NoBringToFrontOnFocus;
     ImGui::Begin("panel", nullptr, kFixed);
     draw_rates(facts);

@@ -39,7 +39,8 @@ void set_style(float scale) {
     style.WindowBorderSize = 0;
     style.WindowPadding = {12, 10};
     style.ItemSpacing = {8, 6};
-    style.Colors[ImGuiCol_WindowBg] = {0.105f, 0.115f, 0.13f, 1};
+    style.Colors[ImGuiCol_WindowBg] = {0, 0, 0, 0};
+    style.Colors[ImGuiCol_PopupBg] = {0.14f, 0.15f, 0.17f, 1};
     style.Colors[ImGuiCol_FrameBg] = {0.18f, 0.195f, 0.22f, 1};
     style.Colors[ImGuiCol_Separator] = {0.24f, 0.26f, 0.29f, 1};
     style.Colors[ImGuiCol_Header] = {0.18f, 0.22f, 0.27f, 1};

@@ -7,6 +7,14 @@ namespace mray::app {
 /// window is a screen coordinate.
 void set_style(float scale);
 
+struct Colour {
+    float red = 0;
+    float green = 0;
+    float blue = 0;
+};
+/// Behind panels, which have no background of their own.
+inline constexpr Colour kPanelBackground = {0.105f, 0.115f, 0.13f};
+
 /// The colours of text and strips, as Dear ImGui packs them.
 inline constexpr unsigned kUpdateColour = 0xFFE0A030u;
 inline constexpr unsigned kTraceColour = 0xFF60C060u;

@@ -12,6 +12,7 @@
 #include "app/terminal/interrupt.h"
 #include "app/view/copy_command.h"
 #include "app/view/pixel_text.h"
+#include "app/view/window/style.h"
 #include "app/view/window/timeline.h"
 #include "common/base/output_file.h"
 #include "common/image/png.h"
@@ -25,7 +26,7 @@ constexpr int kTimelineHeight = 150;
 constexpr double kStillSeconds = 0.12;
 /// Between two looks at the clock while something moves, and while nothing does. Images and input
 /// end the wait.
-constexpr double kActiveSeconds = 0.008;
+constexpr double kActiveSeconds = 0.002;
 constexpr double kIdleSeconds = 0.1;
 /// Dear ImGui needs some frames after input until all of it shows.
 constexpr int kRedraws = 3;
@@ -84,7 +85,9 @@ bool Viewer::step() {
         window_.begin_frame();
         const Layout places = layout();
         follow_input(places, now);
+        // The next image is traced while this one is drawn.
         post(now);
+        if (is_new) show(*image_);
         draw(places);
         if (redraws_ > 0) --redraws_;
         if (is_new) {
@@ -133,26 +136,29 @@ void Viewer::post(double now) {
         step_ = first;
         changed_at_ = now;
         is_answered_ = false;
-        most_samples_ = affordable_samples(fresh.view.width, fresh.view.height,
-                                           memory_limit().available_bytes / 2);
         engine_.post(posted_);
         return;
     }
     const bool is_still = now - changed_at_ >= kStillSeconds && !state_.playback.playing;
     if (!is_answered_ || !is_still || step_ >= last_step(state_)) return;
     ImageRequest better = request_of(state_, step_ + 1);
-    if (better.samples > most_samples_) return;
+    if (better.samples > most_samples()) return;
     ++step_;
     posted_ = std::move(better);
     is_answered_ = false;
     engine_.post(posted_);
 }
 
+/// The most samples a pixel that memory suffices for.
+std::uint32_t Viewer::most_samples() const {
+    const std::uint64_t bytes = memory_limit().available_bytes / 2;
+    return affordable_samples(posted_.view.width, posted_.view.height, bytes);
+}
+
 bool Viewer::take_image() {
     std::unique_ptr<TracedImage> image = engine_.take();
     if (!image) return false;
     if (image->request == posted_) is_answered_ = true;
-    show(*image);
     image_ = std::move(image);
     if (!image_->error.empty()) return true;
     strips_.add(*image_);
@@ -210,33 +216,33 @@ void Viewer::draw(const Layout& places) {
 }
 
 void Viewer::draw_image(const Layout& places) const {
+    const Painter painter(window_.pixel_scale(), window_.height());
+    const auto [red, green, blue] = kPanelBackground;
+    painter.fill(places.panel, red, green, blue);
+    painter.fill(places.timeline, red, green, blue);
     const ScreenRect& canvas = places.canvas;
     const std::size_t count = image_ ? image_->panes.size() : 0;
     if (count == 0) {
-        fill(canvas, 0.06f, 0.065f, 0.07f);
-        return;
+        painter.fill(canvas, 0.06f, 0.065f, 0.07f);
+    } else if (count == 1 || state_.comparison == Comparison::kDifference) {
+        first_.draw(painter, canvas);
+        painter.lines(lines_, canvas);
+    } else if (state_.comparison == Comparison::kWipe) {
+        first_.draw(painter, canvas, 0, state_.wipe);
+        second_.draw(painter, canvas, state_.wipe, 1);
+        painter.lines(lines_, canvas);
+        painter.fill({canvas.x + state_.wipe * canvas.width - 1, canvas.y, 2, canvas.height}, 1, 1,
+                     1);
+    } else {
+        ScreenRect half = canvas;
+        half.width = canvas.width / 2;
+        first_.draw(painter, half);
+        painter.lines(lines_, half);
+        half.x += half.width;
+        second_.draw(painter, half);
+        painter.lines(lines_, half);
+        painter.fill({half.x - 1, canvas.y, 2, canvas.height}, 1, 1, 1);
     }
-    const float scale = window_.pixel_scale();
-    if (count == 1 || state_.comparison == Comparison::kDifference) {
-        first_.draw(canvas);
-        draw_lines(lines_, canvas, scale, window_.height());
-        return;
-    }
-    if (state_.comparison == Comparison::kWipe) {
-        first_.draw(canvas, 0, state_.wipe);
-        second_.draw(canvas, state_.wipe, 1);
-        fill({canvas.x + state_.wipe * canvas.width - 1, canvas.y, 2, canvas.height}, 1, 1, 1);
-        draw_lines(lines_, canvas, scale, window_.height());
-        return;
-    }
-    ScreenRect half = canvas;
-    half.width = canvas.width / 2;
-    first_.draw(half);
-    draw_lines(lines_, half, scale, window_.height());
-    half.x += half.width;
-    second_.draw(half);
-    draw_lines(lines_, half, scale, window_.height());
-    fill({half.x - 1, canvas.y, 2, canvas.height}, 1, 1, 1);
 }
 
 PanelFacts Viewer::facts(double now) const {

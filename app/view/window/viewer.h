@@ -40,6 +40,7 @@ private:
     void follow_input(const Layout& layout, double now);
     void move_on(double now);
     void post(double now);
+    std::uint32_t most_samples() const;
     bool take_image();
     void take_pixel();
     void show(const TracedImage& image);
@@ -65,7 +66,6 @@ private:
     std::string message_;
     std::optional<PixelProbe> pixel_;
     bool vsync_ = true;
-    std::uint64_t most_samples_ = 64;
 
     /// The image on the screen, and what is drawn over it.
     std::unique_ptr<TracedImage> image_;
