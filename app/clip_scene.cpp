@@ -222,8 +222,20 @@ void ClipScene::advance(double frame) {
 
 void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
                        morphray::Image& image) {
+    render(view_of(view, shading), image);
+}
+
+void ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
+                              const std::atomic<bool>& cancel, morphray::Image& image) {
+    morphray::View pixels = view_of(view, shading);
+    pixels.hits = false;
+    pixels.cancel = &cancel;
+    render(pixels, image);
+}
+
+void ClipScene::render(const morphray::View& view, morphray::Image& image) {
     call_library([&] {
-        scene_->render(view_of(view, shading), image);
+        scene_->render(view, image);
         trace_ms_ = image.trace_ms;
         rays_ = image.ray_count;
         update_ = scene_->last_update();

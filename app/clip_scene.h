@@ -1,6 +1,7 @@
 // A clip as a scene of the library.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -30,6 +31,9 @@ public:
     void advance(double frame);
     /// Into `image`, whose memory is used again.
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
+    /// The same pixels without hits. Throws Error(kCancelled) soon after `cancel` becomes true.
+    void render_pixels(const ViewSpec& view, const ShadingOptions& shading,
+                       const std::atomic<bool>& cancel, morphray::Image& image);
 
     const morphray::Scene& scene() const { return *scene_; }
     /// What the last build or advance() did. After render() it has the time of a refit that ran on
@@ -37,12 +41,15 @@ public:
     const morphray::Update& update() const { return update_; }
     /// Of the last advance() and render(); before the first advance(), of the build.
     FrameTimes times() const;
+    /// The vertices of the mesh at the frame, in world space.
+    std::span<const vec3> positions() const { return positions_; }
     /// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.
     std::string refitted_on() const;
 
 private:
     std::vector<morphray::MeshView> meshes(const Options& options,
                                            std::span<const morphray::TextureView> textures);
+    void render(const morphray::View& view, morphray::Image& image);
     void place(double frame);
 
     const Clip& clip_;

@@ -151,6 +151,10 @@ std::uint64_t peak_memory_bytes() {
     return 1024 * read_keyed("/proc/self/status", "VmHWM:").value_or(0);
 }
 
+std::uint64_t resident_memory_bytes() {
+    return 1024 * read_keyed("/proc/self/status", "VmRSS:").value_or(0);
+}
+
 void require_driver_memory() {
     MemoryLimit limit{kNoLimit, "nothing"};
     apply_process_limit(limit, RLIMIT_AS, kStatmSize, "the address space limit (ulimit -v)");

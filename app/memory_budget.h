@@ -34,6 +34,9 @@ MemoryLimit memory_limit();
 /// The most memory that the process has held at once, in bytes; 0 where the system does not tell.
 std::uint64_t peak_memory_bytes();
 
+/// The memory that the process holds now, in bytes; 0 where the system does not tell.
+std::uint64_t resident_memory_bytes();
+
 /// Throws Error(kLimit) if the address space limit leaves less than a Vulkan driver maps when it
 /// starts; drivers tend to end the process then.
 void require_driver_memory();

@@ -13,6 +13,8 @@ ExitCode run_command(const Options& options, const Messages& messages) {
     switch (options.command) {
         case Command::kRender:
             return run_render(options, messages);
+        case Command::kView:
+            return run_view(options, messages);
         case Command::kCrosscheck:
             return run_crosscheck(options, messages);
         case Command::kDiff:

@@ -13,7 +13,7 @@ namespace {
 
 void refuse(const std::string& message) { throw Error(ErrorKind::kBadArgument, message); }
 
-/// Options of render that would have no effect.
+/// Options of render and view that would have no effect.
 void check_shading(const Options& options) {
     using morphray::Shading;
     const ShadingOptions& given = options.shading;
@@ -40,6 +40,21 @@ void check_shading(const Options& options) {
             "--hits, --samples: a file of hits has one camera ray a pixel; leave one of them out");
 }
 
+void check_view(const Options& options) {
+    check_shading(options);
+    if (options.exits && options.screenshot.empty())
+        refuse("--exit: ends after the screenshot; give --screenshot FILE.png too");
+    if (!options.screenshot.empty() && !options.screenshot.ends_with(".png"))
+        refuse("--screenshot: a .png file");
+    if (!options.screenshot.empty() && options.comparison != Comparison::kOff)
+        refuse(
+            "--screenshot, --compare: a screenshot is the image of one backend; leave one of "
+            "them out");
+    if (options.comparison != Comparison::kOff && options.backend.choice_given)
+        refuse(
+            "--compare, --backend: a comparison shows the CPU and Vulkan; leave one of them out");
+}
+
 /// probe needs frame and pixel of a scene; a bundle has both.
 void check_probe(const Options& options) {
     const bool is_bundle = is_bundle_name(options.scene);
@@ -63,6 +78,7 @@ void check_probe(const Options& options) {
 
 void check_conflicts(const Options& options) {
     if (options.command == Command::kRender) check_shading(options);
+    if (options.command == Command::kView) check_view(options);
     if (options.command == Command::kProbe) check_probe(options);
     if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {
         throw Error(ErrorKind::kBadArgument,

@@ -24,7 +24,8 @@ enum class Command {
     kTrace,
     kChart,
     kInfo,
-    kDevices
+    kDevices,
+    kView
 };
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
@@ -48,6 +49,9 @@ struct BackendOptions {
     std::string simd;
     bool validate = false;
 };
+
+/// How view shows the images of two backends.
+enum class Comparison { kOff, kSide, kWipe, kDifference };
 
 /// How render shades.
 struct ShadingOptions {
@@ -116,6 +120,14 @@ struct Options {
     Pixel pixel;
     bool pixel_given = false;
     std::string bundle;
+
+    // view; `frame` is the first one that is shown
+    std::string screenshot;
+    bool exits = false;
+    /// End after so many images; 0: never.
+    std::uint64_t exit_after = 0;
+    bool plays = false;
+    Comparison comparison = Comparison::kOff;
 
     // profile
     int repeat = 5;

@@ -10,6 +10,7 @@ namespace mray::app {
 // Each function runs its command. Returns kOk, kCheckFailed, or kPartial after a message. Throws
 // Error.
 ExitCode run_render(const Options& options, const Messages& messages);
+ExitCode run_view(const Options& options, const Messages& messages);
 ExitCode run_crosscheck(const Options& options, const Messages& messages);
 ExitCode run_diff(const Options& options, const Messages& messages);
 ExitCode run_probe(const Options& options, const Messages& messages);

@@ -8,6 +8,7 @@
 
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
+#include "app/commands/render/render_command.h"
 #include "app/files/exr_writer.h"
 #include "app/files/output_folder.h"
 #include "app/frames.h"
@@ -19,10 +20,7 @@
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
 #include "common/image/png.h"
-#include "common/process/shell_text.h"
-#include "common/text/number_text.h"
 #include "common/text/table.h"
-#include "common/version.h"
 #include "morphray/hits.hpp"
 
 namespace mray::app {
@@ -50,46 +48,6 @@ std::filesystem::path folder_of(const Options& options) {
 std::string image_name(const Options& options, double frame) {
     if (is_one_image(options)) return std::filesystem::path(options.out).filename();
     return fmt::format("frame_{}.png", frame_label(frame));
-}
-
-/// The command that renders this image, on whatever backend.
-std::string command_of(const Options& options, double frame) {
-    const ViewSpec& view = options.view;
-    const ShadingOptions& shading = options.shading;
-    std::vector<std::string> line = {"morphray", "render", options.scene};
-    const auto add = [&line](const char* name, const std::string& value) {
-        line.insert(line.end(), {name, value});
-    };
-    add("--frames", fmt::format("{}", frame));
-    add("--size", fmt::format("{}x{}", view.width, view.height));
-    line.insert(line.end(), options.view_arguments.begin(), options.view_arguments.end());
-    if (options.rays_given) add("--rays", name_of_rays(view.rays));
-    if (!options.rays_given) add("--shading", name_of(*shading.shading));
-    add("--samples", fmt::format("{}", *shading.samples));
-    if (shading.flat) line.push_back("--flat");
-    if (shading.ground) line.push_back("--ground");
-    if (options.allow_empty) line.push_back("--allow-empty");
-    if (options.lenient) line.push_back("--lenient");
-    return shell_line(line);
-}
-
-/// What a PNG file says about itself: nothing that differs between backends.
-std::vector<PngText> texts_of(const Options& options, double frame, const morphray::Image& image) {
-    return {{"Software", fmt::format("morphray {}", kVersionDetail)},
-            {"Source", command_of(options, frame)},
-            {"Hits hash", hash_text(image.hits_hash)},
-            {"Image hash", hash_text(image.image_hash)}};
-}
-
-Options with_defaults(Options options) {
-    using morphray::Shading;
-    ShadingOptions& shading = options.shading;
-    if (!shading.shading) shading.shading = options.rays_given ? Shading::plain : Shading::lit;
-    const bool is_lit = *shading.shading == Shading::lit;
-    if (!shading.samples) shading.samples = is_lit && options.hits.empty() ? 4 : 1;
-    constexpr std::uint32_t kLitAoCount = 8;
-    if (is_lit && !options.ao_samples_given) options.view.ao_count = kLitAoCount;
-    return options;
 }
 
 /// The kinds of rays that an image is made of.
@@ -131,7 +89,7 @@ public:
         report_.frames.push_back(
             report_frame(scene_, frame_number, traced, !options_.json.empty()));
         if (hits_) call_library([&] { hits_->add(traced); });
-        const std::vector<PngText> texts = texts_of(options_, frame_number, traced);
+        const std::vector<PngText> texts = image_texts(options_, frame_number, traced);
         if (!options_.shading.exr.empty()) {
             const ExrColours colours =
                 options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
@@ -249,7 +207,7 @@ void require_distinct_names(const Options& options, const std::vector<double>& f
 }  // namespace
 
 ExitCode run_render(const Options& given, const Messages& messages) {
-    const Options options = with_defaults(given);
+    const Options options = with_render_defaults(given);
     require_samples_fit(options);
     check_reports({options.json, options.hits});
     const OutputFolder folder(folder_of(options));

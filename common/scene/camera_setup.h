@@ -31,6 +31,8 @@ struct ViewSpec {
     std::uint32_t ao_count = 16;
     /// Length of ambient-occlusion rays; 0: a quarter of the diagonal of the bounds.
     double ao_distance = 0;
+
+    bool operator==(const ViewSpec&) const = default;
 };
 
 /// A view's eye, target and light in world space, given or default.

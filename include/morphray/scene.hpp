@@ -192,9 +192,9 @@ public:
     /// Reads the tree back from a device, which takes O(n).
     TreeStatistics tree_statistics() const;
 
-    /// The boxes of the tree at a depth, in world space: at 0 that of the whole scene, at 1 those of
-    /// the root's children, and so on; leaves above the depth are left out. Empty below the tree.
-    /// Reads the tree back from a device, which takes O(n).
+    /// The boxes of the tree at a depth, in world space: at 0 that of the whole scene, at 1 those
+    /// of the root's children, and so on; leaves above the depth are left out. Empty below the
+    /// tree. Reads the tree back from a device, which takes O(n).
     std::vector<Box> tree_boxes(std::uint32_t depth) const;
 
     const Device& device() const;

@@ -30,6 +30,7 @@ set(places
     "^hwy/"                     "^((cpu|common/simd|common/bvh)/.*-inl\\.h|tests/cpu/.*)$"
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu|examples)/"
     "^(gtest|gmock)/"           "^tests/"
+    "^(GLFW/|imgui|backends/)"  "^app/view/window/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
     "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_(reader|writer)\\.cpp$)"

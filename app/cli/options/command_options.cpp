@@ -82,6 +82,43 @@ void define_render(CLI::App& program, Options& options) {
     add_report_options(adder, true);
 }
 
+void define_view(CLI::App& program, Options& options) {
+    const OptionAdder adder =
+        add_command(program, options, "view",
+                    "A window that shows the scene move, and how it is traced", Command::kView);
+    add_scene(adder, true);
+    adder.add("--frame", "F", "the frame that is shown first (the first)",
+              [&options](const std::string& option, const std::string& value) {
+                  options.frame = parse_finite(option, value, -1e9);
+                  options.frame_given = true;
+              });
+    adder.add_flag("--play", "begin to play at once", options.plays);
+    adder.add_choice("--compare", "show the images of the CPU and of Vulkan (off)", kComparisons,
+                     options.comparison);
+    add_view_options(adder, "1280x720", "those of --shading lit",
+                     {0, "ambient-occlusion rays a camera ray, 0 to 256 (8 with lit, else 16)"});
+    add_shading_options(adder, {false,
+                                "camera rays a pixel of a still image (64; 4 with lit and "
+                                "--screenshot)"});
+    add_backend_options(adder, kBackends, kVulkanOrCpu);
+    add_tree_options(adder, "auto");
+    // The defaults that are not those of Options, before the command line replaces them.
+    adder.command().preparse_callback([&options](std::size_t) {
+        options.view.width = 1280;
+        options.view.height = 720;
+        options.tree.update = "auto";
+    });
+    adder.add_text("--screenshot", "FILE.png", "file of the first image that is complete",
+                   options.screenshot);
+    adder.add_flag("--exit", "end after the screenshot", options.exits);
+    adder.add("--exit-after", "N", "end after so many images, and say how they came about",
+              [&options](const std::string& option, const std::string& value) {
+                  options.exit_after = parse_count(option, value, 1, 1'000'000'000);
+              });
+    adder.add_flag("-q,--quiet", "no text", options.quiet);
+    adder.add_flag("-v,--verbose", "say what is used and decided", options.verbose);
+}
+
 void define_crosscheck(CLI::App& program, Options& options) {
     const OptionAdder adder =
         add_command(program, options, "crosscheck",
@@ -232,6 +269,7 @@ void define_devices(CLI::App& program, Options& options) {
 
 void add_commands(CLI::App& program, Options& options) {
     define_render(program, options);
+    define_view(program, options);
     define_crosscheck(program, options);
     define_diff(program, options);
     define_probe(program, options);

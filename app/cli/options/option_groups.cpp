@@ -135,7 +135,7 @@ void add_view_options(const OptionAdder& adder, const char* default_size, const 
                    });
 }
 
-void add_shading_options(const OptionAdder& adder) {
+void add_shading_options(const OptionAdder& adder, const ShadingHelp& help) {
     ShadingOptions& shading = adder.options().shading;
     adder
         .add("--shading", "", "what colours show (lit; plain with --rays)",
@@ -143,17 +143,18 @@ void add_shading_options(const OptionAdder& adder) {
                  shading.shading = parse_choice<morphray::Shading>(option, value, kShadings);
              })
         ->type_name(names_of<morphray::Shading>(kShadings));
-    adder.add("--samples", "1|4|16|64",
-              "camera rays a pixel (4 with lit and without --hits, else 1)",
+    adder.add("--samples", "1|4|16|64", help.samples,
               [&shading](const std::string& option, const std::string& value) {
                   shading.samples = parse_choice<std::uint32_t>(option, value, kSampleCounts);
               });
-    adder
-        .add("--exr", "", "also OpenEXR files, with linear colours and layers",
-             [&shading](const std::string& option, const std::string& value) {
-                 shading.exr = parse_choice<const char*>(option, value, kExrColours);
-             })
-        ->type_name(names_of<const char*>(kExrColours));
+    if (help.has_exr) {
+        adder
+            .add("--exr", "", "also OpenEXR files, with linear colours and layers",
+                 [&shading](const std::string& option, const std::string& value) {
+                     shading.exr = parse_choice<const char*>(option, value, kExrColours);
+                 })
+            ->type_name(names_of<const char*>(kExrColours));
+    }
     adder.add_flag("--flat", "without smooth normals", shading.flat);
     adder.add_flag("--ground", "with a plane below the scene that shows the background",
                    shading.ground);

@@ -31,8 +31,14 @@ struct AoCount {
 void add_view_options(const OptionAdder& adder, const char* default_size, const char* default_rays,
                       const AoCount& ao_count = {});
 
-/// How render shades, and the ground.
-void add_shading_options(const OptionAdder& adder);
+/// Whether there is --exr, and the help of --samples.
+struct ShadingHelp {
+    bool has_exr = true;
+    const char* samples = "camera rays a pixel (4 with lit and without --hits, else 1)";
+};
+
+/// How render and view shade, and the ground.
+void add_shading_options(const OptionAdder& adder, const ShadingHelp& help = {});
 
 /// --backend with these choices and the default to show, device, threads, and --simd with the
 /// default to show.

@@ -1,0 +1,29 @@
+// What images of render and view are made with, and say about themselves.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/cli/options.h"
+#include "common/image/png.h"
+#include "morphray/image.hpp"
+
+namespace mray::app {
+
+/// The options with the defaults of shading, samples and ambient occlusion filled in.
+Options with_render_defaults(Options options);
+
+/// The command that renders the image of a frame, on whatever backend. The options are those of
+/// with_render_defaults().
+std::string render_command(const Options& options, double frame);
+
+/// What a PNG file says about itself, with or without its hits: nothing that differs between
+/// backends.
+std::vector<PngText> pixel_texts(const Options& options, double frame,
+                                 std::span<const std::uint32_t> pixels);
+std::vector<PngText> image_texts(const Options& options, double frame,
+                                 const morphray::Image& image);
+
+}  // namespace mray::app

@@ -1,0 +1,38 @@
+// morphray view: a window that shows a scene move.
+#include "app/clip_scene.h"
+#include "app/commands/commands.h"
+#include "app/commands/render/render_command.h"
+#include "app/frames.h"
+#include "app/view/window/viewer.h"
+#include "common/base/output_file.h"
+
+namespace mray::app {
+namespace {
+
+/// What options.backend.choice means here: kAuto needs a look at the devices.
+BackendChoice chosen_backend(const Options& options, const Messages& messages) {
+    if (options.comparison != Comparison::kOff) return BackendChoice::kCpu;
+    const morphray::Device device = open_device(options.backend, messages);
+    if (device.name() == "vulkan") return BackendChoice::kVulkan;
+    return device.name() == "brute" ? BackendChoice::kBrute : BackendChoice::kCpu;
+}
+
+}  // namespace
+
+ExitCode run_view(const Options& given, const Messages& messages) {
+    Options options = with_render_defaults(given);
+    // A still image goes on to be refined; a screenshot is what render writes.
+    if (given.screenshot.empty()) options.shading.samples = given.shading.samples.value_or(64);
+    if (!options.screenshot.empty()) check_writable(options.screenshot);
+    const std::unique_ptr<Clip> clip = open_clip(options, messages);
+    const double frame = options.frame_given ? options.frame : clip->first_frame();
+    require_in_clip("--frame", frame, *clip);
+    warn_of_damage(options, *clip, {&frame, 1}, messages);
+    const ViewState state = initial_state(options, *clip, chosen_backend(options, messages), frame);
+    Viewer viewer(options, *clip, messages, state);
+    viewer.run();
+    if (options.exit_after > 0) messages.print(viewer.summary());
+    return ExitCode::kOk;
+}
+
+}  // namespace mray::app

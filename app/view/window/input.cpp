@@ -1,0 +1,145 @@
+#include "app/view/window/input.h"
+
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "app/cli/choices.h"
+
+namespace mray::app {
+namespace {
+
+/// Around the target for a drag over the height of the image.
+constexpr double kOrbitRadians = std::numbers::pi;
+/// For a notch of the wheel.
+constexpr double kZoomFactor = 0.88;
+/// In distances to the target a second.
+constexpr double kFlySpeed = 0.6;
+/// As a part of the image's width, how near the pointer must be to the wipe to move it.
+constexpr float kWipeReach = 0.01f;
+
+double held(int key) { return ImGui::IsKeyDown(key) ? 1.0 : 0.0; }
+
+bool pressed(int key) { return ImGui::IsKeyPressed(key, false); }
+
+template <class T, std::size_t N>
+void choose_next(const Choice<T> (&choices)[N], T& value) {
+    for (std::size_t i = 0; i < N; ++i) {
+        if (choices[i].value != value) continue;
+        value = choices[(i + 1) % N].value;
+        return;
+    }
+}
+
+}  // namespace
+
+InputActions Input::apply(const ScreenRect& canvas, float pixel_scale, ViewState& state) {
+    InputActions actions;
+    const ImGuiIO& io = ImGui::GetIO();
+    const bool is_over = !io.WantCaptureMouse && canvas.contains(io.MousePos.x, io.MousePos.y);
+    const bool is_held = io.MouseDown[0] || io.MouseDown[1] || io.MouseDown[2];
+    const Pixel pixel = {
+        static_cast<std::uint32_t>(std::max(0.0f, (io.MousePos.x - canvas.x) * pixel_scale)),
+        static_cast<std::uint32_t>(std::max(0.0f, (io.MousePos.y - canvas.y) * pixel_scale))};
+    if (drag_ == Drag::kNone && is_over && is_held) {
+        begin_drag(canvas, state);
+        if (drag_ == Drag::kPull) actions.grabbed = pixel;
+    } else if (drag_ != Drag::kNone && !is_held) {
+        if (drag_ == Drag::kOrbit && !has_moved_ && is_over) actions.clicked = pixel;
+        drag_ = Drag::kNone;
+        grabbed_.reset();
+    }
+    if (drag_ != Drag::kNone) drag(canvas, state);
+    if (is_over && io.MouseWheel != 0) state.camera.zoom(std::pow(kZoomFactor, io.MouseWheel));
+    flies_ = false;
+    if (!io.WantTextInput && !io.KeyCtrl) {
+        fly(state);
+        keys(state, actions);
+    }
+    return actions;
+}
+
+void Input::begin_drag(const ScreenRect& canvas, ViewState& state) {
+    const ImGuiIO& io = ImGui::GetIO();
+    has_moved_ = false;
+    const float part = (io.MousePos.x - canvas.x) / canvas.width;
+    if (state.comparison == Comparison::kWipe && std::abs(part - state.wipe) < kWipeReach) {
+        drag_ = Drag::kWipe;
+    } else if (io.MouseDown[0] && io.KeyCtrl) {
+        drag_ = Drag::kPull;
+    } else if (io.MouseDown[0] && !io.KeyShift) {
+        drag_ = Drag::kOrbit;
+    } else {
+        drag_ = Drag::kPan;
+    }
+}
+
+void Input::drag(const ScreenRect& canvas, ViewState& state) {
+    const ImGuiIO& io = ImGui::GetIO();
+    const double right = io.MouseDelta.x / canvas.height;
+    const double down = io.MouseDelta.y / canvas.height;
+    if (right == 0 && down == 0) return;
+    has_moved_ = true;
+    switch (drag_) {
+        case Drag::kOrbit:
+            state.camera.orbit(-right * kOrbitRadians, down * kOrbitRadians);
+            break;
+        case Drag::kPan:
+            state.camera.pan(right, down);
+            break;
+        case Drag::kWipe:
+            state.wipe = std::clamp((io.MousePos.x - canvas.x) / canvas.width, 0.0f, 1.0f);
+            break;
+        case Drag::kPull:
+            if (grabbed_ && grabbed_->pull < state.edit.pulls.size()) {
+                const Point moved = state.camera.drag_at(grabbed_->depth, right, down);
+                state.edit.pulls[grabbed_->pull].offset += vec3(moved[0], moved[1], moved[2]);
+            }
+            break;
+        case Drag::kNone:
+            break;
+    }
+}
+
+void Input::grab(std::uint32_t vertex, double depth, float radius, ViewState& state) {
+    if (drag_ != Drag::kPull) return;
+    grabbed_ = Grabbed{depth, state.edit.pulls.size()};
+    state.edit.pulls.push_back({vertex, {0, 0, 0}, radius});
+}
+
+void Input::fly(ViewState& state) {
+    const double right = held(GLFW_KEY_D) - held(GLFW_KEY_A);
+    const double up = held(GLFW_KEY_E) - held(GLFW_KEY_Q);
+    const double forward = held(GLFW_KEY_W) - held(GLFW_KEY_S);
+    if (right == 0 && up == 0 && forward == 0) return;
+    flies_ = true;
+    // A long pause between two frames must not throw the camera away.
+    const double seconds = std::min(static_cast<double>(ImGui::GetIO().DeltaTime), 0.1);
+    const double way = state.camera.distance() * kFlySpeed * seconds;
+    state.camera.fly(right * way, up * way, forward * way);
+}
+
+void Input::keys(ViewState& state, InputActions& actions) {
+    if (pressed(GLFW_KEY_SPACE)) state.playback.playing = !state.playback.playing;
+    if (pressed(GLFW_KEY_LEFT)) state.playback.step(-1);
+    if (pressed(GLFW_KEY_RIGHT)) state.playback.step(1);
+    if (pressed(GLFW_KEY_HOME)) state.playback.seek(state.playback.first());
+    if (pressed(GLFW_KEY_END)) state.playback.seek(state.playback.last());
+    for (std::size_t i = 0; i < std::size(kShadings); ++i) {
+        if (pressed(GLFW_KEY_1 + static_cast<int>(i))) state.shading = kShadings[i].value;
+    }
+    if (pressed(GLFW_KEY_V)) {
+        const bool is_cpu = state.backend == BackendChoice::kCpu;
+        state.backend = is_cpu ? BackendChoice::kVulkan : BackendChoice::kCpu;
+    }
+    if (pressed(GLFW_KEY_M)) choose_next(kComparisons, state.comparison);
+    if (pressed(GLFW_KEY_B)) state.box_depth = state.box_depth >= 5 ? -1 : state.box_depth + 1;
+    actions.screenshot = pressed(GLFW_KEY_P);
+    actions.copy_command = pressed(GLFW_KEY_C);
+    actions.reset_camera = pressed(GLFW_KEY_R);
+}
+
+}  // namespace mray::app
