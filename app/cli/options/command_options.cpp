@@ -22,6 +22,11 @@ constexpr Example kRenderExamples[] = {
      "morphray render builtin:cloth --frames 0..24:8 --out cloth"},
     {"One image, quickly", "morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
 };
+constexpr Example kViewExamples[] = {
+    {"A scene that plays", "morphray view builtin:cloth --play"},
+    {"The first complete image of a frame, without anybody to close the window",
+     "morphray view builtin:cloth --frame 8 --screenshot cloth.png --exit"},
+};
 constexpr Example kCrosscheckExamples[] = {
     {"Every backend and tree against brute force, with a page for people",
      "morphray crosscheck builtin:cloth:500 --html crosscheck.html"},
@@ -85,13 +90,10 @@ void define_render(CLI::App& program, Options& options) {
 void define_view(CLI::App& program, Options& options) {
     const OptionAdder adder =
         add_command(program, options, "view",
-                    "A window that shows the scene move, and how it is traced", Command::kView);
+                    "A window that shows the scene move, and how it is traced", Command::kView,
+                    kViewExamples);
     add_scene(adder, true);
-    adder.add("--frame", "F", "the frame that is shown first (the first)",
-              [&options](const std::string& option, const std::string& value) {
-                  options.frame = parse_finite(option, value, -1e9);
-                  options.frame_given = true;
-              });
+    add_frame(adder, "the frame that is shown first (the first)");
     adder.add_flag("--play", "begin to play at once", options.plays);
     adder.add_choice("--compare", "show the images of the CPU and of Vulkan (off)", kComparisons,
                      options.comparison);
