@@ -60,6 +60,7 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
     scene_options.lenient = options.lenient;
     scene_options.allow_empty = options.allow_empty;
     scene_options.missing = options.missing;
+    scene_options.cache = options.cache;
     scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
     return open_scene(options.scene, scene_options);
 }

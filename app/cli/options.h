@@ -82,6 +82,8 @@ struct Options {
 
     std::string frames;
     MissingFrames missing = MissingFrames::kFail;
+    /// SceneOptions::cache.
+    std::string cache;
     bool allow_empty = false;
     bool lenient = false;
 

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <system_error>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/file_descriptor.h"
@@ -63,19 +64,25 @@ std::size_t read_up_to(int fd, char* out, std::size_t size, const fs::path& path
     return done;
 }
 
-}  // namespace
-
-std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
+/// Opens a regular file, and tells what it is.
+FileDescriptor open_regular(const fs::path& path, struct stat& status) {
     // O_NONBLOCK: opening a pipe without a writer returns at once; a regular file ignores it.
-    const FileDescriptor file(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+    FileDescriptor file(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
     if (file.fd() < 0) {
         // A socket answers ENXIO.
         if (errno == ENXIO) fail(path, "is a pipe or device; give a regular file");
         fail(path, why_not_opened(errno));
     }
+    if (fstat(file.fd(), &status) != 0) fail(path, why_not_opened(errno));
+    require_regular(path, status);
+    return file;
+}
+
+}  // namespace
+
+std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
     struct stat before = {};
-    if (fstat(file.fd(), &before) != 0) fail(path, why_not_opened(errno));
-    require_regular(path, before);
+    const FileDescriptor file = open_regular(path, before);
     const auto size = static_cast<std::uint64_t>(before.st_size);
     if (size > max_bytes) {
         throw Error(ErrorKind::kLimit,
@@ -93,6 +100,31 @@ std::string read_input_file(const fs::path& path, std::uint64_t max_bytes) {
         fail(path, "changed while it was read; wait until it is complete");
     }
     return bytes;
+}
+
+InputFile::InputFile(const fs::path& path)
+    : InputFile(path, [&] {
+          struct stat status = {};
+          FileDescriptor file = open_regular(path, status);
+          return std::pair(std::move(file), static_cast<std::uint64_t>(status.st_size));
+      }()) {}
+
+InputFile::InputFile(const fs::path& path, std::pair<FileDescriptor, std::uint64_t> file)
+    : path_(path), file_(std::move(file.first)), size_(file.second) {}
+
+void InputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
+    while (!out.empty()) {
+        const std::size_t most = std::min<std::size_t>(out.size(), 1u << 30);
+        const ssize_t count = pread(file_.fd(), out.data(), most, static_cast<off_t>(offset));
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) {
+            fail(path_, fmt::format("cannot be read: {}; check the disk",
+                                    std::generic_category().message(errno)));
+        }
+        if (count == 0) fail(path_, "changed while it was read; wait until it is complete");
+        out = out.subspan(static_cast<std::size_t>(count));
+        offset += static_cast<std::uint64_t>(count);
+    }
 }
 
 fs::path side_file(const fs::path& scene_file, const std::string& name) {

@@ -1,9 +1,14 @@
 // Reading of input files. All inputs are read through here.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <utility>
+
+#include "common/base/file_descriptor.h"
 
 namespace mray {
 
@@ -14,6 +19,26 @@ inline constexpr std::uint64_t kMaxInputBytes = std::uint64_t{4} << 30;
 /// of links, changed in size while it was read), kLimit (more than max_bytes).
 std::string read_input_file(const std::filesystem::path& path,
                             std::uint64_t max_bytes = kMaxInputBytes);
+
+/// A regular file that is read in parts. Threads may share one.
+class InputFile {
+public:
+    /// Throws what read_input_file() throws for a file that cannot be opened.
+    explicit InputFile(const std::filesystem::path& path);
+
+    const std::filesystem::path& path() const { return path_; }
+    std::uint64_t size() const { return size_; }
+    /// Fills `out` with the bytes from `offset` on. Throws Error(kBadInput) if they cannot be read
+    /// or are not there (any more).
+    void read(std::uint64_t offset, std::span<std::byte> out) const;
+
+private:
+    InputFile(const std::filesystem::path& path, std::pair<FileDescriptor, std::uint64_t> file);
+
+    std::filesystem::path path_;
+    FileDescriptor file_;
+    std::uint64_t size_;
+};
 
 /// Returns the path of a file that a scene file names, such as a material library, with links
 /// resolved. Throws Error(kBadInput) if the name is absolute, if ".." or a link leads out of the

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "common/base/errors.h"
+#include "common/scene/formats/point_cache/cached_clip.h"
 #include "common/scene/formats/sequence/keyframe_clip.h"
 #include "common/scene/formats/sequence/keyframe_files.h"
 #include "common/scene/procedural/procedural.h"
@@ -76,6 +77,18 @@ bool obj_extension(const fs::path& path) {
     return extension == ".obj" || extension == ".OBJ";
 }
 
+std::unique_ptr<Clip> open_with_cache(const std::string& spec, const SceneOptions& options) {
+    std::error_code error;
+    const fs::path path(spec);
+    if (spec.starts_with(kBuiltinPrefix) || fs::is_directory(path, error) || !obj_extension(path)) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("scene {}: the positions of a point cache need one .obj file with "
+                                "their triangles",
+                                in_quotes(spec)));
+    }
+    return open_cached(path, options.cache, spec, options);
+}
+
 }  // namespace
 
 std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& options) {
@@ -83,6 +96,7 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
         throw Error(ErrorKind::kBadArgument,
                     "empty scene name; give builtin:NAME, a file, a folder or a pattern");
     }
+    if (!options.cache.empty()) return open_with_cache(spec, options);
     if (spec.starts_with(kBuiltinPrefix)) return open_builtin(spec);
 
     // An existing file is opened as such even if its name contains '%'.

@@ -18,11 +18,14 @@ struct SceneOptions {
     /// Accept a scene without faces.
     bool allow_empty = false;
     MissingFrames missing = MissingFrames::kFail;
-    WarnFunction warn;
+    /// A PC2 or MDD file with the positions of an .obj file's vertices; empty: none.
+    std::string cache = {};
+    WarnFunction warn = {};
 };
 
 /// Opens `builtin:NAME[:TRIANGLES]`, an .obj file, a folder of .obj files, or a pattern such as
-/// `frame_%04d.obj`. Throws Error: kBadArgument (unknown builtin, bad pattern), kBadInput, kLimit.
+/// `frame_%04d.obj`. Throws Error: kBadArgument (unknown builtin, bad pattern, a cache for anything
+/// but one .obj file), kBadInput, kLimit.
 std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& options = {});
 
 }  // namespace mray

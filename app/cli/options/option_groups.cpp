@@ -77,6 +77,9 @@ void add_scene_options(const OptionAdder& adder) {
                    parsed(options.missing, [](const std::string& option, const std::string& value) {
                        return parse_choice<MissingFrames>(option, value, kMissing);
                    }));
+    adder.add_view(
+        "--cache", "FILE", "point cache (PC2 or MDD) with the positions of an .obj file's vertices",
+        [&options](const std::string&, const std::string& value) { options.cache = value; });
     adder.add_flag("--allow-empty", "accept a scene without triangles", options.allow_empty);
     add_lenient(adder);
 }

@@ -30,6 +30,22 @@ constexpr std::array kUnusedKeywords = {
 
 constexpr std::size_t kMaxVertexNumbers = 8;  // x y z w r g b a
 
+constexpr char kEndMark = '\x1a';
+
+/// What Microsoft's C library wrote for numbers that are not finite until 2015, such as 1.#INF and
+/// -1.#IND00. Nothing for any other text.
+std::optional<float> parse_old_not_finite(std::string_view text) {
+    if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+    if (!text.starts_with("1.#"sv)) return std::nullopt;
+    text.remove_prefix(3);
+    while (text.ends_with('0')) text.remove_suffix(1);
+    // Signs of infinities make no difference: neither is a coordinate.
+    if (text == "INF"sv) return std::numeric_limits<float>::infinity();
+    if (text == "IND"sv || text == "QNAN"sv || text == "SNAN"sv)
+        return std::numeric_limits<float>::quiet_NaN();
+    return std::nullopt;
+}
+
 bool blank(char c) { return c == ' ' || c == '\t'; }
 bool line_end(char c) { return c == '\n' || c == '\r'; }
 
@@ -57,6 +73,7 @@ public:
 
     CheckedObj run(const WarnFunction& warn) {
         skip_byte_order_mark();
+        blank_end_marks();
         while (at_ != end_) check_statement();
         if (!lenient_ && largest_index_ > static_cast<std::int64_t>(checked_.positions.size())) {
             line_ = largest_index_line_;
@@ -82,6 +99,15 @@ private:
             std::fill_n(begin_, 3, ' ');
         } else if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
             fail("is UTF-16 text; save it as UTF-8 or ASCII");
+        }
+    }
+
+    // Blanks the Ctrl-Z with which programs of DOS end a text.
+    void blank_end_marks() {
+        for (char* last = end_; last != begin_; --last) {
+            char& c = last[-1];
+            if (c != kEndMark && !blank(c) && !line_end(c)) return;
+            if (c == kEndMark) c = ' ';
         }
     }
 
@@ -176,7 +202,8 @@ private:
         for (;;) {
             const std::string_view token = next_token(at, last);
             if (token.empty()) break;
-            const std::optional<float> number = parse_float(token);
+            std::optional<float> number = parse_float(token);
+            if (!number) number = parse_old_not_finite(token);
             if (!number) fail_number(token);
             if (count < 3) position[count] = checked_coordinate(*number, token);
             if (++count > static_cast<int>(kMaxVertexNumbers)) {
@@ -281,10 +308,11 @@ private:
         }
     }
 
-    // A corner is v, v/vt, v//vn or v/vt/vn. Blanks all but v. Returns whether the face is kept.
+    // A corner is v, v/vt, v//vn or v/vt/vn; vt and vn may be left out, but not the slash between
+    // them. Blanks all but v. Returns whether the face is kept.
     bool check_corner(std::string_view token) {
         const std::size_t slash = std::min(token.find('/'), token.size());
-        const std::optional<std::int64_t> index = parse_integer(token.substr(0, slash));
+        const std::optional<std::int64_t> index = parse_index(token.substr(0, slash));
         const auto vertex_count = static_cast<std::int64_t>(checked_.positions.size());
         std::string problem;
         if (!index || !check_attributes(token.substr(slash))) {
@@ -331,20 +359,28 @@ private:
     // The attribute of this number, from 1, or relative to `count` if negative.
     static std::uint32_t attribute_of(std::string_view number, std::size_t size) {
         const auto count = static_cast<std::int64_t>(size);
-        const std::int64_t index = parse_integer(number).value_or(0);
+        const std::int64_t index = parse_index(number).value_or(0);
         const std::int64_t at = index > 0 ? index - 1 : count + index;
         const bool is_there = index != 0 && at >= 0 && at < count;
         return is_there ? static_cast<std::uint32_t>(at) : kNoAttribute;
     }
 
-    // "", "/vt", "//vn" or "/vt/vn" with any integers.
+    // "", "/vt", "//vn" or "/vt/vn" with any integers or none.
     static bool check_attributes(std::string_view text) {
         if (text.empty()) return true;
         text.remove_prefix(1);
-        const std::size_t slash = text.find('/');
-        if (slash == std::string_view::npos) return parse_integer(text).has_value();
-        return (slash == 0 || parse_integer(text.substr(0, slash))) &&
-               parse_integer(text.substr(slash + 1)).has_value();
+        const std::size_t slash = std::min(text.find('/'), text.size());
+        return is_index_or_none(text.substr(0, slash)) &&
+               is_index_or_none(text.substr(std::min(text.size(), slash + 1)));
+    }
+    static bool is_index_or_none(std::string_view text) {
+        return text.empty() || parse_index(text).has_value();
+    }
+
+    // An integer that may have a sign of either kind.
+    static std::optional<std::int64_t> parse_index(std::string_view text) {
+        const bool is_signed = text.size() > 1 && text[0] == '+' && text[1] != '-';
+        return parse_integer(text.substr(is_signed ? 1 : 0));
     }
 
     const std::string& name_;

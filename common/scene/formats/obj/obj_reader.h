@@ -24,7 +24,7 @@ struct ObjOptions {
     bool normals = false;
     /// Read texture coordinates and the textures of materials.
     bool textures = false;
-    WarnFunction warn;
+    WarnFunction warn = {};
 };
 
 /// The faces of the file that have three corners or more, in their order.

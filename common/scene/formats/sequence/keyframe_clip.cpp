@@ -13,8 +13,8 @@
 
 #include "common/base/errors.h"
 #include "common/scene/formats/obj/obj_reader.h"
+#include "common/scene/formats/sequence/first_mesh.h"
 #include "common/scene/interpolate.h"
-#include "common/scene/polygons/triangulate.h"
 #include "common/text/message_text.h"
 
 namespace mray {
@@ -35,33 +35,35 @@ struct Keyframe {
     std::exception_ptr error;
 };
 
-// The first difference between a frame's mesh and the first frame's; empty if they are equal.
-std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t vertex_count) {
+// The first difference between a frame's mesh and that of `first`; empty if they are equal.
+std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t vertex_count,
+                       const std::string& first) {
     if (mesh.positions.size() != vertex_count) {
-        return fmt::format("{} vertices instead of {}", mesh.positions.size(), vertex_count);
+        return fmt::format("{} vertices instead of the {} of {}", mesh.positions.size(),
+                           vertex_count, first);
     }
     if (mesh.faces.corner_counts.size() != faces.corner_counts.size()) {
-        return fmt::format("{} faces instead of {}", mesh.faces.corner_counts.size(),
-                           faces.corner_counts.size());
+        return fmt::format("{} faces instead of the {} of {}", mesh.faces.corner_counts.size(),
+                           faces.corner_counts.size(), first);
     }
     if (mesh.faces == faces) return {};
     std::size_t face = 0;
-    std::size_t first = 0;
+    std::size_t begin = 0;
     for (; face < faces.corner_counts.size(); ++face) {
         const std::size_t count = faces.corner_counts[face];
-        const auto corner = faces.corners.begin() + static_cast<std::ptrdiff_t>(first);
+        const auto corner = faces.corners.begin() + static_cast<std::ptrdiff_t>(begin);
         if (mesh.faces.corner_counts[face] != count ||
             !std::equal(corner, corner + static_cast<std::ptrdiff_t>(count),
-                        mesh.faces.corners.begin() + static_cast<std::ptrdiff_t>(first))) {
+                        mesh.faces.corners.begin() + static_cast<std::ptrdiff_t>(begin))) {
             break;
         }
-        first += count;
+        begin += count;
     }
-    return fmt::format("other vertices in face {}", face + 1);
+    return fmt::format("other vertices in face {} than {}", face + 1, first);
 }
 
 // Reads a file other than the first.
-void load(const KeyframeFile& file, const Polygons& faces, std::size_t vertex_count,
+void load(const KeyframeFile& file, const FirstMesh& first, const std::filesystem::path& first_path,
           const SceneOptions& options, Keyframe& keyframe) {
     ObjOptions obj;
     obj.lenient = options.lenient;
@@ -83,7 +85,8 @@ void load(const KeyframeFile& file, const Polygons& faces, std::size_t vertex_co
             error.remedy());
         return;
     }
-    const std::string differs = difference(mesh, faces, vertex_count);
+    const std::string differs =
+        difference(mesh, first.faces, first.topology.vertex_count, shown(first_path));
     if (!differs.empty()) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{}: frame {} has {}; all frames of a clip share one topology, "
@@ -106,29 +109,6 @@ void require_memory(const std::string& name, std::size_t frames, std::size_t ver
                             name, frames, vertex_count, needed / 0x1p30));
 }
 
-/// Gives the triangles that the faces were divided into what their corners have.
-void set_corners(const ObjMesh& mesh, std::span<const uvec3> triangles, std::vector<uvec3>& smooth,
-                 SceneTextures& textures) {
-    if (mesh.smooth.empty() && mesh.textures.empty()) return;
-    const std::vector<uvec3> corners = corners_of_triangles(mesh.faces, triangles);
-    if (!mesh.smooth.empty()) {
-        smooth.reserve(corners.size());
-        for (const uvec3& t : corners)
-            smooth.emplace_back(mesh.smooth[t.x], mesh.smooth[t.y], mesh.smooth[t.z]);
-    }
-    if (mesh.textures.empty()) return;
-    textures.files = mesh.textures;
-    textures.texcoords.reserve(corners.size());
-    for (const uvec3& t : corners)
-        textures.texcoords.push_back(
-            {mesh.texcoords[t.x], mesh.texcoords[t.y], mesh.texcoords[t.z]});
-    textures.texture_ids.reserve(corners.size());
-    for (std::size_t face = 0; face < mesh.face_textures.size(); ++face) {
-        textures.texture_ids.insert(textures.texture_ids.end(), mesh.faces.corner_counts[face] - 2,
-                                    mesh.face_textures[face]);
-    }
-}
-
 class KeyframeClip : public Clip {
 public:
     KeyframeClip(const std::vector<KeyframeFile>& files, const std::string& name,
@@ -136,11 +116,12 @@ public:
         : name_(name), hold_(options.missing == MissingFrames::kHold), keyframes_(files.size()) {
         assert(!files.empty());
         for (std::size_t i = 0; i < files.size(); ++i) keyframes_[i].frame = files[i].frame;
-        ObjMesh first = read_first(files[0], options);
-        require_memory(name, files.size(), first.positions.size());
-        keyframes_[0].positions = std::move(first.positions);
+        first_ = read_first_mesh(files[0].path, options);
+        require_memory(name, files.size(), first_.positions.size());
+        keyframes_[0].positions = std::move(first_.positions);
         keyframes_[0].bounds = bounds_of(keyframes_[0].positions);
-        read_others(files, first.faces, options);
+        read_others(files, options);
+        first_.faces = {};
         for (const Keyframe& keyframe : keyframes_) {
             if (!keyframe.bounds.empty()) {
                 bounds_.extend(keyframe.bounds.lower, keyframe.bounds.upper);
@@ -148,12 +129,12 @@ public:
         }
     }
 
-    const Topology& topology() const override { return topology_; }
+    const Topology& topology() const override { return first_.topology; }
     std::span<const uvec3> smooth_corners() const override {
-        return smooth_.empty() ? topology_.triangles : smooth_;
+        return first_.smooth.empty() ? first_.topology.triangles : first_.smooth;
     }
     const SceneTextures* textures() const override {
-        return textures_.files.empty() ? nullptr : &textures_;
+        return first_.textures.files.empty() ? nullptr : &first_.textures;
     }
     double first_frame() const override { return keyframes_.front().frame; }
     double last_frame() const override { return keyframes_.back().frame; }
@@ -161,7 +142,7 @@ public:
     const std::string& name() const override { return name_; }
 
     void positions(double frame, std::span<vec3> out) const override {
-        assert(out.size() == topology_.vertex_count);
+        assert(out.size() == first_.topology.vertex_count);
         const KeyframeBlend blend = blend_at(frame);
         const std::vector<vec3>& a = required(blend.before);
         const std::vector<vec3>& b = required(blend.after);
@@ -189,33 +170,14 @@ public:
     std::optional<Warning> damage() const override { return damage_; }
 
 private:
-    ObjMesh read_first(const KeyframeFile& file, const SceneOptions& options) {
-        ObjMesh mesh = read_obj(file.path, {.lenient = options.lenient,
-                                            .allow_empty = options.allow_empty,
-                                            .normals = true,
-                                            .textures = true,
-                                            .warn = options.warn});
-        topology_.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
-        topology_.triangles = triangulate(mesh.faces, mesh.positions, shown(file.path),
-                                          options.lenient, options.warn);
-        set_corners(mesh, topology_.triangles, smooth_, textures_);
-        topology_.albedo.reserve(topology_.triangles.size());
-        for (std::size_t face = 0; face < mesh.albedo.size(); ++face) {
-            topology_.albedo.insert(topology_.albedo.end(), mesh.faces.corner_counts[face] - 2,
-                                    mesh.albedo[face]);
-        }
-        return mesh;
-    }
-
-    void read_others(const std::vector<KeyframeFile>& files, const Polygons& faces,
-                     const SceneOptions& options) {
+    void read_others(const std::vector<KeyframeFile>& files, const SceneOptions& options) {
         WarningCount damage;
         WarningCount warnings;
         for (std::size_t begin = 1; begin < files.size(); begin += kFilesAtOnce) {
             const std::size_t end = std::min(begin + kFilesAtOnce, files.size());
             tbb::parallel_for(begin, end, [&](std::size_t i) {
                 try {
-                    load(files[i], faces, topology_.vertex_count, options, keyframes_[i]);
+                    load(files[i], first_, files[0].path, options, keyframes_[i]);
                 } catch (...) {
                     keyframes_[i].error = std::current_exception();
                 }
@@ -266,10 +228,8 @@ private:
 
     std::string name_;
     bool hold_;
-    Topology topology_;
-    /// Empty if the first file has no normals.
-    std::vector<uvec3> smooth_;
-    SceneTextures textures_;
+    /// Without positions and faces.
+    FirstMesh first_;
     std::vector<Keyframe> keyframes_;
     WorldBounds bounds_;
     std::optional<Warning> damage_;

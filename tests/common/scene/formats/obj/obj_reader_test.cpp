@@ -188,11 +188,37 @@ TEST(ObjReader, IndicesOutOfRangeAreRefused) {
 }
 TEST(ObjReader, MalformedCornersAreRefused) {
     for (const char* face :
-         {"f 1/ 2/ 3/", "f /1 /2 /3", "f 1/// 2/// 3///", "f 1/1/ 2 3", "f 1//  2 3", "f a b c",
-          "f 1 2.5 3", "f 1 2 3x", "f 1 2 +3", "f 1/a 2 3", "f 1/1/b 2 3", "f 1/2/3/4 2 3",
-          "f 1,2,3", "f 1 2 3 \\"}) {
+         {"f /1 /2 /3", "f 1/// 2/// 3///", "f 1//1/ 2 3", "f / / /", "f a b c", "f 1 2.5 3",
+          "f 1 2 3x", "f 1 2 ++3", "f 1 2 +", "f 1 2 +-3", "f 1/+ 2 3", "f 1/a 2 3", "f 1/1/b 2 3",
+          "f 1/2/3/4 2 3", "f 1,2,3", "f 1 2 3 \\"}) {
         EXPECT_TRUE(refused_at(kVertices + face, 4)) << face;
     }
+}
+TEST(ObjReader, CornersMayLackNumbersAndHaveASign) {
+    for (const char* face : {"f 1/ 2/ 3/", "f 1// 2// 3//", "f +1 +2 +3", "f 1/1/ 2/ 3//1",
+                             "f +1/+1/+1 2/-1 +3//-1"}) {
+        expect_the_triangle(kVertices + face + "\n");
+    }
+    const auto mesh =
+        read(kVertices + "vn 0 0 1\nvn 0 1 0\nf 1//+2 2// 3//\n", {.normals = true}).mesh;
+    EXPECT_EQ(mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2}));
+}
+TEST(ObjReader, EndMarksOfDosAreBlanks) {
+    for (const char* end : {"\x1a", "\n\x1a", "\r\n\x1a\x1a\n", " \x1a\n "})
+        expect_the_triangle(kVertices + "f 1 2 3" + end);
+    EXPECT_TRUE(refused_at(kVertices + "\x1a\nf 1 2 3\n", 4));
+}
+TEST(ObjReader, OldSpellingsOfNumbersThatAreNotFiniteAreKnown) {
+    for (const char* text : {"-1.#IND", "1.#QNAN", "-1.#IND00", "1.#INF", "-1.#INF0", "1.#SNAN"}) {
+        const std::string obj = std::string("v ") + text + " 0 0\n" + kVertices + "f 2 3 4\n";
+        EXPECT_TRUE(refused_at(obj, 1)) << text;
+        const Reading reading = read(obj, lenient());
+        ASSERT_EQ(reading.mesh.positions.size(), 4u);
+        EXPECT_FALSE(std::isfinite(reading.mesh.positions[0].x)) << text;
+        EXPECT_EQ(reading.warnings.size(), 1u);
+    }
+    for (const char* text : {"1.#", "1.#IN", "2.#INF", "1.#inf", "1.#INFx"})
+        EXPECT_TRUE(refused_at(std::string("v ") + text + " 0 0\n", 1)) << text;
 }
 TEST(ObjReader, LenientlyLeavesOutFacesThatCannotBeRead) {
     const Reading reading = read(kVertices +

@@ -153,8 +153,9 @@ TEST(KeyframeClip, FrameOfOtherVertexCountIsRefusedByName) {
     });
     ASSERT_TRUE(error);
     EXPECT_EQ(error->kind(), ErrorKind::kBadInput);
-    EXPECT_NE(std::string(error->what()).find("f_2.obj: frame 2 has 4 vertices instead of 3; "),
-              std::string::npos)
+    EXPECT_NE(
+        std::string(error->what()).find("f_2.obj: frame 2 has 4 vertices instead of the 3 of "),
+        std::string::npos)
         << error->what();
     EXPECT_NE(std::string(error->what()).find("separate runs"), std::string::npos);
 }
@@ -164,11 +165,12 @@ TEST(KeyframeClip, FrameOfTheSameCountsButOtherFacesIsRefusedByName) {
     const std::string message = message_of([&] {
         open_frames({vertices + "f 1 2 3\nf 2 4 3\n", vertices + "f 1 2 3\nf 3 2 4\n"});
     });
-    EXPECT_NE(message.find("f_1.obj: frame 1 has other vertices in face 2; "), std::string::npos)
+    EXPECT_NE(message.find("f_1.obj: frame 1 has other vertices in face 2 than "),
+              std::string::npos)
         << message;
     EXPECT_NE(message_of([&] {
                   open_frames({vertices + "f 1 2 3\n", vertices + "f 1 2 3\nf 3 2 4\n"});
-              }).find("2 faces instead of 1"),
+              }).find("2 faces instead of the 1 of "),
               std::string::npos);
     EXPECT_NE(
         message_of([&] {
