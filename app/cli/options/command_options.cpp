@@ -196,7 +196,8 @@ void define_trace(CLI::App& program, Options& options) {
         ->required();
     adder.add_flag("--binary", "rays are 8 little-endian floats each", options.binary_rays);
     add_backend_options(adder, kBackends, "cpu; with --device or --validate vulkan");
-    adder.add_flag("-q,--quiet", "no effect: trace shows no progress", options.quiet);
+    add_progress(adder);
+    adder.add_flag("-q,--quiet", "no progress", options.quiet);
 }
 
 void define_chart(CLI::App& program, Options& options) {
@@ -208,6 +209,7 @@ void define_chart(CLI::App& program, Options& options) {
         ->required();
     adder.add_flag("--quick", "fewer rays and runs: a minute instead of ten", options.quick);
     add_lenient(adder);
+    add_progress(adder);
     adder.add_flag("-q,--quiet", "neither result nor progress", options.quiet);
 }
 
