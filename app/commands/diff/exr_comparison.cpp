@@ -130,7 +130,7 @@ private:
         for (std::size_t c = 0; c < colours_.size(); ++c) {
             const double value = value_of(actual_.channels()[colours_[c]].type, b[colours_[c]][i]);
             const double level = value > 0 ? std::sqrt(std::min(value, 1.0)) : 0;
-            pixel |= static_cast<std::uint32_t>(level * 255 + 0.5) << (8 * c);
+            pixel |= static_cast<std::uint32_t>(std::lround(level * 255)) << (8 * c);
         }
         return pixel;
     }
