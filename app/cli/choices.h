@@ -76,6 +76,10 @@ inline constexpr Choice<MissingFrames> kMissing[] = {
     {"fail", MissingFrames::kFail}, {"hold", MissingFrames::kHold}, {"skip", MissingFrames::kSkip}};
 inline constexpr Choice<RefitOn> kRefitOn[] = {{"cpu", RefitOn::kCpu},
                                                {"vulkan", RefitOn::kVulkan}};
+inline constexpr Choice<ProgressChoice> kProgress[] = {{"auto", ProgressChoice::kAuto},
+                                                       {"plain", ProgressChoice::kPlain},
+                                                       {"json", ProgressChoice::kJson},
+                                                       {"off", ProgressChoice::kOff}};
 inline constexpr Choice<bool> kCheckedDevices[] = {{"one", false}, {"all", true}};
 inline constexpr Choice<Reference> kReferences[] = {
     {"auto", Reference::kAuto}, {"brute", Reference::kBrute}, {"cpu", Reference::kCpu}};

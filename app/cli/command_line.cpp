@@ -10,6 +10,7 @@
 #include "app/cli/conflicts.h"
 #include "app/cli/help/help_formatter.h"
 #include "app/cli/options/command_options.h"
+#include "app/cli/unused_options.h"
 #include "app/cli/usage_errors.h"
 #include "common/base/errors.h"
 #include "common/version.h"
@@ -33,6 +34,7 @@ public:
 
 private:
     std::string help(std::span<const std::string> topics) const;
+    std::vector<std::string> given_options() const;
     FailedParse describe(const CLI::ParseError& error,
                          std::span<const std::string> arguments) const;
 
@@ -69,6 +71,17 @@ std::string CommandLine::help(std::span<const std::string> topics) const {
     reject_command(topics[0], command_names(app_));
 }
 
+std::vector<std::string> CommandLine::given_options() const {
+    std::vector<std::string> given;
+    for (const CLI::App* command : app_.get_subcommands()) {
+        for (const CLI::Option* option : command->get_options()) {
+            if (option->count() > 0 && !option->get_lnames().empty())
+                given.push_back("--" + option->get_lnames().front());
+        }
+    }
+    return given;
+}
+
 FailedParse CommandLine::describe(const CLI::ParseError& error,
                                   std::span<const std::string> arguments) const {
     const std::vector<const CLI::App*> chosen =
@@ -103,8 +116,10 @@ ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
     } catch (const CLI::ParseError& error) {
         explain(describe(error, arguments));
     }
+    options_.given = given_options();
     options_.arguments.assign(arguments.begin(), arguments.end());
     check_conflicts(options_);
+    check_unused_options(options_);
     return {options_, {}};
 }
 

@@ -13,24 +13,14 @@ namespace {
 
 void refuse(const std::string& message) { throw Error(ErrorKind::kBadArgument, message); }
 
-/// Options of render and view that would have no effect.
 void check_shading(const Options& options) {
     using morphray::Shading;
     const ShadingOptions& given = options.shading;
     const bool is_lit = given.shading ? *given.shading == Shading::lit : !options.rays_given;
-    const bool has_ao = is_lit || options.view.rays == kRaysAo;
     if (options.rays_given && given.shading && *given.shading != Shading::plain)
         refuse("--rays, --shading: --rays is for --shading plain; leave one of them out");
-    if (given.flat && !is_lit && given.shading != Shading::normal)
-        refuse("--flat: only --shading lit and normal have smooth normals");
-    if (given.ground && !is_lit) refuse("--ground: only --shading lit shows a ground");
-    if (!given.exr.empty() && !is_lit) refuse("--exr: only --shading lit has linear colours");
     if (options.out.ends_with(".exr"))
         refuse("--out: a folder, or a .png file beside which --exr writes an .exr file");
-    if (options.ao_samples_given && !has_ao)
-        refuse("--ao-samples: only --shading lit and --rays ao trace ambient occlusion");
-    if (options.ao_distance_given && !has_ao)
-        refuse("--ao-distance: only --shading lit and --rays ao trace ambient occlusion");
     if (options.ao_samples_given && options.view.ao_count == 0 && !is_lit)
         refuse("--ao-samples 0: only --shading lit goes without ambient occlusion");
     if (!options.hits.empty() && given.ground)
@@ -85,12 +75,8 @@ void check_conflicts(const Options& options) {
                     "--update rebuild, --refit-on: a tree that is rebuilt is not refitted; leave "
                     "one of them out");
     }
-    for (const auto& [name, file] :
-         {std::pair("--trace-events", &options.trace_events), std::pair("--plot", &options.plot)}) {
-        if (file->empty() || !options.policies.empty() || !options.tree.update.empty()) continue;
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("{}: shows how policies compare; give --policies too", name));
-    }
+    if (!options.policies.empty() && !options.tree.update.empty())
+        refuse("--policies, --update: --policies lists all policies; leave --update out");
     if (options.backend.all_devices &&
         (!options.backend.device.empty() || options.backend.choice == BackendChoice::kCpu)) {
         throw Error(ErrorKind::kBadArgument,

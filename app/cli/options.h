@@ -1,9 +1,11 @@
 // The command line as plain data.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/cli/numbers.h"
@@ -32,6 +34,9 @@ enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
 
 /// Which backend refits: kOwn is the one that traces.
 enum class RefitOn { kOwn, kCpu, kVulkan };
+
+/// How progress is shown: kAuto is a bar on a terminal, elsewhere nothing.
+enum class ProgressChoice { kAuto, kPlain, kJson, kOff };
 
 /// The tracer whose images crosscheck expects.
 enum class Reference { kAuto, kBrute, kCpu };
@@ -103,6 +108,7 @@ struct Options {
     std::string csv;
     std::string junit;
     std::string hits;
+    ProgressChoice progress = ProgressChoice::kAuto;
     bool quiet = false;
     bool verbose = false;
 
@@ -155,6 +161,12 @@ struct Options {
     std::vector<std::string> view_arguments;
     /// The command line without the program's name.
     std::vector<std::string> arguments;
+    /// The options in it, each by its first long name in the help, such as "--out" for -o.
+    std::vector<std::string> given;
+
+    bool is_given(std::string_view option) const {
+        return std::find(given.begin(), given.end(), option) != given.end();
+    }
 };
 
 /// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.

@@ -100,7 +100,7 @@ ExitCode write_charts(const Options& options, const Messages& messages) {
     const Effort& effort = options.quick ? quick_effort() : full_effort();
     const std::string machine = machine_text();
     const std::string command = command_text(options);
-    Progress progress("charting", steps_of(scenes.size(), effort), progress_mode(options.quiet));
+    Progress progress("charting", steps_of(scenes.size(), effort), progress_mode(options));
     std::uint64_t done = 0;
     const auto backend_maker = [&options](BackendChoice choice) {
         return [&options, choice] { return make_backend(choice, options.backend, Messages()); };
@@ -117,7 +117,7 @@ ExitCode write_charts(const Options& options, const Messages& messages) {
                                    },
                                .check = throw_if_interrupted};
     const std::vector<Chart> charts = make_charts(options, scenes, context);
-    progress.hide();
+    progress.finish();
     std::vector<PagedChart> paged;
     for (const Chart& chart : charts) {
         if (chart.figure.panels.empty()) {

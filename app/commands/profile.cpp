@@ -145,7 +145,7 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
     report.rays = name_of_rays(options.view.rays);
     report.repeat = options.repeat;
     const std::vector<BackendChoice> choices = profiled_backends(options, messages);
-    Progress progress("measuring", frames.size() * choices.size(), progress_mode(options.quiet));
+    Progress progress("measuring", frames.size() * choices.size(), progress_mode(options));
     for (const BackendChoice choice : choices) {
         Profiler profiler(options, scene, frames.front(), choice, messages);
         for (const double frame : frames) {
@@ -154,7 +154,7 @@ ExitCode run_profile(const Options& options, const Messages& messages) {
             progress.update(report.rows.size());
         }
     }
-    progress.hide();
+    progress.finish();
     report.peak_memory_bytes = peak_memory_bytes();
     publish(report, options, messages);
     return ExitCode::kOk;

@@ -82,13 +82,13 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
                             make_backend(choice, options.backend, messages));
         const std::size_t expected = runner.expected_frames(policies.size());
         if (!progress)
-            progress.emplace("measuring", expected * choices.size(), progress_mode(options.quiet));
+            progress.emplace("measuring", expected * choices.size(), progress_mode(options));
         report.backends.push_back(runner.compare(policies, [&] {
             throw_if_interrupted();
             progress->update(done++);
         }));
     }
-    progress->hide();
+    progress->finish();
     if (!options.plot.empty())
         report.scaling = measure_scaling(options, choices, report.head.triangles, messages);
     publish(report, options, messages);

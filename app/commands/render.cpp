@@ -219,7 +219,7 @@ ExitCode run_render(const Options& given, const Messages& messages) {
     Renderer renderer(options, *clip, frames, folder.path(), messages);
 
     ExitCode code = ExitCode::kOk;
-    Progress progress("rendering", frames.size(), progress_mode(options.quiet));
+    Progress progress("rendering", frames.size(), progress_mode(options));
     for (const double frame : frames) {
         throw_if_interrupted();
         try {
@@ -234,7 +234,7 @@ ExitCode run_render(const Options& given, const Messages& messages) {
         }
         progress.update(renderer.finished());
     }
-    progress.hide();
+    if (code == ExitCode::kOk) progress.finish();
     renderer.finish(code == ExitCode::kOk);
     return code;
 }

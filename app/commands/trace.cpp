@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <string_view>
 
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
@@ -12,6 +13,7 @@
 #include "app/library_calls.h"
 #include "app/memory_budget.h"
 #include "app/terminal/interrupt.h"
+#include "app/terminal/progress.h"
 #include "common/base/output_file.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/text/message_text.h"
@@ -86,9 +88,24 @@ private:
 };
 
 template <class Reader>
-void trace_all(Reader reader, RayTracer& tracer) {
-    for (WorldRay ray; reader.next(ray);) tracer.add(ray);
+void trace_all(Reader reader, RayTracer& tracer, Progress& progress) {
+    std::uint64_t traced = 0;
+    for (WorldRay ray; reader.next(ray);) {
+        tracer.add(ray);
+        if (tracer.total() == traced) continue;
+        traced = tracer.total();
+        progress.update(reader.position());
+    }
     tracer.flush();
+    progress.finish();
+}
+
+/// The number of rays, or of the lines of a text.
+std::uint64_t count_rays(const Options& options, std::string_view rays) {
+    constexpr std::size_t kRayBytes = 32;
+    if (options.binary_rays) return rays.size() / kRayBytes;
+    const auto ends = static_cast<std::uint64_t>(std::ranges::count(rays, '\n'));
+    return ends + (rays.empty() || rays.ends_with('\n') ? 0 : 1);
 }
 
 // Rays from a file come in any order, for which the CPU is fast. A device is used if --backend,
@@ -131,10 +148,11 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
 
     const std::string name = options.ray_file == "-" ? "<stdin>" : options.ray_file;
     RayTracer tracer(scene.space(), traced);
+    Progress progress("tracing", count_rays(options, rays), progress_mode(options));
     if (options.binary_rays) {
-        trace_all(RayBinaryReader(name, rays), tracer);
+        trace_all(RayBinaryReader(name, rays), tracer, progress);
     } else {
-        trace_all(RayTextReader(name, rays), tracer);
+        trace_all(RayTextReader(name, rays), tracer, progress);
     }
     if (tracer.invalid() > 0) {
         messages.warn({shown(name),

@@ -81,6 +81,7 @@ bool RayBinaryReader::next(WorldRay& ray) {
     std::array<double, kMostNumbers> numbers;
     std::copy(floats.begin(), floats.end(), numbers.begin());
     ray = to_ray(numbers);
+    ++count_;
     return true;
 }
 

@@ -20,6 +20,8 @@ public:
 
     /// Returns false at the end. Throws Error(kBadInput) with the line.
     bool next(WorldRay& ray);
+    /// The number of lines that were read.
+    std::uint64_t position() const { return line_; }
 
 private:
     std::string_view name_;
@@ -34,9 +36,12 @@ public:
     RayBinaryReader(std::string_view name, std::string_view bytes);
 
     bool next(WorldRay& ray);
+    /// The number of rays that were read.
+    std::uint64_t position() const { return count_; }
 
 private:
     std::string_view rest_;
+    std::uint64_t count_ = 0;
 };
 
 /// The content of a file, or of stdin for "-". Throws Error(kBadInput), kLimit.

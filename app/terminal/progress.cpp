@@ -16,6 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kQuietStart = 200ms;
 constexpr auto kInterval = 100ms;
+constexpr auto kLineInterval = 1s;
 constexpr int kMaxBar = 40;
 constexpr int kMinBar = 4;
 constexpr int kDefaultColumns = 80;
@@ -49,6 +50,12 @@ std::string bar(double fraction, int width, ProgressMode mode) {
     return fmt::format("[{}{}]", done, open);
 }
 
+/// Seconds that the remaining steps will take; negative if that cannot be told yet.
+double seconds_left(std::uint64_t done, std::uint64_t total, double elapsed_s) {
+    if (done == 0) return -1;
+    return elapsed_s * static_cast<double>(total - done) / static_cast<double>(done);
+}
+
 // A bar that cannot be drawn is no error.
 void draw(int fd, std::string_view text) {
     [[maybe_unused]] const ssize_t ignored = ::write(fd, text.data(), text.size());
@@ -62,6 +69,38 @@ ProgressMode progress_mode(bool quiet, int fd) {
         return ProgressMode::kOff;
     }
     return environment("NO_COLOR").empty() ? ProgressMode::kColour : ProgressMode::kPlain;
+}
+
+ProgressMode progress_mode(const Options& options) {
+    switch (options.progress) {
+        case ProgressChoice::kPlain:
+            return ProgressMode::kLines;
+        case ProgressChoice::kJson:
+            return ProgressMode::kJson;
+        case ProgressChoice::kOff:
+            return ProgressMode::kOff;
+        default:
+            return progress_mode(options.quiet);
+    }
+}
+
+std::string progress_text_line(const std::string& label, std::uint64_t done, std::uint64_t total,
+                               double elapsed_s) {
+    done = std::min(done, total);
+    const double left = seconds_left(done, total, elapsed_s);
+    return fmt::format("{} {}/{}{}\n", label, done, total,
+                       left >= 0 && done < total ? "  " + remaining_time(left) : "");
+}
+
+std::string progress_json_line(const std::string& label, std::uint64_t done, std::uint64_t total,
+                               double elapsed_s) {
+    done = std::min(done, total);
+    const double left = seconds_left(done, total, elapsed_s);
+    return fmt::format(R"({{"schema": "morphray/1", "progress": "{}", "done": {}, "total": {}, )"
+                       R"("elapsed_s": {:.3f}, "left_s": {}}})"
+                       "\n",
+                       label, done, total, elapsed_s,
+                       left < 0 ? "null" : fmt::format("{:.3f}", left));
 }
 
 std::string progress_line(const std::string& label, std::uint64_t done, std::uint64_t total,
@@ -89,18 +128,46 @@ Progress::Progress(std::string label, std::uint64_t total, ProgressMode mode, in
       total_(total),
       mode_(mode),
       fd_(fd),
-      next_draw_(begin_ + kQuietStart) {}
+      next_draw_(begin_ + kQuietStart) {
+    if (mode_ == ProgressMode::kLines) next_draw_ = begin_ + kLineInterval;
+    if (mode_ == ProgressMode::kJson) write_line(0);
+}
+
+double Progress::elapsed_s() const {
+    return std::chrono::duration<double>(Clock::now() - begin_).count();
+}
+
+void Progress::write_line(std::uint64_t done) {
+    const bool is_json = mode_ == ProgressMode::kJson;
+    draw(fd_, is_json ? progress_json_line(label_, done, total_, elapsed_s())
+                      : progress_text_line(label_, done, total_, elapsed_s()));
+    next_draw_ = Clock::now();
+    if (is_json)
+        next_draw_ += kInterval;
+    else
+        next_draw_ += kLineInterval;
+}
+
+void Progress::finish() {
+    if (mode_ == ProgressMode::kLines || mode_ == ProgressMode::kJson) write_line(total_);
+    hide();
+    mode_ = ProgressMode::kOff;
+}
 
 void Progress::update(std::uint64_t done) {
     if (mode_ == ProgressMode::kOff) return;
     const Clock::time_point now = Clock::now();
     if (now < next_draw_) return;
+    if (mode_ == ProgressMode::kLines || mode_ == ProgressMode::kJson) {
+        // finish() writes the last one.
+        if (done < total_) write_line(done);
+        return;
+    }
     next_draw_ = now + kInterval;
-    const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
     // Many terminals wrap after the last column.
     const int columns = terminal_columns(fd_) - 1;
     draw(fd_, fmt::format("{}{}", kClearLine,
-                          progress_line(label_, done, total_, elapsed_s, columns, mode_)));
+                          progress_line(label_, done, total_, elapsed_s(), columns, mode_)));
     visible_ = true;
 }
 

@@ -40,8 +40,8 @@ function begin(kind) {
 
 /^Usage: / { begin(""); emit("usage", "", "", 0, substr($0, 8)); next }
 /^Options:$/ { begin("option"); next }
-/^Positionals:$/ { begin("positional"); next }
-/^Subcommands:$/ { begin("command"); next }
+/^Arguments:$/ { begin("positional"); next }
+/^Commands:$/ { begin("command"); next }
 /^Examples:$/ { begin("example"); does = ""; next }
 /^$/ { begin(""); next }
 section == "example" && /^    / { emit("example", substr(does, 1, length(does) - 1), "", 0, substr($0, 5)); does = ""; next }

@@ -14,7 +14,7 @@ std::vector<std::string> commands() {
     std::vector<std::string> names;
     bool listed = false;
     for (const std::string& line : lines(run({"help"}).out)) {
-        if (line == "Subcommands:")
+        if (line == "Commands:")
             listed = true;
         else if (line.empty())
             listed = false;

@@ -152,6 +152,78 @@ TEST(Progress, IsDrawnAtMostTenTimesASecondAndClearedAtTheEnd) {
     EXPECT_EQ(text.find('\n'), std::string::npos);
 }
 
+/// What Progress writes to a pipe.
+class Pipe {
+public:
+    Pipe() {
+        if (::pipe2(fds_, O_NONBLOCK) != 0) throw std::runtime_error("no pipe");
+    }
+    ~Pipe() {
+        ::close(fds_[0]);
+        ::close(fds_[1]);
+    }
+    int fd() const { return fds_[1]; }
+    std::string read_all() {
+        std::string text;
+        char buffer[4096];
+        for (ssize_t n = 0; (n = ::read(fds_[0], buffer, sizeof buffer)) > 0;)
+            text.append(buffer, static_cast<std::size_t>(n));
+        return text;
+    }
+
+private:
+    int fds_[2] = {};
+};
+
+TEST(ProgressMode, FollowsTheOptionWhateverElse) {
+    const Variable term("TERM", nullptr);
+    Options options;
+    EXPECT_EQ(progress_mode(options), ProgressMode::kOff);
+    for (const bool quiet : {false, true}) {
+        options.quiet = quiet;
+        options.progress = ProgressChoice::kPlain;
+        EXPECT_EQ(progress_mode(options), ProgressMode::kLines);
+        options.progress = ProgressChoice::kJson;
+        EXPECT_EQ(progress_mode(options), ProgressMode::kJson);
+        options.progress = ProgressChoice::kOff;
+        EXPECT_EQ(progress_mode(options), ProgressMode::kOff);
+    }
+}
+
+TEST(ProgressLine, AsTextAndAsJsonSaysTheSame) {
+    EXPECT_EQ(progress_text_line("rendering", 5, 10, 12), "rendering 5/10  12 s left\n");
+    EXPECT_EQ(progress_text_line("rendering", 0, 10, 12), "rendering 0/10\n");
+    EXPECT_EQ(progress_text_line("rendering", 11, 10, 12), "rendering 10/10\n");
+    EXPECT_EQ(progress_json_line("rendering", 5, 10, 12),
+              "{\"schema\": \"morphray/1\", \"progress\": \"rendering\", \"done\": 5, "
+              "\"total\": 10, \"elapsed_s\": 12.000, \"left_s\": 12.000}\n");
+    EXPECT_NE(progress_json_line("x", 0, 10, 12).find("\"left_s\": null"), std::string::npos);
+    EXPECT_NE(progress_json_line("x", 0, 0, 0).find("\"total\": 0"), std::string::npos);
+}
+
+TEST(Progress, WritesTheFirstAndTheLastLine) {
+    Pipe pipe;
+    {
+        Progress json("x", 3, ProgressMode::kJson, pipe.fd());
+        json.update(1);
+        json.update(3);
+        json.finish();
+        json.update(3);
+    }
+    const std::string text = pipe.read_all();
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 2) << text;
+    EXPECT_NE(text.find("\"done\": 0"), std::string::npos) << text;
+    EXPECT_NE(text.find("\"done\": 3"), std::string::npos) << text;
+    {
+        Progress lines("x", 3, ProgressMode::kLines, pipe.fd());
+        lines.update(1);
+        lines.finish();
+    }
+    EXPECT_EQ(pipe.read_all(), "x 3/3\n");
+    { const Progress ended_early("x", 3, ProgressMode::kLines, pipe.fd()); }
+    EXPECT_EQ(pipe.read_all(), "");
+}
+
 TEST(Progress, HasNoColourUnlessAsked) {
     for (const ProgressMode mode : {ProgressMode::kPlain, ProgressMode::kColour}) {
         const std::string line = progress_line("x", 5, 10, 1, 60, mode);

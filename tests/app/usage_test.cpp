@@ -381,5 +381,50 @@ TEST(Usage, OptionsOfImagesWithoutEffectAreRefused) {
     expect_refused(render({"--shading", "nromal"}), 2, "did you mean normal?");
 }
 
+TEST(Usage, OptionsWithoutEffectAreRefusedByEveryCommand) {
+    const auto with = [](const char* command, std::vector<std::string> more) {
+        std::vector<std::string> line = {command, "builtin:cloth:500"};
+        if (line[0] == "probe") line.insert(line.end(), {"--frame", "0", "--pixel", "0,0"});
+        line.insert(line.end(), more.begin(), more.end());
+        return line;
+    };
+    for (const char* command : {"crosscheck", "profile", "probe"}) {
+        for (const char* option : {"--ao-samples", "--ao-distance"})
+            expect_refused(with(command, {"--rays", "shadow", option, "3"}), 2,
+                           std::string(option) + ": only --rays ao");
+        expect_refused(with(command, {"--rays", "ao", "--light", "1,2,3"}), 2,
+                       "--light: only --rays shadow");
+    }
+    expect_refused(with("profile", {"--ao-samples", "3"}), 2, "--ao-samples: only --rays ao");
+    expect_refused(render({"--shading", "depth", "--light", "1,2,3"}), 2, "--light: only");
+    for (const char* command : {"render", "crosscheck", "profile", "probe", "trace"}) {
+        std::vector<std::string> more = {"--backend", "cpu", "--device", "0"};
+        if (command == std::string("trace")) more.insert(more.end(), {"--rays", "-", "-o", "-"});
+        expect_refused(with(command, more), 2, "--device: nothing runs on a Vulkan device");
+        more[2] = "--validate";
+        more.erase(more.begin() + 3);
+        expect_refused(with(command, more), 2, "--validate: nothing runs on a Vulkan device");
+        more[1] = "vulkan";
+        more[2] = "--simd";
+        more.insert(more.begin() + 3, "scalar");
+        expect_refused(with(command, more), 2, "--simd: nothing is traced on the CPU");
+    }
+    expect_refused(with("profile", {"--update-budget", "3ms"}), 2, "only the update policy auto");
+    expect_refused(with("profile", {"--policies", "refit", "--deterministic-updates"}), 2,
+                   "--deterministic-updates: only the update policy auto");
+    expect_refused(with("profile", {"--policies", "refit", "--update", "auto"}), 2,
+                   "--policies, --update: ");
+    expect_refused(with("profile", {"--plot", "a.svg"}), 2, "--plot: shows how policies compare");
+    expect_refused(with("probe", {"--update-budget", "3ms"}), 2, "only the update policy auto");
+    expect_refused(render({"--update", "refit", "--update-budget", "3ms"}), 2,
+                   "only the update policy auto");
+    expect_refused({"info", "--bvh"}, 2, "--bvh: is about a scene; give one");
+    expect_refused({"info", "--frame", "0"}, 2, "--frame: is about a scene");
+    expect_refused(with("info", {"--threads", "2"}), 2, "--threads: only --bvh builds trees");
+    expect_refused({"probe", "pixel.json", "--size", "8x8"}, 2, "--size: the scene is a bundle");
+    expect_refused({"probe", "pixel.json", "--update", "auto"}, 2,
+                   "--update: the scene is a bundle");
+}
+
 }  // namespace
 }  // namespace mray::test

@@ -96,7 +96,7 @@ done < <(grep -P '\tcode\t' "$scratch/names" || true)
 # pkg-config and venv.
 {
     "$program" --help
-    for command in $("$program" --help | awk '/^Subcommands/ { on = 1; next } /^$/ { on = 0 } on && /^  [^ ]/ { print $1 }'); do
+    for command in $("$program" --help | awk '/^Commands/ { on = 1; next } /^$/ { on = 0 } on && /^  [^ ]/ { print $1 }'); do
         "$program" help "$command"
     done
 } >"$scratch/help"

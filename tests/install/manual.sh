@@ -7,7 +7,7 @@ fail() { echo "manual: $*" >&2; exit 1; }
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-commands=$("$program" help | awk '/^Subcommands/ { on = 1; next } /^$/ { on = 0 } on && /^  [^ ]/ { print $1 }')
+commands=$("$program" help | awk '/^Commands/ { on = 1; next } /^$/ { on = 0 } on && /^  [^ ]/ { print $1 }')
 for command in "" $commands; do
     page=$folder/man/morphray${command:+-$command}.1
     # shellcheck disable=SC2086  # no command, no word

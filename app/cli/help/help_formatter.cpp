@@ -132,8 +132,8 @@ std::string HelpFormatter::make_help(const CLI::App* app, std::string name,
     for (const CLI::App* command : app->get_subcommands({}))
         commands += entry(command->get_name(), command->get_description());
     return wrapped(app->get_description(), 0) + '\n' + usage(*app, name) +
-           section("Positionals", positionals) + section("Options", options) +
-           section("Subcommands", commands) + section("Examples", app->get_footer()) + '\n' +
+           section("Arguments", positionals) + section("Options", options) +
+           section("Commands", commands) + section("Examples", app->get_footer()) + '\n' +
            notes(*app);
 }
 

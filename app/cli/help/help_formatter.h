@@ -29,7 +29,7 @@ std::string wrapped(std::string_view text, std::size_t indent, std::size_t colum
 ///
 ///   what it does
 ///   Usage: morphray COMMAND SCENE [OPTIONS]
-///   Positionals:, Options:, Subcommands:   an entry a line, its text from column 31 on
+///   Arguments:, Options:, Commands:   an entry a line, its text from column 31 on
 ///   Examples:                              what each does, and below it the line
 ///   notes                                  paragraphs: what SCENE is, exit codes
 ///

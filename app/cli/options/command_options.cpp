@@ -72,9 +72,9 @@ OptionAdder add_command(CLI::App& program, Options& options, const char* name, c
 }
 
 void define_render(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "render", "One image per frame, and a contact sheet",
-                    Command::kRender, kRenderExamples);
+    const OptionAdder adder = add_command(program, options, "render",
+                                          "Writes an image of each frame, and a contact sheet",
+                                          Command::kRender, kRenderExamples);
     add_scene(adder, true);
     add_frames(adder, "all whole frames");
     add_view_options(adder, kWholeImage, "those of --shading lit",
@@ -149,8 +149,7 @@ void define_crosscheck(CLI::App& program, Options& options) {
 
 void define_diff(CLI::App& program, Options& options) {
     const OptionAdder adder =
-        add_command(program, options, "diff",
-                    "Compares two files of `render --hits`, PNG or OpenEXR, bit by bit",
+        add_command(program, options, "diff", "Compares two files bit by bit: hits, PNG or OpenEXR",
                     Command::kDiff, kDiffExamples);
     adder.command()
         .add_option("files", options.compared_files, "the expected hits or image, and the other")
@@ -165,7 +164,7 @@ void define_diff(CLI::App& program, Options& options) {
 void define_probe(CLI::App& program, Options& options) {
     const OptionAdder adder =
         add_command(program, options, "probe",
-                    "One pixel: its ray, its hit and the triangles that it could hit",
+                    "Describes one pixel: its ray, its hit, the triangles that it could hit",
                     Command::kProbe, kProbeExamples);
     add_scene(adder, true);
     adder.command().get_option("scene")->description("what to trace, or a file of --bundle");
@@ -186,9 +185,9 @@ void define_probe(CLI::App& program, Options& options) {
 }
 
 void define_profile(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "profile", "Times of deforming, refitting, building, tracing",
-                    Command::kProfile, kProfileExamples);
+    const OptionAdder adder = add_command(program, options, "profile",
+                                          "Measures deforming, refitting, building and tracing",
+                                          Command::kProfile, kProfileExamples);
     add_scene(adder, true);
     add_frames(adder, kFewFrames);
     add_view_options(adder, kWholeImage, "primary");
@@ -221,9 +220,9 @@ void define_profile(CLI::App& program, Options& options) {
 }
 
 void define_trace(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "trace", "Rays from a file to hits in a file",
-                    Command::kTrace, kTraceExamples);
+    const OptionAdder adder = add_command(
+        program, options, "trace", "Traces the rays of a file, and writes their hits to a file",
+        Command::kTrace, kTraceExamples);
     add_scene(adder, true);
     adder.command().get_option("--lenient")->description("no effect: trace always is lenient");
     add_frame(adder, kFirstFrame);
@@ -235,25 +234,27 @@ void define_trace(CLI::App& program, Options& options) {
         ->required();
     adder.add_flag("--binary", "rays are 8 little-endian floats each", options.binary_rays);
     add_backend_options(adder, kBackends, "cpu; with --device or --validate vulkan");
-    adder.add_flag("-q,--quiet", "no effect: trace shows no progress", options.quiet);
+    add_progress(adder);
+    adder.add_flag("-q,--quiet", "no progress", options.quiet);
 }
 
 void define_chart(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(program, options, "chart",
-                                          "Charts of speed against accuracy, as images and data",
-                                          Command::kChart, kChartExamples);
+    const OptionAdder adder = add_command(
+        program, options, "chart", "Draws charts of speed against accuracy, as images and data",
+        Command::kChart, kChartExamples);
     add_scenes(adder, "what to trace, at the middle frame");
     adder.add_text("-o,--out", "DIR", "a folder that does not exist yet or is empty", options.out)
         ->required();
     adder.add_flag("--quick", "fewer rays and runs: a minute instead of ten", options.quick);
     add_lenient(adder);
+    add_progress(adder);
     adder.add_flag("-q,--quiet", "neither result nor progress", options.quiet);
 }
 
 void define_info(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(
-        program, options, "info", "Facts about a scene; without a scene, about this program",
-        Command::kInfo, kInfoExamples);
+    const OptionAdder adder =
+        add_command(program, options, "info", "Describes a scene; without a scene, this program",
+                    Command::kInfo, kInfoExamples);
     add_scene(adder, false);
     add_frame(adder, kFirstFrame);
     adder.add_flag("--bvh", "build the tree both ways and describe it", options.tree_facts);
@@ -262,7 +263,7 @@ void define_info(CLI::App& program, Options& options) {
 }
 
 void define_devices(CLI::App& program, Options& options) {
-    add_report_options(add_command(program, options, "devices", "The Vulkan devices",
+    add_report_options(add_command(program, options, "devices", "Lists the Vulkan devices",
                                    Command::kDevices, kDevicesExamples),
                        false);
 }

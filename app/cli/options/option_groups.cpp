@@ -230,10 +230,18 @@ void add_update_limits(const OptionAdder& adder) {
                    config.deterministic);
 }
 
+void add_progress(const OptionAdder& adder) {
+    adder.add_choice("--progress",
+                     "progress on stderr: plain lines, an object a line as JSON, or none (auto: a "
+                     "bar on a terminal)",
+                     kProgress, adder.options().progress);
+}
+
 void add_report_options(const OptionAdder& adder, bool with_quiet) {
     Options& options = adder.options();
     adder.add_text("--json", "FILE|-", "a report for programs; - is stdout", options.json);
     if (!with_quiet) return;
+    add_progress(adder);
     adder.add_flag("-q,--quiet", "neither table nor progress", options.quiet);
     adder.add_flag("-v,--verbose", "say what is used and decided", options.verbose);
 }

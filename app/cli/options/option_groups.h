@@ -51,7 +51,10 @@ void add_threads(const OptionAdder& adder);
 void add_tree_options(const OptionAdder& adder, const char* update);
 void add_update_limits(const OptionAdder& adder);
 
-/// --json, and with `with_quiet` also --quiet and --verbose.
+/// --progress, of commands that take long.
+void add_progress(const OptionAdder& adder);
+
+/// --json, and with `with_quiet` also --progress, --quiet and --verbose.
 void add_report_options(const OptionAdder& adder, bool with_quiet);
 
 }  // namespace mray::app

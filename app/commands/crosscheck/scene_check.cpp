@@ -97,7 +97,7 @@ private:
 ExitCode check_frames(FrameChecks& checks, const Options& options, const Messages& messages,
                       CheckReport& report) {
     Progress progress("comparing", report.frames.size() * checks.comparisons(),
-                      progress_mode(options.quiet));
+                      progress_mode(options));
     for (const double frame : report.frames) {
         try {
             checks.check(frame, progress);
@@ -110,6 +110,7 @@ ExitCode check_frames(FrameChecks& checks, const Options& options, const Message
             return ExitCode::kPartial;
         }
     }
+    progress.finish();
     return ExitCode::kOk;
 }
 

@@ -18,7 +18,13 @@ std::string probe_command(const Options& options, const CheckRow& row, const Pix
     add("--pixel", fmt::format("{},{}", pixel.x, pixel.y));
     add("--size", fmt::format("{}x{}", options.view.width, options.view.height));
     add("--rays", row.rays);
-    line.insert(line.end(), options.view_arguments.begin(), options.view_arguments.end());
+    // Pairs of a name and a value; probe refuses those that have no effect on these rays.
+    for (std::size_t i = 0; i + 1 < options.view_arguments.size(); i += 2) {
+        const std::string& name = options.view_arguments[i];
+        if (name.starts_with("--ao-") && row.rays != "ao") continue;
+        if (name == "--light" && row.rays != "shadow") continue;
+        add(name.c_str(), options.view_arguments[i + 1]);
+    }
     if (options.allow_empty) line.push_back("--allow-empty");
     if (options.lenient) line.push_back("--lenient");
     const std::string& backend = reference ? row.reference : row.backend;
@@ -30,7 +36,8 @@ std::string probe_command(const Options& options, const CheckRow& row, const Pix
         add("--build-at", fmt::format("{}", build_at));
     }
     const std::string& device = row.device.empty() ? options.backend.device : row.device;
-    if (!reference && !device.empty()) add("--device", device);
+    const bool on_device = row.backend == "vulkan" || row.refit_on == "vulkan";
+    if (!reference && on_device && !device.empty()) add("--device", device);
     return shell_line(line);
 }
 

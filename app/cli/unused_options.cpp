@@ -1,0 +1,126 @@
+#include "app/cli/unused_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <string_view>
+
+#include "app/files/ray_bundle.h"
+#include "common/base/errors.h"
+#include "common/text/message_text.h"
+
+namespace mray::app {
+namespace {
+
+using morphray::Shading;
+
+bool is_lit(const Options& o) {
+    if (o.command != Command::kRender) return false;
+    return o.shading.shading ? *o.shading.shading == Shading::lit : !o.rays_given;
+}
+
+bool has_normals(const Options& o) { return is_lit(o) || o.shading.shading == Shading::normal; }
+
+/// Whether some image of the command traces such rays.
+bool traces(const Options& o, std::uint32_t rays) {
+    const bool takes_all = o.command == Command::kCrosscheck && !o.rays_given;
+    return takes_all || is_lit(o) || o.view.rays == rays;
+}
+
+bool has_ao(const Options& o) { return traces(o, kRaysAo); }
+bool has_light(const Options& o) { return traces(o, kRaysShadow); }
+
+bool may_use_vulkan(const Options& o) {
+    return o.backend.choice == BackendChoice::kAuto || o.backend.choice == BackendChoice::kVulkan ||
+           o.tree.refit_on == RefitOn::kVulkan;
+}
+
+bool may_use_cpu(const Options& o) {
+    return o.backend.choice != BackendChoice::kVulkan || o.tree.refit_on == RefitOn::kCpu;
+}
+
+bool compares_policies(const Options& o) { return !o.policies.empty() || !o.tree.update.empty(); }
+
+bool updates_by_times(const Options& o) {
+    return o.tree.update == "auto" || std::ranges::count(o.policies, "auto") > 0;
+}
+
+bool has_scene(const Options& o) { return !o.scene.empty(); }
+bool describes_trees(const Options& o) { return o.tree_facts; }
+bool is_no_bundle(const Options& o) { return !is_bundle_name(o.scene); }
+
+/// Options that have an effect only if `has_effect`, and why not otherwise.
+struct Rule {
+    std::initializer_list<Command> commands;
+    std::initializer_list<const char*> options;
+    bool (*has_effect)(const Options&);
+    const char* reason;
+};
+
+constexpr auto kRender = Command::kRender;
+constexpr auto kCrosscheck = Command::kCrosscheck;
+constexpr auto kProbe = Command::kProbe;
+constexpr auto kProfile = Command::kProfile;
+constexpr auto kTrace = Command::kTrace;
+constexpr auto kInfo = Command::kInfo;
+
+const Rule kRules[] = {
+    {{kInfo},
+     {"--missing", "--allow-empty", "--lenient", "--frame", "--bvh", "--threads"},
+     has_scene,
+     "is about a scene; give one, too"},
+    {{kInfo}, {"--threads"}, describes_trees, "only --bvh builds trees"},
+    {{kProbe},
+     {"--missing", "--allow-empty", "--lenient", "--size", "--eye", "--target", "--up", "--fov",
+      "--light", "--rays", "--ao-samples", "--ao-distance", "--update", "--update-budget",
+      "--deterministic-updates", "--refit-on", "--build", "--build-at"},
+     is_no_bundle,
+     "the scene is a bundle, which has its own ray and tree"},
+    {{kRender}, {"--flat"}, has_normals, "only --shading lit and normal have smooth normals"},
+    {{kRender}, {"--ground"}, is_lit, "only --shading lit shows a ground"},
+    {{kRender}, {"--exr"}, is_lit, "only --shading lit has linear colours"},
+    {{kRender},
+     {"--ao-samples", "--ao-distance"},
+     has_ao,
+     "only --shading lit and --rays ao trace ambient occlusion"},
+    {{kRender}, {"--light"}, has_light, "only --shading lit and --rays shadow have a point light"},
+    {{kCrosscheck, kProbe, kProfile},
+     {"--ao-samples", "--ao-distance"},
+     has_ao,
+     "only --rays ao traces ambient occlusion"},
+    {{kCrosscheck, kProbe, kProfile},
+     {"--light"},
+     has_light,
+     "only --rays shadow has a point light"},
+    {{kRender, kCrosscheck, kProbe, kProfile, kTrace},
+     {"--device", "--validate"},
+     may_use_vulkan,
+     "nothing runs on a Vulkan device; choose another --backend, or leave it out"},
+    {{kRender, kCrosscheck, kProbe, kProfile, kTrace},
+     {"--simd"},
+     may_use_cpu,
+     "nothing is traced on the CPU; choose another --backend, or leave it out"},
+    {{kProfile},
+     {"--trace-events", "--plot"},
+     compares_policies,
+     "shows how policies compare; give --policies too"},
+    {{kRender, kProbe, kProfile},
+     {"--update-budget", "--deterministic-updates"},
+     updates_by_times,
+     "only the update policy auto has a budget and decides by times; choose it, or leave it out"},
+};
+
+}  // namespace
+
+void check_unused_options(const Options& options) {
+    for (const Rule& rule : kRules) {
+        if (std::ranges::count(rule.commands, options.command) == 0) continue;
+        for (const char* const option : rule.options) {
+            if (!options.is_given(option) || rule.has_effect(options)) continue;
+            throw Error(ErrorKind::kBadArgument, fmt::format("{}: {}", option, rule.reason));
+        }
+    }
+}
+
+}  // namespace mray::app

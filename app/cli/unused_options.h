@@ -1,0 +1,12 @@
+// Options that would have no effect on a command.
+#pragma once
+
+#include "app/cli/options.h"
+
+namespace mray::app {
+
+/// Throws Error(kBadArgument) that names the first given option without effect beside the others,
+/// and why. Options whose effect depends on the scene, such as --missing, are taken.
+void check_unused_options(const Options& options);
+
+}  // namespace mray::app
