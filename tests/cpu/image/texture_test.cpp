@@ -56,8 +56,8 @@ TEST(Texture, MixesFourTexelsInLinearLight) {
     const Texture texture(texels, 2, 2, true);
     // A quarter to the right and half down between the centres.
     const uvec3 colour = texture.colour_at({0.25f + 0.125f, 0.5f}, 0);
-    const std::uint32_t eighth = (kTexelOne + 4) / 8;
-    EXPECT_EQ(colour, uvec3(eighth * 4, eighth * 2, eighth));
+    const auto eighths = [](std::uint32_t count) { return (kTexelOne * count + 4) / 8; };
+    EXPECT_EQ(colour, uvec3(eighths(4), eighths(2), eighths(1)));
 }
 
 TEST(Texture, RepeatsOrClampsBeyondItsImage) {
