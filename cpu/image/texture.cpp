@@ -58,23 +58,17 @@ Place place_of(float x, std::uint32_t size, bool clamp) {
             static_cast<std::uint32_t>(centred) & (kWeightOne - 1)};
 }
 
-/// x within [0, 1]: its fraction, or the nearest end.
-float into_image(float x, bool clamp) {
-    // A float has no fraction from here on; NaN ends here, too.
-    constexpr float kMost = 8388608.0f;
-    if (!(std::fabs(x) < kMost)) return 0.0f;
-    if (clamp) return std::clamp(x, 0.0f, 1.0f);
-    const float fraction = x - static_cast<float>(static_cast<int>(x));
-    return fraction < 0.0f ? fraction + 1.0f : fraction;
-}
-
 double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 }  // namespace
 
 Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std::uint32_t height,
                  bool clamp)
-    : levels_{{width, height, 0}}, clamp_(clamp) {
+    : clamp_(clamp) {
+    const auto side = [](std::uint32_t texels_of_it) {
+        return static_cast<std::int32_t>(texels_of_it);
+    };
+    levels_.push_back({{side(width), side(height), side(width), side(height)}, 0});
     assert(texels.size() == std::size_t{width} * height && !texels.empty());
     std::size_t total = 0;
     for (std::uint32_t w = width, h = height;; w = std::max(w / 2, 1u), h = std::max(h / 2, 1u)) {
@@ -83,28 +77,35 @@ Texture::Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std
     }
     texels_.reserve(total);
     for (const std::uint32_t texel : texels) texels_.push_back(texel & 0x00FFFFFFu);
-    while (levels_.back().width > 1 || levels_.back().height > 1) append_half();
+    while (levels_.back().width() > 1 || levels_.back().height() > 1) append_half();
 }
 
-std::span<const std::uint32_t> Texture::level(std::size_t index) const {
-    const Level& level = levels_[index];
-    return std::span(texels_).subspan(level.first, std::size_t{level.width} * level.height);
+float Texture::into_image(float x) const {
+    // A float has no fraction from here on; NaN ends here, too.
+    constexpr float kMost = 8388608.0f;
+    if (!(std::fabs(x) < kMost)) return 0.0f;
+    if (clamp_) return std::clamp(x, 0.0f, 1.0f);
+    const float fraction = x - static_cast<float>(static_cast<int>(x));
+    return fraction < 0.0f ? fraction + 1.0f : fraction;
 }
 
 /// Appends a level of half the sides of the last one, rounded down: each texel is the mean
 /// intensity of what it covers.
 void Texture::append_half() {
     const Level from = levels_.back();
-    const Level to = {std::max(from.width / 2, 1u), std::max(from.height / 2, 1u), texels_.size()};
+    Level to = {{}, texels_.size()};
+    for (std::size_t i = 0; i < 4; ++i) to.sides[i] = std::max(from.sides[i] / 2, 1);
+    levels_.back().sides[2] = to.sides[0];
+    levels_.back().sides[3] = to.sides[1];
     std::vector<Taps> columns;
-    for (std::uint32_t x = 0; x < to.width; ++x) columns.push_back(taps_of(from.width, x));
-    for (std::uint32_t y = 0; y < to.height; ++y) {
-        const Taps rows = taps_of(from.height, y);
+    for (std::uint32_t x = 0; x < to.width(); ++x) columns.push_back(taps_of(from.width(), x));
+    for (std::uint32_t y = 0; y < to.height(); ++y) {
+        const Taps rows = taps_of(from.height(), y);
         for (const Taps& column : columns) {
             std::uint64_t sums[3] = {};
             for (std::uint32_t j = 0; j < rows.count; ++j) {
                 const std::size_t row =
-                    from.first + std::size_t{rows.first + j} * from.width + column.first;
+                    from.first + std::size_t{rows.first + j} * from.width() + column.first;
                 for (std::uint32_t i = 0; i < column.count; ++i) {
                     const std::uint64_t weight = rows.weights[j] * column.weights[i];
                     for (int k = 0; k < 3; ++k) {
@@ -127,11 +128,11 @@ void Texture::append_half() {
 
 /// u and v are within [0, 1], v downwards.
 uvec3 Texture::bilinear(const Level& level, float u, float v) const {
-    const Place x = place_of(u, level.width, clamp_);
-    const Place y = place_of(v, level.height, clamp_);
+    const Place x = place_of(u, level.width(), clamp_);
+    const Place y = place_of(v, level.height(), clamp_);
     const std::uint32_t* const texels = texels_.data() + level.first;
-    const std::uint32_t* const upper = texels + std::size_t{y.low} * level.width;
-    const std::uint32_t* const lower = texels + std::size_t{y.high} * level.width;
+    const std::uint32_t* const upper = texels + std::size_t{y.low} * level.width();
+    const std::uint32_t* const lower = texels + std::size_t{y.high} * level.width();
     const std::uint32_t corners[4] = {upper[x.low], upper[x.high], lower[x.low], lower[x.high]};
     const std::uint32_t right = x.weight, left = kWeightOne - right;
     const std::uint32_t below = y.weight, above = kWeightOne - below;
@@ -149,9 +150,7 @@ uvec3 Texture::bilinear(const Level& level, float u, float v) const {
     return colour;
 }
 
-uvec3 Texture::colour_at(Texcoord at, std::uint32_t level) const {
-    const float u = into_image(at.u, clamp_);
-    const float v = into_image(1.0f - at.v, clamp_);
+uvec3 Texture::colour_within(float u, float v, std::uint32_t level) const {
     const std::size_t last = levels_.size() - 1;
     const std::size_t whole = std::min<std::size_t>(level >> 8, last);
     const std::uint32_t part = whole == last ? 0 : level & 0xFFu;
@@ -169,7 +168,7 @@ std::uint32_t level_of_texels(double texels) {
     return static_cast<std::uint32_t>(bits - (std::uint64_t{1023} << 8)) / 2;
 }
 
-uvec3 texture_colour(const TexturedTriangles& triangles, const TexturedSample& sample) {
+TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSample& sample) {
     const Texture& texture = *triangles.textures[triangles.ids[sample.prim]];
     const auto& [a, b, c] = triangles.texcoords[sample.prim];
     const float w = (1.0f - sample.u) - sample.v;
@@ -189,10 +188,17 @@ uvec3 texture_colour(const TexturedTriangles& triangles, const TexturedSample& s
                              edges[0][0] * edges[1][1] - edges[0][1] * edges[1][0]};
     const double bu = double{b.u} - double{a.u}, bv = double{b.v} - double{a.v};
     const double cu = double{c.u} - double{a.u}, cv = double{c.v} - double{a.v};
-    const double texels = std::fabs(bu * cv - bv * cu) * texture.width() * texture.height();
+    const double texels =
+        std::fabs(bu * cv - bv * cu) * texture.levels()[0].width() * texture.levels()[0].height();
     const double covered = double{sample.depth} * double{sample.depth} * sample.spacing_squared;
     const double facing = std::fabs(dot(cross, through));
-    return texture.colour_at(at, level_of_texels(texels * covered / facing));
+    return {&texture, texture.into_image(at.u), texture.into_image(1.0f - at.v),
+            level_of_texels(texels * covered / facing)};
+}
+
+uvec3 texture_colour(const TexturedTriangles& triangles, const TexturedSample& sample) {
+    const TexturePlace place = texture_place(triangles, sample);
+    return place.texture->colour_within(place.u, place.v, place.level);
 }
 
 }  // namespace mray::cpu

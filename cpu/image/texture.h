@@ -27,23 +27,33 @@ public:
     Texture(std::span<const std::uint32_t> texels, std::uint32_t width, std::uint32_t height,
             bool clamp);
 
-    std::uint32_t width() const { return levels_[0].width; }
-    std::uint32_t height() const { return levels_[0].height; }
-    std::size_t level_count() const { return levels_.size(); }
-    /// The texels of a level, packed as in the image, without alpha.
-    std::span<const std::uint32_t> level(std::size_t index) const;
+    struct Level {
+        /// Width and height of the level, then of the next one, or of the last once more.
+        alignas(16) std::int32_t sides[4];
+        /// Of its texels.
+        std::size_t first;
 
-    /// The linear colour at a point, 0 to kTexelOne a channel, bilinear on two levels with weights
-    /// of 8 bits, and mixed between them. level: 0 is the image, 256 its half, and so on; a
-    /// fraction mixes. Coordinates from 2^23 on count as 0.
-    uvec3 colour_at(Texcoord at, std::uint32_t level) const;
+        std::uint32_t width() const { return static_cast<std::uint32_t>(sides[0]); }
+        std::uint32_t height() const { return static_cast<std::uint32_t>(sides[1]); }
+    };
+    std::span<const Level> levels() const { return levels_; }
+    /// Of all levels, packed as in the image, without alpha.
+    std::span<const std::uint32_t> texels() const { return texels_; }
+    bool clamps() const { return clamp_; }
+
+    /// The coordinate within the image, 0 to 1, that a coordinate stands for. From 2^23 on it is 0.
+    float into_image(float x) const;
+
+    /// The linear colour at a point of the image, 0 to kTexelOne a channel, bilinear on two levels
+    /// with weights of 8 bits, and mixed between them. u, v: from the left and from the top, 0
+    /// to 1. level: 0 is the image, 256 its half, and so on; a fraction mixes.
+    uvec3 colour_within(float u, float v, std::uint32_t level) const;
+    /// The same at any texture coordinates.
+    uvec3 colour_at(Texcoord at, std::uint32_t level) const {
+        return colour_within(into_image(at.u), into_image(1.0f - at.v), level);
+    }
 
 private:
-    struct Level {
-        std::uint32_t width;
-        std::uint32_t height;
-        std::size_t first;
-    };
     uvec3 bilinear(const Level& level, float u, float v) const;
     void append_half();
 
@@ -76,8 +86,18 @@ struct TexturedSample {
     double spacing_squared;
 };
 
-/// The linear colour of the sample's texture, as Texture::colour_at(), at the level whose texels
-/// are as large as the part of the surface that the sample shows.
+/// Arguments of Texture::colour_within().
+struct TexturePlace {
+    const Texture* texture;
+    float u, v;
+    std::uint32_t level;
+};
+
+/// Where the sample shows its triangle's texture, at the level whose texels are as large as the
+/// part of the surface that the sample shows.
+TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSample& sample);
+
+/// The linear colour of the sample's texture.
 uvec3 texture_colour(const TexturedTriangles& triangles, const TexturedSample& sample);
 
 }  // namespace mray::cpu

@@ -97,7 +97,10 @@ MeshTextures textures_of(const py::object& textures, const std::string& name) {
                                 .height = static_cast<std::uint32_t>(image.shape(0)),
                                 .wrap = wrap});
     }
-    for (std::size_t i = 0; i < result.views.size(); ++i) result.views[i].texels = result.texels[i];
+    result.texels =
+        std::make_shared<const std::vector<std::vector<std::uint32_t>>>(std::move(texels));
+    for (std::size_t i = 0; i < result.views.size(); ++i)
+        result.views[i].texels = (*result.texels)[i];
     if (result.views.empty()) throw py::value_error(name + ": no images");
 
     const auto texcoords = require<float>(parts[1], name + ": texcoords", "float32");

@@ -10,6 +10,8 @@ import morphray
 from scenes import DOWN, grid, triangle
 
 POINTS, TRIANGLES = triangle()
+IMAGE = np.zeros((2, 2, 3), np.uint8)
+TEXCOORDS = np.zeros((1, 3, 2), np.float32)
 
 BAD_POINTS = [
     (POINTS.tolist(), TypeError, "points: a numpy.ndarray is needed, not list"),

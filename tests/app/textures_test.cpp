@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/image/png.h"
+#include "tests/app/image_files.h"
 #include "tests/app/program.h"
 
 namespace mray::test {
@@ -56,6 +57,19 @@ TEST(RenderTextures, AreTheSameOnEveryBackend) {
 #endif
     folder.write("a.png", png_of(0xFFFFFF, 0xFFFFFF));
     EXPECT_NE(image_hash(render(folder, {"--backend", "cpu"})), hash);
+}
+
+TEST(RenderTextures, OfJpegFilesDoNotDependOnInstructionSets) {
+    for (const bool progressive : {false, true}) {
+        const TexturedFolder folder;
+        folder.write("a.png", jpeg_file(61, 35, {.progressive = progressive}));
+        const auto hash = [&](Names environment) {
+            return image_hash(run({"render", folder.file("scene.obj"), "--size", "128x96", "--out",
+                                   folder.file("out"), "--json", "-", "--backend", "cpu"},
+                                  {.environment = std::move(environment)}));
+        };
+        EXPECT_EQ(hash({"JSIMD_FORCENONE=1"}), hash({}));
+    }
 }
 
 TEST(RenderTextures, FollowASequence) {

@@ -175,14 +175,20 @@ TEST(Textures, StayWithTheirMeshes) {
     for (morphray::Vec3& p : second.points) p.z += 1.5f;
     const UserMesh plain(icosphere(2));
     const std::vector<MeshView> meshes = {plain.view(), first.textured(), second.textured()};
-    const View view = lit_view();
-    Scene scene = Scene::build(std::span<const MeshView>(meshes));
+    View view = lit_view();
+    view.eye = morphray::Point{1, 2, 6};
+    view.target = morphray::Point{0, 0, 0};
+    view.light = morphray::Point{5, 5, 5};
+    const morphray::SceneOptions options{.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}}};
+    const auto build = [&](const std::vector<MeshView>& of) {
+        return Scene::build(std::span<const MeshView>(of), Device::cpu(), options);
+    };
+    Scene scene = build(meshes);
     const std::vector<std::uint32_t> before = scene.render(view).pixels;
     scene.detach(1);
     scene.update();
     const std::vector<MeshView> rest = {plain.view(), second.textured()};
-    EXPECT_EQ(scene.render(view).pixels,
-              Scene::build(std::span<const MeshView>(rest)).render(view).pixels);
+    EXPECT_EQ(scene.render(view).pixels, build(rest).render(view).pixels);
     EXPECT_EQ(scene.attach(first.textured()), 1u);
     scene.update();
     EXPECT_EQ(scene.render(view).pixels, before);
@@ -211,7 +217,7 @@ TEST(Textures, ArraysThatDoNotFitAreRefused) {
         return error_of([&] { Scene::build(view); });
     };
     using Views = std::vector<TextureView>;
-    EXPECT_EQ(refusal([](MeshView&, Views&) {}), "");
+    EXPECT_EQ(refusal([](MeshView&, Views&) {}), "none");
     EXPECT_EQ(refusal([](MeshView& m, Views&) { m.textures = {}; }), "bad_argument");
     EXPECT_EQ(refusal([](MeshView& m, Views&) { m.texcoords = {}; }), "bad_argument");
     EXPECT_EQ(refusal([](MeshView& m, Views&) { m.texture_ids = m.texture_ids.first(3); }),

@@ -80,13 +80,25 @@ Albedo ObjTextures::add_face(std::span<const std::uint32_t> texcoords) {
                            "colour alone"};
         });
     }
-    is_used_ = is_used_ || is_textured;
-    mesh_.face_textures.push_back(is_textured ? texture_ : kNoTexture);
-    for (const std::uint32_t index : texcoords) {
-        mesh_.texcoords.push_back(
-            is_textured ? transformed(checked_.texcoords[index], *material_.map) : Texcoord{});
+    if (is_textured && !is_used_) begin(texcoords.size());
+    if (is_used_) {
+        mesh_.face_textures.push_back(is_textured ? texture_ : kNoTexture);
+        for (const std::uint32_t index : texcoords) {
+            mesh_.texcoords.push_back(
+                is_textured ? transformed(checked_.texcoords[index], *material_.map) : Texcoord{});
+        }
     }
     return is_textured ? material_.textured_albedo : material_.albedo;
+}
+
+/// Makes the arrays those of the faces before the current one, which has this many corners: without
+/// textures they take no memory.
+void ObjTextures::begin(std::size_t corners) {
+    is_used_ = true;
+    mesh_.face_textures.reserve(checked_.face_count);
+    mesh_.texcoords.reserve(checked_.corner_count);
+    mesh_.face_textures.resize(mesh_.albedo.size(), kNoTexture);
+    mesh_.texcoords.resize(mesh_.faces.corners.size() - corners);
 }
 
 void ObjTextures::finish(const WarnFunction& warn) {
@@ -94,11 +106,9 @@ void ObjTextures::finish(const WarnFunction& warn) {
     without_texcoords_.tell(warn);
     if (is_used_) {
         checked_.odd_texcoords.tell(warn);
-        return;
+    } else {
+        mesh_.textures = {};
     }
-    mesh_.textures = {};
-    mesh_.face_textures = {};
-    mesh_.texcoords = {};
 }
 
 }  // namespace mray

@@ -23,13 +23,15 @@ public:
 
     /// Sets the material of the faces that follow.
     void use(const Material& material);
-    /// Adds a face with these indices of CheckedObj::texcoords and returns its albedo.
+    /// Adds a face with these indices of CheckedObj::texcoords, whose corners the mesh has already
+    /// and whose albedo it has not. Returns the albedo.
     Albedo add_face(std::span<const std::uint32_t> texcoords);
-    /// Clears the arrays of the mesh if no face has a texture, and gives the warnings.
+    /// Gives the warnings, once all faces have been added.
     void finish(const WarnFunction& warn);
 
 private:
     std::uint32_t texture_of(const TextureMap& map);
+    void begin(std::size_t corners);
 
     const std::string& name_;
     const CheckedObj& checked_;

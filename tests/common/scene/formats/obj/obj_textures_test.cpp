@@ -24,7 +24,9 @@ struct Textured {
 };
 Textured read(const TemporaryFolder& folder, const std::string& text, bool lenient = false) {
     Textured result;
-    ObjOptions options{.lenient = lenient, .textures = true};
+    ObjOptions options;
+    options.lenient = lenient;
+    options.textures = true;
     options.warn = [&](const Warning& warning) { result.warnings.push_back(warning.line()); };
     result.mesh = read_obj(folder.write("a.obj", text), options);
     return result;
@@ -105,7 +107,8 @@ TEST(ObjTextures, FileOfAnotherFolderIsSearchedBesideTheLibraryAndNowhereElse) {
                  "newmtl m\nmap_Kd C:\\maps\\a.png\nnewmtl n\nmap_Kd ../secret.png\n"
                  "newmtl o\nmap_Kd /etc/passwd\n");
     std::vector<std::string> warnings;
-    ObjOptions options{.textures = true};
+    ObjOptions options;
+    options.textures = true;
     options.warn = [&](const Warning& warning) { warnings.push_back(warning.line()); };
     const ObjMesh mesh =
         read_obj(folder.write("scene/a.obj", "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace +
