@@ -75,6 +75,10 @@ void check_conflicts(const Options& options) {
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("{}: shows how policies compare; give --policies too", name));
     }
+    if (options.tolerance_given && options.baseline.empty())
+        refuse("--tolerance: by how much a stage may be slower than in --baseline; give that too");
+    if (!options.baseline.empty() && !(options.policies.empty() && options.tree.update.empty()))
+        refuse("--baseline: compares the times of stages, not policies; leave --policies out");
     if (options.backend.all_devices &&
         (!options.backend.device.empty() || options.backend.choice == BackendChoice::kCpu)) {
         throw Error(ErrorKind::kBadArgument,

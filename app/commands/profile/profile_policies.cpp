@@ -1,4 +1,4 @@
-#include "app/commands/profile_policies.h"
+#include "app/commands/profile/profile_policies.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "app/backends.h"
-#include "app/commands/profile_head.h"
+#include "app/commands/profile/profile_head.h"
 #include "app/frames.h"
 #include "app/report/policy_plot.h"
 #include "app/report/policy_report.h"
