@@ -102,9 +102,12 @@ std::string to_json(const PolicyReport& report) {
         Json rebuilt = Json::array();
         for (const std::size_t index : comparison.best.rebuilds)
             rebuilt.push_back(comparison.runs.front().frames[index].frame);
+        const std::string best = comparison.best_policy();
         json["best_schedules"].push_back({{"backend", comparison.runs.front().backend},
                                           {"total_ms", comparison.best.total},
-                                          {"rebuilt_at", rebuilt}});
+                                          {"rebuilt_at", rebuilt},
+                                          {"regret_against", best.empty() ? "best schedule" : best},
+                                          {"regret_against_ms", comparison.runs.front().best_ms}});
     }
     return json_text(json);
 }

@@ -55,7 +55,7 @@ void publish(const PolicyReport& report, const Options& options, const Messages&
     if (!options.trace_events.empty()) write_report(options.trace_events, trace_events(report));
     if (!options.plot.empty()) plot_policies(report, options.plot);
     if (!takes_stdout({options.json, options.csv, options.trace_events}))
-        messages.print(policy_table(report).text());
+        messages.print(policy_text(report));
 }
 
 }  // namespace
