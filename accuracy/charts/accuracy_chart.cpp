@@ -73,7 +73,8 @@ plot::Panel panel_of(const std::string& title, const std::vector<Point>& points,
         .title = title,
         .x = {.title = fmt::format("wrong answers per million rays (one ray: {:.2g})", one),
               .scale = plot::Scale::kLog10,
-              .zero_name = "none"},
+              .zero_name = "none",
+              .least_positive = one},
         .y = {.title = "Mray/s"}};
     const auto place = [&](const Point& point) {
         return plot::Point{(point.*counts).wrong_per_million(), point.mrays};

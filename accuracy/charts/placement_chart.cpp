@@ -69,13 +69,16 @@ Table table_of(const std::vector<Row>& rows) {
 /// The lines of one series.
 plot::Panel panel_of(const std::string& title, const std::vector<Row>& rows,
                      const std::vector<std::string>& methods, const std::string& series) {
+    const std::uint64_t rays = rows.empty() ? 1 : rows.front().counts.rays;
+    const double one_ray = 1e6 / static_cast<double>(std::max<std::uint64_t>(1, rays));
     plot::Panel panel{.title = title,
                       .x = {.title = series == "offset" ? "offset / size" : "scale",
                             .scale = plot::Scale::kLog10,
                             .zero_name = "none"},
                       .y = {.title = "wrong answers per million rays",
                             .scale = plot::Scale::kLog10,
-                            .zero_name = "none"}};
+                            .zero_name = "none",
+                            .least_positive = one_ray}};
     for (std::size_t i = 0; i < methods.size(); ++i) {
         plot::Curve& curve = panel.curves.emplace_back();
         curve.title = methods[i];

@@ -77,6 +77,10 @@ void check_conflicts(const Options& options) {
     }
     if (!options.policies.empty() && !options.tree.update.empty())
         refuse("--policies, --update: --policies lists all policies; leave --update out");
+    if (options.tolerance_given && options.baseline.empty())
+        refuse("--tolerance: by how much a stage may be slower than in --baseline; give that too");
+    if (!options.baseline.empty() && !(options.policies.empty() && options.tree.update.empty()))
+        refuse("--baseline: compares the times of stages, not policies; leave --policies out");
     if (options.backend.all_devices &&
         (!options.backend.device.empty() || options.backend.choice == BackendChoice::kCpu)) {
         throw Error(ErrorKind::kBadArgument,

@@ -143,6 +143,10 @@ struct Options {
     std::vector<std::string> policies;
     std::string trace_events;
     std::string plot;
+    /// A report of an earlier run, and by how much a stage may be slower than there.
+    std::string baseline;
+    double tolerance_percent = 10;
+    bool tolerance_given = false;
 
     // trace
     std::string ray_file;

@@ -8,6 +8,7 @@
 #include "app/commands/commands.h"
 #include "app/commands/crosscheck/scene_check.h"
 #include "app/files/output_folder.h"
+#include "app/frames.h"
 #include "app/report/crosscheck/crosscheck_html.h"
 #include "app/report/crosscheck/crosscheck_text.h"
 #include "app/report/crosscheck/golden_images.h"
@@ -76,7 +77,7 @@ public:
     /// Returns the exit code; throws what ends the run.
     ExitCode run() {
         if (!options_.expect.empty()) expected_ = read_golden(options_.expect);
-        run_.environment.devices = devices_to_check(options_.backend);
+        find_devices();
         std::optional<CheckedBackends> backends;
         const SceneCheckContext context{messages_, run_.environment.devices, backends,
                                         expected_ ? &*expected_ : nullptr};
@@ -120,6 +121,28 @@ public:
     }
 
 private:
+    /// Throws the error of a scene that cannot be opened, if there is one, before that of a device
+    /// that cannot be had: the one is to be mended on any machine.
+    void find_devices() {
+        try {
+            run_.environment.devices = devices_to_check(options_.backend);
+        } catch (const Error&) {
+            for (CheckReport& report : run_.scenes) require_scene(report);
+            throw;
+        }
+    }
+
+    void require_scene(CheckReport& report) const {
+        Options one = options_;
+        one.scene = report.spec;
+        try {
+            open_frames(one, messages_);
+        } catch (const Error& error) {
+            report.error = error.what();
+            throw;
+        }
+    }
+
     ExitCode check(std::size_t index, const SceneCheckContext& context) {
         CheckReport& report = run_.scenes[index];
         Options one = options_;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "common/text/table.h"
+
 namespace mray::app {
 namespace {
 
@@ -11,7 +13,7 @@ std::string per_cent(double part) { return fmt::format("{:.1f}", 100 * part); }
 
 }  // namespace
 
-Table policy_table(const PolicyReport& report) {
+std::string policy_text(const PolicyReport& report) {
     Table table({"policy", "backend", "total ms", "median ms", "worst ms", "worst trace/rebuilt",
                  "regret %", "rebuilds"});
     for (const PolicyComparison& comparison : report.backends) {
@@ -26,7 +28,15 @@ Table policy_table(const PolicyReport& report) {
                    per_cent(comparison.best.total / first.best_ms - 1),
                    fmt::format("{}", comparison.best.rebuilds.size())});
     }
-    return table;
+    std::string text = table.text();
+    for (const PolicyComparison& comparison : report.backends) {
+        const PolicyRun& first = comparison.runs.front();
+        const std::string best = comparison.best_policy();
+        text += fmt::format("regret on {}: beyond {} ms, {}\n", first.backend, ms(first.best_ms),
+                            best.empty() ? "the best schedule of refits and rebuilds in hindsight"
+                                         : "the total of " + best);
+    }
+    return text;
 }
 
 }  // namespace mray::app

@@ -1,6 +1,7 @@
 #include "app/report/report_json.h"
 
 #include "app/report/json_parts.h"
+#include "app/report/profile_table.h"
 #include "common/text/number_text.h"
 
 namespace mray::app {
@@ -14,7 +15,31 @@ Json of(const ProfileRow& row) {
     json["rays"] = row.times.rays;
     json["sah_cost"] = row.sah_cost;
     json["rebuilt_sah_cost"] = row.rebuilt_sah_cost;
+    json["least_ms"] = {{"update", row.least_update_ms},
+                        {"rebuild", row.least_rebuild_ms},
+                        {"trace", row.least_trace_ms},
+                        {"trace_rebuilt", row.least_trace_rebuilt_ms}};
+    json["yardstick_ms"] = row.yardstick_ms;
     return json;
+}
+
+Json of(const BaselineReport& report) {
+    Json stages = Json::array();
+    for (const StageChange& stage : report.stages) {
+        stages.push_back({{"backend", stage.backend},
+                          {"stage", stage.stage},
+                          {"expected_ms", stage.expected_ms},
+                          {"measured_ms", stage.measured_ms},
+                          {"percent", stage.percent()},
+                          {"worst_frame", stage.worst_frame},
+                          {"worst_percent", stage.worst_percent},
+                          {"verdict", name_of_verdict(report, stage)}});
+    }
+    return {{"file", report.file},
+            {"version", report.version},
+            {"tolerance_percent", report.tolerance_percent},
+            {"slower", report.slower_stages()},
+            {"stages", stages}};
 }
 
 Json of(const PolicyRun& run) {
@@ -54,8 +79,11 @@ std::string to_json(const ProfileReport& report) {
     json["repeat"] = report.repeat;
     json["complete"] = report.complete;
     json["peak_memory_bytes"] = report.peak_memory_bytes;
+    json["options"] = report.options;
+    json["yardstick"] = report.yardstick;
     json["frames"] = Json::array();
     for (const ProfileRow& row : report.rows) json["frames"].push_back(of(row));
+    if (report.baseline) json["baseline"] = of(*report.baseline);
     return json_text(json);
 }
 
@@ -74,9 +102,12 @@ std::string to_json(const PolicyReport& report) {
         Json rebuilt = Json::array();
         for (const std::size_t index : comparison.best.rebuilds)
             rebuilt.push_back(comparison.runs.front().frames[index].frame);
+        const std::string best = comparison.best_policy();
         json["best_schedules"].push_back({{"backend", comparison.runs.front().backend},
                                           {"total_ms", comparison.best.total},
-                                          {"rebuilt_at", rebuilt}});
+                                          {"rebuilt_at", rebuilt},
+                                          {"regret_against", best.empty() ? "best schedule" : best},
+                                          {"regret_against_ms", comparison.runs.front().best_ms}});
     }
     return json_text(json);
 }

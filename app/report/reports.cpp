@@ -51,6 +51,11 @@ std::string value_text(ExrType type, std::uint32_t bits) {
     return fmt::format("{:a}", value);
 }
 
+std::size_t BaselineReport::slower_stages() const {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        stages, [this](const StageChange& stage) { return is_slower(stage); }));
+}
+
 std::uint64_t DiffReport::differing_images() const {
     return static_cast<std::uint64_t>(std::ranges::count_if(
         images, [](const FrameDifference& difference) { return difference.total() != 0; }));

@@ -1,8 +1,10 @@
 // The results of the commands, from which tables and JSON are made.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -134,6 +136,46 @@ struct ProfileRow {
     double trace_rebuilt_ms = 0;
     double sah_cost = 0;
     double rebuilt_sah_cost = 0;
+    /// The least times, which the load of the machine disturbs least.
+    double least_update_ms = 0;
+    double least_rebuild_ms = 0;
+    double least_trace_ms = 0;
+    double least_trace_rebuilt_ms = 0;
+    /// The least time of the yardstick between the stages.
+    double yardstick_ms = 0;
+};
+
+/// A stage on one backend beside that of an earlier run, by least times: at the frame whose change
+/// is the median, of an even number of frames the larger one in the middle.
+struct StageChange {
+    std::string backend;
+    /// "update", "rebuild", "trace" or "trace, rebuilt".
+    std::string stage;
+    /// What the stage took in the baseline, in units of its yardstick, times this run's yardstick.
+    double expected_ms = 0;
+    double measured_ms = 0;
+    /// The frame that became slower by most, and by how much.
+    double worst_frame = 0;
+    double worst_percent = 0;
+    /// Whether the times are too short to be compared.
+    bool is_too_short = false;
+
+    /// The change, which is positive if the stage became slower.
+    double percent() const { return 100 * (measured_ms / std::max(expected_ms, 1e-9) - 1); }
+};
+
+/// A run beside an earlier one.
+struct BaselineReport {
+    std::string file;
+    /// Of the program that wrote the file.
+    std::string version;
+    double tolerance_percent = 0;
+    std::vector<StageChange> stages;
+
+    bool is_slower(const StageChange& stage) const {
+        return !stage.is_too_short && stage.percent() > tolerance_percent;
+    }
+    std::size_t slower_stages() const;
 };
 
 struct ProfileReport {
@@ -144,6 +186,13 @@ struct ProfileReport {
     /// Of the process, both backends and the trees that it compares included.
     std::uint64_t peak_memory_bytes = 0;
     std::vector<ProfileRow> rows;
+    /// Of the program.
+    std::string version;
+    /// The kind of yardstick.
+    std::string yardstick;
+    /// The given options that decide what is measured.
+    std::string options;
+    std::optional<BaselineReport> baseline;
 };
 
 /// The time of refitting a whole scene of one size, transfer included.

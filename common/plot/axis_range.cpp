@@ -158,7 +158,9 @@ AxisRange fit_axis(const Axis& axis, Direction direction, std::span<const double
         scale = wide && !has_zero ? Scale::kLog10 : Scale::kLinear;
     }
     if (scale == Scale::kLinear) return linear_range(axis, all.value_or(Extent{0, 1}));
-    const Extent extent = positive.value_or(Extent{1, 10});
+    const double least = axis.least_positive;
+    Extent extent = positive.value_or(least > 0 ? Extent{least, 10 * least} : Extent{1, 10});
+    if (least > 0) extent.least = std::min(extent.least, least);
     AxisRange range = scale == Scale::kLog2 ? log2_range(extent) : log10_range(extent);
     if (has_zero && !axis.zero_name.empty()) {
         range.zero_at = std::pow(10, std::ceil(std::log10(range.lower) - 1e-9) - 1);

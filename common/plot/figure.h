@@ -31,6 +31,8 @@ struct Axis {
     /// Not empty: values of 0 or less stand below the others of a logarithmic axis, at a place of
     /// this name.
     std::string zero_name = {};
+    /// Above 0: the least positive value that there can be, which a logarithmic axis shows, too.
+    double least_positive = 0;
 };
 
 /// Points with a line, symbols or both. A curve without points is not in the legend.

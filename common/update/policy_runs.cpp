@@ -86,6 +86,17 @@ std::size_t PolicyRun::rebuilds() const {
         }));
 }
 
+std::string PolicyComparison::best_policy() const {
+    double least = best.total;
+    std::string policy;
+    for (const PolicyRun& run : runs) {
+        if (run.total_ms() >= least) continue;
+        least = run.total_ms();
+        policy = run.policy;
+    }
+    return policy;
+}
+
 PolicyRunner::PolicyRunner(SceneFrames& scene, const std::vector<double>& frames,
                            const ImageParams& params, const SessionConfig& config, int repeat,
                            std::unique_ptr<Backend> backend)

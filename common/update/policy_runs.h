@@ -45,8 +45,9 @@ struct PolicyRun {
     double median_frame_ms() const;
     double worst_frame_ms() const;
     double worst_trace_vs_rebuilt() const;
-    /// The cost beyond best_ms, relative to it; never negative.
-    double regret() const { return total_ms() / best_ms - 1; }
+    /// The cost beyond best_ms, relative to it. Never negative, because best_ms is at most
+    /// total_ms().
+    double regret() const { return best_ms > 0 ? total_ms() / best_ms - 1 : 0; }
     /// Trees built after the first.
     std::size_t rebuilds() const;
 };
@@ -56,6 +57,9 @@ struct PolicyComparison {
     std::vector<PolicyRun> runs;
     ScheduleCosts costs;
     Schedule best;
+
+    /// The policy whose total is PolicyRun::best_ms; empty if that is the best schedule's.
+    std::string best_policy() const;
 };
 
 /// One row per frame of each policy and backend.

@@ -72,6 +72,24 @@ TEST(Environment, MissingVulkanIsUnavailable) {
     }
 }
 
+TEST(Environment, ABadSceneIsBadInputOnAMachineWithoutVulkanToo) {
+    TemporaryFolder folder;
+    const std::string bad = folder.write("bad.obj", "v 0 0 0\nf 1 2 3\n");
+    for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+             {"render", bad, "--backend", "vulkan"},
+             {"crosscheck", bad},
+             {"crosscheck", bad, "--backend", "vulkan"},
+             {"crosscheck", bad, "--devices", "all"},
+             {"crosscheck", "builtin:cloth:500", bad},
+             {"probe", bad, "--frame", "0", "--pixel", "0,0", "--backend", "vulkan"},
+             {"profile", bad, "--backend", "vulkan"}}) {
+        const Outcome outcome =
+            run(command, {.environment = kNoDriver.environment, .folder = folder.path()});
+        EXPECT_EQ(outcome.code, 3) << command[0] << ": " << outcome.err;
+        EXPECT_TRUE(outcome.err.starts_with(bad + ":2:")) << outcome.err;
+    }
+}
+
 TEST(Environment, AutomaticBackendFallsBackWithOneWarning) {
     TemporaryFolder folder;
     const Outcome outcome = run({"render", "builtin:cloth:500", "--size", "16x16", "--frames",

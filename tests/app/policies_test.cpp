@@ -124,7 +124,19 @@ TEST(ProfilePolicies, JsonHasEachPolicyWithItsFigures) {
     EXPECT_EQ(report["policies"][0]["rebuilds"], 0);
     EXPECT_EQ(report["policies"][1]["rebuilds"], 5);
     EXPECT_EQ(report["frames"].size(), 18u);
-    EXPECT_EQ(report["best_schedules"].size(), 1u);
+    ASSERT_EQ(report["best_schedules"].size(), 1u);
+    const Json& best = report["best_schedules"][0];
+    EXPECT_GT(best["regret_against_ms"], 0);
+    EXPECT_LE(best["regret_against_ms"], best["total_ms"]);
+    for (const Json& policy : report["policies"]) {
+        EXPECT_LE(best["regret_against_ms"], policy["total_ms"]);
+        if (best["regret_against"] == policy["policy"]) {
+            EXPECT_EQ(policy["regret"], 0);
+        }
+    }
+    if (best["regret_against"] == "best schedule") {
+        EXPECT_EQ(best["regret_against_ms"], best["total_ms"]);
+    }
 }
 
 TEST(ProfilePolicies, CsvAndTraceEventsHoldEveryFrame) {
@@ -133,6 +145,7 @@ TEST(ProfilePolicies, CsvAndTraceEventsHoldEveryFrame) {
         {"--csv", folder.file("frames.csv"), "--trace-events", folder.file("events.json")}));
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("(best schedule)"), std::string::npos);
+    EXPECT_NE(outcome.out.find("\nregret on cpu: beyond "), std::string::npos);
     EXPECT_EQ(lines(read_file(folder.file("frames.csv"))).size(), 1u + 18u);
     const Json events = Json::parse(read_file(folder.file("events.json")));
     std::set<std::string> stages;

@@ -214,6 +214,17 @@ void define_profile(CLI::App& program, Options& options) {
                    "with --policies, the stages in Chrome's trace format", options.trace_events);
     adder.add_text("--plot", "FILE.svg|.png", "with --policies, charts (needs gnuplot)",
                    options.plot);
+    adder.add_text(
+        "--baseline", "FILE.json",
+        "a --json report of an earlier run; a stage that is slower ends with exit code 1",
+        options.baseline);
+    adder.add("--tolerance", "PERCENT", "by how much a stage may be slower than in --baseline (10)",
+              [&options](const std::string& option, const std::string& value) {
+                  const bool has_sign = value.ends_with('%');
+                  options.tolerance_percent = parse_finite(
+                      option, std::string_view(value).substr(0, value.size() - has_sign), 0);
+                  options.tolerance_given = true;
+              });
     adder.add_text("--csv", "FILE|-", "the table as comma-separated values; - is stdout",
                    options.csv);
     add_report_options(adder, true);

@@ -68,6 +68,15 @@ TEST(AxisRange, ZerosStandBelowALogarithmicAxisUnderTheirName) {
         EXPECT_GT(range.ticks[i].at, range.place(0));
 }
 
+TEST(AxisRange, BeginsAtTheLeastValueThatThereCanBe) {
+    const Axis axis{.scale = Scale::kLog10, .zero_name = "none", .least_positive = 15};
+    EXPECT_EQ(fit(axis, {0, 4e4}).ticks[1].text, "10");
+    const AxisRange none = fit(axis, {0, 0});
+    EXPECT_EQ(none.ticks[0].text, "none");
+    EXPECT_GE(none.ticks[1].at, 10);
+    EXPECT_LT(none.zero_at, 10);
+}
+
 TEST(AxisRange, WithoutZerosThereIsNoPlaceForThem) {
     const AxisRange range = fit({.scale = Scale::kLog10, .zero_name = "none"}, {77, 4e4});
     EXPECT_EQ(range.zero_at, 0);

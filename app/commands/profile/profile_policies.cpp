@@ -1,4 +1,4 @@
-#include "app/commands/profile_policies.h"
+#include "app/commands/profile/profile_policies.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "app/backends.h"
-#include "app/commands/profile_head.h"
+#include "app/commands/profile/profile_head.h"
 #include "app/frames.h"
 #include "app/report/policy_plot.h"
 #include "app/report/policy_report.h"
@@ -55,7 +55,7 @@ void publish(const PolicyReport& report, const Options& options, const Messages&
     if (!options.trace_events.empty()) write_report(options.trace_events, trace_events(report));
     if (!options.plot.empty()) plot_policies(report, options.plot);
     if (!takes_stdout({options.json, options.csv, options.trace_events}))
-        messages.print(policy_table(report).text());
+        messages.print(policy_text(report));
 }
 
 }  // namespace

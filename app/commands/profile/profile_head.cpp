@@ -1,4 +1,4 @@
-#include "app/commands/profile_head.h"
+#include "app/commands/profile/profile_head.h"
 
 #include "app/memory_budget.h"
 

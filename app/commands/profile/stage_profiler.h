@@ -1,0 +1,44 @@
+// Measures the stages of frames on one backend.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "app/backends.h"
+#include "app/commands/profile/yardstick.h"
+#include "app/report/reports.h"
+#include "common/scene/scene_frames.h"
+
+namespace mray::app {
+
+/// One instance of the backend refits a tree from the first frame on; a second one traces the tree
+/// that is built for each frame. The yardstick is measured before each stage.
+class StageProfiler {
+public:
+    /// Builds the first tree. Options, scene and yardstick must outlive it. Throws as make_backend.
+    StageProfiler(const Options& options, SceneFrames& scene, double first_frame,
+                  BackendChoice choice, Yardstick& yardstick, const Messages& messages);
+
+    std::string backend() const { return refits_->name(); }
+
+    /// Frames must come in the order of the clip.
+    ProfileRow measure(double frame);
+
+private:
+    Bvh build(std::span<const vec3> positions) const;
+    std::vector<double> run(const std::function<double()>& stage_ms);
+    std::vector<double> trace(Backend& backend);
+
+    const Options& options_;
+    SceneFrames& scene_;
+    Yardstick& yardstick_;
+    std::vector<double> yardstick_ms_;
+    ImageParams params_;
+    std::unique_ptr<Backend> refits_;
+    std::unique_ptr<Backend> given_;
+    Bvh tree_;
+    Frame frame_;
+};
+
+}  // namespace mray::app

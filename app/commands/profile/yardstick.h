@@ -1,0 +1,34 @@
+// A measure of the machine at the time of a run.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/thread_arena.h"
+
+namespace mray::app {
+
+/// Fixed work of which a run of `profile` takes the time between its stages: half of it dependent
+/// integer multiplications, which scale with the clock, half copies of memory, which scale with its
+/// bandwidth, in pieces for all threads. It shares no code with the stages, so that the ratio of a
+/// stage's time to its own tells a change of the program from one of the machine or its load.
+class Yardstick {
+public:
+    /// Changes whenever the work does, because ratios to other work do not compare.
+    static constexpr const char* kName = "multiply and copy, 1";
+
+    /// `threads` as in ThreadArena.
+    explicit Yardstick(int threads);
+
+    /// Does the work once; returns milliseconds, some 3 on one core of 2024.
+    double run_ms();
+
+private:
+    ThreadArena arena_;
+    std::vector<char> source_;
+    std::vector<char> target_;
+    /// Keeps the compiler from leaving the work out.
+    volatile unsigned sum_ = 0;
+};
+
+}  // namespace mray::app

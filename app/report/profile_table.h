@@ -1,0 +1,24 @@
+// The times of stages as tables.
+#pragma once
+
+#include <string>
+
+#include "app/report/reports.h"
+#include "common/text/table.h"
+
+namespace mray::app {
+
+/// A row for each frame and backend with all columns, for CSV.
+Table profile_table(const ProfileReport& report);
+
+/// The same for a terminal, of at most 100 columns, with what its headings mean.
+std::string profile_text(const ProfileReport& report);
+
+/// A row for each backend and stage, and a line that says how many became slower. At most 100
+/// columns, apart from the name of the file.
+std::string baseline_text(const BaselineReport& report);
+
+/// "ok", "slower", "faster" or "too short".
+const char* name_of_verdict(const BaselineReport& report, const StageChange& stage);
+
+}  // namespace mray::app
