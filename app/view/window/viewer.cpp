@@ -225,21 +225,21 @@ void Viewer::draw_image(const Layout& places) const {
     if (count == 0) {
         painter.fill(canvas, 0.06f, 0.065f, 0.07f);
     } else if (count == 1 || state_.comparison == Comparison::kDifference) {
-        first_.draw(painter, canvas);
+        first_.draw(canvas);
         painter.lines(lines_, canvas);
     } else if (state_.comparison == Comparison::kWipe) {
-        first_.draw(painter, canvas, 0, state_.wipe);
-        second_.draw(painter, canvas, state_.wipe, 1);
+        first_.draw(canvas, 0, state_.wipe);
+        second_.draw(canvas, state_.wipe, 1);
         painter.lines(lines_, canvas);
         painter.fill({canvas.x + state_.wipe * canvas.width - 1, canvas.y, 2, canvas.height}, 1, 1,
                      1);
     } else {
         ScreenRect half = canvas;
         half.width = canvas.width / 2;
-        first_.draw(painter, half);
+        first_.draw(half);
         painter.lines(lines_, half);
         half.x += half.width;
-        second_.draw(painter, half);
+        second_.draw(half);
         painter.lines(lines_, half);
         painter.fill({half.x - 1, canvas.y, 2, canvas.height}, 1, 1, 1);
     }
