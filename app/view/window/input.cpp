@@ -54,6 +54,7 @@ InputActions Input::apply(const ScreenRect& canvas, float pixel_scale, ViewState
     }
     if (drag_ != Drag::kNone) drag(canvas, state);
     if (is_over && io.MouseWheel != 0) state.camera.zoom(std::pow(kZoomFactor, io.MouseWheel));
+    actions.quits = io.KeyCtrl && pressed(GLFW_KEY_Q);
     flies_ = false;
     if (!io.WantTextInput && !io.KeyCtrl) {
         fly(state);

@@ -18,6 +18,7 @@ struct InputActions {
     bool screenshot = false;
     bool copy_command = false;
     bool reset_camera = false;
+    bool quits = false;
 };
 
 /// Turns the input of Dear ImGui's current frame into movements of the camera, of time, and of the
