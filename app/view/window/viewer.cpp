@@ -108,7 +108,7 @@ bool Viewer::step() {
 }
 
 void Viewer::follow_input(const Layout& places, double now) {
-    act(input_.apply(places.canvas, window_.pixel_scale(), state_));
+    act(input_.apply(places.canvas, window_.pixel_scale(), window_.take_keys(), state_));
     move_on(now);
     if (!options_.screenshot.empty() && totals_.images == 0) return;
     state_.width = static_cast<std::uint32_t>(
