@@ -2,19 +2,50 @@
 
 #include <cmath>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 namespace mray::app {
 namespace {
 
-/// A number in [-1, 1] from an integer hash (the finaliser of MurmurHash3).
-float noise(std::uint32_t x) {
-    x ^= x >> 16;
-    x *= 0x85ebca6bu;
-    x ^= x >> 13;
-    x *= 0xc2b2ae35u;
-    x ^= x >> 16;
-    return static_cast<float>(x) * 0x1p-31f - 1.0f;
+/// Of the noise that shakes: large beside triangles, small beside the scene.
+constexpr float kCellsADiagonal = 14;
+
+/// A hash of four integers (the finaliser of MurmurHash3 over their sum of products).
+std::uint32_t hash(std::uint32_t x, std::uint32_t y, std::uint32_t z, std::uint32_t seed) {
+    std::uint32_t h = x * 0x8da6b343u + y * 0xd8163841u + z * 0xcb1ab31fu + seed * 0x9e3779b9u;
+    h = (h ^ (h >> 16)) * 0x85ebca6bu;
+    h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+    return h ^ (h >> 16);
+}
+
+/// A vector with components in [-1, 1] from three parts of a hash.
+vec3 vector_of(std::uint32_t h) {
+    const auto part = [h](int shift) {
+        return static_cast<float>(h >> shift & 0x3FFu) / 511.5f - 1.0f;
+    };
+    return {part(0), part(10), part(20)};
+}
+
+/// Vectors at the corners of cells of size 1, and in between their smooth mean: neighbours move
+/// together, so that triangles keep their size and boxes do not.
+vec3 noise(vec3 p, std::uint32_t seed) {
+    const vec3 corner = glm::floor(p);
+    const vec3 part = p - corner;
+    const vec3 weight = part * part * (3.0f - 2.0f * part);
+    vec3 sum(0, 0, 0);
+    for (int i = 0; i < 8; ++i) {
+        const int x = i & 1;
+        const int y = i >> 1 & 1;
+        const int z = i >> 2;
+        const float w = (x != 0 ? weight.x : 1 - weight.x) * (y != 0 ? weight.y : 1 - weight.y) *
+                        (z != 0 ? weight.z : 1 - weight.z);
+        const auto cell = [](float c, int add) {
+            return static_cast<std::uint32_t>(static_cast<std::int32_t>(c) + add);
+        };
+        sum += w * vector_of(hash(cell(corner.x, x), cell(corner.y, y), cell(corner.z, z), seed));
+    }
+    return sum;
 }
 
 void pull(const Pull& pull, std::span<vec3> positions) {
@@ -32,12 +63,15 @@ void pull(const Pull& pull, std::span<vec3> positions) {
 
 void apply(const MeshEdit& edit, float diagonal, std::span<vec3> positions) {
     for (const Pull& one : edit.pulls) pull(one, positions);
-    if (edit.shake == 0) return;
+    if (edit.shake == 0 || !(diagonal > 0)) return;
+    const float cells_a_length = kCellsADiagonal / diagonal;
     const float reach = edit.shake * diagonal;
-    std::uint32_t n = edit.shake_seed * 0x9e3779b9u;
+    // Farther away a cell has no number, and the vertex stays.
+    constexpr float kMostCells = 0x1p30f;
     for (vec3& p : positions) {
-        p += reach * vec3(noise(n), noise(n + 1), noise(n + 2));
-        n += 3;
+        const vec3 cell = p * cells_a_length;
+        if (!(glm::length(cell) < kMostCells)) continue;
+        p += reach * noise(cell, edit.shake_seed);
     }
 }
 

@@ -26,7 +26,22 @@ std::vector<std::string> render(std::vector<std::string> more) {
 TEST(Usage, NoCommandListsTheCommands) {
     expect_refused(
         {}, 2,
-        "choose one of render, crosscheck, diff, probe, profile, trace, chart, info, devices");
+        "choose one of render, view, crosscheck, diff, probe, profile, trace, chart, info, "
+        "devices");
+}
+
+TEST(Usage, ViewRefusesWhatHasNoEffect) {
+    const auto refused = [](std::vector<std::string> more, const std::string& reason) {
+        more.insert(more.begin(), {"view", "builtin:cloth:500"});
+        expect_refused(more, 2, reason);
+    };
+    refused({"--exit"}, "give --screenshot");
+    refused({"--screenshot", "image.jpg"}, "a .png file");
+    refused({"--compare", "side", "--backend", "cpu"}, "--compare, --backend");
+    refused({"--compare", "wipe", "--screenshot", "image.png"}, "--screenshot, --compare");
+    refused({"--compare", "slide"}, "did you mean side?");
+    refused({"--shading", "prim", "--ground"}, "--ground");
+    refused({"--exr", "half"}, "unknown option '--exr'");
 }
 
 TEST(Usage, HelpGoesToStdout) {

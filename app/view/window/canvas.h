@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "app/view/box_lines.h"
 #include "app/view/window/window.h"
@@ -47,19 +46,12 @@ public:
     /// Takes 8-bit RGBA pixels, row by row from the top.
     void upload(std::uint32_t width, std::uint32_t height, std::span<const std::uint32_t> pixels);
     /// Draws the columns from `left` to `right`, parts of the width, where they lie in `rect`.
-    void draw(const Painter& painter, const ScreenRect& rect, float left = 0,
-              float right = 1) const;
+    void draw(const ScreenRect& rect, float left = 0, float right = 1) const;
 
 private:
-    void copy(const Painter::PixelRect& to, int from, int end) const;
-    void stretch(const ScreenRect& rect, float left, float right) const;
-
     unsigned name_ = 0;
-    /// The framebuffer that the texture is copied from; 0 where OpenGL has none.
-    unsigned framebuffer_ = 0;
     std::uint32_t width_ = 0;
     std::uint32_t height_ = 0;
-    std::vector<std::uint32_t> swapped_;
 };
 
 }  // namespace mray::app

@@ -23,8 +23,6 @@ constexpr float kWipeReach = 0.01f;
 
 double held(int key) { return ImGui::IsKeyDown(key) ? 1.0 : 0.0; }
 
-bool pressed(int key) { return ImGui::IsKeyPressed(key, false); }
-
 template <class T, std::size_t N>
 void choose_next(const Choice<T> (&choices)[N], T& value) {
     for (std::size_t i = 0; i < N; ++i) {
@@ -36,7 +34,8 @@ void choose_next(const Choice<T> (&choices)[N], T& value) {
 
 }  // namespace
 
-InputActions Input::apply(const ScreenRect& canvas, float pixel_scale, ViewState& state) {
+InputActions Input::apply(const ScreenRect& canvas, float pixel_scale,
+                          std::span<const KeyPress> keys, ViewState& state) {
     InputActions actions;
     const ImGuiIO& io = ImGui::GetIO();
     const bool is_over = !io.WantCaptureMouse && canvas.contains(io.MousePos.x, io.MousePos.y);
@@ -55,9 +54,11 @@ InputActions Input::apply(const ScreenRect& canvas, float pixel_scale, ViewState
     if (drag_ != Drag::kNone) drag(canvas, state);
     if (is_over && io.MouseWheel != 0) state.camera.zoom(std::pow(kZoomFactor, io.MouseWheel));
     flies_ = false;
-    if (!io.WantTextInput && !io.KeyCtrl) {
-        fly(state);
-        keys(state, actions);
+    if (io.WantTextInput) return actions;
+    if (!io.KeyCtrl) fly(state);
+    for (const KeyPress& key : keys) {
+        if (!key.with_ctrl) press(key.key, state, actions);
+        if (key.with_ctrl && key.key == GLFW_KEY_Q) actions.quits = true;
     }
     return actions;
 }
@@ -122,24 +123,25 @@ void Input::fly(ViewState& state) {
     state.camera.fly(right * way, up * way, forward * way);
 }
 
-void Input::keys(ViewState& state, InputActions& actions) {
-    if (pressed(GLFW_KEY_SPACE)) state.playback.playing = !state.playback.playing;
-    if (pressed(GLFW_KEY_LEFT)) state.playback.step(-1);
-    if (pressed(GLFW_KEY_RIGHT)) state.playback.step(1);
-    if (pressed(GLFW_KEY_HOME)) state.playback.seek(state.playback.first());
-    if (pressed(GLFW_KEY_END)) state.playback.seek(state.playback.last());
-    for (std::size_t i = 0; i < std::size(kShadings); ++i) {
-        if (pressed(GLFW_KEY_1 + static_cast<int>(i))) state.shading = kShadings[i].value;
-    }
-    if (pressed(GLFW_KEY_V)) {
+void Input::press(int key, ViewState& state, InputActions& actions) {
+    Playback& playback = state.playback;
+    const int number = key - GLFW_KEY_1;
+    if (number >= 0 && number < static_cast<int>(std::size(kShadings)))
+        state.shading = kShadings[number].value;
+    if (key == GLFW_KEY_SPACE) playback.playing = !playback.playing;
+    if (key == GLFW_KEY_LEFT) playback.step(-1);
+    if (key == GLFW_KEY_RIGHT) playback.step(1);
+    if (key == GLFW_KEY_HOME) playback.seek(playback.first());
+    if (key == GLFW_KEY_END) playback.seek(playback.last());
+    if (key == GLFW_KEY_V) {
         const bool is_cpu = state.backend == BackendChoice::kCpu;
         state.backend = is_cpu ? BackendChoice::kVulkan : BackendChoice::kCpu;
     }
-    if (pressed(GLFW_KEY_M)) choose_next(kComparisons, state.comparison);
-    if (pressed(GLFW_KEY_B)) state.box_depth = state.box_depth >= 5 ? -1 : state.box_depth + 1;
-    actions.screenshot = pressed(GLFW_KEY_P);
-    actions.copy_command = pressed(GLFW_KEY_C);
-    actions.reset_camera = pressed(GLFW_KEY_R);
+    if (key == GLFW_KEY_M) choose_next(kComparisons, state.comparison);
+    if (key == GLFW_KEY_B) state.box_depth = state.box_depth >= 5 ? -1 : state.box_depth + 1;
+    if (key == GLFW_KEY_P) actions.screenshot = true;
+    if (key == GLFW_KEY_C) actions.copy_command = true;
+    if (key == GLFW_KEY_R) actions.reset_camera = true;
 }
 
 }  // namespace mray::app

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "app/view/engine.h"
 #include "app/view/view_state.h"
@@ -18,6 +19,7 @@ struct InputActions {
     bool screenshot = false;
     bool copy_command = false;
     bool reset_camera = false;
+    bool quits = false;
 };
 
 /// Turns the input of Dear ImGui's current frame into movements of the camera, of time, and of the
@@ -25,7 +27,8 @@ struct InputActions {
 class Input {
 public:
     /// `canvas` is where the image is. Sizes of movements are parts of the canvas's height.
-    InputActions apply(const ScreenRect& canvas, float pixel_scale, ViewState& state);
+    InputActions apply(const ScreenRect& canvas, float pixel_scale, std::span<const KeyPress> keys,
+                       ViewState& state);
     /// The vertex of a pixel that was grabbed, at a depth along the view in world space: it follows
     /// the pointer until the button is released.
     void grab(std::uint32_t vertex, double depth, float radius, ViewState& state);
@@ -37,7 +40,7 @@ private:
     void begin_drag(const ScreenRect& canvas, ViewState& state);
     void drag(const ScreenRect& canvas, ViewState& state);
     void fly(ViewState& state);
-    void keys(ViewState& state, InputActions& actions);
+    void press(int key, ViewState& state, InputActions& actions);
 
     Drag drag_ = Drag::kNone;
     bool flies_ = false;

@@ -67,9 +67,13 @@ constexpr Choice<Comparison> kShownComparisons[] = {{"one backend", Comparison::
                                                     {"difference", Comparison::kDifference}};
 
 void draw_rates(const PanelFacts& facts) {
-    figure("presented", fmt::format("{:.1f} images/s", facts.presented_rate));
+    const bool is_still = facts.presented_rate == 0;
+    const auto rate = [&](double value, const char* unit) {
+        return is_still ? std::string("still") : fmt::format("{:.1f} {}", value, unit);
+    };
+    figure("presented", rate(facts.presented_rate, "images/s"));
+    figure("with presenting", rate(facts.presented_mrays, "Mray/s"));
     figure("tracing alone", fmt::format("{:.1f} Mray/s", facts.traced_mrays));
-    figure("with presenting", fmt::format("{:.1f} Mray/s", facts.presented_mrays));
     if (facts.image == nullptr) return;
     for (const TracedPane& pane : facts.image->panes) {
         const bool is_two = facts.image->panes.size() > 1;

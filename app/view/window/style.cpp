@@ -42,6 +42,9 @@ void set_style(float scale) {
     style.Colors[ImGuiCol_WindowBg] = {0, 0, 0, 0};
     style.Colors[ImGuiCol_PopupBg] = {0.14f, 0.15f, 0.17f, 1};
     style.Colors[ImGuiCol_FrameBg] = {0.18f, 0.195f, 0.22f, 1};
+    // Values of sliders stand over the grab.
+    style.Colors[ImGuiCol_SliderGrab] = {0.26f, 0.42f, 0.64f, 1};
+    style.Colors[ImGuiCol_SliderGrabActive] = {0.32f, 0.5f, 0.75f, 1};
     style.Colors[ImGuiCol_Separator] = {0.24f, 0.26f, 0.29f, 1};
     style.Colors[ImGuiCol_Header] = {0.18f, 0.22f, 0.27f, 1};
 }

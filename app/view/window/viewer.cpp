@@ -47,6 +47,7 @@ Viewer::Viewer(const Options& options, const Clip& clip, const Messages& message
                const ViewState& state)
     : options_(options),
       clip_(clip),
+      messages_(messages),
       state_(state),
       first_camera_(state.camera),
       window_(fmt::format("morphray view {}", clip.name()),
@@ -87,7 +88,7 @@ bool Viewer::step() {
         follow_input(places, now);
         // The next image is traced while this one is drawn.
         post(now);
-        if (is_new) show(*image_);
+        if (image_ && (is_new || shown_comparison_ != state_.comparison)) show(*image_);
         draw(places);
         if (redraws_ > 0) --redraws_;
         if (is_new) {
@@ -107,7 +108,7 @@ bool Viewer::step() {
 }
 
 void Viewer::follow_input(const Layout& places, double now) {
-    act(input_.apply(places.canvas, window_.pixel_scale(), state_));
+    act(input_.apply(places.canvas, window_.pixel_scale(), window_.take_keys(), state_));
     move_on(now);
     if (!options_.screenshot.empty() && totals_.images == 0) return;
     state_.width = static_cast<std::uint32_t>(
@@ -194,6 +195,7 @@ void Viewer::take_pixel() {
 
 /// Makes the image the one that is drawn.
 void Viewer::show(const TracedImage& image) {
+    shown_comparison_ = state_.comparison;
     difference_.reset();
     lines_.clear();
     if (image.panes.empty()) return;
@@ -225,21 +227,21 @@ void Viewer::draw_image(const Layout& places) const {
     if (count == 0) {
         painter.fill(canvas, 0.06f, 0.065f, 0.07f);
     } else if (count == 1 || state_.comparison == Comparison::kDifference) {
-        first_.draw(painter, canvas);
+        first_.draw(canvas);
         painter.lines(lines_, canvas);
     } else if (state_.comparison == Comparison::kWipe) {
-        first_.draw(painter, canvas, 0, state_.wipe);
-        second_.draw(painter, canvas, state_.wipe, 1);
+        first_.draw(canvas, 0, state_.wipe);
+        second_.draw(canvas, state_.wipe, 1);
         painter.lines(lines_, canvas);
         painter.fill({canvas.x + state_.wipe * canvas.width - 1, canvas.y, 2, canvas.height}, 1, 1,
                      1);
     } else {
         ScreenRect half = canvas;
         half.width = canvas.width / 2;
-        first_.draw(painter, half);
+        first_.draw(half);
         painter.lines(lines_, half);
         half.x += half.width;
-        second_.draw(painter, half);
+        second_.draw(half);
         painter.lines(lines_, half);
         painter.fill({half.x - 1, canvas.y, 2, canvas.height}, 1, 1, 1);
     }
@@ -285,6 +287,7 @@ void Viewer::act(const InputActions& actions) {
     if (actions.screenshot) save_next();
     if (actions.copy_command) copy();
     if (actions.reset_camera) state_.camera = first_camera_;
+    if (actions.quits) is_done_ = true;
 }
 
 void Viewer::ask_pixel(Pixel pixel, bool grabs) {
@@ -326,7 +329,10 @@ void Viewer::save_next() {
 void Viewer::copy() {
     const TracedPane* const pane = pane_of(image_.get(), 0);
     if (pane == nullptr) return;
-    window_.copy_to_clipboard(copy_command(options_, image_->request, pane->tree));
+    const std::string command = copy_command(options_, image_->request, pane->tree);
+    window_.copy_to_clipboard(command);
+    // The clipboard of X11 ends with the program.
+    messages_.print(command + "\n");
     message_ = "the command is in the clipboard";
 }
 

@@ -56,6 +56,7 @@ private:
 
     const Options& options_;
     const Clip& clip_;
+    const Messages& messages_;
     ViewState state_;
     Camera first_camera_;
     Window window_;
@@ -69,6 +70,7 @@ private:
 
     /// The image on the screen, and what is drawn over it.
     std::unique_ptr<TracedImage> image_;
+    Comparison shown_comparison_ = Comparison::kOff;
     std::optional<DifferenceImage> difference_;
     std::vector<ImageLine> lines_;
 

@@ -23,21 +23,29 @@ namespace {
                             what, reason != nullptr ? reason : "no reason given"));
 }
 
-void mark(GLFWwindow* window) { *static_cast<bool*>(glfwGetWindowUserPointer(window)) = true; }
+}  // namespace
 
-/// Callbacks of Dear ImGui are put behind these.
-void watch_input(GLFWwindow* window) {
-    glfwSetKeyCallback(window, [](GLFWwindow* w, int, int, int, int) { mark(w); });
-    glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int, int, int) { mark(w); });
-    glfwSetCursorPosCallback(window, [](GLFWwindow* w, double, double) { mark(w); });
-    glfwSetScrollCallback(window, [](GLFWwindow* w, double, double) { mark(w); });
-    glfwSetCharCallback(window, [](GLFWwindow* w, unsigned) { mark(w); });
-    glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int, int) { mark(w); });
-    glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { mark(w); });
-    glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int) { mark(w); });
+Window::InputLog& Window::log_of(GLFWwindow* window) {
+    return *static_cast<InputLog*>(glfwGetWindowUserPointer(window));
 }
 
-}  // namespace
+/// Callbacks of Dear ImGui are put behind these.
+void Window::watch_input(GLFWwindow* window) {
+    glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int mods) {
+        log_of(w).has_any = true;
+        if (action == GLFW_PRESS) log_of(w).keys.push_back({key, (mods & GLFW_MOD_CONTROL) != 0});
+    });
+    glfwSetMouseButtonCallback(window,
+                               [](GLFWwindow* w, int, int, int) { log_of(w).has_any = true; });
+    glfwSetCursorPosCallback(window,
+                             [](GLFWwindow* w, double, double) { log_of(w).has_any = true; });
+    glfwSetScrollCallback(window, [](GLFWwindow* w, double, double) { log_of(w).has_any = true; });
+    glfwSetCharCallback(window, [](GLFWwindow* w, unsigned) { log_of(w).has_any = true; });
+    glfwSetFramebufferSizeCallback(window,
+                                   [](GLFWwindow* w, int, int) { log_of(w).has_any = true; });
+    glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { log_of(w).has_any = true; });
+    glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int) { log_of(w).has_any = true; });
+}
 
 Window::Library::Library() {
     if (glfwInit() != GLFW_TRUE) fail("no display can be opened");
@@ -61,7 +69,7 @@ Window::Window(const std::string& title, int width, int height) {
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
     window_.reset(glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr));
     if (!window_) fail("no window can be opened");
-    glfwSetWindowUserPointer(window_.get(), &has_input_);
+    glfwSetWindowUserPointer(window_.get(), &input_);
     glfwSetWindowSizeLimits(window_.get(), 640, 400, GLFW_DONT_CARE, GLFW_DONT_CARE);
     glfwMakeContextCurrent(window_.get());
     watch_input(window_.get());
@@ -90,7 +98,9 @@ void Window::wait(double seconds) { glfwWaitEventsTimeout(seconds); }
 
 void Window::wake() { glfwPostEmptyEvent(); }
 
-bool Window::take_input() { return std::exchange(has_input_, false); }
+bool Window::take_input() { return std::exchange(input_.has_any, false); }
+
+std::vector<KeyPress> Window::take_keys() { return std::exchange(input_.keys, {}); }
 
 double Window::seconds() { return glfwGetTime(); }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 struct GLFWwindow;
 
@@ -18,6 +19,12 @@ struct ScreenRect {
     bool contains(float px, float py) const {
         return px >= x && py >= y && px < x + width && py < y + height;
     }
+};
+
+/// A key of GLFW that went down.
+struct KeyPress {
+    int key = 0;
+    bool with_ctrl = false;
 };
 
 /// The one window of the program. Used by the main thread alone, but for wake().
@@ -38,6 +45,8 @@ public:
     static void wake();
     /// Whether there was input since the last call.
     bool take_input();
+    /// The keys that went down since the last call, in order: also those that are up again.
+    std::vector<KeyPress> take_keys();
     static double seconds();
 
     float width() const;
@@ -53,6 +62,10 @@ public:
     void copy_to_clipboard(const std::string& text);
 
 private:
+    struct InputLog {
+        bool has_any = true;
+        std::vector<KeyPress> keys;
+    };
     struct Library {
         Library();
         ~Library();
@@ -61,10 +74,12 @@ private:
         void operator()(GLFWwindow* window) const;
     };
     void start_imgui();
+    static InputLog& log_of(GLFWwindow* window);
+    static void watch_input(GLFWwindow* window);
 
     Library library_;
     std::unique_ptr<GLFWwindow, Close> window_;
-    bool has_input_ = true;
+    InputLog input_;
 };
 
 }  // namespace mray::app

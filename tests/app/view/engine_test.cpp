@@ -1,0 +1,164 @@
+// The thread that traces for the viewer.
+#include "app/view/engine.h"
+
+#include <gtest/gtest.h>
+
+#include <semaphore>
+
+#include "app/cli/command_line.h"
+#include "app/clip_scene.h"
+#include "app/commands/render/render_command.h"
+#include "app/view/view_state.h"
+#include "common/base/errors.h"
+#include "common/scene/scene_source.h"
+
+namespace mray::app {
+namespace {
+
+class EngineTest : public testing::Test {
+protected:
+    explicit EngineTest(const std::string& scene = "builtin:cloth:2000")
+        : options_(with_render_defaults(
+              *parse_command_line(
+                   std::vector<std::string>{"view", scene, "--backend", "cpu", "--size", "64x48"})
+                   .options)),
+          clip_(open_scene(options_.scene, {})),
+          state_(initial_state(options_, *clip_, BackendChoice::kCpu, 2)) {}
+
+    std::function<void()> signal() {
+        return [this] { results_.release(); };
+    }
+    /// The next image.
+    std::unique_ptr<TracedImage> wait_for_image(Engine& engine) {
+        for (;;) {
+            results_.acquire();
+            if (std::unique_ptr<TracedImage> image = engine.take()) return image;
+        }
+    }
+    /// The image of this request, when it comes.
+    std::unique_ptr<TracedImage> wait_for(Engine& engine, const ImageRequest& request) {
+        for (;;) {
+            std::unique_ptr<TracedImage> image = wait_for_image(engine);
+            if (image->request == request) return image;
+        }
+    }
+
+    Options options_;
+    std::unique_ptr<Clip> clip_;
+    ViewState state_;
+    Messages messages_;
+    std::counting_semaphore<> results_{0};
+};
+
+TEST_F(EngineTest, ImagesAreThoseOfTheLibrary) {
+    Engine engine(options_, *clip_, messages_, signal());
+    for (const double frame : {2.0, 7.5, 3.25}) {
+        state_.playback.seek(frame);
+        const ImageRequest request = request_of(state_, last_step(state_));
+        engine.post(request);
+        const std::unique_ptr<TracedImage> image = wait_for(engine, request);
+        ASSERT_EQ(image->panes.size(), 1u) << image->error;
+        Options options = options_;
+        ClipScene scene(options, *clip_, frame, messages_);
+        ShadingOptions shading;
+        shading.shading = request.shading;
+        shading.samples = request.samples;
+        const morphray::Image expected = scene.render(request.view, shading);
+        EXPECT_EQ(image->panes[0].pixels, expected.pixels);
+        EXPECT_EQ(image->panes[0].rays, expected.ray_count);
+        EXPECT_TRUE(image->panes[0].has_update);
+    }
+}
+
+TEST_F(EngineTest, TheNewestRequestIsAnswered) {
+    Engine engine(options_, *clip_, messages_, signal());
+    for (int i = 0; i < 200; ++i) {
+        state_.playback.seek(i / 16.0);
+        engine.post(request_of(state_, i % 3));
+    }
+    const ImageRequest last = request_of(state_, 1);
+    engine.post(last);
+    EXPECT_EQ(wait_for(engine, last)->error, "");
+}
+
+TEST_F(EngineTest, APixelIsProbedAfterTheImageInProgress) {
+    Engine engine(options_, *clip_, messages_, signal());
+    const ImageRequest request = request_of(state_, 0);
+    engine.probe({request, {32, 24}, false});
+    engine.post(request);
+    wait_for(engine, request);
+    const std::optional<PixelProbe> probe = engine.take_probe();
+    ASSERT_TRUE(probe.has_value());
+    ASSERT_EQ(probe->hits.size(), 1u);
+    EXPECT_TRUE(probe->hits[0].hit);
+}
+
+TEST_F(EngineTest, EndsWhileItTraces) {
+    state_.width = 4000;
+    state_.height = 3000;
+    for (int i = 0; i < 5; ++i) {
+        Engine engine(options_, *clip_, messages_, signal());
+        engine.post(request_of(state_, last_step(state_)));
+        if (i % 2 == 0) engine.post(request_of(state_, 1));
+    }
+}
+
+TEST_F(EngineTest, AnErrorOfALaterRequestIsShownAndMended) {
+    Engine engine(options_, *clip_, messages_, signal());
+    const ImageRequest good = request_of(state_, 0);
+    engine.post(good);
+    EXPECT_EQ(wait_for(engine, good)->error, "");
+    ImageRequest bad = good;
+    bad.view.target = bad.view.eye;
+    engine.post(bad);
+    const std::unique_ptr<TracedImage> refused = wait_for(engine, bad);
+    EXPECT_NE(refused->error, "");
+    EXPECT_TRUE(refused->panes.empty());
+    engine.post(good);
+    EXPECT_EQ(wait_for(engine, good)->error, "");
+}
+
+TEST_F(EngineTest, AnErrorOfTheFirstRequestIsThrown) {
+    Engine engine(options_, *clip_, messages_, signal());
+    ImageRequest bad = request_of(state_, 0);
+    bad.view.target = bad.view.eye;
+    engine.post(bad);
+    EXPECT_THROW(wait_for_image(engine), Error);
+}
+
+TEST_F(EngineTest, BoxesAreThoseOfTheTree) {
+    Engine engine(options_, *clip_, messages_, signal());
+    state_.box_depth = 0;
+    ImageRequest request = request_of(state_, 0);
+    engine.post(request);
+    const std::unique_ptr<TracedImage> root = wait_for(engine, request);
+    ASSERT_EQ(root->boxes.size(), 1u);
+    request.box_depth = 1;
+    engine.post(request);
+    const std::unique_ptr<TracedImage> children = wait_for(engine, request);
+    EXPECT_GT(children->boxes.size(), 1u);
+    EXPECT_LE(children->boxes.size(), 16u);
+    for (const morphray::Box& box : children->boxes) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            EXPECT_GE(box.lower[k], root->boxes[0].lower[k]);
+            EXPECT_LE(box.upper[k], root->boxes[0].upper[k]);
+        }
+    }
+}
+
+TEST_F(EngineTest, EditsDegradeTheTreeAndUndoingMendsIt) {
+    Engine engine(options_, *clip_, messages_, signal());
+    state_.scene.update = "refit";
+    const ImageRequest still = request_of(state_, 0);
+    engine.post(still);
+    EXPECT_EQ(wait_for(engine, still)->panes[0].update.cost_ratio, 1);
+    state_.edit.shake = 0.05f;
+    const ImageRequest shaken = request_of(state_, 0);
+    engine.post(shaken);
+    EXPECT_GT(wait_for(engine, shaken)->panes[0].update.cost_ratio, 1.05);
+    engine.post(still);
+    EXPECT_NEAR(wait_for(engine, still)->panes[0].update.cost_ratio, 1, 1e-6);
+}
+
+}  // namespace
+}  // namespace mray::app
