@@ -163,7 +163,8 @@ AxisRange fit_axis(const Axis& axis, Direction direction, std::span<const double
     if (least > 0) extent.least = std::min(extent.least, least);
     AxisRange range = scale == Scale::kLog2 ? log2_range(extent) : log10_range(extent);
     if (has_zero && !axis.zero_name.empty()) {
-        range.zero_at = std::pow(10, std::ceil(std::log10(range.lower) - 1e-9) - 1);
+        // Clear of the least value.
+        range.zero_at = std::pow(10, std::floor(std::log10(range.lower / 3)));
         std::erase_if(range.ticks, [&](const Tick& tick) { return tick.at <= range.zero_at; });
         range.ticks.insert(range.ticks.begin(), {range.zero_at, axis.zero_name});
         range.lower = range.zero_at / 2;

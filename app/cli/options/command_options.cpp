@@ -214,10 +214,9 @@ void define_profile(CLI::App& program, Options& options) {
                    "with --policies, the stages in Chrome's trace format", options.trace_events);
     adder.add_text("--plot", "FILE.svg|.png", "with --policies, charts (needs gnuplot)",
                    options.plot);
-    adder.add_text(
-        "--baseline", "FILE.json",
-        "a --json report of an earlier run; a stage that is slower ends with exit code 1",
-        options.baseline);
+    adder.add_text("--baseline", "FILE.json",
+                   "an earlier --json report; exit code 1 if a stage became slower",
+                   options.baseline);
     adder.add("--tolerance", "PERCENT", "by how much a stage may be slower than in --baseline (10)",
               [&options](const std::string& option, const std::string& value) {
                   const bool has_sign = value.ends_with('%');

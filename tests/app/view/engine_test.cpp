@@ -63,7 +63,8 @@ TEST_F(EngineTest, ImagesAreThoseOfTheLibrary) {
         ShadingOptions shading;
         shading.shading = request.shading;
         shading.samples = request.samples;
-        const morphray::Image expected = scene.render(request.view, shading);
+        morphray::Image expected;
+        scene.render(request.view, shading, expected);
         EXPECT_EQ(image->panes[0].pixels, expected.pixels);
         EXPECT_EQ(image->panes[0].rays, expected.ray_count);
         EXPECT_TRUE(image->panes[0].has_update);

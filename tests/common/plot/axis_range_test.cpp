@@ -74,7 +74,10 @@ TEST(AxisRange, BeginsAtTheLeastValueThatThereCanBe) {
     const AxisRange none = fit(axis, {0, 0});
     EXPECT_EQ(none.ticks[0].text, "none");
     EXPECT_GE(none.ticks[1].at, 10);
-    EXPECT_LT(none.zero_at, 10);
+    for (const double least : {10.0, 15.0, 20.0, 50.0, 99.0}) {
+        const Axis other{.scale = Scale::kLog10, .zero_name = "none", .least_positive = least};
+        EXPECT_LT(fit(other, {0, 4e4}).zero_at, least / 3);
+    }
 }
 
 TEST(AxisRange, WithoutZerosThereIsNoPlaceForThem) {
