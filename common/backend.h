@@ -7,6 +7,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/index_range.h"
@@ -82,6 +83,9 @@ public:
     virtual void trace_image(const ImageParams& params, Frame& frame) = 0;
     /// Null: images are not cancelled. The flag must outlive its use.
     void cancel_images(const std::atomic<bool>* cancel) { cancel_ = cancel; }
+    /// Lends a frame whose memory the next image in an empty frame may take, so that it need not be
+    /// allocated and cleared.
+    void lend(Frame&& frame) { spare_ = std::move(frame); }
     /// Finds the closest hit hits[i] of rays[i]; any rays, in any order.
     virtual void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) = 0;
 
@@ -92,12 +96,16 @@ protected:
     bool is_cancelled() const {
         return cancel_ != nullptr && cancel_->load(std::memory_order_relaxed);
     }
+    void take_spare(Frame& frame) {
+        if (frame.hits.empty()) frame = std::exchange(spare_, {});
+    }
     void throw_if_cancelled() const {
         if (is_cancelled()) throw Error(ErrorKind::kCancelled, "the image was cancelled");
     }
 
 private:
     const std::atomic<bool>* cancel_ = nullptr;
+    Frame spare_;
 };
 
 }  // namespace mray

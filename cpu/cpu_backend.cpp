@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <type_traits>
 
@@ -24,6 +25,16 @@ namespace {
 // As many rays as the streams of a batch are made of (cpu/single_ray/octant_order-inl.h), or fewer
 // where threads would wait.
 constexpr std::size_t kRayGrain = 2048;
+
+/// The pixels of a tile whose camera ray hit something.
+std::uint64_t count_hits(const Frame& frame, const Tile& tile) {
+    std::uint64_t count = 0;
+    for (std::uint32_t y = tile.y0; y < tile.y1; ++y) {
+        const Hit* const row = frame.hits.data() + std::size_t{y} * frame.width;
+        for (std::uint32_t x = tile.x0; x < tile.x1; ++x) count += row[x].prim_id != kNoPrim;
+    }
+    return count;
+}
 
 /// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
 /// for a scene.
@@ -91,6 +102,7 @@ public:
 
     void trace_image(const ImageParams& params, Frame& frame) override {
         const std::size_t pixels = std::size_t{params.width} * params.height;
+        take_spare(frame);
         frame.width = params.width;
         frame.height = params.height;
         frame.hits.resize(pixels);
@@ -99,14 +111,17 @@ public:
         const Stopwatch watch;
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const ImageTiles tiles = tiles_for(params);
+        std::atomic<std::uint64_t> hits = 0;
         arena_.execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
-                if (!is_cancelled()) trace_tile(*tracer_, mesh, params, tiles[i], frame);
+                if (is_cancelled()) return;
+                trace_tile(*tracer_, mesh, params, tiles[i], frame);
+                hits.fetch_add(count_hits(frame, tiles[i]), std::memory_order_relaxed);
             });
         });
         throw_if_cancelled();
         times_.trace_ms = watch.ms();
-        times_.rays = count_rays(params, frame);
+        times_.rays = pixels + hits * rays_per_hit(params.rays, params.ao_count);
     }
 
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override {

@@ -40,6 +40,9 @@ private:
     mray::Backend& backend_;
 };
 
+// The most pixels of a frame that is kept for the next image: 24 bytes each.
+constexpr std::size_t kMostLentPixels = std::size_t{1} << 23;
+
 /// A ray in scene space that hits nothing: its interval is empty.
 constexpr mray::Ray kNoRay = {.org = {0, 0, 0}, .tnear = 1, .dir = {0, 0, 1}, .tfar = 0};
 
@@ -318,8 +321,12 @@ Image SceneImpl::render_shaded(const View& view) const {
     }
     // The hits are those of the samples, the pixels those of the image.
     Image image;
-    if (view.hits)
+    if (view.hits) {
         image = to_image(std::move(shaded.samples), shaded.params, pose_.space(), meshes_);
+    } else if (shaded.samples.hits.size() <= kMostLentPixels) {
+        const std::scoped_lock lock(mutex_);
+        tracer_->lend(std::move(shaded.samples));
+    }
     image.width = shaded.width;
     image.height = shaded.height;
     image.samples = view.samples;
