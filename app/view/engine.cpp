@@ -35,6 +35,7 @@ void Engine::probe(ProbeRequest request) {
     {
         const std::scoped_lock lock(mutex_);
         next_probe_ = std::move(request);
+        if (is_refining_) cancel_ = true;
     }
     wakes_.notify_one();
 }
@@ -92,7 +93,12 @@ void Engine::trace(const ImageRequest& request) {
             image->boxes = scene(request.backends.front()).tree_boxes(depth);
         }
     } catch (const Error& error) {
-        if (error.kind() == ErrorKind::kCancelled) return;
+        if (error.kind() == ErrorKind::kCancelled) {
+            // If a probe was the reason, the image is still wanted.
+            const std::scoped_lock lock(mutex_);
+            if (!next_image_) next_image_ = request;
+            return;
+        }
         if (!has_traced_ || error.kind() == ErrorKind::kDeviceLost) throw;
         image->panes.clear();
         image->error = error.what();

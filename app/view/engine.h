@@ -30,12 +30,13 @@ struct PixelProbe {
 };
 
 /// Only the newest request counts: one that has not begun is replaced, and one that refines an
-/// image is cancelled. All members may be called from one thread while the engine works in its own.
+/// image is cancelled. A probe goes first, and interrupts such an image. All members may be called
+/// from one thread while the engine works in its own.
 class Engine {
 public:
-    /// `on_result` is called in the engine's thread whenever there is something to take. The clip,
-    /// the messages, which no other thread may use, and on_result's context must outlive the
-    /// engine.
+    /// `on_result` is called in the engine's thread whenever there is something to take. Another
+    /// thread may only print with the messages. They, the clip and on_result's context must outlive
+    /// the engine.
     Engine(const Options& options, const Clip& clip, const Messages& messages,
            std::function<void()> on_result);
     /// Cancels, and waits for the thread.

@@ -45,6 +45,7 @@ public:
     const Topology& topology() const override { return clip_.topology(); }
     double first_frame() const override { return clip_.first_frame(); }
     double last_frame() const override { return clip_.last_frame(); }
+    const SceneTextures* textures() const override { return clip_.textures(); }
     std::span<const uvec3> smooth_corners() const override { return clip_.smooth_corners(); }
     void positions(double frame, std::span<vec3> out) const override;
     bool usable(double frame) const override { return clip_.usable(frame); }

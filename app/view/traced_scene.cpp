@@ -9,6 +9,8 @@ TracedScene::TracedScene(const Options& options, const Clip& clip, BackendChoice
     : options_(options), clip_(clip), backend_(backend), messages_(messages) {
     options_.backend.choice = backend;
     options_.tree.update_config.record_cost_ratio = true;
+    // Whatever is shown first, the scene has its textures.
+    options_.shading.shading = morphray::Shading::lit;
 }
 
 /// Brings the scene to the request's frame. Returns whether an update ran.

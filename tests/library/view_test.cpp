@@ -36,6 +36,29 @@ TEST(View, WithoutHitsHasTheSamePixels) {
     }
 }
 
+TEST(View, DoesNotShowWhatAnImageBeforeItHad) {
+    const UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(mesh.view());
+    View near{.width = 64, .height = 48, .shading = Shading::lit, .hits = false};
+    View far = near;
+    far.eye = morphray::Point{30, 20, 40};
+    near.ao_count = far.ao_count = 0;
+    const auto alone = [&](View view) {
+        view.hits = true;
+        return Scene::build(mesh.view()).render(view);
+    };
+    const Image expected_near = alone(near);
+    const Image expected_far = alone(far);
+    for (int i = 0; i < 3; ++i) {
+        for (const std::uint32_t width : {64u, 63u, 64u})
+            scene.render({.width = width, .hits = false});
+        EXPECT_EQ(scene.render(near).pixels, expected_near.pixels);
+        const Image image = scene.render(far);
+        EXPECT_EQ(image.pixels, expected_far.pixels);
+        EXPECT_EQ(image.ray_count, expected_far.ray_count);
+    }
+}
+
 TEST(View, ThatIsCancelledThrowsAndTheNextIsWhole) {
     const UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(mesh.view());

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "app/cli/choices.h"
 
@@ -66,6 +67,8 @@ InputActions Input::apply(const ScreenRect& canvas, float pixel_scale,
 void Input::begin_drag(const ScreenRect& canvas, ViewState& state) {
     const ImGuiIO& io = ImGui::GetIO();
     has_moved_ = false;
+    waiting_right_ = 0;
+    waiting_down_ = 0;
     const float part = (io.MousePos.x - canvas.x) / canvas.width;
     if (state.comparison == Comparison::kWipe && std::abs(part - state.wipe) < kWipeReach) {
         drag_ = Drag::kWipe;
@@ -95,10 +98,7 @@ void Input::drag(const ScreenRect& canvas, ViewState& state) {
             state.wipe = std::clamp((io.MousePos.x - canvas.x) / canvas.width, 0.0f, 1.0f);
             break;
         case Drag::kPull:
-            if (grabbed_ && grabbed_->pull < state.edit.pulls.size()) {
-                const Point moved = state.camera.drag_at(grabbed_->depth, right, down);
-                state.edit.pulls[grabbed_->pull].offset += vec3(moved[0], moved[1], moved[2]);
-            }
+            pull(right, down, state);
             break;
         case Drag::kNone:
             break;
@@ -109,6 +109,17 @@ void Input::grab(std::uint32_t vertex, double depth, float radius, ViewState& st
     if (drag_ != Drag::kPull) return;
     grabbed_ = Grabbed{depth, state.edit.pulls.size()};
     state.edit.pulls.push_back({vertex, {0, 0, 0}, radius});
+    pull(0, 0, state);
+}
+
+void Input::pull(double right, double down, ViewState& state) {
+    waiting_right_ += right;
+    waiting_down_ += down;
+    // The edits may have been undone meanwhile.
+    if (!grabbed_ || grabbed_->pull >= state.edit.pulls.size()) return;
+    const Point moved = state.camera.drag_at(grabbed_->depth, std::exchange(waiting_right_, 0),
+                                             std::exchange(waiting_down_, 0));
+    state.edit.pulls[grabbed_->pull].offset += vec3(moved[0], moved[1], moved[2]);
 }
 
 void Input::fly(ViewState& state) {

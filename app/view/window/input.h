@@ -30,7 +30,7 @@ public:
     InputActions apply(const ScreenRect& canvas, float pixel_scale, std::span<const KeyPress> keys,
                        ViewState& state);
     /// The vertex of a pixel that was grabbed, at a depth along the view in world space: it follows
-    /// the pointer until the button is released.
+    /// the pointer from where it was pressed until it is released.
     void grab(std::uint32_t vertex, double depth, float radius, ViewState& state);
     /// Whether a button is held or a key moves the camera.
     bool is_active() const { return drag_ != Drag::kNone || flies_; }
@@ -39,6 +39,7 @@ private:
     enum class Drag { kNone, kOrbit, kPan, kPull, kWipe };
     void begin_drag(const ScreenRect& canvas, ViewState& state);
     void drag(const ScreenRect& canvas, ViewState& state);
+    void pull(double right, double down, ViewState& state);
     void fly(ViewState& state);
     void press(int key, ViewState& state, InputActions& actions);
 
@@ -51,6 +52,9 @@ private:
         std::size_t pull = 0;
     };
     std::optional<Grabbed> grabbed_;
+    /// The way of the pointer before the vertex is known.
+    double waiting_right_ = 0;
+    double waiting_down_ = 0;
 };
 
 }  // namespace mray::app

@@ -33,7 +33,7 @@ constexpr int kRedraws = 3;
 /// Of the scene's diagonal: how far around a pulled vertex others follow.
 constexpr double kPullReach = 0.08;
 /// Of the scene's diagonal: how far vertices are thrown unless it is said.
-constexpr float kFirstShake = 0.002f;
+constexpr float kFirstShake = 0.01f;
 /// The image by which everything has been allocated that stays.
 constexpr std::uint64_t kEarlyImage = 100;
 

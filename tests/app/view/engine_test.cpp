@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <semaphore>
+#include <thread>
 
 #include "app/cli/command_line.h"
 #include "app/clip_scene.h"
@@ -94,12 +96,29 @@ TEST_F(EngineTest, APixelIsProbedAfterTheImageInProgress) {
     EXPECT_TRUE(probe->hits[0].hit);
 }
 
+TEST_F(EngineTest, AProbeInterruptsARefinementThatGoesOnAfterwards) {
+    Engine engine(options_, *clip_, messages_, signal());
+    state_.width = 600;
+    state_.height = 400;
+    const ImageRequest request = request_of(state_, last_step(state_));
+    engine.post(request);
+    engine.probe({request, {300, 200}, false});
+    EXPECT_EQ(wait_for(engine, request)->error, "");
+    EXPECT_TRUE(engine.take_probe().has_value());
+}
+
 TEST_F(EngineTest, EndsWhileItTraces) {
-    state_.width = 4000;
-    state_.height = 3000;
-    for (int i = 0; i < 5; ++i) {
+    state_.width = 400;
+    state_.height = 300;
+    state_.samples = 16;
+    for (int i = 0; i < 8; ++i) {
         Engine engine(options_, *clip_, messages_, signal());
+        const ImageRequest first = request_of(state_, 0);
+        engine.post(first);
+        wait_for(engine, first);
         engine.post(request_of(state_, last_step(state_)));
+        // At one of several moments of the image, or after it.
+        std::this_thread::sleep_for(std::chrono::milliseconds(4 * i));
         if (i % 2 == 0) engine.post(request_of(state_, 1));
     }
 }
