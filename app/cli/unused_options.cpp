@@ -16,7 +16,7 @@ namespace {
 using morphray::Shading;
 
 bool is_lit(const Options& o) {
-    if (o.command != Command::kRender) return false;
+    if (o.command != Command::kRender && o.command != Command::kView) return false;
     return o.shading.shading ? *o.shading.shading == Shading::lit : !o.rays_given;
 }
 
@@ -59,6 +59,7 @@ struct Rule {
 };
 
 constexpr auto kRender = Command::kRender;
+constexpr auto kView = Command::kView;
 constexpr auto kCrosscheck = Command::kCrosscheck;
 constexpr auto kProbe = Command::kProbe;
 constexpr auto kProfile = Command::kProfile;
@@ -77,8 +78,11 @@ const Rule kRules[] = {
       "--deterministic-updates", "--refit-on", "--build", "--build-at"},
      is_no_bundle,
      "the scene is a bundle, which has its own ray and tree"},
-    {{kRender}, {"--flat"}, has_normals, "only --shading lit and normal have smooth normals"},
-    {{kRender}, {"--ground"}, is_lit, "only --shading lit shows a ground"},
+    {{kRender, kView},
+     {"--flat"},
+     has_normals,
+     "only --shading lit and normal have smooth normals"},
+    {{kRender, kView}, {"--ground"}, is_lit, "only --shading lit shows a ground"},
     {{kRender}, {"--exr"}, is_lit, "only --shading lit has linear colours"},
     {{kRender},
      {"--ao-samples", "--ao-distance"},

@@ -23,7 +23,7 @@ std::vector<std::string> scene_arguments(const Options& given) {
     std::vector<std::string> kept;
     const std::vector<std::string>& all = given.view_arguments;
     for (std::size_t i = 0; i + 1 < all.size(); i += 2) {
-        if (all[i] == "--missing" || all[i] == "--build")
+        if (all[i] == "--cache" || all[i] == "--missing" || all[i] == "--build")
             kept.insert(kept.end(), {all[i], all[i + 1]});
     }
     return kept;
@@ -50,7 +50,8 @@ Options render_options(const Options& given, const ImageRequest& request,
     line = scene_arguments(given);
     const std::vector<std::string> camera = camera_arguments(request.view);
     line.insert(line.end(), camera.begin(), camera.end());
-    line.insert(line.end(), {"--light", text_of(*request.view.light)});
+    if (is_lit || (options.rays_given && request.view.rays == kRaysShadow))
+        line.insert(line.end(), {"--light", text_of(*request.view.light)});
     if (is_lit || (options.rays_given && request.view.rays == kRaysAo)) {
         line.insert(line.end(), {"--ao-samples", fmt::format("{}", request.view.ao_count),
                                  "--ao-distance", fmt::format("{}", request.view.ao_distance)});

@@ -31,7 +31,7 @@ TEST(View, WithoutHitsHasTheSamePixels) {
         EXPECT_EQ(pixels.height, 31u);
         EXPECT_TRUE(pixels.hits.empty());
         EXPECT_TRUE(pixels.occlusion.empty());
-        EXPECT_EQ(pixels.image_hash, 0u);
+        EXPECT_EQ(pixels.image_hash, whole.image_hash);
         EXPECT_EQ(pixels.hits_hash, 0u);
     }
 }

@@ -88,10 +88,9 @@ void define_render(CLI::App& program, Options& options) {
 }
 
 void define_view(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "view",
-                    "A window that shows the scene move, and how it is traced", Command::kView,
-                    kViewExamples);
+    const OptionAdder adder = add_command(
+        program, options, "view", "A window that shows the scene move, and how it is traced",
+        Command::kView, kViewExamples);
     add_scene(adder, true);
     add_frame(adder, "the frame that is shown first (the first)");
     adder.add_flag("--play", "begin to play at once", options.plays);

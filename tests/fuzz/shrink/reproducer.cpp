@@ -91,10 +91,12 @@ std::vector<std::string> crosscheck_arguments(const FuzzCase& fuzz_case, const V
     add("--up", comma_separated(view.up));
     if (view.eye) add("--eye", comma_separated(*view.eye));
     if (view.target) add("--target", comma_separated(*view.target));
-    if (view.light) add("--light", comma_separated(*view.light));
+    if (view.light && view.rays == kRaysShadow) add("--light", comma_separated(*view.light));
     add("--rays", app::name_of_rays(view.rays));
-    add("--ao-samples", fmt::format("{}", view.ao_count));
-    add("--ao-distance", fmt::format("{}", view.ao_distance));
+    if (view.rays == kRaysAo) {
+        add("--ao-samples", fmt::format("{}", view.ao_count));
+        add("--ao-distance", fmt::format("{}", view.ao_distance));
+    }
     add("--reference", "brute");
     add("--out", folder + "/difference");
     for (const std::string& word : words_of(variant.arguments)) line.push_back(word);
