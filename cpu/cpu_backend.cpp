@@ -107,7 +107,7 @@ public:
         frame.height = params.height;
         frame.hits.resize(pixels);
         frame.occlusion.resize(pixels);
-        frame.pixels.resize(pixels);
+        frame.pixels.resize(frame.with_pixels ? pixels : 0);
         const Stopwatch watch;
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const ImageTiles tiles = tiles_for(params);

@@ -72,13 +72,14 @@ void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& re
 
 void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& times,
                         const std::function<void()>& before_region) {
+    with_pixels_ = frame.with_pixels;
     prepare(params);
     const std::size_t pixel_count = std::size_t{params.width} * params.height;
     frame.width = params.width;
     frame.height = params.height;
     frame.hits.resize(pixel_count);
     frame.occlusion.assign(pixel_count, 0);
-    frame.pixels.resize(pixel_count);
+    frame.pixels.resize(with_pixels_ ? pixel_count : 0);
     times.trace_ms = times.secondary_ms = times.shade_ms = 0;
     for (const RegionArguments& region : regions_of(params, passes_.size().tiles)) {
         before_region();
@@ -92,8 +93,9 @@ void ImageTracer::trace(const ImageParams& params, Frame& frame, BackendTimes& t
 /// Prepares the kernels that every image of this kind needs, the fastest to compile first.
 void ImageTracer::prepare(const ImageParams& params) {
     const bool in_packets = kernels_.packet_lanes != 0;
-    std::vector<Kernel*> needed = {&kernels_.shade,
-                                   in_packets ? &kernels_.camera_packet : &kernels_.primary};
+    std::vector<Kernel*> needed;
+    if (with_pixels_) needed.push_back(&kernels_.shade);
+    needed.push_back(in_packets ? &kernels_.camera_packet : &kernels_.primary);
     if (is_one_submission(params)) {
         if (params.rays == kRaysShadow) needed.push_back(&light_kernel(params));
     } else if (rays_per_hit(params.rays, params.ao_count) != 0) {
@@ -109,8 +111,9 @@ bool ImageTracer::is_one_submission(const ImageParams& params) const {
 }
 
 void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& times) {
-    const bool is_shaded = is_one_submission(region.params);
-    const bool is_lit = is_shaded && region.params.rays == kRaysShadow;
+    const bool is_one = is_one_submission(region.params);
+    const bool is_lit = is_one && region.params.rays == kRaysShadow;
+    const bool is_shaded = is_one && with_pixels_;
     const RayPass camera = camera_pass(region);
     const Record record = [&](VkCommandBuffer commands) {
         passes_.record(commands, camera, 0);
@@ -130,7 +133,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
     // A pass that left rays without an answer is completed, and all after it is done again.
     const bool is_traced = !passes_.is_incomplete(camera, 0);
     if (!is_traced) times.trace_ms += passes_.complete(camera, 0, kernels_, scene_);
-    bool is_done = is_traced && is_shaded;
+    bool is_done = is_traced && is_one;
     if (is_lit) {
         const RayPass light = light_pass(region);
         if (!is_traced) {
@@ -142,7 +145,7 @@ void ImageTracer::trace_region(const RegionArguments& region, BackendTimes& time
     } else if (rays_per_hit(region.params.rays, region.params.ao_count) != 0) {
         times.secondary_ms += trace_visible(region);
     }
-    if (!is_done) times.shade_ms += context_.submit("shade", shading(region));
+    if (!is_done && with_pixels_) times.shade_ms += context_.submit("shade", shading(region));
 }
 
 RayPass ImageTracer::camera_pass(const RegionArguments& region) const {
@@ -246,7 +249,7 @@ double ImageTracer::trace_visible(const RegionArguments& region) {
 
 void ImageTracer::copy_region(const RegionArguments& region, Frame& frame) {
     copy_rows(transfer_, passes_.hits(), region, frame.width, frame.hits);
-    copy_rows(transfer_, passes_.pixels(), region, frame.width, frame.pixels);
+    if (with_pixels_) copy_rows(transfer_, passes_.pixels(), region, frame.width, frame.pixels);
     if (rays_per_hit(region.params.rays, region.params.ao_count) != 0) {
         copy_rows(transfer_, passes_.occlusion(), region, frame.width, frame.occlusion);
     }

@@ -47,6 +47,8 @@ private:
     Kernels& kernels_;
     RayPasses& passes_;
     const SceneBuffers& scene_;
+    /// Frame::with_pixels of the image that is traced.
+    bool with_pixels_ = true;
 };
 
 }  // namespace mray::gpu

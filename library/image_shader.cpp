@@ -96,6 +96,7 @@ void colour_by_tree(Shading shading, mray::Backend& backend, mray::ThreadArena& 
         if (hit.prim_id == mray::kNoPrim) return 0xFF000000u;
         return mray::cpu::looseness_colour(looseness[hit.prim_id]);
     };
+    image.samples.pixels.resize(image.samples.hits.size());
     arena.execute([&] {
         tbb::parallel_for(std::uint32_t{0}, image.params.height, [&](std::uint32_t y) {
             for (std::uint32_t x = 0; x < width; ++x) {
@@ -142,6 +143,8 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
 
     traced.params = mray::make_image_params(spec, pose.bounds(), pose.space());
     traced.has_sky = is_lit && view.ao_count > 0;
+    traced.samples.with_pixels = view.shading == Shading::plain;
+    traced.sky.with_pixels = false;
     backend.trace_image(traced.params, traced.samples);
     image.ray_count = backend.times().rays;
     image.trace_ms = backend.times().trace_ms;

@@ -307,6 +307,7 @@ void SceneImpl::render(const View& view, Image& image) const {
 void SceneImpl::render_plain(const View& view, TracedImage& traced, Image& image) const {
     traced.params = mray::make_image_params(to_spec(view), pose_.bounds(), pose_.space());
     traced.has_sky = false;
+    traced.samples.with_pixels = true;
     tracer_->trace_image(traced.params, traced.samples);
     image.ray_count = tracer_->times().rays;
     image.trace_ms = tracer_->times().trace_ms;

@@ -90,7 +90,7 @@ private:
     Tracer tracer_;
 };
 
-/// Makes colours of the hits of a tile of at most 64 x 64 pixels.
+/// Makes occlusion and colours of the hits of a tile of at most 64 x 64 pixels.
 template <class Tracer>
 class TileImage {
 public:
@@ -179,6 +179,7 @@ private:
     }
 
     void finish(std::uint32_t x, std::uint32_t y) {
+        if (!frame_.with_pixels) return;
         const std::size_t at = pixel(x, y);
         const std::uint32_t i = local(x, y);
         frame_.pixels[at] = is_hit(x, y) ? shade(params_, rays_[i], surfaces_[i],

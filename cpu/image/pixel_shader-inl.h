@@ -157,11 +157,14 @@ HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
     }
 }
 
-/// Writes occlusion and colours of a part. intensity(block, i, pixels, occlusion) returns the
-/// intensity of pixels i and following of a block, some of which are visible, and may write the
-/// numbers of their occluded rays.
-template <class Intensity>
-HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
+/// Writes occlusion and, if the frame has pixels, colours of a part. count_occluded(block, i,
+/// pixels, occlusion) writes the numbers of occluded rays of pixels i and following of a block,
+/// some of which are visible; intensity(block, i, pixels, occlusion) then returns how bright they
+/// are.
+template <class CountOccluded, class Intensity>
+HWY_INLINE void shade_part(const PixelPart& part, CountOccluded count_occluded,
+                           Intensity intensity) {
+    const bool with_pixels = part.frame.with_pixels;
     Tile row = part.tile;
     for (; row.y0 < part.tile.y1; row.y0 += kBlockSide) {
         row.y1 = std::min(row.y0 + kBlockSide, part.tile.y1);
@@ -172,8 +175,11 @@ HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
                 alignas(64) std::uint32_t occlusion[kBlockRays] = {};
                 for (std::uint32_t i = 0; i < kBlockRays; i += kLanes) {
                     const PixelLanes pixels = load_pixels(part, block, i);
+                    const bool is_any = !none(pixels.visible);
+                    if (is_any) count_occluded(block, i, pixels, occlusion + i);
+                    if (!with_pixels) continue;
                     UintVec colour = load(behind.colours + i);
-                    if (!none(pixels.visible)) {
+                    if (is_any) {
                         const FloatVec value = intensity(block, i, pixels, occlusion + i);
                         colour = select(uint_mask(pixels.visible),
                                         lanes::colour_of(value, load_albedo(part, pixels)), colour);
@@ -181,18 +187,20 @@ HWY_INLINE void shade_part(const PixelPart& part, Intensity intensity) {
                     store(colour, colours + i);
                 }
                 write_block(part, block, occlusion, part.frame.occlusion.data());
-                write_block(part, block, colours, part.frame.pixels.data());
+                if (with_pixels) write_block(part, block, colours, part.frame.pixels.data());
             });
     }
 }
 
 void shade_camera_part(const PixelPart& part) {
-    shade_part(part, [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels, std::uint32_t*)
-                         HWY_ATTR {
-                             const lanes::Float3 dir = directions_of(part, pixels);
-                             const lanes::Surface s = load_surfaces(part, pixels, dir);
-                             return lanes::lit_intensity(abs(dot3(s.normal, unit(dir))));
-                         });
+    shade_part(
+        part, [](const PixelBlock&, std::uint32_t, const PixelLanes&, std::uint32_t*) HWY_ATTR {},
+        [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels, const std::uint32_t*)
+            HWY_ATTR {
+                const lanes::Float3 dir = directions_of(part, pixels);
+                const lanes::Surface s = load_surfaces(part, pixels, dir);
+                return lanes::lit_intensity(abs(dot3(s.normal, unit(dir))));
+            });
 }
 
 HWY_INLINE DirectionLanes shadow_rays(const lanes::Surface& s, const lanes::Float3& light) {
@@ -217,8 +225,10 @@ bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, flo
                 const DirectionLanes ray = shadow_rays(s, light);
                 dir = select(traced, ray.dir, dir);
                 tfar = select(traced, ray.tfar, tfar);
-                intensity =
-                    lanes::lit_intensity(max(dot3(s.normal, unit(light - s.point)), zero()));
+                if (part.frame.with_pixels) {
+                    intensity =
+                        lanes::lit_intensity(max(dot3(s.normal, unit(light - s.point)), zero()));
+                }
                 any = any || !none(traced);
             }
             store(dir.x, to.dir[0] + i);
@@ -233,14 +243,20 @@ bool make_shadow_rays_of_part(const PixelPart& part, SharedOriginRays* rays, flo
 
 void shade_shadows_of_part(const PixelPart& part, const std::uint8_t* occluded, const float* lit) {
     const hn::Rebind<std::uint8_t, UintTag> bytes;
-    shade_part(part, [&](const PixelBlock& block, std::uint32_t i, const PixelLanes& pixels,
-                         std::uint32_t* occlusion) HWY_ATTR {
-        const std::uint32_t index = block.ray_index(part) + i;
-        const UintVec is_occluded = hn::PromoteTo(kUints, hn::LoadU(bytes, occluded + index));
-        store(zero_unless(uint_mask(pixels.visible), is_occluded), occlusion);
-        const auto is_lit = float_mask(is_occluded == splat(0u));
-        return select(is_lit, load_unaligned(lit + index), splat(kUnlitIntensity));
-    });
+    shade_part(
+        part,
+        [&](const PixelBlock& block, std::uint32_t i, const PixelLanes& pixels,
+            std::uint32_t* occlusion) HWY_ATTR {
+            const UintVec is_occluded =
+                hn::PromoteTo(kUints, hn::LoadU(bytes, occluded + block.ray_index(part) + i));
+            store(zero_unless(uint_mask(pixels.visible), is_occluded), occlusion);
+        },
+        [&](const PixelBlock& block, std::uint32_t i, const PixelLanes&,
+            const std::uint32_t* occlusion) HWY_ATTR {
+            const auto is_lit = float_mask(load(occlusion) == splat(0u));
+            return select(is_lit, load_unaligned(lit + block.ray_index(part) + i),
+                          splat(kUnlitIntensity));
+        });
 }
 
 /// ao_ray() of the surfaces that pixels (x, y) show, without the origin.
@@ -291,15 +307,20 @@ void make_ao_rays_of_part(const PixelPart& part, std::vector<Ray>& rays) {
 void shade_ao_of_part(const PixelPart& part, const std::uint8_t* occluded) {
     const std::uint32_t count = part.params.ao_count;
     const FloatVec per_ray = splat(rcp(static_cast<float>(count)));
-    shade_part(part, [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels,
-                         std::uint32_t* occlusion) HWY_ATTR {
-        for (std::uint32_t left = bits_of(pixels.visible); left != 0; left &= left - 1) {
-            std::uint32_t& sum = occlusion[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
-            for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
-        }
-        const UintVec open = splat(count) - load(occlusion);
-        return lanes::to_float(open) * per_ray;
-    });
+    shade_part(
+        part,
+        [&](const PixelBlock&, std::uint32_t, const PixelLanes& pixels, std::uint32_t* occlusion)
+            HWY_ATTR {
+                for (std::uint32_t left = bits_of(pixels.visible); left != 0; left &= left - 1) {
+                    std::uint32_t& sum = occlusion[hwy::Num0BitsBelowLS1Bit_Nonzero32(left)];
+                    for (std::uint32_t sample = 0; sample < count; ++sample) sum += *occluded++;
+                }
+            },
+        [&](const PixelBlock&, std::uint32_t, const PixelLanes&, const std::uint32_t* occlusion)
+            HWY_ATTR {
+                const UintVec open = splat(count) - load(occlusion);
+                return lanes::to_float(open) * per_ray;
+            });
 }
 
 }  // namespace HWY_NAMESPACE

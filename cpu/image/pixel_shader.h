@@ -12,7 +12,8 @@
 
 namespace mray::cpu {
 
-/// A part of an image. The frame has the hits of its camera rays; occlusion and pixels are written.
+/// A part of an image. The frame has the hits of its camera rays; occlusion and, with_pixels,
+/// pixels are written.
 struct PixelPart {
     const ImageParams& params;
     const ShadedMesh& mesh;

@@ -178,6 +178,28 @@ TEST(Shading, UsesTheMemoryOfAnImageAgain) {
     }
 }
 
+TEST(Shading, TracesTheRaysOfPlainImages) {
+    UserMesh mesh(torus(30, 20));
+    const Scene scene = Scene::build(smooth_view(mesh));
+    const Scene brute = scene.on(Device::brute_force());
+    const Scene scalar = scene.on(Device::cpu({.threads = 1, .simd = "off"}));
+    for (const Scene* device : {&scene, &brute, &scalar}) {
+        View lit = view_of(Shading::lit, 1);
+        View plain = view_of(Shading::plain, 1);
+        const Image both = device->render(lit);
+        lit.ao_count = 0;
+        const Image shadowed = device->render(lit);
+        plain.rays = morphray::Rays::shadow;
+        const Image shadows = device->render(plain);
+        EXPECT_EQ(shadowed.hits_hash, shadows.hits_hash);
+        EXPECT_EQ(shadowed.ray_count, shadows.ray_count);
+        plain.rays = morphray::Rays::ao;
+        const Image sky = device->render(plain);
+        for (std::size_t i = 0; i < sky.occlusion.size(); ++i)
+            EXPECT_EQ(both.occlusion[i], shadows.occlusion[i] + sky.occlusion[i]) << i;
+    }
+}
+
 TEST(Shading, RendersInManyThreads) {
     UserMesh mesh(torus(30, 20));
     const Scene scene = Scene::build(smooth_view(mesh));

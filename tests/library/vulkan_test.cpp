@@ -50,6 +50,26 @@ TEST(LibraryOnVulkan, AnswersAsTheCpu) {
     EXPECT_GT(scene.last_update().refit_ms, 0);
 }
 
+TEST(LibraryOnVulkan, LitImagesAreThoseOfTheCpu) {
+    UserMesh mesh(torus(40, 24));
+    const Scene scene = Scene::build(mesh.view(), vulkan());
+    const Scene twin = scene.on(Device::cpu());
+    // Without colours of the device first, then with them, then without again.
+    for (const auto shading : {morphray::Shading::lit, morphray::Shading::plain,
+                               morphray::Shading::prim, morphray::Shading::lit}) {
+        for (const std::uint32_t ao_count : {0u, 3u}) {
+            const morphray::View view{.width = 70,
+                                      .height = 50,
+                                      .rays = morphray::Rays::shadow,
+                                      .shading = shading,
+                                      .ao_count = shading == morphray::Shading::lit ? ao_count : 3};
+            const morphray::Comparison image =
+                morphray::compare(scene.render(view), twin.render(view));
+            EXPECT_TRUE(image.equal()) << morphray::describe(image);
+        }
+    }
+}
+
 TEST(LibraryOnVulkan, TheCpuMayRefitForTheDeviceAndTheOtherWayRound) {
     UserMesh mesh(torus(30, 20));
     const auto options = [](const Device& refitter) {
