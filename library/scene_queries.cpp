@@ -12,7 +12,7 @@
 #include "common/bvh/bvh_stats.h"
 #include "common/bvh/tree_boxes.h"
 #include "library/errors.h"
-#include "library/image_conversion.h"
+#include "library/image/image_conversion.h"
 #include "library/ray_grid.h"
 #include "library/scene_impl.h"
 

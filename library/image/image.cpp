@@ -7,7 +7,7 @@
 #include "common/image/depth.h"
 #include "common/image/png.h"
 #include "library/errors.h"
-#include "library/image_conversion.h"
+#include "library/image/image_conversion.h"
 
 namespace morphray {
 namespace detail {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/app/image_files.h"
+#include "tests/app/images/image_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
 

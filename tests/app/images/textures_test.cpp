@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/image/png.h"
-#include "tests/app/image_files.h"
+#include "tests/app/images/image_files.h"
 #include "tests/app/program.h"
 
 namespace mray::test {

@@ -10,7 +10,7 @@
 #include "common/scene/camera_setup.h"
 #include "common/scene/vertex_normals.h"
 #include "cpu/image/lit_shader.h"
-#include "library/image_conversion.h"
+#include "library/image/image_conversion.h"
 #include "library/mesh_list.h"
 #include "library/pose_reader.h"
 #include "morphray/image.hpp"

@@ -1,4 +1,4 @@
-#include "library/image_shader.h"
+#include "library/image/image_shader.h"
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
@@ -11,7 +11,7 @@
 #include "common/interop/camera.h"
 #include "cpu/reference/tree_heat.h"
 #include "library/errors.h"
-#include "library/image_conversion.h"
+#include "library/image/image_conversion.h"
 
 namespace morphray::detail {
 namespace {
