@@ -15,11 +15,11 @@ namespace mray {
 struct Frame {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
-    /// Whether a backend fills `pixels`; else they are empty. Set by the caller.
-    bool with_pixels = true;
     std::vector<Hit> hits;
     std::vector<std::uint32_t> occlusion;
     std::vector<std::uint32_t> pixels;
+    /// Whether a backend fills `pixels`; else they are empty. Set by the caller.
+    bool with_pixels = true;
 };
 
 /// The secondary rays that a pixel with a hit is given; `rays` is one of kRaysPrimary, kRaysShadow
