@@ -85,7 +85,11 @@ CentredTriangle centre_triangle(ProjectedTriangle t, float triangle_error) {
     return s;
 }
 
-/// Sets q and its errors. q is unknown if |volume| is at most kKnownVolume times its error.
+/// Volumes up to this are unknown: their reciprocals might overflow.
+const float kLeastVolume = 1.0e-30f;
+
+/// Sets q and its errors. q is unknown if |volume| is at most kLeastVolume, or at most kKnownVolume
+/// times its error.
 ///
 /// 1. The plane of the float vertices is n.(x, y, 1) / n.p in 1/z.
 /// 2. The weights of a hit give a point of this plane that is at most `error` from the ray, and off
@@ -95,7 +99,7 @@ CentredTriangle centre_triangle(ProjectedTriangle t, float triangle_error) {
 /// 4. The sum over x and y takes some 20 roundings, with |x|, |y| <= 17 (beyond that ray_error is
 ///    as large).
 void set_up_depth(inout Setup setup, CentredTriangle t) {
-    float scale = 1.0f / greater(abs(t.volume), 1.0e-30f);
+    float scale = 1.0f / greater(abs(t.volume), kLeastVolume);
     setup.q = t.normal * (t.volume < 0.0f ? -scale : scale);
     setup.q.z -= setup.q.x * t.middle.x + setup.q.y * t.middle.y;
     vec2 slope = abs(setup.q.xy);
@@ -117,7 +121,8 @@ void set_up_depth(inout Setup setup, CentredTriangle t) {
     float c1 = kReciprocalRounding + kSteepError * t.error * (slope.x + slope.y) + rounding +
                (t.in_front ? rule.by_q : 0.0f);
     bool is_known = setup.bound < 1.0e28f && abs(t.volume) > kKnownVolume * t.volume_error &&
-                    rounding < 0.03125f && q_most * by_q2 <= kFarDepth;
+                    abs(t.volume) > kLeastVolume && rounding < 0.03125f &&
+                    q_most * by_q2 <= kFarDepth;
     setup.q = is_known ? setup.q : vec3(0.0f);
     setup.q_error = is_known ? c0 + q_most * (c1 + q_most * by_q2) : 1.0e35f;
     // Steep triangles give no certain hit, since their error would become that of all hits: 2^-10.
