@@ -88,7 +88,7 @@ inline constexpr float kMostVolume = 1e34f;
 /// The bound, or the error of 1/z, of a triangle of which nothing is known: larger than any value
 /// of other triangles.
 inline constexpr float kUnknown = 1e35f;
-/// Reciprocals of smaller volumes could overflow.
+/// Nothing is known of 1/z for smaller volumes, whose reciprocals could overflow.
 inline constexpr float kLeastVolume = 1e-30f;
 
 /// Multiply an error of 1/z to cover its own rounding, a few products and sums.

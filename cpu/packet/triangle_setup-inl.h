@@ -332,7 +332,8 @@ private:
                                 FloatVec sign, Mask oriented, Triangles& out, std::size_t l,
                                 RuleDepth& rule) const {
         const FloatVec det = abs(planes.det);
-        const Mask has_depth = oriented & (det > splat(kKnownVolume) * planes.det_error);
+        const Mask has_depth =
+            oriented & (det > max(splat(kKnownVolume) * planes.det_error, splat(kLeastVolume)));
         const FloatVec scale = splat(1.0f) / max(det, splat(kLeastVolume));
         const FloatVec signed_scale = zero_unless(has_depth, scale | sign);
         const FloatVec depth_a = planes.normal[0] * signed_scale;
