@@ -1,6 +1,8 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -18,10 +20,21 @@ void hold_standard_descriptors() {
     }
 }
 
+/// Ends the process. Destructors of libraries do not run: after a failed allocation Vulkan's loader
+/// leaves a mutex locked for which its own destructor waits. Sanitizers and coverage need exit().
+[[noreturn]] void end_process(int code) {
+    std::fflush(nullptr);
+#ifdef MORPHRAY_RUNS_EXIT_HANDLERS
+    std::exit(code);
+#else
+    std::_Exit(code);
+#endif
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     hold_standard_descriptors();
     const std::vector<std::string> arguments(argv + (argc > 0 ? 1 : 0), argv + argc);
-    return mray::app::run_program(arguments);
+    end_process(mray::app::run_program(arguments));
 }

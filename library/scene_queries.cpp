@@ -26,7 +26,8 @@ constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
 // Rays that are handed to a device together.
 constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
 
-// The memory of the traced samples of an image is kept for the next one up to so many: 200 MB.
+// The memory of the traced samples of an image is kept for the next one up to so many: 340 MB
+// with those of the sky.
 constexpr std::size_t kMostSpareSamples = std::size_t{1} << 23;
 
 /// Lets a backend's images be cancelled while it lives.
@@ -281,8 +282,6 @@ bool SceneImpl::occluded(const Ray& ray) const {
 
 void SceneImpl::render(const View& view, Image& image) const {
     require_usable();
-    if (view.cancel != nullptr && *view.cancel)
-        throw mray::Error(mray::ErrorKind::kCancelled, "the image was cancelled");
     TracedImage traced;
     {
         const std::scoped_lock lock(mutex_);

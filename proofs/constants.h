@@ -78,6 +78,8 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kShearRounding),
     PROOFS_CONSTANT(kVolumeError),
     PROOFS_CONSTANT(kKnownVolume),
+    PROOFS_CONSTANT(kLeastVolume),
+    PROOFS_CONSTANT(kMostVolume),
     PROOFS_CONSTANT(kRayError),
     PROOFS_CONSTANT(kVolumeRounding),
     PROOFS_CONSTANT(kVolumeExtentError),

@@ -8,7 +8,9 @@
 #                kReciprocalRounding (c1), kRuleDepthFactor, kRuleExtentError, kNarrowDepth (by_q,
 #                by_q2), kNearestByDepth
 #   inputs       theta = gradient times how far the mean g of the vertices under the hit's weights is
-#                off the ray; |det| > kKnownVolume det_error (packet_volume.g)
+#                off the ray; |det| > kKnownVolume det_error (packet_volume.g), and in (kLeastVolume,
+#                kMostVolume), so that scale = 1 / |det| with one rounding. On a device the
+#                determinant of the packet's directions is beyond kLeastVolume, too, or by_q unused.
 #   by hand      |n_x| + |n_y| <= 6 size z, since n is the sum of the edge functions (packet_edges.g).
 #                Rounded differences are those of a triangle whose other two vertices are off by u of
 #                an edge: 2 u (size + half_extent z) <= 2 u L, and <= 2 u size + 4 u R z, beside the
@@ -31,6 +33,8 @@
 # step: kFarDepth 2
 # step: kVolumeError 0.5
 # step: kKnownVolume 0.5
+# step: kLeastVolume 0.000000001
+# step: kMostVolume 10000
 # step: kUnfusedNormal 0.5
 # step: kNearestByDepth 0.99999
 
@@ -39,6 +43,9 @@
   in [0, 0] }
 (nx * (x * zg + gx) + ny * (y * zg + gy) + nz * zg) - (nx * gx + ny * gy) - zg * (nx * x + ny * y + nz)
   -> 0;
+
+## lemma: scale and directions.volume are normal floats
+{ v in [@kLeastVolume@, @kMostVolume@] -> 1 / v in [0x1p-126, 0x1p127] }
 
 ## lemma: theta <= 0.22: of error, by L error z; of the differences, by L^2 z
 # Needs of extent, size and R z, relative to what `error` has of each.

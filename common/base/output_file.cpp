@@ -16,6 +16,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/file_descriptor.h"
+#include "common/base/temporary_file.h"
 #include "common/text/number_text.h"
 
 namespace mray {
@@ -65,41 +66,6 @@ public:
 private:
     sigset_t ours_;
     sigset_t before_;
-};
-
-/// A new empty file in `folder`, removed unless renamed. Its name is short, because the target's
-/// may already have the greatest length. Errors name `output`.
-class Temporary {
-public:
-    Temporary(const fs::path& folder, const fs::path& output) : file_(create(folder)) {
-        if (file_.fd() < 0) fail_with_errno(output, errno);
-    }
-    ~Temporary() {
-        if (!renamed_) ::unlink(path_.c_str());
-    }
-    Temporary(const Temporary&) = delete;
-    Temporary& operator=(const Temporary&) = delete;
-
-    FileDescriptor& file() { return file_; }
-    /// Returns whether the target is now this file; otherwise errno is set.
-    bool rename_to(const fs::path& target) {
-        renamed_ = ::rename(path_.c_str(), target.c_str()) == 0;
-        return renamed_;
-    }
-
-private:
-    // O_EXCL makes the name ours; the mode is left to the umask, as for any new file.
-    int create(const fs::path& folder) {
-        for (int attempt = 0;; ++attempt) {
-            path_ = folder / fmt::format(".morphray-{}-{}.partial", ::getpid(), attempt);
-            const int fd = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-            if (fd >= 0 || errno != EEXIST) return fd;
-        }
-    }
-
-    fs::path path_;
-    bool renamed_ = false;
-    FileDescriptor file_;
 };
 
 /// Returns errno, or 0 when all bytes were taken.
@@ -162,15 +128,13 @@ Target classify(const fs::path& path) {
 
 void write_regular_file(const fs::path& path, std::span<const std::byte> bytes) {
     const fs::path target = follow_links(path);
-    Temporary temporary(target.parent_path(), path);
+    TemporaryFile temporary(target.parent_path());
+    if (!temporary.is_open()) fail_with_errno(path, errno);
     struct stat old = {};
-    if (::stat(target.c_str(), &old) == 0) {
-        ::fchmod(temporary.file().fd(), old.st_mode & 07777);
-    }
-    if (const int error = write_all(temporary.file().fd(), bytes)) fail_with_errno(path, error);
-    if (::fsync(temporary.file().fd()) != 0) fail_with_errno(path, errno);
-    if (const int error = temporary.file().close()) fail_with_errno(path, error);
-    if (!temporary.rename_to(target)) fail_with_errno(path, errno);
+    if (::stat(target.c_str(), &old) == 0) ::fchmod(temporary.fd(), old.st_mode & 07777);
+    if (const int error = write_all(temporary.fd(), bytes)) fail_with_errno(path, error);
+    if (::fsync(temporary.fd()) != 0) fail_with_errno(path, errno);
+    if (const int error = temporary.rename_to(target)) fail_with_errno(path, error);
 }
 
 void write_stream(const fs::path& path, int fd, std::span<const std::byte> bytes) {
@@ -199,7 +163,10 @@ void write_file(const fs::path& path, std::string_view text) {
 
 void check_writable(const fs::path& path) {
     // A folder's mode is not reliable (root, read-only and virtual file systems), so try it.
-    if (classify(path) == Target::kFile) Temporary(follow_links(path).parent_path(), path);
+    if (classify(path) != Target::kFile) return;
+    const fs::path folder = follow_links(path).parent_path();
+    remove_stray_files(folder);
+    if (!TemporaryFile(folder).is_open()) fail_with_errno(path, errno);
 }
 
 void make_output_folder(const fs::path& path) {
@@ -210,7 +177,8 @@ void make_output_folder(const fs::path& path) {
         fail(path, "folder cannot be created (" + error.message() + ")",
              "choose another place for the output");
     }
-    Temporary(path, path);
+    remove_stray_files(path);
+    if (!TemporaryFile(path).is_open()) fail_with_errno(path, errno);
 }
 
 }  // namespace mray

@@ -77,8 +77,11 @@ SHARED_CONST float kVolumeExtentError = 3.814697265625e-06f;
 // The rounding of the volume by edges that are no difference of exact products: 16 u times
 // edge (2 z_range size + edge z).
 SHARED_CONST float kDeviceVolumeRounding = 9.5367431640625e-07f;
-// 1 / z is known where the volume is more than this many times its error.
+// 1 / z is known where the volume is more than this many times its error, and between these two,
+// where its reciprocal neither overflows nor underflows.
 SHARED_CONST float kKnownVolume = 4.0f;
+SHARED_CONST float kLeastVolume = 1e-30f;
+SHARED_CONST float kMostVolume = 1e34f;
 // Times the volume's error by the nearest z, a bound of the sum of a hit's edge functions where the
 // volume's sign is uncertain.
 SHARED_CONST float kEitherSign = 2.125f;

@@ -105,7 +105,7 @@ private:
         }
         std::fill_n(&run_of_[width], kLanes, run);
         count_ = std::size_t{run} + 1;
-        std::fill_n(&prims_[count_], std::min<std::size_t>(kLanes, prims_.size() - count_), prim);
+        std::fill_n(&prims_[count_], kLanes, prim);
         return true;
     }
 

@@ -81,15 +81,12 @@ inline constexpr float kFrontError = 16.0f;
 /// It also has all z above this, so that 1/z and what is multiplied by it stay finite.
 inline constexpr float kLeastFrontZ = 1e-10f;
 
-/// Edge functions are at most bound / kEdgeRounding. A triangle with a larger bound, or with a
-/// larger volume, may overflow: nothing is known of it.
+/// Edge functions are at most bound / kEdgeRounding. A triangle with a larger bound may overflow:
+/// nothing is known of it.
 inline constexpr float kMostBound = 1e28f;
-inline constexpr float kMostVolume = 1e34f;
 /// The bound, or the error of 1/z, of a triangle of which nothing is known: larger than any value
 /// of other triangles.
 inline constexpr float kUnknown = 1e35f;
-/// Nothing is known of 1/z for smaller volumes, whose reciprocals could overflow.
-inline constexpr float kLeastVolume = 1e-30f;
 
 /// Multiply an error of 1/z to cover its own rounding, a few products and sums.
 inline constexpr float kCameraErrorFactor = 1.0001f;

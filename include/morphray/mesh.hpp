@@ -67,9 +67,8 @@ struct TextureView {
 
 /// A mesh of triangles in the caller's memory. `positions` are read by Scene::build(), attach() and
 /// each update(), so they must stay where they are until the mesh is detached or the scene is
-/// destroyed. All other arrays
-/// are copied once. Any mesh is accepted, also one without
-/// triangles; positions that are NaN or infinite make their triangles unhittable.
+/// destroyed. All other arrays are copied once. Any mesh is accepted, also one without triangles;
+/// positions that are NaN or infinite make their triangles unhittable.
 struct MeshView {
     Positions positions = {};
     /// Three indices of positions for each triangle.

@@ -16,7 +16,7 @@ struct Directions {
     float axis_step;
     /// The largest sum of a step's components, that on the rule's z counted twice.
     float lateral;
-    /// 1 / |det(step_x, step_y, D)|.
+    /// 1 / |det(step_x, step_y, D)|, or kDone if this determinant is at most kLeastVolume.
     float volume;
     /// The part of z in the errors of projected vertices.
     float depth_share;
@@ -42,7 +42,8 @@ void set_directions(vec3 middle, vec3 step_x, vec3 step_y, vec2 reach) {
     vec3 weights =
         vec3(is_y || is_z ? 1.0f : 2.0f, is_z || is_x ? 1.0f : 2.0f, is_x || is_y ? 1.0f : 2.0f);
     directions.lateral = greater(dot(weights, size_x), dot(weights, size_y));
-    directions.volume = 1.0f / greater(abs(dot(middle, cross(step_x, step_y))), 1.0e-30f);
+    float volume = abs(dot(middle, cross(step_x, step_y)));
+    directions.volume = volume > kLeastVolume ? 1.0f / volume : kDone;
     directions.depth_share =
         frame.row_size.z / (frame.row_size.x + frame.row_size.y + 34.0f * frame.row_size.z);
 }
@@ -103,7 +104,7 @@ RuleDepth rule_depth(Extents t, float q_most, float z_error) {
     d.by_q2 = frame.row_size.z * (kWeightRounding * range + kRuleDepthError * depth) + z_error;
     bool is_apart = 128.0f * t.error * t.size * t.z_size * t.scale < 1.0f;
     float relative = d.by_q + d.by_q2 * q_most;
-    bool is_narrow = is_apart && weights * depth <= 0.03125f &&
+    bool is_narrow = is_apart && directions.volume < kDone && weights * depth <= 0.03125f &&
                      relative <= lesser(kNarrowDepth, frame.depth_error * q_most);
     d.by_q = is_narrow ? d.by_q : 0.0f;
     d.by_q2 = is_narrow ? d.by_q2 : kRuleDepthFactor * frame.depth_error;

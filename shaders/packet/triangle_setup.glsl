@@ -85,9 +85,6 @@ CentredTriangle centre_triangle(ProjectedTriangle t, float triangle_error) {
     return s;
 }
 
-/// Volumes up to this are unknown: their reciprocals might overflow.
-const float kLeastVolume = 1.0e-30f;
-
 /// Sets q and its errors. q is unknown if |volume| is at most kLeastVolume, or at most kKnownVolume
 /// times its error.
 ///
@@ -156,7 +153,7 @@ Setup set_up_triangle(ProjectedTriangle triangle, float triangle_error) {
     bool is_oriented = abs(t.volume) > t.volume_error;
     float either_sign = kEitherSign * t.volume_error / greater(t.z_least, 1.0e-20f);
     bound += is_oriented || !t.in_front ? 0.0f : either_sign;
-    bool is_known = bound < 1.0e28f && abs(t.volume) < 1.0e34f;
+    bool is_known = bound < 1.0e28f && abs(t.volume) < kMostVolume;
     float orientation = t.volume < 0.0f ? -1.0f : 1.0f;
     Setup setup;
     setup.a = is_known ? orientation * a : vec3(0.0f);

@@ -108,7 +108,7 @@ TEST(RenderTextures, DamagedOneIsAnErrorUnlessLenient) {
     EXPECT_EQ(lenient.code, 0) << lenient.err;
     EXPECT_NE(lenient.err.find("a.png: warning: is not a PNG file"), std::string::npos)
         << lenient.err;
-    // Nobody looks at it.
+    // Plain images do not read textures.
     EXPECT_EQ(render(folder, {"--backend", "cpu", "--shading", "plain"}).code, 0);
 }
 

@@ -143,7 +143,7 @@ TEST(ObjTextures, CoordinatesThatAreNotFiniteAreZeroWithAWarning) {
     EXPECT_NE(result.warnings[0].find("a.obj:6: warning: texture coordinate 'nan'"),
               std::string::npos)
         << result.warnings[0];
-    // Nobody looks at them without a texture.
+    // Without a texture, coordinates are not checked.
     EXPECT_TRUE(read(folder, text).warnings.empty());
 }
 
