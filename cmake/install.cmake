@@ -52,6 +52,8 @@ install(FILES ${package_build}/morphray.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/p
 
 if(TARGET morphray)
     install(TARGETS morphray RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+    install(DIRECTORY share/slurm share/openjd
+        DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray COMPONENT program)
     include(cmake/manual/manual.cmake)
     add_dependencies(morphray_install_files morphray morphray_manual)
 endif()

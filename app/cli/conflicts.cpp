@@ -30,6 +30,37 @@ void check_shading(const Options& options) {
             "--hits, --samples: a file of hits has one camera ray a pixel; leave one of them out");
 }
 
+/// Shards and runs that go on render the same images as one run: with a tree that depends on the
+/// frames before, colours by the tree would differ.
+void check_farm(const Options& options) {
+    using morphray::Shading;
+    const FarmOptions& farm = options.farm;
+    if (farm.verify_every > 0 && (!farm.shard || farm.shard->count < 2))
+        refuse("--verify-every: other shards render frames again; give --shard I/N, N at least 2");
+    if (!farm.is_resumable()) return;
+    const char* const name = farm.shard ? "--shard" : "--skip-existing";
+    if (farm.shard && options.out.ends_with(".png"))
+        refuse("--shard, --out: a shard writes a part beside its images; give a folder");
+    if (!options.hits.empty() && !options.hits.ends_with('/'))
+        refuse(
+            fmt::format("{}, --hits: one file has the hits of all frames; give a folder, such "
+                        "as hits/, for a file each frame",
+                        name));
+    const Shading shading = options.shading.shading.value_or(Shading::plain);
+    const bool shows_tree = shading == Shading::steps || shading == Shading::sah;
+    if (shows_tree && options.tree.update != "refit" && options.tree.update != "rebuild")
+        refuse(
+            fmt::format("{}, --shading {}: these colours depend on the frames before; choose "
+                        "--update refit or rebuild",
+                        name, name_of(shading)));
+}
+
+void check_merge(const Options& options) {
+    if (!options.sheet.empty() && !options.sheet.ends_with(".png")) refuse("--sheet: a .png file");
+    if (options.is_given("--rate") && options.video.empty())
+        refuse("--rate: how fast a video is; give --video, too");
+}
+
 void check_view(const Options& options) {
     check_shading(options);
     if (options.exits && options.screenshot.empty())
@@ -67,7 +98,11 @@ void check_probe(const Options& options) {
 }  // namespace
 
 void check_conflicts(const Options& options) {
-    if (options.command == Command::kRender) check_shading(options);
+    if (options.command == Command::kRender) {
+        check_shading(options);
+        check_farm(options);
+    }
+    if (options.command == Command::kMerge) check_merge(options);
     if (options.command == Command::kView) check_view(options);
     if (options.command == Command::kProbe) check_probe(options);
     if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {

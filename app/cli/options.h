@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/cli/numbers.h"
+#include "app/farm/shard.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_source.h"
@@ -27,7 +28,8 @@ enum class Command {
     kChart,
     kInfo,
     kDevices,
-    kView
+    kView,
+    kMerge
 };
 
 enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
@@ -71,6 +73,18 @@ struct ShadingOptions {
     bool ground = false;
 };
 
+/// How render shares its frames with other machines.
+struct FarmOptions {
+    /// The share of the frames that is rendered; none: all, and no part is written.
+    std::optional<Shard> shard;
+    bool skip_existing = false;
+    /// Each frame of that number is rendered by other shards, too; 0: none.
+    std::uint32_t verify_every = 0;
+
+    /// Whether outputs are a file each frame, which another run may complete.
+    bool is_resumable() const { return shard.has_value() || skip_existing; }
+};
+
 struct TreeOptions {
     /// The text of an update policy. Empty: the default of the command.
     std::string update;
@@ -102,6 +116,7 @@ struct Options {
 
     BackendOptions backend;
     TreeOptions tree;
+    FarmOptions farm;
 
     std::string out;
     std::string json;
@@ -121,6 +136,12 @@ struct Options {
 
     // diff: the file that is expected, and the other one
     std::vector<std::string> compared_files;
+
+    // merge: the folders of the parts; a contact sheet, and a video of so many images a second
+    std::vector<std::string> part_folders;
+    std::string sheet;
+    std::string video;
+    std::uint32_t video_rate = 24;
 
     // probe
     double frame = 0;

@@ -4,11 +4,15 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
-#include <set>
 
+#include "app/cli/remedy_text.h"
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
+#include "app/commands/render/frame_tasks.h"
 #include "app/commands/render/render_command.h"
+#include "app/farm/existing_image.h"
+#include "app/farm/part_log.h"
+#include "app/farm/scene_hash.h"
 #include "app/files/exr_writer.h"
 #include "app/files/output_folder.h"
 #include "app/frames.h"
@@ -19,36 +23,13 @@
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
+#include "common/base/stopwatch.h"
 #include "common/image/png.h"
 #include "common/text/table.h"
 #include "morphray/hits.hpp"
 
 namespace mray::app {
 namespace {
-
-// Width of an image in the contact sheet, which is about square and 1536 pixels wide. Only these
-// small images stay in memory until the end.
-std::uint32_t thumbnail_width(std::size_t frames) {
-    if (frames <= 4) return 768;
-    return frames <= 16 ? 384 : 192;
-}
-
-/// Whether --out names one image instead of a folder.
-bool is_one_image(const Options& options) {
-    return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out);
-}
-
-std::filesystem::path folder_of(const Options& options) {
-    if (options.out.empty()) return "out";
-    if (!is_one_image(options)) return options.out;
-    const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
-    return folder.empty() ? "." : folder;
-}
-
-std::string image_name(const Options& options, double frame) {
-    if (is_one_image(options)) return std::filesystem::path(options.out).filename();
-    return fmt::format("frame_{}.png", frame_label(frame));
-}
 
 /// The kinds of rays that an image is made of.
 std::string rays_text(const Options& options) {
@@ -61,54 +42,104 @@ std::string rays_text(const Options& options) {
 
 class Renderer {
 public:
-    Renderer(const Options& options, const Clip& clip, const std::vector<double>& frames,
-             const std::filesystem::path& folder, const Messages& messages)
+    Renderer(const Options& options, const Clip& clip, const std::vector<FrameTask>& tasks,
+             const std::filesystem::path& folder, PartLog& log, const Messages& messages)
         : options_(options),
           messages_(messages),
           folder_(folder),
-          scene_(options, clip, frames.front(), messages),
-          thumbnail_width_(thumbnail_width(frames.size())) {
+          clip_(clip),
+          tasks_(tasks),
+          log_(log),
+          thumbnails_(tasks.size()) {
         const ViewSpec& view = options.view;
-        if (!options.hits.empty()) hits_.emplace(view.width, view.height);
+        if (!options.hits.empty() && !has_hits_folder(options))
+            hits_.emplace(view.width, view.height);
+        using morphray::Shading;
+        clip_hash_ = clip_hash(clip, *options.shading.shading == Shading::lit, options.lenient);
         const Topology& topology = clip.topology();
         report_.head = {"render",   clip.name(), topology.triangles.size(), topology.vertex_count,
                         view.width, view.height};
-        report_.backend = scene_.scene().device().name();
-        report_.device = scene_.scene().device().description();
         report_.rays = rays_text(options);
         report_.shading = name_of(*options.shading.shading);
         report_.samples = *options.shading.samples;
     }
 
-    void render(double frame_number) {
-        scene_.advance(frame_number);
-        messages_.note(fmt::format("frame {}: {}, {}", frame_number,
-                                   to_string(scene_.update().step), scene_.update().reason));
-        morphray::Image& traced = traced_;
-        scene_.render(options_.view, options_.shading, traced);
-        report_.frames.push_back(
-            report_frame(scene_, frame_number, traced, !options_.json.empty()));
-        if (hits_) call_library([&] { hits_->add(traced); });
-        const std::vector<PngText> texts = image_texts(options_, frame_number, traced);
-        if (!options_.shading.exr.empty()) {
-            const ExrColours colours =
-                options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
-            std::filesystem::path file = folder_ / image_name(options_, frame_number);
-            write_file(file.replace_extension(".exr"), encode_exr(traced, colours, texts));
+    std::uint64_t hash_of_clip() const { return clip_hash_; }
+
+    /// Takes the image of an earlier run, if there is one that counts.
+    bool keep(std::size_t i) {
+        const FrameTask& task = tasks_[i];
+        std::vector<vec3> positions(clip_.topology().vertex_count);
+        if (!clip_.usable(task.frame)) return false;
+        clip_.positions(task.frame, positions);
+        std::string reason;
+        std::optional<ExistingImage> existing = read_existing(
+            options_, folder_, task, frame_hash(clip_hash_, positions), log_.earlier(task), reason);
+        if (!existing) {
+            if (!reason.empty())
+                messages_.note(fmt::format("{} is rendered again: {}", task.file, reason));
+            return false;
         }
-        Image image{traced.width, traced.height, std::move(traced.pixels)};
-        const std::string file = image_name(options_, frame_number);
-        write_file(folder_ / file, encode_png(image, texts));
-        thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
-        report_.frames.back().file = file;
-        traced.pixels = std::move(image.pixels);
+        add_thumbnail(i, existing->image);
+        log_.keep(task, std::move(existing->part));
+        report_.kept.push_back(task.frame);
+        return true;
     }
 
-    std::size_t finished() const { return report_.frames.size(); }
+    /// Builds the tree; before the first render().
+    void open(double first_frame) {
+        scene_.emplace(options_, clip_, first_frame, messages_);
+        report_.backend = scene_->scene().device().name();
+        report_.device = scene_->scene().device().description();
+        log_.set_device(report_.backend, report_.device);
+    }
+
+    void render(std::size_t i) {
+        const FrameTask& task = tasks_[i];
+        const Stopwatch watch;
+        scene_->advance(task.frame);
+        messages_.note(fmt::format("frame {}: {}, {}", task.frame, to_string(scene_->update().step),
+                                   scene_->update().reason));
+        morphray::Image& traced = traced_;
+        scene_->render(options_.view, options_.shading, traced);
+        report_.frames.push_back(report_frame(*scene_, task.frame, traced, !options_.json.empty()));
+        const std::uint64_t scene_hash = frame_hash(clip_hash_, scene_->positions());
+        PartImage part;
+        part.scene_hash = scene_hash;
+        part.hits_hash = traced.hits_hash;
+        part.image_hash = traced.image_hash;
+        if (hits_) call_library([&] { hits_->add(traced); });
+        if (const auto file = hits_file_of(options_, task); !file.empty()) {
+            morphray::HitsWriter hits(options_.view.width, options_.view.height);
+            call_library([&] {
+                hits.add(traced);
+                hits.write(file);
+            });
+            part.outputs.push_back(output_of(folder_, file));
+        }
+        const std::vector<PngText> texts = image_texts(options_, task.frame, scene_hash, traced);
+        if (const auto file = exr_file_of(options_, folder_, task); !file.empty()) {
+            const ExrColours colours =
+                options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
+            write_file(file, encode_exr(traced, colours, texts));
+            part.outputs.push_back(output_of(folder_, file));
+        }
+        Image image{traced.width, traced.height, std::move(traced.pixels)};
+        write_file(folder_ / task.file, encode_png(image, texts));
+        add_thumbnail(i, image);
+        report_.frames.back().file = task.file;
+        traced.pixels = std::move(image.pixels);
+        part.total_ms = watch.ms();
+        log_.add(task, std::move(part));
+    }
+
+    /// Images that are there.
+    std::size_t finished() const { return report_.frames.size() + report_.kept.size(); }
 
     /// Writes the outputs that concern all frames.
     void finish(bool complete) {
         report_.complete = complete;
+        std::erase_if(thumbnails_, [](const Image& image) { return image.pixels.empty(); });
         if (thumbnails_.size() > 1) {
             write_file(folder_ / "sheet.png", encode_png(contact_sheet(thumbnails_)));
         }
@@ -118,6 +149,12 @@ public:
     }
 
 private:
+    /// For the sheet, which a shard does not have.
+    void add_thumbnail(std::size_t i, const Image& image) {
+        if (options_.farm.shard) return;
+        thumbnails_[i] = contact_sheet({&image, 1}, thumbnail_width(tasks_.size()));
+    }
+
     std::string table() const {
         Table table({"frame", "tree", "update ms", "trace ms", "Mray/s", "hits", "file"});
         for (const FrameReport& frame : report_.frames) {
@@ -128,17 +165,25 @@ private:
                        fmt::format("{:.2f}", frame.times.trace_ms), fmt::format("{:.2f}", rate),
                        fmt::format("{}", frame.hits), (folder_ / frame.file).string()});
         }
-        return table.text();
+        std::string text = table.empty() ? std::string() : table.text();
+        if (!report_.kept.empty())
+            text += fmt::format("{} image{} of an earlier run kept in {}\n", report_.kept.size(),
+                                report_.kept.size() == 1 ? "" : "s", folder_.string());
+        return text;
     }
 
     const Options& options_;
     const Messages& messages_;
     std::filesystem::path folder_;
-    ClipScene scene_;
+    const Clip& clip_;
+    const std::vector<FrameTask>& tasks_;
+    PartLog& log_;
+    std::uint64_t clip_hash_ = 0;
+    std::optional<ClipScene> scene_;
     /// Of the last frame.
     morphray::Image traced_;
-    std::uint32_t thumbnail_width_;
     std::optional<morphray::HitsWriter> hits_;
+    /// One for each task, empty until it is done.
     std::vector<Image> thumbnails_;
     RenderReport report_;
 };
@@ -171,7 +216,9 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
         std::uint64_t{options.view.width} * options.view.height * *options.shading.samples;
     // The hits of all frames, twice, because a growing array is copied.
     const std::uint64_t kept =
-        (options.hits.empty() ? 0 : 2 * frames * pixels * kHitsFileBytesPerPixel) +
+        (options.hits.empty()
+             ? 0
+             : 2 * (has_hits_folder(options) ? 1 : frames) * pixels * kHitsFileBytesPerPixel) +
         (*options.shading.shading == morphray::Shading::plain ? 0
                                                               : pixels * kShadedBytesPerSample) +
         (clip.textures() == nullptr ? 0
@@ -186,22 +233,55 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
          .kept_bytes = kept});
 }
 
-void require_distinct_names(const Options& options, const std::vector<double>& frames) {
-    if (is_one_image(options) && frames.size() > 1) {
-        throw Error(
-            ErrorKind::kBadArgument,
-            fmt::format("--out {}: one image, but {} frames; choose one of them by --frames, "
-                        "or give a folder",
-                        options.out, frames.size()));
+/// The tasks without an image of an earlier run.
+std::vector<std::size_t> tasks_left(const Options& options, std::size_t tasks, Renderer& renderer) {
+    std::vector<std::size_t> left;
+    for (std::size_t i = 0; i < tasks; ++i) {
+        throw_if_interrupted();
+        if (!options.farm.skip_existing || !renderer.keep(i)) left.push_back(i);
     }
-    std::set<std::string> names;
-    for (const double frame : frames) {
-        if (names.insert(image_name(options, frame)).second) continue;
-        throw Error(ErrorKind::kBadArgument,
-                    fmt::format("--frames: two frames would both become {}; "
-                                "choose a larger step",
-                                image_name(options, frame)));
+    return left;
+}
+
+ExitCode render_frames(Options options, const std::filesystem::path& folder, PartLog& log,
+                       const Messages& messages) {
+    const std::unique_ptr<Clip> clip = open_clip(options, messages);
+    const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
+    warn_of_damage(options, *clip, frames, messages);
+    require_distinct_names(options, frames);
+    // One tree for all shards and runs.
+    if (options.farm.is_resumable() && !options.tree.build_at)
+        options.tree.build_at = frames.front();
+    const std::vector<FrameTask> tasks = frame_tasks(options, frames);
+    require_memory_for(options, *clip, tasks.size());
+    Renderer renderer(options, *clip, tasks, folder, log, messages);
+    log.set_scene(*clip, renderer.hash_of_clip(), frames, tasks);
+    make_folders(options, folder, tasks);
+    const std::vector<std::size_t> left = tasks_left(options, tasks.size(), renderer);
+    log.begin();
+    if (!left.empty()) renderer.open(tasks[left.front()].frame);
+
+    ExitCode code = ExitCode::kOk;
+    Progress progress("rendering", left.size(), progress_mode(options));
+    std::size_t done = 0;
+    for (const std::size_t i : left) {
+        throw_if_interrupted();
+        try {
+            renderer.render(i);
+        } catch (const Error& error) {
+            progress.hide();
+            // Frames before one that cannot be read are kept.
+            if (error.kind() != ErrorKind::kBadInput || renderer.finished() == 0) throw;
+            messages.error(error);
+            log.set_reason(message_of(error));
+            code = ExitCode::kPartial;
+            break;
+        }
+        progress.update(++done);
     }
+    if (code == ExitCode::kOk) progress.finish();
+    renderer.finish(code == ExitCode::kOk);
+    return code;
 }
 
 }  // namespace
@@ -209,34 +289,10 @@ void require_distinct_names(const Options& options, const std::vector<double>& f
 ExitCode run_render(const Options& given, const Messages& messages) {
     const Options options = with_render_defaults(given);
     require_samples_fit(options);
-    check_reports({options.json, options.hits});
-    const OutputFolder folder(folder_of(options));
-    const std::unique_ptr<Clip> clip = open_clip(options, messages);
-    const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
-    warn_of_damage(options, *clip, frames, messages);
-    require_distinct_names(options, frames);
-    require_memory_for(options, *clip, frames.size());
-    Renderer renderer(options, *clip, frames, folder.path(), messages);
-
-    ExitCode code = ExitCode::kOk;
-    Progress progress("rendering", frames.size(), progress_mode(options));
-    for (const double frame : frames) {
-        throw_if_interrupted();
-        try {
-            renderer.render(frame);
-        } catch (const Error& error) {
-            progress.hide();
-            // Frames before one that cannot be read are kept.
-            if (error.kind() != ErrorKind::kBadInput || renderer.finished() == 0) throw;
-            messages.error(error);
-            code = ExitCode::kPartial;
-            break;
-        }
-        progress.update(renderer.finished());
-    }
-    if (code == ExitCode::kOk) progress.finish();
-    renderer.finish(code == ExitCode::kOk);
-    return code;
+    check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
+    const OutputFolder folder(output_folder_of(options));
+    PartLog log(options, folder.path());
+    return log.record([&] { return render_frames(options, folder.path(), log, messages); });
 }
 
 }  // namespace mray::app

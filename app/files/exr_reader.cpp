@@ -10,6 +10,7 @@
 #include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
 #include <bit>
@@ -216,6 +217,11 @@ ExrReader::~ExrReader() = default;
 std::uint32_t ExrReader::width() const { return file_->width; }
 std::uint32_t ExrReader::height() const { return file_->height; }
 const std::vector<ExrChannel>& ExrReader::channels() const { return file_->channels; }
+
+std::string ExrReader::attribute(const std::string& name) const {
+    const auto* const text = file_->parts.header(0).findTypedAttribute<Imf::StringAttribute>(name);
+    return text == nullptr ? std::string() : text->value();
+}
 
 std::vector<std::vector<std::uint32_t>> ExrReader::read_rows(std::uint32_t row,
                                                              std::uint32_t count) {

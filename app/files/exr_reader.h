@@ -40,6 +40,8 @@ public:
 
     std::uint32_t width() const;
     std::uint32_t height() const;
+    /// The text attribute of this name, or an empty text.
+    std::string attribute(const std::string& name) const;
     /// Sorted by name; at least one.
     const std::vector<ExrChannel>& channels() const;
 

@@ -7,6 +7,7 @@
 #include <csetjmp>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
@@ -59,6 +60,15 @@ public:
         return true;
     }
 
+    /// The texts before the pixels.
+    std::vector<PngText> texts() const {
+        png_textp texts = nullptr;
+        const int count = png_get_text(png_, info_, &texts, nullptr);
+        std::vector<PngText> result;
+        for (int i = 0; i < count; ++i) result.push_back({texts[i].key, texts[i].text});
+        return result;
+    }
+
     const char* error() const { return error_; }
 
 private:
@@ -99,8 +109,10 @@ bool is_png_name(const std::filesystem::path& path) {
 
 bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }
 
-Image decode_png(const std::string& bytes, const std::filesystem::path& path,
-                 const ImageLimits& limits) {
+namespace {
+
+PngFile decode(const std::string& bytes, const std::filesystem::path& path,
+               const ImageLimits& limits) {
     PngReader reader(bytes);
     if (!reader.read_head()) refuse(path, reader.error());
     if (reader.bit_depth() > 8 && !limits.reduce_16_bits) refuse(path, "it has 16 bits a channel");
@@ -113,7 +125,24 @@ Image decode_png(const std::string& bytes, const std::filesystem::path& path,
         rows.push_back(
             reinterpret_cast<png_bytep>(image.pixels.data() + std::size_t{y} * image.width));
     if (!reader.read_pixels(rows.data())) refuse(path, reader.error());
-    return image;
+    return {std::move(image), reader.texts()};
+}
+
+}  // namespace
+
+std::string PngFile::text(std::string_view keyword) const {
+    for (const PngText& text : texts)
+        if (text.keyword == keyword) return text.text;
+    return {};
+}
+
+Image decode_png(const std::string& bytes, const std::filesystem::path& path,
+                 const ImageLimits& limits) {
+    return decode(bytes, path, limits).image;
+}
+
+PngFile read_png_file(const std::filesystem::path& path) {
+    return decode(read_input_file(path), path, {});
 }
 
 Image read_png(const std::filesystem::path& path) {

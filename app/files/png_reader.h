@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "app/files/image_limits.h"
 #include "common/image/png.h"
@@ -25,5 +26,17 @@ Image decode_png(const std::string& bytes, const std::filesystem::path& path,
 
 /// The same for a file. Throws also what read_input_file() throws.
 Image read_png(const std::filesystem::path& path);
+
+/// An image and the texts of its file.
+struct PngFile {
+    Image image;
+    std::vector<PngText> texts;
+
+    /// The text with this keyword, or an empty one.
+    std::string text(std::string_view keyword) const;
+};
+
+/// As read_png(), with the texts that stand before the pixels.
+PngFile read_png_file(const std::filesystem::path& path);
 
 }  // namespace mray::app

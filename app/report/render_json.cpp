@@ -39,6 +39,7 @@ std::string to_json(const RenderReport& report) {
     json["complete"] = report.complete;
     json["frames"] = Json::array();
     for (const FrameReport& frame : report.frames) json["frames"].push_back(of(frame));
+    json["kept"] = report.kept;
     return json_text(json);
 }
 

@@ -65,6 +65,8 @@ struct RenderReport {
     /// False if an error or a signal ended it early.
     bool complete = true;
     std::vector<FrameReport> frames;
+    /// Frames whose images of an earlier run were kept.
+    std::vector<double> kept;
 };
 
 /// Two files of hits.

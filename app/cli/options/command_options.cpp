@@ -21,6 +21,8 @@ constexpr Example kRenderExamples[] = {
     {"Every eighth frame into the folder cloth, and a contact sheet",
      "morphray render builtin:cloth --frames 0..24:8 --out cloth"},
     {"One image, quickly", "morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
+    {"The first half of the frames; another machine renders --shard 2/2",
+     "morphray render builtin:cloth --frames 0..24:6 --shard 1/2 --out shards"},
 };
 constexpr Example kViewExamples[] = {
     {"A scene that plays", "morphray view builtin:cloth --play"},
@@ -32,6 +34,10 @@ constexpr Example kCrosscheckExamples[] = {
      "morphray crosscheck builtin:cloth:500 --html crosscheck.html"},
     {"The CPU alone, with hashes that another machine can compare",
      "morphray crosscheck builtin:herd --backend cpu --bless hashes.json"},
+};
+constexpr Example kMergeExamples[] = {
+    {"The frames of all shards, with a contact sheet",
+     "morphray merge shards --sheet sheet.png --json merged.json"},
 };
 constexpr Example kDiffExamples[] = {
     {"The hits of two machines, with images of the pixels that differ",
@@ -82,9 +88,31 @@ void define_render(CLI::App& program, Options& options) {
     add_shading_options(adder);
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, "auto");
+    add_farm_options(adder);
     adder.add_text("-o,--out", "DIR", "folder of the images (out)", options.out);
-    adder.add_text("--hits", "FILE", "file of the raw hits of all frames", options.hits);
+    adder.add_text("--hits", "FILE|DIR/",
+                   "file of the raw hits of all frames, or a folder of a file each frame",
+                   options.hits);
     add_report_options(adder, true);
+}
+
+void define_merge(CLI::App& program, Options& options) {
+    const OptionAdder adder = add_command(
+        program, options, "merge", "Checks and puts together what the shards of a render wrote",
+        Command::kMerge, kMergeExamples);
+    adder.command()
+        .add_option("folders", options.part_folders, "the --out folders of all shards")
+        ->type_name("DIR")
+        ->required();
+    adder.add_text("--sheet", "FILE.png", "file of a contact sheet of all frames", options.sheet);
+    adder.add_text("--video", "FILE", "video of all frames (needs ffmpeg)", options.video);
+    adder.add("--rate", "N", "images of the video a second, 1 to 1000 (24)",
+              [&options](const std::string& option, const std::string& value) {
+                  options.video_rate =
+                      static_cast<std::uint32_t>(parse_count(option, value, 1, 1000));
+              });
+    adder.add_text("--json", "FILE|-", "a report for programs; - is stdout", options.json);
+    adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
 }
 
 void define_view(CLI::App& program, Options& options) {
@@ -283,6 +311,7 @@ void add_commands(CLI::App& program, Options& options) {
     define_render(program, options);
     define_view(program, options);
     define_crosscheck(program, options);
+    define_merge(program, options);
     define_diff(program, options);
     define_probe(program, options);
     define_profile(program, options);

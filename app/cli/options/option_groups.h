@@ -51,6 +51,9 @@ void add_threads(const OptionAdder& adder);
 void add_tree_options(const OptionAdder& adder, const char* update);
 void add_update_limits(const OptionAdder& adder);
 
+/// How render shares its frames with other machines.
+void add_farm_options(const OptionAdder& adder);
+
 /// --progress, of commands that take long.
 void add_progress(const OptionAdder& adder);
 

@@ -10,13 +10,17 @@
 namespace mray::app {
 
 std::string render_command(const Options& options, double frame) {
+    return render_command(options, fmt::format("{}", frame));
+}
+
+std::string render_command(const Options& options, const std::string& frames) {
     const ViewSpec& view = options.view;
     const ShadingOptions& shading = options.shading;
     std::vector<std::string> line = {"morphray", "render", options.scene};
     const auto add = [&line](const char* name, const std::string& value) {
         line.insert(line.end(), {name, value});
     };
-    add("--frames", fmt::format("{}", frame));
+    add("--frames", frames);
     add("--size", fmt::format("{}x{}", view.width, view.height));
     line.insert(line.end(), options.view_arguments.begin(), options.view_arguments.end());
     if (options.rays_given) add("--rays", name_of_rays(view.rays));
@@ -31,15 +35,18 @@ std::string render_command(const Options& options, double frame) {
 
 std::vector<PngText> pixel_texts(const Options& options, double frame,
                                  std::span<const std::uint32_t> pixels) {
-    return {{"Software", fmt::format("morphray {}", kVersionDetail)},
+    return {{"Software", software_text()},
             {"Source", render_command(options, frame)},
             {"Image hash", hash_text(image_hash(pixels))}};
 }
 
-std::vector<PngText> image_texts(const Options& options, double frame,
+std::string software_text() { return fmt::format("morphray {}", kVersionDetail); }
+
+std::vector<PngText> image_texts(const Options& options, double frame, std::uint64_t scene_hash,
                                  const morphray::Image& image) {
-    return {{"Software", fmt::format("morphray {}", kVersionDetail)},
+    return {{"Software", software_text()},
             {"Source", render_command(options, frame)},
+            {"Scene hash", hash_text(scene_hash)},
             {"Hits hash", hash_text(image.hits_hash)},
             {"Image hash", hash_text(image.image_hash)}};
 }

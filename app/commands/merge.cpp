@@ -1,0 +1,40 @@
+// morphray merge: checks the parts of a render that shards wrote, and puts their images together.
+#include "app/commands/commands.h"
+#include "app/commands/merge/merge_parts.h"
+#include "app/commands/merge/video.h"
+#include "app/commands/render/frame_tasks.h"
+#include "app/files/png_reader.h"
+#include "app/terminal/interrupt.h"
+#include "common/base/output_file.h"
+
+namespace mray::app {
+namespace {
+
+void write_sheet(const std::string& file, const std::vector<MergedFrame>& frames) {
+    std::vector<Image> thumbnails;
+    for (const MergedFrame& frame : frames) {
+        throw_if_interrupted();
+        const Image image = read_png(frame.file);
+        thumbnails.push_back(contact_sheet({&image, 1}, thumbnail_width(frames.size())));
+    }
+    write_file(file, encode_png(contact_sheet(thumbnails)));
+}
+
+}  // namespace
+
+ExitCode run_merge(const Options& options, const Messages& messages) {
+    check_reports({options.json, options.sheet});
+    if (!options.video.empty()) check_video(options.video);
+    const MergeReport report = check_parts(read_parts(options.part_folders));
+    if (report.is_right() && !report.frames.empty()) {
+        if (!options.sheet.empty()) write_sheet(options.sheet, report.frames);
+        if (!options.video.empty()) write_video(options.video, options.video_rate, report.frames);
+    } else if (!options.sheet.empty() || !options.video.empty()) {
+        messages.warn({{}, "neither sheet nor video is written: not all frames are right"});
+    }
+    if (!options.json.empty()) write_report(options.json, to_json(report));
+    if (!takes_stdout({options.json})) messages.print(to_text(report));
+    return report.is_right() ? ExitCode::kOk : ExitCode::kCheckFailed;
+}
+
+}  // namespace mray::app

@@ -1,0 +1,47 @@
+// The images that a render writes, and their names.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/cli/options.h"
+
+namespace mray::app {
+
+/// An image that is to be rendered.
+struct FrameTask {
+    double frame = 0;
+    /// The name of its PNG file in the output folder.
+    std::string file;
+    /// Whether another shard renders the frame, too, and this image is compared with its.
+    bool is_check = false;
+};
+
+/// The folder that --out means; of one image its folder.
+std::filesystem::path output_folder_of(const Options& options);
+
+/// Throws Error(kBadArgument) if two frames would have one file.
+void require_distinct_names(const Options& options, const std::vector<double>& frames);
+
+/// All frames; of a shard its own, and then those of other shards that it checks.
+std::vector<FrameTask> frame_tasks(const Options& options, const std::vector<double>& frames);
+
+/// Whether --hits names a folder, in which each frame has a file.
+bool has_hits_folder(const Options& options);
+
+/// Creates the folders of the tasks' files, but for the output folder. Throws Error(kOutput).
+void make_folders(const Options& options, const std::filesystem::path& folder,
+                  const std::vector<FrameTask>& tasks);
+
+/// Of a task: its OpenEXR file; its file of hits, if --hits names a folder. Empty: none.
+std::filesystem::path exr_file_of(const Options& options, const std::filesystem::path& folder,
+                                  const FrameTask& task);
+std::filesystem::path hits_file_of(const Options& options, const FrameTask& task);
+
+/// Width of an image in a contact sheet of so many, which is about square and 1536 pixels wide.
+/// Only these small images stay in memory until the end.
+std::uint32_t thumbnail_width(std::size_t frames);
+
+}  // namespace mray::app

@@ -1,0 +1,40 @@
+// Images of an earlier run that need not be rendered again.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/cli/options.h"
+#include "app/commands/render/frame_tasks.h"
+#include "app/farm/part.h"
+#include "common/image/png.h"
+
+namespace mray::app {
+
+/// An image that is there, with its pixels and what a part says of it.
+struct ExistingImage {
+    Image image;
+    PartImage part;
+};
+
+/// Reads the image of a task if its PNG file can be decoded, has the pixels of its own hash, and is
+/// of this version, these options and this scene (a frame_hash()), and if the OpenEXR file and the
+/// file of hits that the options ask for are there and whole. `earlier` is what the part of an
+/// earlier run says of the image, or null; the hashes of files must be those. Otherwise returns
+/// nothing, and in `reason` why; empty if there is no file. Throws Error(kLimit) for what does not
+/// fit into memory.
+std::optional<ExistingImage> read_existing(const Options& options,
+                                           const std::filesystem::path& folder,
+                                           const FrameTask& task, std::uint64_t scene_hash,
+                                           const PartImage* earlier, std::string& reason);
+
+/// Name and hash of a file of a frame, relative to the folder of the part. Throws what InputFile
+/// throws.
+PartOutput output_of(const std::filesystem::path& folder, const std::filesystem::path& file);
+
+/// XXH3 (64 bits) of the bytes of a file. Throws what InputFile throws.
+std::uint64_t file_hash(const std::filesystem::path& file);
+
+}  // namespace mray::app
