@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 
 #include "common/base/warning.h"
 #include "common/scene/clip.h"
+#include "common/scene/formats/mesh/file_mesh.h"
 
 namespace mray {
 
@@ -20,6 +22,8 @@ struct SceneOptions {
     MissingFrames missing = MissingFrames::kFail;
     /// A PC2 or MDD file with the positions of an .obj file's vertices; empty: none.
     std::string cache = {};
+    /// Formats of meshes beyond mesh_formats().
+    std::span<const MeshFormat> more_formats = {};
     WarnFunction warn = {};
 };
 

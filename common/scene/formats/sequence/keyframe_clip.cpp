@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/base/errors.h"
-#include "common/scene/formats/obj/obj_reader.h"
+#include "common/scene/formats/mesh/mesh_file.h"
 #include "common/scene/formats/sequence/first_mesh.h"
 #include "common/scene/interpolate.h"
 #include "common/text/message_text.h"
@@ -36,7 +36,7 @@ struct Keyframe {
 };
 
 // The first difference between a frame's mesh and that of `first`; empty if they are equal.
-std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t vertex_count,
+std::string difference(const FileMesh& mesh, const Polygons& faces, std::size_t vertex_count,
                        const std::string& first) {
     if (mesh.positions.size() != vertex_count) {
         return fmt::format("{} vertices instead of the {} of {}", mesh.positions.size(),
@@ -65,16 +65,17 @@ std::string difference(const ObjMesh& mesh, const Polygons& faces, std::size_t v
 // Reads a file other than the first.
 void load(const KeyframeFile& file, const FirstMesh& first, const std::filesystem::path& first_path,
           const SceneOptions& options, Keyframe& keyframe) {
-    ObjOptions obj;
-    obj.lenient = options.lenient;
-    obj.allow_empty = options.allow_empty;
-    obj.materials = false;
-    obj.warn = [&](const Warning& warning) {
+    MeshFileOptions positions_only;
+    positions_only.lenient = options.lenient;
+    positions_only.allow_empty = options.allow_empty;
+    positions_only.materials = false;
+    positions_only.more_formats = options.more_formats;
+    positions_only.warn = [&](const Warning& warning) {
         if (!keyframe.warning) keyframe.warning = warning;
     };
-    ObjMesh mesh;
+    FileMesh mesh;
     try {
-        mesh = read_obj(file.path, obj);
+        mesh = read_mesh_file(file.path, positions_only);
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kBadInput) throw;
         const Warning at = as_warning(error, shown(file.path));
