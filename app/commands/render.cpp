@@ -2,12 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <set>
 
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
+#include "app/commands/render/output_queue.h"
 #include "app/commands/render/render_command.h"
 #include "app/files/exr_writer.h"
 #include "app/files/output_folder.h"
@@ -19,6 +21,7 @@
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
+#include "common/base/stopwatch.h"
 #include "common/image/png.h"
 #include "common/text/table.h"
 #include "morphray/hits.hpp"
@@ -59,6 +62,24 @@ std::string rays_text(const Options& options) {
     return options.view.ao_count == 0 ? "shadow" : "shadow, ao";
 }
 
+// Images that are encoded and written while the next is traced.
+constexpr std::size_t kMostBehind = 2;
+// Of an image with its hits, a pixel or sample.
+constexpr std::uint64_t kTracedBytesPerPixel = 28;
+
+std::uint64_t pixel_count(const Options& options) {
+    return std::uint64_t{options.view.width} * options.view.height * *options.shading.samples;
+}
+
+/// How many images may be written behind: none of images so large that memory should not hold
+/// several.
+std::size_t images_behind(const Options& options, std::size_t frames) {
+    constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
+    if (pixel_count(options) * kTracedBytesPerPixel > kMostBytes) return 0;
+    return std::min(kMostBehind, frames - 1);
+}
+
+/// Traces images while earlier ones are written, and the positions of the next frame are read.
 class Renderer {
 public:
     Renderer(const Options& options, const Clip& clip, const std::vector<double>& frames,
@@ -67,7 +88,9 @@ public:
           messages_(messages),
           folder_(folder),
           scene_(options, clip, frames.front(), messages),
-          thumbnail_width_(thumbnail_width(frames.size())) {
+          thumbnail_width_(thumbnail_width(frames.size())),
+          behind_(images_behind(options, frames.size())),
+          queue_(behind_) {
         const ViewSpec& view = options.view;
         if (!options.hits.empty()) hits_.emplace(view.width, view.height);
         const Topology& topology = clip.topology();
@@ -80,34 +103,34 @@ public:
         report_.samples = *options.shading.samples;
     }
 
-    void render(double frame_number) {
+    /// `next` is the frame of the next call, if there is one.
+    void render(double frame_number, std::optional<double> next) {
         scene_.advance(frame_number);
         messages_.note(fmt::format("frame {}: {}, {}", frame_number,
                                    to_string(scene_.update().step), scene_.update().reason));
-        morphray::Image& traced = traced_;
+        if (next) scene_.prepare(*next);
+        // The queue has left this image when it accepted the last one.
+        morphray::Image& traced = traced_[report_.frames.size() % (behind_ + 1)];
         scene_.render(options_.view, options_.shading, traced);
-        report_.frames.push_back(
+        FrameReport& report = report_.frames.emplace_back(
             report_frame(scene_, frame_number, traced, !options_.json.empty()));
-        if (hits_) call_library([&] { hits_->add(traced); });
-        const std::vector<PngText> texts = image_texts(options_, frame_number, traced);
-        if (!options_.shading.exr.empty()) {
-            const ExrColours colours =
-                options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
-            std::filesystem::path file = folder_ / image_name(options_, frame_number);
-            write_file(file.replace_extension(".exr"), encode_exr(traced, colours, texts));
-        }
-        Image image{traced.width, traced.height, std::move(traced.pixels)};
-        const std::string file = image_name(options_, frame_number);
-        write_file(folder_ / file, encode_png(image, texts));
-        thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
-        report_.frames.back().file = file;
-        traced.pixels = std::move(image.pixels);
+        report.file = image_name(options_, frame_number);
+        report.read_wait_ms = scene_.read_wait_ms();
+        const Stopwatch watch;
+        queue_.add([this, frame_number, &traced] { write(frame_number, traced); });
+        report_.frames.back().write_wait_ms = watch.ms();
     }
+
+    /// Waits until all images are written.
+    void wait() { queue_.finish(); }
 
     std::size_t finished() const { return report_.frames.size(); }
 
     /// Writes the outputs that concern all frames.
     void finish(bool complete) {
+        wait();
+        for (std::size_t i = 0; i < write_ms_.size(); ++i)
+            report_.frames[i].write_ms = write_ms_[i];
         report_.complete = complete;
         if (thumbnails_.size() > 1) {
             write_file(folder_ / "sheet.png", encode_png(contact_sheet(thumbnails_)));
@@ -118,6 +141,25 @@ public:
     }
 
 private:
+    /// Writes the outputs of a frame. Runs in the queue's thread.
+    void write(double frame_number, morphray::Image& traced) {
+        const Stopwatch watch;
+        if (hits_) call_library([&] { hits_->add(traced); });
+        const std::vector<PngText> texts = image_texts(options_, frame_number, traced);
+        const std::filesystem::path file = folder_ / image_name(options_, frame_number);
+        if (!options_.shading.exr.empty()) {
+            const ExrColours colours =
+                options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
+            write_file(std::filesystem::path(file).replace_extension(".exr"),
+                       encode_exr(traced, colours, texts));
+        }
+        Image image{traced.width, traced.height, std::move(traced.pixels)};
+        write_file(file, encode_png(image, texts));
+        thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
+        traced.pixels = std::move(image.pixels);
+        write_ms_.push_back(watch.ms());
+    }
+
     std::string table() const {
         Table table({"frame", "tree", "update ms", "trace ms", "Mray/s", "hits", "file"});
         for (const FrameReport& frame : report_.frames) {
@@ -135,12 +177,17 @@ private:
     const Messages& messages_;
     std::filesystem::path folder_;
     ClipScene scene_;
-    /// Of the last frame.
-    morphray::Image traced_;
     std::uint32_t thumbnail_width_;
+    RenderReport report_;
+    // While the queue has tasks, its thread alone uses these.
     std::optional<morphray::HitsWriter> hits_;
     std::vector<Image> thumbnails_;
-    RenderReport report_;
+    std::vector<double> write_ms_;
+    std::size_t behind_;
+    /// The image that is traced, and those that are written.
+    std::array<morphray::Image, kMostBehind + 1> traced_;
+    /// Ends before what its tasks use.
+    OutputQueue queue_;
 };
 
 // What a file of hits takes for each pixel of an image: a hit, and a count of occluded rays.
@@ -167,13 +214,13 @@ void require_samples_fit(const Options& options) {
 }
 
 void require_memory_for(const Options& options, const Clip& clip, std::size_t frames) {
-    const std::uint64_t pixels =
-        std::uint64_t{options.view.width} * options.view.height * *options.shading.samples;
+    const std::uint64_t pixels = pixel_count(options);
     // The hits of all frames, twice, because a growing array is copied.
     const std::uint64_t kept =
         (options.hits.empty() ? 0 : 2 * frames * pixels * kHitsFileBytesPerPixel) +
         (*options.shading.shading == morphray::Shading::plain ? 0
                                                               : pixels * kShadedBytesPerSample) +
+        images_behind(options, frames) * pixels * kTracedBytesPerPixel +
         (clip.textures() == nullptr ? 0
                                     : clip.topology().triangles.size() * kTextureBytesPerTriangle);
     // A background build holds one more tree.
@@ -220,14 +267,16 @@ ExitCode run_render(const Options& given, const Messages& messages) {
 
     ExitCode code = ExitCode::kOk;
     Progress progress("rendering", frames.size(), progress_mode(options));
-    for (const double frame : frames) {
+    for (std::size_t i = 0; i < frames.size(); ++i) {
         throw_if_interrupted();
         try {
-            renderer.render(frame);
+            renderer.render(frames[i],
+                            i + 1 < frames.size() ? std::optional(frames[i + 1]) : std::nullopt);
         } catch (const Error& error) {
             progress.hide();
             // Frames before one that cannot be read are kept.
             if (error.kind() != ErrorKind::kBadInput || renderer.finished() == 0) throw;
+            renderer.wait();
             messages.error(error);
             code = ExitCode::kPartial;
             break;
