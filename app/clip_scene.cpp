@@ -172,7 +172,7 @@ ClipScene::ClipScene(const Options& options, const Clip& clip, double first_fram
             refitter_ = "cpu";
         }
         messages.note("tracing on " + device.name() + ": " + device.description());
-        place(current_);
+        read_wait_ms_ = deform_ms_ = place(current_);
         std::vector<Image> images;
         if (clip.textures() != nullptr && options.shading.shading == morphray::Shading::lit)
             images = read_textures(*clip.textures(), options.lenient, messages);
@@ -205,16 +205,27 @@ std::vector<morphray::MeshView> ClipScene::meshes(const Options& options,
     return meshes;
 }
 
-void ClipScene::place(double frame) {
+double ClipScene::place(double frame) {
     const Stopwatch watch;
     clip_.positions(frame, positions_);
-    deform_ms_ = watch.ms();
+    return watch.ms();
+}
+
+// The library reads positions_ in its updates only.
+void ClipScene::prepare(double frame) {
+    if (prepared_) return;
+    prepared_ = frame;
+    reading_ = std::async(std::launch::async, [this, frame] { return place(frame); });
 }
 
 void ClipScene::advance(double frame) {
     if (std::exchange(is_fresh_, false) && frame == current_) return;
     current_ = frame;
-    place(frame);
+    const Stopwatch watch;
+    const std::optional<double> prepared = std::exchange(prepared_, std::nullopt);
+    if (prepared) reading_.wait();
+    deform_ms_ = prepared == frame ? reading_.get() : place(frame);
+    read_wait_ms_ = watch.ms();
     trace_ms_ = 0;
     rays_ = 0;
     update_ = call_library([&] { return scene_->update(); });

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <future>
 #include <optional>
 #include <span>
 #include <string>
@@ -26,6 +27,9 @@ public:
               const Messages& messages);
     ClipScene(const ClipScene&) = delete;
 
+    /// Begins to read the positions of the frame of the next advance() in a thread of its own.
+    /// Until then positions() are undefined; render() goes on with the frame of the last advance().
+    void prepare(double frame);
     /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
     /// frame of the build.
     void advance(double frame);
@@ -41,6 +45,9 @@ public:
     const morphray::Update& update() const { return update_; }
     /// Of the last advance() and render(); before the first advance(), of the build.
     FrameTimes times() const;
+    /// Milliseconds that the last advance() waited for the positions: all that it took to make
+    /// them, or less after prepare().
+    double read_wait_ms() const { return read_wait_ms_; }
     /// The vertices of the mesh at the frame, in world space.
     std::span<const vec3> positions() const { return positions_; }
     /// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.
@@ -50,7 +57,8 @@ private:
     std::vector<morphray::MeshView> meshes(const Options& options,
                                            std::span<const morphray::TextureView> textures);
     void render(const morphray::View& view, morphray::Image& image);
-    void place(double frame);
+    /// Makes the positions of a frame. Returns the milliseconds that this took.
+    double place(double frame);
 
     const Clip& clip_;
     std::vector<vec3> positions_;
@@ -60,9 +68,13 @@ private:
     double current_ = 0;
     bool is_fresh_ = true;
     double deform_ms_ = 0;
+    double read_wait_ms_ = 0;
     double trace_ms_ = 0;
     std::uint64_t rays_ = 0;
     morphray::Update update_;
+    std::optional<double> prepared_;
+    /// Writes to positions_.
+    std::future<double> reading_;
 };
 
 /// The library's device for the options. Warns if it is not the one that they would prefer.

@@ -27,6 +27,7 @@ enum class Command {
     kTrace,
     kChart,
     kInfo,
+    kIndex,
     kDevices,
     kView,
     kMerge
@@ -103,6 +104,10 @@ struct Options {
     MissingFrames missing = MissingFrames::kFail;
     /// SceneOptions::cache.
     std::string cache;
+    /// A file, "none", or empty: SceneOptions::index and takes_index.
+    std::string index;
+    /// SceneOptions::bounds.
+    std::optional<WorldBounds> bounds;
     bool allow_empty = false;
     bool lenient = false;
 
@@ -181,6 +186,9 @@ struct Options {
 
     // info
     bool tree_facts = false;
+
+    // index
+    bool verifies = false;
 
     /// The given arguments that decide which image is traced, for a command that repeats it.
     std::vector<std::string> view_arguments;

@@ -10,6 +10,8 @@ const char* remedy_text(Remedy remedy) {
             return " --allow-empty accepts it";
         case Remedy::kReplaceMissing:
             return ", or use --missing hold or --missing skip";
+        case Remedy::kIndexAgain:
+            return "; write it anew by `morphray index`";
         case Remedy::kNone:
             break;
     }

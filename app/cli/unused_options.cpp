@@ -47,6 +47,7 @@ bool updates_by_times(const Options& o) {
 }
 
 bool has_scene(const Options& o) { return !o.scene.empty(); }
+bool has_no_bounds(const Options& o) { return !o.bounds; }
 bool describes_trees(const Options& o) { return o.tree_facts; }
 bool is_no_bundle(const Options& o) { return !is_bundle_name(o.scene); }
 
@@ -68,14 +69,36 @@ constexpr auto kInfo = Command::kInfo;
 
 const Rule kRules[] = {
     {{kInfo},
-     {"--missing", "--allow-empty", "--lenient", "--frame", "--bvh", "--threads"},
+     {"--missing", "--index", "--bounds", "--allow-empty", "--lenient", "--frame", "--bvh",
+      "--threads"},
      has_scene,
      "is about a scene; give one, too"},
+    {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kInfo},
+     {"--index"},
+     has_no_bounds,
+     "the bounds are given, so that no index is read; leave out one of them"},
     {{kInfo}, {"--threads"}, describes_trees, "only --bvh builds trees"},
     {{kProbe},
-     {"--missing", "--allow-empty", "--lenient", "--size", "--eye", "--target", "--up", "--fov",
-      "--light", "--rays", "--ao-samples", "--ao-distance", "--update", "--update-budget",
-      "--deterministic-updates", "--refit-on", "--build", "--build-at"},
+     {"--missing",
+      "--index",
+      "--bounds",
+      "--allow-empty",
+      "--lenient",
+      "--size",
+      "--eye",
+      "--target",
+      "--up",
+      "--fov",
+      "--light",
+      "--rays",
+      "--ao-samples",
+      "--ao-distance",
+      "--update",
+      "--update-budget",
+      "--deterministic-updates",
+      "--refit-on",
+      "--build",
+      "--build-at"},
      is_no_bundle,
      "the scene is a bundle, which has its own ray and tree"},
     {{kRender, kView},

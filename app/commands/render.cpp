@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <optional>
 
@@ -9,6 +10,7 @@
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
 #include "app/commands/render/frame_tasks.h"
+#include "app/commands/render/output_queue.h"
 #include "app/commands/render/render_command.h"
 #include "app/farm/existing_image.h"
 #include "app/farm/part_log.h"
@@ -40,6 +42,24 @@ std::string rays_text(const Options& options) {
     return options.view.ao_count == 0 ? "shadow" : "shadow, ao";
 }
 
+// Images that are encoded and written while the next is traced.
+constexpr std::size_t kMostBehind = 2;
+// Of an image with its hits, a pixel or sample.
+constexpr std::uint64_t kTracedBytesPerPixel = 28;
+
+std::uint64_t pixel_count(const Options& options) {
+    return std::uint64_t{options.view.width} * options.view.height * *options.shading.samples;
+}
+
+/// How many images may be written behind: none of images so large that memory should not hold
+/// several.
+std::size_t images_behind(const Options& options, std::size_t frames) {
+    constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
+    if (pixel_count(options) * kTracedBytesPerPixel > kMostBytes) return 0;
+    return std::min(kMostBehind, std::max<std::size_t>(frames, 1) - 1);
+}
+
+/// Traces images while earlier ones are written, and the positions of the next frame are read.
 class Renderer {
 public:
     Renderer(const Options& options, const Clip& clip, const std::vector<FrameTask>& tasks,
@@ -50,7 +70,9 @@ public:
           clip_(clip),
           tasks_(tasks),
           log_(log),
-          thumbnails_(tasks.size()) {
+          thumbnails_(tasks.size()),
+          behind_(images_behind(options, tasks.size())),
+          queue_(behind_) {
         const ViewSpec& view = options.view;
         if (!options.hits.empty() && !has_hits_folder(options))
             hits_.emplace(view.width, view.height);
@@ -94,16 +116,61 @@ public:
         log_.set_device(report_.backend, report_.device);
     }
 
-    void render(std::size_t i) {
+    /// `next` is the frame of the next call, if there is one.
+    void render(std::size_t i, std::optional<double> next) {
+        const double frame = tasks_[i].frame;
+        const Stopwatch whole;
+        scene_->advance(frame);
+        messages_.note(fmt::format("frame {}: {}, {}", frame, to_string(scene_->update().step),
+                                   scene_->update().reason));
+        if (next) scene_->prepare(*next);
+        // The queue has left this image when it accepted the last one.
+        morphray::Image& traced = traced_[report_.frames.size() % (behind_ + 1)];
+        scene_->render(options_.view, options_.shading, traced);
+        FrameReport& report = report_.frames.emplace_back(
+            report_frame(*scene_, frame, traced, !options_.json.empty()));
+        report.file = tasks_[i].file;
+        report.read_wait_ms = scene_->read_wait_ms();
+        const std::uint64_t scene_hash = frame_hash(clip_hash_, scene_->positions());
+        const double trace_ms = whole.ms();
+        const Stopwatch watch;
+        queue_.add(
+            [this, i, scene_hash, trace_ms, &traced] { write(i, scene_hash, trace_ms, traced); });
+        report_.frames.back().write_wait_ms = watch.ms();
+    }
+
+    /// Waits until all images are written.
+    void wait() { queue_.finish(); }
+
+    /// Images that are there, or will be after wait().
+    std::size_t finished() const { return report_.frames.size() + report_.kept.size(); }
+
+    /// Writes the outputs that concern all frames.
+    void finish(bool complete) {
+        wait();
+        for (std::size_t i = 0; i < write_ms_.size(); ++i)
+            report_.frames[i].write_ms = write_ms_[i];
+        report_.complete = complete;
+        std::erase_if(thumbnails_, [](const Image& image) { return image.pixels.empty(); });
+        if (thumbnails_.size() > 1) {
+            write_file(folder_ / "sheet.png", encode_png(contact_sheet(thumbnails_)));
+        }
+        if (hits_) call_library([&] { hits_->write(options_.hits); });
+        if (!options_.json.empty()) write_report(options_.json, to_json(report_));
+        if (!takes_stdout({options_.json})) messages_.print(table());
+    }
+
+private:
+    /// For the sheet, which a shard does not have.
+    void add_thumbnail(std::size_t i, const Image& image) {
+        if (options_.farm.shard) return;
+        thumbnails_[i] = contact_sheet({&image, 1}, thumbnail_width(tasks_.size()));
+    }
+
+    /// Writes the outputs of a task. Runs in the queue's thread. before_ms: what its image took.
+    void write(std::size_t i, std::uint64_t scene_hash, double before_ms, morphray::Image& traced) {
         const FrameTask& task = tasks_[i];
         const Stopwatch watch;
-        scene_->advance(task.frame);
-        messages_.note(fmt::format("frame {}: {}, {}", task.frame, to_string(scene_->update().step),
-                                   scene_->update().reason));
-        morphray::Image& traced = traced_;
-        scene_->render(options_.view, options_.shading, traced);
-        report_.frames.push_back(report_frame(*scene_, task.frame, traced, !options_.json.empty()));
-        const std::uint64_t scene_hash = frame_hash(clip_hash_, scene_->positions());
         PartImage part;
         part.scene_hash = scene_hash;
         part.hits_hash = traced.hits_hash;
@@ -127,32 +194,10 @@ public:
         Image image{traced.width, traced.height, std::move(traced.pixels)};
         write_file(folder_ / task.file, encode_png(image, texts));
         add_thumbnail(i, image);
-        report_.frames.back().file = task.file;
         traced.pixels = std::move(image.pixels);
-        part.total_ms = watch.ms();
+        write_ms_.push_back(watch.ms());
+        part.total_ms = before_ms + write_ms_.back();
         log_.add(task, std::move(part));
-    }
-
-    /// Images that are there.
-    std::size_t finished() const { return report_.frames.size() + report_.kept.size(); }
-
-    /// Writes the outputs that concern all frames.
-    void finish(bool complete) {
-        report_.complete = complete;
-        std::erase_if(thumbnails_, [](const Image& image) { return image.pixels.empty(); });
-        if (thumbnails_.size() > 1) {
-            write_file(folder_ / "sheet.png", encode_png(contact_sheet(thumbnails_)));
-        }
-        if (hits_) call_library([&] { hits_->write(options_.hits); });
-        if (!options_.json.empty()) write_report(options_.json, to_json(report_));
-        if (!takes_stdout({options_.json})) messages_.print(table());
-    }
-
-private:
-    /// For the sheet, which a shard does not have.
-    void add_thumbnail(std::size_t i, const Image& image) {
-        if (options_.farm.shard) return;
-        thumbnails_[i] = contact_sheet({&image, 1}, thumbnail_width(tasks_.size()));
     }
 
     std::string table() const {
@@ -177,15 +222,20 @@ private:
     std::filesystem::path folder_;
     const Clip& clip_;
     const std::vector<FrameTask>& tasks_;
-    PartLog& log_;
     std::uint64_t clip_hash_ = 0;
     std::optional<ClipScene> scene_;
-    /// Of the last frame.
-    morphray::Image traced_;
+    RenderReport report_;
+    // While the queue has tasks, its thread alone uses these.
+    PartLog& log_;
     std::optional<morphray::HitsWriter> hits_;
     /// One for each task, empty until it is done.
     std::vector<Image> thumbnails_;
-    RenderReport report_;
+    std::vector<double> write_ms_;
+    std::size_t behind_;
+    /// The image that is traced, and those that are written.
+    std::array<morphray::Image, kMostBehind + 1> traced_;
+    /// Ends before what its tasks use.
+    OutputQueue queue_;
 };
 
 // What a file of hits takes for each pixel of an image: a hit, and a count of occluded rays.
@@ -212,8 +262,7 @@ void require_samples_fit(const Options& options) {
 }
 
 void require_memory_for(const Options& options, const Clip& clip, std::size_t frames) {
-    const std::uint64_t pixels =
-        std::uint64_t{options.view.width} * options.view.height * *options.shading.samples;
+    const std::uint64_t pixels = pixel_count(options);
     // The hits of all frames, twice, because a growing array is copied.
     const std::uint64_t kept =
         (options.hits.empty()
@@ -221,6 +270,7 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
              : 2 * (has_hits_folder(options) ? 1 : frames) * pixels * kHitsFileBytesPerPixel) +
         (*options.shading.shading == morphray::Shading::plain ? 0
                                                               : pixels * kShadedBytesPerSample) +
+        images_behind(options, frames) * pixels * kTracedBytesPerPixel +
         (clip.textures() == nullptr ? 0
                                     : clip.topology().triangles.size() * kTextureBytesPerTriangle);
     // A background build holds one more tree.
@@ -263,21 +313,23 @@ ExitCode render_frames(Options options, const std::filesystem::path& folder, Par
 
     ExitCode code = ExitCode::kOk;
     Progress progress("rendering", left.size(), progress_mode(options));
-    std::size_t done = 0;
-    for (const std::size_t i : left) {
+    for (std::size_t done = 0; done < left.size(); ++done) {
         throw_if_interrupted();
         try {
-            renderer.render(i);
+            renderer.render(left[done], done + 1 < left.size()
+                                            ? std::optional(tasks[left[done + 1]].frame)
+                                            : std::nullopt);
         } catch (const Error& error) {
             progress.hide();
             // Frames before one that cannot be read are kept.
             if (error.kind() != ErrorKind::kBadInput || renderer.finished() == 0) throw;
+            renderer.wait();
             messages.error(error);
             log.set_reason(message_of(error));
             code = ExitCode::kPartial;
             break;
         }
-        progress.update(++done);
+        progress.update(done + 1);
     }
     if (code == ExitCode::kOk) progress.finish();
     renderer.finish(code == ExitCode::kOk);

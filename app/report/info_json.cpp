@@ -20,6 +20,9 @@ std::string to_json(const SceneReport& report) {
     json["not_finite"] = report.degenerate.not_finite;
     json["zero_area"] = report.degenerate.zero_area;
     json["topology_hash"] = hash_text(report.topology_hash);
+    json["index"] = {{"state", name_of(report.index.state)},
+                     {"file", report.index.file},
+                     {"reason", report.index.reason}};
     json["textures"] = report.textures;
     json["textured_triangles"] = report.textured_triangles;
     json["trees"] = Json::array();

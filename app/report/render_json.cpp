@@ -16,6 +16,9 @@ Json of(const FrameReport& frame) {
                  {"bvh_hash", hash_text(frame.bvh_hash)}};
     add_times(json, frame.times);
     json["total_ms"] = frame.times.total_ms();
+    json["read_wait_ms"] = frame.read_wait_ms;
+    json["write_ms"] = frame.write_ms;
+    json["write_wait_ms"] = frame.write_wait_ms;
     json["rays"] = frame.times.rays;
     json["hits"] = frame.hits;
     json["misses"] = frame.misses;

@@ -36,6 +36,21 @@ FrameReport report_frame(const ClipScene& scene, double frame_number, const morp
     return report;
 }
 
+const char* name_of(IndexUse::State state) {
+    switch (state) {
+        case IndexUse::State::kAbsent:
+            return "absent";
+        case IndexUse::State::kUsed:
+            return "used";
+        case IndexUse::State::kStale:
+            return "stale";
+        case IndexUse::State::kGiven:
+            return "bounds given";
+        default:
+            return "none";
+    }
+}
+
 std::string colour_text(std::uint32_t pixel) {
     std::string text = "#";
     for (int shift = 0; shift < 32; shift += 8)

@@ -41,6 +41,12 @@ struct FrameReport {
     std::uint64_t image_hash = 0;
     std::uint64_t bvh_hash = 0;
     FrameTimes times;
+    /// What render waited for the frame's positions, which are made while the frame before is
+    /// traced; how long its outputs took to encode and write, while later frames are traced; and
+    /// what render waited for the outputs of earlier frames.
+    double read_wait_ms = 0;
+    double write_ms = 0;
+    double write_wait_ms = 0;
     std::uint64_t hits = 0;
     std::uint64_t misses = 0;
     std::uint64_t occluded = 0;
@@ -224,6 +230,7 @@ struct SceneReport {
     std::uint64_t topology_hash = 0;
     /// File names, and the number of triangles that show one of them.
     std::vector<std::string> textures;
+    IndexUse index;
     std::uint64_t textured_triangles = 0;
     struct Tree {
         std::string build;
@@ -233,6 +240,9 @@ struct SceneReport {
     };
     std::vector<Tree> trees;
 };
+
+/// "none", "absent", "used", "stale" or "bounds given".
+const char* name_of(IndexUse::State state);
 
 struct ProgramReport {
     std::string build;

@@ -25,6 +25,7 @@ enum class Remedy {
     kLenient,         // SceneOptions::lenient
     kAllowEmpty,      // SceneOptions::allow_empty
     kReplaceMissing,  // SceneOptions::missing other than kFail
+    kIndexAgain,      // an index file that is of this clip
 };
 
 /// what() is one line, `file:line: what is wrong; what to do` where there is a file and a line.

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "common/base/warning.h"
 #include "common/scene/mesh.h"
@@ -12,6 +14,26 @@
 #include "common/scene/world_bounds.h"
 
 namespace mray {
+
+struct ClipIndex;
+
+/// The positions of a keyframe, which stay in memory as long as somebody has them.
+using KeyframePositions = std::shared_ptr<const std::vector<vec3>>;
+
+/// Where what is known of a whole clip came from.
+struct IndexUse {
+    enum class State {
+        kNone,    // the clip takes no index
+        kAbsent,  // from reading all keyframes, because there is no index
+        kUsed,    // from the index
+        kStale,   // from reading all keyframes, because the index is not of this clip
+        kGiven,   // SceneOptions::bounds
+    };
+    State state = State::kNone;
+    /// The index file, and why it is stale.
+    std::string file = {};
+    std::string reason = {};
+};
 
 /// A frame between two keyframes of a clip, by their indices: its positions are interpolate() of
 /// theirs at f in [0, 1). A keyframe is between itself and itself, at 0.
@@ -48,16 +70,23 @@ public:
     /// The keyframes that positions() of this frame come from, bit for bit. Nothing for clips
     /// without keyframes, and for frames whose positions() throws.
     virtual std::optional<KeyframeBlend> keyframes_at(double) const { return std::nullopt; }
-    /// The positions of a keyframe, in world space; valid as long as the clip.
-    virtual std::span<const vec3> keyframe(std::size_t) const { return {}; }
+    /// The positions of a keyframe, in world space. Null for clips without keyframes. Throws as
+    /// positions().
+    virtual KeyframePositions keyframe(std::size_t) const { return nullptr; }
 
-    /// Whether positions() of this frame does not throw.
+    /// Whether positions() of this frame does not throw, as far as that is known: a file may change
+    /// while the clip is open, and with SceneOptions::bounds no frame is read before it is needed.
     virtual bool usable(double) const { return true; }
     /// The first cause of an unusable frame; nothing if all are usable.
     virtual std::optional<Warning> damage() const { return std::nullopt; }
 
     /// Bounds of all finite vertices of the whole clip.
     virtual WorldBounds bounds() const = 0;
+
+    /// What an index file of this clip holds; null for clips that are not read frame by frame, or
+    /// whose frames have not been read. Hashes all files. Throws Error(kBadInput).
+    virtual std::shared_ptr<const ClipIndex> make_index() const { return nullptr; }
+    virtual IndexUse index_use() const { return {}; }
 
     /// The scene's name in reports: the builtin's name, or the path as given.
     virtual const std::string& name() const = 0;

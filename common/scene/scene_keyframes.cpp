@@ -65,8 +65,11 @@ std::optional<KeyframeBlend> SceneKeyframes::blend(double frame) const {
 }
 
 void SceneKeyframes::positions(const KeyframeBlend& blend, std::span<vec3> out) const {
-    const std::span<const vec3> before = clip_.keyframe(blend.before);
-    const std::span<const vec3> after = clip_.keyframe(blend.after);
+    const KeyframePositions first = clip_.keyframe(blend.before);
+    const KeyframePositions second =
+        blend.after == blend.before ? first : clip_.keyframe(blend.after);
+    const std::span<const vec3> before = *first;
+    const std::span<const vec3> after = *second;
     assert(out.size() == before.size());
     for (std::size_t i = 0; i < out.size(); ++i) {
         const vec3 a = before[i] * scale_;

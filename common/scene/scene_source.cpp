@@ -97,7 +97,15 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
                     "empty scene name; give builtin:NAME, a file, a folder or a pattern");
     }
     if (!options.cache.empty()) return open_with_cache(spec, options);
-    if (spec.starts_with(kBuiltinPrefix)) return open_builtin(spec);
+    if (spec.starts_with(kBuiltinPrefix)) {
+        if (options.bounds || !options.index.empty()) {
+            throw Error(ErrorKind::kBadArgument,
+                        fmt::format("scene {}: bounds and an index are for files of frames; the "
+                                    "bounds of a built-in scene are known",
+                                    in_quotes(spec)));
+        }
+        return open_builtin(spec);
+    }
 
     // An existing file is opened as such even if its name contains '%'.
     std::error_code error;

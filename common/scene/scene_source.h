@@ -2,10 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 
 #include "common/base/warning.h"
 #include "common/scene/clip.h"
+#include "common/scene/formats/mesh/file_mesh.h"
 
 namespace mray {
 
@@ -20,6 +23,16 @@ struct SceneOptions {
     MissingFrames missing = MissingFrames::kFail;
     /// A PC2 or MDD file with the positions of an .obj file's vertices; empty: none.
     std::string cache = {};
+    /// Formats of meshes beyond mesh_formats().
+    std::span<const MeshFormat> more_formats = {};
+    /// Whether what is known of a whole clip may come from an index file.
+    bool takes_index = true;
+    /// The index file; empty: the default one (common/scene/formats/index/index_file.h), if there
+    /// is one.
+    std::string index = {};
+    /// The bounds of all frames of a clip that is read frame by frame: keyframes are then not read
+    /// to find them, and one that leaves them is an error when a frame needs it.
+    std::optional<WorldBounds> bounds = {};
     WarnFunction warn = {};
 };
 

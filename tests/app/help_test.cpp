@@ -115,6 +115,9 @@ TEST(Help, ExamplesWork) {
                      folder.path());
         ASSERT_EQ(made.code, 0) << made.err;
     }
+    // What the examples of index are about.
+    for (const char* name : {"frames/f_1.obj", "frames/f_2.obj"})
+        folder.write(name, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     // Charts take minutes: this one is refused as soon as its line is understood.
     folder.write("charts/file", "");
     for (const std::string& command : commands()) {

@@ -47,7 +47,9 @@ public:
         const auto f = static_cast<float>(frame - std::floor(frame));
         return KeyframeBlend{before, f == 0 ? before : before + 1, f};
     }
-    std::span<const vec3> keyframe(std::size_t index) const override { return keyframes_[index]; }
+    KeyframePositions keyframe(std::size_t index) const override {
+        return std::make_shared<std::vector<vec3>>(keyframes_[index]);
+    }
 
 private:
     std::string name_ = "listed";

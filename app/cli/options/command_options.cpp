@@ -65,6 +65,10 @@ constexpr Example kInfoExamples[] = {
     {"A scene and its trees", "morphray info builtin:cloth --bvh"},
     {"This program and its built-in scenes", "morphray info"},
 };
+constexpr Example kIndexExamples[] = {
+    {"An index for a folder of frames: beside it, as frames.mrindex", "morphray index frames"},
+    {"Whether it is still right, to the last byte", "morphray index frames --verify"},
+};
 constexpr Example kDevicesExamples[] = {
     {"All devices, for programs", "morphray devices --json -"},
 };
@@ -299,6 +303,18 @@ void define_info(CLI::App& program, Options& options) {
     add_report_options(adder, false);
 }
 
+void define_index(CLI::App& program, Options& options) {
+    const OptionAdder adder =
+        add_command(program, options, "index",
+                    "Writes an index of a clip's files, with which a clip opens at once",
+                    Command::kIndex, kIndexExamples);
+    adder.add_text("scene", "SCENE", "the clip", options.scene)->required();
+    add_file_options(adder);
+    adder.add_text("-o,--out", "FILE", "the index file (SCENE.mrindex)", options.out);
+    adder.add_flag("--verify", "read all files, and compare them with the index", options.verifies);
+    adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
+}
+
 void define_devices(CLI::App& program, Options& options) {
     add_report_options(add_command(program, options, "devices", "Lists the Vulkan devices",
                                    Command::kDevices, kDevicesExamples),
@@ -318,6 +334,7 @@ void add_commands(CLI::App& program, Options& options) {
     define_trace(program, options);
     define_chart(program, options);
     define_info(program, options);
+    define_index(program, options);
     define_devices(program, options);
 }
 

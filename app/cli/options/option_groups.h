@@ -13,6 +13,7 @@ void add_scene(const OptionAdder& adder, bool required);
 /// One scene or several.
 void add_scenes(const OptionAdder& adder, const char* help);
 /// How strictly a scene is read.
+void add_file_options(const OptionAdder& adder);
 void add_scene_options(const OptionAdder& adder);
 void add_lenient(const OptionAdder& adder);
 

@@ -22,8 +22,10 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// The pose by way of world space, without the code under test.
 std::vector<vec3> expected_pose(const Clip& clip, const SceneSpace& space,
                                 const KeyframeBlend& blend) {
-    const std::span<const vec3> before = clip.keyframe(blend.before);
-    const std::span<const vec3> after = clip.keyframe(blend.after);
+    const KeyframePositions first = clip.keyframe(blend.before);
+    const KeyframePositions second = clip.keyframe(blend.after);
+    const std::vector<vec3>& before = *first;
+    const std::vector<vec3>& after = *second;
     std::vector<vec3> pose(before.begin(), before.end());
     for (std::size_t i = 0; i < pose.size() && blend.f != 0; ++i) {
         for (int axis = 0; axis < 3; ++axis) {

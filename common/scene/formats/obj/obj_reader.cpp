@@ -30,8 +30,8 @@ namespace fs = std::filesystem;
 // Builds the mesh from the statements that tinyobjloader finds in checked text.
 class MeshBuilder : public ObjEvents {
 public:
-    MeshBuilder(const fs::path& path, const ObjOptions& options, const CheckedObj& checked,
-                ObjMesh& mesh)
+    MeshBuilder(const fs::path& path, const MeshFileOptions& options, const CheckedObj& checked,
+                FileMesh& mesh)
         : path_(path),
           options_(options),
           checked_(checked),
@@ -159,11 +159,11 @@ private:
     };
 
     const fs::path& path_;
-    const ObjOptions& options_;
+    const MeshFileOptions& options_;
     const CheckedObj& checked_;
     const std::size_t vertex_total_;
     const std::string name_;
-    ObjMesh& mesh_;
+    FileMesh& mesh_;
     ObjTextures textures_;
     std::size_t vertex_count_ = 0;
     std::unordered_map<Corner, std::uint32_t, CornerHash> numbers_;
@@ -179,7 +179,8 @@ private:
     WarningCount out_of_range_;
 };
 
-void require_content(const ObjMesh& mesh, const std::string& name, const ObjOptions& options) {
+void require_content(const FileMesh& mesh, const std::string& name,
+                     const MeshFileOptions& options) {
     if (!mesh.faces.corner_counts.empty()) return;
     const char* const missing = mesh.positions.empty() ? "no vertices" : "no faces";
     if (!options.lenient && !options.allow_empty) {
@@ -191,14 +192,14 @@ void require_content(const ObjMesh& mesh, const std::string& name, const ObjOpti
 
 }  // namespace
 
-ObjMesh read_obj(const fs::path& path, const ObjOptions& options) {
+FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
     const std::string name = shown(path);
     std::vector<Warning> warnings;
-    ObjOptions held = options;
+    MeshFileOptions held = options;
     held.warn = [&](const Warning& warning) { warnings.push_back(warning); };
 
     std::string text = read_input_file(path);
-    ObjMesh mesh;
+    FileMesh mesh;
     CheckedObj checked = check_obj(text, name,
                                    {.lenient = held.lenient,
                                     .normals = held.normals,

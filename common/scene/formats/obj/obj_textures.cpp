@@ -33,7 +33,7 @@ Texcoord transformed(const Texcoord& at, const TextureMap& map) {
 
 }  // namespace
 
-ObjTextures::ObjTextures(const std::string& name, const CheckedObj& checked, ObjMesh& mesh)
+ObjTextures::ObjTextures(const std::string& name, const CheckedObj& checked, FileMesh& mesh)
     : name_(name), checked_(checked), mesh_(mesh) {}
 
 void ObjTextures::use(const Material& material) {

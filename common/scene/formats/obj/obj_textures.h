@@ -13,13 +13,13 @@
 
 namespace mray {
 
-/// Follows the materials of faces and fills ObjMesh::textures, face_textures and texcoords. A
+/// Follows the materials of faces and fills FileMesh::textures, face_textures and texcoords. A
 /// texture is searched where its library names it and, if it is not there or not in the folder of
 /// the library, by its file name beside the library.
 class ObjTextures {
 public:
     /// `name` is the OBJ file in messages. Keeps references to all three.
-    ObjTextures(const std::string& name, const CheckedObj& checked, ObjMesh& mesh);
+    ObjTextures(const std::string& name, const CheckedObj& checked, FileMesh& mesh);
 
     /// Sets the material of the faces that follow.
     void use(const Material& material);
@@ -35,7 +35,7 @@ private:
 
     const std::string& name_;
     const CheckedObj& checked_;
-    ObjMesh& mesh_;
+    FileMesh& mesh_;
     Material material_;
     std::uint32_t texture_ = kNoTexture;
     std::unordered_map<std::string, std::uint32_t> found_;

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "common/scene/formats/obj/obj_reader.h"
+#include "common/scene/formats/mesh/mesh_file.h"
 #include "common/scene/polygons/triangulate.h"
 #include "common/text/message_text.h"
 
@@ -10,7 +10,7 @@ namespace mray {
 namespace {
 
 /// Gives the triangles that the faces were divided into what their corners have.
-void set_corners(const ObjMesh& mesh, std::span<const uvec3> triangles, std::vector<uvec3>& smooth,
+void set_corners(const FileMesh& mesh, std::span<const uvec3> triangles, std::vector<uvec3>& smooth,
                  SceneTextures& textures) {
     if (mesh.smooth.empty() && mesh.textures.empty()) return;
     const std::vector<uvec3> corners = corners_of_triangles(mesh.faces, triangles);
@@ -35,11 +35,12 @@ void set_corners(const ObjMesh& mesh, std::span<const uvec3> triangles, std::vec
 }  // namespace
 
 FirstMesh read_first_mesh(const std::filesystem::path& path, const SceneOptions& options) {
-    ObjMesh mesh = read_obj(path, {.lenient = options.lenient,
-                                   .allow_empty = options.allow_empty,
-                                   .normals = true,
-                                   .textures = true,
-                                   .warn = options.warn});
+    FileMesh mesh = read_mesh_file(path, {.lenient = options.lenient,
+                                          .allow_empty = options.allow_empty,
+                                          .normals = true,
+                                          .textures = true,
+                                          .more_formats = options.more_formats,
+                                          .warn = options.warn});
     FirstMesh first;
     Topology& topology = first.topology;
     topology.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());

@@ -21,7 +21,7 @@ struct FirstMesh {
     std::vector<vec3> positions;
 };
 
-/// Reads an .obj file. Throws Error(kBadInput).
+/// Reads a mesh file. Throws Error(kBadInput).
 FirstMesh read_first_mesh(const std::filesystem::path& path, const SceneOptions& options);
 
 }  // namespace mray

@@ -1,9 +1,9 @@
-// A clip whose frames are OBJ files.
+// A clip whose frames are mesh files.
 #pragma once
 
 #include <memory>
-#include <span>
 #include <string>
+#include <vector>
 
 #include "common/scene/clip.h"
 #include "common/scene/formats/sequence/keyframe_files.h"
@@ -11,18 +11,16 @@
 
 namespace mray {
 
-/// Reads all files (at least one) in parallel and keeps their positions. Positions between
-/// keyframes are interpolated component by component (common/scene/interpolate.h); at a keyframe
-/// they equal the file's bit for bit. If options.missing is kHold, a missing frame repeats the
-/// frame before it; otherwise it is interpolated.
+/// Each file (at least one) is a keyframe (common/scene/formats/keyframes/streamed_clip.h). If
+/// options.missing is kHold, a missing frame repeats the frame before it; otherwise it is
+/// interpolated.
 ///
 /// Triangles, colours and textures come from the first file; all files must have its faces. A later
 /// file that cannot be read or, unless lenient, has coordinates that are not finite or beyond 1e30
-/// does not fail the opening: damage() tells of it, the bounds exclude it, and positions() of every
-/// frame that needs it throws Error(kBadInput) with the file, the line and the frame.
+/// does not fail the opening: it is a keyframe that cannot be used.
 ///
-/// Throws Error: kBadInput for a first file that cannot be read and for files with other faces,
-/// with the frame and the difference; kLimit if memory cannot hold the keyframes.
+/// Throws Error(kBadInput) for a first file that cannot be read and for files with other faces,
+/// with the frame and the difference.
 std::unique_ptr<Clip> open_keyframes(const std::vector<KeyframeFile>& files,
                                      const std::string& name, const SceneOptions& options);
 

@@ -20,7 +20,7 @@ struct Coloured {
 };
 Coloured read_coloured(const TemporaryFolder& folder, const std::string& text) {
     Coloured result;
-    ObjOptions options;
+    MeshFileOptions options;
     options.warn = [&](const Warning& warning) { result.warnings.push_back(warning.line()); };
     result.albedo = read_obj(folder.write("a.obj", text), options).albedo;
     return result;
@@ -63,7 +63,7 @@ TEST(ObjMaterials, LibraryOutsideOfTheFolderIsNotOpened) {
     for (const std::string& name :
          {std::string("../outside.mtl"), std::string("../../../etc/passwd"), absolute.native()}) {
         std::vector<std::string> warnings;
-        ObjOptions options;
+        MeshFileOptions options;
         options.warn = [&](const Warning& warning) { warnings.push_back(warning.line()); };
         const auto mesh = read_obj(folder.write("scene/a.obj", "mtllib " + name + "\n" + kVertices +
                                                                    "usemtl a\nf 1 2 3\n"),
@@ -82,7 +82,7 @@ TEST(ObjMaterials, BrokenColourIsRefused) {
 }
 TEST(ObjMaterials, AreIgnoredOnRequest) {
     const TemporaryFolder folder;
-    ObjOptions options;
+    MeshFileOptions options;
     options.materials = false;
     options.warn = [](const Warning& warning) { ADD_FAILURE() << warning.line(); };
     const auto mesh =

@@ -24,11 +24,11 @@ const std::string kVertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 const std::string kTriangle = kVertices + "f 1 2 3\n";
 
 struct Reading {
-    ObjMesh mesh;
+    FileMesh mesh;
     std::vector<std::string> warnings;
 };
 
-Reading read(const std::string& text, ObjOptions options = {}) {
+Reading read(const std::string& text, MeshFileOptions options = {}) {
     const TemporaryFolder folder;
     Reading reading;
     options.warn = [&](const Warning& warning) { reading.warnings.push_back(warning.line()); };
@@ -36,14 +36,14 @@ Reading read(const std::string& text, ObjOptions options = {}) {
     return reading;
 }
 
-ObjOptions lenient() {
-    ObjOptions options;
+MeshFileOptions lenient() {
+    MeshFileOptions options;
     options.lenient = true;
     return options;
 }
 
 // The message without the folder: "a.obj:4: ...".
-std::string refusal(const std::string& text, const ObjOptions& options = {}) {
+std::string refusal(const std::string& text, const MeshFileOptions& options = {}) {
     const auto error = error_of([&] { read(text, options); });
     if (!error) return "";
     EXPECT_EQ(error->kind(), ErrorKind::kBadInput) << error->what();
@@ -245,7 +245,7 @@ TEST(ObjReader, AllFormsOfCornersAreRead) {
 TEST(ObjReader, FileWithoutFacesIsRefusedUnlessAllowed) {
     EXPECT_EQ(refusal(kVertices).substr(0, 16), "a.obj: no faces;");
     EXPECT_EQ(read(kVertices, lenient()).mesh.positions.size(), 3u);
-    ObjOptions allow_empty;
+    MeshFileOptions allow_empty;
     allow_empty.allow_empty = true;
     EXPECT_EQ(read(kVertices, allow_empty).warnings.size(), 1u);
     EXPECT_TRUE(read("", allow_empty).mesh.positions.empty());
@@ -300,7 +300,7 @@ TEST(ObjReader, OtherStatementsAreIgnoredAndUnknownOnesWarned) {
 TEST(ObjReader, ErrorSuppressesWarnings) {
     int warnings = 0;
     const TemporaryFolder folder;
-    ObjOptions options;
+    MeshFileOptions options;
     options.warn = [&](const Warning&) { ++warnings; };
     EXPECT_EQ(kind_of([&] { read_obj(folder.write("a.obj", "foo\nbar\n"), options); }),
               ErrorKind::kBadInput);
@@ -356,8 +356,8 @@ TEST(ObjChecker, MoreTrianglesThanTheLimitAreRefused) {
     EXPECT_EQ(kMaxTriangles, std::uint64_t{1} << 28);
 }
 
-ObjOptions with_normals() {
-    ObjOptions options;
+MeshFileOptions with_normals() {
+    MeshFileOptions options;
     options.normals = true;
     return options;
 }
@@ -365,16 +365,16 @@ ObjOptions with_normals() {
 TEST(ObjNormals, NumberCornersThatShareOne) {
     // Two triangles over the edge 2 3: the corners at 2 share a normal that is written twice, those
     // at 3 have different ones.
-    const ObjMesh mesh = read(kVertices +
-                                  "v 1 1 0\nvn 0 0 1\nvn 0 0 1.0\nvn 0 -0 1\nvn 1 0 0\n"
-                                  "f 1//1 2//1 3//1\nf 2//2 4//3 3//-1\n",
-                              with_normals())
-                             .mesh;
+    const FileMesh mesh = read(kVertices +
+                                   "v 1 1 0\nvn 0 0 1\nvn 0 0 1.0\nvn 0 -0 1\nvn 1 0 0\n"
+                                   "f 1//1 2//1 3//1\nf 2//2 4//3 3//-1\n",
+                               with_normals())
+                              .mesh;
     EXPECT_EQ(mesh.smooth, (std::vector<std::uint32_t>{0, 1, 2, 1, 4, 5}));
 }
 
 TEST(ObjNormals, CornersWithoutOneHaveNumbersOfTheirOwn) {
-    const ObjMesh mesh =
+    const FileMesh mesh =
         read(kVertices + "vn 0 0 1\nf 1//1 2 3\nf 1//1 2 3//7\nf 1//-2 2 3//1\n", with_normals())
             .mesh;
     EXPECT_EQ(mesh.smooth, (std::vector<std::uint32_t>{0, 1, 2, 0, 4, 5, 6, 7, 8}));
@@ -387,9 +387,9 @@ TEST(ObjNormals, AreLeftOutUnlessAskedForAndThere) {
 }
 
 TEST(ObjNormals, FacesThatAreLeftOutHaveNone) {
-    ObjOptions options = with_normals();
+    MeshFileOptions options = with_normals();
     options.lenient = true;
-    const ObjMesh mesh =
+    const FileMesh mesh =
         read(kVertices + "vn nan 0 1\nf 1//1 2//1 9//1\nf 1//1 2//1 3//1\n", options).mesh;
     EXPECT_EQ(mesh.faces.corners.size(), 3u);
     EXPECT_EQ(mesh.smooth, (std::vector<std::uint32_t>{0, 1, 2}));

@@ -19,12 +19,12 @@ const std::string kFace = "f 1/1 2/2 3/3 4/4\n";
 constexpr Albedo kWhite = 0xFFFFFF;
 
 struct Textured {
-    ObjMesh mesh;
+    FileMesh mesh;
     std::vector<std::string> warnings;
 };
 Textured read(const TemporaryFolder& folder, const std::string& text, bool lenient = false) {
     Textured result;
-    ObjOptions options;
+    MeshFileOptions options;
     options.lenient = lenient;
     options.textures = true;
     options.warn = [&](const Warning& warning) { result.warnings.push_back(warning.line()); };
@@ -47,7 +47,7 @@ TEST(ObjTextures, FacesHaveTheTextureOfTheirMaterialAndTheCoordinatesOfTheirCorn
                                              "usemtl n\nf -4/-1 -3/-2 -2/-3\nusemtl p\n" + kFace +
                                              "usemtl m\n" + kFace);
     EXPECT_TRUE(result.warnings.empty());
-    const ObjMesh& mesh = result.mesh;
+    const FileMesh& mesh = result.mesh;
     ASSERT_EQ(mesh.textures.size(), 2u);
     EXPECT_EQ(mesh.textures[0].path, fs::canonical(folder.path() / "a.png").native());
     EXPECT_EQ(mesh.face_textures, (std::vector<std::uint32_t>{kNoTexture, 0, 1, kNoTexture, 0}));
@@ -61,7 +61,7 @@ TEST(ObjTextures, FacesHaveTheTextureOfTheirMaterialAndTheCoordinatesOfTheirCorn
 
 TEST(ObjTextures, AreNotKeptWithoutOne) {
     const Folder folder("Kd 1 0 0\n");
-    const ObjMesh mesh = read(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
+    const FileMesh mesh = read(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
     EXPECT_TRUE(mesh.textures.empty());
     EXPECT_TRUE(mesh.face_textures.empty());
     EXPECT_TRUE(mesh.texcoords.empty());
@@ -70,7 +70,7 @@ TEST(ObjTextures, AreNotKeptWithoutOne) {
 
 TEST(ObjTextures, ScaleAndOffsetChangeCoordinates) {
     const Folder folder("map_Kd -s 2 4 -o 0.5 -1 a.png\n");
-    const ObjMesh mesh = read(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
+    const FileMesh mesh = read(folder, "mtllib a.mtl\nusemtl m\n" + kSquare + kFace).mesh;
     EXPECT_EQ(mesh.texcoords[2], (Texcoord{2.5f, 3}));
     EXPECT_EQ(mesh.texcoords[0], (Texcoord{0.5f, -1}));
 }
@@ -78,9 +78,9 @@ TEST(ObjTextures, ScaleAndOffsetChangeCoordinates) {
 TEST(ObjTextures, OneFileIsOneTextureUnlessItClamps) {
     const Folder folder(
         "map_Kd a.png\nnewmtl n\nmap_Kd ./a.png\nnewmtl o\nmap_Kd -clamp on a.png\n");
-    const ObjMesh mesh = read(folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace +
-                                          "usemtl n\n" + kFace + "usemtl o\n" + kFace)
-                             .mesh;
+    const FileMesh mesh = read(folder, "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace +
+                                           "usemtl n\n" + kFace + "usemtl o\n" + kFace)
+                              .mesh;
     ASSERT_EQ(mesh.textures.size(), 2u);
     EXPECT_FALSE(mesh.textures[0].clamp);
     EXPECT_TRUE(mesh.textures[1].clamp);
@@ -107,10 +107,10 @@ TEST(ObjTextures, FileOfAnotherFolderIsSearchedBesideTheLibraryAndNowhereElse) {
                  "newmtl m\nmap_Kd C:\\maps\\a.png\nnewmtl n\nmap_Kd ../secret.png\n"
                  "newmtl o\nmap_Kd /etc/passwd\n");
     std::vector<std::string> warnings;
-    ObjOptions options;
+    MeshFileOptions options;
     options.textures = true;
     options.warn = [&](const Warning& warning) { warnings.push_back(warning.line()); };
-    const ObjMesh mesh =
+    const FileMesh mesh =
         read_obj(folder.write("scene/a.obj", "mtllib a.mtl\n" + kSquare + "usemtl m\n" + kFace +
                                                  "usemtl n\n" + kFace + "usemtl o\n" + kFace),
                  options);
@@ -172,11 +172,11 @@ TEST(ObjTextures, BrokenStatementIsRefusedWithItsLineOrLeftOut) {
 
 TEST(ObjTextures, FacesThatAreLeftOutTakeTheirCornersAlong) {
     const Folder folder("map_Kd a.png\n");
-    const ObjMesh mesh = read(folder,
-                              "mtllib a.mtl\nusemtl m\n" + kSquare +
-                                  "f 1/1 2/x 3/3\nf 1/1 2/2\nf 1/1 2/2 9/3\nf 4/4 3/3 2/2\n",
-                              true)
-                             .mesh;
+    const FileMesh mesh = read(folder,
+                               "mtllib a.mtl\nusemtl m\n" + kSquare +
+                                   "f 1/1 2/x 3/3\nf 1/1 2/2\nf 1/1 2/2 9/3\nf 4/4 3/3 2/2\n",
+                               true)
+                              .mesh;
     ASSERT_EQ(mesh.face_textures.size(), 1u);
     EXPECT_EQ(mesh.texcoords, (std::vector<Texcoord>{{0, 1}, {1, 1}, {1, 0}}));
 }

@@ -23,18 +23,19 @@ std::string triangle_at(const std::string& x) {
 }
 
 struct Opened {
+    /// The files are read when frames need them.
+    std::unique_ptr<TemporaryFolder> folder = std::make_unique<TemporaryFolder>();
     std::unique_ptr<Clip> clip;
     std::vector<std::string> warnings;
 };
 
 Opened open_frames(const std::vector<std::string>& texts, SceneOptions options = {}) {
-    const TemporaryFolder folder;
-    for (std::size_t i = 0; i < texts.size(); ++i) {
-        if (!texts[i].empty()) folder.write(fmt::format("f_{}.obj", i), texts[i]);
-    }
     Opened opened;
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+        if (!texts[i].empty()) opened.folder->write(fmt::format("f_{}.obj", i), texts[i]);
+    }
     options.warn = [&](const Warning& warning) { opened.warnings.push_back(warning.line()); };
-    opened.clip = open_scene((folder.path() / "f_%d.obj").native(), options);
+    opened.clip = open_scene((opened.folder->path() / "f_%d.obj").native(), options);
     return opened;
 }
 
@@ -96,7 +97,7 @@ TEST(KeyframeClip, TellsTheKeyframesOfAFrame) {
     EXPECT_EQ(opened.clip->keyframes_at(1), (KeyframeBlend{1, 1, 0}));
     EXPECT_EQ(opened.clip->keyframes_at(-7), (KeyframeBlend{0, 0, 0}));
     EXPECT_EQ(opened.clip->keyframes_at(1.25), std::nullopt);
-    EXPECT_EQ(opened.clip->keyframe(1)[0], vec3(3, 0, 0));
+    EXPECT_EQ((*opened.clip->keyframe(1))[0], vec3(3, 0, 0));
 }
 
 TEST(KeyframeClip, ClampsFramesToItsRange) {

@@ -1,0 +1,36 @@
+#include "common/scene/formats/mesh/mesh_file.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "common/scene/formats/obj/obj_reader.h"
+
+namespace mray {
+namespace {
+
+constexpr std::array kFormats = {MeshFormat{"OBJ", ".obj", read_obj}};
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
+
+}  // namespace
+
+std::span<const MeshFormat> mesh_formats() { return kFormats; }
+
+const MeshFormat* mesh_format_of(const std::filesystem::path& path,
+                                 std::span<const MeshFormat> more_formats) {
+    std::string extension = path.extension().native();
+    std::transform(extension.begin(), extension.end(), extension.begin(), lower);
+    for (const std::span<const MeshFormat> formats : {mesh_formats(), more_formats}) {
+        for (const MeshFormat& format : formats)
+            if (format.extension == extension) return &format;
+    }
+    return nullptr;
+}
+
+FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options) {
+    const MeshFormat* const format = mesh_format_of(path, options.more_formats);
+    return format == nullptr ? read_obj(path, options) : format->read(path, options);
+}
+
+}  // namespace mray
