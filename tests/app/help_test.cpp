@@ -115,6 +115,11 @@ TEST(Help, ExamplesWork) {
                      folder.path());
         ASSERT_EQ(made.code, 0) << made.err;
     }
+    // The other half of what the examples of merge put together.
+    const Outcome half = run_line(
+        "morphray render builtin:cloth:300 --frames 0..24:6 --size 40x30 --shard 2/2 --out shards",
+        folder.path());
+    ASSERT_EQ(half.code, 0) << half.err;
     // Charts take minutes: this one is refused as soon as its line is understood.
     folder.write("charts/file", "");
     for (const std::string& command : commands()) {
