@@ -16,6 +16,7 @@ enum class ExitCode : int {
     kDeviceLost = 7,
     kPartial = 8,
     kInternal = 70,
+    kHungUp = 129,
     kInterrupted = 130,
     kTerminated = 143,
 };

@@ -130,7 +130,7 @@ std::optional<ExistingImage> read_existing(const Options& options,
     } catch (const Unusable& unusable) {
         reason = unusable.reason;
     } catch (const Error& error) {
-        if (error.kind() != ErrorKind::kBadInput) throw;
+        if (error.kind() != ErrorKind::kBadInput && error.kind() != ErrorKind::kLimit) throw;
         reason = error.what();
     }
     return std::nullopt;

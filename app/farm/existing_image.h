@@ -23,8 +23,7 @@ struct ExistingImage {
 /// of this version, these options and this scene (a frame_hash()), and if the OpenEXR file and the
 /// file of hits that the options ask for are there and whole. `earlier` is what the part of an
 /// earlier run says of the image, or null; the hashes of files must be those. Otherwise returns
-/// nothing, and in `reason` why; empty if there is no file. Throws Error(kLimit) for what does not
-/// fit into memory.
+/// nothing, and in `reason` why; empty if there is no file.
 std::optional<ExistingImage> read_existing(const Options& options,
                                            const std::filesystem::path& folder,
                                            const FrameTask& task, std::uint64_t scene_hash,

@@ -7,6 +7,7 @@
 
 #include "app/commands/render/render_command.h"
 #include "app/terminal/failure.h"
+#include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 
@@ -122,9 +123,7 @@ void PartLog::end(ExitCode code) {
 void PartLog::end_with(const std::exception_ptr& failure) {
     if (!is_on_) return;
     const Failure described = describe_failure(failure);
-    const bool was_interrupted =
-        described.code == ExitCode::kInterrupted || described.code == ExitCode::kTerminated;
-    part_.state = was_interrupted ? PartState::kInterrupted : PartState::kFailed;
+    part_.state = interrupted() ? PartState::kInterrupted : PartState::kFailed;
     part_.exit_code = static_cast<int>(described.code);
     part_.reason = described.message;
     try {

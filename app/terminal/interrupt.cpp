@@ -11,7 +11,7 @@ namespace {
 std::atomic<int> received_signal = 0;
 static_assert(std::atomic<int>::is_always_lock_free);  // required in a signal handler
 
-constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGPIPE};
+constexpr std::array<int, 4> kSignals = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
 
 void set_handler(int signal, void (*handler)(int)) {
     struct sigaction action = {};
@@ -23,8 +23,7 @@ void set_handler(int signal, void (*handler)(int)) {
 
 void on_signal(int signal) {
     received_signal.store(signal);
-    set_handler(SIGINT, SIG_DFL);
-    set_handler(SIGTERM, SIG_DFL);
+    for (const int next : {SIGINT, SIGTERM, SIGHUP}) set_handler(next, SIG_DFL);
 }
 
 }  // namespace
@@ -48,13 +47,17 @@ bool interrupted() { return received_signal.load() != 0; }
 
 void throw_if_interrupted() {
     if (!interrupted()) return;
+    const int signal = received_signal.load();
     throw Error(ErrorKind::kCancelled,
-                fmt::format("{}; finished results are kept",
-                            received_signal.load() == SIGTERM ? "terminated" : "interrupted"));
+                fmt::format("{}; finished results are kept", signal == SIGTERM  ? "terminated"
+                                                             : signal == SIGHUP ? "hung up"
+                                                                                : "interrupted"));
 }
 
 ExitCode interrupt_exit_code() {
-    return received_signal.load() == SIGTERM ? ExitCode::kTerminated : ExitCode::kInterrupted;
+    const int signal = received_signal.load();
+    if (signal == SIGHUP) return ExitCode::kHungUp;
+    return signal == SIGTERM ? ExitCode::kTerminated : ExitCode::kInterrupted;
 }
 
 }  // namespace mray::app

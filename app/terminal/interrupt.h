@@ -1,4 +1,4 @@
-// Turns SIGINT, SIGTERM and SIGPIPE into a state that long work polls.
+// Turns SIGINT, SIGTERM, SIGHUP and SIGPIPE into a state that long work polls.
 #pragma once
 
 #include <signal.h>
@@ -9,10 +9,10 @@
 
 namespace mray::app {
 
-/// While it lives, the first SIGINT or SIGTERM only makes interrupted() true, the second one ends
-/// the process at once, and SIGPIPE is ignored (a write to a closed pipe fails with EPIPE). A
-/// signal that was ignored before (nohup, background jobs) stays ignored. The destructor restores
-/// the handlers; interrupted() keeps its value. At most one exists at a time.
+/// While it lives, the first SIGINT, SIGTERM or SIGHUP only makes interrupted() true, the second
+/// one ends the process at once, and SIGPIPE is ignored (a write to a closed pipe fails with
+/// EPIPE). A signal that was ignored before (nohup, background jobs) stays ignored. The destructor
+/// restores the handlers; interrupted() keeps its value. At most one exists at a time.
 class InterruptGuard {
 public:
     InterruptGuard();
@@ -21,17 +21,17 @@ public:
     InterruptGuard& operator=(const InterruptGuard&) = delete;
 
 private:
-    std::array<struct sigaction, 3> before_;
+    std::array<struct sigaction, 4> before_;
 };
 
-/// Whether SIGINT or SIGTERM has arrived since the last guard was made. Thread-safe.
+/// Whether SIGINT, SIGTERM or SIGHUP has arrived since the last guard was made. Thread-safe.
 bool interrupted();
 
-/// Throws Error(kCancelled) after SIGINT or SIGTERM. Called between frames, so that finished frames
-/// are kept and no file is half written.
+/// Throws Error(kCancelled) after SIGINT, SIGTERM or SIGHUP. Called between frames, so that
+/// finished frames are kept and no file is half written.
 void throw_if_interrupted();
 
-/// kTerminated after SIGTERM, otherwise kInterrupted.
+/// kTerminated after SIGTERM, kHungUp after SIGHUP, otherwise kInterrupted.
 ExitCode interrupt_exit_code();
 
 }  // namespace mray::app

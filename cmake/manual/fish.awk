@@ -15,6 +15,7 @@ $1 == "command" {
 }
 $1 == "scene" { scenes = scenes (scenes == "" ? "" : " ") $3 }
 $1 == "positional" && takes($4) == "scene" { takes_scene = takes_scene " " $2 }
+$1 == "positional" && takes($4) == "folder" { print "complete -c morphray -n '__fish_seen_subcommand_from " $2 "' -a '(__fish_complete_directories)'" }
 $1 == "positional" && takes($4) == "file" { print "complete -c morphray -n '__fish_seen_subcommand_from " $2 "' -F" }
 $1 == "option" {
     line = "complete -c morphray -n " ($2 == "" ? "__fish_use_subcommand" : "'__fish_seen_subcommand_from " $2 "'")

@@ -41,7 +41,7 @@ $1 == "scene" {
 }
 $1 == "command" { names_of[++count] = $3; commands = commands "        " quoted($3 ":" $6, "'\\''") "\n" }
 $1 == "option" { options[$2] = options[$2] " \\\n            " specification($3, $4, $6) }
-$1 == "positional" { options[$2] = options[$2] " \\\n            '" ($4 ~ /\.\.\./ ? "*" : "1") ":scene:_morphray_scenes'" }
+$1 == "positional" { options[$2] = options[$2] " \\\n            '" ($4 ~ /\.\.\./ ? "*" : "1") (takes($4) == "folder" ? ":folder:_files -/'" : takes($4) == "file" ? ":file:_files'" : ":scene:_morphray_scenes'") }
 END {
     print "#compdef morphray"
     print "# zsh completion for morphray, written from its help."

@@ -118,6 +118,11 @@ TEST(Help, ExamplesWork) {
     // What the examples of index are about.
     for (const char* name : {"frames/f_1.obj", "frames/f_2.obj"})
         folder.write(name, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    // The other half of what the examples of merge put together.
+    const Outcome half = run_line(
+        "morphray render builtin:cloth:300 --frames 0..24:6 --size 40x30 --shard 2/2 --out shards",
+        folder.path());
+    ASSERT_EQ(half.code, 0) << half.err;
     // Charts take minutes: this one is refused as soon as its line is understood.
     folder.write("charts/file", "");
     for (const std::string& command : commands()) {

@@ -38,7 +38,7 @@ TEST(Interrupt, IsNotSetAtFirst) {
 }
 
 TEST(Interrupt, FirstSignalOnlySetsTheStateAndTheExitCode) {
-    for (const auto& [signal, code] : {std::pair{SIGINT, 130}, {SIGTERM, 143}}) {
+    for (const auto& [signal, code] : {std::pair{SIGINT, 130}, {SIGTERM, 143}, {SIGHUP, 129}}) {
         const int status = status_of_child([signal = signal] {
             const InterruptGuard guard;
             ::raise(signal);

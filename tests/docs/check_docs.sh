@@ -93,7 +93,7 @@ while IFS=$'\t' read -r page _ name; do
 done < <(grep -P '\tcode\t' "$scratch/names" || true)
 
 # Options: of the program, of scripts and other programs of the checkout, and of cmake, gcovr,
-# pkg-config and venv.
+# pkg-config, venv, sbatch and parallel.
 {
     "$program" --help
     for command in $("$program" --help | awk '/^Commands/ { on = 1; next } /^$/ { on = 0 } on && /^  [^ ]/ { print $1 }'); do
@@ -106,7 +106,7 @@ grep -ohE -- '--[a-z][a-z-]*[a-z]' "$scratch/help" | sort -u >"$scratch/program_
     (cd "$root" && cat run test fuzz .ci/run bench/run bench/updates bench/growth bench/clips bench/farm cmake/setup.sh cmake/package/run bench/options.* \
         tests/fuzz/run/options.*) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
     printf -- '--%s\n' preset workflow list-presets root follow fix build target install prefix cflags libs \
-        system-site-packages
+        system-site-packages array cpus-per-task time dependency wrap sshloginfile wd
 } | sort -u >"$scratch/options"
 grep -P '\toption\t' "$scratch/names" | while IFS=$'\t' read -r page _ option; do
     grep -qxF -- "$option" "$scratch/options" ||

@@ -18,7 +18,7 @@ constexpr const char* kCommandNote =
 constexpr const char* kExitCodes =
     "Exit codes: 0 ok, 1 a check failed, 2 usage, 3 bad input, 4 backend or device unavailable, "
     "5 output cannot be written, 6 out of memory or over a limit, 7 device lost, 8 partial result "
-    "kept, 70 internal error, 130 and 143 interrupted.";
+    "kept, 70 internal error, 129, 130 and 143 interrupted.";
 
 /// "  left      text", the text in as many lines as it takes.
 std::string entry(const std::string& left, const std::string& text) {

@@ -141,7 +141,7 @@ private:
                         fmt::format("{}: is not the file that was written", output.file));
             }
         } catch (const Error& error) {
-            if (error.kind() != ErrorKind::kBadInput) throw;
+            if (error.kind() != ErrorKind::kBadInput && error.kind() != ErrorKind::kLimit) throw;
             return damaged(part, image, error.what());
         }
         return true;

@@ -80,12 +80,12 @@ are_idle() {
 }
 
 start_cluster() {
-    local node attempt wait
+    local node attempt wait needed
     cluster_folder=$(cd "$1" && pwd -P)
     shift
-    for program in munged slurmctld slurmd sbatch; do
-        PATH=$PATH:/usr/sbin command -v "$program" >/dev/null && continue
-        cluster_log "$program is not installed; ./test installs it"
+    for needed in munged slurmctld slurmd sbatch; do
+        PATH=$PATH:/usr/sbin command -v "$needed" >/dev/null && continue
+        cluster_log "$needed is not installed; ./test installs it"
         return 4
     done
     PATH=$PATH:/usr/sbin

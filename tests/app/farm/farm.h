@@ -32,7 +32,8 @@ inline Outcome render_shard(const TemporaryFolder& folder, const std::string& ou
                             const std::string& host = "") {
     Names all = {"--shard", shard};
     all.insert(all.end(), more.begin(), more.end());
-    const std::string node = host.empty() ? "n" + shard.substr(0, shard.find('/')) : host;
+    const std::string node =
+        host.empty() ? std::string("n").append(shard, 0, shard.find('/')) : host;
     return run(render_of(folder, out, all), {.environment = {"SLURMD_NODENAME=" + node}});
 }
 

@@ -129,7 +129,7 @@ TEST_F(Merge, NamesPartsOfAnotherVersionSceneOrCommand) {
 
 TEST_F(Merge, NamesChecksThatAreMissing) {
     change_part(folder, "out/part-1-of-3.json", [](Json& part) { part["checks"] = Json::array(); });
-    EXPECT_EQ(findings(folder, {"out"}, "unverified"), (Names{"4.0/1/n1", "6.0/1/n1"}));
+    EXPECT_EQ(findings(folder, {"out"}, "unverified"), (Names{"2.0/1/n1", "4.0/1/n1", "6.0/1/n1"}));
 }
 
 // ---------------------------------------------------------------- faulty nodes
@@ -169,7 +169,7 @@ void flip_bit(const TemporaryFolder& folder, const std::string& part_file, const
 }
 
 TEST_F(Merge, NamesTheFaultyNodeOfThree) {
-    // Shard 2 has frames 2, 3 and 4, of which 2 and 4 are checked by 3 and 1.
+    // Shard 2 has frames 2, 3 and 4, of which 1 and 3 check 2 and 4.
     flip_bit(folder, "out/part-2-of-3.json", "frames", 2);
     EXPECT_EQ(findings(folder, {"out"}, "disagreement"), Names{"4.0/2/n2"});
     const Json report = read_json(folder, "merged.json");
@@ -300,9 +300,9 @@ std::vector<BadPart> bad_parts() {
         {"deep", repeated("[", 1'000'000), "nested too deeply"},
         {"deep in a frame", with("frames", Json::parse(repeated("[", 9) + repeated("]", 9))),
          "nested too deeply"},
-        {"many values", "[" + repeated("0,", 2'100'000) + "0]", "two million values"},
+        {"many values", repeated("[", 1) + repeated("0,", 2'100'000) + "0]", "two million values"},
         {"long text", with("host", std::string(70'000, 'x')), "64 KiB"},
-        {"huge number", "{\"part\": 1e999}", "is not JSON"},
+        {"huge number", "{\"part\": 1e999}", "cannot be read"},
         {"wrong type of a part", with("part", "1"), "part is not a whole number"},
         {"negative", with("parts", -1), "parts is not a whole number"},
         {"fraction", with("part", 0.5), "part is not a whole number"},
@@ -373,12 +373,12 @@ TEST(MergeOfBadParts, FilesThatAreNoRegularOnesAreFindings) {
     const TemporaryFolder folder;
     folder.write("out/part-1-of-1.json", with("frames", image_with("file", "pipe.png")));
     ASSERT_EQ(mkfifo(folder.file("out/pipe.png").c_str(), 0600), 0);
-    EXPECT_EQ(findings(folder, {"out"}, "damaged"), Names{"0/1/h"});
+    EXPECT_EQ(findings(folder, {"out"}, "damaged"), Names{"0.0/1/h"});
     folder.write(
         "out/part-1-of-1.json",
         with("frames", image_with("outputs", Json::array({{{"file", "../../dev/zero"},
                                                            {"hash", "0123456789abcdef"}}}))));
-    EXPECT_EQ(findings(folder, {"out"}, "damaged"), Names{"0/1/h"});
+    EXPECT_EQ(findings(folder, {"out"}, "damaged"), Names{"0.0/1/h"});
 }
 
 }  // namespace

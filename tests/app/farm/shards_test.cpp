@@ -344,7 +344,8 @@ TEST_P(EndedBySignal, LeavesAPartAndWholeImages) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Parts, EndedBySignal,
-                         testing::Values(std::pair(SIGTERM, 143), std::pair(SIGINT, 130)));
+                         testing::Values(std::pair(SIGTERM, 143), std::pair(SIGINT, 130),
+                                         std::pair(SIGHUP, 129)));
 
 }  // namespace
 }  // namespace mray::test

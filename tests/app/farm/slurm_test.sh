@@ -11,6 +11,7 @@ work=$(mktemp -d)
 mkdir "$work/cluster"
 finish() {
     local code=$?
+    [ -z "${one_run:-}" ] || kill "$one_run" 2>/dev/null || true
     stop_cluster
     if [ "$code" != 0 ]; then tail -n 5 "$work"/cluster/*.log "$work"/task-* 2>/dev/null >&2 || true; fi
     rm -rf "$work"
