@@ -39,8 +39,8 @@ ClipIndex make_index(const Options& options, const Messages& messages) {
     return *index;
 }
 
-std::string frames_text(std::size_t count, const char* what) {
-    return fmt::format("{} frame{} {}", count, count == 1 ? "" : "s", what);
+std::string frames_text(std::size_t count) {
+    return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
 }
 
 /// What an index says otherwise than the clip, a line each.
@@ -66,8 +66,8 @@ std::vector<std::string> differences(const ClipIndex& index, const ClipIndex& cl
             fmt::format("{} files instead of {}", clip.files.size(), index.files.size()));
     }
     if (index.facts.bounds.size() != clip.facts.bounds.size()) {
-        lines.push_back(frames_text(clip.facts.bounds.size(), "instead of ") +
-                        fmt::format("{}", index.facts.bounds.size()));
+        lines.push_back(fmt::format("{} instead of {}", frames_text(clip.facts.bounds.size()),
+                                    index.facts.bounds.size()));
     } else if (lines.empty() && (index.facts.bounds != clip.facts.bounds ||
                                  index.facts.damaged != clip.facts.damaged)) {
         lines.emplace_back("other bounds or damage of frames");
@@ -82,7 +82,7 @@ ExitCode verify(const Options& options, const Messages& messages) {
     const std::vector<std::string> lines = differences(index, clip);
     if (lines.empty()) {
         messages.print(fmt::format("{}: is right for {}\n", shown(path),
-                                   frames_text(clip.facts.bounds.size(), "")));
+                                   frames_text(clip.facts.bounds.size())));
         return ExitCode::kOk;
     }
     std::string text;
@@ -104,9 +104,8 @@ ExitCode run_index(const Options& options, const Messages& messages) {
         index.facts.damaged.empty()
             ? std::string()
             : fmt::format(", {} of them damaged", index.facts.damaged.size());
-    messages.print(fmt::format("{}: {}{}\n", shown(path),
-                               frames_text(index.facts.bounds.size(), "of ") +
-                                   fmt::format("{} vertices", index.vertex_count),
+    messages.print(fmt::format("{}: {} of {} vertices{}\n", shown(path),
+                               frames_text(index.facts.bounds.size()), index.vertex_count,
                                damaged));
     return ExitCode::kOk;
 }

@@ -120,7 +120,7 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
 std::string index_line(const IndexUse& use) {
     std::string line = fmt::format("index           {}", name_of(use.state));
     if (use.state == IndexUse::State::kUsed) line += ": " + shown(use.file);
-    if (use.state == IndexUse::State::kStale) line += fmt::format(": it {}", use.reason);
+    if (use.state == IndexUse::State::kStale) line += ": " + use.reason;
     return line + '\n';
 }
 

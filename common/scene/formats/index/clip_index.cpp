@@ -134,6 +134,9 @@ ClipIndex decode_index(std::span<const std::byte> bytes) {
     index.facts.damaged = take_numbers(in, index.facts.bounds.size());
     index.facts.odd = take_numbers(in, index.facts.bounds.size());
     if (!in.is_valid() || in.left() != 0 || index.files.empty()) fail_damaged();
+    for (const std::size_t keyframe : index.facts.damaged) {
+        if (index.facts.bounds[keyframe] != KeyframeBounds()) fail_damaged();
+    }
     // Such a clip is refused when its index is made.
     if (index.facts.damaged.size() == index.facts.bounds.size()) fail_damaged();
     return index;

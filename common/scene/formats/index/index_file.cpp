@@ -56,24 +56,26 @@ std::string difference(const ClipIndex& index, const SceneOptions& options,
                        const IndexedClip& clip) {
     if (index.files.size() != clip.files.size() ||
         index.facts.bounds.size() != clip.keyframe_count) {
-        return fmt::format("is of {} frames in {} files, not of {} in {}",
+        return fmt::format("it is of {} frames in {} files, not of {} in {}",
                            index.facts.bounds.size(), index.files.size(), clip.keyframe_count,
                            clip.files.size());
     }
     if (index.topology_hash != clip.topology_hash || index.vertex_count != clip.vertex_count)
-        return "is of other triangles";
+        return "it is of other triangles";
     const bool has_odd_frames = !index.facts.damaged.empty() || !index.facts.odd.empty();
     if (has_odd_frames &&
         (index.lenient != options.lenient || index.allow_empty != options.allow_empty))
-        return "is of a scene that was read more or less strictly";
+        return "it is of a scene that was read more or less strictly";
     for (std::size_t i = 0; i < clip.files.size(); ++i) {
         const IndexedFile& file = index.files[i];
         const std::string name = clip.files[i].filename().native();
-        if (file.name != name) return fmt::format("has {}, not {}", in_quotes(file.name), name);
+        if (file.name != name) return fmt::format("it has {}, not {}", in_quotes(file.name), name);
         const std::optional<Stamp> stamp = stamp_of(clip.files[i]);
         if (!stamp || stamp->size != file.size || stamp->modified_ns != file.modified_ns)
             return fmt::format("{} has changed since", shown(name));
     }
+    if (clip.first_bounds && *clip.first_bounds != index.facts.bounds[0])
+        return "it tells otherwise of the first frame";
     return {};
 }
 
@@ -135,7 +137,7 @@ FoundIndex find_index(const std::string& scene, const SceneOptions& options,
         bytes = read_input_file(path, kMostBytes);
     } catch (const Error& error) {
         if (is_named) throw;
-        return {stale(path, as_warning(error, shown(path)).text)};
+        return {stale(path, "it " + as_warning(error, shown(path)).text)};
     }
     try {
         ClipIndex index = decode_index(std::as_bytes(std::span(bytes)));
@@ -143,7 +145,7 @@ FoundIndex find_index(const std::string& scene, const SceneOptions& options,
         if (!differs.empty()) return {stale(path, differs)};
         return {{IndexUse::State::kUsed, path.native(), {}}, std::move(index)};
     } catch (const Error& error) {
-        return {stale(path, error.what())};
+        return {stale(path, std::string("it ") + error.what())};
     }
 }
 

@@ -25,6 +25,8 @@ struct IndexedClip {
     std::uint32_t vertex_count = 0;
     std::size_t keyframe_count = 0;
     std::span<const std::filesystem::path> files;
+    /// Of keyframe 0, if it has been read.
+    std::optional<KeyframeBounds> first_bounds;
 };
 
 struct FoundIndex {

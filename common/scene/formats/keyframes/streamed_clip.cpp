@@ -29,14 +29,17 @@ public:
           cache_(source_->count(), topology().vertex_count) {
         parts_.first.faces = {};
         std::vector<vec3> positions = std::exchange(parts_.first.positions, {});
-        if (parts_.has_first_keyframe)
-            cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(positions)));
         if (options.bounds) {
             use_.state = IndexUse::State::kGiven;
             bounds_ = *options.bounds;
             return;
         }
-        learn_facts();
+        std::optional<KeyframeBounds> first_bounds;
+        if (parts_.has_first_keyframe) {
+            first_bounds.emplace(measure_positions(positions).bounds);
+            cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(positions)));
+        }
+        learn_facts(first_bounds);
         bounds_ = facts_.all();
         tell_facts();
     }
@@ -95,22 +98,22 @@ public:
     IndexUse index_use() const override { return use_; }
 
 private:
-    void learn_facts() {
+    void learn_facts(const std::optional<KeyframeBounds>& first_bounds) {
         if (options_.takes_index && source_->count() > 1) {
             const std::vector<std::filesystem::path> files = source_->files();
-            FoundIndex found = find_index(
-                parts_.name, options_,
-                {topology_hash(topology()), topology().vertex_count, source_->count(), files});
+            FoundIndex found = find_index(parts_.name, options_,
+                                          {topology_hash(topology()), topology().vertex_count,
+                                           source_->count(), files, first_bounds});
             use_ = found.use;
             if (found.index) {
                 facts_ = std::move(found.index->facts);
                 return;
             }
             if (use_.state == IndexUse::State::kStale && options_.warn) {
-                options_.warn({shown(use_.file),
-                               fmt::format("the index is not used, and all frames are read: it {}",
-                                           use_.reason),
-                               Remedy::kIndexAgain});
+                options_.warn(
+                    {shown(use_.file),
+                     fmt::format("the index is not used, and all frames are read: {}", use_.reason),
+                     Remedy::kIndexAgain});
             }
         }
         facts_ = scan_keyframes(*source_, topology().vertex_count, cache_);
@@ -188,12 +191,13 @@ private:
             if (bounds.lower[axis] >= bounds_.lower[axis] &&
                 bounds.upper[axis] <= bounds_.upper[axis])
                 continue;
-            throw Error(ErrorKind::kBadInput,
-                        fmt::format("{}: frame {} reaches from {} to {} in {}, beyond the bounds "
-                                    "that were given, {} to {}; give larger ones",
-                                    shown(source_->file(keyframe)), source_->frame(keyframe),
-                                    bounds.lower[axis], bounds.upper[axis], "xyz"[axis],
-                                    bounds_.lower[axis], bounds_.upper[axis]));
+            throw Error(
+                ErrorKind::kBadInput,
+                fmt::format("{}: frame {} reaches from {:.9g} to {:.9g} in {}, beyond the bounds "
+                            "that were given, {:.9g} to {:.9g}; give larger ones",
+                            shown(source_->file(keyframe)), source_->frame(keyframe),
+                            bounds.lower[axis], bounds.upper[axis], "xyz"[axis],
+                            bounds_.lower[axis], bounds_.upper[axis]));
         }
     }
 

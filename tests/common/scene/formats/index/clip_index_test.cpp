@@ -126,6 +126,8 @@ TEST(ClipIndex, WithAnyWrongCountIsDamaged) {
               std::uint64_t{1} << 32, std::uint64_t{1} << 62, ~std::uint64_t{0} / 24,
               ~std::uint64_t{0}}) {
             if (count == right) continue;
+            // What follows then is an index: of a frame with a warning.
+            if (at == kDamagedCountAt && count == 0) continue;
             EXPECT_EQ(error_of_bytes(with(bytes, at, count)), "is damaged") << at << " " << count;
         }
     }
@@ -162,6 +164,12 @@ TEST(ClipIndex, WithDamageBeyondItsFramesIsDamaged) {
     for (const std::uint64_t frame : {std::uint64_t{3}, ~std::uint64_t{0}})
         EXPECT_EQ(error_of_bytes(with(encode_index(three_frames()), kDamagedAt, frame)),
                   "is damaged");
+}
+
+TEST(ClipIndex, WithBoundsOfADamagedFrameIsDamaged) {
+    ClipIndex index = three_frames();
+    index.facts.bounds[1] = index.facts.bounds[0];
+    EXPECT_EQ(error_of_bytes(encode_index(index)), "is damaged");
 }
 
 TEST(ClipIndex, WithDamageOutOfOrderIsDamaged) {

@@ -204,6 +204,12 @@ TEST(IndexFile, WithOtherBoundsThanAFrameIsAnErrorOfThatFrame) {
     }
 }
 
+TEST(IndexFile, WithOtherBoundsThanTheFirstFrameIsStale) {
+    IndexedSequence sequence;
+    sequence.replace_secretly(0, triangle_at(3));
+    expect_stale(sequence, "it tells otherwise of the first frame");
+}
+
 TEST(IndexFile, ThatIsNamedMustBeThere) {
     IndexedSequence sequence;
     const std::string other = sequence.scene() + "/nothing";
@@ -230,6 +236,12 @@ TEST(GivenBounds, TakeThePlaceOfReadingAllFrames) {
     EXPECT_EQ(clip->index_use().state, IndexUse::State::kGiven);
     EXPECT_EQ(clip->bounds().upper[0], 8);
     EXPECT_EQ(x_at(*clip, 8), 8.0f);
+    // The first file is read at once, but no frame needs it yet.
+    sequence.write("clip/f_0.obj", triangle_at(50));
+    const std::unique_ptr<Clip> later =
+        sequence.open({.bounds = WorldBounds{{0, 0, 0}, {8, 2, 0}}});
+    EXPECT_EQ(x_at(*later, 2), 2.0f);
+    EXPECT_EQ(kind_of([&] { x_at(*later, 0); }), ErrorKind::kBadInput);
     EXPECT_EQ(kind_of([&] { x_at(*clip, 5); }), ErrorKind::kBadInput);
     const std::string error = message_of([&] { x_at(*clip, 8.5); });
     EXPECT_NE(error.find("f_9.obj: frame 9 reaches from 0 to 9 in x, beyond the bounds"),
