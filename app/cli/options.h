@@ -160,6 +160,7 @@ struct Options {
 
     // info
     bool tree_facts = false;
+    bool formats = false;
 
     /// The given arguments that decide which image is traced, for a command that repeats it.
     std::vector<std::string> view_arguments;

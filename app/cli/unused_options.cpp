@@ -47,6 +47,7 @@ bool updates_by_times(const Options& o) {
 }
 
 bool has_scene(const Options& o) { return !o.scene.empty(); }
+bool has_no_scene(const Options& o) { return o.scene.empty(); }
 bool describes_trees(const Options& o) { return o.tree_facts; }
 bool is_no_bundle(const Options& o) { return !is_bundle_name(o.scene); }
 
@@ -71,6 +72,7 @@ const Rule kRules[] = {
      {"--missing", "--allow-empty", "--lenient", "--frame", "--bvh", "--threads"},
      has_scene,
      "is about a scene; give one, too"},
+    {{kInfo}, {"--formats"}, has_no_scene, "is about the program; leave the scene out"},
     {{kInfo}, {"--threads"}, describes_trees, "only --bvh builds trees"},
     {{kProbe},
      {"--missing", "--allow-empty", "--lenient", "--size", "--eye", "--target", "--up", "--fov",

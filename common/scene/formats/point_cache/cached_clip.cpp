@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "common/base/warning_count.h"
-#include "common/scene/formats/obj/obj_checker.h"
+#include "common/scene/formats/mesh/mesh_rules.h"
 #include "common/scene/formats/point_cache/point_cache.h"
 #include "common/scene/formats/sequence/first_mesh.h"
 #include "common/scene/interpolate.h"
