@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "app/files/formats/optional_formats.h"
 #include "app/memory_budget.h"
 #include "common/base/errors.h"
 #include "common/scene/frame_range.h"
@@ -14,7 +15,7 @@
 namespace mray::app {
 namespace {
 
-// Estimates the size of a scene from its name or its file. While an OBJ file is read, its text and
+// Estimates the size of a scene from its name or its file. While a file is read, its text and
 // arrays of about the same size are in memory.
 void require_memory_to_open(const std::string& spec) {
     constexpr std::string_view kBuiltin = "builtin:";
@@ -64,6 +65,7 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
     scene_options.takes_index = options.command != Command::kIndex && options.index != "none";
     if (scene_options.takes_index) scene_options.index = options.index;
     scene_options.bounds = options.bounds;
+    scene_options.more_formats = optional_mesh_formats();
     scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
     return open_scene(options.scene, scene_options);
 }

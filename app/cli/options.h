@@ -186,6 +186,7 @@ struct Options {
 
     // info
     bool tree_facts = false;
+    bool formats = false;
 
     // index
     bool verifies = false;

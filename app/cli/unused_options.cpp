@@ -48,6 +48,7 @@ bool updates_by_times(const Options& o) {
 
 bool has_scene(const Options& o) { return !o.scene.empty(); }
 bool has_no_bounds(const Options& o) { return !o.bounds; }
+bool has_no_scene(const Options& o) { return o.scene.empty(); }
 bool describes_trees(const Options& o) { return o.tree_facts; }
 bool is_no_bundle(const Options& o) { return !is_bundle_name(o.scene); }
 
@@ -77,6 +78,7 @@ const Rule kRules[] = {
      {"--index"},
      has_no_bounds,
      "the bounds are given, so that no index is read; leave out one of them"},
+    {{kInfo}, {"--formats"}, has_no_scene, "is about the program; leave the scene out"},
     {{kInfo}, {"--threads"}, describes_trees, "only --bvh builds trees"},
     {{kProbe},
      {"--missing",

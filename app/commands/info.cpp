@@ -6,6 +6,7 @@
 
 #include "app/backends.h"
 #include "app/commands/commands.h"
+#include "app/files/formats/format_table.h"
 #include "app/frames.h"
 #include "app/memory_budget.h"
 #include "app/report/report_json.h"
@@ -172,7 +173,9 @@ void publish(const Report& report, const Options& options, const Messages& messa
 
 ExitCode run_info(const Options& options, const Messages& messages) {
     check_reports({options.json});
-    if (options.scene.empty()) {
+    if (options.formats) {
+        publish(file_formats(), options, messages);
+    } else if (options.scene.empty()) {
         publish(describe_program(), options, messages);
     } else {
         publish(describe_scene(options, messages), options, messages);

@@ -13,6 +13,9 @@ namespace mray {
 using Albedo = std::uint32_t;
 inline constexpr Albedo kDefaultAlbedo = 0x00BFBFBF;
 
+/// The albedo of linear channels, clamped to [0, 1] and rounded to 8 bits.
+Albedo albedo_of(float r, float g, float b);
+
 /// The constant part of a deforming scene. prim_id i is triangles[i]; every index is below
 /// vertex_count; albedo has one entry for each triangle.
 struct Topology {

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "common/base/errors.h"
+#include "common/scene/formats/mesh/mesh_file.h"
 #include "common/scene/formats/point_cache/cached_clip.h"
 #include "common/scene/formats/sequence/keyframe_clip.h"
 #include "common/scene/formats/sequence/keyframe_files.h"
@@ -72,19 +73,15 @@ void require_no_builtin(const std::string& spec) {
     }
 }
 
-bool obj_extension(const fs::path& path) {
-    const std::string extension = path.extension().native();
-    return extension == ".obj" || extension == ".OBJ";
-}
-
 std::unique_ptr<Clip> open_with_cache(const std::string& spec, const SceneOptions& options) {
     std::error_code error;
     const fs::path path(spec);
-    if (spec.starts_with(kBuiltinPrefix) || fs::is_directory(path, error) || !obj_extension(path)) {
+    if (spec.starts_with(kBuiltinPrefix) || fs::is_directory(path, error) ||
+        mesh_format_of(path, options.more_formats) == nullptr) {
         throw Error(ErrorKind::kBadArgument,
-                    fmt::format("scene {}: the positions of a point cache need one .obj file with "
+                    fmt::format("scene {}: the positions of a point cache need one {} file with "
                                 "their triangles",
-                                in_quotes(spec)));
+                                in_quotes(spec), extensions_of_meshes(options.more_formats)));
     }
     return open_cached(path, options.cache, spec, options);
 }
@@ -122,11 +119,11 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
             return open_keyframes(files_of_glob(spec, options), spec, options);
         require_no_builtin(spec);
     }
-    if (fs::is_regular_file(status) && !obj_extension(path)) {
+    if (fs::is_regular_file(status) && mesh_format_of(path, options.more_formats) == nullptr) {
         throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: not a scene file; give an .obj file, a folder of them, a "
+                    fmt::format("{}: not a scene file; give an {} file, a folder of them, a "
                                 "pattern or builtin:NAME",
-                                shown(path)));
+                                shown(path), extensions_of_meshes(options.more_formats)));
     }
     return open_keyframes({{0.0, path}}, spec, options);
 }

@@ -21,7 +21,7 @@ struct SceneOptions {
     /// Accept a scene without faces.
     bool allow_empty = false;
     MissingFrames missing = MissingFrames::kFail;
-    /// A PC2 or MDD file with the positions of an .obj file's vertices; empty: none.
+    /// A PC2 or MDD file with the positions of a mesh file's vertices; empty: none.
     std::string cache = {};
     /// Formats of meshes beyond mesh_formats().
     std::span<const MeshFormat> more_formats = {};
@@ -36,9 +36,9 @@ struct SceneOptions {
     WarnFunction warn = {};
 };
 
-/// Opens `builtin:NAME[:TRIANGLES]`, an .obj file, a folder of .obj files, or a pattern such as
-/// `frame_%04d.obj`. Throws Error: kBadArgument (unknown builtin, bad pattern, a cache for anything
-/// but one .obj file), kBadInput, kLimit.
+/// Opens `builtin:NAME[:TRIANGLES]`, a mesh file (mesh_formats()), a folder of them, or a pattern
+/// such as `frame_%04d.obj`. Throws Error: kBadArgument (unknown builtin, bad pattern, a cache for
+/// anything but one mesh file), kBadInput, kLimit.
 std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& options = {});
 
 }  // namespace mray

@@ -33,6 +33,7 @@ set(places
     "^(GLFW/|imgui|backends/)"  "^app/view/window/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
     "^j(peglib|error)\\.h$"      "^(tests/|app/files/jpeg_reader\\.cpp$)"
+    "^assimp/"                  "^app/files/formats/assimp_[a-z]+\\.cpp$"
     "^(OpenEXR/|Iex\\.h$)"      "^(tests/|app/files/exr_(reader|writer)\\.cpp$)"
     "^benchmark/"               "^bench/"
     "^embree"                   "^(bench|tests|accuracy/methods)/"

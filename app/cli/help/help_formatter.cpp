@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <vector>
 
+#include "app/files/formats/optional_formats.h"
+#include "common/scene/formats/mesh/mesh_file.h"
+
 namespace mray::app {
 namespace {
 
 // Where the text of an entry begins. A left part that is wider has its text on the next line.
 constexpr std::size_t kTextColumn = 30;
 
-constexpr const char* kSceneNote =
-    "SCENE is builtin:NAME[:TRIANGLES], an .obj file, a folder of .obj files, or a pattern such as "
-    "frame_%04d.obj or 'frame_*.obj'. `morphray info` lists the built-in scenes.";
 constexpr const char* kCommandNote =
     "`morphray help COMMAND` or `morphray COMMAND --help` lists the options of a command; "
     "`morphray info` lists the built-in scenes.";
@@ -19,6 +19,13 @@ constexpr const char* kExitCodes =
     "Exit codes: 0 ok, 1 a check failed, 2 usage, 3 bad input, 4 backend or device unavailable, "
     "5 output cannot be written, 6 out of memory or over a limit, 7 device lost, 8 partial result "
     "kept, 70 internal error, 129, 130 and 143 interrupted.";
+
+std::string scene_note() {
+    const std::string meshes = extensions_of_meshes(optional_mesh_formats());
+    return "SCENE is builtin:NAME[:TRIANGLES], a mesh file (" + meshes +
+           "), a folder of such files, or a pattern such as frame_%04d.obj or 'frame_*.obj'. "
+           "`morphray info` lists the built-in scenes.";
+}
 
 /// "  left      text", the text in as many lines as it takes.
 std::string entry(const std::string& left, const std::string& text) {
@@ -67,7 +74,7 @@ bool takes_scene(const CLI::App& app) {
 std::string notes(const CLI::App& app) {
     std::string text;
     if (!app.get_subcommands({}).empty()) text += wrapped(kCommandNote, 0) + "\n\n";
-    if (takes_scene(app)) text += wrapped(kSceneNote, 0) + "\n\n";
+    if (takes_scene(app)) text += wrapped(scene_note(), 0) + "\n\n";
     return text + wrapped(kExitCodes, 0) + '\n';
 }
 

@@ -64,6 +64,7 @@ constexpr Example kChartExamples[] = {
 constexpr Example kInfoExamples[] = {
     {"A scene and its trees", "morphray info builtin:cloth --bvh"},
     {"This program and its built-in scenes", "morphray info"},
+    {"What this build reads and writes", "morphray info --formats"},
 };
 constexpr Example kIndexExamples[] = {
     {"An index for a folder of frames: beside it, as frames.mrindex", "morphray index frames"},
@@ -299,6 +300,8 @@ void define_info(CLI::App& program, Options& options) {
     add_scene(adder, false);
     add_frame(adder, kFirstFrame);
     adder.add_flag("--bvh", "build the tree both ways and describe it", options.tree_facts);
+    adder.add_flag("--formats", "list the formats of files that are read and written",
+                   options.formats);
     add_threads(adder);
     add_report_options(adder, false);
 }

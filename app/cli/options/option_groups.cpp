@@ -90,7 +90,7 @@ void add_file_options(const OptionAdder& adder) {
                        return parse_choice<MissingFrames>(option, value, kMissing);
                    }));
     adder.add_view(
-        "--cache", "FILE", "point cache (PC2 or MDD) with the positions of an .obj file's vertices",
+        "--cache", "FILE", "point cache (PC2 or MDD) with the positions of a mesh file's vertices",
         [&options](const std::string&, const std::string& value) { options.cache = value; });
     adder.add_flag("--allow-empty", "accept a scene without triangles", options.allow_empty);
     add_lenient(adder);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/scene/formats/obj/obj_checker.h"
+#include "common/scene/formats/mesh/mesh_rules.h"
 
 namespace mray {
 namespace {

@@ -23,6 +23,8 @@ struct MeshFormat {
     std::string_view name;
     /// With its dot, in lower case.
     std::string_view extension;
+    /// What is read of a file.
+    std::string_view content;
     /// Throws Error: kBadInput with the file and the place in it, kLimit.
     FileMesh (*read)(const std::filesystem::path& path, const MeshFileOptions& options);
 };
@@ -49,8 +51,11 @@ struct FileMesh {
     /// Each vertex of the file, in the file's units, correctly rounded to float.
     std::vector<vec3> positions;
     Polygons faces;
-    /// One for each face.
+    /// One for each face; empty: kDefaultAlbedo for all.
     std::vector<Albedo> albedo;
+    /// Linear colours of the vertices, finite; a triangle has the mean of its three. Empty: none.
+    /// If there are any, `albedo` is empty.
+    std::vector<vec3> vertex_colours;
     /// For each corner of `faces` a number, below that of all corners: corners of one position with
     /// equal normals have the same number, those without a normal a number of their own. Empty if
     /// the file has no normals, or they are not read.

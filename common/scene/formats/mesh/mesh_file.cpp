@@ -1,15 +1,22 @@
 #include "common/scene/formats/mesh/mesh_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <string>
+#include <vector>
 
 #include "common/scene/formats/obj/obj_reader.h"
+#include "common/scene/formats/ply/ply_reader.h"
 
 namespace mray {
 namespace {
 
-constexpr std::array kFormats = {MeshFormat{"OBJ", ".obj", read_obj}};
+constexpr std::array kFormats = {
+    MeshFormat{"OBJ", ".obj", "polygons, colours, textures, smooth corners", read_obj},
+    MeshFormat{"PLY", ".ply", "polygons, strips, colours, smooth corners; text and binary", read_ply},
+};
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
 
@@ -26,6 +33,15 @@ const MeshFormat* mesh_format_of(const std::filesystem::path& path,
             if (format.extension == extension) return &format;
     }
     return nullptr;
+}
+
+std::string extensions_of_meshes(std::span<const MeshFormat> more_formats) {
+    std::vector<std::string_view> names;
+    for (const std::span<const MeshFormat> formats : {mesh_formats(), more_formats})
+        for (const MeshFormat& format : formats) names.push_back(format.extension);
+    const std::string_view last = names.back();
+    names.pop_back();
+    return fmt::format("{} or {}", fmt::join(names, ", "), last);
 }
 
 FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options) {

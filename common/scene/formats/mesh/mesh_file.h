@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 
 #include "common/scene/formats/mesh/file_mesh.h"
 
@@ -14,6 +15,9 @@ std::span<const MeshFormat> mesh_formats();
 /// The format whose extension the name has, in letters of either case; null if there is none.
 const MeshFormat* mesh_format_of(const std::filesystem::path& path,
                                  std::span<const MeshFormat> more_formats);
+
+/// The extensions of all formats for messages: ".obj or .ply".
+std::string extensions_of_meshes(std::span<const MeshFormat> more_formats);
 
 /// Reads a file in the format of its name; a name of no format is read as OBJ. Throws what
 /// MeshFormat::read throws.

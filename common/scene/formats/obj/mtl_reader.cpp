@@ -161,20 +161,12 @@ private:
     WarningCount black_maps_;
 };
 
-Albedo channel(float value) {
-    return static_cast<Albedo>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
-}
-
 }  // namespace
 
 void read_mtl_text(std::string_view text, const std::filesystem::path& library,
                    const std::string& name, bool lenient, const WarnFunction& warn,
                    MaterialMap& materials) {
     MtlReader(library, name, lenient, materials).read(text, warn);
-}
-
-Albedo albedo_of(float r, float g, float b) {
-    return channel(r) | channel(g) << 8 | channel(b) << 16;
 }
 
 }  // namespace mray

@@ -53,7 +53,4 @@ void read_mtl_text(std::string_view text, const std::filesystem::path& library,
                    const std::string& name, bool lenient, const WarnFunction& warn,
                    MaterialMap& materials);
 
-/// The albedo of linear channels, clamped to [0, 1].
-Albedo albedo_of(float r, float g, float b);
-
 }  // namespace mray

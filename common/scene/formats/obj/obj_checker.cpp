@@ -64,7 +64,7 @@ public:
     Checker(std::string& text, const std::string& name, const ObjCheckOptions& options)
         : name_(name),
           lenient_(options.lenient),
-          max_triangles_(options.max_triangles),
+          rules_(options.lenient, options.max_triangles),
           with_normals_(options.normals),
           with_texcoords_(options.texcoords),
           begin_(text.data()),
@@ -82,8 +82,7 @@ public:
                             largest_index_, checked_.positions.size()));
         }
         unknown_.tell(warn);
-        skipped_.tell(warn);
-        not_finite_.tell(warn);
+        rules_.tell(warn);
         return std::move(checked_);
     }
 
@@ -204,7 +203,7 @@ private:
             if (token.empty()) break;
             std::optional<float> number = parse_float(token);
             if (!number) number = parse_old_not_finite(token);
-            if (!number) fail_number(token);
+            if (!number) fail(not_a_number(token));
             if (count < 3) position[count] = checked_coordinate(*number, token);
             if (++count > static_cast<int>(kMaxVertexNumbers)) {
                 fail("vertex of more than 8 numbers; one line holds one vertex");
@@ -217,25 +216,9 @@ private:
         checked_.positions.push_back(position);
     }
 
-    [[noreturn]] void fail_number(std::string_view token) const {
-        if (token.find(',') != std::string_view::npos) {
-            fail(fmt::format("{} is not a number; write decimals with a point, not a comma",
-                             in_quotes(token)));
-        }
-        fail(fmt::format("{} is not a number; is the file complete?", in_quotes(token)));
-    }
-
     float checked_coordinate(float value, std::string_view token) {
-        if (std::abs(value) <= kMaxCoordinate) return value;
-        const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
-        if (!lenient_) {
-            fail(fmt::format("coordinate {} {}; repair it", in_quotes(token), what),
-                 Remedy::kLenient);
-        }
-        not_finite_.add([&] {
-            return Warning{place(),
-                           fmt::format("coordinate {} {}; kept as it is", in_quotes(token), what)};
-        });
+        if (!MeshRules::is_good(value))
+            rules_.take_bad_coordinate(value, token, [this] { return place(); });
         return value;
     }
 
@@ -286,26 +269,15 @@ private:
             }
             ++corners;
         }
-        if (corners < 3) {
-            // Two corners in the middle of a file are an edge that some exporters write. At the end
-            // of a file without a final line end they show that the file was cut.
-            const bool cut = last == end_;
-            const std::string what =
-                fmt::format("face of {} corner{}", corners, corners == 1 ? "" : "s");
-            if (!lenient_ && cut) fail(what + " at the end; the file was cut, write it again");
-            if (!lenient_ && corners < 2) fail(what + "; a face needs 3, is the file complete?");
-            skipped_.add([&] { return Warning{place(), what + "; left out"}; });
+        // A file without a final line end may have been cut.
+        if (!rules_.keeps_face(corners, last == end_, [this] { return place(); })) {
             forget_corners(first_corner);
             hide(first);
             return;
         }
         ++checked_.face_count;
         checked_.corner_count += corners;
-        if (checked_.corner_count - 2 * checked_.face_count > max_triangles_) {
-            throw Error(ErrorKind::kLimit,
-                        fmt::format("{}: more than {} triangles; split or simplify the scene",
-                                    place(), max_triangles_));
-        }
+        rules_.count_face(corners, [this] { return place(); });
     }
 
     // A corner is v, v/vt, v//vn or v/vt/vn; vt and vn may be left out, but not the slash between
@@ -328,8 +300,7 @@ private:
                                   in_quotes(token.substr(0, slash)));
         }
         if (!problem.empty()) {
-            if (!lenient_) fail(problem);
-            skipped_.add([&] { return Warning{place(), problem + "; face left out"}; });
+            rules_.leave_out(problem, [this] { return place(); });
             return false;
         }
         if (*index > largest_index_) {
@@ -385,7 +356,7 @@ private:
 
     const std::string& name_;
     const bool lenient_;
-    const std::uint64_t max_triangles_;
+    MeshRules rules_;
     const bool with_normals_;
     const bool with_texcoords_;
     char* const begin_;
@@ -397,8 +368,6 @@ private:
     std::uint64_t largest_index_line_ = 0;
     CheckedObj checked_;
     WarningCount unknown_;
-    WarningCount skipped_;
-    WarningCount not_finite_;
 };
 
 }  // namespace

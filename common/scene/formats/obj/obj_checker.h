@@ -8,17 +8,14 @@
 
 #include "common/base/warning_count.h"
 #include "common/interop/platform.h"
+#include "common/scene/formats/mesh/mesh_rules.h"
 #include "common/scene/textures.h"
 
 namespace mray {
 
-/// Finite coordinates beyond this are refused like infinite ones; simulations that diverge write
-/// them.
-inline constexpr float kMaxCoordinate = 1e30f;
 /// A longer line is not OBJ text. Faces are exempt: a polygon of 200,000 corners is one
 /// line of 1.3 MB.
 inline constexpr std::size_t kMaxLineBytes = std::size_t{1} << 20;
-inline constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
 
 struct ObjCheckOptions {
     /// Accept coordinates that are not finite or too large, and leave out, with a warning, faces

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
@@ -179,24 +178,13 @@ private:
     WarningCount out_of_range_;
 };
 
-void require_content(const FileMesh& mesh, const std::string& name,
-                     const MeshFileOptions& options) {
-    if (!mesh.faces.corner_counts.empty()) return;
-    const char* const missing = mesh.positions.empty() ? "no vertices" : "no faces";
-    if (!options.lenient && !options.allow_empty) {
-        throw Error(ErrorKind::kBadInput, fmt::format("{}: {}; is it an OBJ file?", name, missing),
-                    Remedy::kAllowEmpty);
-    }
-    options.warn({name, fmt::format("{}; the image will be empty", missing)});
-}
-
 }  // namespace
 
 FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
     const std::string name = shown(path);
-    std::vector<Warning> warnings;
+    HeldWarnings warnings;
     MeshFileOptions held = options;
-    held.warn = [&](const Warning& warning) { warnings.push_back(warning); };
+    held.warn = warnings.keeper();
 
     std::string text = read_input_file(path);
     FileMesh mesh;
@@ -211,9 +199,9 @@ FileMesh read_obj(const fs::path& path, const MeshFileOptions& options) {
     assert(held.lenient || mesh.faces.corners.size() == checked.corner_count);
     builder.finish();
     mesh.positions = std::move(checked.positions);
-    require_content(mesh, name, held);
+    require_faces(mesh, name, "an OBJ file", held);
 
-    if (options.warn) std::for_each(warnings.begin(), warnings.end(), options.warn);
+    warnings.tell(options.warn);
     return mesh;
 }
 

@@ -1,4 +1,4 @@
-// A clip whose triangles are those of an OBJ file and whose positions are those of a point cache.
+// A clip whose triangles are those of a mesh file and whose positions are those of a point cache.
 #pragma once
 
 #include <filesystem>

@@ -32,6 +32,24 @@ void set_corners(const FileMesh& mesh, std::span<const uvec3> triangles, std::ve
     }
 }
 
+void set_albedo(const FileMesh& mesh, Topology& topology) {
+    if (mesh.albedo.empty() && mesh.vertex_colours.empty()) {
+        topology.albedo.assign(topology.triangles.size(), kDefaultAlbedo);
+        return;
+    }
+    topology.albedo.reserve(topology.triangles.size());
+    for (std::size_t face = 0; face < mesh.albedo.size(); ++face) {
+        topology.albedo.insert(topology.albedo.end(), mesh.faces.corner_counts[face] - 2,
+                               mesh.albedo[face]);
+    }
+    if (mesh.vertex_colours.empty()) return;
+    for (const uvec3& t : topology.triangles) {
+        const std::vector<vec3>& colours = mesh.vertex_colours;
+        const vec3 mean = (colours[t.x] + colours[t.y] + colours[t.z]) / 3.0f;
+        topology.albedo.push_back(albedo_of(mean.x, mean.y, mean.z));
+    }
+}
+
 }  // namespace
 
 FirstMesh read_first_mesh(const std::filesystem::path& path, const SceneOptions& options) {
@@ -47,11 +65,7 @@ FirstMesh read_first_mesh(const std::filesystem::path& path, const SceneOptions&
     topology.triangles =
         triangulate(mesh.faces, mesh.positions, shown(path), options.lenient, options.warn);
     set_corners(mesh, topology.triangles, first.smooth, first.textures);
-    topology.albedo.reserve(topology.triangles.size());
-    for (std::size_t face = 0; face < mesh.albedo.size(); ++face) {
-        topology.albedo.insert(topology.albedo.end(), mesh.faces.corner_counts[face] - 2,
-                               mesh.albedo[face]);
-    }
+    set_albedo(mesh, topology);
     first.faces = std::move(mesh.faces);
     first.positions = std::move(mesh.positions);
     return first;

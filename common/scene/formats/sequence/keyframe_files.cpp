@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "common/base/errors.h"
+#include "common/scene/formats/mesh/mesh_file.h"
 #include "common/scene/formats/sequence/frame_pattern.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
@@ -31,11 +32,22 @@ struct NumberedName {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", shown(path), what), remedy);
 }
 
-bool has_obj_extension(const std::string& name) {
-    constexpr std::string_view kExtension = ".obj";
-    if (name.size() <= kExtension.size() || name[0] == '.') return false;
-    return std::equal(kExtension.begin(), kExtension.end(), name.end() - kExtension.size(),
-                      [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
+bool is_mesh_name(const std::string& name, const SceneOptions& options) {
+    return name[0] != '.' && mesh_format_of(name, options.more_formats) != nullptr;
+}
+
+void require_one_format(const fs::path& folder, const std::vector<NumberedName>& names,
+                        const SceneOptions& options) {
+    const auto format = [&](const NumberedName& name) {
+        return mesh_format_of(name.name, options.more_formats);
+    };
+    for (const NumberedName& name : names) {
+        if (format(name) == format(names[0])) continue;
+        fail(folder,
+             fmt::format("{} and {} have different formats, which one clip does not mix; "
+                         "give a pattern such as frame_%04d{}, or one file",
+                         shown(names[0].name), shown(name.name), format(names[0])->extension));
+    }
 }
 
 std::vector<std::string> file_names(const fs::path& folder) {
@@ -109,9 +121,13 @@ void report_missing(const fs::path& folder, const std::string& first, std::uint6
 std::vector<KeyframeFile> files_of_folder(const fs::path& folder, const SceneOptions& options) {
     std::vector<NumberedName> names;
     for (const std::string& name : file_names(folder)) {
-        if (has_obj_extension(name)) names.push_back(split_name(folder, name));
+        if (is_mesh_name(name, options)) names.push_back(split_name(folder, name));
     }
-    if (names.empty()) fail(folder, "no .obj file in this folder; check the path");
+    if (names.empty()) {
+        fail(folder, fmt::format("no {} file in this folder; check the path",
+                                 extensions_of_meshes(options.more_formats)));
+    }
+    require_one_format(folder, names, options);
     std::stable_sort(names.begin(), names.end(), [](const NumberedName& a, const NumberedName& b) {
         return a.number < b.number;
     });

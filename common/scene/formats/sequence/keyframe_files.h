@@ -15,11 +15,11 @@ struct KeyframeFile {
     std::filesystem::path path;
 };
 
-/// The .obj files of a folder, without those in its folders and hidden ones, ordered by the last
+/// The mesh files of a folder, without those in its folders and hidden ones, ordered by the last
 /// number in their names, which must be equal apart from it. The first is frame 0; the greatest
 /// common divisor of the differences is one frame. Throws Error(kBadInput) for a folder without
-/// .obj files, names that differ, a number twice, and, if options.missing is kFail, a missing file,
-/// which it names; otherwise warns of missing files.
+/// mesh files, for files of several formats, names that differ, a number twice, and, if
+/// options.missing is kFail, a missing file, which it names; otherwise warns of missing files.
 std::vector<KeyframeFile> files_of_folder(const std::filesystem::path& folder,
                                           const SceneOptions& options);
 

@@ -1,0 +1,74 @@
+#include "app/files/formats/format_table.h"
+
+#include <span>
+
+#include "app/files/formats/optional_formats.h"
+#include "app/report/json_parts.h"
+#include "common/scene/formats/mesh/mesh_file.h"
+#include "common/text/table.h"
+#include "common/text/text_parts.h"
+
+namespace mray::app {
+namespace {
+
+constexpr FileFormat kOthers[] = {
+    {"materials", "MTL", ".mtl", true, false, "colours and textures of OBJ files"},
+    {"positions", "PC2", ".pc2", true, false, "point cache: positions of vertices over time"},
+    {"positions", "MDD", ".mdd", true, false, "point cache: positions of vertices over time"},
+    {"texture", "PNG", ".png", true, false, "map_Kd of materials"},
+    {"texture", "JPEG", ".jpg .jpeg", true, false, "map_Kd of materials"},
+    {"rays", "text", "", true, false, "trace --rays: a ray a line"},
+    {"rays", "binary", "", true, false, "trace --rays --binary: 8 floats a ray"},
+    {"rays", "bundle", ".json", true, true, "probe --bundle: a ray with its triangles"},
+    {"hits", "text", "", false, true, "trace --out: a hit a line"},
+    {"hits", "raw", "", true, true, "render --hits; diff reads them"},
+    {"image", "PNG", ".png", true, true, "render, view, chart; diff reads them"},
+    {"image", "OpenEXR", ".exr", true, true, "render --exr; diff reads them"},
+    {"report", "JSON", ".json", true, true, "--json; profile --baseline and crosscheck --expect"},
+    {"report", "JUnit", ".xml", false, true, "crosscheck --junit"},
+    {"report", "HTML", ".html", false, true, "crosscheck --html, chart"},
+    {"report", "CSV", ".csv", false, true, "profile --csv, chart"},
+    {"report", "SVG", ".svg", false, true, "profile --plot, chart"},
+};
+
+}  // namespace
+
+std::vector<FileFormat> file_formats() {
+    std::vector<FileFormat> formats;
+    for (const std::span<const MeshFormat> meshes : {mesh_formats(), optional_mesh_formats()}) {
+        for (const MeshFormat& mesh : meshes)
+            formats.push_back({"mesh", mesh.name, mesh.extension, true, false, mesh.content});
+    }
+    formats.insert(formats.end(), std::begin(kOthers), std::end(kOthers));
+    return formats;
+}
+
+std::string text_of(const std::vector<FileFormat>& formats) {
+    Table table({"use", "format", "extensions", "read", "written", "content"});
+    const auto yes = [](bool is) { return is ? "yes" : "no"; };
+    for (const FileFormat& format : formats) {
+        table.add({std::string(format.use), std::string(format.name),
+                   format.extensions.empty() ? "any" : std::string(format.extensions),
+                   yes(format.is_read), yes(format.is_written), std::string(format.content)});
+    }
+    return table.text();
+}
+
+std::string to_json(const std::vector<FileFormat>& formats) {
+    Json json = head_of("info");
+    json["formats"] = Json::array();
+    for (const FileFormat& format : formats) {
+        Json extensions = Json::array();
+        for (const std::string_view extension : split(format.extensions, ' '))
+            if (!extension.empty()) extensions.push_back(std::string(extension));
+        json["formats"].push_back({{"use", std::string(format.use)},
+                                   {"name", std::string(format.name)},
+                                   {"extensions", extensions},
+                                   {"read", format.is_read},
+                                   {"written", format.is_written},
+                                   {"content", std::string(format.content)}});
+    }
+    return json_text(json);
+}
+
+}  // namespace mray::app

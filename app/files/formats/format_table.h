@@ -1,0 +1,29 @@
+// The formats of files that this program reads and writes.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace mray::app {
+
+struct FileFormat {
+    /// What the file is: "mesh", "image".
+    std::string_view use;
+    std::string_view name;
+    /// With their dots, a blank between them; empty: any.
+    std::string_view extensions;
+    bool is_read = false;
+    bool is_written = false;
+    std::string_view content;
+};
+
+/// All formats of this build, those of meshes first; those that messages and help name come from
+/// the same table of meshes (common/scene/formats/mesh/mesh_file.h).
+std::vector<FileFormat> file_formats();
+
+/// As `info --formats` prints them: a table, or the object of --json.
+std::string text_of(const std::vector<FileFormat>& formats);
+std::string to_json(const std::vector<FileFormat>& formats);
+
+}  // namespace mray::app
