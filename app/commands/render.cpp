@@ -45,9 +45,9 @@ std::filesystem::path folder_of(const Options& options) {
     return folder.empty() ? "." : folder;
 }
 
-std::string image_name(const Options& options, double frame) {
+std::string image_name(const Options& options, double frame, const FrameDigits& digits) {
     if (is_one_image(options)) return std::filesystem::path(options.out).filename();
-    return fmt::format("frame_{}.png", frame_label(frame));
+    return fmt::format("frame_{}.png", frame_label(frame, digits));
 }
 
 /// The kinds of rays that an image is made of.
@@ -66,6 +66,7 @@ public:
         : options_(options),
           messages_(messages),
           folder_(folder),
+          digits_(digits_of(frames, clip)),
           scene_(options, clip, frames.front(), messages),
           thumbnail_width_(thumbnail_width(frames.size())) {
         const ViewSpec& view = options.view;
@@ -93,11 +94,11 @@ public:
         if (!options_.shading.exr.empty()) {
             const ExrColours colours =
                 options_.shading.exr == "float" ? ExrColours::kFloat : ExrColours::kHalf;
-            std::filesystem::path file = folder_ / image_name(options_, frame_number);
+            std::filesystem::path file = folder_ / image_name(options_, frame_number, digits_);
             write_file(file.replace_extension(".exr"), encode_exr(traced, colours, texts));
         }
         Image image{traced.width, traced.height, std::move(traced.pixels)};
-        const std::string file = image_name(options_, frame_number);
+        const std::string file = image_name(options_, frame_number, digits_);
         write_file(folder_ / file, encode_png(image, texts));
         thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
         report_.frames.back().file = file;
@@ -134,6 +135,7 @@ private:
     const Options& options_;
     const Messages& messages_;
     std::filesystem::path folder_;
+    FrameDigits digits_;
     ClipScene scene_;
     /// Of the last frame.
     morphray::Image traced_;
@@ -186,7 +188,8 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
          .kept_bytes = kept});
 }
 
-void require_distinct_names(const Options& options, const std::vector<double>& frames) {
+void require_distinct_names(const Options& options, const std::vector<double>& frames,
+                            const FrameDigits& digits) {
     if (is_one_image(options) && frames.size() > 1) {
         throw Error(
             ErrorKind::kBadArgument,
@@ -196,11 +199,11 @@ void require_distinct_names(const Options& options, const std::vector<double>& f
     }
     std::set<std::string> names;
     for (const double frame : frames) {
-        if (names.insert(image_name(options, frame)).second) continue;
+        if (names.insert(image_name(options, frame, digits)).second) continue;
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("--frames: two frames would both become {}; "
                                 "choose a larger step",
-                                image_name(options, frame)));
+                                image_name(options, frame, digits)));
     }
 }
 
@@ -214,7 +217,7 @@ ExitCode run_render(const Options& given, const Messages& messages) {
     const std::unique_ptr<Clip> clip = open_clip(options, messages);
     const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
     warn_of_damage(options, *clip, frames, messages);
-    require_distinct_names(options, frames);
+    require_distinct_names(options, frames, digits_of(frames, *clip));
     require_memory_for(options, *clip, frames.size());
     Renderer renderer(options, *clip, frames, folder.path(), messages);
 

@@ -21,6 +21,8 @@ constexpr Example kRenderExamples[] = {
     {"Every eighth frame into the folder cloth, and a contact sheet",
      "morphray render builtin:cloth --frames 0..24:8 --out cloth"},
     {"One image, quickly", "morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
+    {"A second of an animation in a glTF file, four images of it",
+     "morphray render robot.glb --animation walk --time 0..0.75:0.25 --out walk"},
 };
 constexpr Example kViewExamples[] = {
     {"A scene that plays", "morphray view builtin:cloth --play"},

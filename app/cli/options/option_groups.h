@@ -16,9 +16,9 @@ void add_scenes(const OptionAdder& adder, const char* help);
 void add_scene_options(const OptionAdder& adder);
 void add_lenient(const OptionAdder& adder);
 
-/// --frames; `otherwise` says which frames are the default.
+/// --frames and --time; `otherwise` says which frames are the default.
 void add_frames(const OptionAdder& adder, const char* otherwise);
-/// --frame, of a command that takes one.
+/// --frame and --time, of a command that takes one.
 void add_frame(const OptionAdder& adder, const char* help);
 
 /// The smallest number of ambient-occlusion rays, and the help for it.
