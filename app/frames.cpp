@@ -39,6 +39,11 @@ void require_memory_to_open(const std::string& spec) {
 std::vector<double> whole_frames(const Clip& clip) {
     std::vector<double> frames;
     const double first = std::ceil(clip.first_frame());
+    if (clip.last_frame() - first >= static_cast<double>(kMaxFrames)) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("--frames: the scene has {} to {}, more than a million; give some",
+                                clip.first_frame(), clip.last_frame()));
+    }
     const auto steps = static_cast<long long>(std::floor(clip.last_frame() - first));
     for (long long i = 0; i <= steps; ++i) frames.push_back(first + static_cast<double>(i));
     if (frames.empty()) frames.push_back(clip.first_frame());
@@ -51,6 +56,34 @@ std::vector<double> few_of(const std::vector<double>& all) {
     const std::size_t last = all.size() - 1;
     // The middle and a quarter, where some parts have moved and others have not.
     return {all.front(), all[last / 4], all[last / 2], all.back()};
+}
+
+/// Frames from the seconds of --time.
+std::vector<double> frames_of_time(const Options& options, const Clip& clip) {
+    const std::optional<double> fps = clip.fps() ? clip.fps() : options.fps;
+    if (!fps) {
+        throw Error(ErrorKind::kBadArgument,
+                    "--time: the scene has frames, but no seconds; give --fps, too");
+    }
+    // Seconds are decimal numbers, so that whole frames are missed by their rounding.
+    constexpr double kRounding = 1e-6;
+    std::vector<double> frames = parse_frame_range(options.time, 1 / *fps, "seconds");
+    for (double& frame : frames) {
+        const double seconds = frame;
+        frame *= *fps;
+        if (std::abs(frame - std::round(frame)) < kRounding) frame = std::round(frame);
+        if (frame >= clip.first_frame() && frame <= clip.last_frame()) continue;
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("--time: {} s is not in the scene, which has {} to {} s", seconds,
+                                clip.first_frame() / *fps, clip.last_frame() / *fps));
+    }
+    return frames;
+}
+
+/// How many digits a frame has behind the point, at most 6.
+std::size_t fraction_digits(double frame) {
+    const std::string text = fmt::format("{:.6f}", frame);
+    return text.find_last_not_of('0') - text.find('.');
 }
 
 }  // namespace
@@ -66,6 +99,11 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
     if (scene_options.takes_index) scene_options.index = options.index;
     scene_options.bounds = options.bounds;
     scene_options.more_formats = optional_mesh_formats();
+    scene_options.animation = options.animation;
+    scene_options.fps = options.fps;
+    scene_options.check_size = [](std::uint64_t triangles, std::uint64_t vertices) {
+        require_memory({.triangles = triangles, .vertices = vertices});
+    };
     scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
     return open_scene(options.scene, scene_options);
 }
@@ -77,6 +115,7 @@ SceneFrames open_frames(const Options& options, const Messages& messages) {
 std::vector<double> select_frames(const Options& options, const Clip& clip,
                                   DefaultFrames otherwise) {
     if (options.frames == "all") return whole_frames(clip);
+    if (!options.time.empty()) return frames_of_time(options, clip);
     if (options.frames.empty()) {
         if (otherwise == DefaultFrames::kFirst) return {clip.first_frame()};
         std::vector<double> all = whole_frames(clip);
@@ -86,6 +125,13 @@ std::vector<double> select_frames(const Options& options, const Clip& clip,
     for (const double frame : {frames.front(), frames.back()})
         require_in_clip("--frames", frame, clip);
     return frames;
+}
+
+double select_frame(const Options& options, const Clip& clip) {
+    if (!options.time.empty()) return frames_of_time(options, clip).front();
+    const double frame = options.frame_given ? options.frame : clip.first_frame();
+    require_in_clip("--frame", frame, clip);
+    return frame;
 }
 
 void warn_of_damage(const Options& options, const Clip& clip, std::span<const double> frames,
@@ -103,12 +149,19 @@ void require_in_clip(const char* option, double frame, const Clip& clip) {
                             clip.first_frame(), clip.last_frame()));
 }
 
-std::string frame_label(double frame) {
-    std::string label = fmt::format("{:.6f}", frame);
-    label.erase(label.find_last_not_of('0') + 1);
-    if (label.ends_with('.')) label.pop_back();
-    const std::size_t digits = std::min(label.find('.'), label.size());
-    return digits < 4 ? std::string(4 - digits, '0') + label : label;
+FrameDigits digits_of(std::span<const double> frames, const Clip& clip) {
+    FrameDigits digits;
+    const std::string last = fmt::format("{:.0f}", std::floor(std::abs(clip.last_frame())));
+    digits.whole = std::max(digits.whole, last.size());
+    for (const double frame : frames)
+        digits.fraction = std::max(digits.fraction, fraction_digits(frame));
+    return digits;
+}
+
+std::string frame_label(double frame, const FrameDigits& digits) {
+    const std::size_t point = digits.fraction > 0 ? 1 : 0;
+    return fmt::format("{:0{}.{}f}", frame, digits.whole + point + digits.fraction,
+                       digits.fraction);
 }
 
 }  // namespace mray::app

@@ -20,10 +20,15 @@ SceneFrames open_frames(const Options& options, const Messages& messages);
 
 enum class DefaultFrames { kAll, kFew, kFirst };
 
-/// The frames of --frames, every whole one for "all"; without it every whole frame, up to four
-/// frames from the first to the last, or the first frame. Never empty. Throws Error(kBadArgument).
+/// The frames of --frames, every whole one for "all", or those of --time; without both every whole
+/// frame, up to four frames from the first to the last, or the first frame. Never empty. Throws
+/// Error(kBadArgument).
 std::vector<double> select_frames(const Options& options, const Clip& clip,
                                   DefaultFrames otherwise);
+
+/// The frame of --frame or --time, of a command that takes one; without both the first. Throws
+/// Error(kBadArgument) for one outside of the clip.
+double select_frame(const Options& options, const Clip& clip);
 
 /// Warns of files of the clip that cannot be used, unless the frames or --build-at need one of
 /// them, which is an error later.
@@ -33,7 +38,15 @@ void warn_of_damage(const Options& options, const Clip& clip, std::span<const do
 /// Throws Error(kBadArgument) for a frame outside the clip.
 void require_in_clip(const char* option, double frame, const Clip& clip);
 
-/// "0007", or "0007.25" between whole frames: names sort in the order of the frames.
-std::string frame_label(double frame);
+/// How many digits the numbers of frames have in the names of files.
+struct FrameDigits {
+    std::size_t whole = 4;
+    std::size_t fraction = 0;
+};
+/// As many as the last frame of the clip and the fractions of these frames need.
+FrameDigits digits_of(std::span<const double> frames, const Clip& clip);
+/// "0007", or "0007.00" and "0007.25" where some frames lie between whole ones: names of one clip
+/// sort in the order of the frames.
+std::string frame_label(double frame, const FrameDigits& digits);
 
 }  // namespace mray::app

@@ -80,7 +80,8 @@ void check_view(const Options& options) {
 void check_probe(const Options& options) {
     const bool is_bundle = is_bundle_name(options.scene);
     for (const auto& [name, given] :
-         {std::pair("--frame", options.frame_given), std::pair("--pixel", options.pixel_given)}) {
+         {std::pair("--frame", options.frame_given || !options.time.empty()),
+          std::pair("--pixel", options.pixel_given)}) {
         if (given != is_bundle) continue;
         throw Error(ErrorKind::kBadArgument,
                     is_bundle ? fmt::format("{}: {} is a bundle, which has its own", name,
@@ -98,6 +99,8 @@ void check_probe(const Options& options) {
 }  // namespace
 
 void check_conflicts(const Options& options) {
+    if (!options.time.empty() && !options.frames.empty())
+        refuse("--time, --frames: both choose frames; leave one of them out");
     if (options.command == Command::kRender) {
         check_shading(options);
         check_farm(options);

@@ -101,6 +101,11 @@ struct Options {
     std::string scene;
 
     std::string frames;
+    /// Seconds, in place of frames.
+    std::string time;
+    /// SceneOptions::fps and animation.
+    std::optional<double> fps;
+    std::string animation;
     MissingFrames missing = MissingFrames::kFail;
     /// SceneOptions::cache.
     std::string cache;

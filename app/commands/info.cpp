@@ -97,6 +97,7 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
     report.head.vertices = topology.vertex_count;
     report.first_frame = scene.clip().first_frame();
     report.last_frame = scene.clip().last_frame();
+    report.fps = scene.clip().fps();
     report.bounds = scene.clip().bounds();
     report.exponent = scene.space().exponent();
     report.degenerate = count_degenerate(topology, positions);
@@ -134,7 +135,10 @@ std::string text_of(const SceneReport& report) {
         fmt::format("triangles       {} ({} without area, {} not finite)\n", report.head.triangles,
                     report.degenerate.zero_area, report.degenerate.not_finite);
     text += fmt::format("vertices        {}\n", report.head.vertices);
-    text += fmt::format("frames          {} to {}\n", report.first_frame, report.last_frame);
+    text += fmt::format("frames          {} to {}", report.first_frame, report.last_frame);
+    text += report.fps ? fmt::format(" ({:.6g} s, {} a second)\n", report.last_frame / *report.fps,
+                                     *report.fps)
+                       : "\n";
     text += report.bounds.empty()
                 ? "bounds          none\n"
                 : fmt::format("bounds          ({}) to ({})\n", corner(report.bounds.lower),

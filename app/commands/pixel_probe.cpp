@@ -77,7 +77,7 @@ void describe_ray(const ImageParams& params, const SceneSpace& space, ProbeRepor
 ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     require_pixel(options);
     SceneFrames scene = open_frames(options, messages);
-    require_in_clip("--frame", options.frame, scene.clip());
+    const double frame_number = select_frame(options, scene.clip());
     const Topology& topology = scene.clip().topology();
     const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
     require_memory({.triangles = topology.triangles.size(),
@@ -86,8 +86,8 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
                     .backends = 2});
     const ImageParams params =
         make_image_params(options.view, scene.clip().bounds(), scene.space());
-    Session session = open_session(options, scene, options.frame, messages);
-    session.advance(options.frame);
+    Session session = open_session(options, scene, frame_number, messages);
+    session.advance(frame_number);
     Frame frame;
     session.trace(params, frame);
 
@@ -95,7 +95,7 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     report.head = {
         "probe",      scene.clip().name(), topology.triangles.size(), topology.vertex_count,
         params.width, params.height};
-    report.frame = options.frame;
+    report.frame = frame_number;
     report.pixel = options.pixel;
     report.rays = name_of_rays(params.rays);
     describe_session(session, report);
@@ -105,7 +105,7 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     report.occlusion = frame.occlusion[index];
     report.colour = frame.pixels[index];
     session.tracer().trace_rays({&report.ray, 1}, {&report.alone, 1});
-    const std::span<const vec3> positions = scene.positions(options.frame);
+    const std::span<const vec3> positions = scene.positions(frame_number);
     trace_secondary(params, topology, positions, session.tracer(), report);
     const std::uint32_t wanted[] = {report.image.prim_id, report.alone.prim_id};
     report.candidates = find_candidates(report.ray, topology, positions, kCandidates, wanted);

@@ -298,11 +298,12 @@ ExitCode render_frames(Options options, const std::filesystem::path& folder, Par
     const std::unique_ptr<Clip> clip = open_clip(options, messages);
     const std::vector<double> frames = select_frames(options, *clip, DefaultFrames::kAll);
     warn_of_damage(options, *clip, frames, messages);
-    require_distinct_names(options, frames);
+    const FrameDigits digits = digits_of(frames, *clip);
+    require_distinct_names(options, frames, digits);
     // One tree for all shards and runs.
     if (options.farm.is_resumable() && !options.tree.build_at)
         options.tree.build_at = frames.front();
-    const std::vector<FrameTask> tasks = frame_tasks(options, frames);
+    const std::vector<FrameTask> tasks = frame_tasks(options, frames, digits);
     require_memory_for(options, *clip, tasks.size());
     Renderer renderer(options, *clip, tasks, folder, log, messages);
     log.set_scene(*clip, renderer.hash_of_clip(), frames, tasks);

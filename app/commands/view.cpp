@@ -25,8 +25,7 @@ ExitCode run_view(const Options& given, const Messages& messages) {
     if (given.screenshot.empty()) options.shading.samples = given.shading.samples.value_or(64);
     if (!options.screenshot.empty()) check_writable(options.screenshot);
     const std::unique_ptr<Clip> clip = open_clip(options, messages);
-    const double frame = options.frame_given ? options.frame : clip->first_frame();
-    require_in_clip("--frame", frame, *clip);
+    const double frame = select_frame(options, *clip);
     warn_of_damage(options, *clip, {&frame, 1}, messages);
     const ViewState state = initial_state(options, *clip, chosen_backend(options, messages), frame);
     Viewer viewer(options, *clip, messages, state);

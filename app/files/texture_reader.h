@@ -1,7 +1,6 @@
 // Reading of textures.
 #pragma once
 
-#include <filesystem>
 #include <vector>
 
 #include "app/terminal/messages.h"
@@ -10,10 +9,10 @@
 
 namespace mray::app {
 
-/// The image in a PNG or JPEG file, whatever its name. Throws Error: kBadInput for a file of
-/// another kind and for a damaged one, kLimit for more pixels than a texture may have or than there
-/// is memory for.
-Image read_texture(const std::filesystem::path& path);
+/// The image in a PNG or JPEG file, whatever its name, or in a part of any file. Throws Error:
+/// kBadInput for an image of another kind and for a damaged one, kLimit for more pixels than a
+/// texture may have or than there is memory for.
+Image read_texture(const TextureFile& file);
 
 /// The images of all textures, in their order. If lenient, one that cannot be used is a warning and
 /// a white pixel; otherwise throws what read_texture() throws.

@@ -11,6 +11,8 @@ std::string to_json(const SceneReport& report) {
     Json json = head_of(report.head);
     json["first_frame"] = report.first_frame;
     json["last_frame"] = report.last_frame;
+    json["fps"] = nullptr;
+    if (report.fps) json["fps"] = *report.fps;
     if (report.bounds.empty()) {
         json["bounds"] = nullptr;
     } else {

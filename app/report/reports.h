@@ -224,6 +224,8 @@ struct SceneReport {
     ReportHead head;
     double first_frame = 0;
     double last_frame = 0;
+    /// Frames a second, if the scene has seconds.
+    std::optional<double> fps;
     WorldBounds bounds;
     int exponent = 0;
     DegenerateCount degenerate;

@@ -54,6 +54,9 @@ public:
     virtual const Topology& topology() const = 0;
     virtual double first_frame() const = 0;
     virtual double last_frame() const = 0;
+    /// How many frames are shown a second, so that frame f is at f / fps() seconds; nothing for a
+    /// clip that knows no time.
+    virtual std::optional<double> fps() const { return std::nullopt; }
 
     /// For each triangle three numbers, below that of all corners: corners with the same number
     /// look smooth together. Empty: all triangles are flat.

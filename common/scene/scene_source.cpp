@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "common/base/errors.h"
+#include "common/scene/formats/gltf/gltf_clip.h"
 #include "common/scene/formats/mesh/mesh_file.h"
 #include "common/scene/formats/point_cache/cached_clip.h"
 #include "common/scene/formats/sequence/keyframe_clip.h"
@@ -93,6 +94,11 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
         throw Error(ErrorKind::kBadArgument,
                     "empty scene name; give builtin:NAME, a file, a folder or a pattern");
     }
+    if (!options.animation.empty() && !has_gltf_name(spec)) {
+        throw Error(ErrorKind::kBadArgument,
+                    fmt::format("scene {}: only .gltf and .glb files have animations to choose",
+                                in_quotes(spec)));
+    }
     if (!options.cache.empty()) return open_with_cache(spec, options);
     if (spec.starts_with(kBuiltinPrefix)) {
         if (options.bounds || !options.index.empty()) {
@@ -119,10 +125,11 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
             return open_keyframes(files_of_glob(spec, options), spec, options);
         require_no_builtin(spec);
     }
+    if (has_gltf_name(path)) return open_gltf(path, spec, options);
     if (fs::is_regular_file(status) && mesh_format_of(path, options.more_formats) == nullptr) {
         throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: not a scene file; give an {} file, a folder of them, a "
-                                "pattern or builtin:NAME",
+                    fmt::format("{}: not a scene file; give an {} file, a folder of those, a "
+                                "pattern, a .gltf or .glb file, or builtin:NAME",
                                 shown(path), extensions_of_meshes(options.more_formats)));
     }
     return open_keyframes({{0.0, path}}, spec, options);

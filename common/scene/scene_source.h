@@ -1,6 +1,8 @@
 // Opens scenes by name.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -33,12 +35,20 @@ struct SceneOptions {
     /// The bounds of all frames of a clip that is read frame by frame: keyframes are then not read
     /// to find them, and one that leaves them is an error when a frame needs it.
     std::optional<WorldBounds> bounds = {};
+    /// The animation of a glTF file, by its name or its index; empty: the first.
+    std::string animation = {};
+    /// The frames that an animation of a glTF file has a second, above 0; nothing: kDefaultFps.
+    std::optional<double> fps = {};
+    /// Is told the size of a glTF scene before it takes memory, and throws Error(kLimit) if it is
+    /// too large.
+    std::function<void(std::uint64_t triangles, std::uint64_t vertices)> check_size = {};
     WarnFunction warn = {};
 };
 
-/// Opens `builtin:NAME[:TRIANGLES]`, a mesh file (mesh_formats()), a folder of them, or a pattern
-/// such as `frame_%04d.obj`. Throws Error: kBadArgument (unknown builtin, bad pattern, a cache for
-/// anything but one mesh file), kBadInput, kLimit.
+/// Opens `builtin:NAME[:TRIANGLES]`, a mesh file (mesh_formats()), a folder of them, a pattern such
+/// as `frame_%04d.obj`, or a .gltf or .glb file. Throws Error: kBadArgument (unknown builtin, bad
+/// pattern, a cache for anything but one mesh file, an animation for anything but a glTF file that
+/// has it), kBadInput, kLimit.
 std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& options = {});
 
 }  // namespace mray

@@ -25,6 +25,9 @@ using Texcoords = std::array<Texcoord, 3>;
 struct TextureFile {
     std::string path = {};
     bool clamp = false;
+    /// The part of the file that is the image, in bytes; size 0: all of it.
+    std::uint64_t offset = 0;
+    std::uint64_t size = 0;
     bool operator==(const TextureFile&) const = default;
 };
 

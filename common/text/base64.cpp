@@ -1,13 +1,26 @@
 #include "common/text/base64.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 
 namespace mray {
+namespace {
+
+constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+constexpr std::uint8_t kNoDigit = 64;
+
+constexpr std::array<std::uint8_t, 256> make_values() {
+    std::array<std::uint8_t, 256> values = {};
+    values.fill(kNoDigit);
+    for (std::uint8_t i = 0; i < 64; ++i) values[static_cast<unsigned char>(kDigits[i])] = i;
+    return values;
+}
+constexpr std::array<std::uint8_t, 256> kValues = make_values();
+
+}  // namespace
 
 std::string base64(std::span<const std::byte> bytes) {
-    constexpr const char* kDigits =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     std::string text;
     text.reserve((bytes.size() + 2) / 3 * 4);
     for (std::size_t i = 0; i < bytes.size(); i += 3) {
@@ -20,6 +33,29 @@ std::string base64(std::span<const std::byte> bytes) {
             text += k <= count ? kDigits[(group >> (18 - 6 * k)) & 63] : '=';
     }
     return text;
+}
+
+std::optional<std::string> from_base64(std::string_view text) {
+    if (text.size() % 4 != 0) return std::nullopt;
+    std::size_t padding = 0;
+    while (padding < 2 && text.ends_with('=')) {
+        text.remove_suffix(1);
+        ++padding;
+    }
+    std::string bytes;
+    bytes.reserve(text.size() / 4 * 3 + 2);
+    std::uint32_t bits = 0;
+    int count = 0;
+    for (const char c : text) {
+        const std::uint8_t value = kValues[static_cast<unsigned char>(c)];
+        if (value == kNoDigit) return std::nullopt;
+        bits = bits << 6 | value;
+        count += 6;
+        if (count < 8) continue;
+        count -= 8;
+        bytes += static_cast<char>(bits >> count & 255);
+    }
+    return bytes;
 }
 
 }  // namespace mray

@@ -9,6 +9,9 @@ namespace mray {
 /// Keeps the members of an object in the order in which they were added.
 using Json = nlohmann::ordered_json;
 
+/// Finds members of an object in logarithmic time, for input that may have any number of them.
+using JsonTree = nlohmann::json;
+
 /// The text with a final line end. Bytes that are not UTF-8 become U+FFFD, numbers that are not
 /// finite become null. `indent` is per level; -1 gives a single line.
 inline std::string json_text(const Json& json, int indent = 2) {

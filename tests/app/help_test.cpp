@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "tests/app/program.h"
+#include "tests/common/scene/formats/gltf/gltf_builder.h"
 
 namespace mray::test {
 namespace {
@@ -123,6 +124,12 @@ TEST(Help, ExamplesWork) {
         "morphray render builtin:cloth:300 --frames 0..24:6 --size 40x30 --shard 2/2 --out shards",
         folder.path());
     ASSERT_EQ(half.code, 0) << half.err;
+    // The animation of the example of render.
+    GltfBuilder robot = triangle_file();
+    robot.add_animation(0, "translation", {0, 1},
+                        robot.add_accessor<float>({0, 0, 0, 1, 0, 0}, "VEC3"));
+    robot.json["animations"][0]["name"] = "walk";
+    folder.write("robot.glb", robot.glb());
     // Charts take minutes: this one is refused as soon as its line is understood.
     folder.write("charts/file", "");
     for (const std::string& command : commands()) {

@@ -1,7 +1,10 @@
 // Functions of the program, called directly.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "app/cli/command_line.h"
 #include "app/cli/numbers.h"
@@ -13,6 +16,8 @@
 #include "app/report/crosscheck/crosscheck_text.h"
 #include "app/report/crosscheck/junit.h"
 #include "common/base/errors.h"
+#include "common/scene/scene_source.h"
+#include "tests/support/temporary_folder.h"
 
 namespace mray::app {
 namespace {
@@ -262,12 +267,29 @@ TEST(BruteForce, IsTheReferenceUpToTwoBillionTests) {
     EXPECT_FALSE(brute_is_affordable(201, view, kRaysAo));
 }
 
+TEST(FrameLabel, HasTheDigitsOfAllFrames) {
+    EXPECT_EQ(frame_label(0, {}), "0000");
+    EXPECT_EQ(frame_label(7, {}), "0007");
+    EXPECT_EQ(frame_label(7, {5, 0}), "00007");
+    EXPECT_EQ(frame_label(7, {4, 2}), "0007.00");
+    EXPECT_EQ(frame_label(7.25, {4, 2}), "0007.25");
+    EXPECT_EQ(frame_label(0.1 + 0.2, {4, 1}), "0000.3");
+    EXPECT_EQ(frame_label(123456, {}), "123456");
+}
+
 TEST(FrameLabel, SortsLikeItsNumber) {
-    EXPECT_EQ(frame_label(0), "0000");
-    EXPECT_EQ(frame_label(7), "0007");
-    EXPECT_EQ(frame_label(7.25), "0007.25");
-    EXPECT_EQ(frame_label(0.1 + 0.2), "0000.3");
-    EXPECT_EQ(frame_label(123456), "123456");
+    test::TemporaryFolder folder;
+    for (const char* const number : {"9998", "9999", "10000", "10001"})
+        folder.write(fmt::format("f_{}.obj", number), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::unique_ptr<Clip> clip = open_scene(folder.file("f_%d.obj"));
+    const std::vector<double> frames = {9998, 9998.25, 9998.5, 9999, 9999.75, 10000, 10000.5};
+    const FrameDigits digits = digits_of(frames, *clip);
+    EXPECT_EQ(digits.whole, 5u);
+    EXPECT_EQ(digits.fraction, 2u);
+    std::vector<std::string> names;
+    for (const double frame : frames)
+        names.push_back(fmt::format("frame_{}.png", frame_label(frame, digits)));
+    EXPECT_TRUE(std::is_sorted(names.begin(), names.end())) << names.front();
 }
 
 TEST(MemoryBudget, EstimateGrowsAndNeverWraps) {

@@ -23,6 +23,8 @@ constexpr Example kRenderExamples[] = {
     {"One image, quickly", "morphray render builtin:twist --frame 12 --samples 1 --out twist.png"},
     {"The first half of the frames; another machine renders --shard 2/2",
      "morphray render builtin:cloth --frames 0..24:6 --shard 1/2 --out shards"},
+    {"A second of an animation in a glTF file, four images of it",
+     "morphray render robot.glb --animation walk --time 0..0.75:0.25 --out walk"},
 };
 constexpr Example kViewExamples[] = {
     {"A scene that plays", "morphray view builtin:cloth --play"},

@@ -92,6 +92,12 @@ void add_file_options(const OptionAdder& adder) {
     adder.add_view(
         "--cache", "FILE", "point cache (PC2 or MDD) with the positions of a mesh file's vertices",
         [&options](const std::string&, const std::string& value) { options.cache = value; });
+    adder.add_view(
+        "--animation", "NAME|INDEX", "animation of a glTF file (the first)",
+        [&options](const std::string&, const std::string& value) { options.animation = value; });
+    constexpr double kLeastFps = 1e-3;
+    adder.add_view("--fps", "N", "frames a second of a scene that has seconds (24)",
+                   finite(options.fps, kLeastFps));
     adder.add_flag("--allow-empty", "accept a scene without triangles", options.allow_empty);
     add_lenient(adder);
 }
@@ -106,6 +112,9 @@ void add_frames(const OptionAdder& adder, const char* otherwise) {
     adder.add_text("--frames,--frame", "F|A..B[:STEP]|all",
                    fmt::format("frames; fractions lie between whole frames ({})", otherwise),
                    adder.options().frames);
+    adder.add_text("--time", "T|A..B[:STEP]",
+                   "seconds instead of frames; STEP is that of a frame unless given",
+                   adder.options().time);
 }
 
 void add_frame(const OptionAdder& adder, const char* help) {
@@ -115,6 +124,11 @@ void add_frame(const OptionAdder& adder, const char* help) {
                   options.frame = parse_one_frame(option, value);
                   options.frame_given = true;
                   options.frames = value;
+              });
+    adder.add("--time", "T", "seconds instead of a frame",
+              [&options](const std::string& option, const std::string& value) {
+                  parse_finite(option, value, 0);
+                  options.time = value;
               });
 }
 

@@ -17,9 +17,9 @@ void add_file_options(const OptionAdder& adder);
 void add_scene_options(const OptionAdder& adder);
 void add_lenient(const OptionAdder& adder);
 
-/// --frames; `otherwise` says which frames are the default.
+/// --frames and --time; `otherwise` says which frames are the default.
 void add_frames(const OptionAdder& adder, const char* otherwise);
-/// --frame, of a command that takes one.
+/// --frame and --time, of a command that takes one.
 void add_frame(const OptionAdder& adder, const char* help);
 
 /// The smallest number of ambient-occlusion rays, and the help for it.

@@ -16,13 +16,13 @@ namespace {
 // Rows whose images a page shows.
 constexpr std::size_t kRowsWithImages = 8;
 
-std::string image_name(const CheckRow& row) {
+std::string image_name(const CheckRow& row, const FrameDigits& digits) {
     const std::string tree =
         row.update == "refit" ? fmt::format("refit-{}", row.refit_on) : row.update;
     const std::string simd = row.simd.empty() ? "" : "-" + row.simd;
     const std::string device = row.device.empty() ? "" : "-device" + row.device;
-    return fmt::format("frame_{}-{}{}{}-{}-{}.png", frame_label(row.frame), row.backend, simd,
-                       device, tree, row.rays);
+    return fmt::format("frame_{}-{}{}{}-{}-{}.png", frame_label(row.frame, digits), row.backend,
+                       simd, device, tree, row.rays);
 }
 
 /// The kinds of rays that are compared.
@@ -50,6 +50,7 @@ public:
           folder_(folder),
           context_(context),
           rays_(rays_of(options)),
+          digits_(digits_of(report.frames, scene.clip())),
           checker_(options, scene, report.frames.front(), *context.backends),
           report_(report) {
         report_.device = checker_.device();
@@ -81,7 +82,8 @@ public:
 private:
     void keep_images(const CheckRow& row, const Frame& expected, const Frame& actual) {
         make_output_folder(folder_);
-        write_file(folder_ / image_name(row), encode_png(difference_image(expected, actual)));
+        write_file(folder_ / image_name(row, digits_),
+                   encode_png(difference_image(expected, actual)));
         if (options_.html.empty() || report_.images.size() >= kRowsWithImages) return;
         report_.images.push_back(images_of(report_.rows.size() - 1, row, expected, actual));
     }
@@ -90,6 +92,7 @@ private:
     const std::filesystem::path& folder_;
     const SceneCheckContext& context_;
     std::vector<std::uint32_t> rays_;
+    FrameDigits digits_;
     CrossChecker checker_;
     CheckReport& report_;
 };

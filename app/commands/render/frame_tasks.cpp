@@ -17,9 +17,9 @@ bool is_one_image(const Options& options) {
     return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out);
 }
 
-std::string image_name(const Options& options, double frame) {
+std::string image_name(const Options& options, double frame, const FrameDigits& digits) {
     if (is_one_image(options)) return std::filesystem::path(options.out).filename();
-    return fmt::format("frame_{}.png", frame_label(frame));
+    return fmt::format("frame_{}.png", frame_label(frame, digits));
 }
 
 }  // namespace
@@ -31,7 +31,8 @@ std::filesystem::path output_folder_of(const Options& options) {
     return folder.empty() ? "." : folder;
 }
 
-void require_distinct_names(const Options& options, const std::vector<double>& frames) {
+void require_distinct_names(const Options& options, const std::vector<double>& frames,
+                            const FrameDigits& digits) {
     if (is_one_image(options) && frames.size() > 1) {
         throw Error(
             ErrorKind::kBadArgument,
@@ -41,24 +42,26 @@ void require_distinct_names(const Options& options, const std::vector<double>& f
     }
     std::set<std::string> names;
     for (const double frame : frames) {
-        if (names.insert(image_name(options, frame)).second) continue;
+        if (names.insert(image_name(options, frame, digits)).second) continue;
         throw Error(ErrorKind::kBadArgument,
                     fmt::format("--frames: two frames would both become {}; "
                                 "choose a larger step",
-                                image_name(options, frame)));
+                                image_name(options, frame, digits)));
     }
 }
 
-std::vector<FrameTask> frame_tasks(const Options& options, const std::vector<double>& frames) {
+std::vector<FrameTask> frame_tasks(const Options& options, const std::vector<double>& frames,
+                                   const FrameDigits& digits) {
     const FarmOptions& farm = options.farm;
     const Shard shard = farm.shard.value_or(Shard{});
     std::vector<FrameTask> tasks;
     const Block block = block_of(frames.size(), shard);
     for (std::size_t i = block.begin; i < block.end; ++i)
-        tasks.push_back({frames[i], image_name(options, frames[i]), false});
+        tasks.push_back({frames[i], image_name(options, frames[i], digits), false});
     for (const std::size_t i : checked_frames(frames.size(), shard, farm.verify_every))
-        tasks.push_back(
-            {frames[i], check_folder_name(shard) + '/' + image_name(options, frames[i]), true});
+        tasks.push_back({frames[i],
+                         check_folder_name(shard) + '/' + image_name(options, frames[i], digits),
+                         true});
     return tasks;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/cli/options.h"
+#include "app/frames.h"
 
 namespace mray::app {
 
@@ -23,10 +24,12 @@ struct FrameTask {
 std::filesystem::path output_folder_of(const Options& options);
 
 /// Throws Error(kBadArgument) if two frames would have one file.
-void require_distinct_names(const Options& options, const std::vector<double>& frames);
+void require_distinct_names(const Options& options, const std::vector<double>& frames,
+                            const FrameDigits& digits);
 
 /// All frames; of a shard its own, and then those of other shards that it checks.
-std::vector<FrameTask> frame_tasks(const Options& options, const std::vector<double>& frames);
+std::vector<FrameTask> frame_tasks(const Options& options, const std::vector<double>& frames,
+                                   const FrameDigits& digits);
 
 /// Whether --hits names a folder, in which each frame has a file.
 bool has_hits_folder(const Options& options);

@@ -20,7 +20,7 @@ using namespace test;
 class TextureFiles : public testing::Test {
 protected:
     Image read(const std::string& bytes, const std::string& name = "a.png") const {
-        return read_texture(folder_.write(name, bytes));
+        return read_texture({.path = folder_.write(name, bytes)});
     }
     std::string refusal(const std::string& bytes) const {
         return message_of([&] { read(bytes); });
@@ -149,8 +149,9 @@ TEST_F(TextureFiles, ImagesBeyondTheLimitsAreRefusedByTheirHead) {
 }
 
 TEST_F(TextureFiles, FoldersAndMissingFilesAreRefused) {
-    EXPECT_EQ(kind_of([&] { read_texture(folder_.path()); }), ErrorKind::kBadInput);
-    EXPECT_EQ(kind_of([&] { read_texture(folder_.path() / "none.png"); }), ErrorKind::kBadInput);
+    EXPECT_EQ(kind_of([&] { read_texture({.path = folder_.path()}); }), ErrorKind::kBadInput);
+    EXPECT_EQ(kind_of([&] { read_texture({.path = folder_.path() / "none.png"}); }),
+              ErrorKind::kBadInput);
 }
 
 }  // namespace

@@ -20,6 +20,8 @@ TEST(FrameRange, ReadsNumbersAndRanges) {
     EXPECT_EQ(parse_frame_range("0..1:0.25"), (Frames{0, 0.25, 0.5, 0.75, 1}));
     EXPECT_EQ(parse_frame_range("1.5..2.:.25"), (Frames{1.5, 1.75, 2}));
     EXPECT_EQ(parse_frame_range("0..5:2"), (Frames{0, 2, 4}));
+    EXPECT_EQ(parse_frame_range("0..1", 0.5), (Frames{0, 0.5, 1}));
+    EXPECT_EQ(parse_frame_range("0..1:1", 0.5), (Frames{0, 1}));
 }
 
 TEST(FrameRange, DoesNotDrift) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string_view>
 
 namespace mray {
@@ -19,6 +20,18 @@ TEST(Base64, IsThatOfTheStandard) {
     EXPECT_EQ(of("fooba"), "Zm9vYmE=");
     EXPECT_EQ(of("foobar"), "Zm9vYmFy");
     EXPECT_EQ(of("\xFF\xEF\xBE"), "/+++");
+}
+
+TEST(Base64, ReadsWhatItWrites) {
+    for (const std::string_view text : {"", "f", "fo", "foo", "foob", "fooba", "\xFF\xEF\xBE"})
+        EXPECT_EQ(from_base64(of(text)), text);
+    EXPECT_EQ(from_base64(of(std::string_view("\0\0a", 3))), std::string_view("\0\0a", 3));
+}
+
+TEST(Base64, RefusesOtherText) {
+    for (const char* const text :
+         {"Z", "Zg", "Zg=", "Zg==Zg==", "Z===", "====", "Zm9v\n", "Zm 9", "Zm9*", "Zg=a"})
+        EXPECT_EQ(from_base64(text), std::nullopt) << text;
 }
 
 }  // namespace

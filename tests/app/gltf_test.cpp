@@ -1,0 +1,138 @@
+// glTF files and seconds on the command line.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/app/program.h"
+#include "tests/app/scenes.h"
+#include "tests/common/scene/formats/gltf/gltf_builder.h"
+
+namespace mray::test {
+namespace {
+
+using Names = std::vector<std::string>;
+
+/// A triangle that moves 24 to the right in two seconds, and one that stays.
+std::string moving_glb() {
+    GltfBuilder builder = triangle_file();
+    builder.add_animation(0, "translation", {0, 2},
+                          builder.add_accessor<float>({0, 0, 0, 24, 0, 0}, "VEC3"));
+    builder.json["animations"][0]["name"] = "slide";
+    return builder.glb();
+}
+
+Outcome render(const std::string& scene, const TemporaryFolder& folder, Names more) {
+    more.insert(more.begin(), {"render", scene, "--backend", "cpu", "--size", "8x8", "--samples",
+                               "1", "--out", folder.file("out")});
+    return run(more);
+}
+
+/// The answer to a ray down onto (x + 0.25, 0.25).
+std::string trace(const std::string& scene, int x, Names more) {
+    more.insert(more.begin(), {"trace", scene, "--rays", "-", "--out", "-"});
+    return run(more, {.input = std::to_string(x) + ".25 0.25 1 0 0 -1\n"}).out;
+}
+
+TEST(GltfProgram, FramesAreSecondsTimesFps) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("a.glb", moving_glb());
+    const std::string hit = "H 1 0 0.25 0.25\n";
+    EXPECT_EQ(trace(scene, 0, {}), hit);
+    EXPECT_EQ(trace(scene, 6, {"--frame", "12"}), hit);
+    EXPECT_EQ(trace(scene, 6, {"--time", "0.5"}), hit);
+    EXPECT_EQ(trace(scene, 6, {"--frame", "5", "--fps", "10"}), hit);
+    EXPECT_EQ(trace(scene, 6, {"--time", "0.5", "--fps", "10", "--animation", "slide"}), hit);
+    EXPECT_EQ(trace(scene, 24, {"--time", "2"}), hit);
+    EXPECT_EQ(trace(scene, 24, {"--time", "1"}), "M\n");
+}
+
+TEST(GltfProgram, InfoShowsTheTime) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("a.glb", moving_glb());
+    EXPECT_NE(run({"info", scene}).out.find("frames          0 to 48 (2 s, 24 a second)\n"),
+              std::string::npos);
+    EXPECT_EQ(Json::parse(run({"info", scene, "--json", "-", "--fps", "30"}).out)["fps"], 30);
+}
+
+TEST(GltfProgram, TimesChooseFramesInEveryCommand) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("a.glb", moving_glb());
+    EXPECT_EQ(render(scene, folder, {"--time", "0..0.5:0.25", "--fps", "2"}).code, 0);
+    EXPECT_EQ(folder.names(), (Names{"a.glb", "out", "out/frame_0000.0.png", "out/frame_0000.5.png",
+                                     "out/frame_0001.0.png", "out/sheet.png"}));
+    // Without a step, that of a frame.
+    const TemporaryFolder each;
+    EXPECT_EQ(render(scene, each, {"--time", "1..2", "--fps", "2"}).code, 0);
+    EXPECT_EQ(each.names(), (Names{"out", "out/frame_0002.png", "out/frame_0003.png",
+                                   "out/frame_0004.png", "out/sheet.png"}));
+    for (const Names& command :
+         {Names{"crosscheck", scene, "--backend", "cpu", "--size", "8x8", "--rays", "primary"},
+          Names{"profile", scene, "--backend", "cpu", "--size", "8x8", "--repeat", "1"},
+          Names{"probe", scene, "--backend", "cpu", "--size", "8x8", "--pixel", "4,4"},
+          Names{"info", scene}}) {
+        Names line = command;
+        line.insert(line.end(), {"--time", "0.5"});
+        EXPECT_EQ(run(line).code, 0) << command[0] << ": " << run(line).err;
+        line.back() = "3";
+        const Outcome beyond = run(line);
+        EXPECT_EQ(beyond.code, 2) << command[0];
+        EXPECT_NE(beyond.err.find("--time: 3 s is not in the scene, which has 0 to 2 s"),
+                  std::string::npos)
+            << beyond.err;
+    }
+}
+
+TEST(GltfProgram, TimesOfOtherScenesNeedFps) {
+    const TemporaryFolder folder;
+    folder.write("s/f_0.obj", square_at(0));
+    folder.write("s/f_1.obj", square_at(10));
+    const std::string scene = folder.file("s");
+    const Outcome without = run({"info", scene, "--time", "0.5"});
+    EXPECT_EQ(without.code, 2);
+    EXPECT_NE(without.err.find("--time: the scene has frames, but no seconds; give --fps, too"),
+              std::string::npos);
+    EXPECT_EQ(trace(scene, 10, {"--time", "0.5", "--fps", "2"}).substr(0, 4), "H 1 ");
+    const Outcome both = run({"info", scene, "--time", "0.5", "--frame", "1"});
+    EXPECT_EQ(both.code, 2);
+    EXPECT_NE(both.err.find("both choose frames"), std::string::npos) << both.err;
+    EXPECT_EQ(run({"info", scene, "--animation", "walk"}).code, 2);
+}
+
+TEST(GltfProgram, BadFilesAreBadInputWithTheirPlace) {
+    const TemporaryFolder folder;
+    GltfBuilder builder = triangle_file();
+    builder.json["accessors"][0]["count"] = 4000000000u;
+    const std::string scene = folder.write("a.gltf", builder.gltf());
+    const Outcome outcome = render(scene, folder, {});
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_NE(outcome.err.find("a.gltf: accessors[0]: bytes 0 to 48000000000 are not in"),
+              std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(folder.names(), Names{"a.gltf"});
+    const Outcome animation =
+        run({"info", folder.write("b.glb", moving_glb()), "--animation", "x"});
+    EXPECT_EQ(animation.code, 2);
+    EXPECT_NE(animation.err.find("has 0 \"slide\""), std::string::npos) << animation.err;
+}
+
+TEST(GltfProgram, TheCommandInAnImageRendersItAgain) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("a.glb", moving_glb());
+    const Names chosen = {"--animation", "slide", "--fps", "10"};
+    Names by_time = chosen;
+    by_time.insert(by_time.end(), {"--time", "0.55"});
+    Names by_frame = chosen;
+    by_frame.insert(by_frame.end(), {"--frames", "5.5"});
+    EXPECT_EQ(render(scene, folder, by_time).code, 0);
+    const TemporaryFolder other;
+    EXPECT_EQ(render(scene, other, by_frame).code, 0);
+    const std::string image = read_file(folder.path() / "out/frame_0005.5.png");
+    EXPECT_EQ(image, read_file(other.path() / "out/frame_0005.5.png"));
+    EXPECT_NE(image.find("--frames 5.5"), std::string::npos);
+    EXPECT_NE(image.find("--animation slide --fps 10"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mray::test
