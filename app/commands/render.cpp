@@ -123,6 +123,8 @@ public:
         scene_->advance(frame);
         messages_.note(fmt::format("frame {}: {}, {}", frame, to_string(scene_->update().step),
                                    scene_->update().reason));
+        // Before the positions become those of the next frame.
+        const std::uint64_t scene_hash = frame_hash(clip_hash_, scene_->positions());
         if (next) scene_->prepare(*next);
         // The queue has left this image when it accepted the last one.
         morphray::Image& traced = traced_[report_.frames.size() % (behind_ + 1)];
@@ -131,7 +133,6 @@ public:
             report_frame(*scene_, frame, traced, !options_.json.empty()));
         report.file = tasks_[i].file;
         report.read_wait_ms = scene_->read_wait_ms();
-        const std::uint64_t scene_hash = frame_hash(clip_hash_, scene_->positions());
         const double trace_ms = whole.ms();
         const Stopwatch watch;
         queue_.add(
