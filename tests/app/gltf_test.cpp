@@ -114,7 +114,7 @@ TEST(GltfProgram, BadFilesAreBadInputWithTheirPlace) {
     const Outcome animation =
         run({"info", folder.write("b.glb", moving_glb()), "--animation", "x"});
     EXPECT_EQ(animation.code, 2);
-    EXPECT_NE(animation.err.find("has 0 \"slide\""), std::string::npos) << animation.err;
+    EXPECT_NE(animation.err.find("choose one of 0 'slide'"), std::string::npos) << animation.err;
 }
 
 TEST(GltfProgram, TheCommandInAnImageRendersItAgain) {

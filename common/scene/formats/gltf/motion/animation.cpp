@@ -188,8 +188,9 @@ std::size_t find_animation(const GltfFile& file, const std::string& text) {
         if (name_of(file.element("animations", i)) == text) return i;
     const std::optional<std::uint64_t> index = parse_unsigned(text);
     if (index && *index < count) return static_cast<std::size_t>(*index);
-    throw Error(ErrorKind::kBadArgument, fmt::format("animation {}: {} has {}", in_quotes(text),
-                                                     file.name(), list_of(file)));
+    throw Error(ErrorKind::kBadArgument,
+                fmt::format("animation {}: {} has no such one; choose one of {}", in_quotes(text),
+                            file.name(), list_of(file)));
 }
 
 Animation read_animation(const GltfFile& file, Accessors& accessors, std::size_t index,

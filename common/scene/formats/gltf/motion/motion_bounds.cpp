@@ -1,5 +1,8 @@
 #include "common/scene/formats/gltf/motion/motion_bounds.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -22,7 +25,7 @@ namespace {
 //    errors of double arithmetic.
 
 constexpr double kMostWork = 0x1p30;
-constexpr double kMostWorkBetween = 0x1p28;
+constexpr double kMostWorkBetween = 0x1p26;
 constexpr double kWantedPad = 1.0 / 256;
 constexpr double kMostPieces = 256;
 constexpr double kRounding = 0x1p-22;
@@ -50,6 +53,25 @@ double diagonal(const WorldBounds& bounds) {
         square += side * side;
     }
     return bounds.empty() ? 0 : std::sqrt(square);
+}
+
+void extend(WorldBounds& bounds, const WorldBounds& other) {
+    if (!other.empty()) bounds.extend(other.lower, other.upper);
+}
+
+WorldBounds bounds_of_all(std::span<const vec3> points) {
+    constexpr std::size_t kGrain = 16384;
+    using Range = tbb::blocked_range<std::size_t>;
+    return tbb::parallel_reduce(
+        Range(0, points.size(), kGrain), WorldBounds{},
+        [&](const Range& range, WorldBounds bounds) {
+            extend(bounds, bounds_of(points.subspan(range.begin(), range.size())));
+            return bounds;
+        },
+        [](WorldBounds a, const WorldBounds& b) {
+            extend(a, b);
+            return a;
+        });
 }
 
 class Bounder {
@@ -88,8 +110,7 @@ private:
             result_.bad_vertex = bad;
             result_.bad_time = time;
         }
-        const WorldBounds bounds = bounds_of(positions_);
-        if (!bounds.empty()) result_.bounds.extend(bounds.lower, bounds.upper);
+        extend(result_.bounds, bounds_of_all(positions_));
     }
 
     void look_at_keys() {

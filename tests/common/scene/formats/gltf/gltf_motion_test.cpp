@@ -125,8 +125,9 @@ TEST(GltfAnimation, IsChosenByNameOrIndex) {
     EXPECT_EQ(seconds("2"), 3);
     // A name comes before an index.
     EXPECT_EQ(seconds("1"), 3);
-    EXPECT_EQ(gltf_error(builder.gltf(), {.animation = "jump"}),
-              "animation 'jump': scene.gltf has 0 'walk', 1 'run', 2 '1'");
+    EXPECT_EQ(
+        gltf_error(builder.gltf(), {.animation = "jump"}),
+        "animation 'jump': scene.gltf has no such one; choose one of 0 'walk', 1 'run', 2 '1'");
     EXPECT_EQ(gltf_error(triangle_file().gltf(), {.animation = "jump"}),
               "animation 'jump': scene.gltf has no animations");
     EXPECT_EQ(OpenedGltf(builder.gltf(), {.fps = 30}).clip().last_frame(), 30);
