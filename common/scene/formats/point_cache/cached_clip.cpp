@@ -30,10 +30,10 @@ struct BadCoordinate {
 };
 
 std::optional<BadCoordinate> first_bad(std::span<const vec3> positions) {
+    if (MeshRules::are_good(positions)) return std::nullopt;
     for (std::size_t i = 0; i < positions.size(); ++i) {
         for (int axis = 0; axis < 3; ++axis) {
-            // True for NaN, too.
-            if (!(std::abs(positions[i][axis]) <= kMaxCoordinate))
+            if (!MeshRules::is_good(positions[i][axis]))
                 return BadCoordinate{i, positions[i][axis]};
         }
     }
