@@ -40,6 +40,7 @@ END {
     print "    [[ -n $cur && ${#COMPREPLY[@]} -gt 0 ]] || {"
     print "        _morphray_files -d"
     print "        _morphray_files -f -X '!*.obj'"
+    print "        _morphray_files -f -X '!*.ply'"
     print "    }"
     print "}"
     print ""

@@ -87,6 +87,8 @@ std::string broken_promise(const Clip& clip) {
 /// What goes wrong when a file is read; empty for a good clip and for an error about the file.
 std::string failure_of(const test::TemporaryFolder& folder, const CorpusFile& file,
                        const std::string& bytes, bool is_lenient) {
+    // Writing over a file waits for the disk.
+    std::filesystem::remove(folder.file("case" + file.extension));
     const std::string path = folder.write("case" + file.extension, bytes).native();
     SceneOptions options{.lenient = is_lenient};
     if (is_cache(file)) options.cache = path;

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::array kFormats = {
     MeshFormat{"OBJ", ".obj", "polygons, colours, textures, smooth corners", read_obj},
-    MeshFormat{"PLY", ".ply", "polygons, strips, colours, smooth corners; text and binary", read_ply},
+    MeshFormat{"PLY", ".ply", "polygons, strips, colours, smooth corners; text and binary",
+               read_ply},
 };
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }

@@ -17,6 +17,15 @@ namespace {
 
 }  // namespace
 
+bool MeshRules::are_good(std::span<const vec3> positions) {
+    // Without a branch, so that the compiler makes vectors of it.
+    std::uint32_t bad = 0;
+    for (const vec3& p : positions)
+        bad |= std::uint32_t{!is_good(p.x)} | std::uint32_t{!is_good(p.y)} |
+               std::uint32_t{!is_good(p.z)};
+    return bad == 0;
+}
+
 void MeshRules::take_bad_coordinate(float value, std::string_view text, const Place& place) {
     const char* const what = std::isfinite(value) ? "is beyond 1e30" : "is not finite";
     if (!lenient_) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +31,7 @@ public:
 
     /// False for NaN, too.
     static bool is_good(float coordinate) { return std::abs(coordinate) <= kMaxCoordinate; }
+    static bool are_good(std::span<const vec3> positions);
     /// Throws Error(kBadInput), or counts a warning if lenient. `text` is the number as the file
     /// has it.
     void take_bad_coordinate(float value, std::string_view text, const Place& place);

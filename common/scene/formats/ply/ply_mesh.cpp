@@ -99,11 +99,8 @@ int PlyMesh::axis_of(PlyRole role) {
 
 void PlyMesh::check_vertices(std::size_t begin, std::size_t end,
                              const std::function<std::string(std::size_t)>& place_of) {
-    bool is_good = true;
-    for (std::size_t i = begin; i < end; ++i) {
-        const vec3& p = mesh_.positions[i];
-        is_good &= MeshRules::is_good(p.x) & MeshRules::is_good(p.y) & MeshRules::is_good(p.z);
-    }
+    const bool is_good =
+        MeshRules::are_good(std::span(mesh_.positions).subspan(begin, end - begin));
     for (std::size_t i = begin; i < end && !is_good; ++i) {
         for (int axis = 0; axis < 3; ++axis) {
             const float value = mesh_.positions[i][axis];

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -23,6 +24,15 @@ constexpr std::uint64_t kMddHeadSize = 8;
 constexpr double kMostFrame = 1e9;
 
 std::uint32_t swapped(std::uint32_t x) { return __builtin_bswap32(x); }
+
+// Points that are read, and have their bytes swapped, at a time: few enough to stay in the cache.
+constexpr std::size_t kPartPoints = 16 * 1024;
+
+void swap_all(std::span<vec3> points) {
+    float* const numbers = points.empty() ? nullptr : &points[0].x;
+    for (std::size_t i = 0; i < 3 * points.size(); ++i)
+        numbers[i] = std::bit_cast<float>(swapped(std::bit_cast<std::uint32_t>(numbers[i])));
+}
 
 bool is_mdd_name(const std::filesystem::path& path) {
     const std::string extension = path.extension().native();
@@ -102,12 +112,14 @@ void PointCache::fail(const std::string& what) const {
 
 void PointCache::read(std::size_t sample, std::span<vec3> out) const {
     static_assert(sizeof(vec3) == 3 * sizeof(std::uint32_t));
-    file_.read(head_size_ + std::uint64_t{sizeof(vec3)} * point_count_ * sample,
-               std::as_writable_bytes(out));
-    if (!is_big_endian_) return;
-    for (vec3& p : out) {
-        for (int axis = 0; axis < 3; ++axis)
-            p[axis] = std::bit_cast<float>(swapped(std::bit_cast<std::uint32_t>(p[axis])));
+    std::uint64_t offset = head_size_ + std::uint64_t{sizeof(vec3)} * point_count_ * sample;
+    if (!is_big_endian_) return file_.read(offset, std::as_writable_bytes(out));
+    while (!out.empty()) {
+        const std::span<vec3> part = out.first(std::min(kPartPoints, out.size()));
+        file_.read(offset, std::as_writable_bytes(part));
+        swap_all(part);
+        offset += part.size_bytes();
+        out = out.subspan(part.size());
     }
 }
 

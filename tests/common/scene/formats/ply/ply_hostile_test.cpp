@@ -162,7 +162,7 @@ const std::vector<BadFile> kBadFiles = {
     {"face_count_too_small", text_file(kRows + "3 0 1 2 2\n"), ":13: more values than the 4"},
     {"face_of_one", text_file(kRows + "1 0   \n"), ":13: face of 1 corner"},
     {"face_of_none", text_file(kRows + "0     \n"), ":13: face of 0 corners"},
-    {"face_short", text_file(kRows + "3 0 1\n3 2\n"), ":13: line of 3 values, none for"},
+    {"face_short", text_file(kRows + "3 0 1\n3 2\n"), ":13: list of 3 entries, which this line"},
     {"binary_face_too_large",
      binary_face("uchar int", std::string("\3\0\0\0\0\1\0\0\0\3\0\0\0", 13)),
      ": byte 205: vertex 3 of 3"},
@@ -231,6 +231,12 @@ std::string small_file(PlyEncoding encoding) {
     return ply(encoding, {vertices, other, faces});
 }
 
+/// The file of these bytes. Writing over a file waits for the disk, so the one before is removed.
+std::filesystem::path written(const TemporaryFolder& folder, const std::string& bytes) {
+    std::filesystem::remove(folder.file("a.ply"));
+    return folder.write("a.ply", bytes);
+}
+
 /// Reads all that is read; whether the file was accepted. Fails for errors of other kinds.
 bool is_read(const std::filesystem::path& path, bool lenient) {
     const auto error = error_of([&] {
@@ -246,9 +252,9 @@ TEST(PlyHostile, FilesCutAtAnyByteAreRefused) {
     const TemporaryFolder folder;
     for (const PlyEncoding encoding : kPlyEncodings) {
         const std::string whole = small_file(encoding);
-        ASSERT_TRUE(is_read(folder.write("a.ply", whole), false));
+        ASSERT_TRUE(is_read(written(folder, whole), false));
         for (std::size_t size = 0; size < whole.size(); ++size) {
-            const bool accepted = is_read(folder.write("a.ply", whole.substr(0, size)), false);
+            const bool accepted = is_read(written(folder, whole.substr(0, size)), false);
             // Without its line end a text is complete.
             const bool complete = encoding == PlyEncoding::kText && size + 1 == whole.size();
             EXPECT_EQ(accepted, complete) << ply_format(encoding) << " cut to " << size;
@@ -266,7 +272,7 @@ TEST(PlyHostile, AnyChangedByteIsRefusedOrRead) {
                 changed[i] = static_cast<char>(change >= 0    ? changed[i] ^ change
                                                : change == -1 ? '\0'
                                                               : '9');
-                is_read(folder.write("a.ply", changed), i % 2 == 0);
+                is_read(written(folder, changed), i % 2 == 0);
             }
         }
     }
@@ -285,7 +291,7 @@ TEST(PlyHostile, AnyCountInTheHeaderIsRefusedOrRead) {
                   "9223372036854775808", "18446744073709551615", "18446744073709551616"}) {
                 std::string changed = whole;
                 changed.replace(at, length, count);
-                const bool accepted = is_read(folder.write("a.ply", changed), true);
+                const bool accepted = is_read(written(folder, changed), true);
                 EXPECT_FALSE(accepted && std::string(count).size() > 1 &&
                              encoding != PlyEncoding::kText)
                     << element << count;

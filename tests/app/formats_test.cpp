@@ -1,0 +1,155 @@
+// The formats of scenes as a user meets them.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+
+namespace mray::test {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::string kPlyHead =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+const std::string kPly = kPlyHead + "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+const std::string kObj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+
+void expect_bad_scene(const std::string& path, const std::string& message) {
+    const Outcome outcome = run({"info", path});
+    EXPECT_EQ(outcome.code, 3) << path;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
+    EXPECT_EQ(lines(outcome.err).size(), 1u);
+}
+
+TEST(Formats, AreListedAsTextAndJson) {
+    const Outcome text = run({"info", "--formats"});
+    EXPECT_EQ(text.code, 0) << text.err;
+    const Json json = Json::parse(run({"info", "--formats", "--json", "-"}).out);
+    EXPECT_EQ(json["schema"], "morphray/1");
+    ASSERT_GE(json["formats"].size(), 15u);
+    EXPECT_EQ(json["formats"][0]["name"], "OBJ");
+    EXPECT_EQ(json["formats"][1]["extensions"], Json{".ply"});
+    for (const Json& format : json["formats"])
+        EXPECT_NE(text.out.find(format["content"].get<std::string>()), std::string::npos);
+    const Outcome both = run({"info", "--formats", "builtin:cloth"});
+    EXPECT_EQ(both.code, 2);
+    EXPECT_NE(both.err.find("--formats: is about the program"), std::string::npos) << both.err;
+}
+
+// Messages, help and the guide name the same formats.
+TEST(Formats, AreThoseOfMessagesHelpAndGuide) {
+    const TemporaryFolder folder;
+    const Json json = Json::parse(run({"info", "--formats", "--json", "-"}).out);
+    const std::string error = run({"info", folder.write("a.xyz", "")}).err;
+    const std::string help = run({"help", "info"}).out;
+    const std::string guide = read_file(FORMATS_PAGE);
+    for (const Json& format : json["formats"]) {
+        if (format["use"] != "mesh") continue;
+        const std::string name = format["name"];
+        const std::string extension = format["extensions"][0];
+        EXPECT_NE(error.find(extension), std::string::npos) << error;
+        EXPECT_NE(help.find(extension), std::string::npos) << help;
+        EXPECT_NE(guide.find('`' + extension + '`'), std::string::npos) << extension;
+        EXPECT_NE(guide.find(name), std::string::npos) << name;
+    }
+    expect_bad_scene(folder.file("a.xyz"), "a.xyz: not a scene file; give an .obj, .ply");
+}
+
+TEST(Formats, PlyAndObjGiveTheSameImages) {
+    const TemporaryFolder folder;
+    std::string expected;
+    for (const std::string scene : {folder.write("a.obj", kObj), folder.write("a.ply", kPly)}) {
+        for (const char* backend : {"cpu", "brute"}) {
+            const Outcome outcome = run({"render", scene, "--backend", backend, "--size", "32x32",
+                                         "--out", folder.file("out"), "--json", "-"});
+            ASSERT_EQ(outcome.code, 0) << outcome.err;
+            const std::string hash = Json::parse(outcome.out)["frames"][0]["image_hash"];
+            if (expected.empty()) expected = hash;
+            EXPECT_EQ(hash, expected);
+        }
+    }
+}
+
+TEST(Formats, BadPlyIsBadInputAndLeavesNoImage) {
+    const TemporaryFolder folder;
+    const std::string path =
+        folder.write("a.ply", kPlyHead + "0 0 0\n1 nan 0\n1 1 0\n0 1 0\n4 0 1 2 3\n");
+    expect_bad_scene(path, "a.ply:11: coordinate 'nan' is not finite; repair it");
+    const Outcome outcome = run({"render", path, "--out", folder.file("out")});
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"a.ply"});
+    EXPECT_EQ(run({"info", path, "--lenient"}).code, 0);
+}
+
+#ifdef MORPHRAY_HAS_ASSIMP
+std::string stl(const std::vector<float>& corners, std::uint32_t count) {
+    std::string bytes(80, ' ');
+    bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
+    for (std::size_t i = 0; i < corners.size(); i += 9) {
+        bytes.append(12, '\0');
+        bytes.append(reinterpret_cast<const char*>(corners.data() + i), 36);
+        bytes.append(2, '\0');
+    }
+    return bytes;
+}
+const std::vector<float> kTwoTriangles = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0};
+
+TEST(AssimpFormats, CornersOfAnStlFileAreVerticesAgain) {
+    const TemporaryFolder folder;
+    const std::string path = folder.write("a.stl", stl(kTwoTriangles, 2));
+    const Json json = Json::parse(run({"info", path, "--json", "-"}).out);
+    EXPECT_EQ(json["triangles"], 2);
+    EXPECT_EQ(json["vertices"], 4);
+}
+
+TEST(AssimpFormats, NodesPlaceTheirMeshes) {
+    const std::string dae = R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset/>
+<library_geometries><geometry id="g"><mesh><source id="p"><float_array id="a" count="12">
+0 0 0 1 0 0 1 1 0 0 1 0</float_array><technique_common><accessor source="#a" count="4" stride="3">
+<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
+</accessor></technique_common></source><vertices id="v"><input semantic="POSITION" source="#p"/>
+</vertices><polylist count="1"><input semantic="VERTEX" source="#v" offset="0"/><vcount>4</vcount>
+<p>0 1 2 3</p></polylist></mesh></geometry></library_geometries><library_visual_scenes>
+<visual_scene id="s"><node id="n"><translate>10 0 0</translate><instance_geometry url="#g"/>
+<node id="m"><scale>2 4 2</scale><translate>2 0 0</translate><instance_geometry url="#g"/></node>
+</node></visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene>
+</COLLADA>)";
+    const TemporaryFolder folder;
+    const std::string path = folder.write("a.dae", dae);
+    const Json json = Json::parse(run({"info", path, "--json", "-"}).out);
+    EXPECT_EQ(json["triangles"], 4);
+    EXPECT_EQ(json["vertices"], 8);
+    EXPECT_EQ(json["bounds"]["lower"], (Json{10, 0, 0}));
+    EXPECT_EQ(json["bounds"]["upper"], (Json{16, 4, 0}));
+    expect_bad_scene(folder.write("cut.dae", dae.substr(0, 700)), "cut.dae: assimp cannot read it");
+}
+
+TEST(AssimpFormats, FilesPassOurChecks) {
+    const TemporaryFolder folder;
+    std::vector<float> bad = kTwoTriangles;
+    bad[4] = std::numeric_limits<float>::quiet_NaN();
+    expect_bad_scene(folder.write("nan.stl", stl(bad, 2)),
+                     "nan.stl: mesh 0, vertex 1: coordinate 'nan' is not finite; repair it");
+    bad[4] = 2e30f;
+    expect_bad_scene(folder.write("huge.stl", stl(bad, 2)), "is beyond 1e30; repair it");
+    expect_bad_scene(folder.write("claim.stl", stl(kTwoTriangles, 0xFFFFFFFF)), "claim.stl: ");
+    expect_bad_scene(folder.write("none.stl", stl({}, 0)), "none.stl: ");
+    expect_bad_scene(folder.write("empty.fbx", ""), "empty.fbx: assimp cannot read it");
+    expect_bad_scene(folder.write("text.fbx", "hello\n"), "text.fbx: assimp cannot read it");
+    const std::string whole = stl(kTwoTriangles, 2);
+    for (std::size_t size = 0; size < whole.size(); size += 7)
+        expect_bad_scene(folder.write("cut.stl", whole.substr(0, size)), "cut.stl: ");
+}
+#else
+TEST(AssimpFormats, AreNotReadWithoutAssimp) {
+    const TemporaryFolder folder;
+    expect_bad_scene(folder.write("a.stl", ""), "a.stl: not a scene file");
+}
+#endif
+
+}  // namespace
+}  // namespace mray::test
