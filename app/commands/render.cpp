@@ -36,6 +36,12 @@ std::uint32_t thumbnail_width(std::size_t frames) {
     return frames <= 16 ? 384 : 192;
 }
 
+/// The contact sheet shows every n-th frame, so that it is square for clips of any length.
+std::size_t sheet_step(std::size_t frames) {
+    constexpr std::size_t kMostImages = 64;
+    return (frames + kMostImages - 1) / kMostImages;
+}
+
 /// Whether --out names one image instead of a folder.
 bool is_one_image(const Options& options) {
     return options.out.ends_with(".png") && !std::filesystem::is_directory(options.out);
@@ -89,6 +95,7 @@ public:
           folder_(folder),
           scene_(options, clip, frames.front(), messages),
           thumbnail_width_(thumbnail_width(frames.size())),
+          sheet_step_(sheet_step(frames.size())),
           behind_(images_behind(options, frames.size())),
           queue_(behind_) {
         const ViewSpec& view = options.view;
@@ -155,7 +162,8 @@ private:
         }
         Image image{traced.width, traced.height, std::move(traced.pixels)};
         write_file(file, encode_png(image, texts));
-        thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
+        if (write_ms_.size() % sheet_step_ == 0)
+            thumbnails_.push_back(contact_sheet({&image, 1}, thumbnail_width_));
         traced.pixels = std::move(image.pixels);
         write_ms_.push_back(watch.ms());
     }
@@ -178,6 +186,7 @@ private:
     std::filesystem::path folder_;
     ClipScene scene_;
     std::uint32_t thumbnail_width_;
+    std::size_t sheet_step_;
     RenderReport report_;
     // While the queue has tasks, its thread alone uses these.
     std::optional<morphray::HitsWriter> hits_;
