@@ -164,7 +164,7 @@ public:
 private:
     /// For the sheet, which a shard does not have.
     void add_thumbnail(std::size_t i, const Image& image) {
-        if (options_.farm.shard) return;
+        if (options_.farm.shard || i % sheet_step(tasks_.size()) != 0) return;
         thumbnails_[i] = contact_sheet({&image, 1}, thumbnail_width(tasks_.size()));
     }
 

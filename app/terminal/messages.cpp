@@ -7,6 +7,7 @@
 
 #include "app/cli/remedy_text.h"
 #include "common/base/output_file.h"
+#include "common/scene/formats/index/index_file.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {
@@ -34,7 +35,9 @@ Messages::Messages(const Options& options) : quiet_(options.quiet), verbose_(opt
                  {options.sheet, options.video, options.scene, options.out, options.json,
                   options.csv, options.junit, options.hits, options.ray_file, options.trace_events,
                   options.plot, options.html, options.bless, options.expect, options.bundle,
-                  options.screenshot, options.baseline});
+                  options.screenshot, options.baseline, options.cache, options.index});
+    if (!options.scene.empty())
+        names.push_back(default_index_path(options.scene, options.cache).native());
     for (const std::string& name : names) {
         if (name.empty() || name == "-" || name.starts_with("builtin:")) continue;
         // The files of a sequence begin like its pattern.
