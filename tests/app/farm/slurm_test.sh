@@ -76,8 +76,8 @@ done
 cmp one/sheet.png sheet.png || fail "the contact sheets differ"
 grep -q '"kept": true' "shards/part-$killed-of-4.json" || fail "the second run kept nothing"
 grep -q '"host": "n2"' "shards/part-$killed-of-4.json" || fail "the node that was killed is not named"
-[ -z "$(find shards -name '.morphray-*')" ] || [ "$(find shards -name '.morphray-*' | wc -l)" -le 1 ] ||
-    fail "temporary files are left"
+# The task that was killed may have been writing one.
+[ "$(find shards -name '.morphray-*' | wc -l)" -le 1 ] || fail "temporary files are left"
 
 stop_cluster
 left=$(left_processes)
