@@ -26,7 +26,7 @@ std::vector<std::string> render(std::vector<std::string> more) {
 TEST(Usage, NoCommandListsTheCommands) {
     expect_refused(
         {}, 2,
-        "choose one of render, view, crosscheck, diff, probe, profile, trace, chart, info, "
+        "choose one of render, view, crosscheck, merge, diff, probe, profile, trace, chart, info, "
         "devices");
 }
 

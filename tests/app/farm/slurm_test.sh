@@ -13,7 +13,7 @@ finish() {
     local code=$?
     [ -z "${one_run:-}" ] || kill "$one_run" 2>/dev/null || true
     stop_cluster
-    if [ "$code" != 0 ]; then tail -n 5 "$work"/cluster/*.log "$work"/task-* 2>/dev/null >&2 || true; fi
+    if [ "$code" != 0 ]; then tail -n 5 "$work"/cluster/*.log "$work"/task-* >&2 2>/dev/null || true; fi
     rm -rf "$work"
     exit "$code"
 }
@@ -76,8 +76,20 @@ done
 cmp one/sheet.png sheet.png || fail "the contact sheets differ"
 grep -q '"kept": true' "shards/part-$killed-of-4.json" || fail "the second run kept nothing"
 grep -q '"host": "n2"' "shards/part-$killed-of-4.json" || fail "the node that was killed is not named"
-[ -z "$(find shards -name '.morphray-*')" ] || [ "$(find shards -name '.morphray-*' | wc -l)" -le 1 ] ||
-    fail "temporary files are left"
+# The task that was killed may have been writing one.
+[ "$(find shards -name '.morphray-*' | wc -l)" -le 1 ] || fail "temporary files are left"
+
+# A task that Slurm ends early, as before the time limit, says what is left.
+job=$(MORPHRAY=$program sbatch --parsable --array=1-1 --output="$work/task-ended.txt" "$script" \
+    "${scene[@]:0:1}" --frames 0..24:0.03125 "${scene[@]:3}" --out "$work/ended")
+for ((i = 0; i < 600; ++i)); do
+    [ ! -e ended/frame_0000.png ] || break
+    sleep 0.1
+done
+scancel --signal=TERM --batch "${job}_1"
+wait_for_jobs 30 || fail "SIGTERM did not end the task"
+grep -q '"state": "interrupted"' ended/part-1-of-1.json && grep -q '"exit_code": 143' ended/part-1-of-1.json ||
+    fail "the part does not say that the task was ended"
 
 stop_cluster
 left=$(left_processes)
