@@ -9,10 +9,14 @@
 #include "gpu/packet_arguments.h"
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
+#include "shaders/occlusion/occlusion_packet_8_spirv.h"
 #include "shaders/occlusion/occlusion_packet_spirv.h"
 #include "shaders/occlusion/occlusion_spirv.h"
+#include "shaders/packet/camera_packet_8_spirv.h"
 #include "shaders/packet/camera_packet_spirv.h"
+#include "shaders/packet/light_packet_8_spirv.h"
 #include "shaders/packet/light_packet_spirv.h"
+#include "shaders/packet/tall_light_packet_8_spirv.h"
 #include "shaders/refit/refit_leaves_spirv.h"
 #include "shaders/refit/refit_nodes_spirv.h"
 #include "shaders/shade/compact_spirv.h"
@@ -54,24 +58,33 @@ Constants packet_constants(const Context& context, const Tuning& tuning, std::ui
     return {steps, lanes, packet_run(context.physical()), light_packet_height};
 }
 
+/// The kernel for packets of so many lanes; `of_8` has that number as a constant, and its height.
+Words packet_words(std::uint32_t lanes, Words any, Words of_8) { return lanes == 8 ? of_8 : any; }
+
 }  // namespace
 
 Kernels::Kernels(Context& context, const Tuning& tuning)
     : context_(context),
       packet_lanes(gpu::packet_lanes(context.physical(), tuning)),
       primary("primary", k_primary_spirv, single_ray_constants(tuning), no_region()),
-      camera_packet("camera packets", k_camera_packet_spirv,
+      camera_packet("camera packets",
+                    packet_words(packet_lanes, k_camera_packet_spirv, k_camera_packet_8_spirv),
                     packet_constants(context, tuning, packet_lanes), PacketArguments{}),
-      light_packet("light packets", k_light_packet_spirv,
+      light_packet("light packets",
+                   packet_words(packet_lanes, k_light_packet_spirv, k_light_packet_8_spirv),
                    packet_constants(context, tuning, packet_lanes), RegionArguments{}),
-      tall_light_packet("tall light packets", k_light_packet_spirv,
-                        packet_constants(context, tuning, packet_lanes, kTallLightPacketHeight),
-                        RegionArguments{}),
+      tall_light_packet(
+          "tall light packets",
+          packet_words(packet_lanes, k_light_packet_spirv, k_tall_light_packet_8_spirv),
+          packet_constants(context, tuning, packet_lanes, kTallLightPacketHeight),
+          RegionArguments{}),
       rays("rays", k_rays_spirv, single_ray_constants(tuning), RaysArguments{}),
       compact("compact", k_compact_spirv, {}, no_region()),
       occlusion("occlusion", k_occlusion_spirv, single_ray_constants(tuning), OcclusionArguments{}),
-      occlusion_packet("occlusion packets", k_occlusion_packet_spirv,
-                       packet_constants(context, tuning, packet_lanes), OcclusionArguments{}),
+      occlusion_packet(
+          "occlusion packets",
+          packet_words(packet_lanes, k_occlusion_packet_spirv, k_occlusion_packet_8_spirv),
+          packet_constants(context, tuning, packet_lanes), OcclusionArguments{}),
       resume("resume", k_resume_spirv, single_ray_constants(tuning), ResumeArguments{}),
       shade("shade", k_shade_spirv, {}, no_region()),
       refit_leaves("refit leaves", k_refit_leaves_spirv, {}, RefitArguments{}),

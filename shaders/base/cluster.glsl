@@ -15,7 +15,11 @@
 #include "shaders/kernel_interface.h"
 
 /// Lanes of a cluster: 4, 8 or 16, a part of a subgroup.
+#ifdef PACKET_LANES
+const uint kLanes = PACKET_LANES;
+#else
 layout(constant_id = kConstantPacketLanes) const uint kLanes = 8u;
+#endif
 /// The share of each lane in 16 children, vertices or triangles.
 const uint kSlots = 16u / kLanes;
 

@@ -6,7 +6,11 @@
 #include "shaders/base/exact.glsl"
 #include "shaders/kernel_interface.h"
 
+#ifdef LIGHT_PACKET_HEIGHT
+const uint kPacketHeight = LIGHT_PACKET_HEIGHT;
+#else
 layout(constant_id = kConstantPacketHeight) const uint kPacketHeight = kLightPacketHeight;
+#endif
 #define PACKET_HEIGHT kPacketHeight
 #define PACKET_ON_GRID false
 #include "shaders/packet/packet_traversal.glsl"

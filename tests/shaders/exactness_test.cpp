@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <iterator>
+#include <set>
+#include <string_view>
 #include <vector>
 
 #include "common/base/errors.h"
@@ -46,6 +48,30 @@ TEST(Kernels, AreAllInTheTable) { EXPECT_EQ(std::size(kKernels), MORPHRAY_KERNEL
 TEST_P(ExactKernel, ComputesWithExactOperationsOnly) {
     const std::vector<std::string> found = inexact_operations(SpirvModule(GetParam().words));
     EXPECT_TRUE(found.empty()) << found.size() << ", the first: " << found.front();
+}
+
+/// Whether the kernel has arithmetic outside the hit rule, and went through spirv-opt.
+bool is_optimised_packet(const Kernel& kernel) {
+    return kernel.has_bounds && std::string_view(kernel.name).ends_with("_8");
+}
+
+TEST(OptimisedPackets, KeepTheirExactOperations) {
+    constexpr std::uint32_t kFma = 50;
+    std::size_t packets = 0;
+    for (const Kernel& kernel : kKernels) {
+        if (!is_optimised_packet(kernel)) continue;
+        SCOPED_TRACE(kernel.name);
+        ++packets;
+        const SpirvModule module(kernel.words);
+        const std::set<std::uint32_t> uncontracted = module.decorated(kNoContraction);
+        for (const gpu::SpirvInstruction& i : module.instructions()) {
+            EXPECT_FALSE(i.opcode == kOpExtInst && i.operands[3] == kFma);
+            if (i.opcode == kOpFAdd || i.opcode == kOpFSub || i.opcode == kOpFMul) {
+                EXPECT_EQ(uncontracted.count(i.operands[1]), 1u);
+            }
+        }
+    }
+    EXPECT_EQ(packets, 4u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shaders, ExactKernel, testing::ValuesIn(exact_kernels()),

@@ -6,10 +6,14 @@
 #include <span>
 
 #include "shaders/kernel_interface.h"
+#include "shaders/occlusion/occlusion_packet_8_spirv.h"
 #include "shaders/occlusion/occlusion_packet_spirv.h"
 #include "shaders/occlusion/occlusion_spirv.h"
+#include "shaders/packet/camera_packet_8_spirv.h"
 #include "shaders/packet/camera_packet_spirv.h"
+#include "shaders/packet/light_packet_8_spirv.h"
 #include "shaders/packet/light_packet_spirv.h"
+#include "shaders/packet/tall_light_packet_8_spirv.h"
 #include "shaders/refit/refit_leaves_spirv.h"
 #include "shaders/refit/refit_nodes_spirv.h"
 #include "shaders/shade/compact_spirv.h"
@@ -32,16 +36,20 @@ struct Kernel {
 
 inline const Kernel kKernels[] = {
     {"camera_packet", k_camera_packet_spirv, sizeof(PacketArguments), true},
+    {"camera_packet_8", k_camera_packet_8_spirv, sizeof(PacketArguments), true},
     {"compact", k_compact_spirv, sizeof(RegionArguments)},
     {"light_packet", k_light_packet_spirv, sizeof(RegionArguments), true},
+    {"light_packet_8", k_light_packet_8_spirv, sizeof(RegionArguments), true},
     {"occlusion", k_occlusion_spirv, sizeof(OcclusionArguments)},
     {"occlusion_packet", k_occlusion_packet_spirv, sizeof(OcclusionArguments), true},
+    {"occlusion_packet_8", k_occlusion_packet_8_spirv, sizeof(OcclusionArguments), true},
     {"primary", k_primary_spirv, sizeof(RegionArguments)},
     {"rays", k_rays_spirv, sizeof(RaysArguments)},
     {"refit_leaves", k_refit_leaves_spirv, sizeof(RefitArguments)},
     {"refit_nodes", k_refit_nodes_spirv, sizeof(RefitArguments)},
     {"resume", k_resume_spirv, sizeof(ResumeArguments)},
     {"shade", k_shade_spirv, sizeof(RegionArguments)},
+    {"tall_light_packet_8", k_tall_light_packet_8_spirv, sizeof(RegionArguments), true},
 };
 
 }  // namespace mray::test

@@ -21,7 +21,8 @@ std::string text_of(std::span<const std::uint32_t> words) {
 /// Instructions that compute nothing (declarations, memory, control flow, texel fetches, atomics
 /// on integers), and those that every device computes alike.
 bool is_exact(std::uint32_t opcode) {
-    constexpr std::array<std::array<std::uint32_t, 2>, 19> kRanges = {{
+    constexpr std::array<std::array<std::uint32_t, 2>, 20> kRanges = {{
+        {1, 1},      // a value that is not used
         {3, 8},      // names and sources
         {10, 22},    // extensions, entry points, types up to float
         {22, 33},    // types
