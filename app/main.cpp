@@ -3,9 +3,13 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
+#include <new>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "app/cli/exit_code.h"
 #include "app/program.h"
 
 namespace {
@@ -19,6 +23,25 @@ void hold_standard_descriptors() {
         if (held < 0) return;
     }
 }
+
+/// Replaces the end of a process whose memory does not suffice where nothing catches that, such as
+/// in static objects. Memory must not be asked for here.
+[[noreturn]] void on_terminate() noexcept {
+    try {
+        if (std::current_exception()) std::rethrow_exception(std::current_exception());
+    } catch (const std::bad_alloc&) {
+        constexpr std::string_view kMessage = "morphray: out of memory; raise the limit\n";
+        [[maybe_unused]] const ssize_t written =
+            ::write(STDERR_FILENO, kMessage.data(), kMessage.size());
+        std::_Exit(static_cast<int>(mray::app::ExitCode::kLimit));
+    } catch (...) {
+        // As without this handler.
+    }
+    std::abort();
+}
+
+/// Runs before the static objects of the program are made.
+[[gnu::constructor(101)]] void handle_termination() { std::set_terminate(on_terminate); }
 
 /// Ends the process. Destructors of libraries do not run: after a failed allocation Vulkan's loader
 /// leaves a mutex locked for which its own destructor waits. Sanitizers and coverage need exit().

@@ -2,9 +2,10 @@
 
 #include <exception>
 #include <new>
-#include <system_error>
+#include <stdexcept>
 
 #include "common/base/errors.h"
+#include "common/base/thread_errors.h"
 
 namespace morphray {
 namespace {
@@ -75,13 +76,10 @@ void rethrow_as_public() {
     } catch (const std::length_error&) {
         throw Error(ErrorCode::limit,
                     "something is larger than memory can be; choose a smaller scene or image");
-    } catch (const std::system_error& error) {
-        if (error.code() != std::errc::resource_unavailable_try_again)
-            throw Error(ErrorCode::internal, error.what());
+    } catch (const std::exception& error) {
+        if (!mray::is_lack_of_threads(error)) throw Error(ErrorCode::internal, error.what());
         throw Error(ErrorCode::limit,
                     "no more threads can be started; use fewer threads, or raise the limit");
-    } catch (const std::exception& error) {
-        throw Error(ErrorCode::internal, error.what());
     }
 }
 

@@ -4,11 +4,11 @@
 
 #include <new>
 #include <stdexcept>
-#include <system_error>
 
 #include "app/cli/remedy_text.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
+#include "common/base/thread_errors.h"
 
 namespace mray::app {
 
@@ -26,13 +26,11 @@ Failure describe_failure(const std::exception_ptr& failure) {
     } catch (const std::length_error&) {
         return {"something is larger than memory can be; choose a smaller scene or image",
                 ExitCode::kLimit};
-    } catch (const std::system_error& error) {
-        if (error.code() == std::errc::resource_unavailable_try_again) {
+    } catch (const std::exception& error) {
+        if (is_lack_of_threads(error)) {
             return {"no more threads can be started; use --threads 1 or raise the limit",
                     ExitCode::kLimit};
         }
-        internal = error.what();
-    } catch (const std::exception& error) {
         internal = error.what();
     } catch (...) {
         internal = "unknown exception";

@@ -18,11 +18,12 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 /// A loader reports these two, at the first call, for a driver that it cannot start and a manifest
 /// that it cannot parse.
 void check_loader(VkResult result, const char* action) {
-    if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_INITIALIZATION_FAILED) {
-        unavailable(
-            "a driver on this machine is broken: it cannot be started, or its manifest "
-            "cannot be read (" +
-            result_name(result) + "); see VK_DRIVER_FILES and VK_ICD_FILENAMES");
+    const bool has_memory = result != VK_ERROR_OUT_OF_HOST_MEMORY;
+    if (!has_memory || result == VK_ERROR_INITIALIZATION_FAILED) {
+        unavailable(std::string(has_memory ? "" : "memory ran out, or ") +
+                    "a driver on this machine is broken: it cannot be started, or its manifest "
+                    "cannot be read (" +
+                    result_name(result) + "); see VK_DRIVER_FILES and VK_ICD_FILENAMES");
     }
     check(result, action);
 }

@@ -1,0 +1,162 @@
+// Preloaded into the program: lets one call of a kind fail, and counts the calls of all kinds.
+//
+// MORPHRAY_FAULT=KIND:K[:ERROR] lets call K (from 0) of a kind fail. Kinds and errors are those of
+// fault_calls.h; `write` with the error 0 writes a single byte. MORPHRAY_FAULT_COUNTS names a file
+// that receives the counts: the program may end without destructors, so the file is mapped.
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <sys/mman.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdarg>
+#include <cstdlib>
+#include <cstring>
+
+#include "tests/faults/fault_calls.h"
+
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+}
+
+namespace mray::test {
+namespace {
+
+struct Faults {
+    FaultCounts own_counts;
+    FaultCounts* counts = &own_counts;
+    int kind = -1;
+    std::uint64_t at = 0;
+    int error = 0;
+};
+
+constinit Faults faults;
+
+// Runs before the constructors of libraries that are not preloaded.
+__attribute__((constructor)) void read_environment() {
+    if (const char* const file = std::getenv("MORPHRAY_FAULT_COUNTS")) {
+        const int fd = static_cast<int>(::syscall(SYS_openat, AT_FDCWD, file, O_RDWR | O_CLOEXEC));
+        void* const place = fd < 0 ? MAP_FAILED
+                                   : ::mmap(nullptr, sizeof(FaultCounts), PROT_READ | PROT_WRITE,
+                                            MAP_SHARED, fd, 0);
+        if (place != MAP_FAILED) faults.counts = static_cast<FaultCounts*>(place);
+        if (fd >= 0) ::close(fd);
+    }
+    const char* const text = std::getenv("MORPHRAY_FAULT");
+    const char* const colon = text == nullptr ? nullptr : std::strchr(text, ':');
+    if (colon == nullptr) return;
+    char* end = nullptr;
+    faults.at = std::strtoull(colon + 1, &end, 10);
+    faults.error = *end == ':' ? std::atoi(end + 1) : ENOMEM;
+    for (int kind = 0; kind < kFaultKinds; ++kind) {
+        const std::size_t length = std::strlen(kFaultNames[kind]);
+        if (static_cast<std::size_t>(colon - text) == length &&
+            std::strncmp(text, kFaultNames[kind], length) == 0)
+            faults.kind = kind;
+    }
+}
+
+/// Counts a call. Returns whether it fails, with errno set.
+bool fails(FaultKind kind) {
+    const std::uint64_t call = std::atomic_ref(faults.counts->calls[kind]).fetch_add(1);
+    if (faults.kind != kind || call != faults.at) return false;
+    errno = faults.error;
+    return true;
+}
+
+template <class Function>
+Function* next(const char* name) {
+    return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
+}
+
+/// Whether a descriptor is one of the program's outputs, not a standard stream.
+bool is_output(int fd) { return fd > STDERR_FILENO; }
+
+}  // namespace
+}  // namespace mray::test
+
+using mray::test::fails;
+using mray::test::FaultKind;
+using mray::test::faults;
+using mray::test::is_output;
+using mray::test::next;
+
+extern "C" {
+
+void* malloc(std::size_t size) {
+    return fails(FaultKind::kAllocation) ? nullptr : __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+    return fails(FaultKind::kAllocation) ? nullptr : __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) {
+    return fails(FaultKind::kAllocation) ? nullptr : __libc_realloc(old, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+    return fails(FaultKind::kAllocation) ? nullptr : __libc_memalign(alignment, size);
+}
+void* memalign(std::size_t alignment, std::size_t size) { return aligned_alloc(alignment, size); }
+int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
+    const int error = errno;
+    void* const memory = aligned_alloc(alignment, size);
+    if (memory == nullptr) {
+        errno = error;
+        return ENOMEM;
+    }
+    *out = memory;
+    return 0;
+}
+
+int open(const char* path, int flags, ...) {
+    std::va_list more;
+    va_start(more, flags);
+    const mode_t mode = va_arg(more, mode_t);
+    va_end(more);
+    if (fails(FaultKind::kOpen)) return -1;
+    static auto* const real = next<int(const char*, int, ...)>("open");
+    return real(path, flags, mode);
+}
+
+ssize_t read(int fd, void* bytes, std::size_t size) {
+    if (is_output(fd) && fails(FaultKind::kRead)) return -1;
+    static auto* const real = next<ssize_t(int, void*, std::size_t)>("read");
+    return real(fd, bytes, size);
+}
+
+ssize_t write(int fd, const void* bytes, std::size_t size) {
+    static auto* const real = next<ssize_t(int, const void*, std::size_t)>("write");
+    if (is_output(fd) && fails(FaultKind::kWrite)) {
+        return faults.error == 0 && size > 0 ? real(fd, bytes, 1) : -1;
+    }
+    return real(fd, bytes, size);
+}
+
+int fsync(int fd) {
+    static auto* const real = next<int(int)>("fsync");
+    return fails(FaultKind::kSync) ? -1 : real(fd);
+}
+
+int linkat(int from_folder, const char* from, int to_folder, const char* to, int flags) {
+    static auto* const real = next<int(int, const char*, int, const char*, int)>("linkat");
+    return fails(FaultKind::kLink) ? -1 : real(from_folder, from, to_folder, to, flags);
+}
+
+int rename(const char* from, const char* to) {
+    static auto* const real = next<int(const char*, const char*)>("rename");
+    return fails(FaultKind::kRename) ? -1 : real(from, to);
+}
+
+int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*start)(void*),
+                   void* argument) {
+    static auto* const real =
+        next<int(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*)>("pthread_create");
+    return fails(FaultKind::kThread) ? EAGAIN : real(thread, attributes, start, argument);
+}
+
+}  // extern "C"
