@@ -39,6 +39,8 @@ END {
     print "    [[ -n $cur && ${#COMPREPLY[@]} -gt 0 ]] || {"
     print "        _morphray_files -d"
     print "        _morphray_files -f -X '!*.obj'"
+    print "        _morphray_files -f -X '!*.gltf'"
+    print "        _morphray_files -f -X '!*.glb'"
     print "    }"
     print "}"
     print ""

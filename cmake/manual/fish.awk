@@ -32,4 +32,6 @@ END {
     condition = "'__fish_seen_subcommand_from" takes_scene "'"
     print "complete -c morphray -n " condition " -a '" scenes "'"
     print "complete -c morphray -n " condition " -a '(__fish_complete_suffix .obj)'"
+    print "complete -c morphray -n " condition " -a '(__fish_complete_suffix .gltf)'"
+    print "complete -c morphray -n " condition " -a '(__fish_complete_suffix .glb)'"
 }

@@ -10,8 +10,8 @@ namespace {
 constexpr std::size_t kTextColumn = 30;
 
 constexpr const char* kSceneNote =
-    "SCENE is builtin:NAME[:TRIANGLES], an .obj file, a folder of .obj files, or a pattern such as "
-    "frame_%04d.obj or 'frame_*.obj'. `morphray info` lists the built-in scenes.";
+    "SCENE is builtin:NAME[:TRIANGLES], an .obj, .gltf or .glb file, a folder of .obj files, or a "
+    "pattern such as frame_%04d.obj or 'frame_*.obj'. `morphray info` lists the built-in scenes.";
 constexpr const char* kCommandNote =
     "`morphray help COMMAND` or `morphray COMMAND --help` lists the options of a command; "
     "`morphray info` lists the built-in scenes.";
