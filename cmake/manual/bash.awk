@@ -41,6 +41,8 @@ END {
     print "        _morphray_files -d"
     print "        _morphray_files -f -X '!*.obj'"
     print "        _morphray_files -f -X '!*.ply'"
+    print "        _morphray_files -f -X '!*.gltf'"
+    print "        _morphray_files -f -X '!*.glb'"
     print "    }"
     print "}"
     print ""

@@ -34,4 +34,6 @@ END {
     print "complete -c morphray -n " condition " -a '" scenes "'"
     print "complete -c morphray -n " condition " -a '(__fish_complete_suffix .obj)'"
     print "complete -c morphray -n " condition " -a '(__fish_complete_suffix .ply)'"
+    print "complete -c morphray -n " condition " -a '(__fish_complete_suffix .gltf)'"
+    print "complete -c morphray -n " condition " -a '(__fish_complete_suffix .glb)'"
 }

@@ -50,7 +50,7 @@ END {
     print "    local -a scenes=(" substr(scenes, 2) ")"
     print "    local found=1"
     print "    _describe -t builtin 'built-in scene' scenes && found=0"
-    print "    _files -g '*.(obj|ply)' && found=0"
+    print "    _files -g '*.(obj|ply|gltf|glb)' && found=0"
     print "    return found"
     print "}"
     print ""

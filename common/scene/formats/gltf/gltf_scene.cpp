@@ -15,6 +15,8 @@ namespace mray::gltf {
 namespace {
 
 constexpr std::uint64_t kMaxVertices = 3 * kMaxTriangles;
+// Each has a weight in every pose.
+constexpr std::uint64_t kMaxTargets = std::uint64_t{1} << 22;
 
 class SceneReader {
 public:
@@ -110,6 +112,7 @@ private:
     void require_limits() const {
         std::uint64_t triangles = 0;
         std::uint64_t vertices = 0;
+        std::uint64_t targets = 0;
         for (const std::uint32_t index : scene_.tree.scene) {
             const Node& node = scene_.tree.nodes[index];
             if (!node.mesh) continue;
@@ -117,10 +120,12 @@ private:
             for (const Primitive& primitive : mesh.primitives)
                 triangles += primitive.triangles.size();
             for (const VertexSet& set : mesh.sets) vertices += set.positions.size();
-            if (triangles <= kMaxTriangles && vertices <= kMaxVertices) continue;
+            targets += mesh.sets.size() * mesh.target_count;
+            if (triangles <= kMaxTriangles && vertices <= kMaxVertices && targets <= kMaxTargets)
+                continue;
             throw Error(ErrorKind::kLimit,
-                        fmt::format("{}: more than 2^28 triangles with all instances; split the "
-                                    "scene",
+                        fmt::format("{}: more than 2^28 triangles or 2^22 morph targets with all "
+                                    "instances; split the scene",
                                     file_.name()));
         }
         if (options_.check_size) options_.check_size(triangles, vertices);

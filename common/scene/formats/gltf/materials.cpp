@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/warning_count.h"
@@ -55,13 +57,13 @@ private:
             warn(texture, "has no image that is read; its triangles have their colour alone");
             return kNoTexture;
         }
+        const auto [known, is_new] = known_.try_emplace({*source, is_clamped(texture)}, kNoTexture);
         TextureFile image;
-        if (!find_image(file_.element("images", *source), image)) return kNoTexture;
-        image.clamp = is_clamped(texture);
-        const auto known = std::find(result_.textures.begin(), result_.textures.end(), image);
-        const auto index = static_cast<std::uint32_t>(known - result_.textures.begin());
-        if (known == result_.textures.end()) result_.textures.push_back(image);
-        return index;
+        if (!is_new || !find_image(file_.element("images", *source), image)) return known->second;
+        image.clamp = known->first.second;
+        known->second = static_cast<std::uint32_t>(result_.textures.size());
+        result_.textures.push_back(image);
+        return known->second;
     }
 
     bool is_clamped(const JsonAt& texture) {
@@ -121,6 +123,8 @@ private:
 
     const GltfFile& file_;
     Materials& result_;
+    /// Textures by image and whether they are clamped.
+    std::map<std::pair<std::uint32_t, bool>, std::uint32_t> known_;
     WarningCount odd_;
 };
 

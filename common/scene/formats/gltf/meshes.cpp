@@ -45,7 +45,7 @@ std::uint64_t index_of(const JsonAt& reference) { return reference.count(); }
 
 struct MeshReader::SetKey {
     std::vector<std::pair<std::string, std::uint64_t>> accessors;
-    bool operator==(const SetKey&) const = default;
+    auto operator<=>(const SetKey&) const = default;
 
     explicit SetKey(const JsonAt& primitive) {
         const JsonAt attributes = primitive.at("attributes");
@@ -77,7 +77,7 @@ Mesh MeshReader::read(std::size_t index) {
     const JsonAt at = file_.element("meshes", index);
     Mesh mesh;
     const JsonAt primitives = at.at("primitives");
-    std::vector<SetKey> keys;
+    std::map<SetKey, std::size_t> sets;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
         const JsonAt primitive = primitives[i];
         const auto targets = primitive.find("targets");
@@ -87,14 +87,14 @@ Mesh MeshReader::read(std::size_t index) {
                                        target_count, mesh.target_count));
         }
         mesh.target_count = target_count;
-        read_primitive(primitive, mesh, keys);
+        read_primitive(primitive, mesh, sets);
     }
     mesh.weights.resize(mesh.target_count);
     if (const auto weights = at.find("weights")) weights->numbers(mesh.weights);
     return mesh;
 }
 
-void MeshReader::read_primitive(const JsonAt& at, Mesh& mesh, std::vector<SetKey>& keys) {
+void MeshReader::read_primitive(const JsonAt& at, Mesh& mesh, std::map<SetKey, std::size_t>& sets) {
     const std::uint64_t mode = at.count_or("mode", kTriangles);
     if (mode > 6) at.at("mode").fail(fmt::format("is {}; must be from 0 to 6", mode));
     const JsonAt attributes = at.at("attributes");
@@ -107,14 +107,10 @@ void MeshReader::read_primitive(const JsonAt& at, Mesh& mesh, std::vector<SetKey
         });
         return;
     }
-    SetKey key(at);
-    const auto known = std::find(keys.begin(), keys.end(), key);
+    const auto [known, is_new] = sets.try_emplace(SetKey(at), mesh.sets.size());
+    if (is_new) mesh.sets.push_back(read_set(at));
     Primitive primitive;
-    primitive.vertex_set = static_cast<std::size_t>(known - keys.begin());
-    if (known == keys.end()) {
-        mesh.sets.push_back(read_set(at));
-        keys.push_back(std::move(key));
-    }
+    primitive.vertex_set = known->second;
     const std::size_t vertex_count = mesh.sets[primitive.vertex_set].positions.size();
     primitive.triangles = read_triangles(at, mode, vertex_count);
     primitive.material = at.index_or_none("material", texcoord_sets_.size(), "materials");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -78,7 +79,7 @@ public:
 private:
     /// The accessors that make a vertex set: primitives with the same ones share it.
     struct SetKey;
-    void read_primitive(const JsonAt& at, Mesh& mesh, std::vector<SetKey>& keys);
+    void read_primitive(const JsonAt& at, Mesh& mesh, std::map<SetKey, std::size_t>& sets);
     VertexSet read_set(const JsonAt& at);
     void check_positions(const JsonAt& at, const std::vector<vec3>& positions);
     MorphTarget read_target(const JsonAt& at, std::size_t vertex_count);

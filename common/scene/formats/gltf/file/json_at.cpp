@@ -17,28 +17,58 @@ constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 53;
     throw Error(ErrorKind::kBadInput, fmt::format("{}: {}", file, what));
 }
 
+/// Goes through a text without keeping it, and refuses what parse_json() refuses.
+class LimitCheck : public JsonTree::json_sax_t {
+public:
+    explicit LimitCheck(const std::string& file) : file_(file) {}
+
+    bool null() override { return count(); }
+    bool boolean(bool) override { return count(); }
+    bool number_integer(JsonTree::number_integer_t) override { return count(); }
+    bool number_unsigned(JsonTree::number_unsigned_t) override { return count(); }
+    bool number_float(JsonTree::number_float_t, const std::string&) override { return count(); }
+    bool string(std::string&) override { return count(); }
+    bool binary(JsonTree::binary_t&) override { return count(); }
+    bool key(std::string&) override { return true; }
+    bool start_object(std::size_t) override { return enter(); }
+    bool start_array(std::size_t) override { return enter(); }
+    bool end_object() override { return leave(); }
+    bool end_array() override { return leave(); }
+    bool parse_error(std::size_t byte, const std::string&,
+                     const JsonTree::exception& error) override {
+        constexpr int kNumberOverflow = 406;
+        if (error.id == kNumberOverflow) refuse(file_, "JSON has a number that is too large");
+        refuse(file_, fmt::format("byte {} of its text is not JSON; is it a glTF file?", byte));
+    }
+
+private:
+    bool count() {
+        if (++values_ <= kMaxValues) return true;
+        refuse(file_, fmt::format("JSON has more than {} values; split the scene", kMaxValues));
+    }
+    bool enter() {
+        if (++depth_ > kMaxDepth)
+            refuse(file_, fmt::format("JSON has brackets in more than {} others", kMaxDepth));
+        return count();
+    }
+    bool leave() {
+        --depth_;
+        return true;
+    }
+
+    const std::string& file_;
+    std::uint64_t values_ = 0;
+    int depth_ = 0;
+};
+
 }  // namespace
 
+// The parser's own callback takes quadratic time in arrays of objects, so the limits are checked in
+// a pass of their own.
 JsonTree parse_json(std::string_view text, const std::string& file) {
-    std::uint64_t values = 0;
-    const auto check = [&](int depth, JsonTree::parse_event_t event, JsonTree&) {
-        if (depth > kMaxDepth)
-            refuse(file, fmt::format("JSON has brackets in more than {} others", kMaxDepth));
-        using Event = JsonTree::parse_event_t;
-        if (event == Event::value || event == Event::object_start || event == Event::array_start)
-            ++values;
-        if (values > kMaxValues)
-            refuse(file, fmt::format("JSON has more than {} values; split the scene", kMaxValues));
-        return true;
-    };
-    try {
-        return JsonTree::parse(text.begin(), text.end(), check);
-    } catch (const JsonTree::parse_error& error) {
-        refuse(file,
-               fmt::format("byte {} of its text is not JSON; is it a glTF file?", error.byte));
-    } catch (const JsonTree::exception&) {
-        refuse(file, "JSON has a number that is too large");
-    }
+    LimitCheck check(file);
+    JsonTree::sax_parse(text.begin(), text.end(), &check);
+    return JsonTree::parse(text.begin(), text.end());
 }
 
 void JsonAt::fail(const std::string& what, Remedy remedy) const {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <vector>
 
 #include "common/scene/formats/gltf/motion/motion_rates.h"
@@ -24,7 +25,7 @@ namespace {
 // 4. Places are rounded to float, by less than 2^-23 of the largest coordinate together with the
 //    errors of double arithmetic.
 
-constexpr double kMostWork = 0x1p30;
+constexpr double kMostWork = 0x1p29;
 constexpr double kMostWorkBetween = 0x1p26;
 constexpr double kWantedPad = 1.0 / 256;
 constexpr double kMostPieces = 256;
@@ -33,8 +34,12 @@ constexpr double kRounding = 0x1p-22;
 /// Times of the keys, from 0 on.
 std::vector<double> key_times(const Animation& animation) {
     std::vector<double> times = {0};
-    for (const Channel& channel : animation.channels)
+    // Channels mostly share their times.
+    std::set<const float*> known;
+    for (const Channel& channel : animation.channels) {
+        if (!known.insert(channel.times.data()).second) continue;
         for (const float time : channel.times) times.push_back(static_cast<double>(time));
+    }
     std::sort(times.begin(), times.end());
     times.erase(std::unique(times.begin(), times.end()), times.end());
     return times;
@@ -97,10 +102,14 @@ public:
     }
 
 private:
+    /// In vertices.
     double work_of_sample() const {
+        constexpr double kPerItem = 30;
+        std::size_t items = scene_.tree.nodes.size() + scene_.animation.channels.size();
+        for (const auto& [index, skin] : scene_.skins) items += skin.joints.size();
+        for (const Part& part : scene_.parts) items += part.set->targets.size();
         return static_cast<double>(scene_.topology.vertex_count) +
-               10 *
-                   static_cast<double>(scene_.tree.nodes.size() + scene_.animation.channels.size());
+               kPerItem * static_cast<double>(items);
     }
 
     /// Extends the bounds by the places at a time.

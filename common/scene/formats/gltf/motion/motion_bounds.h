@@ -19,7 +19,7 @@ struct MotionBounds {
 /// Bounds that hold every vertex at every time of the animation: those at a series of times,
 /// widened by how far a vertex may leave the straight line between two of them (derivation in
 /// motion_bounds.cpp). The series are the times of the keys and, where that widening is above 1/256
-/// of the diagonal, times between. Clips of more than 2^30 vertices at their keys get a box around
+/// of the diagonal, times between. Clips of more than 2^29 vertices at their keys get a box around
 /// all that their joints can reach instead.
 MotionBounds motion_bounds(const GltfScene& scene, const Skinning& skinning);
 
