@@ -27,7 +27,7 @@ TEST(Usage, NoCommandListsTheCommands) {
     expect_refused(
         {}, 2,
         "choose one of render, view, crosscheck, merge, diff, probe, profile, trace, chart, info, "
-        "devices");
+        "index, devices");
 }
 
 TEST(Usage, ViewRefusesWhatHasNoEffect) {

@@ -23,8 +23,8 @@ constexpr const char* kExitCodes =
 std::string scene_note() {
     const std::string meshes = extensions_of_meshes(optional_mesh_formats());
     return "SCENE is builtin:NAME[:TRIANGLES], a mesh file (" + meshes +
-           "), a folder of such files, or a pattern such as frame_%04d.obj or 'frame_*.obj'. "
-           "`morphray info` lists the built-in scenes.";
+           "), a folder of such files, a pattern such as frame_%04d.obj or 'frame_*.obj', or a "
+           ".gltf or .glb file. `morphray info` lists the built-in scenes.";
 }
 
 /// "  left      text", the text in as many lines as it takes.
