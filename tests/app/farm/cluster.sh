@@ -132,15 +132,15 @@ end_daemons() {
     done
 }
 
-# task_of NODE: the process of a task that runs on the node, if there is one.
+# task_of NODE ARGUMENT: the process of a task on the node whose command has the argument, if there is
+# one. Starts no process, so that it is fast on a busy machine.
 task_of() {
-    local folder
+    local folder words
     for folder in /proc/[0-9]*; do
-        [ -r "$folder/environ" ] || continue
-        { tr '\0' '\n' <"$folder/environ"; } 2>/dev/null |
-            awk -v node="SLURMD_NODENAME=$1" -v conf="SLURM_CONF=$SLURM_CONF" \
-                '$0 == node { a = 1 } $0 == conf { b = 1 } END { exit !(a && b) }' || continue
-        [ "$(cat "$folder/comm" 2>/dev/null)" != slurmstepd ] || continue
+        mapfile -d '' -t words 2>/dev/null <"$folder/cmdline" || continue
+        [[ " ${words[*]} " == *" $2 "* && ${words[0]} != *sbatch* ]] || continue
+        mapfile -d '' -t words 2>/dev/null <"$folder/environ" || continue
+        [[ " ${words[*]} " == *" SLURMD_NODENAME=$1 "* ]] || continue
         echo "${folder#/proc/}"
         return
     done

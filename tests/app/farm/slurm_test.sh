@@ -31,29 +31,29 @@ mkdir shards
 job=$(MORPHRAY=$program sbatch --parsable --array=1-4 --output="$work/task-%a.txt" "$script" \
     "${scene[@]}" --verify-every 6 --out "$work/shards")
 
-# shard_of PROCESS: the shard that it renders.
-shard_of() { tr '\0' '\n' <"/proc/$1/cmdline" | sed -n 's|^\([0-9]*\)/4$|\1|p'; }
-# is_half_done SHARD: whether it runs, and has written an image.
+# is_half_done SHARD: whether it runs on n2, and has written an image.
 is_half_done() {
-    local first=$(((${1} - 1) * 6))
-    [ -e "$work/shards/$(printf 'frame_%04d.png' "$first")" ] &&
-        grep -q '"state": "running"' "$work/shards/part-$1-of-4.json"
+    local part=shards/part-$1-of-4.json first=$((($1 - 1) * 6))
+    [ -e "$(printf 'shards/frame_%04d.png' "$first")" ] && [ -e "$part" ] &&
+        grep -q '"state": "running"' "$part" && grep -q '"host": "n2"' "$part"
 }
 
 killed=
-for ((i = 0; i < 2000; ++i)); do
-    [ -n "$(timeout 5 squeue -h)" ] || break
-    victim=$(task_of n2)
-    shard=$([ -z "$victim" ] || shard_of "$victim" 2>/dev/null) || continue
-    if [ -z "$shard" ] || ! is_half_done "$shard"; then sleep 0.02; continue; fi
-    # It must not end while we look.
-    kill -STOP "$victim" 2>/dev/null || continue
-    if is_half_done "$shard"; then
-        kill_task n2 "$victim"
-        killed=$shard
-        break
-    fi
-    kill -CONT "$victim"
+for ((i = 0; i < 1000; ++i)); do
+    [ $((i % 20)) -lt 19 ] || [ -n "$(timeout 5 squeue -h)" ] || break
+    for shard in 1 2 3 4; do
+        is_half_done "$shard" || continue
+        victim=$(task_of n2 "$shard/4")
+        # It must not end while we look.
+        [ -n "$victim" ] && kill -STOP "$victim" 2>/dev/null || continue
+        if is_half_done "$shard"; then
+            kill_task n2 "$victim"
+            killed=$shard
+            break 2
+        fi
+        kill -CONT "$victim"
+    done
+    sleep 0.05
 done
 [ -n "$killed" ] || fail "no task was killed"
 ! "$program" merge shards >"$work/before.txt" || fail "a killed shard is not missed"
