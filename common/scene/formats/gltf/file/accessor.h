@@ -36,11 +36,11 @@ struct Accessor {
     /// Numbers an element: 3 of a VEC3, 16 of a MAT4.
     std::size_t width = 1;
     bool normalized = false;
-    PackedArray base;
+    PackedArray base = {};
     /// Elements that replace those of `base`, and their indices, which increase.
     std::size_t sparse_count = 0;
-    PackedArray sparse_indices;
-    PackedArray sparse_values;
+    PackedArray sparse_indices = {};
+    PackedArray sparse_values = {};
 
     bool is_sparse_alone() const { return base.bytes.empty(); }
 };

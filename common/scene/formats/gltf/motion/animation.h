@@ -24,9 +24,9 @@ struct Channel {
     /// Numbers a value: 3, 4, or the number of morph targets.
     std::size_t width = 3;
     /// Seconds; they increase.
-    std::span<const float> times;
+    std::span<const float> times = {};
     /// `width` numbers for each time; of a cubic spline in-tangent, value and out-tangent.
-    std::span<const float> values;
+    std::span<const float> values = {};
 };
 
 /// Values of all channels; rotations have directions.
