@@ -44,7 +44,10 @@ public:
     }
     /// Counts a face of three corners or more. Throws Error(kLimit) beyond max_triangles.
     void count_face(std::uint64_t corners, const Place& place) {
-        triangle_count_ += corners - 2;
+        count_triangles(corners - 2, place);
+    }
+    void count_triangles(std::uint64_t count, const Place& place) {
+        triangle_count_ += count;
         if (triangle_count_ > max_triangles_) fail_limit(place);
     }
     /// A face that cannot be read: throws Error(kBadInput), or counts a warning if lenient.

@@ -200,29 +200,38 @@ private:
     }
 
     void read_triangles(const PlyElement& element) {
-        constexpr std::size_t kBytes = 1 + 3 * sizeof(std::uint32_t);
-        const auto vertex_count = mesh_.vertex_count();
-        std::uint64_t item = 0;
-        while (item < element.count) {
+        // Each takes 13 bytes, if they are triangles.
+        mesh_.reserve_triangles(std::min(element.count, source_.left() / kTriangleBytes));
+        for (std::uint64_t item = 0; item < element.count;) {
             item_offset_ = source_.offset();
-            if (source_.left() < kBytes) {
-                read_item(element, static_cast<std::size_t>(item++));
-                continue;
-            }
-            const std::byte* from = source_.next(kBytes);
-            std::size_t taken = 0;
-            for (; item < element.count && source_.ready() - taken >= kBytes;
-                 ++item, taken += kBytes, item_offset_ += kBytes, from += kBytes) {
-                const auto a = load<std::uint32_t, kSwap>(from + 1);
-                const auto b = load<std::uint32_t, kSwap>(from + 5);
-                const auto c = load<std::uint32_t, kSwap>(from + 9);
-                // Negative ones are large, and no file has as many vertices.
-                if (from[0] != std::byte{3} || std::max({a, b, c}) >= vertex_count) break;
-                mesh_.add_triangle(a, b, c, place_);
-            }
-            source_.take(taken);
-            if (taken == 0) read_item(element, static_cast<std::size_t>(item++));
+            const std::size_t count = read_some_triangles(element.count - item);
+            item += count;
+            if (count == 0) read_item(element, static_cast<std::size_t>(item++));
         }
+    }
+
+    /// Reads the next triangles up to a face that is none or whose corners are not there. Returns
+    /// their number, at most `most`.
+    std::size_t read_some_triangles(std::uint64_t most) {
+        if (source_.left() < kTriangleBytes) return 0;
+        const std::byte* from = source_.next(kTriangleBytes);
+        const auto end = static_cast<std::size_t>(
+            std::min<std::uint64_t>({most, source_.ready() / kTriangleBytes, kBatch}));
+        const std::size_t vertex_count = mesh_.vertex_count();
+        std::size_t count = 0;
+        for (; count < end; ++count, from += kTriangleBytes) {
+            const auto a = load<std::uint32_t, kSwap>(from + 1);
+            const auto b = load<std::uint32_t, kSwap>(from + 5);
+            const auto c = load<std::uint32_t, kSwap>(from + 9);
+            // Negative ones are large, and no file has as many vertices.
+            if (from[0] != std::byte{3} || std::max({a, b, c}) >= vertex_count) break;
+            batch_[3 * count] = a;
+            batch_[3 * count + 1] = b;
+            batch_[3 * count + 2] = c;
+        }
+        mesh_.add_triangles(std::span(batch_).first(3 * count), place_);
+        source_.take(count * kTriangleBytes);
+        return count;
     }
 
     void read_item(const PlyElement& element, std::size_t item) {
@@ -286,9 +295,14 @@ private:
         return integer;
     }
 
+    static constexpr std::size_t kTriangleBytes = 1 + 3 * sizeof(std::uint32_t);
+    /// Triangles at a time.
+    static constexpr std::size_t kBatch = 1024;
+
     Source source_;
     const std::string& name_;
     PlyMesh& mesh_;
+    std::array<std::uint32_t, 3 * kBatch> batch_;
     /// Where the item begins that is read.
     std::uint64_t item_offset_ = 0;
     const PlyMesh::Place place_;

@@ -311,13 +311,6 @@ std::uint64_t PlyElement::least_bytes() const {
     return bytes;
 }
 
-const PlyElement* PlyHeader::find(std::string_view name) const {
-    const auto found =
-        std::find_if(elements.begin(), elements.end(),
-                     [&](const PlyElement& element) { return element.name == name; });
-    return found == elements.end() ? nullptr : &*found;
-}
-
 PlyHeader parse_ply_header(std::string_view text, const std::string& name) {
     return HeaderParser(text, name).run();
 }

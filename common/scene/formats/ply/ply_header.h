@@ -69,9 +69,6 @@ struct PlyHeader {
     /// The bytes of the header, with the end of its last line, and its lines.
     std::uint64_t size = 0;
     std::uint64_t line_count = 0;
-
-    /// Null if there is no such element.
-    const PlyElement* find(std::string_view name) const;
 };
 
 /// A longer header is refused.

@@ -142,6 +142,17 @@ void PlyMesh::add_face(std::span<const std::int64_t> corners, const Place& place
     mesh_.faces.corner_counts.push_back(static_cast<std::uint32_t>(corners.size()));
 }
 
+void PlyMesh::add_triangles(std::span<const std::uint32_t> corners, const Place& place) {
+    rules_.count_triangles(corners.size() / 3, place);
+    mesh_.faces.corners.insert(mesh_.faces.corners.end(), corners.begin(), corners.end());
+    mesh_.faces.corner_counts.insert(mesh_.faces.corner_counts.end(), corners.size() / 3, 3);
+}
+
+void PlyMesh::reserve_triangles(std::uint64_t count) {
+    mesh_.faces.corners.reserve(static_cast<std::size_t>(3 * count));
+    mesh_.faces.corner_counts.reserve(static_cast<std::size_t>(count));
+}
+
 void PlyMesh::add_strips(std::span<const std::int64_t> corners, const Place& place) {
     std::size_t begin = 0;
     for (std::size_t i = 0; i < corners.size(); ++i) {

@@ -47,12 +47,10 @@ public:
 
     /// Adds a face if the rules keep it.
     void add_face(std::span<const std::int64_t> corners, const Place& place);
-    /// Adds a face of three corners that are below vertex_count().
-    void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c, const Place& place) {
-        rules_.count_face(3, place);
-        mesh_.faces.corners.insert(mesh_.faces.corners.end(), {a, b, c});
-        mesh_.faces.corner_counts.push_back(3);
-    }
+    /// Adds faces of three corners each, which are below vertex_count().
+    void add_triangles(std::span<const std::uint32_t> corners, const Place& place);
+    /// Makes room for triangles, whose number has been checked against the size of the file.
+    void reserve_triangles(std::uint64_t count);
     /// Adds the triangles of strips that -1 separates; every second one is turned.
     void add_strips(std::span<const std::int64_t> corners, const Place& place);
 

@@ -28,10 +28,20 @@ std::uint32_t swapped(std::uint32_t x) { return __builtin_bswap32(x); }
 // Points that are read, and have their bytes swapped, at a time: few enough to stay in the cache.
 constexpr std::size_t kPartPoints = 16 * 1024;
 
-void swap_all(std::span<vec3> points) {
-    float* const numbers = points.empty() ? nullptr : &points[0].x;
-    for (std::size_t i = 0; i < 3 * points.size(); ++i)
-        numbers[i] = std::bit_cast<float>(swapped(std::bit_cast<std::uint32_t>(numbers[i])));
+/// Swaps the bytes of every number of 32 bits, two numbers at a time.
+void swap_all(std::span<std::byte> bytes) {
+    std::size_t i = 0;
+    for (; i + sizeof(std::uint64_t) <= bytes.size(); i += sizeof(std::uint64_t)) {
+        std::uint64_t two = 0;
+        std::memcpy(&two, &bytes[i], sizeof two);
+        two = std::rotl(__builtin_bswap64(two), 32);
+        std::memcpy(&bytes[i], &two, sizeof two);
+    }
+    if (i == bytes.size()) return;
+    std::uint32_t one = 0;
+    std::memcpy(&one, &bytes[i], sizeof one);
+    one = swapped(one);
+    std::memcpy(&bytes[i], &one, sizeof one);
 }
 
 bool is_mdd_name(const std::filesystem::path& path) {
@@ -117,7 +127,7 @@ void PointCache::read(std::size_t sample, std::span<vec3> out) const {
     while (!out.empty()) {
         const std::span<vec3> part = out.first(std::min(kPartPoints, out.size()));
         file_.read(offset, std::as_writable_bytes(part));
-        swap_all(part);
+        swap_all(std::as_writable_bytes(part));
         offset += part.size_bytes();
         out = out.subspan(part.size());
     }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/formats/point_cache/point_cache.h"
 #include "common/scene/interpolate.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/thrown_error.h"
@@ -241,6 +242,22 @@ TEST(CachedClip, NeedsOneMeshFile) {
         message_of([&] { open_scene(mesh, missing); }).ends_with("no such file; check the path"));
     const SceneOptions is_folder{.cache = folder.path().native()};
     EXPECT_EQ(kind_of([&] { open_scene(mesh, is_folder); }), ErrorKind::kBadInput);
+}
+
+TEST(CachedClip, MddSamplesOfManyPointsAreSwappedToTheLastNumber) {
+    for (const std::uint32_t points : {1u, 2u, 16384u, 16385u, 40001u}) {
+        std::string bytes;
+        append(bytes, std::uint32_t{2}, true);
+        append(bytes, points, true);
+        for (int i = 0; i < 2; ++i) append(bytes, 0.0f, true);
+        for (std::uint32_t i = 0; i < 6 * points; ++i) append(bytes, static_cast<float>(i), true);
+        const TemporaryFolder folder;
+        const PointCache cache(folder.write("a.mdd", bytes));
+        std::vector<vec3> sample(points);
+        cache.read(1, sample);
+        for (std::uint32_t i = 0; i < 3 * points; ++i)
+            ASSERT_EQ(sample[i / 3][static_cast<int>(i % 3)], static_cast<float>(3 * points + i));
+    }
 }
 
 TEST(CachedClip, TellsOfAFileThatShrinksWhileItIsOpen) {
