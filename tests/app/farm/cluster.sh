@@ -141,6 +141,8 @@ task_of() {
         [[ " ${words[*]} " == *" $2 "* && ${words[0]} != *sbatch* ]] || continue
         mapfile -d '' -t words 2>/dev/null <"$folder/environ" || continue
         [[ " ${words[*]} " == *" SLURMD_NODENAME=$1 "* ]] || continue
+        # Another cluster on this machine may have a node of this name.
+        [[ " ${words[*]} " == *" SLURM_CONF=$SLURM_CONF "* ]] || continue
         echo "${folder#/proc/}"
         return
     done
