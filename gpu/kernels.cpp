@@ -9,7 +9,6 @@
 #include "gpu/packet_arguments.h"
 
 // Generated from shaders/*.comp; they use std::uint32_t without including it.
-#include "shaders/occlusion/occlusion_packet_8_spirv.h"
 #include "shaders/occlusion/occlusion_packet_spirv.h"
 #include "shaders/occlusion/occlusion_spirv.h"
 #include "shaders/packet/camera_packet_8_spirv.h"
@@ -81,10 +80,8 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
       rays("rays", k_rays_spirv, single_ray_constants(tuning), RaysArguments{}),
       compact("compact", k_compact_spirv, {}, no_region()),
       occlusion("occlusion", k_occlusion_spirv, single_ray_constants(tuning), OcclusionArguments{}),
-      occlusion_packet(
-          "occlusion packets",
-          packet_words(packet_lanes, k_occlusion_packet_spirv, k_occlusion_packet_8_spirv),
-          packet_constants(context, tuning, packet_lanes), OcclusionArguments{}),
+      occlusion_packet("occlusion packets", k_occlusion_packet_spirv,
+                       packet_constants(context, tuning, packet_lanes), OcclusionArguments{}),
       resume("resume", k_resume_spirv, single_ray_constants(tuning), ResumeArguments{}),
       shade("shade", k_shade_spirv, {}, no_region()),
       refit_leaves("refit leaves", k_refit_leaves_spirv, {}, RefitArguments{}),

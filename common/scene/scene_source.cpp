@@ -87,6 +87,15 @@ std::unique_ptr<Clip> open_with_cache(const std::string& spec, const SceneOption
     return open_cached(path, options.cache, spec, options);
 }
 
+/// Refuses bounds and an index for scenes that do not need them.
+void refuse_known_bounds(const std::string& spec, const SceneOptions& options, const char* kind) {
+    if (!options.bounds && options.index.empty()) return;
+    throw Error(ErrorKind::kBadArgument,
+                fmt::format("scene {}: bounds and an index are for files of frames; the bounds of "
+                            "{} are known",
+                            in_quotes(spec), kind));
+}
+
 }  // namespace
 
 std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& options) {
@@ -101,12 +110,7 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
     }
     if (!options.cache.empty()) return open_with_cache(spec, options);
     if (spec.starts_with(kBuiltinPrefix)) {
-        if (options.bounds || !options.index.empty()) {
-            throw Error(ErrorKind::kBadArgument,
-                        fmt::format("scene {}: bounds and an index are for files of frames; the "
-                                    "bounds of a built-in scene are known",
-                                    in_quotes(spec)));
-        }
+        refuse_known_bounds(spec, options, "a built-in scene");
         return open_builtin(spec);
     }
 
@@ -125,7 +129,10 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
             return open_keyframes(files_of_glob(spec, options), spec, options);
         require_no_builtin(spec);
     }
-    if (has_gltf_name(path)) return open_gltf(path, spec, options);
+    if (has_gltf_name(path)) {
+        refuse_known_bounds(spec, options, "a glTF file");
+        return open_gltf(path, spec, options);
+    }
     if (fs::is_regular_file(status) && mesh_format_of(path, options.more_formats) == nullptr) {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{}: not a scene file; give an {} file, a folder of those, a "

@@ -6,7 +6,6 @@
 #include <span>
 
 #include "shaders/kernel_interface.h"
-#include "shaders/occlusion/occlusion_packet_8_spirv.h"
 #include "shaders/occlusion/occlusion_packet_spirv.h"
 #include "shaders/occlusion/occlusion_spirv.h"
 #include "shaders/packet/camera_packet_8_spirv.h"
@@ -42,7 +41,6 @@ inline const Kernel kKernels[] = {
     {"light_packet_8", k_light_packet_8_spirv, sizeof(RegionArguments), true},
     {"occlusion", k_occlusion_spirv, sizeof(OcclusionArguments)},
     {"occlusion_packet", k_occlusion_packet_spirv, sizeof(OcclusionArguments), true},
-    {"occlusion_packet_8", k_occlusion_packet_8_spirv, sizeof(OcclusionArguments), true},
     {"primary", k_primary_spirv, sizeof(RegionArguments)},
     {"rays", k_rays_spirv, sizeof(RaysArguments)},
     {"refit_leaves", k_refit_leaves_spirv, sizeof(RefitArguments)},

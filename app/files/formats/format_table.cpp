@@ -12,6 +12,8 @@ namespace mray::app {
 namespace {
 
 constexpr FileFormat kOthers[] = {
+    {"scene", "glTF", ".gltf .glb", true, false,
+     "meshes, nodes, skins, morph targets, animations, colours, textures"},
     {"materials", "MTL", ".mtl", true, false, "colours and textures of OBJ files"},
     {"positions", "PC2", ".pc2", true, false, "point cache: positions of vertices over time"},
     {"positions", "MDD", ".mdd", true, false, "point cache: positions of vertices over time"},
