@@ -70,8 +70,8 @@ constexpr auto kInfo = Command::kInfo;
 
 const Rule kRules[] = {
     {{kInfo},
-     {"--missing", "--index", "--bounds", "--allow-empty", "--lenient", "--frame", "--time", "--fps",
-      "--animation", "--bvh", "--threads"},
+     {"--missing", "--index", "--bounds", "--allow-empty", "--lenient", "--frame", "--time",
+      "--fps", "--animation", "--bvh", "--threads"},
      has_scene,
      "is about a scene; give one, too"},
     {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kInfo},
