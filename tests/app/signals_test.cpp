@@ -38,19 +38,19 @@ void expect_whole_images_only(const TemporaryFolder& folder) {
 TEST(Signals, InterruptKeepsWholeFramesOnly) {
     TemporaryFolder folder;
     Started render(long_render(folder.file("out")));
-    wait_for(folder.path() / "out/frame_0000.png");
+    wait_for(folder.path() / "out/frame_0000.00000.png");
     render.send(SIGINT);
     const Outcome outcome = render.wait();
     EXPECT_EQ(outcome.code, 130);
     EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
-    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0024.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "out/frame_0024.00000.png"));
     expect_whole_images_only(folder);
 }
 
 TEST(Signals, TerminateGivesExitCode143) {
     TemporaryFolder folder;
     Started render(long_render(folder.file("out")));
-    wait_for(folder.path() / "out/frame_0000.png");
+    wait_for(folder.path() / "out/frame_0000.00000.png");
     render.send(SIGTERM);
     EXPECT_EQ(render.wait().code, 143);
     expect_whole_images_only(folder);

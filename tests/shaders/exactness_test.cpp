@@ -71,7 +71,7 @@ TEST(OptimisedPackets, KeepTheirExactOperations) {
             }
         }
     }
-    EXPECT_EQ(packets, 4u);
+    EXPECT_EQ(packets, 3u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shaders, ExactKernel, testing::ValuesIn(exact_kernels()),
