@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <ostream>
 #include <set>
 
 #include "tests/app/program.h"
@@ -58,6 +59,9 @@ struct Work {
     const char* name;
     std::vector<std::string> arguments;
 };
+
+/// For the names of tests.
+void PrintTo(const Work& work, std::ostream* out) { *out << work.name; }
 
 std::vector<Work> works() {
     return {
