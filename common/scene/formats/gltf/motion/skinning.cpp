@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-#include "common/scene/formats/obj/obj_checker.h"
+#include "common/scene/formats/mesh/mesh_rules.h"
 
 namespace mray::gltf {
 namespace {
@@ -16,19 +16,11 @@ namespace {
 // Vertices whose positions in double stay in the cache of a core.
 constexpr std::size_t kBlockSize = 1024;
 
-/// Four doubles, which the compiler keeps in vectors of the target.
-using Double4 = double __attribute__((vector_size(4 * sizeof(double))));
-
-/// The columns of an affine map; the fourth row is 0, 0, 0, 1.
-struct Columns {
-    Double4 column[4];
-};
-
 Columns columns_of(const Affine& a) {
     Columns result;
     for (std::size_t k = 0; k < 4; ++k) {
-        const glm::dvec3& c = a.column[k];
-        result.column[k] = Double4{c.x, c.y, c.z, k == 3 ? 1.0 : 0.0};
+        for (int axis = 0; axis < 3; ++axis) result.column[k][axis] = a.column[k][axis];
+        result.column[k][3] = k == 3 ? 1.0 : 0.0;
     }
     return result;
 }
@@ -67,44 +59,14 @@ void morph(const VertexSet& set, std::span<const double> weights, std::size_t be
 }
 
 bool is_bad(const vec3& p) {
-    // True for NaN, too.
-    return !(std::abs(p.x) <= kMaxCoordinate && std::abs(p.y) <= kMaxCoordinate &&
-             std::abs(p.z) <= kMaxCoordinate);
+    return !(MeshRules::is_good(p.x) && MeshRules::is_good(p.y) && MeshRules::is_good(p.z));
 }
 
-/// Writes places and returns whether one of them cannot be used.
-bool place_rigid(const Affine& to_world, const Scratch& positions, std::span<vec3> out) {
-    bool bad = false;
+void place_rigid(const Affine& to_world, const Scratch& positions, std::span<vec3> out) {
     for (std::size_t i = 0; i < out.size(); ++i) {
         const double* const p = &positions[3 * i];
         out[i] = vec3(transformed(to_world, {p[0], p[1], p[2]}));
-        bad |= is_bad(out[i]);
     }
-    return bad;
-}
-
-bool place_skinned(std::span<const Columns> joints, const Influences& influences, std::size_t begin,
-                   const Scratch& positions, std::span<vec3> out) {
-    const std::size_t per_vertex = influences.per_vertex;
-    const std::uint16_t* joint = &influences.joints[begin * per_vertex];
-    const float* weight = &influences.weights[begin * per_vertex];
-    bool bad = false;
-    for (std::size_t i = 0; i < out.size(); ++i) {
-        const double* const p = &positions[3 * i];
-        Double4 sum = {0, 0, 0, 0};
-        for (std::size_t k = 0; k < per_vertex; ++k) {
-            const Columns& m = joints[*joint++];
-            const Double4 place =
-                m.column[0] * p[0] + m.column[1] * p[1] + m.column[2] * p[2] + m.column[3];
-            sum += place * static_cast<double>(*weight++);
-        }
-        // The fourth component is the sum of the weights.
-        sum /= Double4{sum[3], sum[3], sum[3], sum[3]};
-        out[i] = {static_cast<float>(sum[0]), static_cast<float>(sum[1]),
-                  static_cast<float>(sum[2])};
-        bad |= is_bad(out[i]);
-    }
-    return bad;
 }
 
 std::map<std::uint32_t, std::vector<Columns>> joint_maps(const GltfScene& scene, const Pose& pose) {
@@ -121,7 +83,8 @@ std::map<std::uint32_t, std::vector<Columns>> joint_maps(const GltfScene& scene,
 
 }  // namespace
 
-Skinning::Skinning(const GltfScene& scene) : scene_(scene) {
+Skinning::Skinning(const GltfScene& scene, const SimdTarget& target)
+    : scene_(scene), place_skinned_(place_skinned_on(target)) {
     for (std::size_t part = 0; part < scene.parts.size(); ++part) {
         const std::size_t count = scene.parts[part].set->positions.size();
         for (std::size_t begin = 0; begin < count; begin += kBlockSize) {
@@ -141,10 +104,17 @@ std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
         morph(*part.set, pose.weights[block.part], block.begin, block.end, positions);
         const std::span<vec3> placed =
             out.subspan(part.first_vertex + block.begin, block.end - block.begin);
-        const bool bad = part.skin ? place_skinned(joints.at(*part.skin), part.set->influences,
-                                                   block.begin, positions, placed)
-                                   : place_rigid(pose.to_world[part.node], positions, placed);
-        if (!bad) return;
+        if (part.skin) {
+            const Influences& influences = part.set->influences;
+            const std::size_t first = block.begin * influences.per_vertex;
+            place_skinned_(
+                {joints.at(*part.skin).data(), influences.per_vertex, &influences.joints[first],
+                 &influences.weights[first], positions.data(), placed.size()},
+                placed.data());
+        } else {
+            place_rigid(pose.to_world[part.node], positions, placed);
+        }
+        if (MeshRules::are_good(placed)) return;
         const auto vertex = static_cast<std::size_t>(
             std::find_if(placed.begin(), placed.end(), is_bad) - out.begin());
         std::size_t known = first_bad.load();

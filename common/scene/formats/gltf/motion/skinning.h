@@ -9,6 +9,8 @@
 
 #include "common/interop/platform.h"
 #include "common/scene/formats/gltf/motion/pose.h"
+#include "common/scene/formats/gltf/motion/skinned_places.h"
+#include "common/simd/simd_target.h"
 
 namespace mray::gltf {
 
@@ -21,7 +23,7 @@ inline constexpr std::size_t kNoVertex = std::numeric_limits<std::size_t>::max()
 class Skinning {
 public:
     /// The scene must outlive it.
-    explicit Skinning(const GltfScene& scene);
+    explicit Skinning(const GltfScene& scene, const SimdTarget& target = best_simd_target());
 
     /// Writes the positions of all vertices. Returns the first vertex that has a coordinate that is
     /// not finite or beyond 1e30, or kNoVertex. Runs on the threads of the calling arena; the bits
@@ -37,6 +39,7 @@ private:
     };
 
     const GltfScene& scene_;
+    PlaceSkinned place_skinned_;
     std::vector<Block> blocks_;
 };
 
