@@ -343,8 +343,9 @@ ExitCode render_frames(Options options, const std::filesystem::path& folder, Par
 ExitCode run_render(const Options& given, const Messages& messages) {
     const Options options = with_render_defaults(given);
     require_samples_fit(options);
-    check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
+    // Before the reports, which may be in it.
     const OutputFolder folder(output_folder_of(options));
+    check_reports({options.json, has_hits_folder(options) ? std::string() : options.hits});
     PartLog log(options, folder.path());
     return log.record([&] { return render_frames(options, folder.path(), log, messages); });
 }

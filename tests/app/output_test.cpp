@@ -69,6 +69,21 @@ TEST(Output, ReportThatIsAFolderIsRefused) {
     EXPECT_TRUE(folder.names().empty());
 }
 
+TEST(Output, ReportsMayLieInTheFolderOfTheImages) {
+    TemporaryFolder folder;
+    const Outcome outcome = run(
+        render(folder, {"--json", folder.file("out/report"), "--hits", folder.file("out/hits")}));
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_TRUE(std::filesystem::exists(folder.file("out/report")));
+    EXPECT_TRUE(std::filesystem::exists(folder.file("out/hits")));
+    // Nothing remains of a run that fails.
+    EXPECT_EQ(run(render(folder, {"--out", folder.file("b"), "--json", folder.file("b/report"),
+                                  "--fov", "0"}))
+                  .code,
+              3);
+    EXPECT_FALSE(std::filesystem::exists(folder.file("b")));
+}
+
 TEST(Output, FullDiskIsAnError) {
     TemporaryFolder folder;
     expect_output_error(run(render(folder, {"--json", "/dev/full", "-q"})), "/dev/full: ");
