@@ -323,7 +323,7 @@ TEST_P(EndedBySignal, LeavesAPartAndWholeImages) {
                              "--shard",   "1/2",
                              "--out",     folder.file("out")};
     Started render(arguments);
-    const std::filesystem::path first = folder.path() / "out/frame_0000.png";
+    const std::filesystem::path first = folder.path() / "out/frame_0000.00000.png";
     for (int i = 0; i < 3000 && !std::filesystem::exists(first); ++i)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     // While it runs, the part says so.
