@@ -27,7 +27,7 @@ set(may_see_proofs proofs cpu common common/interop)
 
 # Where a library may be included: the regular expression of the header, then that of the files.
 set(places
-    "^hwy/"                     "^((cpu|common/simd|common/bvh)/.*-inl\\.h|tests/cpu/.*)$"
+    "^hwy/"                     "^((cpu|common/simd|common/bvh|common/scene/formats/gltf)/.*-inl\\.h|tests/cpu/.*)$"
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu|examples)/"
     "^(gtest|gmock)/"           "^tests/"
     "^(GLFW/|imgui|backends/)"  "^app/view/window/"
@@ -93,7 +93,7 @@ foreach(file IN LISTS files)
     file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*[<\"]")
     # The file that Highway compiles once for each target.
     set(dispatches FALSE)
-    if(file MATCHES "^(cpu|common/simd|common/bvh)/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
+    if(file MATCHES "^(cpu|common/simd|common/bvh|common/scene/formats/gltf)/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
         set(dispatches TRUE)
     endif()
     foreach(line IN LISTS lines)
