@@ -83,7 +83,7 @@ grep -q '"host": "n2"' "shards/part-$killed-of-4.json" || fail "the node that wa
 job=$(MORPHRAY=$program sbatch --parsable --array=1-1 --output="$work/task-ended.txt" "$script" \
     "${scene[@]:0:1}" --frames 0..24:0.03125 "${scene[@]:3}" --out "$work/ended")
 for ((i = 0; i < 600; ++i)); do
-    [ ! -e ended/frame_0000.png ] || break
+    [ ! -e ended/frame_0000.00000.png ] || break
     sleep 0.1
 done
 scancel --signal=TERM --batch "${job}_1"
