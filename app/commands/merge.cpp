@@ -12,9 +12,9 @@ namespace {
 
 void write_sheet(const std::string& file, const std::vector<MergedFrame>& frames) {
     std::vector<Image> thumbnails;
-    for (const MergedFrame& frame : frames) {
+    for (std::size_t i = 0; i < frames.size(); i += sheet_step(frames.size())) {
         throw_if_interrupted();
-        const Image image = read_png(frame.file);
+        const Image image = read_png(frames[i].file);
         thumbnails.push_back(contact_sheet({&image, 1}, thumbnail_width(frames.size())));
     }
     write_file(file, encode_png(contact_sheet(thumbnails)));

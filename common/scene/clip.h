@@ -17,7 +17,7 @@ namespace mray {
 
 struct ClipIndex;
 
-/// The positions of a keyframe, which stay in memory as long as somebody has them.
+/// The positions of a keyframe. They stay in memory while a pointer to them exists.
 using KeyframePositions = std::shared_ptr<const std::vector<vec3>>;
 
 /// Where what is known of a whole clip came from.

@@ -111,7 +111,8 @@ void define_merge(CLI::App& program, Options& options) {
         .add_option("folders", options.part_folders, "the --out folders of all shards")
         ->type_name("DIR")
         ->required();
-    adder.add_text("--sheet", "FILE.png", "file of a contact sheet of all frames", options.sheet);
+    adder.add_text("--sheet", "FILE.png", "file of a contact sheet, as render makes it",
+                   options.sheet);
     adder.add_text("--video", "FILE", "video of all frames (needs ffmpeg)", options.video);
     adder.add("--rate", "N", "images of the video a second, 1 to 1000 (24)",
               [&options](const std::string& option, const std::string& value) {

@@ -310,6 +310,21 @@ TEST(Parts, SayWhichFramesAreLeftAfterABadOne) {
     EXPECT_NE(part["reason"].get<std::string>().find("f_3.obj"), std::string::npos);
 }
 
+TEST(Shards, SheetOfManyFramesIsThatOfOneRun) {
+    const TemporaryFolder folder;
+    const auto rendered = [&](const std::string& out, const Names& more) {
+        Names arguments = {"render", "builtin:cloth:200", "--backend",  "cpu",       "--size",
+                           "16x16",  "--frames",          "0..24:0.25", "--samples", "1",
+                           "--out",  folder.file(out)};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        EXPECT_EQ(run(arguments).code, 0);
+    };
+    rendered("one", {});
+    for (const char* shard : {"1/2", "2/2"}) rendered("shards", {"--shard", shard});
+    EXPECT_EQ(run({"merge", folder.file("shards"), "--sheet", folder.file("sheet.png")}).code, 0);
+    EXPECT_EQ(read_file(folder.file("sheet.png")), read_file(folder.file("one/sheet.png")));
+}
+
 class EndedBySignal : public testing::TestWithParam<std::pair<int, int>> {};
 
 TEST_P(EndedBySignal, LeavesAPartAndWholeImages) {

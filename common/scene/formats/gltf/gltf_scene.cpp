@@ -9,7 +9,7 @@
 #include "common/scene/formats/gltf/file/gltf_file.h"
 #include "common/scene/formats/gltf/materials.h"
 #include "common/scene/formats/gltf/smooth_groups.h"
-#include "common/scene/formats/obj/obj_checker.h"
+#include "common/scene/formats/mesh/mesh_rules.h"
 
 namespace mray::gltf {
 namespace {

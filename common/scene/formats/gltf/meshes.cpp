@@ -10,7 +10,7 @@
 #include "common/base/errors.h"
 #include "common/scene/formats/gltf/influences.h"
 #include "common/scene/formats/gltf/triangles.h"
-#include "common/scene/formats/obj/obj_checker.h"
+#include "common/scene/formats/mesh/mesh_rules.h"
 
 namespace mray::gltf {
 namespace {
@@ -150,11 +150,7 @@ VertexSet MeshReader::read_set(const JsonAt& at) {
 void MeshReader::check_positions(const JsonAt& at, const std::vector<vec3>& positions) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const vec3& p = positions[i];
-        // True for NaN, too.
-        if (std::abs(p.x) <= kMaxCoordinate && std::abs(p.y) <= kMaxCoordinate &&
-            std::abs(p.z) <= kMaxCoordinate) {
-            continue;
-        }
+        if (MeshRules::is_good(p.x) && MeshRules::is_good(p.y) && MeshRules::is_good(p.z)) continue;
         const std::string what =
             fmt::format("vertex {} has a coordinate that is not finite or beyond 1e30", i);
         if (!options_.lenient) at.fail(what, Remedy::kLenient);

@@ -104,7 +104,7 @@ TEST(IndexFile, LiesBesideTheClip) {
 
 TEST(IndexFile, GivesBoundsWithoutReadingTheFiles) {
     IndexedSequence sequence;
-    // Whoever read it would fail.
+    // Opening the file would fail.
     sequence.replace_secretly(5, std::string(triangle_at(5).size(), 'x'));
     const std::unique_ptr<Clip> clip = sequence.open();
     EXPECT_TRUE(sequence.warnings().empty());
