@@ -14,11 +14,12 @@ enum FaultKind : int {
     kLink,
     kRename,
     kThread,
+    kVulkan,
     kFaultKinds
 };
 
-inline constexpr const char* kFaultNames[kFaultKinds] = {"allocation", "open", "read",   "write",
-                                                         "sync",       "link", "rename", "thread"};
+inline constexpr const char* kFaultNames[kFaultKinds] = {
+    "allocation", "open", "read", "write", "sync", "link", "rename", "thread", "vulkan"};
 
 /// How often each was called.
 struct FaultCounts {

@@ -1,22 +1,14 @@
-// Preloaded into the program: lets one call of a kind fail, and counts the calls of all kinds.
-//
-// MORPHRAY_FAULT=KIND:K[:ERROR] lets call K (from 0) of a kind fail. Kinds and errors are those of
-// fault_calls.h; `write` with the error 0 writes a single byte. MORPHRAY_FAULT_COUNTS names a file
-// that receives the counts: the program may end without destructors, so the file is mapped.
+// Preloaded into the program: lets one call of the system fail, and counts the calls of all kinds
+// (fault.h). `write` with the error 0 writes a single byte.
 #include <dlfcn.h>
-#include <fcntl.h>
 #include <pthread.h>
-#include <sys/mman.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <cstdarg>
 #include <cstdlib>
-#include <cstring>
 
-#include "tests/faults/fault_calls.h"
+#include "tests/faults/fault.h"
 
 extern "C" {
 void* __libc_malloc(std::size_t);
@@ -27,48 +19,6 @@ void* __libc_memalign(std::size_t, std::size_t);
 
 namespace mray::test {
 namespace {
-
-struct Faults {
-    FaultCounts own_counts;
-    FaultCounts* counts = &own_counts;
-    int kind = -1;
-    std::uint64_t at = 0;
-    int error = 0;
-};
-
-constinit Faults faults;
-
-// Runs before the constructors of libraries that are not preloaded.
-__attribute__((constructor)) void read_environment() {
-    if (const char* const file = std::getenv("MORPHRAY_FAULT_COUNTS")) {
-        const int fd = static_cast<int>(::syscall(SYS_openat, AT_FDCWD, file, O_RDWR | O_CLOEXEC));
-        void* const place = fd < 0 ? MAP_FAILED
-                                   : ::mmap(nullptr, sizeof(FaultCounts), PROT_READ | PROT_WRITE,
-                                            MAP_SHARED, fd, 0);
-        if (place != MAP_FAILED) faults.counts = static_cast<FaultCounts*>(place);
-        if (fd >= 0) ::close(fd);
-    }
-    const char* const text = std::getenv("MORPHRAY_FAULT");
-    const char* const colon = text == nullptr ? nullptr : std::strchr(text, ':');
-    if (colon == nullptr) return;
-    char* end = nullptr;
-    faults.at = std::strtoull(colon + 1, &end, 10);
-    faults.error = *end == ':' ? std::atoi(end + 1) : ENOMEM;
-    for (int kind = 0; kind < kFaultKinds; ++kind) {
-        const std::size_t length = std::strlen(kFaultNames[kind]);
-        if (static_cast<std::size_t>(colon - text) == length &&
-            std::strncmp(text, kFaultNames[kind], length) == 0)
-            faults.kind = kind;
-    }
-}
-
-/// Counts a call. Returns whether it fails, with errno set.
-bool fails(FaultKind kind) {
-    const std::uint64_t call = std::atomic_ref(faults.counts->calls[kind]).fetch_add(1);
-    if (faults.kind != kind || call != faults.at) return false;
-    errno = faults.error;
-    return true;
-}
 
 template <class Function>
 Function* next(const char* name) {

@@ -6,28 +6,37 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <ostream>
 #include <set>
 
-#include "tests/app/program.h"
+#ifdef FAULT_LAYER_FOLDER
+#include <vulkan/vulkan.h>
+#endif
+
 #include "tests/faults/fault_calls.h"
+#include "tests/faults/works.h"
 
 namespace mray::test {
 namespace {
 
+/// What lets calls fail: the preloaded library, or the layer of Vulkan.
+enum class Injector { kLibrary, kLayer };
+
 /// Runs a command in a folder of its own, which holds an OBJ scene and a file of rays.
 class FaultyRun {
 public:
-    explicit FaultyRun(std::vector<std::string> arguments, const std::string& fault = {})
+    explicit FaultyRun(const std::vector<std::string>& arguments, Injector injector,
+                       const std::string& fault = {})
         : counts_(folder_.write("counts", std::string(sizeof(FaultCounts), '\0'))) {
-        folder_.write("in/scene.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.5\nf 1 2 3\nf 2 4 3\n");
-        folder_.write("in/rays", "0.2 0.2 5  0 0 -1\n0.9 0.9 5  0 0 -1\n5 5 5  0 0 -1\n");
-        outcome =
-            run(arguments, {.environment = {"LD_PRELOAD=" FAULT_LIBRARY, "MORPHRAY_FAULT=" + fault,
-                                            "MORPHRAY_FAULT_COUNTS=" + counts_.native()},
-                            .folder = folder_.path()});
+        write_inputs(folder_);
+        std::vector<std::string> environment = {"MORPHRAY_FAULT=" + fault,
+                                                "MORPHRAY_FAULT_COUNTS=" + counts_.native()};
+        if (injector == Injector::kLibrary) {
+            environment.push_back("LD_PRELOAD=" FAULT_LIBRARY);
+        } else {
+            environment.push_back("VK_LAYER_PATH=" FAULT_LAYER_FOLDER);
+            environment.push_back("VK_INSTANCE_LAYERS=VK_LAYER_MORPHRAY_faults");
+        }
+        outcome = run(arguments, {.environment = environment, .folder = folder_.path()});
     }
 
     FaultCounts counts() const {
@@ -37,16 +46,7 @@ public:
         return counts;
     }
 
-    /// The outputs by their names.
-    std::map<std::string, std::string> outputs() const {
-        std::map<std::string, std::string> files;
-        for (const std::string& name : folder_.names()) {
-            if (name == "counts" || name.starts_with("in")) continue;
-            const std::filesystem::path path = folder_.path() / name;
-            if (std::filesystem::is_regular_file(path)) files[name] = read_file(path);
-        }
-        return files;
-    }
+    Outputs outputs() const { return outputs_of(folder_); }
 
     Outcome outcome;
 
@@ -55,58 +55,23 @@ private:
     const std::filesystem::path counts_;
 };
 
-struct Work {
-    const char* name;
-    std::vector<std::string> arguments;
-};
-
-/// For the names of tests.
-void PrintTo(const Work& work, std::ostream* out) { *out << work.name; }
-
-std::vector<Work> works() {
-    return {
-        {"render",
-         {"render", "in/scene.obj", "--backend", "cpu", "--threads", "2", "--size", "16x16",
-          "--out", "out", "--json", "report.json", "--hits", "hits"}},
-        {"crosscheck",
-         {"crosscheck", "builtin:cloth:500", "--backend", "cpu", "--threads", "2", "--size",
-          "16x16", "--frames", "0..1", "--json", "report.json", "--junit", "report.xml"}},
-        {"profile",
-         {"profile", "builtin:cloth:500", "--backend", "cpu", "--threads", "2", "--size", "16x16",
-          "--frames", "0..1", "--repeat", "1", "--json", "report.json", "--csv", "frames.csv"}},
-        {"trace", {"trace", "in/scene.obj", "--rays", "in/rays", "--out", "hits"}}};
-}
-
-/// Whether a file is as large as it should be: that of the run without a fault, or, with times in
-/// it, a whole one of its kind.
-void expect_whole(const std::string& name, const std::string& bytes, const std::string& expected) {
-    if (name.ends_with(".json")) {
-        EXPECT_TRUE(nlohmann::json::accept(bytes)) << name;
-    } else if (name.ends_with(".xml")) {
-        EXPECT_NE(bytes.find("</testsuite"), std::string::npos) << name;
-    } else if (name.ends_with(".csv")) {
-        EXPECT_EQ(std::count(bytes.begin(), bytes.end(), '\n'),
-                  std::count(expected.begin(), expected.end(), '\n'))
-            << name;
-    } else {
-        EXPECT_EQ(bytes, expected) << name;
-    }
-}
-
 /// Runs the work with each `step`-th call of a kind failing.
 void expect_handled(const Work& work, FaultKind kind, int error, const std::set<int>& codes,
                     std::uint64_t step = 1) {
-    const FaultyRun whole(work.arguments);
+    const Injector injector = kind == kVulkan ? Injector::kLayer : Injector::kLibrary;
+    const FaultyRun whole(work.arguments, injector);
     ASSERT_EQ(whole.outcome.code, 0) << whole.outcome.err;
-    const std::map<std::string, std::string> expected = whole.outputs();
-    const std::uint64_t calls = whole.counts().calls[kind];
-    ASSERT_GT(whole.counts().calls[kAllocation], 0u) << "the preloaded library counts nothing";
+    const Outputs expected = whole.outputs();
+    const FaultCounts counts = whole.counts();
+    const std::uint64_t calls = counts.calls[kind];
+    ASSERT_GT(injector == Injector::kLayer ? calls : counts.calls[kAllocation], 0u)
+        << "the library that lets calls fail counts nothing";
     if (std::getenv("MORPHRAY_EVERY_FAULT") != nullptr) step = 1;
     for (std::uint64_t call = 0; call < calls; call += step) {
         const std::string fault = std::string(kFaultNames[kind]) + ":" + std::to_string(call) +
                                   ":" + std::to_string(error);
         SCOPED_TRACE(std::string(work.name) + " " + fault);
-        const FaultyRun faulty(work.arguments, fault);
+        const FaultyRun faulty(work.arguments, injector, fault);
         const Outcome& outcome = faulty.outcome;
         EXPECT_EQ(codes.count(outcome.code), 1u) << outcome.code << ": " << outcome.err;
         if (outcome.code != 0) {
@@ -115,24 +80,17 @@ void expect_handled(const Work& work, FaultKind kind, int error, const std::set<
                         outcome.err.find(": ") != std::string::npos)
                 << outcome.err;
         }
-        const std::map<std::string, std::string> outputs = faulty.outputs();
+        const Outputs outputs = faulty.outputs();
         if (outcome.code == 0) {
             EXPECT_EQ(outputs.size(), expected.size());
         }
-        for (const auto& [name, bytes] : outputs) {
-            const auto known = expected.find(name);
-            if (known == expected.end()) {
-                ADD_FAILURE() << "an unexpected file: " << name;
-                continue;
-            }
-            expect_whole(name, bytes, known->second);
-        }
+        expect_whole(outputs, expected);
     }
 }
 
 class Faults : public ::testing::TestWithParam<Work> {};
 
-INSTANTIATE_TEST_SUITE_P(All, Faults, ::testing::ValuesIn(works()),
+INSTANTIATE_TEST_SUITE_P(All, Faults, ::testing::ValuesIn(works("cpu")),
                          [](const auto& work) { return std::string(work.param.name); });
 
 // Constructors of libraries, before main, end the process by abort() if memory runs out.
@@ -158,6 +116,23 @@ TEST_P(Faults, OfRenaming) { expect_handled(GetParam(), kRename, EIO, {5}); }
 TEST_P(Faults, OfLinking) { expect_handled(GetParam(), kLink, ENOSPC, {5}); }
 
 TEST_P(Faults, OfThreads) { expect_handled(GetParam(), kThread, EAGAIN, {0, 6}); }
+
+#ifdef FAULT_LAYER_FOLDER
+class VulkanFaults : public ::testing::TestWithParam<Work> {};
+
+INSTANTIATE_TEST_SUITE_P(All, VulkanFaults, ::testing::ValuesIn(works("vulkan")),
+                         [](const auto& work) { return std::string(work.param.name); });
+
+TEST_P(VulkanFaults, OfMemory) {
+    for (const int error : {VK_ERROR_OUT_OF_HOST_MEMORY, VK_ERROR_OUT_OF_DEVICE_MEMORY})
+        expect_handled(GetParam(), kVulkan, error, {0, 4, 6}, 61);
+}
+
+TEST_P(VulkanFaults, OfALostDevice) {
+    expect_handled(GetParam(), kVulkan, VK_ERROR_DEVICE_LOST, {0, 7}, 41);
+}
+
+#endif
 
 }  // namespace
 }  // namespace mray::test

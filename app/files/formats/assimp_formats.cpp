@@ -29,7 +29,7 @@ public:
     bool is_over() const { return watch_.ms() >= kMostMs; }
 
 private:
-    const Stopwatch watch_;
+    const Stopwatch watch_{};
 };
 
 /// Reads the bytes of the file alone: files that it names are not opened.

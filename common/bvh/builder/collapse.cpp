@@ -14,13 +14,14 @@ constexpr std::uint32_t kTaskSize = 4096;
 }  // namespace
 
 Collapse::Collapse(std::span<const BinaryNode> nodes, std::span<std::byte> room) : nodes_(nodes) {
+    if (nodes.empty()) return;
     if (nodes.size() * sizeof(Costs) <= room.size()) {
         costs_ = new (room.data()) Costs[nodes.size()];
     } else {
         own_costs_.resize(nodes.size());
         costs_ = own_costs_.data();
     }
-    if (!nodes.empty()) find_costs(0);
+    find_costs(0);
 }
 
 void Collapse::find_costs(std::uint32_t node) {
