@@ -28,7 +28,7 @@ set(may_see_proofs proofs cpu common common/interop)
 # Where a library may be included: the regular expression of the header, then that of the files.
 set(places
     "^hwy/"                     "^((cpu|common/simd|common/bvh|common/scene/formats/gltf)/.*-inl\\.h|tests/cpu/.*)$"
-    "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/gpu|examples)/"
+    "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/(gpu|faults)|examples)/"
     "^(gtest|gmock)/"           "^tests/"
     "^(GLFW/|imgui|backends/)"  "^app/view/window/"
     "^png\\.h$"                 "^(tests/|app/files/png_reader\\.cpp$)"
