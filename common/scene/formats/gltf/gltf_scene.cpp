@@ -21,11 +21,11 @@ constexpr std::uint64_t kMaxTargets = std::uint64_t{1} << 22;
 class SceneReader {
 public:
     SceneReader(const std::filesystem::path& path, const SceneOptions& options)
-        : options_(options), file_(path), accessors_(file_) {}
+        : options_(options), file_(path, budget_), accessors_(file_, budget_) {}
 
     GltfScene run() {
         const std::size_t animation = find_animation(file_, options_.animation);
-        scene_.tree = read_nodes(file_);
+        scene_.tree = read_nodes(file_, budget_);
         materials_ = read_materials(file_, options_);
         read_meshes();
         if (file_.count("animations") > 0) {
@@ -193,6 +193,7 @@ private:
     }
 
     const SceneOptions& options_;
+    ContentBudget budget_;
     GltfFile file_;
     Accessors accessors_;
     Materials materials_;

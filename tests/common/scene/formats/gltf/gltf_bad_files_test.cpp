@@ -314,10 +314,35 @@ TEST(BadGltf, TextThatIsNoGltf) {
               "scene.gltf: JSON has brackets in more than 64 others");
     EXPECT_EQ(gltf_error("{\"a\":" + std::string(1000000, '{')),
               "scene.gltf: byte 7 of its text is not JSON; is it a glTF file?");
-    std::string many = "[0";
-    for (int i = 0; i < 1100000; ++i) many += ",0";
-    EXPECT_EQ(gltf_error(many + "]"),
-              "scene.gltf: JSON has more than 1048576 values; split the scene");
+}
+
+/// `text`, `count` times, with commas.
+std::string list_of(const std::string& text, std::size_t count) {
+    std::string list = text;
+    for (std::size_t i = 1; i < count; ++i) list += "," + text;
+    return list;
+}
+
+TEST(BadGltf, JsonThatTakesMuchMoreMemoryThanItsText) {
+    const std::string expected =
+        "scene.gltf: JSON has values that take more than 56 MiB; split the scene";
+    for (const char* const value : {"0", "{}", "[]", "[0]", R"({"":0})", R"("")"})
+        EXPECT_EQ(gltf_error("[" + list_of(value, 2000000) + "]"), expected) << value;
+    // A buffer may be as large as the file.
+    const std::string data = R"({"asset": {"version": "3.0"}, "buffers": [{"uri": "data:,)";
+    EXPECT_EQ(gltf_error(data + std::string(60000000, 'a') + "\"}]}"),
+              "scene.gltf: asset.version: is \"3.0\"; only glTF 2.0 is read, convert the file");
+    EXPECT_EQ(gltf_error("[\"" + std::string(60000000, 'a') + "\"]"), expected);
+}
+
+TEST(BadGltf, NodesThatTakeMuchMoreMemoryThanTheirText) {
+    Json json = triangle_file().json;
+    json["nodes"] = "NODES";
+    std::string text = json.dump();
+    text.replace(text.find("\"NODES\""), 7, "[" + list_of("{}", 400000) + "]");
+    EXPECT_EQ(gltf_error(text),
+              "scene.gltf: nodes: has 400000 nodes, too many for the memory that JSON leaves; "
+              "split the scene");
 }
 
 TEST(BadGltf, ManyAccessorsOfTheSameBytesAskForNoMoreMemory) {
@@ -333,7 +358,7 @@ TEST(BadGltf, ManyAccessorsOfTheSameBytesAskForNoMoreMemory) {
     builder.add("meshes", {{"primitives", primitives}});
     builder.add("nodes", {{"mesh", 0}});
     EXPECT_NE(gltf_error(builder.glb(), {}, "a.glb")
-                  .find("all accessors together have more than 16 times the bytes of the file"),
+                  .find("all accessors together take more than 16 times the bytes of the buffers"),
               std::string::npos);
 }
 
