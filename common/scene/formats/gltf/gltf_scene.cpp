@@ -123,10 +123,11 @@ private:
             targets += mesh.sets.size() * mesh.target_count;
             if (triangles <= kMaxTriangles && vertices <= kMaxVertices && targets <= kMaxTargets)
                 continue;
-            throw Error(ErrorKind::kLimit,
-                        fmt::format("{}: more than 2^28 triangles or 2^22 morph targets with all "
-                                    "instances; split the scene",
-                                    file_.name()));
+            file_.element("nodes", index)
+                .at("mesh")
+                .fail(
+                    "all instances have more than 2^28 triangles or 2^22 morph targets; split the "
+                    "scene");
         }
         if (options_.check_size) options_.check_size(triangles, vertices);
     }

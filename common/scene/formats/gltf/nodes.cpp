@@ -11,8 +11,8 @@
 namespace mray::gltf {
 namespace {
 
-// Of a node, of its place in a pose, and of the lists that it is in.
-constexpr std::uint64_t kNodeBytes = sizeof(Node) + sizeof(Affine) + 32;
+// Of a node and of its place in lists. There are poses after the JSON only.
+constexpr std::uint64_t kNodeBytes = sizeof(Node) + 16;
 
 void read_matrix(const JsonAt& at, Node& node) {
     std::array<double, 16> m = {};

@@ -13,7 +13,7 @@ constexpr int kMaxDepth = 64;
 // 8: a value in an array that doubles when it grows, a member of an object, and what they point to.
 constexpr std::uint64_t kValueBytes = 32;
 constexpr std::uint64_t kMemberBytes = 96;
-constexpr std::uint64_t kArrayBytes = 48;
+constexpr std::uint64_t kArrayBytes = 32;
 constexpr std::uint64_t kObjectBytes = 64;
 constexpr std::uint64_t kStringBytes = 48;
 // Texts up to this length lie in the string itself.
