@@ -317,11 +317,8 @@ void SceneImpl::render_plain(const View& view, TracedImage& traced, Image& image
 
 TreeStatistics SceneImpl::tree_statistics() const {
     require_usable();
-    mray::Bvh tree;
-    {
-        const std::scoped_lock lock(mutex_);
-        tracer_->read_tree(tree);
-    }
+    const std::scoped_lock lock(mutex_);
+    const mray::Bvh& tree = updater_->tree();
     const mray::BvhStats stats = mray::bvh_stats(tree);
     return {stats.sah_cost, stats.node_count, stats.leaf_count,
             stats.depth,    stats.bytes,      mray::bvh_hash(tree)};
@@ -329,11 +326,8 @@ TreeStatistics SceneImpl::tree_statistics() const {
 
 std::vector<Box> SceneImpl::tree_boxes(std::uint32_t depth) const {
     require_usable();
-    mray::Bvh tree;
-    {
-        const std::scoped_lock lock(mutex_);
-        tracer_->read_tree(tree);
-    }
+    const std::scoped_lock lock(mutex_);
+    const mray::Bvh& tree = updater_->tree();
     std::vector<Box> boxes;
     for (const mray::Box& box : mray::boxes_at_depth(tree, depth)) {
         const mray::vec3 lower = pose_.space().to_world(box.lower);

@@ -8,6 +8,7 @@
 
 #include "app/files/ray_bundle.h"
 #include "common/base/errors.h"
+#include "common/scene/formats/gltf/gltf_clip.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {
@@ -49,6 +50,10 @@ bool updates_by_times(const Options& o) {
 bool has_scene(const Options& o) { return !o.scene.empty(); }
 bool has_no_bounds(const Options& o) { return !o.bounds; }
 bool has_no_scene(const Options& o) { return o.scene.empty(); }
+/// Whether frames of the scene are at times, or some are chosen by their time.
+bool has_seconds(const Options& o) {
+    return !o.time.empty() || (has_gltf_name(o.scene) && o.cache.empty());
+}
 bool describes_trees(const Options& o) { return o.tree_facts; }
 bool is_no_bundle(const Options& o) { return !is_bundle_name(o.scene); }
 
@@ -78,6 +83,10 @@ const Rule kRules[] = {
      {"--index"},
      has_no_bounds,
      "the bounds are given, so that no index is read; leave out one of them"},
+    {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kInfo},
+     {"--fps"},
+     has_seconds,
+     "only glTF files have seconds; choose frames of other scenes by --time, or leave it out"},
     {{kInfo}, {"--formats"}, has_no_scene, "is about the program; leave the scene out"},
     {{kInfo}, {"--threads"}, describes_trees, "only --bvh builds trees"},
     {{kProbe},

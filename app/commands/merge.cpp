@@ -2,7 +2,7 @@
 #include "app/commands/commands.h"
 #include "app/commands/merge/merge_parts.h"
 #include "app/commands/merge/video.h"
-#include "app/commands/render/frame_tasks.h"
+#include "app/farm/frame_tasks.h"
 #include "app/files/png_reader.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/output_file.h"

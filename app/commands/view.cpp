@@ -1,8 +1,8 @@
 // morphray view: a window that shows a scene move.
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
-#include "app/commands/render/render_command.h"
 #include "app/frames.h"
+#include "app/render_command.h"
 #include "app/view/window/viewer.h"
 #include "common/base/output_file.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/cli/options.h"
-#include "app/commands/render/frame_tasks.h"
+#include "app/farm/frame_tasks.h"
 #include "app/farm/part.h"
 #include "common/image/png.h"
 

@@ -9,7 +9,7 @@
 
 #include "app/cli/exit_code.h"
 #include "app/cli/options.h"
-#include "app/commands/render/frame_tasks.h"
+#include "app/farm/frame_tasks.h"
 #include "app/farm/part.h"
 #include "common/scene/clip.h"
 

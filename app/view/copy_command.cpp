@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "app/commands/render/render_command.h"
+#include "app/render_command.h"
 #include "common/process/shell_text.h"
 
 namespace mray::app {

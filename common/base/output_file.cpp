@@ -2,13 +2,11 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <climits>
-#include <ctime>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -17,6 +15,7 @@
 #include "common/base/errors.h"
 #include "common/base/file_descriptor.h"
 #include "common/base/temporary_file.h"
+#include "common/base/write_all.h"
 #include "common/text/number_text.h"
 
 namespace mray {
@@ -36,48 +35,6 @@ namespace fs = std::filesystem;
     if (error == ENAMETOOLONG) remedy = "choose a shorter name";
     if (error == EPIPE) remedy = "the reader of the output has ended";
     fail(path, "cannot be written (" + std::generic_category().message(error) + ")", remedy);
-}
-
-/// While it lives, a write past the file size limit or into a closed pipe fails with EFBIG or EPIPE
-/// in this thread instead of ending the process. The kernel sends both signals to the thread that
-/// writes, so the destructor discards those that became pending and then unblocks them.
-class WriteSignalsHeldBack {
-public:
-    WriteSignalsHeldBack() {
-        sigset_t pending;
-        sigpending(&pending);
-        sigemptyset(&ours_);
-        for (const int signal : {SIGXFSZ, SIGPIPE}) {
-            if (!sigismember(&pending, signal)) sigaddset(&ours_, signal);
-        }
-        pthread_sigmask(SIG_BLOCK, &ours_, &before_);
-    }
-    ~WriteSignalsHeldBack() {
-        const int error = errno;
-        const timespec at_once = {};
-        while (sigtimedwait(&ours_, nullptr, &at_once) > 0) {
-        }
-        pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-        errno = error;
-    }
-    WriteSignalsHeldBack(const WriteSignalsHeldBack&) = delete;
-    WriteSignalsHeldBack& operator=(const WriteSignalsHeldBack&) = delete;
-
-private:
-    sigset_t ours_;
-    sigset_t before_;
-};
-
-/// Returns errno, or 0 when all bytes were taken.
-int write_all(int fd, std::span<const std::byte> bytes) {
-    const WriteSignalsHeldBack guard;
-    while (!bytes.empty()) {
-        const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) return errno;
-        bytes = bytes.subspan(static_cast<std::size_t>(written));
-    }
-    return 0;
 }
 
 /// The descriptor that /dev/stdout, /dev/stderr or /dev/fd/N names. A file that the descriptor was

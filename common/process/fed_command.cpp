@@ -10,6 +10,7 @@
 #include <cstdlib>
 
 #include "common/base/file_descriptor.h"
+#include "common/base/write_all.h"
 
 extern char** environ;
 
@@ -39,16 +40,6 @@ pid_t start(const std::vector<std::string>& arguments, int input) {
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     return error == 0 ? process : -1;
-}
-
-bool write_all(int fd, std::span<const std::byte> bytes) {
-    while (!bytes.empty()) {
-        const ssize_t count = ::write(fd, bytes.data(), bytes.size());
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return false;
-        bytes = bytes.subspan(static_cast<std::size_t>(count));
-    }
-    return true;
 }
 
 int wait_for(pid_t process) {
@@ -82,7 +73,7 @@ std::optional<int> run_fed(const std::vector<std::string>& arguments,
     input.close();
     if (process < 0) return std::nullopt;
     try {
-        write([&](std::span<const std::byte> bytes) { return write_all(output.fd(), bytes); });
+        write([&](std::span<const std::byte> bytes) { return write_all(output.fd(), bytes) == 0; });
     } catch (...) {
         ::kill(process, SIGKILL);
         wait_for(process);

@@ -16,7 +16,7 @@ bool is_on_path(const std::string& program);
 using Feed = std::function<bool(std::span<const std::byte>)>;
 
 /// Runs a program of the PATH with its arguments, without a shell, and waits for it. Its standard
-/// input is what `write` gives to its argument; its output is not shown. SIGPIPE must be ignored.
+/// input is what `write` gives to its argument; its output is not shown.
 /// Returns its exit status, or -1 if a signal ended it; nothing if it cannot be started. If `write`
 /// throws, ends the program and throws that.
 std::optional<int> run_fed(const std::vector<std::string>& arguments,

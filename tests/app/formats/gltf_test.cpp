@@ -93,6 +93,9 @@ TEST(GltfProgram, TimesOfOtherScenesNeedFps) {
     EXPECT_NE(without.err.find("--time: the scene has frames, but no seconds; give --fps, too"),
               std::string::npos);
     EXPECT_EQ(trace(scene, 10, {"--time", "0.5", "--fps", "2"}).substr(0, 4), "H 1 ");
+    const Outcome no_time = run({"info", scene, "--fps", "2"});
+    EXPECT_EQ(no_time.code, 2);
+    EXPECT_NE(no_time.err.find("--fps: only glTF files have seconds"), std::string::npos);
     const Outcome both = run({"info", scene, "--time", "0.5", "--frame", "1"});
     EXPECT_EQ(both.code, 2);
     EXPECT_NE(both.err.find("both choose frames"), std::string::npos) << both.err;

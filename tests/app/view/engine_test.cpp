@@ -9,7 +9,7 @@
 
 #include "app/cli/command_line.h"
 #include "app/clip_scene.h"
-#include "app/commands/render/render_command.h"
+#include "app/render_command.h"
 #include "app/view/view_state.h"
 #include "common/base/errors.h"
 #include "common/scene/scene_source.h"

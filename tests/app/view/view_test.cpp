@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "app/cli/command_line.h"
-#include "app/commands/render/render_command.h"
+#include "app/render_command.h"
 #include "app/view/box_lines.h"
 #include "app/view/camera.h"
 #include "app/view/copy_command.h"

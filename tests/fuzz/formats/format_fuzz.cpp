@@ -1,10 +1,12 @@
 // format_fuzz [--seed N] [--cases N] [--out DIR] FILE...: reads the files of a corpus (meshes,
-// point caches), and N files made of them by changes. A reading must end with a clip that keeps its
-// promises, or with an error about the file. Prints the seed of a case that does not, and writes
-// its file to DIR. Exit codes: 0 all good, 1 a failure, 2 usage.
+// glTF, point caches), and N files made of them by changes. A reading must end with a clip that
+// keeps its promises, or with an error about the file. Prints the seed of a case that does not, and
+// writes its file to DIR; after a crash it lies in the temporary folder. Exit codes: 0 all good, 1
+// a failure, 2 usage. `./fuzz formats` builds and runs it.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <exception>
 #include <filesystem>
 #include <optional>
@@ -23,6 +25,10 @@ namespace {
 
 /// A file may claim 4 GiB, and must not get them.
 constexpr rlim_t kMostMemory = rlim_t{3} << 30;
+// A file of a few bytes may have many instances.
+constexpr std::uint64_t kMostTriangles = 1 << 16;
+// Places in time at which a clip is looked at.
+constexpr int kSteps = 16;
 
 struct CorpusFile {
     std::string name;
@@ -65,11 +71,47 @@ bool is_cache(const CorpusFile& file) {
     return file.extension == ".pc2" || file.extension == ".mdd";
 }
 
+/// Positions that are out of bounds; empty if none are.
+std::string beyond_bounds(const Clip& clip, double frame, const std::vector<vec3>& positions) {
+    const WorldBounds bounds = clip.bounds();
+    for (const vec3& p : positions) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto x = static_cast<double>(p[axis]);
+            if (!(x >= bounds.lower[axis] && x <= bounds.upper[axis]))
+                return fmt::format("frame {}: {} is not in the bounds", frame, x);
+        }
+    }
+    return {};
+}
+
+/// What is wrong with the frames of a clip; empty if nothing is.
+std::string broken_frame(const Clip& clip, bool is_lenient) {
+    std::vector<vec3> positions(clip.topology().vertex_count);
+    const double first = clip.first_frame();
+    for (int step = 0; step <= kSteps; ++step) {
+        const double frame = first + (clip.last_frame() - first) * step / kSteps;
+        if (!clip.usable(frame)) continue;
+        try {
+            clip.positions(frame, positions);
+        } catch (const Error& error) {
+            // Of a vertex that is too far at a time between those that were looked at.
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            continue;
+        }
+        // Lenient clips keep coordinates that are not finite.
+        if (is_lenient) continue;
+        const std::string wrong = beyond_bounds(clip, frame, positions);
+        if (!wrong.empty()) return wrong;
+    }
+    return {};
+}
+
 /// What is wrong with a clip; empty if nothing is.
-std::string broken_promise(const Clip& clip) {
+std::string broken_promise(const Clip& clip, bool is_lenient) {
     const Topology& topology = clip.topology();
     if (topology.albedo.size() != topology.triangles.size()) return "albedo of another size";
-    if (clip.smooth_corners().size() != topology.triangles.size())
+    // Without normals there are none in glTF.
+    if (!clip.smooth_corners().empty() && clip.smooth_corners().size() != topology.triangles.size())
         return "smooth corners of another size";
     for (const uvec3& t : topology.triangles)
         if (std::max({t.x, t.y, t.z}) >= topology.vertex_count) return "index out of range";
@@ -78,10 +120,7 @@ std::string broken_promise(const Clip& clip) {
             std::max<std::size_t>(3 * topology.triangles.size(), topology.vertex_count))
             return "number of a smooth corner out of range";
     if (!(clip.first_frame() <= clip.last_frame())) return "frames out of order";
-    std::vector<vec3> positions(topology.vertex_count);
-    for (const double frame : {clip.first_frame(), clip.last_frame()})
-        if (clip.usable(frame)) clip.positions(frame, positions);
-    return {};
+    return broken_frame(clip, is_lenient);
 }
 
 /// What goes wrong when a file is read; empty for a good clip and for an error about the file.
@@ -92,10 +131,16 @@ std::string failure_of(const test::TemporaryFolder& folder, const CorpusFile& fi
     const std::string path = folder.write("case" + file.extension, bytes).native();
     SceneOptions options{.lenient = is_lenient};
     if (is_cache(file)) options.cache = path;
+    bool is_too_large = false;
+    options.check_size = [&](std::uint64_t triangles, std::uint64_t vertices) {
+        is_too_large = triangles + vertices > kMostTriangles;
+        if (is_too_large) throw Error(ErrorKind::kLimit, "too large");
+    };
     try {
-        return broken_promise(
-            *open_scene(is_cache(file) ? folder.file("mesh.ply") : path, options));
+        return broken_promise(*open_scene(is_cache(file) ? folder.file("mesh.ply") : path, options),
+                              is_lenient);
     } catch (const Error& error) {
+        if (is_too_large) return {};
         const std::string_view message = error.what();
         if (error.kind() != ErrorKind::kBadInput && error.kind() != ErrorKind::kLimit)
             return fmt::format("error of another kind: {}", message);

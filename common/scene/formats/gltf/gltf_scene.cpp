@@ -21,11 +21,11 @@ constexpr std::uint64_t kMaxTargets = std::uint64_t{1} << 22;
 class SceneReader {
 public:
     SceneReader(const std::filesystem::path& path, const SceneOptions& options)
-        : options_(options), file_(path), accessors_(file_) {}
+        : options_(options), file_(path, budget_), accessors_(file_, budget_) {}
 
     GltfScene run() {
         const std::size_t animation = find_animation(file_, options_.animation);
-        scene_.tree = read_nodes(file_);
+        scene_.tree = read_nodes(file_, budget_);
         materials_ = read_materials(file_, options_);
         read_meshes();
         if (file_.count("animations") > 0) {
@@ -123,10 +123,11 @@ private:
             targets += mesh.sets.size() * mesh.target_count;
             if (triangles <= kMaxTriangles && vertices <= kMaxVertices && targets <= kMaxTargets)
                 continue;
-            throw Error(ErrorKind::kLimit,
-                        fmt::format("{}: more than 2^28 triangles or 2^22 morph targets with all "
-                                    "instances; split the scene",
-                                    file_.name()));
+            file_.element("nodes", index)
+                .at("mesh")
+                .fail(
+                    "all instances have more than 2^28 triangles or 2^22 morph targets; split the "
+                    "scene");
         }
         if (options_.check_size) options_.check_size(triangles, vertices);
     }
@@ -193,6 +194,7 @@ private:
     }
 
     const SceneOptions& options_;
+    ContentBudget budget_;
     GltfFile file_;
     Accessors accessors_;
     Materials materials_;

@@ -42,7 +42,7 @@ struct GltfScene {
 };
 
 /// Reads the scene that options.animation moves. Throws Error: kBadInput with the place in the
-/// JSON, kBadArgument for another animation, kLimit above 2^28 triangles.
+/// JSON, kBadArgument for another animation, kLimit for a mesh above 2^28 triangles.
 GltfScene read_gltf_scene(const std::filesystem::path& path, const SceneOptions& options);
 
 }  // namespace mray::gltf

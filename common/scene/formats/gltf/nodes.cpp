@@ -11,6 +11,9 @@
 namespace mray::gltf {
 namespace {
 
+// Of a node and of its place in lists. There are poses after the JSON only.
+constexpr std::uint64_t kNodeBytes = sizeof(Node) + 16;
+
 void read_matrix(const JsonAt& at, Node& node) {
     std::array<double, 16> m = {};
     at.numbers(m);
@@ -112,9 +115,13 @@ std::vector<std::uint32_t> scene_of(const GltfFile& file, const std::vector<Node
 
 }  // namespace
 
-NodeTree read_nodes(const GltfFile& file) {
+NodeTree read_nodes(const GltfFile& file, ContentBudget& budget) {
     NodeTree tree;
     const std::size_t count = file.count("nodes");
+    if (!budget.take(count * kNodeBytes)) {
+        file.root().at("nodes").fail(fmt::format(
+            "has {} nodes, too many for the memory that JSON leaves; split the scene", count));
+    }
     tree.nodes.reserve(count);
     for (std::size_t i = 0; i < count; ++i)
         tree.nodes.push_back(read_node(file.element("nodes", i), file));

@@ -34,7 +34,8 @@ struct NodeTree {
 };
 
 /// Throws Error(kBadInput) for indices out of range, a node with two parents, one that is its own
-/// ancestor, a matrix beside other transformations, and numbers that are not a transformation.
-NodeTree read_nodes(const GltfFile& file);
+/// ancestor, a matrix beside other transformations, numbers that are not a transformation, and more
+/// nodes than the budget has memory for.
+NodeTree read_nodes(const GltfFile& file, ContentBudget& budget);
 
 }  // namespace mray::gltf

@@ -15,8 +15,6 @@
 namespace mray::gltf {
 namespace {
 
-constexpr std::uint64_t kBudgetPerByte = 16;
-constexpr std::uint64_t kLeastBudget = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMaxElements = 0xFFFFFFFEu;
 
 std::size_t size_of(Component component) {
@@ -146,10 +144,8 @@ void require(const Accessor& accessor, const Wanted& wanted) {
 
 }  // namespace
 
-Accessors::Accessors(const GltfFile& file)
-    : file_(file),
-      view_count_(file.count("bufferViews")),
-      budget_(kBudgetPerByte * file.total_bytes() + kLeastBudget) {}
+Accessors::Accessors(const GltfFile& file, ContentBudget& budget)
+    : file_(file), view_count_(file.count("bufferViews")), budget_(budget) {}
 
 PackedArray Accessors::packed(const JsonAt& owner, std::size_t view_index, std::uint64_t offset,
                               Component component, std::size_t width, std::size_t count,
@@ -201,11 +197,10 @@ Accessor Accessors::open(const JsonAt& reference) const {
     if (const auto view = at.index_or_none("bufferView", view_count_, "buffer views")) {
         accessor.base = packed(at, *view, at.count_or("byteOffset", 0), component, accessor.width,
                                accessor.count, true);
-    } else if (count > file_.total_bytes()) {
+    } else if (count > file_.buffer_bytes()) {
         at.at("count").fail(
-            fmt::format("is {}, but the accessor has no bufferView and the file "
-                        "{} bytes",
-                        count, file_.total_bytes()));
+            fmt::format("is {}, but the accessor has no bufferView, and all buffers have {} bytes",
+                        count, file_.buffer_bytes()));
     }
     if (const auto sparse = at.find("sparse")) open_sparse(*sparse, component, accessor);
     return accessor;
@@ -231,12 +226,8 @@ void Accessors::open_sparse(const JsonAt& sparse, Component component, Accessor&
 }
 
 void Accessors::take(const Accessor& accessor, std::uint64_t bytes) {
-    if (bytes > budget_) {
-        accessor.at.fail(
-            fmt::format("all accessors together have more than {} times the bytes of the file",
-                        kBudgetPerByte));
-    }
-    budget_ -= bytes;
+    if (budget_.take(bytes)) return;
+    accessor.at.fail("all accessors together take more than 16 times the bytes of the buffers");
 }
 
 std::vector<std::uint32_t> Accessors::sparse_indices(const Accessor& accessor) {

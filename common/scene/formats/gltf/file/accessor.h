@@ -60,15 +60,17 @@ struct Wanted {
     enum class Integers { kNone, kNormalized, kAny } integers = Integers::kNone;
 };
 
-/// Reads accessors. All together may be 16 times the bytes of the file and its buffers, and 64 MiB,
-/// so that a few bytes of JSON cannot ask for more memory than there is.
+/// Reads accessors. All together may take what the budget has, 16 times the bytes of the buffers
+/// and what JSON leaves of 56 MiB, so that a few bytes of JSON cannot ask for more memory than
+/// there is.
 ///
 /// Every function throws Error(kBadInput) with the place of the member that is wrong: an index, an
 /// offset, a stride or a count out of range or not aligned, a type that is not wanted, an accessor
-/// without a buffer view that has more elements than the file has bytes.
+/// without a buffer view that has more elements than all buffers have bytes.
 class Accessors {
 public:
-    explicit Accessors(const GltfFile& file);
+    /// Keeps the references.
+    Accessors(const GltfFile& file, ContentBudget& budget);
 
     /// `reference` is the member that has the index of the accessor.
     Accessor open(const JsonAt& reference) const;
@@ -91,7 +93,7 @@ private:
 
     const GltfFile& file_;
     std::size_t view_count_;
-    std::uint64_t budget_;
+    ContentBudget& budget_;
 };
 
 }  // namespace mray::gltf

@@ -10,17 +10,24 @@
 #include "common/text/message_text.h"
 
 namespace mray::gltf {
+namespace {
 
-GltfFile::GltfFile(const std::filesystem::path& path) : path_(path), name_(shown(path)) {
+// Of content for each byte of a buffer.
+constexpr std::uint64_t kBudgetPerByte = 16;
+
+}  // namespace
+
+GltfFile::GltfFile(const std::filesystem::path& path, ContentBudget& budget)
+    : path_(path), name_(shown(path)) {
     bytes_ = read_input_file(path);
-    total_bytes_ = bytes_.size();
     std::string_view binary;
     if (is_glb(bytes_)) {
         const Glb glb = split_glb(bytes_, name_);
-        json_ = parse_json(glb.json, name_);
+        json_ = parse_json(glb.json, name_, budget);
         binary = glb.binary;
+        buffer_bytes_ = binary.size();
     } else {
-        json_ = parse_json(bytes_, name_);
+        json_ = parse_json(bytes_, name_, budget);
         bytes_ = {};
     }
     require_version();
@@ -28,6 +35,7 @@ GltfFile::GltfFile(const std::filesystem::path& path) : path_(path), name_(shown
     read_buffers(binary, binary.data() == nullptr
                              ? 0
                              : static_cast<std::uint64_t>(binary.data() - bytes_.data()));
+    budget.add(kBudgetPerByte * buffer_bytes_);
 }
 
 std::size_t GltfFile::count(const char* key) const {
@@ -89,6 +97,7 @@ Buffer GltfFile::read_buffer(const JsonAt& buffer, std::size_t index, std::strin
         return {binary_chunk, path_, chunk_offset};
     }
     if (std::optional<std::string> data = data_of_uri(*uri)) {
+        buffer_bytes_ += data->size();
         return {data_.emplace(index, std::move(*data)).first->second};
     }
     const std::filesystem::path file = file_of_uri(*uri, path_);
@@ -100,7 +109,7 @@ Buffer GltfFile::read_buffer(const JsonAt& buffer, std::size_t index, std::strin
             if (error.kind() != ErrorKind::kBadInput) throw;
             uri->fail(error.what());
         }
-        total_bytes_ += content->second.size();
+        buffer_bytes_ += content->second.size();
     }
     return {content->second, file};
 }

@@ -26,10 +26,12 @@ struct Buffer {
 /// and from files in its folder.
 class GltfFile {
 public:
+    /// Takes from the budget what the JSON takes, and adds 16 times the bytes of the buffers.
+    ///
     /// Throws Error: kBadInput with the place in the JSON (other versions, extensions that are
     /// required and unknown, buffers that are missing, outside of the folder or shorter than they
     /// say), kLimit for a file of more than 4 GiB.
-    explicit GltfFile(const std::filesystem::path& path);
+    GltfFile(const std::filesystem::path& path, ContentBudget& budget);
     GltfFile(const GltfFile&) = delete;
     GltfFile& operator=(const GltfFile&) = delete;
 
@@ -43,8 +45,8 @@ public:
     JsonAt element(const char* key, std::size_t index) const;
 
     std::span<const Buffer> buffers() const { return buffers_; }
-    /// The size of the file and of all that it names.
-    std::uint64_t total_bytes() const { return total_bytes_; }
+    /// Of all buffers, those that share a file counted once.
+    std::uint64_t buffer_bytes() const { return buffer_bytes_; }
     bool uses_extension(std::string_view extension) const;
 
 private:
@@ -64,7 +66,7 @@ private:
     /// Contents of data: URIs by the indices of buffers.
     std::map<std::size_t, std::string> data_;
     std::vector<Buffer> buffers_;
-    std::uint64_t total_bytes_ = 0;
+    std::uint64_t buffer_bytes_ = 0;
 };
 
 /// The extension that allows positions and directions of 8 and 16 bits.

@@ -9,7 +9,16 @@ namespace mray::gltf {
 namespace {
 
 constexpr int kMaxDepth = 64;
-constexpr std::uint64_t kMaxValues = std::uint64_t{1} << 20;
+// What values of JsonTree take on a heap whose blocks are multiples of 16 bytes, with a header of
+// 8: a value in an array that doubles when it grows, a member of an object, and what they point to.
+constexpr std::uint64_t kValueBytes = 32;
+constexpr std::uint64_t kMemberBytes = 96;
+constexpr std::uint64_t kArrayBytes = 32;
+constexpr std::uint64_t kObjectBytes = 64;
+constexpr std::uint64_t kStringBytes = 48;
+// Texts up to this length lie in the string itself.
+constexpr std::size_t kShortText = 15;
+constexpr std::uint64_t kBlockBytes = 32;
 // Doubles hold all whole numbers up to this one.
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 53;
 
@@ -20,18 +29,27 @@ constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 53;
 /// Goes through a text without keeping it, and refuses what parse_json() refuses.
 class LimitCheck : public JsonTree::json_sax_t {
 public:
-    explicit LimitCheck(const std::string& file) : file_(file) {}
+    LimitCheck(const std::string& file, ContentBudget& budget) : file_(file), budget_(budget) {}
 
-    bool null() override { return count(); }
-    bool boolean(bool) override { return count(); }
-    bool number_integer(JsonTree::number_integer_t) override { return count(); }
-    bool number_unsigned(JsonTree::number_unsigned_t) override { return count(); }
-    bool number_float(JsonTree::number_float_t, const std::string&) override { return count(); }
-    bool string(std::string&) override { return count(); }
-    bool binary(JsonTree::binary_t&) override { return count(); }
-    bool key(std::string&) override { return true; }
-    bool start_object(std::size_t) override { return enter(); }
-    bool start_array(std::size_t) override { return enter(); }
+    bool null() override { return take(kValueBytes); }
+    bool boolean(bool) override { return take(kValueBytes); }
+    bool number_integer(JsonTree::number_integer_t) override { return take(kValueBytes); }
+    bool number_unsigned(JsonTree::number_unsigned_t) override { return take(kValueBytes); }
+    bool number_float(JsonTree::number_float_t, const std::string&) override {
+        return take(kValueBytes);
+    }
+    // The bytes of a data: URI are those of a buffer, of which the file has as many.
+    bool string(std::string& text) override {
+        return take(kValueBytes + kStringBytes +
+                    (text.starts_with("data:") ? kBlockBytes : heap_bytes(text)));
+    }
+    bool binary(JsonTree::binary_t&) override { return take(kValueBytes); }
+    // The value is in the member.
+    bool key(std::string& text) override {
+        return take(kMemberBytes - kValueBytes + heap_bytes(text));
+    }
+    bool start_object(std::size_t) override { return enter(kObjectBytes); }
+    bool start_array(std::size_t) override { return enter(kArrayBytes); }
     bool end_object() override { return leave(); }
     bool end_array() override { return leave(); }
     bool parse_error(std::size_t byte, const std::string&,
@@ -42,14 +60,18 @@ public:
     }
 
 private:
-    bool count() {
-        if (++values_ <= kMaxValues) return true;
-        refuse(file_, fmt::format("JSON has more than {} values; split the scene", kMaxValues));
+    static std::uint64_t heap_bytes(const std::string& text) {
+        return text.size() <= kShortText ? 0 : text.size() + kBlockBytes;
     }
-    bool enter() {
+    bool take(std::uint64_t bytes) {
+        if (budget_.take(bytes)) return true;
+        refuse(file_, fmt::format("JSON has values that take more than {} MiB; split the scene",
+                                  ContentBudget::kLeastBytes >> 20));
+    }
+    bool enter(std::uint64_t bytes) {
         if (++depth_ > kMaxDepth)
             refuse(file_, fmt::format("JSON has brackets in more than {} others", kMaxDepth));
-        return count();
+        return take(kValueBytes + bytes);
     }
     bool leave() {
         --depth_;
@@ -57,7 +79,7 @@ private:
     }
 
     const std::string& file_;
-    std::uint64_t values_ = 0;
+    ContentBudget& budget_;
     int depth_ = 0;
 };
 
@@ -65,8 +87,8 @@ private:
 
 // The parser's own callback takes quadratic time in arrays of objects, so the limits are checked in
 // a pass of their own.
-JsonTree parse_json(std::string_view text, const std::string& file) {
-    LimitCheck check(file);
+JsonTree parse_json(std::string_view text, const std::string& file, ContentBudget& budget) {
+    LimitCheck check(file, budget);
     JsonTree::sax_parse(text.begin(), text.end(), &check);
     return JsonTree::parse(text.begin(), text.end());
 }

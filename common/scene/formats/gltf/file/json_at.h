@@ -8,14 +8,15 @@
 #include <string_view>
 
 #include "common/base/errors.h"
+#include "common/scene/formats/gltf/file/content_budget.h"
 #include "common/text/json.h"
 
 namespace mray::gltf {
 
 /// Parses the JSON text of a file, whose name in messages is `file`. Throws Error(kBadInput) with
-/// the byte for a text that is not JSON, for brackets in more than 64 others, and for more than
-/// 2^20 values: a tree of JSON takes some hundred bytes a value.
-JsonTree parse_json(std::string_view text, const std::string& file);
+/// the byte for a text that is not JSON, for brackets in more than 64 others, and for values that
+/// take more than the budget: some hundred bytes each, data: URIs as much as any short text.
+JsonTree parse_json(std::string_view text, const std::string& file, ContentBudget& budget);
 
 /// Every member function throws Error(kBadInput), "file: place: what is wrong", for a value of
 /// another type. Both arguments of the constructor must outlive it.

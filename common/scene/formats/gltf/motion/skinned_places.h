@@ -21,8 +21,10 @@ struct SkinnedVertices {
     std::size_t per_vertex;
     const std::uint16_t* joints;
     const float* weights;
-    /// x, y, z of each.
-    const double* positions;
+    /// Of each, unless there are morphed ones.
+    const vec3* positions;
+    /// x, y, z of each after morph targets; null without these.
+    const double* morphed;
     std::size_t count;
 };
 

@@ -30,17 +30,20 @@ using Scratch = std::array<double, 3 * kBlockSize>;
 /// Adds `weight` times the displacements of vertices [begin, end) to their positions.
 void add_target(const MorphTarget& target, double weight, std::size_t begin, std::size_t end,
                 Scratch& positions) {
+    if (target.vertices.empty()) {
+        if (begin >= target.deltas.size()) return;
+        const float* const deltas = &target.deltas[begin].x;
+        const std::size_t count = 3 * (std::min(end, target.deltas.size()) - begin);
+        for (std::size_t i = 0; i < count; ++i)
+            positions[i] += weight * static_cast<double>(deltas[i]);
+        return;
+    }
     const auto add = [&](std::size_t vertex, const vec3& delta) {
         double* const p = &positions[3 * (vertex - begin)];
         p[0] += weight * static_cast<double>(delta.x);
         p[1] += weight * static_cast<double>(delta.y);
         p[2] += weight * static_cast<double>(delta.z);
     };
-    if (target.vertices.empty()) {
-        for (std::size_t i = begin; i < std::min(end, target.deltas.size()); ++i)
-            add(i, target.deltas[i]);
-        return;
-    }
     const auto first = std::lower_bound(target.vertices.begin(), target.vertices.end(), begin);
     for (auto vertex = first; vertex != target.vertices.end() && *vertex < end; ++vertex)
         add(*vertex, target.deltas[static_cast<std::size_t>(vertex - target.vertices.begin())]);
@@ -48,12 +51,9 @@ void add_target(const MorphTarget& target, double weight, std::size_t begin, std
 
 void morph(const VertexSet& set, std::span<const double> weights, std::size_t begin,
            std::size_t end, Scratch& positions) {
-    for (std::size_t i = begin; i < end; ++i) {
-        double* const p = &positions[3 * (i - begin)];
-        p[0] = static_cast<double>(set.positions[i].x);
-        p[1] = static_cast<double>(set.positions[i].y);
-        p[2] = static_cast<double>(set.positions[i].z);
-    }
+    const float* const still = &set.positions[begin].x;
+    for (std::size_t i = 0; i < 3 * (end - begin); ++i)
+        positions[i] = static_cast<double>(still[i]);
     for (std::size_t k = 0; k < set.targets.size(); ++k)
         if (weights[k] != 0) add_target(set.targets[k], weights[k], begin, end, positions);
 }
@@ -101,7 +101,9 @@ std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
         const Block& block = blocks_[index];
         const Part& part = scene_.parts[block.part];
         Scratch positions;
-        morph(*part.set, pose.weights[block.part], block.begin, block.end, positions);
+        const bool is_morphed = !part.set->targets.empty();
+        if (is_morphed || !part.skin)
+            morph(*part.set, pose.weights[block.part], block.begin, block.end, positions);
         const std::span<vec3> placed =
             out.subspan(part.first_vertex + block.begin, block.end - block.begin);
         if (part.skin) {
@@ -109,7 +111,8 @@ std::size_t Skinning::place(const Pose& pose, std::span<vec3> out) const {
             const std::size_t first = block.begin * influences.per_vertex;
             place_skinned_(
                 {joints.at(*part.skin).data(), influences.per_vertex, &influences.joints[first],
-                 &influences.weights[first], positions.data(), placed.size()},
+                 &influences.weights[first], &part.set->positions[block.begin],
+                 is_morphed ? positions.data() : nullptr, placed.size()},
                 placed.data());
         } else {
             place_rigid(pose.to_world[part.node], positions, placed);

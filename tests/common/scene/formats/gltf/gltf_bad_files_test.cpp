@@ -149,7 +149,7 @@ const std::vector<BadFile> kBadFiles = {
          j["accessors"][0].erase("bufferView");
          j["accessors"][0]["count"] = 4000000000u;
      },
-     "accessors[0].count: is 4000000000, but the accessor has no bufferView and the file"},
+     "accessors[0].count: is 4000000000, but the accessor has no bufferView, and all buffers"},
     {"offset that is not aligned", [](Json& j) { j["accessors"][4]["byteOffset"] = 1; },
      "accessors[4]: begins at byte"},
     {"offset of 2^40", [](Json& j) { j["accessors"][4]["byteOffset"] = kHuge; },
@@ -314,10 +314,36 @@ TEST(BadGltf, TextThatIsNoGltf) {
               "scene.gltf: JSON has brackets in more than 64 others");
     EXPECT_EQ(gltf_error("{\"a\":" + std::string(1000000, '{')),
               "scene.gltf: byte 7 of its text is not JSON; is it a glTF file?");
-    std::string many = "[0";
-    for (int i = 0; i < 1100000; ++i) many += ",0";
-    EXPECT_EQ(gltf_error(many + "]"),
-              "scene.gltf: JSON has more than 1048576 values; split the scene");
+}
+
+/// An array that has `text`, `count` times.
+std::string array_of(const std::string& text, std::size_t count) {
+    std::string array(1, '[');
+    for (std::size_t i = 0; i < count; ++i) array.append(i == 0 ? "" : ",").append(text);
+    return array.append("]");
+}
+
+TEST(BadGltf, JsonThatTakesMuchMoreMemoryThanItsText) {
+    const std::string expected =
+        "scene.gltf: JSON has values that take more than 56 MiB; split the scene";
+    for (const char* const value : {"0", "{}", "[]", "[0]", R"({"":0})", R"("")"})
+        EXPECT_EQ(gltf_error(array_of(value, 2000000)), expected) << value;
+    const std::string many(60000000, 'a');
+    EXPECT_EQ(gltf_error(array_of('"' + many + '"', 1)), expected);
+    // A buffer may be as large as the file.
+    EXPECT_EQ(
+        gltf_error(R"({"asset": {"version": "3.0"}, "buffers": [{"uri": "data:,)" + many + "\"}]}"),
+        "scene.gltf: asset.version: is '3.0'; only glTF 2.0 is read, convert the file");
+}
+
+TEST(BadGltf, NodesThatTakeMuchMoreMemoryThanTheirText) {
+    Json json = triangle_file().json;
+    json["nodes"] = "NODES";
+    std::string text = json.dump();
+    text.replace(text.find("\"NODES\""), 7, array_of("{}", 400000));
+    EXPECT_EQ(gltf_error(text),
+              "scene.gltf: nodes: has 400000 nodes, too many for the memory that JSON leaves; "
+              "split the scene");
 }
 
 TEST(BadGltf, ManyAccessorsOfTheSameBytesAskForNoMoreMemory) {
@@ -333,11 +359,11 @@ TEST(BadGltf, ManyAccessorsOfTheSameBytesAskForNoMoreMemory) {
     builder.add("meshes", {{"primitives", primitives}});
     builder.add("nodes", {{"mesh", 0}});
     EXPECT_NE(gltf_error(builder.glb(), {}, "a.glb")
-                  .find("all accessors together have more than 16 times the bytes of the file"),
+                  .find("all accessors together take more than 16 times the bytes of the buffers"),
               std::string::npos);
 }
 
-TEST(BadGltf, InstancesBeyondAllMemoryAreALimit) {
+TEST(BadGltf, TooManyInstancesAreRefusedWithTheirPlace) {
     GltfBuilder builder;
     std::vector<std::uint32_t> indices(30000);
     const int mesh = builder.add_mesh(
@@ -346,7 +372,12 @@ TEST(BadGltf, InstancesBeyondAllMemoryAreALimit) {
     for (int i = 0; i < 27000; ++i) builder.add("nodes", {{"mesh", mesh}});
     const TemporaryFolder folder;
     const std::string path = folder.write("a.glb", builder.glb());
-    EXPECT_EQ(kind_of([&] { open_scene(path); }), ErrorKind::kLimit);
+    EXPECT_EQ(kind_of([&] { open_scene(path); }), ErrorKind::kBadInput);
+    const std::string error = message_of([&] { open_scene(path); });
+    EXPECT_NE(error.find("a.glb: nodes[26843].mesh: all instances have more than 2^28 triangles or "
+                         "2^22 morph targets; split the scene"),
+              std::string::npos)
+        << error;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "app/commands/render/frame_tasks.h"
+#include "app/farm/frame_tasks.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "app/commands/render/render_command.h"
+#include "app/render_command.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,13 @@
+// Writing to a file descriptor.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+namespace mray {
+
+/// Writes all bytes. Returns 0, or the errno of the write that failed; a write past the file size
+/// limit or into a closed pipe is such a failure, and no signal.
+int write_all(int fd, std::span<const std::byte> bytes);
+
+}  // namespace mray
