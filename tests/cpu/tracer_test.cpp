@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <xmmintrin.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
+#include "tests/support/float_flags.h"
 #include "tests/support/oracle.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
@@ -170,18 +170,15 @@ TEST(ClosedMesh, LetsNoRayOutAtVerticesAndEdges) {
 }
 
 TEST(Arithmetic, RaisesNothingButInexact) {
-    const unsigned before = _mm_getcsr();
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
         const std::vector<Ray> rays = mixed_rays(scene, 1000, 61);
         const cpu::ScalarTracer tracer(bvh);
-        _mm_setcsr(before & ~0x3Fu);
+        clear_float_flags();
         for (const Ray& ray : rays) tracer.intersect(ray);
-        const unsigned flags = _mm_getcsr() & 0x3Fu;
-        EXPECT_EQ(flags & ~0x20u, 0u) << named.name;
+        EXPECT_FALSE(raised_more_than_inexact()) << named.name;
     }
-    _mm_setcsr(before);
 }
 
 /// Every ray kind of an image of the scene, as hashes.
@@ -224,16 +221,14 @@ TEST(Images, AreTheSameForBruteForceTreesThreadsAndSimdTargets) {
 }
 
 TEST(Images, RaiseNothingButInexact) {
-    const unsigned before = _mm_getcsr();
     const TestScene scene = star(3, 5);
     const auto scalar = cpu::make_scalar_backend({1});
     scalar->set_scene(scene.topology(), scene.positions(),
                       build_bvh(scene.topology(), scene.positions()));
-    _mm_setcsr(before & ~0x3Fu);
+    clear_float_flags();
     image_hashes(*scalar, scene);
     // The flags include those of making the parameters in double.
-    EXPECT_EQ(_mm_getcsr() & 0x1Fu, 0u);
-    _mm_setcsr(before);
+    EXPECT_FALSE(raised_more_than_inexact());
 }
 
 TEST(ShadowImage, OfAFloorUnderAPlateIsDarkWhereTheProjectionSays) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/interop/hit_rule.h"
 #include "tests/support/test_scene.h"
@@ -41,6 +42,22 @@ TEST(Constants, AreThePowersOfTwoThatTheirCommentsSay) {
     EXPECT_EQ(kDepthMargin, 0x1p-13f);
     EXPECT_EQ(kSurfaceOffset, 0x1p-16f);
     EXPECT_EQ(kInfiniteT, 0x1p100f);
+}
+
+[[gnu::noinline]] float product_plus(float a, float b, float c) { return a * b + c; }
+[[gnu::noinline]] float minus_product(float a, float b, float c) { return c - a * b; }
+[[gnu::noinline]] float dot(const vec3& a, const vec3& b) { return dot3(a, b); }
+
+// A fused multiply-add keeps 2^-24, the part of the product that rounding drops. Compilers fuse
+// where the machine of the command line has the instruction, as aarch64 has, unless
+// -ffp-contract=off forbids it.
+TEST(Contraction, LeavesEveryProductRounded) {
+    const volatile float a = 0x1.001p0f;
+    const volatile float rounded = 0x1.002p0f;
+    EXPECT_EQ(static_cast<double>(a) * a - static_cast<double>(rounded), 0x1p-24);
+    EXPECT_EQ(product_plus(a, a, -rounded), 0.0f);
+    EXPECT_EQ(minus_product(a, a, rounded), 0.0f);
+    EXPECT_EQ(dot({a, rounded, 0.0f}, {a, -1.0f, 0.0f}), 0.0f);
 }
 
 TEST(Rcp, IsWithinItsBoundForEveryMantissa) {
@@ -107,9 +124,17 @@ TEST(CanonicalDirection, HasItsLargestComponentBetweenOneAndTwo) {
     EXPECT_EQ(canonical_direction({0, 0, 0}), vec3(0, 0, 0));
 }
 
+// 113 bits: x86's long double has 64, aarch64's has them all.
+#ifdef __SIZEOF_FLOAT128__
+using Quad = __float128;
+#else
+using Quad = long double;
+static_assert(std::numeric_limits<Quad>::digits == 113);
+#endif
+
 /// The exact value of a * b - c * d, which 113 bits hold for floats of similar size.
-__float128 exact_difference(float a, float b, float c, float d) {
-    return static_cast<__float128>(a) * b - static_cast<__float128>(c) * d;
+Quad exact_difference(float a, float b, float c, float d) {
+    return static_cast<Quad>(a) * b - static_cast<Quad>(c) * d;
 }
 
 TEST(DifferenceOfProducts, HasTheExactSignAndThreeUlp) {
@@ -126,7 +151,7 @@ TEST(DifferenceOfProducts, HasTheExactSignAndThreeUlp) {
         }
         if (i % 3 == 2) d = std::nextafter(d, 2.0f);
         const float got = difference_of_products(a, b, c, d);
-        const __float128 exact = exact_difference(a, b, c, d);
+        const Quad exact = exact_difference(a, b, c, d);
         EXPECT_EQ(got > 0, exact > 0);
         EXPECT_EQ(got < 0, exact < 0);
         const auto error = static_cast<double>(got - exact);
@@ -145,7 +170,7 @@ TEST(Project, IsAsNearToTheRayAsTheVertexIs) {
         const vec3 p = project(s, vertex);
         const vec3 v = rotate_axes(vertex, s.axis);
         for (int axis = 0; axis < 2; ++axis) {
-            using Real = __float128;
+            using Real = Quad;
             const Real a = static_cast<Real>(v[axis]) - s.org[axis];
             const Real z = static_cast<Real>(v.z) - s.org.z;
             const auto exact = static_cast<double>(a * s.dir.z - s.dir[axis] * z);
