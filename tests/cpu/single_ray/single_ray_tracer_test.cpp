@@ -1,8 +1,8 @@
 #include "cpu/single_ray/single_ray_tracer.h"
 
 #include <gtest/gtest.h>
-#include <xmmintrin.h>
 
+#include <cfenv>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -188,7 +188,6 @@ TEST(SingleRayTracer, HasRoomForTheDeepestTree) {
 
 // The filter of leaves may underflow; that decides nothing (cpu/single_ray/leaf_lanes-inl.h).
 TEST(SingleRayTracer, RaisesNothingInvalidAndNoOverflow) {
-    const unsigned before = _mm_getcsr();
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
@@ -197,18 +196,18 @@ TEST(SingleRayTracer, RaisesNothingInvalidAndNoOverflow) {
         std::vector<std::uint8_t> occluded(rays.size());
         for (const SimdTarget& target : supported_simd_targets()) {
             const cpu::SingleRayTracer tracer(bvh, target);
-            _mm_setcsr(before & ~0x3Fu);
+            std::feclearexcept(FE_ALL_EXCEPT);
             tracer.intersect(rays, hits);
             tracer.occluded(rays, occluded);
             for (const Ray& ray : rays) {
                 tracer.intersect({&ray, 1}, {hits.data(), 1});
                 tracer.occluded({&ray, 1}, {occluded.data(), 1});
             }
-            EXPECT_EQ(_mm_getcsr() & (_MM_EXCEPT_INVALID | _MM_EXCEPT_OVERFLOW), 0u)
+            EXPECT_EQ(std::fetestexcept(FE_INVALID | FE_OVERFLOW), 0)
                 << named.name << ", " << target.name;
         }
     }
-    _mm_setcsr(before);
+    std::feclearexcept(FE_ALL_EXCEPT);
 }
 
 }  // namespace
