@@ -1,9 +1,8 @@
-# 1/z of a triangle in a packet against that of the rule's hit.
+# 1/z of a triangle in a packet of a device against that of the rule's hit (CPU: packet_slant.g).
 #
 #   bounds       |1/z of the rule - q| <= c0 + q (c1 + q c2), q = n.(X, Y, 1) / det as computed
-#   code         find_depth, store_depth (cpu/packet/triangle_setup-inl.h), narrow (cpu/packet/depth_bounds-inl.h),
-#                nearest_q (cpu/packet/packet_frame-inl.h); set_up_depth (shaders/packet/triangle_setup.glsl), rule_depth
-#                (shaders/packet/depth_bounds.glsl), nearest_q (shaders/packet/packet.glsl)
+#   code         set_up_depth (shaders/packet/triangle_setup.glsl), rule_depth (shaders/packet/depth_bounds.glsl),
+#                nearest_q (shaders/packet/packet.glsl, cpu/packet/packet_frame-inl.h)
 #   constants    kSteepError, kPlaneError (of c1, by gradient), kGradientRounding (c0, by gradient),
 #                kReciprocalRounding (c1), kRuleDepthFactor, kRuleExtentError, kNarrowDepth (by_q,
 #                by_q2), kNearestByDepth
@@ -17,9 +16,8 @@
 #                ray; 2 u s_z extent in z. det rounds by five factors more, of terms that are at most
 #                |det| + 2 size max(|n_x|, |n_y|). sum(w_k |edge_k|) <= 2/3 of the longest edge: the
 #                displacement of z is kProjection times 8/3 extent, and 2 u of z_k makes 2 u of z.
-#                The cross product without fused operations: 16 u and 24 u of kUnfusedNormal's 32.
 #                The rule's error is (kRangeOfDepths R + (kSizeOfDepths + kTravel) Z) / D_r + K z, K = 2 r1 (M + 2 r1) R scale / volume:
-#                cpu/packet/depth_bounds-inl.h. X, Y and the middle are up to R = 33.
+#                shaders/packet/depth_bounds.glsl. X, Y and the middle are up to R = 33.
 #
 # step: kSteepError 0.75
 # step: kPlaneError 0.5
@@ -35,7 +33,6 @@
 # step: kKnownVolume 0.5
 # step: kLeastVolume 0.000000001
 # step: kMostVolume 10000
-# step: kUnfusedNormal 0.5
 # step: kNearestByDepth 0.99999
 
 ## lemma: q = (1 - n.g / det) / z_G, if n.(X z_G + g_x, Y z_G + g_y, z_G) = det
@@ -78,9 +75,6 @@ whole = (1 + nc) * (1 + pc) * (1 + q2) * (1 + q4) * (1 + r3) * (1 + r4) * (1 + t
 { |nc| <= 0x1p-23 /\ |pc| <= @kRounding@ /\ |r3| <= @kRounding@ /\ |r4| <= @kRounding@
   /\ |q2| <= @kRounding@ /\ |q4| <= @kRounding@ /\ |t| <= @kRounding@ /\ |d| <= 0x5p-24
   -> |(whole + 5.01 * @kRounding@ + 2.001 / (1 - 0.44) * @kRounding@) / @kReciprocalRounding@| <= 1 }
-
-## lemma: without fused operations
-{ @kUnfusedNormal@ - 24.01 * @kRounding@ >= 0 }
 
 ## lemma: narrowed: the sum of the rule's edge functions by scale, fast ones, other rounding, 1 / (1 - x)
 u = 0x1p-24;

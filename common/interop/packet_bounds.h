@@ -107,8 +107,19 @@ SHARED_CONST float kNarrowDepth = 0.0625f;
 // Beyond this part of z, times kRuleDepthFactor, nothing is known of 1 / z: how much nearer the
 // rule may place a hit has a second order.
 SHARED_CONST float kFarDepth = 0.1875f;
-// The error of a normal without fused operations, by size: 32 u.
-SHARED_CONST float kUnfusedNormal = 1.9073486328125e-06f;
+// On the CPU, where the plane in scene space bounds 1 / z (proofs/packet_slant.g): the error of a
+// vertex by its rows in the projection, times the extent: 10 u; by the plane's normal, times the
+// extent and the distance: 12 u and 4.5 u; and in z, by the depth margin: 21 * 2^-12.
+SHARED_CONST float kVertexError = 5.9604644775390625e-07f;
+SHARED_CONST float kSlantExtent = 7.152557373046875e-07f;
+SHARED_CONST float kSlantDistance = 2.682209014892578125e-07f;
+SHARED_CONST float kFastDepthOfMargin = 0.005126953125f;
+// Times how far a ray may be from where it is taken for, and the gradient of 1 / z.
+SHARED_CONST float kRayDepthError = 1.375f;
+// The error of a normal without fused operations, by size, and all that follows from it: 64 u.
+SHARED_CONST float kUnfusedDepth = 3.814697265625e-06f;
+// Planes with more than this error, relative to 1 / z, are not known: 2^-5.
+SHARED_CONST float kMostSlope = 0.03125f;
 // 1 / z at its nearest, times z.
 SHARED_CONST float kNearestByDepth = 1.00001f;
 

@@ -1,4 +1,5 @@
-// Bounds of how far the hit rule may place a hit from the plane of its triangle, for packets.
+// 1/z of the triangles of a leaf in a packet's plane, with bounds of how far the hit rule may place
+// a hit from there.
 
 #if defined(MORPHRAY_CPU_PACKET_DEPTH_BOUNDS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_PACKET_DEPTH_BOUNDS_INL_H
@@ -9,10 +10,6 @@
 
 #include <hwy/highway.h>
 
-#include <algorithm>
-#include <cstdint>
-
-#include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/packet_frame.h"
 #include "cpu/packet/packet_triangles-inl.h"
@@ -22,140 +19,160 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// How far the rule may place a hit from the plane of a triangle: by_q * q + by_q2 * q^2 in q =
-/// 1/z, and at most `z` in z.
-struct RuleDepth {
-    FloatVec by_q, by_q2, z;
+/// 1/z of the planes through triangles, q = a x + b y + c, and its error: a hit of the rule at a
+/// ray (x, y) has 1/z within c0 + q (c1 + q c2) of it, if (q + error) c2 <= kFarDepth.
+struct DepthPlanes {
+    FloatVec a, b, c;
+    FloatVec c0, c1, c2;
+    /// |a| + |b|, and the largest |q| in the triangle's part of the packet.
+    FloatVec gradient, most_q;
+    /// No hit is nearer than the nearest vertex by more than this in z.
+    FloatVec nearer;
+    /// Where q and its error are known. Elsewhere a, b and c are 0, and c0 is kUnknown.
+    Mask known;
+
+    HWY_INLINE FloatVec error_at(FloatVec q) const { return mul_add(q, mul_add(q, c2, c1), c0); }
 };
 
-/// Finds RuleDepth. kOnGrid: the packet is a camera packet.
-template <bool kOnGrid>
+/// Finds DepthPlanes for the triangles of a leaf (docs/design/arithmetic.md, "Packets", step 4;
+/// proofs/packet_slant.g).
 class DepthBounds {
 public:
-    explicit DepthBounds(const PacketFrame& frame) : frame_(frame) {}
+    /// distance: the largest coordinate of the leaf's first vertex relative to the origin.
+    HWY_INLINE DepthBounds(const PacketFrame& frame, float distance)
+        : frame_(frame),
+          shear_(kShearError * frame.reach),
+          shift_by_extent_(frame.per_depth * (2 * kWeightRounding + kRuleDepthError) +
+                           kDepthError * frame.row_size[2]),
+          shift_(frame.per_depth *
+                     (kRuleDepthError * distance + kFastDepthOfMargin * frame.depth_margin) +
+                 kDepthError * frame.row_size[2] * distance),
+          slant_(kSlantDistance * distance + kGridError),
+          vertex_(kDistanceError * distance + kGridError) {}
 
-    /// scale: 1 / |det|. fits: the triangles that are in front of the origin and large against the
-    /// errors of their vertices. Others get the general bound, depth_error.
-    HWY_INLINE RuleDepth find(const TriangleVertices& v, const TrianglePlaces& p,
-                              const TriangleLaterals& s, FloatVec scale, Mask fits) const {
-        RuleDepth rule = {zero(), splat(kRuleDepthFactor * frame_.depth_error),
-                          splat(frame_.depth_error)};
-        if (frame_.axis_count != 0) narrow(rule, v, p, s, scale, fits);
-        return rule;
+    /// usable: where the volume is large enough for 1/z to be known.
+    ///
+    /// 1. q = n.(x, y, 1) / det is 1/z of the plane through the projected vertices. A hit of the
+    ///    rule has weights; the mean of the projected vertices under these is a point of that
+    ///    plane, off the ray by their errors. With N the normal of the plane in scene space, for
+    ///    which N.p = 1, an error of e in scene space changes 1/z by N.e of itself, and one of (ex,
+    ///    ey, ez) in the projection by a ex + b ey + c ez.
+    /// 2. Of a vertex, the projection is off by kVertexError of `extent` in each of its rows, and
+    /// by
+    ///    kLateralError and kShearError of its distance from the ray. kPlaneError is that of
+    ///    rounded differences and of det.
+    /// 3. The rule's weights are those of points that are displaced across the ray, by the exact
+    ///    path 3 u of their distance from it, by the fast path 3 u of that and 4 u of z:
+    ///    kSlantExtent and kSlantDistance.
+    /// 4. What the fast path rounds in its edge functions moves its hit along the ray. It is a 51st
+    ///    of the bound that surely_inside compares with a quarter of the depth margin:
+    ///    kFastDepthOfMargin.
+    /// 5. The rule's mean of depths and t add kWeightRounding of their range, at most 2 extent, and
+    ///    kRuleDepthError of their size, at most distance + extent.
+    /// 6. Steps 2 and 3 are `slope`, relative to q, steps 4 and 5 `shift`, in z. A plane with a
+    ///    slope of more than kMostSlope is not known.
+    /// 7. q rounds by kGradientRounding gradient + kReciprocalRounding q, and a ray that is
+    ///    ray_error off its place adds ray_error gradient.
+    HWY_INLINE DepthPlanes find(const TriangleVertices& v, const TrianglePlaces& p,
+                                const TriangleLaterals& s, const TrianglePlaneSet& planes,
+                                FloatVec sign, Mask usable) const {
+        const FloatVec scale = splat(1.0f) / max(abs(planes.det), splat(kLeastVolume));
+        const FloatVec signed_scale = zero_unless(usable, scale | sign);
+        const FloatVec a = planes.normal[0] * signed_scale;
+        const FloatVec b = planes.normal[1] * signed_scale;
+        const FloatVec in_middle = planes.normal[2] * signed_scale;
+        const FloatVec c = neg_mul_add(a, p.middle_x, neg_mul_add(b, p.middle_y, in_middle));
+        Sizes sizes = sizes_of(a, b, c);
+        FloatVec c0 = zero();
+#if HWY_NATIVE_FMA
+        const FloatVec slope = slope_of(v, s, sizes);
+#else
+        const FloatVec unfused = add_unfused(v, p, s, scale, sizes, c0);
+        const FloatVec slope = slope_of(v, s, sizes) + unfused;
+#endif
+        DepthPlanes out;
+        out.known = usable & (slope <= splat(kMostSlope));
+        out.a = zero_unless(out.known, a);
+        out.b = zero_unless(out.known, b);
+        out.c = zero_unless(out.known, c);
+        c0 = mul_add(splat(kGradientRounding + kRayDepthError * frame_.ray_error), sizes.gradient,
+                     c0);
+        out.c0 = select(out.known, c0, splat(kUnknown));
+        out.c1 = zero_unless(out.known, slope + splat(kReciprocalRounding));
+        const FloatVec shift = mul_add(splat(shift_by_extent_), v.extent, splat(shift_));
+        out.c2 = splat(kRuleDepthFactor) * shift;
+        out.nearer = mul_add(splat(frame_.row_size[2] * kSlantExtent), v.extent,
+                             shift + splat(frame_.row_size[2] * slant_));
+        out.gradient = sizes.gradient;
+        out.most_q = mul_add(sizes.gradient, p.half_extent, abs(in_middle));
+        return out;
     }
 
 private:
-    /// An upper bound of the sum of |x - X z| + |y - Y z| over a triangle's vertices, for any ray
-    /// (X, Y) through the triangle.
-    ///
-    /// 1. The sum is convex in (X, Y), so it is largest for a ray through a vertex, from which the
-    ///    other two vertices are at most an edge away: two_edges.
-    /// 2. It is at most the sum for the ray in the middle plus half_extent * |z| for each vertex:
-    ///    in_middle, which is less where a triangle is larger than the packet. Camera packets leave
-    ///    this out: few rays are uncertain there.
-    static HWY_INLINE FloatVec lateral_sum(const TriangleVertices& v, const TrianglePlaces& p,
-                                           const TriangleLaterals& s) {
-        FloatVec longest = zero();
-        for (int k = 0; k < 3; ++k) {
-            const int next = (k + 1) % 3;
-            longest = max(longest, abs(s.x[k] - s.x[next]) + abs(s.y[k] - s.y[next]));
-        }
-        const FloatVec two_edges =
-            splat(2.0f) * mul_add(p.half_extent, v.z_most - v.z_least, longest);
-        if constexpr (kOnGrid) return two_edges;
-        FloatVec in_middle = splat(3.0f) * (p.half_extent * v.z_size);
-        for (int k = 0; k < 3; ++k) in_middle = in_middle + (abs(s.x[k]) + abs(s.y[k]));
-        return min(two_edges, in_middle);
-    }
-
-    /// The range and the largest magnitude of a triangle's vertices on an axis of scene space.
-    struct RuleDepths {
-        FloatVec range, size;
+    /// Magnitudes of the plane q = a x + b y + c.
+    struct Sizes {
+        /// |a| + |b|, and the sum over the projection's rows of a coefficient times the row's size.
+        FloatVec gradient, rows;
+        /// A bound of the sum of |N|'s components.
+        FloatVec normal;
     };
 
-    static HWY_INLINE RuleDepths depths_along(const float row[3], const FloatVec x[3],
-                                              const FloatVec y[3], const FloatVec z[3]) {
-        FloatVec depth[3];
-        for (int k = 0; k < 3; ++k) {
-            depth[k] =
-                mul_add(splat(row[0]), x[k], mul_add(splat(row[1]), y[k], splat(row[2]) * z[k]));
+    /// c is off by less than 2^-14 gradient (kGradientRounding): kShareOfDepth in `rows`, of which
+    /// kRestOfNormal goes to `normal`.
+    HWY_INLINE Sizes sizes_of(FloatVec a, FloatVec b, FloatVec c) const {
+        constexpr float kShareOfDepth = 0x1p-7f;
+        constexpr float kRestOfNormal = 0x1p-6f;
+        const float* size = frame_.row_size;
+        const FloatVec size_a = abs(a);
+        const FloatVec size_b = abs(b);
+        Sizes sizes;
+        sizes.gradient = size_a + size_b;
+        sizes.rows = mul_add(
+            splat(size[0] + kShareOfDepth * size[2]), size_a,
+            mul_add(splat(size[1] + kShareOfDepth * size[2]), size_b, splat(size[2]) * abs(c)));
+        sizes.normal = splat(kRestOfNormal) * sizes.rows;
+        for (int axis = 0; axis < 3; ++axis) {
+            const FloatVec n = mul_add(
+                splat(frame_.rows_f[0][axis]), a,
+                mul_add(splat(frame_.rows_f[1][axis]), b, splat(frame_.rows_f[2][axis]) * c));
+            sizes.normal = sizes.normal + abs(n);
         }
-        const FloatVec least = min3(depth[0], depth[1], depth[2]);
-        const FloatVec most = max3(depth[0], depth[1], depth[2]);
-        return {most - least, max(abs(least), abs(most))};
+        return sizes;
     }
 
-    /// The largest of these over the packet's axes. A coordinate depth_rows[k] * (x, y, z) is off
-    /// by kVertexRounding of its vertex's extent, put through the rows, and by kSumRounding of its
-    /// terms.
-    HWY_INLINE RuleDepths rule_depths(const TriangleVertices& v, const TriangleLaterals& s) const {
-        RuleDepths all = depths_along(frame_.depth_rows[0], v.x, v.y, v.z);
-        for (std::uint32_t axis = 1; HWY_UNLIKELY(axis < frame_.axis_count); ++axis) {
-            const RuleDepths own = depths_along(frame_.depth_rows[axis], v.x, v.y, v.z);
-            all = {max(all.range, own.range), max(all.size, own.size)};
-        }
-        constexpr float kVertexRounding = 0x1p-18f;  // 64 u; kExtentError is 24 u
-        constexpr float kSumRounding = 0x1p-20f;  // 16 u; five roundings of terms, and projection
-        const float projected =
-            kVertexRounding * (frame_.unit * std::max(frame_.row_size[0], frame_.row_size[1]) +
-                               frame_.depth_most * frame_.row_size[2]);
-        const FloatVec rounded = mul_add(splat(frame_.depth_most + 2 * frame_.reach * frame_.unit),
-                                         v.z_size, splat(frame_.unit) * s.size);
-        const FloatVec error = mul_add(splat(projected), v.extent, splat(kSumRounding) * rounded);
-        return {all.range + error, all.size + error};
+    /// Step 6: `slope`, for what kSteepError pays the second order.
+    HWY_INLINE FloatVec slope_of(const TriangleVertices& v, const TriangleLaterals& s,
+                                 const Sizes& sizes) const {
+        const FloatVec lateral = mul_add(splat(kPlaneError + kLateralError), s.size,
+                                         mul_add(splat(shear_), v.z_size, splat(kPlaneFloor)));
+        const FloatVec vertex = mul_add(splat(kVertexError), v.extent, splat(vertex_));
+        const FloatVec slant = mul_add(splat(kSlantExtent), v.extent, splat(slant_));
+        return splat(kSteepError) *
+               mul_add(lateral, sizes.gradient, mul_add(vertex, sizes.rows, slant * sizes.normal));
     }
 
-    /// Narrows `rule` for triangles that fit (docs/design/arithmetic.md, "Depth";
-    /// proofs/packet_depth.g).
-    ///
-    /// 1. The rule's z of a hit, on its axis, is off by at most (2 B / S + kWeightRounding) R +
-    ///    kMeanRounding Z: R is the range of the vertices' z there, Z the largest, S the sum of the
-    ///    edge functions, B = r (m + 2 r) the bound of fast_edges. The rule takes the fast
-    ///    functions only where this is less than the depth margin.
-    /// 2. Let D be a ray's direction at z = 1, L its largest component, and s the factor of the
-    ///    canonical direction, 1 <= s L < 2. A vertex is off the ray by w = (x - X z) axis_x + (y -
-    ///    Y z) axis_y. The rule's x is s (w.x D.z - D.x w.z) and y alike: s L times what w measures
-    ///    in its plane. So with M = across * lateral_sum (`m` in the code)
-    ///        m <= s L M,   r <= 17/16 2^-21 (2 m + Z) + 2^-49 <= s L r1
-    ///    where r1 (`r`) = kFastProjectionError (2 M + Z) + kFastProjectionFloor.
-    /// 3. The edge functions are those of the packet under a linear map of determinant s^2 L
-    ///    volume, and those of the packet add up to q / scale: S = s^2 L volume q / scale.
-    /// 4. In z of the packet, an L-th of the rule's, the first term of step 1 is
-    ///        2 r (m + 2 r) R / (s^2 L^2 volume q / scale) <= 2 r1 (M + 2 r1) R scale / volume / q.
-    ///    With `error` = r1 (M + 2 r1) scale / volume, by_q stands for 2 error R; by_q2 has the
-    ///    other terms, (kWeightRounding R + kMeanRounding Z) / L.
-    /// 5. kRuleDepthError = kMeanRounding + the rounding of t + 6 u for z as the packet rounds it.
-    ///    kRuleExtentError covers the errors of z that grow with `extent`.
-    /// 6. by_q has 3 error R, half as much again: for `scale`, which is off by at most a quarter of
-    ///    itself in triangles that fit (kKnownVolume), for other rounding, and because the rule's S
-    ///    is the sum of fast functions, off by 3/64 where B <= S / 64 = kMostEdgeError S. B / S
-    ///    is at most error L / q, where L / q is the depth of the hit, at most Z.
-    /// 7. An error of more than kNarrowDepth z is not narrowed: a certain hit is then beyond the
-    ///    rule's least depth.
-    HWY_INLINE void narrow(RuleDepth& rule, const TriangleVertices& v, const TrianglePlaces& p,
-                           const TriangleLaterals& s, FloatVec scale, Mask fits) const {
-        constexpr float kMostEdgeError = 0x1p-6f;
-        const RuleDepths depths = rule_depths(v, s);
-        const FloatVec m = splat(frame_.across) * lateral_sum(v, p, s);
-        const FloatVec r =
-            mul_add(splat(kFastProjectionError), mul_add(splat(2.0f), m, depths.size),
-                    splat(kFastProjectionFloor));
-        const FloatVec error = splat(frame_.per_volume) * scale * (r * mul_add(splat(2.0f), r, m));
-        const FloatVec by_q = error * (splat(3.0f) * depths.range);
-        const FloatVec by_q2 = mul_add(
-            splat(frame_.per_depth),
-            mul_add(splat(kWeightRounding), depths.range, splat(kRuleDepthError) * depths.size),
-            splat(kRuleExtentError * frame_.row_size[2]) * v.extent);
-        const FloatVec in_z = mul_add(by_q, v.z_most, by_q2);
-        const Mask is_thick = error * depths.size <= splat(kMostEdgeError);
-        const FloatVec most = min(splat(frame_.depth_error), splat(kNarrowDepth) * v.z_least);
-        const Mask is_narrower = fits & is_thick & (in_z < most);
-        rule.by_q = select(is_narrower, by_q, rule.by_q);
-        rule.by_q2 = select(is_narrower, by_q2, rule.by_q2);
-        rule.z = select(is_narrower, in_z, rule.z);
+    /// Without fused operations the normal's components are off by kUnfusedDepth of their products,
+    /// of a and b by z_size, of 1/z in the middle by `size`. Returns what that is of det.
+    HWY_INLINE FloatVec add_unfused(const TriangleVertices& v, const TrianglePlaces& p,
+                                    const TriangleLaterals& s, FloatVec scale, Sizes& sizes,
+                                    FloatVec& c0) const {
+        const float* size = frame_.row_size;
+        const FloatVec by_depth = splat(kUnfusedDepth) * (s.size * scale);
+        const FloatVec of_gradient = by_depth * v.z_size;
+        const FloatVec of_middle = by_depth * s.size;
+        const FloatVec of_rows = mul_add(splat(size[0] + size[1] + 2 * frame_.reach * size[2]),
+                                         of_gradient, splat(size[2]) * of_middle);
+        c0 = mul_add(of_gradient, p.half_extent, of_middle);
+        sizes.gradient = mul_add(splat(2.0f), of_gradient, sizes.gradient);
+        sizes.rows = sizes.rows + of_rows;
+        sizes.normal = sizes.normal + of_rows;
+        return of_middle * v.z_size;
     }
 
     const PacketFrame& frame_;
+    float shear_;
+    float shift_by_extent_, shift_;
+    float slant_, vertex_;
 };
 
 }  // namespace HWY_NAMESPACE

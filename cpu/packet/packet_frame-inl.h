@@ -56,69 +56,37 @@ inline constexpr double kNarrow = 0.999;
 /// Two magnitudes made in double that differ by less than 0.01 % count as equal.
 inline constexpr double kSureOrder = 1.0001;
 
-/// The largest |a - b t| over t = p / q with |t| <= 1, for p and q from ranges.
-HWY_INLINE double most_across(double a, double b, const double p[2], const double q[2]) {
-    double least = -1, most = 1;
-    if (q[0] > 0 || q[1] < 0) {
-        const double ends[4] = {p[0] / q[0], p[0] / q[1], p[1] / q[0], p[1] / q[1]};
-        least = std::max(least, *std::min_element(ends, ends + 4));
-        most = std::min(most, *std::max_element(ends, ends + 4));
-    }
-    return std::max(std::abs(a - b * least), std::abs(a - b * most));
-}
-
-/// Sets what a frame knows of its rays in scene space. It is found at the corners of a square that
-/// holds all rays: the square is convex, and so are the directions of one largest component and
-/// sign.
+/// Sets what a frame knows of its rays in scene space. The rows must be set. Directions are bounded
+/// at the corners of a square that holds all rays. Since row 2 of a direction is 1 at z = 1, its
+/// largest component is at least 1 / row_size[2].
 HWY_INLINE void bound_directions(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
                                  const double axis_z[3]) {
     double least[3], most[3];
-    double range[3][2];
-    double unit[2] = {0, 0};
     for (int axis = 0; axis < 3; ++axis) {
         const double spread = frame.reach * (std::abs(axis_x[axis]) + std::abs(axis_y[axis]));
         const double towards = std::abs(axis_z[axis]);
         least[axis] = towards - spread;
         most[axis] = towards + spread;
-        range[axis][0] = axis_z[axis] - spread;
-        range[axis][1] = axis_z[axis] + spread;
-        unit[0] += std::abs(axis_x[axis]);
-        unit[1] += std::abs(axis_y[axis]);
     }
-    frame.unit = static_cast<float>(std::max(unit[0], unit[1]) * kWiden);
-    frame.axis = kMixedAxes;
-    frame.axis_count = 0;
-    frame.depth_most = 0;
-    frame.across = 0;
     // A lower bound of each ray's largest component.
-    const double largest = std::max(least[0], std::max(least[1], least[2]));
+    const double largest = std::max({1.0 / frame.row_size[2], least[0], least[1], least[2]});
+    std::uint32_t axis_count = 0;
+    frame.depth_most = 0;
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
         if (largest > kSureOrder * most[axis]) continue;
+        ++axis_count;
         frame.axis = axis;
-        float* const row = frame.depth_rows[frame.axis_count++];
-        row[0] = static_cast<float>(axis_x[axis]);
-        row[1] = static_cast<float>(axis_y[axis]);
-        row[2] = static_cast<float>(axis_z[axis]);
+        frame.axis_sign = axis_z[axis] < 0 ? -1.0f : 1.0f;
         frame.depth_most = std::max(frame.depth_most, static_cast<float>(most[axis] * kWiden));
-        for (const double* step : {axis_x, axis_y}) {
-            double across = 0;
-            for (const std::uint32_t other : {(axis + 1) % 3, (axis + 2) % 3})
-                across += most_across(step[other], step[axis], range[other], range[axis]);
-            frame.across = std::max(frame.across, static_cast<float>(across * kWiden));
-        }
     }
-    if (frame.axis_count != 1) frame.axis = kMixedAxes;
-    if (!(largest > 0)) {  // the rays spread too widely for these bounds
-        frame.axis_count = 0;
-        return;
-    }
+    if (axis_count != 1) frame.axis = kMixedAxes;
     frame.depth_least = static_cast<float>(largest * kNarrow);
     frame.per_depth = 1 / frame.depth_least;
 }
 
-/// Sets the rows that invert (axis_x, axis_y, axis_z). Returns the determinant of the axes.
-HWY_INLINE double set_rows(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
-                           const double axis_z[3]) {
+/// Sets the rows that invert (axis_x, axis_y, axis_z).
+HWY_INLINE void set_rows(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
+                         const double axis_z[3]) {
     const auto cross = [](const double* p, const double* q, double* out) {
         out[0] = p[1] * q[2] - p[2] * q[1];
         out[1] = p[2] * q[0] - p[0] * q[2];
@@ -137,7 +105,6 @@ HWY_INLINE double set_rows(PacketFrame& frame, const double axis_x[3], const dou
             frame.row_size[k] += std::abs(frame.rows_f[k][axis]);
         }
     }
-    return det;
 }
 
 /// A hit is off by less than this part of the depth margin on any axis (docs/design/arithmetic.md,
@@ -148,19 +115,15 @@ inline constexpr float kHitErrorOfMargin = 0.5625f;
 /// up to `reach`.
 ///
 /// depth_error: a hit is off by kHitErrorOfMargin * depth_margin on an axis; in z, by that over the
-/// ray's largest component at z = 1. A ray at z = 1 is not shorter than 1, so that component is at
-/// least 0.57 and depth_error at most the depth margin, whatever the axes.
+/// ray's largest component at z = 1.
 HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
                           const double axis_y[3], const double axis_z[3], float reach) {
-    const double det = set_rows(frame, axis_x, axis_y, axis_z);
+    set_rows(frame, axis_x, axis_y, axis_z);
     frame.org = org;
     frame.reach = reach;
     frame.depth_margin = depth_margin(org);
-    frame.per_volume = static_cast<float>(kWiden / std::abs(det));
     bound_directions(frame, axis_x, axis_y, axis_z);
-    frame.depth_error = frame.depth_margin;
-    if (frame.axis_count != 0)
-        frame.depth_error *= std::min(1.0f, kHitErrorOfMargin * frame.per_depth);
+    frame.depth_error = kHitErrorOfMargin * frame.depth_margin * frame.per_depth;
 }
 
 }  // namespace HWY_NAMESPACE

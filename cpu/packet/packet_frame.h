@@ -55,19 +55,10 @@ struct PacketFrame {
     float depth_margin, depth_error;
     /// The axis on which all rays have their largest direction component, or kMixedAxes.
     std::uint32_t axis;
-    /// How many axes hold the largest direction component of some ray; 0: unknown, and then the
-    /// fields below are unused. A point (x, y, z) has the coordinate depth_rows[k] * (x, y, z) on
-    /// the k-th of these axes of scene space.
-    std::uint32_t axis_count;
-    float depth_rows[3][3];
-    /// Bounds of the magnitude of a ray's largest direction component at z = 1.
-    float depth_least, depth_most;
-    /// A step of 1 in x or y measures at most `unit` in |x| + |y| + |z| of scene space, and at most
-    /// `across` in |x| + |y| of the plane that the rule projects to, for a ray of length 1 on its
-    /// axis.
-    float unit, across;
-    /// 1 / the volume of the cube of (1, 0, 0), (0, 1, 0), (0, 0, 1), and 1 / depth_least.
-    float per_volume, per_depth;
+    /// The sign of all rays' components on that axis, 1 or -1; of no meaning with kMixedAxes.
+    float axis_sign;
+    /// Bounds of the magnitude of a ray's largest direction component at z = 1; 1 / depth_least.
+    float depth_least, depth_most, per_depth;
 };
 
 // ---- Limits of the bounds of TriangleSetup (docs/design/arithmetic.md, "Packets"; the errors

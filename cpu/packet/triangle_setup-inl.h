@@ -59,7 +59,7 @@ HWY_INLINE void plane_normal(const FloatVec x[3], const FloatVec y[3], const Flo
 ///    errors relative to the distance from the ray (packet_vertices.g).
 /// 4. find_edges: edge functions and `bound` (packet_edges.g).
 /// 5. find_volume and orient: the sign of the edge functions inside (packet_volume.g).
-/// 6. find_depth: 1/z and its error (packet_depth.g).
+/// 6. store_depth: 1/z and its error, by DepthBounds (packet_slant.g).
 template <bool kOnGrid>
 class TriangleSetup {
 public:
@@ -86,6 +86,7 @@ private:
         all_finite = project_vertices(frame_, leaf, projected);
         const FloatVec far_error =
             splat(row_sizes_ * (kDistanceError * projected.distance + kGridError) + kPlaneFloor);
+        const DepthBounds depths(frame_, projected.distance);
         std::uint32_t alive = 0;
         out.unoriented = 0;
         if constexpr (!kOnGrid) out.behind = 0;
@@ -102,7 +103,7 @@ private:
             out.unoriented |= unoriented << l;
             if constexpr (!kOnGrid) out.behind |= bits_of(!places.in_front) << l;
             store_edges(places, planes, sign, out, l);
-            store_depth(v, places, laterals, planes, sign, oriented, out, l);
+            store_depth(depths, v, places, laterals, planes, sign, oriented, out, l);
             alive |= bits_of(places.meets) << l;
         }
         return alive;
@@ -311,82 +312,37 @@ private:
         }
     }
 
-    /// 1/z in the plane of a triangle, and its error c0 + q (c1 + q by_q2).
-    struct Depth {
-        FloatVec in_middle, c, gradient;
-        FloatVec c0, c1;
-    };
-
-    /// Step 6. q = normal.(X, Y, 1) / det is 1/z of the plane through the projected vertices.
-    /// 1. The mean of these under the weights of a hit is a point of that plane, off the ray by at
-    ///    most plane_error: the error of a vertex, and kPlaneError of size for rounded differences.
-    ///    So q is off by gradient * plane_error of itself, at most a quarter where |det| >
-    ///    kKnownVolume det_error (has_depth): kSteepError. Elsewhere nothing is known of 1/z.
-    /// 2. The rule places its hit off the plane by rule.by_q and rule.by_q2 (DepthBounds).
-    /// 3. q rounds by kGradientRounding gradient + kReciprocalRounding q, and a ray that is
-    ///    ray_error off its place adds kRayError ray_error gradient.
-    /// 4. Without fused operations the normal is off by kUnfusedNormal of its parts' products.
-    /// So c0 has what is absolute, c1 what is relative to q.
-    HWY_INLINE Depth find_depth(const TriangleVertices& v, const TrianglePlaces& p,
-                                const TriangleLaterals& s, const TrianglePlaneSet& planes,
-                                FloatVec sign, Mask oriented, Triangles& out, std::size_t l,
-                                RuleDepth& rule) const {
-        const FloatVec det = abs(planes.det);
-        const Mask has_depth =
-            oriented & (det > max(splat(kKnownVolume) * planes.det_error, splat(kLeastVolume)));
-        const FloatVec scale = splat(1.0f) / max(det, splat(kLeastVolume));
-        const FloatVec signed_scale = zero_unless(has_depth, scale | sign);
-        const FloatVec depth_a = planes.normal[0] * signed_scale;
-        const FloatVec depth_b = planes.normal[1] * signed_scale;
-        Depth depth;
-        depth.in_middle = planes.normal[2] * signed_scale;
-        depth.c =
-            neg_mul_add(depth_a, p.middle_x, neg_mul_add(depth_b, p.middle_y, depth.in_middle));
-        store(depth_a, out.depth_a + l);
-        store(depth_b, out.depth_b + l);
-        store(depth.c, out.depth_c + l);
-        depth.gradient = abs(depth_a) + abs(depth_b);
-        const FloatVec plane_error = mul_add(splat(kPlaneError), s.size, s.error);
-        const FloatVec steep = splat(kSteepError) * plane_error * depth.gradient;
-        rule = DepthBounds<kOnGrid>(frame_).find(v, p, s, scale, p.in_front & has_depth);
-        FloatVec c0 = splat(kGradientRounding + kRayError * frame_.ray_error) * depth.gradient;
-        FloatVec c1 = splat(kReciprocalRounding) + rule.by_q + steep;
-#if !HWY_NATIVE_FMA
-        const FloatVec relative_size = splat(kUnfusedNormal) * (s.size * scale);
-        const FloatVec sum_error = relative_size * mul_add(v.z_size, p.half_extent, s.size);
-        const FloatVec det_error = relative_size * (s.size * v.z_size);
-        c0 = c0 + sum_error;
-        c1 = c1 + det_error;
-#endif
-        depth.c0 = select(has_depth, c0, splat(kUnknown));
-        depth.c1 = zero_unless(has_depth, c1);
-        return depth;
-    }
-
     /// Stores 1/z and its error: a camera packet's for the whole rectangle, which holds every ray
     /// that the rule may find to hit; a light packet's by q, and the largest one in most_q
-    /// (MissPlanes).
-    HWY_INLINE void store_depth(const TriangleVertices& v, const TrianglePlaces& p,
-                                const TriangleLaterals& s, const TrianglePlaneSet& planes,
-                                FloatVec sign, Mask oriented, Triangles& out, std::size_t l) const {
-        RuleDepth rule;
-        const Depth depth = find_depth(v, p, s, planes, sign, oriented, out, l, rule);
-        const auto error_at = [&](FloatVec q) HWY_ATTR {
-            return mul_add(q, mul_add(q, rule.by_q2, depth.c1), depth.c0);
-        };
+    /// (MissPlanes). Step 6.
+    HWY_INLINE void store_depth(const DepthBounds& bounds, const TriangleVertices& v,
+                                const TrianglePlaces& p, const TriangleLaterals& s,
+                                const TrianglePlaneSet& planes, FloatVec sign, Mask oriented,
+                                Triangles& out, std::size_t l) const {
+        const Mask usable =
+            oriented &
+            (abs(planes.det) > max(splat(kKnownVolume) * planes.det_error, splat(kLeastVolume)));
+        const DepthPlanes depth = bounds.find(v, p, s, planes, sign, usable);
+        store(depth.a, out.depth_a + l);
+        store(depth.b, out.depth_b + l);
+        store(depth.c, out.depth_c + l);
+        const FloatVec error = depth.error_at(depth.most_q);
+        const FloatVec upper = depth.most_q + error;
+        const Mask is_far = upper * depth.c2 <= splat(kFarDepth);
         if constexpr (kOnGrid) {
-            const FloatVec most_q = mul_add(depth.gradient, p.half_extent, abs(depth.in_middle));
-            const Mask is_far = most_q * rule.by_q2 <= splat(kFarDepth);
-            const FloatVec error = error_at(most_q) * splat(kCameraErrorFactor);
-            store(select(is_far, error, splat(kUnknown)), out.error + l);
+            store(select(is_far, error * splat(kCameraErrorFactor), splat(kUnknown)),
+                  out.error + l);
         } else {
-            const FloatVec nearest = nearest_q(v.z_least - v.z_error - rule.z);
+            const FloatVec by_vertices = nearest_q(v.z_least - v.z_error - depth.nearer);
+            const FloatVec by_plane = upper * splat(kNearestByDepth);
+            const FloatVec nearest =
+                select(depth.known & is_far & (by_plane < by_vertices), by_plane, by_vertices);
             store(nearest, out.q + l);
             store(depth.c0, out.c0 + l);
             store(depth.c1, out.c1 + l);
-            store(rule.by_q2, out.c2 + l);
+            store(depth.c2, out.c2 + l);
             const FloatVec rounded = mul_add(splat(kMissGradient), depth.gradient,
-                                             splat(kLightErrorFactor) * error_at(nearest));
+                                             splat(kLightErrorFactor) * depth.error_at(nearest));
             store(depth.c + rounded, out.most_q + l);
         }
     }

@@ -47,7 +47,7 @@ public:
             for (int k = 0; k < 3; ++k) stored_[k] = packet.stored->d[k];
         if (frame.axis == kMixedAxes) return;
         // All largest components have the sign of the middle ray's; they become positive.
-        const float sign = frame.depth_rows[0][2] < 0 ? -1.0f : 1.0f;
+        const float sign = frame.axis_sign;
         if (packet.stored != nullptr) {
             sign_ = sign < 0 ? -0.0f : 0.0f;
             for (std::uint32_t k = 0; k < 3; ++k)

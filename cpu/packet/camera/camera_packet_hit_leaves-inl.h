@@ -27,9 +27,8 @@ HWY_INLINE void add_hit_leaf(CameraPacket& packet, const Leaf& leaf) {
     HitLeaf& hit_leaf = packet.hit_leaves.back();
     hit_leaf.leaf = &leaf;
     std::memcpy(hit_leaf.prim_id, leaf.prim_id, sizeof hit_leaf.prim_id);
-    const FloatVec sign = packet.frame.axis == kMixedAxes
-                              ? zero()
-                              : splat(packet.frame.depth_rows[0][2]) & splat(-0.0f);
+    const FloatVec sign =
+        packet.frame.axis == kMixedAxes ? zero() : splat(packet.frame.axis_sign) & splat(-0.0f);
     alignas(64) float values[3][kLeafVertices];
     alignas(64) std::uint32_t indices[kLeafTriangles];
     for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {

@@ -60,7 +60,7 @@ struct Position {
         const FloatVec error = mul_add(q, mul_add(q, p.error2, p.error1), p.error0);
         q_lower = q - error;
         q_upper = q + error;
-        is_far = q * p.error2 <= splat(kFarDepth);
+        is_far = q_upper * p.error2 <= splat(kFarDepth);
     }
 
     /// The rays that certainly hit the triangle, nearer than their limit.

@@ -131,6 +131,39 @@ TEST_P(LightPackets, AnswerLikeBruteForceAmongTrianglesThatReachPastTheLight) {
     EXPECT_LT(sum.dark, kRays - kRays / 10);
 }
 
+/// Ends rays at what they hit, moved by 2^-12 to 2^-24 of the way to either side.
+void end_at_hits(const TestScene& scene, Random& random, std::vector<Ray>& rays) {
+    const cpu::BruteTracer brute(scene.topology(), scene.positions());
+    for (Ray& ray : rays) {
+        ray.tfar = kInfiniteT;
+        const Hit hit = brute.intersect(ray);
+        const float side = random.below(4) == 0 ? 1.0f : -1.0f;
+        const float step = std::ldexp(side, -12 - static_cast<int>(random.below(13)));
+        ray.tfar = hit.prim_id == kNoPrim ? 2 * kSceneExtent : hit.t * (1 + step);
+    }
+}
+
+TEST_P(LightPackets, AnswerLikeBruteForceForRaysThatEndAtSurfaces) {
+    PacketAnswers sum;
+    constexpr std::uint64_t kSeeds = 60;
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+        Random random(seed);
+        const vec3 light = random.point(0.3);
+        const TestScene scene = seed % 2 == 0 ? triangles_past(light, seed)
+                                              : random_soup(12, seed % 4 == 1 ? 4 : 0.5, seed);
+        const vec3 org = snap_point(scene.space().to_scene(light));
+        std::vector<Ray> rays = rays_at(scene, org, seed);
+        end_at_hits(scene, random, rays);
+        const PacketAnswers own = check(scene, rays, std::vector<std::uint8_t>(rays.size(), 1));
+        sum.dark += own.dark;
+        sum.fallback += own.fallback;
+    }
+    constexpr std::size_t kRays = kSeeds * cpu::kSquareRays;
+    EXPECT_LT(sum.fallback, kRays / 10);
+    EXPECT_GT(sum.dark, kRays / 20);
+    EXPECT_LT(sum.dark, kRays / 2);
+}
+
 INSTANTIATE_TEST_SUITE_P(Packets, LightPackets, testing::ValuesIn(supported_simd_targets()),
                          [](const auto& target) { return std::string(target.param.name); });
 
