@@ -1,4 +1,5 @@
 // Textures of OBJ files in rendered images.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -27,7 +28,7 @@ struct TexturedFolder : TemporaryFolder {
         write("scene.obj", text(0));
     }
     static std::string text(int z) {
-        const std::string end = std::string(1, ' ') + std::to_string(z) + "\n";
+        const std::string end = fmt::format(" {}\n", z);
         return "mtllib a.mtl\nusemtl m\nv 0 0" + end + "v 1 0" + end + "v 1 1" + end + "v 0 1" +
                end + "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
     }
