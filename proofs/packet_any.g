@@ -9,9 +9,9 @@
 #                (cpu/packet/light/light_packet_outlines-inl.h)
 #   inputs       a, b, c as stored (packet_edges.g): |a| + |b| <= 2 size z, |c| <= size^2 + 2 size R z;
 #                bound >= kEdgeRounding size (reach + kShearRounding R z) + 2 kShearError R z reach;
-#                depth_c <= q + R gradient; c0, c1, c2 as in packet_depth.g
+#                depth_c <= q + R gradient; c0, c1, c2 as in packet_slant.g
 #   operations   fl(c + fl(kMissBound bound)); a x + (b y + most_c); fl(half (lower + upper)), fl(half
-#                (upper - lower)); two more products and sums; depth_c + (2^-16 gradient + (1 + 2^-18)
+#                (upper - lower)); two more products and sums; depth_c + (kMissGradient gradient + (1 + 2^-18)
 #                error)
 #   by hand      All is relative to u: S for size reach, T for size R z, so that size^2 <= S. Partial
 #                sums are values of the function, at most S + 4 T, in the packet's square. The ray's

@@ -30,12 +30,16 @@
 #                extent).
 #                6. z(Q) > 0: the rule's z is positive and beyond the errors of step 5 (kWeightRounding,
 #                kMeanRounding), or all a.z are.
-#                A certain hit (q less its error is above 0, so that q c2 < 1) is one of the exact path at
-#                least: |z| is beyond the rule's error under exact functions.
+#                A certain hit (q less its error is above 0, so that g = q c2 < 1) is one of the exact path
+#                at least: |z| is beyond the rule's error under exact functions. For that q of the exact
+#                plane times c2 must be below 1, too: c0 counts what q is off kRayDepthError times, so it
+#                is at most g + g (1 - g) / kRayDepthError.
 #                7. a, b, c and det as computed: rounded differences 2 u L, det five factors, of terms up to
 #                |det| + 2 size max(|n_x|, |n_y|): rho_det <= 5 u (in kReciprocalRounding) and 10 u size gradient.
 #                Without fused operations DepthBounds adds kUnfusedDepth to all magnitudes.
-#                8. c is off by at most kGradientRounding gradient (packet_depth.g): kShareOfDepth 2^-7 s_z in
+#                Where q < 0 is computed and the exact one is above 0, q = -al d with d what q is off,
+#                c1 and c2 take from the bound, and the exact q is at most (1 - al) d.
+#                8. c is off by at most kGradientRounding gradient: kShareOfDepth 2^-7 s_z in
 #                `rows`, times kRestOfNormal 2^-6, is that in |N|_1; N's own roundings are 6 u of `rows`.
 #                9. kMissGradient, most_q (packet_any.g): 1/z(Q) and the rule's are at most `nearest`,
 #                by the nearest vertex less its errors, e and shift in z, or by this bound.
@@ -160,6 +164,15 @@ least = @kRuleDepthFactor@ * (1 - 1.6 * 0.015) * (1 - 0x1p-16);
 y = g * (@kFarDepth@ / @kRuleDepthFactor@);
 { t in [0, 0.015] /\ g in [0, 1]
   -> (1 - 1.6 * t) / ((1 - 1.6 * t - y) * (1 - 1.6 * t - y)) - @kRayDepthError@ * (1 - 0x1p-10) <= 0 }
+
+## lemma: q c2 of the exact plane
+# 1 - g - g (1 - g) / kRayDepthError, as a product
+{ g in [0, 1] -> (1 - g) * (1 - g / @kRayDepthError@) >= 0 }
+
+## lemma: a computed q below 0: kRayDepthError d less c1 al d, against (1 - al) d and its own error
+{ al in [0, 1]
+  -> (@kRayDepthError@ * (1 - 0x1p-10) - al * (1 + @kMostSlope@ + @kReciprocalRounding@))
+     - (1 - al) * (1 + @kMostSlope@ + @kReciprocalRounding@ + @kFarDepth@) >= 0 }
 
 ## lemma: kGradientRounding, that much: a's part, with n_z = middle - X; b's has fewer roundings
 of_x = (1 + na) * (1 + pa) * (1 + r1) - (1 + nc) * (1 + pc) * (1 + q2) * (1 + q4) * (1 + r3);

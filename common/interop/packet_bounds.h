@@ -95,6 +95,10 @@ SHARED_CONST float kSteepError = 2.25f;
 // Roundings by the gradient, in a packet of 64 rays across: 2^-14; and by 1 / z itself: 32 u.
 SHARED_CONST float kGradientRounding = 6.103515625e-05f;
 SHARED_CONST float kReciprocalRounding = 1.9073486328125e-06f;
+// On a device, whose packets are 16 wide: by the gradient, 2^-15; and of a normal without fused
+// operations, by edge (2 z_range size + edge z) and the volume's reciprocal: 32 u.
+SHARED_CONST float kDeviceSlopeRounding = 3.0517578125e-05f;
+SHARED_CONST float kDeviceRounding = 1.9073486328125e-06f;
 // By the largest z on the rule's axis: kMeanRounding, the rounding of t, and what the packet rounds
 // z itself: 16 u.
 SHARED_CONST float kRuleDepthError = 9.5367431640625e-07f;
@@ -104,6 +108,8 @@ SHARED_CONST float kRuleDepthFactor = 1.5f;
 // bound of a triangle's own may be.
 SHARED_CONST float kRuleExtentError = 1.9073486328125e-06f;
 SHARED_CONST float kNarrowDepth = 0.0625f;
+// Times the rule's error by the sum of its edge functions, as found from the packet's volume.
+SHARED_CONST float kNarrowWeights = 1.75f;
 // Beyond this part of z, times kRuleDepthFactor, nothing is known of 1 / z: how much nearer the
 // rule may place a hit has a second order.
 SHARED_CONST float kFarDepth = 0.1875f;

@@ -87,13 +87,13 @@ std::unique_ptr<Clip> open_with_cache(const std::string& spec, const SceneOption
     return open_cached(path, options.cache, spec, options);
 }
 
-/// Refuses bounds and an index for scenes that do not need them.
-void refuse_known_bounds(const std::string& spec, const SceneOptions& options, const char* kind) {
+/// Refuses bounds and an index for a built-in scene.
+void refuse_known_bounds(const std::string& spec, const SceneOptions& options) {
     if (!options.bounds && options.index.empty()) return;
     throw Error(ErrorKind::kBadArgument,
-                fmt::format("scene {}: bounds and an index are for files of frames; the bounds of "
-                            "{} are known",
-                            in_quotes(spec), kind));
+                fmt::format("scene {}: bounds and an index are for files; the bounds of a built-in "
+                            "scene are known",
+                            in_quotes(spec)));
 }
 
 }  // namespace
@@ -110,7 +110,7 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
     }
     if (!options.cache.empty()) return open_with_cache(spec, options);
     if (spec.starts_with(kBuiltinPrefix)) {
-        refuse_known_bounds(spec, options, "a built-in scene");
+        refuse_known_bounds(spec, options);
         return open_builtin(spec);
     }
 
@@ -130,7 +130,12 @@ std::unique_ptr<Clip> open_scene(const std::string& spec, const SceneOptions& op
         require_no_builtin(spec);
     }
     if (has_gltf_name(path)) {
-        refuse_known_bounds(spec, options, "a glTF file");
+        if (!options.index.empty()) {
+            throw Error(ErrorKind::kBadArgument,
+                        fmt::format("scene {}: an index is for files of frames; bounds of a glTF "
+                                    "file are found from its keys, or given",
+                                    in_quotes(spec)));
+        }
         return open_gltf(path, spec, options);
     }
     if (fs::is_regular_file(status) && mesh_format_of(path, options.more_formats) == nullptr) {

@@ -32,8 +32,9 @@ struct SceneOptions {
     /// The index file; empty: the default one (common/scene/formats/index/index_file.h), if there
     /// is one.
     std::string index = {};
-    /// The bounds of all frames of a clip that is read frame by frame: keyframes are then not read
-    /// to find them, and one that leaves them is an error when a frame needs it.
+    /// The bounds of all frames of a clip from files. Keyframes are then not read, and poses of a
+    /// glTF file not evaluated, to find them; a frame that leaves them is an error when it is
+    /// needed.
     std::optional<WorldBounds> bounds = {};
     /// The animation of a glTF file, by its name or its index; empty: the first.
     std::string animation = {};

@@ -57,8 +57,7 @@ public:
     ///    plane, off the ray by their errors. With N the normal of the plane in scene space, for
     ///    which N.p = 1, an error of e in scene space changes 1/z by N.e of itself, and one of (ex,
     ///    ey, ez) in the projection by a ex + b ey + c ez.
-    /// 2. Of a vertex, the projection is off by kVertexError of `extent` in each of its rows, and
-    /// by
+    /// 2. The projection of a vertex is off by kVertexError of `extent` in each of its rows, and by
     ///    kLateralError and kShearError of its distance from the ray. kPlaneError is that of
     ///    rounded differences and of det.
     /// 3. The rule's weights are those of points that are displaced across the ray, by the exact
@@ -87,7 +86,7 @@ public:
 #if HWY_NATIVE_FMA
         const FloatVec slope = slope_of(v, s, sizes);
 #else
-        const FloatVec unfused = add_unfused(v, p, s, scale, sizes, c0);
+        const FloatVec unfused = add_unfused(v, p, s, zero_unless(usable, scale), sizes, c0);
         const FloatVec slope = slope_of(v, s, sizes) + unfused;
 #endif
         DepthPlanes out;

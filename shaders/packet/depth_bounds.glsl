@@ -99,7 +99,7 @@ RuleDepth rule_depth(Extents t, float q_most, float z_error) {
     float r = kFastProjectionError * (4.0f * m + depth) + kFastProjectionFloor;
     float weights = 2.0f * r * (m + 2.0f * r) * directions.volume * t.scale;
     RuleDepth d;
-    d.by_q = 1.75f * weights * range;
+    d.by_q = kNarrowWeights * weights * range;
     // row_size.z is at least the packet's z by the rule's.
     d.by_q2 = frame.row_size.z * (kWeightRounding * range + kRuleDepthError * depth) + z_error;
     bool is_apart = 128.0f * t.error * t.size * t.z_size * t.scale < 1.0f;

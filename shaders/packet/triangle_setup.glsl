@@ -100,7 +100,8 @@ void set_up_depth(inout Setup setup, CentredTriangle t) {
     setup.q = t.normal * (t.volume < 0.0f ? -scale : scale);
     setup.q.z -= setup.q.x * t.middle.x + setup.q.y * t.middle.y;
     vec2 slope = abs(setup.q.xy);
-    float q_most = greater(setup.q.z + dot(slope, greater(frame.upper, -frame.lower)), 0.0f);
+    vec2 reach = greater(frame.upper, -frame.lower) + vec2(kDeviceSlopeRounding);
+    float q_most = greater(setup.q.z + dot(slope, reach), 0.0f);
     q_most = t.in_front ? lesser(q_most, 1.001f / t.z_least) : q_most;
 
     vec2 span = frame.upper - frame.lower;
@@ -108,12 +109,10 @@ void set_up_depth(inout Setup setup, CentredTriangle t) {
     Extents extents = Extents(t.size, t.edge, longest, t.z_range, t.z_size, t.error, scale);
     RuleDepth rule = rule_depth(extents, q_most, t.leaf_error * directions.depth_share);
     float by_q2 = t.in_front ? rule.by_q2 : kRuleDepthFactor * frame.depth_error;
-    // 2^-20.
-    float edge_rounding = 9.5367431640625e-07f * t.edge * scale;
+    float edge_rounding = 0.5f * kDeviceRounding * t.edge * scale;
     float rounding = edge_rounding * (4.0f * t.z_range * t.size + 2.0f * t.edge * t.z_size);
     slope += vec2(2.0f * edge_rounding * t.z_range);
-    // 2^-15.
-    float c0 = dot(slope, frame.ray_error + vec2(3.0517578125e-05f)) +
+    float c0 = dot(slope, frame.ray_error + vec2(kDeviceSlopeRounding)) +
                edge_rounding * (span.x + span.y) * t.z_range;
     float c1 = kReciprocalRounding + kSteepError * t.error * (slope.x + slope.y) + rounding +
                (t.in_front ? rule.by_q : 0.0f);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -12,6 +13,8 @@
 #include "common/scene/formats/gltf/gltf_scene.h"
 #include "common/scene/formats/gltf/motion/motion_bounds.h"
 #include "common/scene/formats/gltf/motion/skinning.h"
+#include "common/scene/formats/keyframes/given_bounds.h"
+#include "common/scene/formats/keyframes/measure_positions.h"
 #include "common/text/message_text.h"
 
 namespace mray {
@@ -29,12 +32,14 @@ public:
           is_lenient_(options.lenient),
           scene_(gltf::read_gltf_scene(path, options)),
           skinning_(scene_),
-          fps_(options.fps.value_or(kDefaultFps)) {
-        const gltf::MotionBounds motion = gltf::motion_bounds(scene_, skinning_);
-        bounds_ = motion.bounds;
+          fps_(options.fps.value_or(kDefaultFps)),
+          given_bounds_(options.bounds) {
         const double frames = scene_.animation.seconds * fps_;
         const double whole = std::round(frames);
         last_frame_ = std::abs(frames - whole) <= kFrameRounding * whole ? whole : frames;
+        if (given_bounds_) return;
+        const gltf::MotionBounds motion = gltf::motion_bounds(scene_, skinning_);
+        bounds_ = motion.bounds;
         if (motion.bad_vertex == gltf::kNoVertex) return;
         const Error error = problem(motion.bad_vertex, motion.bad_time * fps_);
         if (!is_lenient_) throw error;
@@ -51,7 +56,10 @@ public:
     const SceneTextures* textures() const override {
         return scene_.textures.files.empty() ? nullptr : &scene_.textures;
     }
-    WorldBounds bounds() const override { return bounds_; }
+    WorldBounds bounds() const override { return given_bounds_.value_or(bounds_); }
+    IndexUse index_use() const override {
+        return {.state = given_bounds_ ? IndexUse::State::kGiven : IndexUse::State::kNone};
+    }
     const std::string& name() const override { return name_; }
 
     void positions(double frame, std::span<vec3> out) const override {
@@ -63,6 +71,8 @@ public:
                                    : std::min(within / fps_, scene_.animation.seconds);
         const std::size_t bad = skinning_.place(gltf::pose_at(scene_, seconds), out);
         if (bad != gltf::kNoVertex && !is_lenient_) throw problem(bad, within);
+        if (given_bounds_)
+            require_within_given(measure_positions(out).bounds, *given_bounds_, file_, within);
     }
 
 private:
@@ -82,6 +92,8 @@ private:
     gltf::Skinning skinning_;
     double fps_;
     double last_frame_ = 0;
+    std::optional<WorldBounds> given_bounds_;
+    /// Those of all frames, unless some are given.
     WorldBounds bounds_;
 };
 

@@ -10,6 +10,7 @@
 
 #include "common/base/errors.h"
 #include "common/scene/formats/index/index_file.h"
+#include "common/scene/formats/keyframes/given_bounds.h"
 #include "common/scene/formats/keyframes/keyframe_cache.h"
 #include "common/scene/formats/keyframes/keyframe_scan.h"
 #include "common/scene/formats/keyframes/measure_positions.h"
@@ -175,29 +176,14 @@ private:
         if (notes.problem) throw Error(*notes.problem);
         const WorldBounds bounds = measure_positions(out).bounds;
         if (use_.state == IndexUse::State::kGiven) {
-            require_within_given(keyframe, bounds);
+            require_within_given(bounds, bounds_, shown(source_->file(keyframe)),
+                                 source_->frame(keyframe));
             if (notes.warning && options_.warn) {
                 const std::scoped_lock lock(warn_mutex_);
                 options_.warn(*notes.warning);
             }
         } else if (KeyframeBounds(bounds) != facts_.bounds[keyframe]) {
             throw other_than_known(keyframe);
-        }
-    }
-
-    void require_within_given(std::size_t keyframe, const WorldBounds& bounds) const {
-        if (bounds.empty()) return;
-        for (int axis = 0; axis < 3; ++axis) {
-            if (bounds.lower[axis] >= bounds_.lower[axis] &&
-                bounds.upper[axis] <= bounds_.upper[axis])
-                continue;
-            throw Error(
-                ErrorKind::kBadInput,
-                fmt::format("{}: frame {} reaches from {:.9g} to {:.9g} in {}, beyond the bounds "
-                            "that were given, {:.9g} to {:.9g}; give larger ones",
-                            shown(source_->file(keyframe)), source_->frame(keyframe),
-                            bounds.lower[axis], bounds.upper[axis], "xyz"[axis],
-                            bounds_.lower[axis], bounds_.upper[axis]));
         }
     }
 
