@@ -112,7 +112,6 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kHitDepthRounding),
     PROOFS_CONSTANT(kHitDotRounding),
     PROOFS_CONSTANT(kBoxError),
-    PROOFS_CONSTANT(kRuleExtentError),
     PROOFS_CONSTANT(kNarrowDepth),
     PROOFS_CONSTANT(kNarrowWeights),
     PROOFS_CONSTANT(kDeviceSlopeRounding),

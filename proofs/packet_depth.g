@@ -33,7 +33,7 @@
 # step: kRuleDepthError 0.7
 # step: kRuleDepthFactor 0.7
 # step: kWeightRounding 0.5
-# step: kRuleExtentError 0.5
+# step: kExtentError 0.5
 # step: kNarrowDepth 3
 # step: kFarDepth 2
 # step: kVolumeError 0.5
@@ -106,7 +106,7 @@ u = 0x1p-24;
 once = (1 + 0x1p-16) / (1 - @kNarrowDepth@);
 { @kRuleDepthError@ - once * (@kSizeOfDepths@ + @kTravel@ + u + @kVertexOfRange@ * 0x1p18) >= 0
   /\ @kWeightRounding@ - once * @kRangeOfDepths@ >= 0
-  /\ @kRuleExtentError@ - once * (@kVertexOfEdges@ + 8 * @kProjection@ / 3 + 2 * u
+  /\ @kExtentError@ * (1 - 0x1p-20) - once * (@kVertexOfEdges@ + 8 * @kProjection@ / 3 + 2 * u
                                   + 3 * @kVertexOfRange@) >= 0 }
 
 ## lemma: narrowed: (1 + e)^2 x / (1 - t)^2 + (1 + e) / (1 - t) - 1 <= x + 1.9 (1 - e) t + 1.298 e, x <= kNarrowDepth

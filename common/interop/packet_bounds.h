@@ -104,9 +104,7 @@ SHARED_CONST float kDeviceRounding = 1.9073486328125e-06f;
 SHARED_CONST float kRuleDepthError = 9.5367431640625e-07f;
 // Times how much nearer the rule may place a hit, for all that is left out of that.
 SHARED_CONST float kRuleDepthFactor = 1.5f;
-// The error of the rule's z, by the part of z in the extent: 2^-19; and the part of z that the
-// bound of a triangle's own may be.
-SHARED_CONST float kRuleExtentError = 1.9073486328125e-06f;
+// The part of z that a triangle's own bound may be.
 SHARED_CONST float kNarrowDepth = 0.0625f;
 // Times the rule's error by the sum of its edge functions, as found from the packet's volume.
 SHARED_CONST float kNarrowWeights = 1.75f;

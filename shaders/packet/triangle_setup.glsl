@@ -95,6 +95,8 @@ CentredTriangle centre_triangle(ProjectedTriangle t, float triangle_error) {
 ///    for the part of z_range.
 /// 4. The sum over x and y takes some 20 roundings, with |x|, |y| <= 17 (beyond that ray_error is
 ///    as large).
+/// 5. The error is taken at q_most, which is at least q of any ray with what 4. rounds, so neither
+///    has a second order (proofs/packet_depth.g).
 void set_up_depth(inout Setup setup, CentredTriangle t) {
     float scale = 1.0f / greater(abs(t.volume), kLeastVolume);
     setup.q = t.normal * (t.volume < 0.0f ? -scale : scale);
