@@ -2,7 +2,8 @@
 #
 #   bounds       an edge function with most_c = c + kMissBound bound that is negative is less than
 #                -bound as far as the rule goes; so is that of all of a block's rays where its maximum
-#                with most_c is below -kBlockBound bound; 1/z with most_q is no less than the rule's
+#                with most_c is below -kBlockBound bound; 1/z with most_q is no less than the rule's, nor
+#                is its maximum over a block's rectangle with kBlockGradient gradient more
 #   code         store_edges, store_depth (cpu/packet/triangle_setup-inl.h); certainly_misses
 #                (cpu/packet/light/light_packet_items-inl.h); EdgeRange, whose rectangles bound a block or
 #                several, and whose `lowest` is the same of the negative function
@@ -16,12 +17,15 @@
 #   by hand      All is relative to u: S for size reach, T for size R z, so that size^2 <= S. Partial
 #                sums are values of the function, at most S + 4 T, in the packet's square. The ray's
 #                own roundings are in bound already (packet_edges.g). The rule hits nothing nearer than
-#                nearest, which bounds both 1/z of the hit and that of its mean: no second order.
+#                nearest, which bounds both 1/z of the hit and that of its mean: no second order. If a
+#                ray of a block hits, q in the packet's square is at most nearest, its error and 2 R
+#                gradient on both sides, and so are all partial sums of the block's maximum.
 #
 # step: kMissBound 0.85
 # step: kBlockBound 0.5
 # step: kEdgeRounding 0.25
 # step: kMissGradient 0.5
+# step: kBlockGradient 0.5
 # step: kReciprocalRounding 0.57
 
 ## lemma: most_c: of c and of bound, and in two sums after that
@@ -45,3 +49,10 @@ t = 4 * 4 + 2 + 2 + 2 * 2;
 e = @kRounding@;
 { @kMissGradient@ * (1 - 4 * e) - 33.5 * e >= 0 /\ 0x1p-18 - 6 * e >= 0
   /\ @kReciprocalRounding@ - 18.7 * e >= 0 }
+
+## lemma: most_q for blocks: its own sum, four sums of up to nearest + 4 R gradient, the middle and the half
+# By q: kReciprocalRounding has 18.7 u for a ray; four sums and that of kBlockGradient add 5 u.
+e = @kRounding@;
+once = 1 + 16 * e;
+{ @kBlockGradient@ * (1 - 8 * e) - (5 * 4 * 33.5 + 2 * 33.5 + 4) * e * once >= 0
+  /\ @kReciprocalRounding@ - (18.7 + 5.1) * e >= 0 }

@@ -3,9 +3,11 @@
 #   bounds       a ray of the packet that hits a triangle is taken for one within the rectangle of its
 #                projected vertices, out by kQuotientError of its ends and by kRectangleError
 #                (leaf_error / z_least + ray_error) + kRectangleRounding; rows of boxes hold those of
-#                their triangles' displaced vertices with kBoxError row_size size
+#                their triangles' displaced vertices with kBoxError row_size size; a box with n.p <
+#                -kWedgeMargin size in all its points has no point of a ray
 #   code         find_places (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid (cpu/packet/camera/camera_packet_blocks-inl.h),
-#                project_boxes, rectangle_of_box (cpu/packet/packet_node-inl.h); concerned_groups
+#                project_boxes, rectangle_of_box (cpu/packet/packet_node-inl.h); set_wedges,
+#                outside_wedges (cpu/packet/packet_wedge-inl.h); concerned_groups
 #                (shaders/packet/packet_leaf.glsl), set_planes, visit_node (shaders/packet/packet.glsl)
 #   inputs       z_least > 2^-10 z_size + 16 leaf_error, so that all displaced z are positive and a ray
 #                is a mean of the x'_k / z'_k; vertices as in packet_vertices.g; |X| <= R = 33
@@ -17,13 +19,17 @@
 #                rule displaces a vertex on two axes by kProjection times its way off the ray, at
 #                most twice its largest coordinate. A camera's middle of up to 15 s_x / s_z has room
 #                in kBoxError. side z is rounded in rectangle_of_box: u R z, less than R times
-#                what z's own error leaves.
+#                what z's own error leaves. Wedges: a direction is a mean of the corners c_k (bilinear in
+#                X, Y, which the frame's bounds hold for the exact direction), |c_k| <= 5 |d| in a
+#                light's plane (kWidestPlane) and |n| = 1 in sum; n.c_k >= 0 was found in double, so
+#                that n.d >= -2^-40 |d| with n in double. The dilation of the box is in its planes.
 #
 # step: kRectangleError 0.85
 # step: kQuotientError 0.5
 # step: kDeviceQuotientError 0.5
 # step: kRectangleRounding 0.5
 # step: kBoxError 0.5
+# step: kWedgeMargin 0.001
 # step: kNearestByDepth 0.99999
 
 ## lemma: x^ / z^ - X' = (X' e_z - e_x) / z^ where x^ + e_x = X' (z^ + e_z)
@@ -63,3 +69,8 @@ off = nine + 2 * @kProjection@ + @kProjectionOfRange@ + 0x1p-62;
 e = @kRounding@;
 { @kNearestByDepth@ * (1 - e) * (1 - e) * (1 - e) - 1 >= 0
   /\ 1 - 0.99999 * (1 + e) * (1 + e) * (1 + e) >= 0 }
+
+## lemma: wedges: difference, two products with sums; n as floats, twice by |d|; the limit's product
+e = @kRounding@;
+three = (1 + e) * (1 + e) * (1 + e) - 1;
+{ @kWedgeMargin@ * (1 - 2 * e) - (three * (1 + e) + e + 2 * @kProjection@ + 0x1p-40) >= 0 }

@@ -7,8 +7,8 @@
 #   constants    kSlantExtent, kSlantDistance (by |N|_1), kVertexError (by the rows), kLateralError,
 #                kShearError, kPlaneError (by gradient), kFastDepthOfMargin, kRayDepthError,
 #                kSteepError, kRuleDepthFactor, kMostSlope, kFarDepth, kUnfusedDepth
-#   inputs       |det| > kKnownVolume det_error and in (kLeastVolume, kMostVolume). The rule hits the
-#                triangle at the ray (X, Y), |X|, |Y| <= R, with edge functions U; those that are
+#   inputs       |det| > kLeastVolume (1 + size + z_size), < kMostVolume; its sign is that of the edge
+#                functions inside (packet_volume.g). The rule hits the triangle at the ray (X, Y), |X|, |Y| <= R, with edge functions U; those that are
 #                computed are U + rho. On the fast path B max(range, 1) <= M/4 of their sum in floats;
 #                all are beyond B there, and rho is less, so the U have one sign.
 #   by hand      1. P, the mean of the exact vertices under the weights U / sum(U), is in the triangle's
@@ -36,7 +36,8 @@
 #                is at most g + g (1 - g) / kRayDepthError.
 #                7. a, b, c and det as computed: rounded differences 2 u L, det five factors, of terms up to
 #                |det| + 2 size max(|n_x|, |n_y|): rho_det <= 5 u (in kReciprocalRounding) and 10 u size gradient.
-#                Without fused operations DepthBounds adds kUnfusedDepth to all magnitudes.
+#                Without fused operations DepthBounds adds kUnfusedDepth to all magnitudes. So slope <=
+#                kMostSlope bounds rho_det, and |det| may be as small as its error in packet_volume.g.
 #                Where q < 0 is computed and the exact one is above 0, q = -al d with d what q is off,
 #                c1 and c2 take from the bound, and the exact q is at most (1 - al) d.
 #                8. c is off by at most kGradientRounding gradient: kShareOfDepth 2^-7 s_z in
@@ -199,3 +200,8 @@ r = 1.02;
 e = @kRounding@;
 { 0x1p-13 * (1 - 16 * e) - @kGradientRounding@ * (1 + 0x1p-10) >= 0
   /\ (0x1p-6 - 0x1p-7) * (1 - 16 * e) - 8 * e >= 0 }
+
+## lemma: underflow: 2^-148 a component of n, of det by (1 + size + z); of q by 67 of that over |det|, times z
+# q >= 0.97 / z_size at a hit.
+{ 0x1p-148 / @kLeastVolume@ * 2 - 0x1p-40 <= 0
+  /\ 67 * 0x1p-148 / @kLeastVolume@ / 0.97 * 2 - 0x1p-40 <= 0 }

@@ -56,6 +56,8 @@ SHARED_CONST float kRectangleRounding = 1.52587890625e-05f;
 
 // The error of a box's planes in a row, by the row's size times the largest coordinate: 16 u.
 SHARED_CONST float kBoxError = 9.5367431640625e-07f;
+// How far a box is outside a wedge that holds all rays, by its largest coordinate: 2^-12.
+SHARED_CONST float kWedgeMargin = 0.000244140625f;
 
 // ---- Edge functions of vertices up to `size` from the ray in the middle, and up to `reach` from
 // any: their rounding is kEdgeRounding size (reach + kShearRounding z), 14 u.
@@ -132,8 +134,9 @@ SHARED_CONST float kNearestByDepth = 1.00001f;
 // Times the bound of edge functions: for a ray, and on top of that for a block.
 SHARED_CONST float kMissBound = 1.25f;
 SHARED_CONST float kBlockBound = 0.5f;
-// By the gradient of 1 / z: 2^-18.
+// By the gradient of 1 / z: 2^-18, and for a block 2^-14 on top of that.
 SHARED_CONST float kMissGradient = 3.814697265625e-06f;
+SHARED_CONST float kBlockGradient = 6.103515625e-05f;
 
 // ---- Rays without a packet.
 

@@ -112,7 +112,7 @@ HWY_INLINE void set_rows(PacketFrame& frame, const double axis_x[3], const doubl
 inline constexpr float kHitErrorOfMargin = 0.5625f;
 
 /// Sets the frame whose plane point (X, Y) lies at org + axis_x X + axis_y Y + axis_z, for |X|, |Y|
-/// up to `reach`.
+/// up to `reach`. It has no wedges.
 ///
 /// depth_error: a hit is off by kHitErrorOfMargin * depth_margin on an axis; in z, by that over the
 /// ray's largest component at z = 1.
@@ -124,6 +124,7 @@ HWY_INLINE void set_frame(PacketFrame& frame, vec3 org, const double axis_x[3],
     frame.depth_margin = depth_margin(org);
     bound_directions(frame, axis_x, axis_y, axis_z);
     frame.depth_error = kHitErrorOfMargin * frame.depth_margin * frame.per_depth;
+    frame.wedge_side_count = 0;
 }
 
 }  // namespace HWY_NAMESPACE

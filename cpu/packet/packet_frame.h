@@ -36,6 +36,13 @@ inline constexpr std::size_t kPage = 4096;
 /// Stands for an axis: the rays' largest direction components lie on several axes.
 inline constexpr std::uint32_t kMixedAxes = 3;
 
+/// A plane through a packet's origin and parallel to an axis of scene space: all rays have
+/// normal[0] d[axes[0]] + normal[1] d[axes[1]] >= 0. The magnitudes of `normal` add up to 1.
+struct WedgeSide {
+    std::uint32_t axes[2];
+    float normal[2];
+};
+
 /// A packet's projection. A point p relative to the origin has (x, y, z) = rows * p and is seen at
 /// (x / z, y / z). Every ray has z > 0.
 struct PacketFrame {
@@ -59,6 +66,9 @@ struct PacketFrame {
     float axis_sign;
     /// Bounds of the magnitude of a ray's largest direction component at z = 1; 1 / depth_least.
     float depth_least, depth_most, per_depth;
+    /// Two planes for each axis, or fewer; none in a camera's packet.
+    std::uint32_t wedge_side_count;
+    WedgeSide wedge_sides[6];
 };
 
 // ---- Limits of the bounds of TriangleSetup (docs/design/arithmetic.md, "Packets"; the errors

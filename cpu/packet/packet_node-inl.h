@@ -16,6 +16,7 @@
 #include "common/interop/bvh_layout.h"
 #include "common/interop/packet_bounds.h"
 #include "cpu/packet/packet_frame-inl.h"
+#include "cpu/packet/packet_wedge-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -119,7 +120,8 @@ HWY_INLINE std::uint32_t project_node(const PacketFrame& frame, const Node& node
         FloatVec least[3], most[3];
         for (int k = 0; k < 3; ++k)
             project_boxes(frame, k, lower, upper, largest, least[k], most[k]);
-        const Mask keep = rectangle_of_box(frame, least, most, children.rectangles, l);
+        const Mask keep = and_not(outside_wedges(frame, lower, upper, largest),
+                                  rectangle_of_box(frame, least, most, children.rectangles, l));
         store(nearest_q(least[2] - splat(frame.depth_error)), children.q + l);
         hits |= bits_of(keep) << l;
     }

@@ -55,20 +55,21 @@ public:
     /// Tests a leaf, whose box is seen in a rectangle and no nearer than q, against some quads.
     HWY_INLINE void trace(const Leaf& leaf, const float rectangle[4], float q,
                           const QuadSet& quads) {
-        const std::size_t count = list_blocks(rectangle, q, quads);
+        const std::size_t count = group_blocks(rectangle, q, quads);
         if (count == 0) return;
         const std::uint32_t alive = TriangleSetup<false>(packet_.frame).run(leaf, triangles_);
         const std::uint32_t unoriented = alive & triangles_.unoriented;
         const std::uint32_t oriented = alive & ~unoriented;
         const std::uint32_t one_by_one = triangles_for_many(oriented, count);
         if (one_by_one != oriented) {
+            list_blocks();
             for (std::size_t begin = 0; begin < count; begin += kBlocksAtOnce) {
                 const std::size_t end = std::min(begin + kBlocksAtOnce, count);
                 trace_items(leaf, list_items(oriented & ~one_by_one, begin, end));
             }
         }
-        if (one_by_one != 0) trace_triangles(leaf, one_by_one, rectangle, q, quads);
-        if (HWY_UNLIKELY(unoriented != 0)) trace_unoriented(leaf, unoriented, rectangle, q, quads);
+        if (one_by_one != 0) trace_triangles(leaf, one_by_one);
+        if (HWY_UNLIKELY(unoriented != 0)) trace_unoriented(leaf, unoriented);
     }
 
 private:
@@ -85,7 +86,10 @@ private:
 
     /// A triangle that meets more blocks than this is larger than they are, so that its edges
     /// exclude some.
-    static constexpr std::size_t kManyOfTriangle = 16;
+    static constexpr std::size_t kManyOfTriangle = 8;
+
+    /// Triangles that are taken one by one are listed until they have this many blocks.
+    static constexpr std::size_t kListedBlocks = 256;
 
     /// The triangles that are taken one by one, as bits.
     HWY_INLINE std::uint32_t triangles_for_many(std::uint32_t oriented, std::size_t blocks) const {
@@ -93,30 +97,33 @@ private:
         return blocks > kManyOfTriangle ? oriented & triangles_.behind : 0;
     }
 
-    /// Calls visit(group, blocks) for each group of some quads, with its blocks that a rectangle
-    /// and a hit at 1/z <= q may concern.
-    template <class Visit>
-    HWY_INLINE void for_each_group(const float rectangle[4], float q, const QuadSet& quads,
-                                   Visit visit) const {
+    /// Finds grouped_: the blocks of some quads that a rectangle and a hit at 1/z <= q may concern.
+    /// Returns their number.
+    HWY_INLINE std::size_t group_blocks(const float rectangle[4], float q, const QuadSet& quads) {
+        std::size_t count = 0;
+        grouped_.groups = 0;
         for (std::uint32_t word = 0; word < 2; ++word) {
             for (std::uint64_t groups = groups_of(quads.words[word]); groups != 0;
                  groups &= groups - 1) {
                 const std::uint32_t group =
                     (64 * word + static_cast<std::uint32_t>(__builtin_ctzll(groups))) /
                     (kGroupBlocks / kQuadBlocks);
-                visit(group, blocks_in(packet_, rectangle, q, group));
+                const std::uint32_t blocks = blocks_in(packet_, rectangle, q, group);
+                grouped_.groups |= (blocks != 0 ? 1u : 0u) << group;
+                grouped_.of_group[group] = blocks;
+                count += hwy::PopCount(blocks);
             }
         }
+        return count;
     }
 
-    /// Lists these blocks in blocks_. Returns their number.
-    HWY_INLINE std::size_t list_blocks(const float rectangle[4], float q, const QuadSet& quads) {
+    /// Lists in blocks_ those of grouped_.
+    HWY_INLINE void list_blocks() {
         std::size_t count = 0;
-        for_each_group(rectangle, q, quads,
-                       [&](std::uint32_t group, std::uint32_t blocks) HWY_ATTR {
-                           count = append_bits(blocks_, count, group * kGroupBlocks, blocks);
-                       });
-        return count;
+        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1) {
+            const auto group = static_cast<std::uint32_t>(__builtin_ctz(rest));
+            count = append_bits(blocks_, count, group * kGroupBlocks, grouped_.of_group[group]);
+        }
     }
 
     /// Lists in items_ the items of blocks_[begin, end) and the triangles that meet them. Returns
@@ -147,25 +154,14 @@ private:
 
     /// Blocks of each group.
     struct GroupedBlocks {
-        std::uint32_t groups = 0;  // those with blocks, as bits
+        std::uint32_t groups;  // those with blocks, as bits
         std::uint32_t of_group[kLightPacketGroups];
     };
 
-    HWY_INLINE GroupedBlocks grouped_blocks(const float rectangle[4], float q,
-                                            const QuadSet& quads) const {
-        GroupedBlocks grouped;
-        for_each_group(rectangle, q, quads,
-                       [&](std::uint32_t group, std::uint32_t blocks) HWY_ATTR {
-                           grouped.groups |= (blocks != 0 ? 1u : 0u) << group;
-                           grouped.of_group[group] = blocks;
-                       });
-        return grouped;
-    }
-
-    /// The bounds of all groups that have some of these blocks.
-    HWY_INLINE PlaneRectangle around(const GroupedBlocks& grouped) const {
+    /// The bounds of all groups of grouped_.
+    HWY_INLINE PlaneRectangle around_groups() const {
         PlaneRectangle r = {kEmptyLower, kEmptyUpper, kEmptyLower, kEmptyUpper};
-        for (std::uint32_t rest = grouped.groups; rest != 0; rest &= rest - 1) {
+        for (std::uint32_t rest = grouped_.groups; rest != 0; rest &= rest - 1) {
             const auto group = static_cast<std::uint32_t>(__builtin_ctz(rest));
             r.lower_x = std::min(r.lower_x, packet_.group_lower_x[group]);
             r.upper_x = std::max(r.upper_x, packet_.group_upper_x[group]);
@@ -176,58 +172,76 @@ private:
     }
 
     /// Traces triangles one by one, each against all its blocks, so that its planes are read once.
-    HWY_NOINLINE void trace_triangles(const Leaf& leaf, std::uint32_t alive,
-                                      const float rectangle[4], float q, const QuadSet& quads) {
-        const GroupedBlocks grouped = grouped_blocks(rectangle, q, quads);
-        alive &= triangles_through(triangles_, around(grouped));
-        for (; alive != 0; alive &= alive - 1) {
+    HWY_NOINLINE void trace_triangles(const Leaf& leaf, std::uint32_t alive) {
+        alive &= triangles_through(triangles_, around_groups());
+        while (alive != 0) alive = trace_some(leaf, alive);
+    }
+
+    /// Traces the first of some triangles, until these have kListedBlocks blocks. Returns the
+    /// others. The blocks of all are listed before any is tested, so that no test waits for its
+    /// block's number.
+    HWY_INLINE std::uint32_t trace_some(const Leaf& leaf, std::uint32_t alive) {
+        /// A triangle whose blocks end before blocks_[end].
+        struct Listed {
+            std::uint32_t triangle, end;
+        };
+        Listed listed[kLeafTriangles];
+        std::size_t listed_count = 0;
+        std::size_t count = 0;
+        for (; alive != 0 && count <= kListedBlocks; alive &= alive - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(alive));
-            const std::size_t count = list_blocks_of<true>(i, grouped);
-            const MissPlanes planes(triangles_, i);
-            std::size_t uncertain = 0;
-            for (std::size_t k = 0; k < count; ++k) {
+            count = list_blocks_of<true>(i, count);
+            listed[listed_count++] = {i, static_cast<std::uint32_t>(count)};
+        }
+        std::size_t k = 0;
+        for (std::size_t r = 0; r < listed_count; ++r) {
+            const std::size_t begin = k;
+            std::size_t uncertain = begin;
+            const MissPlanes planes(triangles_, listed[r].triangle);
+            for (; k < listed[r].end; ++k) {
                 const std::uint32_t block = blocks_[k];
                 blocks_[uncertain] = block;
                 uncertain += certainly_misses(packet_, planes, block) ? 0 : 1;
             }
-            for (std::size_t k = 0; k < uncertain; ++k) occlude(leaf, blocks_[k], i);
+            for (std::size_t m = begin; m < uncertain; ++m)
+                occlude(leaf, blocks_[m], listed[r].triangle);
         }
+        return alive;
     }
 
     /// Traces unoriented triangles one by one.
-    HWY_NOINLINE void trace_unoriented(const Leaf& leaf, std::uint32_t unoriented,
-                                       const float rectangle[4], float q, const QuadSet& quads) {
-        const GroupedBlocks grouped = grouped_blocks(rectangle, q, quads);
-        unoriented &= triangles_through(triangles_, around(grouped));
+    HWY_NOINLINE void trace_unoriented(const Leaf& leaf, std::uint32_t unoriented) {
+        unoriented &= triangles_through(triangles_, around_groups());
         for (; unoriented != 0; unoriented &= unoriented - 1) {
             const auto i = static_cast<std::uint32_t>(__builtin_ctz(unoriented));
-            const std::size_t count = list_blocks_of<false>(i, grouped);
+            const std::size_t count = list_blocks_of<false>(i, 0);
             for (std::size_t k = 0; k < count; ++k) occlude_unoriented(leaf, blocks_[k], i);
         }
     }
 
-    /// Lists in blocks_ those of some blocks that triangle i meets. Returns their number.
+    /// Lists in blocks_, behind `count` others, those of grouped_ that triangle i meets. Returns
+    /// how many there are then.
     template <bool kOriented>
-    HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, const GroupedBlocks& grouped) {
+    HWY_INLINE std::size_t list_blocks_of(std::uint32_t i, std::size_t count) {
         const Rectangles& r = triangles_.rectangles;
         const float rectangle[4] = {r.lower_x[i], r.upper_x[i], r.lower_y[i], r.upper_y[i]};
         const float q = triangles_.q[i];
         const Outline<kOriented> outline(triangles_, i);
-        const std::uint32_t groups = grouped.groups & groups_through(packet_, outline, rectangle);
-        std::size_t count = 0;
+        const std::uint32_t groups = grouped_.groups & groups_through(packet_, outline, rectangle);
+        std::uint32_t of_group[kLightPacketGroups];
+        std::size_t found = 0;
         for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
             const auto group = static_cast<std::uint32_t>(__builtin_ctz(rest));
-            count = append_bits(blocks_, count, group * kGroupBlocks,
-                                grouped.of_group[group] & blocks_in(packet_, rectangle, q, group));
+            of_group[group] = grouped_.of_group[group] & blocks_in(packet_, rectangle, q, group);
+            if constexpr (kOriented) of_group[group] &= blocks_reaching(packet_, outline, group);
+            found += hwy::PopCount(of_group[group]);
         }
-        if (HWY_LIKELY(kOriented && count <= kManyOfTriangle)) return count;
-        count = 0;
+        const bool by_edges = !kOriented || found > kManyOfTriangle;
         for (std::uint32_t rest = groups; rest != 0; rest &= rest - 1) {
             const auto group = static_cast<std::uint32_t>(__builtin_ctz(rest));
-            const std::uint32_t blocks =
-                blocks_through(packet_, outline, group) & blocks_in(packet_, rectangle, q, group);
-            count =
-                append_bits(blocks_, count, group * kGroupBlocks, grouped.of_group[group] & blocks);
+            std::uint32_t blocks = of_group[group];
+            if (by_edges) blocks &= blocks_through(packet_, outline, group);
+            count = append_bits(blocks_, count, group * kGroupBlocks, blocks);
         }
         return count;
     }
@@ -290,7 +304,8 @@ private:
 
     LightPacket& packet_;
     LightTriangles triangles_;
-    std::uint32_t blocks_[kAllLightPacketBlocks + 15];
+    GroupedBlocks grouped_;
+    std::uint32_t blocks_[kListedBlocks + kAllLightPacketBlocks + 15];
     std::uint32_t items_[kBlocksAtOnce * kLeafTriangles + 15];
 };
 

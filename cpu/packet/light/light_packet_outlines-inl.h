@@ -10,6 +10,7 @@
 
 #include <hwy/highway.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -77,6 +78,20 @@ public:
             edges_[k] = {splat(triangles.a[k][i]), splat(triangles.b[k][i]),
                          splat(triangles.most_c[k][i]), splat(most_minus_c)};
         }
+        const float gradient = std::abs(triangles.depth_a[i]) + std::abs(triangles.depth_b[i]);
+        depth_a_ = splat(triangles.depth_a[i]);
+        depth_b_ = splat(triangles.depth_b[i]);
+        most_q_ = splat(triangles.most_q[i] + kBlockGradient * gradient);
+    }
+
+    /// The blocks whose rays all end before they reach the triangle: block_q is the least 1/z of
+    /// their ends. As certainly_misses() for a ray; kBlockGradient of the gradient covers a
+    /// rectangle's middle and half extent and four partial sums (proofs/packet_any.g).
+    HWY_INLINE Mask is_beyond(const MiddleRectangles& r, FloatVec block_q) const {
+        const FloatVec middle = mul_add(depth_a_, r.x, mul_add(depth_b_, r.y, most_q_));
+        const FloatVec most =
+            mul_add(abs(depth_a_), r.half_x, mul_add(abs(depth_b_), r.half_y, middle));
+        return most < block_q;
     }
 
     /// The rectangles of which no ray hits the triangle.
@@ -91,6 +106,7 @@ public:
 private:
     EdgeRange edges_[3];
     FloatVec limit_;
+    FloatVec depth_a_, depth_b_, most_q_;
 };
 
 /// Bounds of some rays.
@@ -123,6 +139,25 @@ HWY_INLINE std::uint32_t triangles_through(const LightTriangles& triangles,
     return ~(below & (above | ~triangles.unoriented));
 }
 
+/// The bounds of a vector of blocks.
+HWY_INLINE MiddleRectangles rectangles_of(const LightPacket& packet, std::size_t block) {
+    return {load(packet.block_lower_x + block), load(packet.block_upper_x + block),
+            load(packet.block_lower_y + block), load(packet.block_upper_y + block)};
+}
+
+/// The blocks of a group that reach an oriented triangle, or may, as bits.
+HWY_INLINE std::uint32_t blocks_reaching(const LightPacket& packet, const Outline<true>& outline,
+                                         std::uint32_t group) {
+    std::uint32_t reaching = 0;
+    for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
+        const std::size_t block = group * kGroupBlocks + l;
+        const Mask is_beyond =
+            outline.is_beyond(rectangles_of(packet, block), load(packet.block_q + block));
+        reaching |= bits_of(!is_beyond) << l;
+    }
+    return reaching;
+}
+
 /// The blocks of a group that an outline does not exclude, as bits.
 template <bool kOriented>
 HWY_INLINE std::uint32_t blocks_through(const LightPacket& packet,
@@ -130,9 +165,7 @@ HWY_INLINE std::uint32_t blocks_through(const LightPacket& packet,
     std::uint32_t through = 0;
     for (std::size_t l = 0; l < kGroupBlocks; l += kLanes) {
         const std::size_t block = group * kGroupBlocks + l;
-        const Mask outside = outline.excludes(
-            {load(packet.block_lower_x + block), load(packet.block_upper_x + block),
-             load(packet.block_lower_y + block), load(packet.block_upper_y + block)});
+        const Mask outside = outline.excludes(rectangles_of(packet, block));
         through |= bits_of(!outside) << l;
     }
     return through;

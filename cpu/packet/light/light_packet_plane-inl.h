@@ -17,6 +17,7 @@
 #include "cpu/packet/light/light_packet.h"
 #include "cpu/packet/light/light_packet_directions-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
+#include "cpu/packet/packet_wedge-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -145,8 +146,8 @@ HWY_INLINE float place_error(const PacketFrame& frame, float extent, double unit
            dot_error * (frame.row_size[0] + frame.row_size[1] + kPlaneHalf * frame.row_size[2]);
 }
 
-/// Sets the plane of a packet whose blocks are made for `unit`: frame, and all bounds in the final
-/// unit. Returns false if the rays spread too widely for it.
+/// Sets the plane of a packet whose blocks are made for `unit`: frame with its wedges, and all
+/// bounds in the final unit. Returns false if the rays spread too widely for it.
 HWY_INLINE bool set_plane(vec3 org, double axes[3][3], double unit, LightPacket& packet) {
     const float extent = plane_extent(packet);
     if (extent * unit > kWidestPlane) return false;
@@ -159,6 +160,7 @@ HWY_INLINE bool set_plane(vec3 org, double axes[3][3], double unit, LightPacket&
     set_frame(packet.frame, org, axes[0], axes[1], axes[2], kPlaneHalf + 1);
     packet.frame.ray_error = place_error(packet.frame, extent, unit, scale);
     scale_plane(packet, static_cast<float>(1 / scale));
+    set_wedges(packet.frame, axes[0], axes[1], axes[2]);
     return true;
 }
 
