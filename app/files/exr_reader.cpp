@@ -21,6 +21,7 @@
 #include <string_view>
 #include <utility>
 
+#include "app/files/image_limits.h"
 #include "app/memory_budget.h"
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
@@ -107,7 +108,8 @@ auto guarded(const std::filesystem::path& path, Call call) {
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& error) {
-        refuse(path, error.what());
+        // It may quote bytes of the file.
+        refuse(path, shown(error.what()));
     }
 }
 
@@ -123,9 +125,9 @@ std::vector<ExrChannel> channels_of(const std::filesystem::path& path, const Imf
     for (auto at = header.channels().begin(); at != header.channels().end(); ++at) {
         const Imf::Channel& channel = at.channel();
         const std::optional<ExrType> type = type_of(channel.type);
-        if (!type) refuse(path, fmt::format("channel {} has an unknown type", at.name()));
+        if (!type) refuse(path, fmt::format("channel {} has an unknown type", shown(at.name())));
         if (channel.xSampling != 1 || channel.ySampling != 1)
-            refuse(path, fmt::format("channel {} has no value for some pixels", at.name()));
+            refuse(path, fmt::format("channel {} has no value for some pixels", shown(at.name())));
         if (channels.size() == kMostChannels)
             refuse(path, fmt::format("it has more than {} channels", kMostChannels));
         channels.push_back({at.name(), *type});
@@ -181,7 +183,8 @@ void ExrReader::File::check(const std::filesystem::path& path) {
     height = static_cast<std::uint32_t>(rows);
     channels = channels_of(path, header);
     // A block, the one that it is unpacked from, and the rows that are read.
-    require_memory({.kept_bytes = 3 * kMostRowsOfBlock * width * channels.size() * 4});
+    const std::uint64_t bytes = 3 * kMostRowsOfBlock * width * channels.size() * 4;
+    if (bytes > kAlwaysThere) require_memory({.kept_bytes = bytes});
     image.emplace(parts, 0);
 }
 

@@ -16,6 +16,9 @@
 namespace mray::app {
 namespace {
 
+// Of deflate: a byte stands for at most 1032.
+constexpr std::uint64_t kMostCompression = 1032;
+
 /// A reader over bytes in memory. libpng leaves a call that fails by longjmp, which runs no
 /// destructors: each function that calls it has plain data alone.
 class PngReader {
@@ -38,6 +41,8 @@ public:
         png_set_read_fn(png_, this, on_read);
         // Larger images are refused by their size, which the head says.
         png_set_user_limits(png_, 0x7FFFFFFF, 0x7FFFFFFF);
+        // libpng would allocate what a chunk claims. No text that is needed is compressed.
+        png_set_chunk_malloc_max(png_, left_);
         png_read_info(png_, info_);
         return true;
     }
@@ -45,6 +50,10 @@ public:
     std::uint32_t width() const { return png_get_image_width(png_, info_); }
     std::uint32_t height() const { return png_get_image_height(png_, info_); }
     int bit_depth() const { return png_get_bit_depth(png_, info_); }
+    /// What is stored, without compression.
+    std::uint64_t stored_bytes() const {
+        return std::uint64_t{png_get_rowbytes(png_, info_)} * height();
+    }
 
     /// Reads 4 bytes a pixel into `pixels`, with a pointer to each row in `rows`.
     bool read_pixels(png_bytepp rows) {
@@ -119,6 +128,7 @@ PngFile decode(const std::string& bytes, const std::filesystem::path& path,
     Image image{reader.width(), reader.height(), {}};
     // libpng takes a few rows.
     limits.require(path, image.width, image.height);
+    if (reader.stored_bytes() / kMostCompression > bytes.size()) refuse(path, "it ends too early");
     image.pixels.resize(std::size_t{image.width} * image.height);
     std::vector<png_bytep> rows;
     for (std::uint32_t y = 0; y < image.height; ++y)
