@@ -41,8 +41,6 @@ public:
         png_set_read_fn(png_, this, on_read);
         // Larger images are refused by their size, which the head says.
         png_set_user_limits(png_, 0x7FFFFFFF, 0x7FFFFFFF);
-        // libpng would allocate what a chunk claims. No text that is needed is compressed.
-        png_set_chunk_malloc_max(png_, left_);
         png_read_info(png_, info_);
         return true;
     }
@@ -102,6 +100,23 @@ private:
     char error_[128] = {};
 };
 
+/// Whether a chunk claims more bytes than the file has. libpng would allocate them.
+bool is_cut(std::string_view bytes) {
+    constexpr std::size_t kSignature = 8;
+    constexpr std::size_t kFrame = 12;  // length, type, checksum
+    for (std::size_t at = kSignature; at < bytes.size();) {
+        const std::string_view rest = bytes.substr(at);
+        if (rest.size() < kFrame) return true;
+        std::uint32_t length = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            length = length << 8 | static_cast<unsigned char>(rest[i]);
+        if (length > rest.size() - kFrame) return true;
+        if (rest.substr(4, 4) == "IEND") return false;
+        at += kFrame + length;
+    }
+    return true;
+}
+
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: is not a PNG file that can be read ({}); "
                                                   "give another file",
@@ -122,6 +137,7 @@ namespace {
 
 PngFile decode(const std::string& bytes, const std::filesystem::path& path,
                const ImageLimits& limits) {
+    if (is_png(bytes) && is_cut(bytes)) refuse(path, "it ends too early");
     PngReader reader(bytes);
     if (!reader.read_head()) refuse(path, reader.error());
     if (reader.bit_depth() > 8 && !limits.reduce_16_bits) refuse(path, "it has 16 bits a channel");
