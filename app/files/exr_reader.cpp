@@ -78,15 +78,17 @@ struct TypeSize {
     std::string_view type;
     std::uint32_t bytes;
 };
-// Of these types OpenEXR reads so many bytes whatever the size before them says, and would go on with
-// the bytes behind.
+// Of these types OpenEXR reads so many bytes whatever the size before them says, and would go on
+// with the bytes behind.
 constexpr auto kTypeSizes = std::to_array<TypeSize>({
-    {"box2f", 16},    {"box2i", 16},   {"chromaticities", 32}, {"compression", 1},
-    {"double", 8},    {"envmap", 1},   {"deepImageState", 1},  {"float", 4},
-    {"int", 4},       {"keycode", 28}, {"lineOrder", 1},       {"m33d", 72},
-    {"m33f", 36},     {"m44d", 128},   {"m44f", 64},           {"rational", 8},
-    {"tiledesc", 9},  {"timecode", 8}, {"v2d", 16},            {"v2f", 8},
-    {"v2i", 8},       {"v3d", 24},     {"v3f", 12},            {"v3i", 12},
+    {"box2f", 16},         {"box2i", 16},    {"chromaticities", 32},
+    {"compression", 1},    {"double", 8},    {"envmap", 1},
+    {"deepImageState", 1}, {"float", 4},     {"int", 4},
+    {"keycode", 28},       {"lineOrder", 1}, {"m33d", 72},
+    {"m33f", 36},          {"m44d", 128},    {"m44f", 64},
+    {"rational", 8},       {"tiledesc", 9},  {"timecode", 8},
+    {"v2d", 16},           {"v2f", 8},       {"v2i", 8},
+    {"v3d", 24},           {"v3f", 12},      {"v3i", 12},
 });
 
 /// Whether a list of channels ends where its attribute does.
@@ -100,8 +102,8 @@ bool is_whole_list(std::string_view list) {
     return list.size() == 1;
 }
 
-/// Refuses an attribute whose value does not have the size that it claims, as far as OpenEXR does not
-/// look at it.
+/// Refuses an attribute whose value does not have the size that it claims, as far as OpenEXR does
+/// not look at it.
 void check_attribute(const std::filesystem::path& path, std::string_view type,
                      std::string_view value) {
     const auto* const fixed = std::ranges::find(kTypeSizes, type, &TypeSize::type);
@@ -119,7 +121,8 @@ void check_attribute(const std::filesystem::path& path, std::string_view type,
         if (length > value.size() - at) is_right = false;
         at += std::min<std::size_t>(length, value.size() - at);
     }
-    if (!is_right) refuse(path, fmt::format("an attribute of type {} has another size", shown(type)));
+    if (!is_right)
+        refuse(path, fmt::format("an attribute of type {} has another size", shown(type)));
 }
 
 /// Refuses kinds of files that are not read, and headers whose attributes claim more bytes than the

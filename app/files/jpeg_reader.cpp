@@ -23,8 +23,8 @@ namespace {
 constexpr std::uint64_t kDecoderBytesPerPixel = 6;
 // A progressive file may repeat scans without end, each of which takes time for the whole image.
 constexpr int kMostScans = 200;
-// Pixels that a byte stands for at most: a Huffman code has a bit at least, for a block of 8x8 values
-// of a channel that has one for 4x4 pixels at least. Arithmetic codes have no such limit.
+// Pixels that a byte stands for at most: a Huffman code has a bit at least, for a block of 8x8
+// values of a channel that has one for 4x4 pixels at least. Arithmetic codes have no such limit.
 constexpr std::uint64_t kMostPixelsPerByte = 8 * 32 * 32;
 
 /// A decoder of bytes in memory. libjpeg leaves a call that fails by longjmp, which runs no

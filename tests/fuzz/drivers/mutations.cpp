@@ -59,7 +59,7 @@ void change_bytes(std::string& bytes, Dice& dice) {
 void set_integer(std::string& bytes, Dice& dice) {
     // Limits, and floats that are not finite.
     constexpr std::array<std::uint64_t, 14> kValues = {
-        0,          1,          3,          0x7F,       0xFF,        0x7FFF, 0xFFFF,
+        0,          1,          3,          0x7F,       0xFF,       0x7FFF,     0xFFFF,
         0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, ~0ull >> 1, ~0ull};
     std::uint64_t value = kValues[dice.below(kValues.size())];
     if (dice.one_in(3)) value -= 1;

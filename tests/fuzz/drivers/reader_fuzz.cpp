@@ -1,8 +1,8 @@
 // reader_fuzz TARGET [--seed N] [--cases N] [--hours N] [--out DIR] FILE...: gives a target
-// (tests/fuzz/targets/targets.h) the files, and bytes made of them by N changes or for N hours. Prints
-// the seed of a case that fails and writes its bytes to DIR, also after a crash. Exit codes: 0 all
-// good, 1 a failure, 2 usage. It needs no compiler but that of the program; with clang `./fuzz TARGET`
-// runs libFuzzer over the same targets.
+// (tests/fuzz/targets/targets.h) the files, and bytes made of them by N changes or for N hours.
+// Prints the seed of a case that fails and writes its bytes to DIR, also after a crash. Exit codes:
+// 0 all good, 1 a failure, 2 usage. It needs no compiler but that of the program; with clang
+// `./fuzz TARGET` runs libFuzzer over the same targets.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -103,8 +103,8 @@ bool is_good(const Options& options, const std::string& bytes, const std::string
     current_case.size = bytes.size();
     const std::string failure = options.target->failure_of(bytes);
     if (failure.empty()) return true;
-    const std::string path =
-        fmt::format("{}/{}-{:x}", options.out, options.target->name, std::hash<std::string>()(bytes));
+    const std::string path = fmt::format("{}/{}-{:x}", options.out, options.target->name,
+                                         std::hash<std::string>()(bytes));
     std::ofstream(path, std::ios::binary) << bytes;
     fmt::print(stderr, "{} of {}: {}; written to {}\n", which, options.target->name, failure, path);
     return false;

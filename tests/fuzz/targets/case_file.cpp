@@ -46,8 +46,8 @@ void CaseFile::write(std::string_view bytes) {
     if (!file_) file_.emplace(open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
     const bool is_written =
         pwrite(file_->fd(), bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size());
-    const bool is_cut = bytes.size() >= size_ ||
-                        ftruncate(file_->fd(), static_cast<off_t>(bytes.size())) == 0;
+    const bool is_cut =
+        bytes.size() >= size_ || ftruncate(file_->fd(), static_cast<off_t>(bytes.size())) == 0;
     if (!is_written || !is_cut) throw std::runtime_error("cannot write " + path_);
     size_ = bytes.size();
 }

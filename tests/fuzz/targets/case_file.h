@@ -11,8 +11,8 @@
 
 namespace mray::fuzz {
 
-/// The folder of this process for such files, in memory where the system has a place for it; removed
-/// at exit.
+/// The folder of this process for such files, in memory where the system has a place for it;
+/// removed at exit.
 const std::filesystem::path& case_folder();
 
 /// A file in case_folder(), made when it is first written.

@@ -50,8 +50,8 @@ std::string png_failure(std::string_view bytes) {
     for (const bool reduces : {false, true}) {
         app::ImageLimits limits = kLimits;
         limits.reduce_16_bits = reduces;
-        std::string failure = failure_of(
-            name, [&] { return image_failure(app::decode_png(copy, name, limits)); });
+        std::string failure =
+            failure_of(name, [&] { return image_failure(app::decode_png(copy, name, limits)); });
         if (!failure.empty()) return failure;
     }
     return {};
@@ -60,8 +60,7 @@ std::string png_failure(std::string_view bytes) {
 std::string jpeg_failure(std::string_view bytes) {
     static const std::string name = "case.jpg";
     const std::string copy(bytes);
-    return failure_of(name,
-                      [&] { return image_failure(app::decode_jpeg(copy, name, kLimits)); });
+    return failure_of(name, [&] { return image_failure(app::decode_jpeg(copy, name, kLimits)); });
 }
 
 std::string exr_failure(std::string_view bytes) {

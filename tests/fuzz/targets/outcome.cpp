@@ -7,8 +7,8 @@
 namespace mray::fuzz {
 namespace {
 
-// Messages quote at most 255 bytes, and paths here are short.
-constexpr std::size_t kLongestMessage = 2000;
+// A path of 4096 bytes, all of them escaped, and some text.
+constexpr std::size_t kLongestMessage = 20000;
 
 bool is_control(char c) { return (c >= 0 && c < ' ') || c == '\x7f'; }
 

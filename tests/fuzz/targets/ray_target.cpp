@@ -37,8 +37,7 @@ const SceneSpace& space() {
 void print(const WorldRay& ray, std::string& text) {
     const double numbers[] = {ray.org[0], ray.org[1], ray.org[2], ray.dir[0],
                               ray.dir[1], ray.dir[2], ray.tnear,  ray.tfar};
-    for (const double number : numbers)
-        fmt::format_to(std::back_inserter(text), "{:.9g} ", number);
+    for (const double number : numbers) fmt::format_to(std::back_inserter(text), "{:.9g} ", number);
     text += '\n';
 }
 
@@ -78,9 +77,8 @@ std::string rays_failure(std::string_view bytes) {
     std::string failure =
         failure_of(kName, [&] { return rays_failure(app::RayTextReader(kName, bytes), lines); });
     if (!failure.empty()) return failure;
-    return failure_of(kName, [&] {
-        return rays_failure(app::RayBinaryReader(kName, bytes), bytes.size() / 32);
-    });
+    return failure_of(
+        kName, [&] { return rays_failure(app::RayBinaryReader(kName, bytes), bytes.size() / 32); });
 }
 
 }  // namespace mray::fuzz

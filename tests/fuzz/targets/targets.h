@@ -9,8 +9,8 @@
 namespace mray::fuzz {
 
 /// Takes the bytes as a user would give them. Returns what is wrong with the outcome. Returns an
-/// empty text if it is a value that keeps the promises of its type, or an error of the project about
-/// the input (exit codes 2, 3 and 6) in one line that names the file. Not thread-safe.
+/// empty text if it is a value that keeps the promises of its type, or an error of the project
+/// about the input (exit codes 2, 3 and 6) in one line that names the file. Not thread-safe.
 using FailureFunction = std::string (*)(std::string_view bytes);
 
 /// An OBJ file; what follows a line `====` is the material library m.mtl beside it.
