@@ -21,7 +21,9 @@ namespace {
 /// The commands with their options, each of which writes into one Options.
 class CommandLine {
 public:
-    CommandLine() : app_("Ray tracer for triangle scenes that deform.", "morphray") {
+    explicit CommandLine(std::span<const std::string> arguments)
+        : app_("Ray tracer for triangle scenes that deform.", "morphray") {
+        options_.arguments.assign(arguments.begin(), arguments.end());
         app_.require_subcommand(1);
         app_.formatter(std::make_shared<HelpFormatter>());
         app_.set_help_flag("-h,--help", "print this help");
@@ -117,7 +119,6 @@ ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
         explain(describe(error, arguments));
     }
     options_.given = given_options();
-    options_.arguments.assign(arguments.begin(), arguments.end());
     check_conflicts(options_);
     check_unused_options(options_);
     return {options_, {}};
@@ -126,7 +127,7 @@ ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
 }  // namespace
 
 ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
-    return CommandLine().parse(arguments);
+    return CommandLine(arguments).parse(arguments);
 }
 
 }  // namespace mray::app

@@ -13,6 +13,7 @@
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cassert>
 #include <cstring>
@@ -21,6 +22,7 @@
 #include <string_view>
 #include <utility>
 
+#include "app/files/image_limits.h"
 #include "app/memory_budget.h"
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
@@ -72,6 +74,57 @@ std::uint32_t number_at(const std::filesystem::path& path, std::string_view byte
     return number;
 }
 
+struct TypeSize {
+    std::string_view type;
+    std::uint32_t bytes;
+};
+// Of these types OpenEXR reads so many bytes whatever the size before them says, and would go on
+// with the bytes behind.
+constexpr auto kTypeSizes = std::to_array<TypeSize>({
+    {"box2f", 16},         {"box2i", 16},    {"chromaticities", 32},
+    {"compression", 1},    {"double", 8},    {"envmap", 1},
+    {"deepImageState", 1}, {"float", 4},     {"int", 4},
+    {"keycode", 28},       {"lineOrder", 1}, {"m33d", 72},
+    {"m33f", 36},          {"m44d", 128},    {"m44f", 64},
+    {"rational", 8},       {"tiledesc", 9},  {"timecode", 8},
+    {"v2d", 16},           {"v2f", 8},       {"v2i", 8},
+    {"v3d", 24},           {"v3f", 12},      {"v3i", 12},
+});
+
+/// Whether a list of channels ends where its attribute does.
+bool is_whole_list(std::string_view list) {
+    constexpr std::size_t kAfterName = 16;
+    while (!list.empty() && list[0] != '\0') {
+        const std::size_t end = list.find('\0');
+        if (end == list.npos || list.size() - end - 1 < kAfterName) return false;
+        list.remove_prefix(end + 1 + kAfterName);
+    }
+    return list.size() == 1;
+}
+
+/// Refuses an attribute whose value does not have the size that it claims, as far as OpenEXR does
+/// not look at it.
+void check_attribute(const std::filesystem::path& path, std::string_view type,
+                     std::string_view value) {
+    const auto* const fixed = std::ranges::find(kTypeSizes, type, &TypeSize::type);
+    bool is_right = fixed == kTypeSizes.end() || value.size() == fixed->bytes;
+    if (type == "chlist") is_right = is_whole_list(value);
+    if (type == "preview") {
+        constexpr std::size_t kHead = 8;
+        const std::uint64_t width = number_at(path, value, 0);
+        const std::uint64_t pixels = width * number_at(path, value, 4);
+        is_right = value.size() % 4 == 0 && pixels == (value.size() - kHead) / 4;
+    }
+    for (std::size_t at = 0; type == "stringvector" && at < value.size();) {
+        const std::uint32_t length = number_at(path, value, at);
+        at += 4;
+        if (length > value.size() - at) is_right = false;
+        at += std::min<std::size_t>(length, value.size() - at);
+    }
+    if (!is_right)
+        refuse(path, fmt::format("an attribute of type {} has another size", shown(type)));
+}
+
 /// Refuses kinds of files that are not read, and headers whose attributes claim more bytes than the
 /// file has, for which OpenEXR would allocate them. After magic number and version a header is a
 /// list of name, zero, type, zero, size and value, up to an empty name.
@@ -92,6 +145,8 @@ void check_head(const std::filesystem::path& path, std::string_view bytes) {
         if (size == bytes.npos) refuse(path, "it ends too early");
         const std::uint32_t length = number_at(path, bytes, size + 1);
         if (length > bytes.size() - (size + 5)) refuse(path, "it ends too early");
+        check_attribute(path, bytes.substr(type + 1, size - type - 1),
+                        bytes.substr(size + 5, length));
         at = size + 5 + length;
     }
     if (at >= bytes.size()) refuse(path, "it ends too early");
@@ -107,7 +162,8 @@ auto guarded(const std::filesystem::path& path, Call call) {
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& error) {
-        refuse(path, error.what());
+        // It may quote bytes of the file.
+        refuse(path, shown(error.what()));
     }
 }
 
@@ -123,9 +179,9 @@ std::vector<ExrChannel> channels_of(const std::filesystem::path& path, const Imf
     for (auto at = header.channels().begin(); at != header.channels().end(); ++at) {
         const Imf::Channel& channel = at.channel();
         const std::optional<ExrType> type = type_of(channel.type);
-        if (!type) refuse(path, fmt::format("channel {} has an unknown type", at.name()));
+        if (!type) refuse(path, fmt::format("channel {} has an unknown type", shown(at.name())));
         if (channel.xSampling != 1 || channel.ySampling != 1)
-            refuse(path, fmt::format("channel {} has no value for some pixels", at.name()));
+            refuse(path, fmt::format("channel {} has no value for some pixels", shown(at.name())));
         if (channels.size() == kMostChannels)
             refuse(path, fmt::format("it has more than {} channels", kMostChannels));
         channels.push_back({at.name(), *type});
@@ -181,7 +237,8 @@ void ExrReader::File::check(const std::filesystem::path& path) {
     height = static_cast<std::uint32_t>(rows);
     channels = channels_of(path, header);
     // A block, the one that it is unpacked from, and the rows that are read.
-    require_memory({.kept_bytes = 3 * kMostRowsOfBlock * width * channels.size() * 4});
+    const std::uint64_t bytes = 3 * kMostRowsOfBlock * width * channels.size() * 4;
+    if (bytes > kAlwaysThere) require_memory({.kept_bytes = bytes});
     image.emplace(parts, 0);
 }
 

@@ -19,6 +19,7 @@ void ImageLimits::require(const std::filesystem::path& path, std::uint64_t width
                                 shown(path), width, height, side, pixels));
     }
     const std::uint64_t bytes = width * height * (bytes_per_pixel + decoder_bytes);
+    if (bytes <= kAlwaysThere) return;
     const MemoryLimit limit = memory_limit();
     if (bytes <= limit.available_bytes) return;
     throw Error(ErrorKind::kLimit,

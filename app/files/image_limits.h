@@ -7,6 +7,10 @@
 
 namespace mray::app {
 
+/// Memory that a decoder takes without asking whether it is there, which takes longer than to
+/// decode a small image.
+inline constexpr std::uint64_t kAlwaysThere = std::uint64_t{4} << 20;
+
 /// What a decoder checks before it allocates.
 struct ImageLimits {
     std::uint32_t side = 65536;
@@ -17,7 +21,8 @@ struct ImageLimits {
     bool reduce_16_bits = false;
 
     /// Throws Error(kLimit), with the file, for more pixels, and if the memory will not suffice for
-    /// them. decoder_bytes: what the decoder takes for a pixel.
+    /// them and they take more than kAlwaysThere. decoder_bytes: what the decoder takes for a
+    /// pixel.
     void require(const std::filesystem::path& path, std::uint64_t width, std::uint64_t height,
                  std::uint64_t decoder_bytes = 0) const;
 };

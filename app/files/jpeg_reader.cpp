@@ -23,6 +23,9 @@ namespace {
 constexpr std::uint64_t kDecoderBytesPerPixel = 6;
 // A progressive file may repeat scans without end, each of which takes time for the whole image.
 constexpr int kMostScans = 200;
+// Pixels that a byte stands for at most: a Huffman code has a bit at least, for a block of 8x8
+// values of a channel that has one for 4x4 pixels at least. Arithmetic codes have no such limit.
+constexpr std::uint64_t kMostPixelsPerByte = 8 * 32 * 32;
 
 /// A decoder of bytes in memory. libjpeg leaves a call that fails by longjmp, which runs no
 /// destructors: each function that calls it has plain data alone.
@@ -51,6 +54,7 @@ public:
 
     std::uint32_t width() const { return jpeg_.image_width; }
     std::uint32_t height() const { return jpeg_.image_height; }
+    bool is_arithmetic() const { return jpeg_.arith_code != 0; }
     bool is_rgb_or_grey() const {
         return jpeg_.jpeg_color_space == JCS_GRAYSCALE || jpeg_.jpeg_color_space == JCS_RGB ||
                jpeg_.jpeg_color_space == JCS_YCbCr;
@@ -126,7 +130,10 @@ Image decode_jpeg(const std::string& bytes, const std::filesystem::path& path,
         refuse(path, "its colours are not grey, RGB or YCbCr; save as RGB");
     Image image{reader.width(), reader.height(), {}};
     limits.require(path, image.width, image.height, kDecoderBytesPerPixel);
-    image.pixels.resize(std::size_t{image.width} * image.height);
+    const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
+    if (!reader.is_arithmetic() && pixels / kMostPixelsPerByte > bytes.size())
+        refuse(path, "it ends too early");
+    image.pixels.resize(pixels);
     if (!reader.read_pixels(reinterpret_cast<unsigned char*>(image.pixels.data())))
         refuse(path, reader.error());
     return image;

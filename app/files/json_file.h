@@ -17,7 +17,8 @@ namespace mray::app {
 /// The file and the line of a byte of its text.
 std::string line_of(const std::string& file, const std::string& text, std::size_t byte);
 
-/// Reads a file of at most `most_bytes` that `command` has written, and returns make(json). Throws
+/// Reads a file of at most `most_bytes` that `command` has written, and returns make(json), a
+/// JsonTree, since an object of another file may have any number of members. Throws
 /// Error: kBadInput that names the file for text that is not JSON (with the line), for members that
 /// make() misses or finds of another type, and with the text of a std::invalid_argument of make();
 /// what read_input_file() throws.
@@ -26,10 +27,10 @@ auto read_json_file(const std::string& file, std::uint64_t most_bytes, const cha
                     Make make) {
     const std::string text = read_input_file(file, most_bytes);
     try {
-        return make(Json::parse(text));
-    } catch (const Json::parse_error& error) {
+        return make(JsonTree::parse(text));
+    } catch (const JsonTree::parse_error& error) {
         refuse_json(line_of(file, text, error.byte), "is not JSON", command);
-    } catch (const Json::exception&) {
+    } catch (const JsonTree::exception&) {
         refuse_json(shown(file), "lacks a member", command);
     } catch (const std::invalid_argument& error) {
         refuse_json(shown(file), error.what(), command);

@@ -16,6 +16,9 @@
 namespace mray::app {
 namespace {
 
+// Of deflate: a byte stands for at most 1032.
+constexpr std::uint64_t kMostCompression = 1032;
+
 /// A reader over bytes in memory. libpng leaves a call that fails by longjmp, which runs no
 /// destructors: each function that calls it has plain data alone.
 class PngReader {
@@ -45,6 +48,10 @@ public:
     std::uint32_t width() const { return png_get_image_width(png_, info_); }
     std::uint32_t height() const { return png_get_image_height(png_, info_); }
     int bit_depth() const { return png_get_bit_depth(png_, info_); }
+    /// What is stored, without compression.
+    std::uint64_t stored_bytes() const {
+        return std::uint64_t{png_get_rowbytes(png_, info_)} * height();
+    }
 
     /// Reads 4 bytes a pixel into `pixels`, with a pointer to each row in `rows`.
     bool read_pixels(png_bytepp rows) {
@@ -93,6 +100,23 @@ private:
     char error_[128] = {};
 };
 
+/// Whether a chunk claims more bytes than the file has. libpng would allocate them.
+bool is_cut(std::string_view bytes) {
+    constexpr std::size_t kSignature = 8;
+    constexpr std::size_t kFrame = 12;  // length, type, checksum
+    for (std::size_t at = kSignature; at < bytes.size();) {
+        const std::string_view rest = bytes.substr(at);
+        if (rest.size() < kFrame) return true;
+        std::uint32_t length = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            length = length << 8 | static_cast<unsigned char>(rest[i]);
+        if (length > rest.size() - kFrame) return true;
+        if (rest.substr(4, 4) == "IEND") return false;
+        at += kFrame + length;
+    }
+    return true;
+}
+
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
     throw Error(ErrorKind::kBadInput, fmt::format("{}: is not a PNG file that can be read ({}); "
                                                   "give another file",
@@ -113,12 +137,14 @@ namespace {
 
 PngFile decode(const std::string& bytes, const std::filesystem::path& path,
                const ImageLimits& limits) {
+    if (is_png(bytes) && is_cut(bytes)) refuse(path, "it ends too early");
     PngReader reader(bytes);
     if (!reader.read_head()) refuse(path, reader.error());
     if (reader.bit_depth() > 8 && !limits.reduce_16_bits) refuse(path, "it has 16 bits a channel");
     Image image{reader.width(), reader.height(), {}};
     // libpng takes a few rows.
     limits.require(path, image.width, image.height);
+    if (reader.stored_bytes() / kMostCompression > bytes.size()) refuse(path, "it ends too early");
     image.pixels.resize(std::size_t{image.width} * image.height);
     std::vector<png_bytep> rows;
     for (std::uint32_t y = 0; y < image.height; ++y)

@@ -35,7 +35,7 @@ Json of(const ImageParams& p) {
             {"width", p.width},        {"height", p.height}};
 }
 
-float float_of(const Json& json) {
+float float_of(const JsonTree& json) {
     const auto value = json.get<double>();
     constexpr double kLargest = std::numeric_limits<float>::max();
     const auto rounded = static_cast<float>(std::clamp(value, -kLargest, kLargest));
@@ -45,17 +45,18 @@ float float_of(const Json& json) {
     return rounded;
 }
 
-std::uint32_t count_of(const Json& json) {
-    const auto value = json.get<std::int64_t>();
-    if (value < 0 || value > 0xFFFFFFFFll) throw std::invalid_argument("a number is out of range");
-    return static_cast<std::uint32_t>(value);
+std::uint32_t count_of(const JsonTree& json) {
+    // A conversion alone would take -1 and 1e30, too.
+    if (!json.is_number_unsigned() || json.get<std::uint64_t>() > 0xFFFFFFFF)
+        throw std::invalid_argument("a number is out of range");
+    return json.get<std::uint32_t>();
 }
 
-vec3 vec3_of(const Json& json) {
+vec3 vec3_of(const JsonTree& json) {
     return {float_of(json.at(0)), float_of(json.at(1)), float_of(json.at(2))};
 }
 
-Hit hit_of(const Json& json) {
+Hit hit_of(const JsonTree& json) {
     if (json.is_null()) return no_hit();
     return {float_of(json.at("t")), float_of(json.at("u")), float_of(json.at("v")),
             count_of(json.at("prim_id"))};
@@ -74,8 +75,8 @@ bool is_scene_vertex(vec3 p) {
 
 bool same_bits(const Ray& a, const Ray& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 
-void read_image(const Json& json, RayBundle& bundle) {
-    const Json& image = json.at("image");
+void read_image(const JsonTree& json, RayBundle& bundle) {
+    const JsonTree& image = json.at("image");
     ImageParams& params = bundle.image;
     params.camera.org = vec3_of(image.at("org"));
     params.camera.corner = vec3_of(image.at("corner"));
@@ -90,21 +91,21 @@ void read_image(const Json& json, RayBundle& bundle) {
                       params.width <= kMaxImageSide && params.height <= kMaxImageSide &&
                       std::uint64_t{params.width} * params.height <= kMaxPixels;
     if (!fits) throw std::invalid_argument("the pixel is not in the image, or the image too large");
-    const Json& ray = json.at("ray");
+    const JsonTree& ray = json.at("ray");
     bundle.ray = {vec3_of(ray.at("org")), float_of(ray.at("tnear")), vec3_of(ray.at("dir")),
                   float_of(ray.at("tfar"))};
     if (!same_bits(bundle.ray, camera_ray(params.camera, bundle.pixel.x, bundle.pixel.y)))
         throw std::invalid_argument("the ray is not that of the pixel");
 }
 
-void read_mesh(const Json& json, RayBundle& bundle) {
-    for (const Json& position : json.at("positions")) {
+void read_mesh(const JsonTree& json, RayBundle& bundle) {
+    for (const JsonTree& position : json.at("positions")) {
         bundle.positions.push_back(vec3_of(position));
         if (!is_scene_vertex(bundle.positions.back()))
             throw std::invalid_argument("a position is not one of scene space");
     }
     bundle.topology.vertex_count = static_cast<std::uint32_t>(bundle.positions.size());
-    for (const Json& triangle : json.at("triangles")) {
+    for (const JsonTree& triangle : json.at("triangles")) {
         const uvec3 corners = {count_of(triangle.at(0)), count_of(triangle.at(1)),
                                count_of(triangle.at(2))};
         if (std::max({corners.x, corners.y, corners.z}) >= bundle.positions.size())
@@ -112,7 +113,7 @@ void read_mesh(const Json& json, RayBundle& bundle) {
         bundle.topology.triangles.push_back(corners);
     }
     bundle.topology.albedo.assign(bundle.topology.triangles.size(), kDefaultAlbedo);
-    for (const Json& id : json.at("prim_ids")) {
+    for (const JsonTree& id : json.at("prim_ids")) {
         bundle.prim_ids.push_back(count_of(id));
         const std::size_t last = bundle.prim_ids.size() - 1;
         if (last > 0 && bundle.prim_ids[last - 1] >= bundle.prim_ids[last])
@@ -122,13 +123,13 @@ void read_mesh(const Json& json, RayBundle& bundle) {
         throw std::invalid_argument("not every triangle has a number");
 }
 
-RayBundle bundle_of(const Json& json) {
+RayBundle bundle_of(const JsonTree& json) {
     if (json.at("command") != kCommand) throw std::invalid_argument("is another report");
     RayBundle bundle;
     bundle.scene = json.at("scene").get<std::string>();
     bundle.traced_by = json.at("traced_by").get<std::string>();
     bundle.frame = json.at("frame").get<double>();
-    bundle.scene_triangles = json.at("scene_triangles").get<std::uint64_t>();
+    bundle.scene_triangles = count_of(json.at("scene_triangles"));
     read_image(json, bundle);
     read_mesh(json, bundle);
     bundle.in_image = hit_of(json.at("in_image"));

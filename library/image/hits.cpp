@@ -104,7 +104,8 @@ HitsFile parse(const std::string& file, std::string_view text) {
         std::memcpy(values.data(), next, values.size() * sizeof(values[0]));
         next += values.size() * sizeof(values[0]);
     };
-    if (pixels == 0) return result;
+    // A file without images has no hits, whatever their size would be.
+    if (pixels == 0 || header.image_count == 0) return result;
     std::vector<mray::Hit> hits(pixels);
     for (std::uint32_t i = 0; i < header.image_count; ++i) {
         HitsFile::ImageHits& image = result.images.emplace_back();

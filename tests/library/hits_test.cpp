@@ -76,6 +76,14 @@ TEST(HitsFile, OfAnotherShapeIsRefused) {
     EXPECT_EQ(error_of([&] { writer.write(file); }), "bad_argument");
 }
 
+TEST(HitsFile, WithoutImagesTakesNoMemoryForTheirSize) {
+    const TemporaryFolder folder;
+    const std::string bytes("MRHITS1\0\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF\0\0\0\0", 20);
+    const morphray::HitsFile file = morphray::read_hits(folder.write("a.hits", bytes).string());
+    EXPECT_EQ(file.width, 0xFFFFFFFFu);
+    EXPECT_TRUE(file.images.empty());
+}
+
 TEST(HitsFile, HasRoomForOneMesh) {
     const UserMesh mesh(icosphere(2));
     const std::vector<morphray::MeshView> meshes = {morphray::MeshView{}, mesh.view()};

@@ -35,41 +35,41 @@ constexpr std::array<Stage, 4> kStages = {
 
 [[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument(why); }
 
-const Json& member(const Json& json, const char* name) {
+const JsonTree& member(const JsonTree& json, const char* name) {
     if (!json.is_object() || !json.contains(name)) refuse(fmt::format("lacks the member {}", name));
     return json.at(name);
 }
 
-std::string text_of(const Json& json, const char* name) {
-    const Json& value = member(json, name);
+std::string text_of(const JsonTree& json, const char* name) {
+    const JsonTree& value = member(json, name);
     if (!value.is_string()) refuse(fmt::format("has a {} that is not a text", name));
     return value.get<std::string>();
 }
 
-std::uint64_t count_of(const Json& json, const char* name) {
-    const Json& value = member(json, name);
+std::uint64_t count_of(const JsonTree& json, const char* name) {
+    const JsonTree& value = member(json, name);
     if (!value.is_number_unsigned()) refuse(fmt::format("has a {} that is not a count", name));
     return value.get<std::uint64_t>();
 }
 
-double number_of(const Json& json, const char* name) {
-    const Json& value = member(json, name);
+double number_of(const JsonTree& json, const char* name) {
+    const JsonTree& value = member(json, name);
     if (!value.is_number() || !std::isfinite(value.get<double>()))
         refuse(fmt::format("has a {} that is not a number", name));
     return value.get<double>();
 }
 
-double time_of(const Json& json, const char* name) {
+double time_of(const JsonTree& json, const char* name) {
     const double ms = number_of(json, name);
     if (ms < 0) refuse(fmt::format("has a {} below 0", name));
     return ms;
 }
 
-ProfileRow row_of(const Json& json) {
+ProfileRow row_of(const JsonTree& json) {
     ProfileRow row;
     row.frame = number_of(json, "frame");
     row.backend = text_of(json, "backend");
-    const Json& least = member(json, "least_ms");
+    const JsonTree& least = member(json, "least_ms");
     row.least_update_ms = time_of(least, "update");
     row.least_rebuild_ms = time_of(least, "rebuild");
     row.least_trace_ms = time_of(least, "trace");
@@ -80,7 +80,7 @@ ProfileRow row_of(const Json& json) {
 }
 
 /// The report without what only tables show.
-ProfileReport report_of(const Json& json) {
+ProfileReport report_of(const JsonTree& json) {
     const std::string schema = text_of(json, "schema");
     if (schema != kSchema) refuse(fmt::format("has the schema {}, not {}", shown(schema), kSchema));
     if (text_of(json, "command") != "profile" || json.contains("policies"))
@@ -98,7 +98,7 @@ ProfileReport report_of(const Json& json) {
     report.rays = text_of(json, "rays");
     report.options = text_of(json, "options");
     if (member(json, "complete") != true) refuse("is of a run that was cut short");
-    for (const Json& row : member(json, "frames")) report.rows.push_back(row_of(row));
+    for (const JsonTree& row : member(json, "frames")) report.rows.push_back(row_of(row));
     return report;
 }
 
@@ -167,7 +167,7 @@ StageChange change_of(const Stage& stage, const std::string& backend, const Prof
 }  // namespace
 
 ProfileReport read_baseline(const std::string& file, const ProfileReport& report) {
-    return read_json_file(file, kMostBytes, kCommand, [&](const Json& json) {
+    return read_json_file(file, kMostBytes, kCommand, [&](const JsonTree& json) {
         ProfileReport baseline = report_of(json);
         require_equal(file, baseline, report);
         return baseline;

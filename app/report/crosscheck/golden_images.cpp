@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "app/files/json_file.h"
@@ -17,6 +18,7 @@ namespace {
 
 constexpr const char* kCommand = "crosscheck --bless";
 constexpr std::uint64_t kMostBytes = 1 << 26;
+constexpr std::uint64_t kMostSide = 65536;
 
 /// The options that decide which image is traced; how the tree is built does not.
 std::string view_text(const Options& options) {
@@ -38,30 +40,37 @@ Json json_of(const ReferenceImage& image) {
             {"image_hash", hash_text(image.image_hash)}};
 }
 
-std::uint64_t hash_of(const Json& json) {
+std::uint64_t hash_of(const JsonTree& json) {
     const auto text = json.get<std::string>();
     if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
         throw std::invalid_argument("has a hash that is not 16 hexadecimal digits");
     return std::stoull(text, nullptr, 16);
 }
 
-ReferenceImage image_of(const Json& json) {
+/// A conversion alone would take -1 and 1e30, too.
+std::uint64_t count_of(const JsonTree& json, std::uint64_t most) {
+    if (!json.is_number_unsigned() || json.get<std::uint64_t>() > most)
+        throw std::invalid_argument("has a number that is not a count");
+    return json.get<std::uint64_t>();
+}
+
+ReferenceImage image_of(const JsonTree& json) {
     ReferenceImage image;
     image.frame = json.at("frame").get<double>();
     image.rays = json.at("rays").get<std::string>();
-    image.hits = json.at("hits").get<std::uint64_t>();
+    image.hits = count_of(json.at("hits"), std::numeric_limits<std::uint64_t>::max());
     image.hits_hash = hash_of(json.at("hits_hash"));
     image.image_hash = hash_of(json.at("image_hash"));
     return image;
 }
 
-GoldenScene scene_of(const Json& json) {
+GoldenScene scene_of(const JsonTree& json) {
     GoldenScene scene;
     scene.scene = json.at("scene").get<std::string>();
-    scene.width = json.at("width").get<std::uint32_t>();
-    scene.height = json.at("height").get<std::uint32_t>();
+    scene.width = static_cast<std::uint32_t>(count_of(json.at("width"), kMostSide));
+    scene.height = static_cast<std::uint32_t>(count_of(json.at("height"), kMostSide));
     scene.view = json.at("options").get<std::string>();
-    for (const Json& image : json.at("images")) scene.images.push_back(image_of(image));
+    for (const JsonTree& image : json.at("images")) scene.images.push_back(image_of(image));
     return scene;
 }
 
@@ -120,10 +129,10 @@ std::string golden_text(const Options& options, const CheckRun& run) {
 }
 
 GoldenImages read_golden(const std::string& file) {
-    return read_json_file(file, kMostBytes, kCommand, [&](const Json& json) {
+    return read_json_file(file, kMostBytes, kCommand, [&](const JsonTree& json) {
         if (json.at("command") != kCommand) throw std::invalid_argument("is another report");
         GoldenImages golden{file, {}};
-        for (const Json& scene : json.at("scenes")) golden.scenes.push_back(scene_of(scene));
+        for (const JsonTree& scene : json.at("scenes")) golden.scenes.push_back(scene_of(scene));
         return golden;
     });
 }

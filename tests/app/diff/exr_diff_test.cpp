@@ -20,6 +20,7 @@
 #include "app/files/exr_reader.h"
 #include "common/base/errors.h"
 #include "tests/app/program.h"
+#include "tests/support/thrown_error.h"
 
 namespace mray::test {
 namespace {
@@ -309,6 +310,41 @@ TEST(ExrReader, ReadsOrRefusesEveryDamagedFile) {
     }
     EXPECT_GT(refused, bytes.size());
     EXPECT_GT(read, 5u);
+}
+
+TEST(ExrReader, RefusesAttributesOfAnotherSizeThanTheirType) {
+    const TemporaryFolder folder;
+    const std::string bytes = read_file(write_exr(folder, "a.exr", {}));
+    // The size stands behind the type, little-endian. With it the rest of the header would be read
+    // from another place than it was checked at.
+    for (const char* const type : {"box2i", "chlist", "compression", "float", "lineOrder", "v2f"}) {
+        SCOPED_TRACE(type);
+        std::string damaged = bytes;
+        const std::string word = std::string(1, '\0') + type + '\0';
+        const std::size_t at = damaged.rfind(word);
+        ASSERT_NE(at, std::string::npos);
+        ++damaged[at + word.size()];
+        const std::filesystem::path path = folder.write("b.exr", damaged);
+        const std::string message = message_of([&] { app::ExrReader{path}; });
+        EXPECT_NE(message.find(std::string("an attribute of type ") + type + " has another size"),
+                  std::string::npos)
+            << message;
+    }
+}
+
+TEST(ExrReader, EscapesNamesInMessages) {
+    const TemporaryFolder folder;
+    std::string bytes = read_file(write_exr(folder, "a.exr", {}));
+    // The channel R gets another name, and a type that is none.
+    const std::string channel = std::string("chlist") + '\0';
+    const std::size_t at = bytes.find(channel) + channel.size() + 4;
+    ASSERT_EQ(bytes[at], 'R');
+    bytes[at] = '\n';
+    bytes[at + 2] = 9;
+    const std::filesystem::path path = folder.write("b.exr", bytes);
+    const std::string message = message_of([&] { app::ExrReader{path}; });
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    EXPECT_NE(message.find("\\x0A"), std::string::npos) << message;
 }
 
 }  // namespace

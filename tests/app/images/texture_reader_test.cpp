@@ -122,10 +122,9 @@ TEST_F(TextureFiles, DamagedBytesAreReadOrRefusedButNothingElse) {
     }
 }
 
-TEST_F(TextureFiles, ImagesBeyondTheLimitsAreRefusedByTheirHead) {
-    // The head of a small file with other sizes: in a PNG, bytes 16 to 23 and the chunk's checksum.
+/// The head of a small PNG file with another size: bytes 16 to 23 and the chunk's checksum.
+std::string png_of_size(const std::string& size) {
     std::string png = png_file(1, 1, PNG_COLOR_TYPE_RGB, 8);
-    const std::string size("\0\0\xEA\x60\0\0\xEA\x60", 8);
     png.replace(16, 8, size);
     const auto* const chunk = reinterpret_cast<const png_byte*>(png.data()) + 12;
     std::uint32_t crc = 0xFFFFFFFF;
@@ -135,17 +134,45 @@ TEST_F(TextureFiles, ImagesBeyondTheLimitsAreRefusedByTheirHead) {
     }
     for (std::size_t i = 0; i < 4; ++i)
         png[29 + i] = static_cast<char>(~crc >> (24 - 8 * i) & 0xFF);
-    // In a JPEG, bytes 5 to 8 of the frame's segment.
+    return png;
+}
+
+/// The same of a JPEG file: bytes 5 to 8 of the frame's segment.
+std::string jpeg_of_size(const std::string& size) {
     std::string jpeg = jpeg_file(8, 8);
-    const std::size_t frame = jpeg.find("\xFF\xC0");
-    ASSERT_NE(frame, std::string::npos);
-    jpeg.replace(frame + 5, 4, "\xEA\x60\xEA\x60");
-    for (const std::string& bytes : {png, jpeg}) {
+    return jpeg.replace(jpeg.find("\xFF\xC0") + 5, 4, size);
+}
+
+TEST_F(TextureFiles, ImagesBeyondTheLimitsAreRefusedByTheirHead) {
+    for (const std::string& bytes :
+         {png_of_size({"\0\0\xEA\x60\0\0\xEA\x60", 8}), jpeg_of_size("\xEA\x60\xEA\x60")}) {
         EXPECT_EQ(kind_of([&] { read(bytes); }), ErrorKind::kLimit);
         EXPECT_NE(refusal(bytes).find("has 60000x60000 pixels; at most 16384 a side"),
                   std::string::npos)
             << refusal(bytes);
     }
+}
+
+TEST_F(TextureFiles, ImagesOfMorePixelsThanTheirBytesCanHoldAreRefusedByTheirHead) {
+    // 16384x16384, within all limits.
+    for (const std::string& bytes :
+         {png_of_size({"\0\0\x40\0\0\0\x40\0", 8}), jpeg_of_size({"\x40\0\x40\0", 4})}) {
+        EXPECT_EQ(kind_of([&] { read(bytes); }), ErrorKind::kBadInput);
+        EXPECT_NE(refusal(bytes).find("it ends too early"), std::string::npos) << refusal(bytes);
+    }
+    // Few bytes that are enough.
+    const Image black{4096, 4096, std::vector<std::uint32_t>(4096 * 4096)};
+    const std::vector<std::byte> png = encode_png(black);
+    EXPECT_LT(png.size() * 200, black.pixels.size() * 4);
+    EXPECT_EQ(read({reinterpret_cast<const char*>(png.data()), png.size()}).pixels, black.pixels);
+}
+
+TEST_F(TextureFiles, ChunkOfMoreBytesThanTheFileIsRefused) {
+    std::string png = png_file(4, 4, PNG_COLOR_TYPE_RGB, 8);
+    // A text between the head and the pixels, of 1.5 GB.
+    png.insert(33, std::string("\x5B\0\0\x0FzTXta\0\0x", 12));
+    EXPECT_EQ(kind_of([&] { read(png); }), ErrorKind::kBadInput);
+    EXPECT_NE(refusal(png).find("it ends too early"), std::string::npos) << refusal(png);
 }
 
 TEST_F(TextureFiles, FoldersAndMissingFilesAreRefused) {

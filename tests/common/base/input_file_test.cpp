@@ -165,6 +165,14 @@ TEST(SideFile, IsFoundBesideTheSceneAndBelowIt) {
     EXPECT_EQ(side_file(scene, "./materials/b.mtl"), fs::canonical(below));
 }
 
+TEST(SideFile, NameThatNoFileCanHaveIsCutInTheMessage) {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("a.obj", "");
+    const std::string message = message_of([&] { side_file(scene, std::string(100'000, 'x')); });
+    EXPECT_NE(message.find("a name of 100000 bytes"), std::string::npos);
+    EXPECT_LT(message.size(), 500u);
+}
+
 TEST(SideFile, NeverLeavesTheFolderOfTheScene) {
     const TemporaryFolder folder;
     const fs::path scene = folder.write("inside/scene.obj", "");

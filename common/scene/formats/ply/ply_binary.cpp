@@ -147,7 +147,7 @@ private:
     [[noreturn]] void fail_end(const PlyElement& element, std::uint64_t item) const {
         throw Error(ErrorKind::kBadInput,
                     fmt::format("{}: ends within {} {} of {}; is the file complete?",
-                                place(item_offset_), element.name, item, element.count));
+                                place(item_offset_), element.shown_name(), item, element.count));
     }
 
     /// Reads items without lists, in blocks that fit into the buffer, a property at a time.
@@ -263,7 +263,7 @@ private:
         if (count < 0) {
             throw Error(ErrorKind::kBadInput,
                         fmt::format("{}: list of {} entries in {} {}; is the header right?",
-                                    place(item_offset_), count, element.name, item));
+                                    place(item_offset_), count, element.shown_name(), item));
         }
         const auto entries = static_cast<std::uint64_t>(count);
         if (source_.left() / size < entries) fail_end(element, item);

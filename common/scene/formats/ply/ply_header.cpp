@@ -299,6 +299,11 @@ std::size_t size_of(PlyScalar type) {
     return 8;
 }
 
+std::string PlyElement::shown_name() const {
+    const bool is_read = name == "vertex" || name == "face" || name == "tristrips";
+    return is_read ? name : in_quotes(name);
+}
+
 bool PlyElement::has_lists() const {
     return std::any_of(properties.begin(), properties.end(),
                        [](const PlyProperty& property) { return property.count_type.has_value(); });

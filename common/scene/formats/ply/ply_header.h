@@ -58,6 +58,8 @@ struct PlyElement {
     std::vector<PlyProperty> properties = {};
     std::uint64_t line = 0;
 
+    /// For messages: in quotes unless it is an element that is read.
+    std::string shown_name() const;
     bool has_lists() const;
     /// The bytes of one item of a binary file; lists as if they were empty.
     std::uint64_t least_bytes() const;

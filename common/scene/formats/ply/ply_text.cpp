@@ -61,8 +61,8 @@ private:
         skip_blank_lines();
         line_ = next_line_;
         if (rest_.empty()) {
-            fail(fmt::format("ends before {} {} of {}; is the file complete?", element.name, item,
-                             element.count));
+            fail(fmt::format("ends before {} {} of {}; is the file complete?", element.shown_name(),
+                             item, element.count));
         }
         const auto* const end = std::find_if(rest_.begin(), rest_.end(), is_line_end);
         row_ = rest_.substr(0, static_cast<std::size_t>(end - rest_.begin()));

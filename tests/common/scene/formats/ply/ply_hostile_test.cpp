@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <utility>
 
 #include "common/scene/formats/ply/ply_reader.h"
 #include "tests/common/scene/formats/ply/ply_files.h"
@@ -246,6 +247,21 @@ bool is_read(const std::filesystem::path& path, bool lenient) {
     });
     EXPECT_TRUE(!error || error->kind() == ErrorKind::kBadInput) << error->what();
     return !error;
+}
+
+TEST(PlyHostile, NamesOfElementsAreEscapedAndCutInMessages) {
+    const TemporaryFolder folder;
+    for (const auto& [format, items] :
+         {std::pair{"ascii", ""}, std::pair{"binary_little_endian", "\1\1"}}) {
+        const std::string text = std::string("ply\nformat ") + format + " 1.0\nelement \x7F\xFF" +
+                                 std::string(10'000, 'x') +
+                                 " 2\nproperty list char char a\nend_header\n";
+        const std::string message =
+            message_of([&] { read_ply(folder.write("a.ply", text + items), {}); });
+        EXPECT_NE(message.find("\\x7F\\xFFxxx"), std::string::npos) << message;
+        EXPECT_EQ(message.find('\x7F'), std::string::npos);
+        EXPECT_LT(message.size(), 500u);
+    }
 }
 
 TEST(PlyHostile, FilesCutAtAnyByteAreRefused) {

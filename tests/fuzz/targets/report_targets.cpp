@@ -1,0 +1,107 @@
+// JSON files that the program writes and reads back. Where it can write what it has read, reading
+// that must give the same text again.
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "app/cli/options.h"
+#include "app/commands/merge/merge_parts.h"
+#include "app/commands/profile/baseline.h"
+#include "app/farm/part.h"
+#include "app/files/ray_bundle.h"
+#include "app/report/crosscheck/golden_images.h"
+#include "app/report/reports.h"
+#include "tests/fuzz/targets/case_file.h"
+#include "tests/fuzz/targets/outcome.h"
+#include "tests/fuzz/targets/targets.h"
+
+namespace mray::fuzz {
+namespace {
+
+/// The run that a baseline is compared with (corpus/baseline/).
+app::ProfileReport measured_run() {
+    app::ProfileReport report;
+    report.yardstick = "camera rays";
+    report.head = {.command = "profile",
+                   .scene = "s",
+                   .triangles = 12,
+                   .vertices = 8,
+                   .width = 32,
+                   .height = 16};
+    report.rays = "primary";
+    for (const double frame : {0.0, 1.0}) {
+        app::ProfileRow row;
+        row.frame = frame;
+        row.backend = "cpu";
+        row.least_update_ms = row.least_rebuild_ms = 1;
+        row.least_trace_ms = row.least_trace_rebuilt_ms = row.yardstick_ms = 2;
+        report.rows.push_back(row);
+    }
+    return report;
+}
+
+}  // namespace
+
+std::string baseline_failure(std::string_view bytes) {
+    static CaseFile file("baseline.json");
+    static const app::ProfileReport run = measured_run();
+    file.write(bytes);
+    return failure_of(file.path(), [&]() -> std::string {
+        const app::ProfileReport baseline = app::read_baseline(file.path(), run);
+        std::vector<double> frames;
+        std::ranges::transform(run.rows, std::back_inserter(frames), &app::ProfileRow::frame);
+        app::require_frames(file.path(), baseline, "cpu", frames);
+        app::require_backends(file.path(), baseline, {"cpu"});
+        const app::BaselineReport result =
+            app::compare_with_baseline(file.path(), baseline, run, 10);
+        for (const app::StageChange& stage : result.stages)
+            if (!(stage.expected_ms >= 0)) return "an expected time that is none";
+        return {};
+    });
+}
+
+std::string golden_failure(std::string_view bytes) {
+    static CaseFile file("golden.json");
+    file.write(bytes);
+    return failure_of(file.path(), [&]() -> std::string {
+        const app::GoldenImages golden = app::read_golden(file.path());
+        app::Options options;
+        options.scene = "s";
+        options.view.width = 32;
+        options.view.height = 16;
+        const app::ExpectedRow row = golden.compare(options, {.frame = 0, .rays = "primary"});
+        return row.problem.empty() ? "" : message_failure(row.problem, {});
+    });
+}
+
+std::string bundle_failure(std::string_view bytes) {
+    static CaseFile file("bundle.json");
+    file.write(bytes);
+    return failure_of(file.path(), [&]() -> std::string {
+        const std::string text = app::bundle_text(app::read_bundle(file.path()));
+        file.write(text);
+        return app::bundle_text(app::read_bundle(file.path())) == text
+                   ? ""
+                   : "another bundle is read from its text";
+    });
+}
+
+std::string part_failure(std::string_view bytes) {
+    static CaseFile file("part-1-of-2.json");
+    file.write(bytes);
+    return failure_of(file.path(), [&]() -> std::string {
+        const app::Part part = app::read_part(file.path());
+        const std::string text = app::to_json(part);
+        file.write(text);
+        if (app::to_json(app::read_part(file.path())) != text)
+            return "another part is read from its text";
+        constexpr std::uint32_t kMostShards = 16;
+        if (part.shard.count > kMostShards) return {};
+        const app::MergeReport report = app::check_parts({part, part});
+        app::to_json(report);
+        return app::to_text(report).empty() ? "no text" : "";
+    });
+}
+
+}  // namespace mray::fuzz

@@ -1,0 +1,160 @@
+// Readers of scenes: each must end with a clip that keeps its promises.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/scene/scene_source.h"
+#include "tests/fuzz/targets/case_file.h"
+#include "tests/fuzz/targets/outcome.h"
+#include "tests/fuzz/targets/targets.h"
+
+namespace mray::fuzz {
+namespace {
+
+// A file of a few bytes may have many instances.
+constexpr std::uint64_t kMostTriangles = 1 << 16;
+// Places in time at which a clip is looked at.
+constexpr int kSteps = 16;
+
+constexpr std::string_view kLibraryMark = "\n====\n";
+constexpr std::string_view kMesh =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty int x\nproperty int y\nproperty int z\n"
+    "element face 1\nproperty list int int vertex_index\nend_header\n"
+    "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+/// Positions that are out of bounds; empty if none are.
+std::string beyond_bounds(const Clip& clip, double frame, const std::vector<vec3>& positions) {
+    const WorldBounds bounds = clip.bounds();
+    for (const vec3& p : positions) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto x = static_cast<double>(p[axis]);
+            if (!(x >= bounds.lower[axis] && x <= bounds.upper[axis]))
+                return fmt::format("frame {}: {} is not in the bounds", frame, x);
+        }
+    }
+    return {};
+}
+
+/// What is wrong with the frames of a clip; empty if nothing is.
+std::string broken_frame(const Clip& clip, bool is_lenient) {
+    std::vector<vec3> positions(clip.topology().vertex_count);
+    const double first = clip.first_frame();
+    const double span = clip.last_frame() - first;
+    for (int step = 0; step <= (span > 0 ? kSteps : 0); ++step) {
+        const double frame = first + span * step / kSteps;
+        if (!clip.usable(frame)) continue;
+        try {
+            clip.positions(frame, positions);
+        } catch (const Error& error) {
+            // Of a vertex that is too far at a time between those that were looked at.
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            continue;
+        }
+        // Lenient clips keep coordinates that are not finite.
+        if (is_lenient) continue;
+        const std::string wrong = beyond_bounds(clip, frame, positions);
+        if (!wrong.empty()) return wrong;
+    }
+    return {};
+}
+
+/// What is wrong with a clip; empty if nothing is.
+std::string broken_promise(const Clip& clip, bool is_lenient) {
+    const Topology& topology = clip.topology();
+    if (topology.albedo.size() != topology.triangles.size()) return "albedo of another size";
+    // Without normals there are none in glTF.
+    if (!clip.smooth_corners().empty() && clip.smooth_corners().size() != topology.triangles.size())
+        return "smooth corners of another size";
+    for (const uvec3& t : topology.triangles)
+        if (std::max({t.x, t.y, t.z}) >= topology.vertex_count) return "index out of range";
+    for (const uvec3& t : clip.smooth_corners())
+        if (std::max({t.x, t.y, t.z}) >=
+            std::max<std::size_t>(3 * topology.triangles.size(), topology.vertex_count))
+            return "number of a smooth corner out of range";
+    if (!(clip.first_frame() <= clip.last_frame())) return "frames out of order";
+    return broken_frame(clip, is_lenient);
+}
+
+/// Opens a scene whose messages name `file`.
+std::string opening_failure(const std::string& scene, const std::string& file, SceneOptions options,
+                            bool* is_refused) {
+    bool is_too_large = false;
+    options.check_size = [&](std::uint64_t triangles, std::uint64_t vertices) {
+        is_too_large = triangles + vertices > kMostTriangles;
+        if (is_too_large) throw Error(ErrorKind::kLimit, "too large");
+    };
+    WarningJudge warnings;
+    options.warn = warnings.function();
+    std::string failure = failure_of(
+        file, [&] { return broken_promise(*open_scene(scene, options), options.lenient); },
+        is_refused);
+    if (is_too_large) return {};
+    return failure.empty() ? warnings.failure() : failure;
+}
+
+/// Opens a scene; what is refused is opened leniently, too.
+std::string scene_failure(const std::string& scene, const std::string& file,
+                          SceneOptions options = {}) {
+    bool is_refused = false;
+    std::string failure = opening_failure(scene, file, options, &is_refused);
+    if (!failure.empty() || !is_refused) return failure;
+    options.lenient = true;
+    return opening_failure(scene, file, options, nullptr);
+}
+
+std::string cache_failure(CaseFile& cache, std::string_view bytes) {
+    static CaseFile mesh = [] {
+        CaseFile file("mesh.ply");
+        file.write(kMesh);
+        return file;
+    }();
+    cache.write(bytes);
+    return scene_failure(mesh.path(), cache.path(), {.cache = cache.path()});
+}
+
+}  // namespace
+
+std::string obj_failure(std::string_view bytes) {
+    static CaseFile obj("case.obj");
+    static CaseFile mtl("m.mtl");
+    const std::size_t mark = bytes.find(kLibraryMark);
+    obj.write(bytes.substr(0, mark == bytes.npos ? mark : mark + 1));
+    if (mark == bytes.npos)
+        mtl.remove();
+    else
+        mtl.write(bytes.substr(mark + kLibraryMark.size()));
+    // An error is about either file.
+    return scene_failure(obj.path(), case_folder().native());
+}
+
+std::string ply_failure(std::string_view bytes) {
+    static CaseFile file("case.ply");
+    file.write(bytes);
+    return scene_failure(file.path(), file.path());
+}
+
+std::string gltf_failure(std::string_view bytes) {
+    static CaseFile text("case.gltf");
+    static CaseFile binary("case.glb");
+    CaseFile& file = bytes.starts_with("glTF") ? binary : text;
+    file.write(bytes);
+    return scene_failure(file.path(), file.path());
+}
+
+std::string pc2_failure(std::string_view bytes) {
+    static CaseFile file("case.pc2");
+    return cache_failure(file, bytes);
+}
+
+std::string mdd_failure(std::string_view bytes) {
+    static CaseFile file("case.mdd");
+    return cache_failure(file, bytes);
+}
+
+}  // namespace mray::fuzz
