@@ -304,13 +304,14 @@ TEST(MemoryBudget, EstimateGrowsAndNeverWraps) {
 TEST(MemoryBudget, MoreThanThereIsIsALimitWithNumbers) {
     EXPECT_NO_THROW(require_memory(1 << 20, {1 << 20, "the machine"}));
     try {
-        require_memory(300 << 20, {200 << 20, "the machine"});
+        require_memory(300 << 20, {200 << 20, "the machine"}, "cloth.obj");
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kLimit);
         const std::string text = error.what();
         EXPECT_NE(text.find("300 MiB"), std::string::npos) << text;
         EXPECT_NE(text.find("the machine leaves 200 MiB"), std::string::npos) << text;
+        EXPECT_TRUE(text.starts_with("cloth.obj: ")) << text;
     }
 }
 
