@@ -33,6 +33,12 @@ bool is_lack_of_vulkan(const Error& error) {
     return error.kind() == ErrorKind::kUnavailable || error.kind() == ErrorKind::kLimit;
 }
 
+std::uint64_t named_devices(const Options& options) {
+    const bool is_named =
+        options.backend.choice == BackendChoice::kVulkan || asks_for_vulkan(options.backend);
+    return is_named || options.tree.refit_on == RefitOn::kVulkan ? 1 : 0;
+}
+
 bool has_only_software_devices() {
     bool any = false;
     try {

@@ -2,6 +2,7 @@
 // in.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,6 +22,9 @@ std::vector<gpu::DeviceInfo> vulkan_devices();
 /// The devices that crosscheck compares: none without Vulkan, each usable one if all_devices is
 /// set, otherwise the one that the options choose. Throws Error(kUnavailable) if there is none.
 std::vector<gpu::DeviceInfo> devices_to_check(const BackendOptions& options);
+
+/// How many Vulkan devices the options name, for estimates of memory.
+std::uint64_t named_devices(const Options& options);
 
 /// Whether an option requires Vulkan.
 bool asks_for_vulkan(const BackendOptions& options);

@@ -9,6 +9,7 @@
 #include "app/backends.h"
 #include "app/files/texture_reader.h"
 #include "app/library_calls.h"
+#include "app/terminal/interrupt.h"
 #include "common/base/stopwatch.h"
 
 namespace mray::app {
@@ -233,7 +234,15 @@ void ClipScene::advance(double frame) {
 
 void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
                        morphray::Image& image) {
-    render(view_of(view, shading), image);
+    morphray::View whole = view_of(view, shading);
+    whole.cancel = &interrupt_flag();
+    try {
+        render(whole, image);
+    } catch (const Error& error) {
+        // In its place an error that names the signal.
+        if (error.kind() == ErrorKind::kCancelled) throw_if_interrupted();
+        throw;
+    }
 }
 
 void ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,

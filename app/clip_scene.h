@@ -33,7 +33,8 @@ public:
     /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
     /// frame of the build.
     void advance(double frame);
-    /// Into `image`, whose memory is used again.
+    /// Into `image`, whose memory is used again. Throws Error(kCancelled) within the image after a
+    /// signal (app/terminal/interrupt.h).
     void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
     /// The same pixels without hits. Throws Error(kCancelled) soon after `cancel` becomes true.
     void render_pixels(const ViewSpec& view, const ShadingOptions& shading,

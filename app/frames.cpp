@@ -17,7 +17,7 @@ namespace {
 
 // Estimates the size of a scene from its name or its file. While a file is read, its text and
 // arrays of about the same size are in memory.
-void require_memory_to_open(const std::string& spec) {
+void require_memory_to_open(const std::string& spec, bool has_tree) {
     constexpr std::string_view kBuiltin = "builtin:";
     if (spec.starts_with(kBuiltin)) {
         const std::size_t colon = spec.find(':', kBuiltin.size());
@@ -26,13 +26,14 @@ void require_memory_to_open(const std::string& spec) {
         constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
         const std::uint64_t triangles =
             std::min(parse_unsigned(spec.substr(colon + 1)).value_or(0), kMaxTriangles);
-        require_memory({.triangles = triangles, .vertices = triangles / 2});
+        require_memory({.triangles = triangles, .vertices = triangles / 2, .has_tree = has_tree},
+                       spec);
         return;
     }
     std::error_code error;
     const std::uint64_t bytes = std::filesystem::file_size(spec, error);
     if (!error && std::filesystem::is_regular_file(spec, error)) {
-        require_memory({.kept_bytes = 2 * bytes});
+        require_memory({.kept_bytes = 2 * bytes}, spec);
     }
 }
 
@@ -89,7 +90,9 @@ std::size_t fraction_digits(double frame) {
 }  // namespace
 
 std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages) {
-    require_memory_to_open(options.scene);
+    const bool has_tree = options.command != Command::kIndex &&
+                          (options.command != Command::kInfo || options.tree_facts);
+    require_memory_to_open(options.scene, has_tree);
     SceneOptions scene_options;
     scene_options.lenient = options.lenient;
     scene_options.allow_empty = options.allow_empty;
@@ -101,8 +104,10 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
     scene_options.more_formats = optional_mesh_formats();
     scene_options.animation = options.animation;
     scene_options.fps = options.fps;
-    scene_options.check_size = [](std::uint64_t triangles, std::uint64_t vertices) {
-        require_memory({.triangles = triangles, .vertices = vertices});
+    scene_options.check_size = [&options, has_tree](std::uint64_t triangles,
+                                                    std::uint64_t vertices) {
+        require_memory({.triangles = triangles, .vertices = vertices, .has_tree = has_tree},
+                       options.scene);
     };
     scene_options.warn = [&messages](const Warning& warning) { messages.warn(warning); };
     return open_scene(options.scene, scene_options);

@@ -9,28 +9,42 @@
 #include <limits>
 #include <optional>
 #include <sstream>
+#include <thread>
 
 #include "common/base/errors.h"
 #include "common/interop/bvh_layout.h"
+#include "common/text/message_text.h"
 
 namespace mray::app {
 namespace {
 
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
-// A leaf (320 B and 64 B of vertex numbers) holds about 11 triangles, and there is a node (448 B)
-// for about 11 of those: 40 B a triangle, and some more for unfavourable scenes.
-constexpr std::uint64_t kTreeBytesPerTriangle = 48;
-// Boxes, centroids, order and the binary tree that the builder holds beside the result.
-constexpr std::uint64_t kBuildBytesPerTriangle = 96;
-constexpr std::uint64_t kTopologyBytesPerTriangle = 16;
+// Measured as slopes of the most memory held over 400,000 to 1,200,000 triangles, of cloths (half
+// as many vertices as triangles) and of separate triangles (three times as many).
+
+constexpr std::uint64_t kTopologyBytesPerTriangle = 12;
 // Positions in world space and in scene space.
 constexpr std::uint64_t kPositionBytesPerVertex = 24;
+// The caller's positions, and those that a tree is built over.
+constexpr std::uint64_t kPosedBytesPerVertex = 32;
+// A leaf has at most 16 triangles and at most 16 vertices, and about 10.5 of what fills it first.
+constexpr std::uint64_t kLeavesPer = 2;
+constexpr std::uint64_t kLeavesOf = 21;
+// A leaf with its vertex numbers (388 B), and a node (452 B) for about 11.5 of them.
+constexpr std::uint64_t kTreeBytesPerLeaf = 427;
+// References, twice, and their order; the second references become leaves.
+constexpr std::uint64_t kBuildBytesPerTriangle = 68;
+constexpr std::uint64_t kReusedBytesPerTriangle = 32;
+// Nodes of the binary tree, and costs of their collapse.
+constexpr std::uint64_t kBuildBytesPerLeaf = 520;
 constexpr std::uint64_t kBackendBytesPerVertex = 16;
-// A frame (16 + 4 + 4), its copy on a device, the image and its encoded form.
-constexpr std::uint64_t kBytesPerPixel = 60;
+// A frame (16 + 4 + 4).
+constexpr std::uint64_t kBytesPerPixel = 24;
 // Code, libraries, thread stacks.
-constexpr std::uint64_t kFixedBytes = std::uint64_t{48} << 20;
+constexpr std::uint64_t kFixedBytes = std::uint64_t{24} << 20;
+// Mesa's lavapipe with compiled kernels; drivers of GPUs take about as much.
+constexpr std::uint64_t kDeviceBytes = std::uint64_t{128} << 20;
 
 // Address space that Mesa's lavapipe maps for an instance and a device; it crashes with less.
 constexpr std::uint64_t kDriverAddressBytes = std::uint64_t{768} << 20;
@@ -42,6 +56,18 @@ std::uint64_t saturating_add(std::uint64_t a, std::uint64_t b) {
 std::uint64_t saturating_multiply(std::uint64_t a, std::uint64_t b) {
     return b != 0 && a > kNoLimit / b ? kNoLimit : a * b;
 }
+
+/// A sum of products that saturates.
+struct Sum {
+    std::uint64_t bytes = 0;
+    void add(std::uint64_t count, std::uint64_t size) {
+        bytes = saturating_add(bytes, saturating_multiply(count, size));
+    }
+};
+
+/// --memory-limit. It belongs to the process, as the limits of the system do.
+std::optional<std::uint64_t> chosen_limit;
+constexpr const char* kMemoryLimit = "--memory-limit";
 
 std::optional<std::uint64_t> read_value(const std::string& file) {
     std::ifstream in(file);
@@ -125,24 +151,58 @@ std::string in_mib(std::uint64_t bytes) {
 }  // namespace
 
 std::uint64_t estimate_bytes(const Workload& work) {
-    const std::uint64_t per_triangle =
-        kTopologyBytesPerTriangle + kTreeBytesPerTriangle + kBuildBytesPerTriangle +
-        work.backends * (kTopologyBytesPerTriangle + kTreeBytesPerTriangle);
-    const std::uint64_t per_vertex =
-        kPositionBytesPerVertex + work.backends * kBackendBytesPerVertex;
-    std::uint64_t bytes = saturating_multiply(work.triangles, per_triangle);
-    bytes = saturating_add(bytes, saturating_multiply(work.vertices, per_vertex));
-    bytes = saturating_add(bytes, saturating_multiply(work.pixels, kBytesPerPixel));
-    return saturating_add(saturating_add(bytes, work.kept_bytes), kFixedBytes);
+    Sum sum;
+    sum.add(work.triangles, kTopologyBytesPerTriangle);
+    sum.add(work.vertices, kPositionBytesPerVertex);
+    const std::uint64_t leaves =
+        saturating_multiply(std::max(work.triangles, work.vertices), kLeavesPer) / kLeavesOf;
+    if (work.has_tree) {
+        const std::uint64_t reused =
+            std::min(saturating_multiply(work.triangles, kReusedBytesPerTriangle),
+                     saturating_multiply(leaves, sizeof(Leaf)));
+        sum.add(work.vertices, kPosedBytesPerVertex);
+        sum.add(leaves, kBuildBytesPerLeaf + kTreeBytesPerLeaf - sizeof(Leaf));
+        sum.add(work.triangles, kBuildBytesPerTriangle);
+        sum.add(saturating_multiply(leaves, sizeof(Leaf)) - reused, 1);
+    }
+    sum.add(saturating_multiply(work.copies, work.triangles), kTopologyBytesPerTriangle);
+    sum.add(saturating_multiply(work.copies, work.vertices), kBackendBytesPerVertex);
+    sum.add(saturating_multiply(work.copies, leaves), kTreeBytesPerLeaf);
+    sum.add(work.pixels, kBytesPerPixel);
+    sum.add(work.devices, kDeviceBytes);
+    sum.add(work.kept_bytes, 1);
+    sum.add(kFixedBytes, 1);
+    return sum.bytes;
+}
+
+void set_memory_limit(std::uint64_t bytes, int threads) {
+    chosen_limit = bytes;
+    constexpr std::uint64_t kStackBytes = std::uint64_t{8} << 20;
+    const std::uint64_t stacks =
+        kStackBytes * (threads > 0 ? static_cast<unsigned>(threads)
+                                   : std::max(1u, std::thread::hardware_concurrency()));
+    rlimit data = {};
+    if (getrlimit(RLIMIT_DATA, &data) != 0) return;
+    // Memory that drivers map and leave as it is.
+    constexpr std::uint64_t kMappedBytes = std::uint64_t{256} << 20;
+    const std::uint64_t most =
+        saturating_add(saturating_add(bytes, bytes / 2), stacks + kMappedBytes);
+    data.rlim_cur = std::min<rlim_t>(data.rlim_cur, std::max(most, used_bytes(kStatmData)));
+    setrlimit(RLIMIT_DATA, &data);
 }
 
 MemoryLimit memory_limit() {
     MemoryLimit limit{kNoLimit, "nothing"};
     apply_process_limit(limit, RLIMIT_AS, kStatmSize, "the address space limit (ulimit -v)");
-    apply_process_limit(limit, RLIMIT_DATA, kStatmData, "the data limit (ulimit -d)");
+    apply_process_limit(limit, RLIMIT_DATA, kStatmData,
+                        chosen_limit ? kMemoryLimit : "the data limit (ulimit -d)");
     apply_control_groups(limit);
     if (const auto kib = read_keyed("/proc/meminfo", "MemAvailable:")) {
         tighten(limit, *kib * 1024, "this machine's free memory");
+    }
+    if (chosen_limit) {
+        const std::uint64_t taken = resident_memory_bytes();
+        tighten(limit, *chosen_limit > taken ? *chosen_limit - taken : 0, kMemoryLimit);
     }
     return limit;
 }
@@ -166,16 +226,22 @@ void require_driver_memory() {
                     in_mib(kDriverAddressBytes), limit.source, in_mib(limit.available_bytes)));
 }
 
-void require_memory(const Workload& workload) {
-    require_memory(estimate_bytes(workload), memory_limit());
+void require_memory(const Workload& workload, std::string_view scene) {
+    const std::uint64_t bytes = estimate_bytes(workload);
+    // The estimate is that of the whole process.
+    if (chosen_limit) require_memory(bytes, {*chosen_limit, kMemoryLimit}, scene);
+    MemoryLimit limit = memory_limit();
+    if (limit.source != kMemoryLimit) require_memory(bytes, limit, scene);
 }
 
-void require_memory(std::uint64_t bytes, const MemoryLimit& limit) {
+void require_memory(std::uint64_t bytes, const MemoryLimit& limit, std::string_view scene) {
     if (bytes <= limit.available_bytes) return;
-    throw Error(ErrorKind::kLimit,
-                fmt::format("this needs about {} of memory, but {} leaves {}; choose a smaller "
-                            "scene, a smaller image or fewer frames",
-                            in_mib(bytes), limit.source, in_mib(limit.available_bytes)));
+    throw Error(
+        ErrorKind::kLimit,
+        fmt::format("{}this needs about {} of memory, but {} leaves {}; choose a smaller scene, "
+                    "a smaller image or fewer frames, or raise the limit",
+                    scene.empty() ? std::string() : shown(scene) + ": ", in_mib(bytes),
+                    limit.source, in_mib(limit.available_bytes)));
 }
 
 }  // namespace mray::app

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace mray::app {
 
@@ -11,15 +12,21 @@ namespace mray::app {
 struct Workload {
     std::uint64_t triangles = 0;
     std::uint64_t vertices = 0;
-    /// Pixels of an image, 0 for none.
+    /// Whether a tree is built.
+    bool has_tree = true;
+    /// Trees with all that a backend keeps beside them that are held while another tree is built.
+    std::uint64_t copies = 0;
+    /// Pixels of a traced image, 0 for none.
     std::uint64_t pixels = 0;
-    /// Backends, each of which keeps the scene and a tree.
-    std::uint64_t backends = 1;
+    /// Vulkan devices that are opened.
+    std::uint64_t devices = 0;
     /// Further bytes, such as results that are kept until the end.
     std::uint64_t kept_bytes = 0;
 };
 
-/// An upper estimate in bytes; saturates instead of overflowing.
+/// An estimate in bytes for the whole process; saturates instead of overflowing. Of meshes and of
+/// triangles that share no vertices it is within a fifth of what is held; a tree over triangles
+/// that overlap each other has fuller memory, up to five times the estimate.
 std::uint64_t estimate_bytes(const Workload& workload);
 
 struct MemoryLimit {
@@ -27,9 +34,15 @@ struct MemoryLimit {
     /// The name of the limit: "the address space limit", ...
     std::string source;
 };
-/// The tightest of the process's address space and data limits, its control group, and what the
-/// machine has left.
+/// What is left of the tightest of --memory-limit, the process's address space and data limits, its
+/// control group, and what the machine has left.
 MemoryLimit memory_limit();
+
+/// Sets --memory-limit for the rest of the process, before any work: the most that the process is
+/// to hold. What estimates miss ends by the data limit of the process (RLIMIT_DATA) at half as much
+/// again, with 256 MiB for drivers and a stack for each thread: then allocations fail. threads: as
+/// in BackendOptions.
+void set_memory_limit(std::uint64_t bytes, int threads);
 
 /// The most memory that the process has held at once, in bytes; 0 where the system does not tell.
 std::uint64_t peak_memory_bytes();
@@ -41,8 +54,10 @@ std::uint64_t resident_memory_bytes();
 /// starts; drivers tend to end the process then.
 void require_driver_memory();
 
-/// Throws Error(kLimit) if the estimate is above the limit.
-void require_memory(const Workload& workload);
-void require_memory(std::uint64_t bytes, const MemoryLimit& limit);
+/// Throws Error(kLimit), beginning with `scene` unless it is empty, if the estimate is above
+/// --memory-limit, or above what other limits leave.
+void require_memory(const Workload& workload, std::string_view scene = {});
+/// Throws Error(kLimit) if bytes that are to be taken are more than a limit leaves.
+void require_memory(std::uint64_t bytes, const MemoryLimit& limit, std::string_view scene = {});
 
 }  // namespace mray::app

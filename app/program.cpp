@@ -2,6 +2,7 @@
 
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
+#include "app/memory_budget.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/messages.h"
@@ -57,6 +58,8 @@ int run_program(std::span<const std::string> arguments) {
             return static_cast<int>(ExitCode::kOk);
         }
         messages = Messages(*parsed.options);
+        if (const auto limit = parsed.options->memory_limit)
+            set_memory_limit(*limit, parsed.options->backend.threads);
         return static_cast<int>(run_command(*parsed.options, messages));
     } catch (...) {
         return static_cast<int>(explain_failure(std::current_exception(), messages));

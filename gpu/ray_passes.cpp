@@ -11,6 +11,13 @@ namespace {
 
 constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
 
+// The most steps that traverse() counts for a node or leaf that is visited once
+// (shaders/single_ray/traverse.glsl). A leaf of 16 triangles: 2, 16, and one each for those that
+// are certain, but at least 1; the queue of uncertain ones, whose number together with the certain
+// ones is at most 16, but at least 1; 1 each for the pop that finds it and the one that ends it; 3
+// and 1 for the loops around it. The sum is at most 2 + 16 + 16 + 1 + 2 + 4 = 41.
+constexpr std::uint64_t kStepsOfVisit = 41;
+
 }  // namespace
 
 RayPasses::RayPasses(Context& context, const PassSize& size, std::uint32_t step_budget)
@@ -105,10 +112,10 @@ WorkHeader RayPasses::header(const char* what, std::uint32_t number) const {
 
 double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_hit,
                          std::uint32_t count) {
-    // A ray visits each node and leaf at most once, for at most 20 steps each, pops included, and a
-    // round visits at least one. More rounds mean that the tree has a cycle.
+    // A ray visits each node and leaf at most once, and a round visits at least one. More rounds
+    // mean that the tree has a cycle.
     const std::uint64_t max_rounds =
-        2 + 20ull * (scene.node_count() + scene.leaf_count()) / step_budget_;
+        2 + kStepsOfVisit * (scene.node_count() + scene.leaf_count()) / step_budget_;
     kernels.prepare({&kernels.resume});
     double device_ms = 0;
     for (std::uint32_t first = 0; first < count; first += size_.resume_slots) {

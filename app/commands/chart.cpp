@@ -57,8 +57,9 @@ ChartInput middle_frame(const Options& options, const SceneFrames& frames) {
     const Effort& effort = options.quick ? quick_effort() : full_effort();
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,
-                    .pixels = std::uint64_t{effort.side} * effort.side,
-                    .backends = 6});
+                    .copies = 5,
+                    .pixels = std::uint64_t{effort.side} * effort.side},
+                   clip.name());
     std::vector<vec3> positions(topology.vertex_count);
     clip.positions(std::floor((clip.first_frame() + clip.last_frame()) / 2), positions);
     return {std::filesystem::path(clip.name()).filename().string(), topology, std::move(positions)};

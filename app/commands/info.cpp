@@ -86,7 +86,8 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
     const Topology& topology = scene.clip().topology();
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,
-                    .backends = options.tree_facts ? 1u : 0u});
+                    .has_tree = options.tree_facts},
+                   options.scene);
     const double frame = select_frames(options, scene.clip(), DefaultFrames::kFirst).front();
     warn_of_damage(options, scene.clip(), {&frame, 1}, messages);
     const std::span<const vec3> positions = scene.positions(frame);

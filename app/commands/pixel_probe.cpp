@@ -82,8 +82,10 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,
+                    .copies = options.tree.refit_on == RefitOn::kOwn ? 0u : 1u,
                     .pixels = pixels,
-                    .backends = 2});
+                    .devices = named_devices(options)},
+                   options.scene);
     const ImageParams params =
         make_image_params(options.view, scene.clip().bounds(), scene.space());
     Session session = open_session(options, scene, frame_number, messages);

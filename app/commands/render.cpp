@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/backends.h"
 #include "app/cli/remedy_text.h"
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
@@ -241,8 +242,11 @@ private:
 
 // What a file of hits takes for each pixel of an image: a hit, and a count of occluded rays.
 constexpr std::uint64_t kHitsFileBytesPerPixel = 20;
-// What a sample takes while it is shaded: a second traced image.
-constexpr std::uint64_t kShadedBytesPerSample = 24;
+// An image and its encoded form.
+constexpr std::uint64_t kEncodedBytesPerPixel = 26;
+// Smooth normals, and what the ground and colours of triangles take.
+constexpr std::uint64_t kLitBytesPerTriangle = 8;
+constexpr std::uint64_t kLitBytesPerVertex = 36;
 // Texture coordinates and the number of a texture, of the clip, of a scene and while it is made.
 // What texels take is checked as the textures are read.
 constexpr std::uint64_t kTextureBytesPerTriangle = 3 * 28;
@@ -269,19 +273,23 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
         (options.hits.empty()
              ? 0
              : 2 * (has_hits_folder(options) ? 1 : frames) * pixels * kHitsFileBytesPerPixel) +
-        (*options.shading.shading == morphray::Shading::plain ? 0
-                                                              : pixels * kShadedBytesPerSample) +
+        pixels * kEncodedBytesPerPixel +
         images_behind(options, frames) * pixels * kTracedBytesPerPixel +
+        (*options.shading.shading == morphray::Shading::plain
+             ? 0
+             : clip.topology().triangles.size() * kLitBytesPerTriangle +
+                   clip.topology().vertex_count * kLitBytesPerVertex) +
         (clip.textures() == nullptr ? 0
                                     : clip.topology().triangles.size() * kTextureBytesPerTriangle);
-    // A background build holds one more tree.
-    const std::uint64_t background_build = options.tree.update == "auto" ? 1 : 0;
-    require_memory(
-        {.triangles = clip.topology().triangles.size(),
-         .vertices = clip.topology().vertex_count,
-         .pixels = pixels,
-         .backends = (options.tree.refit_on == RefitOn::kOwn ? 1u : 2u) + background_build,
-         .kept_bytes = kept});
+    // A tree is built while the one before is held.
+    const std::uint64_t rebuilt = options.tree.update != "refit" && frames > 1 ? 1 : 0;
+    require_memory({.triangles = clip.topology().triangles.size(),
+                    .vertices = clip.topology().vertex_count,
+                    .copies = (options.tree.refit_on == RefitOn::kOwn ? 0u : 1u) + rebuilt,
+                    .pixels = pixels,
+                    .devices = named_devices(options),
+                    .kept_bytes = kept},
+                   options.scene);
 }
 
 /// The tasks without an image of an earlier run.

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "app/backends.h"
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
@@ -128,7 +129,9 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
     const Topology& topology = scene.clip().topology();
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,
-                    .kept_bytes = 2 * rays.size() + kBatch * 128});
+                    .devices = named_devices(options),
+                    .kept_bytes = 2 * rays.size() + kBatch * 128},
+                   options.scene);
     const double frame = select_frames(options, scene.clip(), DefaultFrames::kFirst).front();
     warn_of_damage(options, scene.clip(), {&frame, 1}, messages);
     const std::span<const vec3> positions = scene.positions(frame);

@@ -1,7 +1,9 @@
 // morphray view: a window that shows a scene move.
+#include "app/backends.h"
 #include "app/clip_scene.h"
 #include "app/commands/commands.h"
 #include "app/frames.h"
+#include "app/memory_budget.h"
 #include "app/render_command.h"
 #include "app/view/window/viewer.h"
 #include "common/base/output_file.h"
@@ -27,6 +29,12 @@ ExitCode run_view(const Options& given, const Messages& messages) {
     const std::unique_ptr<Clip> clip = open_clip(options, messages);
     const double frame = select_frame(options, *clip);
     warn_of_damage(options, *clip, {&frame, 1}, messages);
+    require_memory({.triangles = clip->topology().triangles.size(),
+                    .vertices = clip->topology().vertex_count,
+                    .copies = options.comparison == Comparison::kOff ? 1u : 2u,
+                    .pixels = std::uint64_t{options.view.width} * options.view.height,
+                    .devices = named_devices(options)},
+                   options.scene);
     const ViewState state = initial_state(options, *clip, chosen_backend(options, messages), frame);
     Viewer viewer(options, *clip, messages, state);
     viewer.run();

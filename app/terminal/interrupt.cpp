@@ -9,7 +9,9 @@ namespace {
 
 /// The signal that arrived, or 0. A signal handler can only use a global.
 std::atomic<int> received_signal = 0;
-static_assert(std::atomic<int>::is_always_lock_free);  // required in a signal handler
+std::atomic<bool> has_received = false;
+static_assert(std::atomic<bool>::is_always_lock_free &&
+              std::atomic<int>::is_always_lock_free);  // required in a signal handler
 
 constexpr std::array<int, 4> kSignals = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
 
@@ -23,6 +25,7 @@ void set_handler(int signal, void (*handler)(int)) {
 
 void on_signal(int signal) {
     received_signal.store(signal);
+    has_received.store(true);
     for (const int next : {SIGINT, SIGTERM, SIGHUP}) set_handler(next, SIG_DFL);
 }
 
@@ -30,6 +33,7 @@ void on_signal(int signal) {
 
 InterruptGuard::InterruptGuard() : before_() {
     received_signal.store(0);
+    has_received.store(false);
     for (std::size_t i = 0; i < kSignals.size(); ++i) {
         sigaction(kSignals[i], nullptr, &before_[i]);
         if (before_[i].sa_handler == SIG_IGN) continue;
@@ -42,6 +46,8 @@ InterruptGuard::~InterruptGuard() {
         sigaction(kSignals[i], &before_[i], nullptr);
     }
 }
+
+const std::atomic<bool>& interrupt_flag() { return has_received; }
 
 bool interrupted() { return received_signal.load() != 0; }
 

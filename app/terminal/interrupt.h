@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <array>
+#include <atomic>
 
 #include "app/cli/exit_code.h"
 
@@ -26,6 +27,9 @@ private:
 
 /// Whether SIGINT, SIGTERM or SIGHUP has arrived since the last guard was made. Thread-safe.
 bool interrupted();
+
+/// True as interrupted() is: for calls that take a flag by which they are cancelled.
+const std::atomic<bool>& interrupt_flag();
 
 /// Throws Error(kCancelled) after SIGINT, SIGTERM or SIGHUP. Called between frames, so that
 /// finished frames are kept and no file is half written.

@@ -123,7 +123,9 @@ Outcome Started::wait() {
     Outcome outcome;
     drain({out_, err_}, {&outcome.out, &outcome.err}, pid_);
     int status = 0;
-    ::waitpid(std::exchange(pid_, -1), &status, 0);
+    rusage usage = {};
+    ::wait4(std::exchange(pid_, -1), &status, 0, &usage);
+    outcome.peak_bytes = std::uint64_t{1024} * static_cast<std::uint64_t>(usage.ru_maxrss);
     outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     return outcome;
 }

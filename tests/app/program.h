@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 #include <sys/types.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -18,6 +19,8 @@ struct Outcome {
     int code = -1;
     std::string out;
     std::string err;
+    /// The most memory that the program held at once.
+    std::uint64_t peak_bytes = 0;
 };
 
 /// The environment of a run; each field is a deviation from the default.

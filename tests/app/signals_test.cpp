@@ -56,6 +56,21 @@ TEST(Signals, TerminateGivesExitCode143) {
     expect_whole_images_only(folder);
 }
 
+// One frame takes minutes.
+TEST(Signals, TerminateEndsWithinAFrame) {
+    TemporaryFolder folder;
+    std::filesystem::create_directory(folder.path() / "out");
+    Started render({"render", "builtin:cloth:20000", "--backend", "brute", "--size", "4096x4096",
+                    "--rays", "shadow", "--frames", "0", "--out", folder.file("out")});
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    render.send(SIGTERM);
+    const Outcome outcome = render.wait();
+    EXPECT_EQ(outcome.code, 143);
+    EXPECT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_NE(outcome.err.find("terminated"), std::string::npos) << outcome.err;
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"out"});
+}
+
 TEST(Signals, InterruptOfTraceLeavesNoFile) {
     TemporaryFolder folder;
     std::string rays;

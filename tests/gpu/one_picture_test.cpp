@@ -180,6 +180,24 @@ TEST(OnePicture, ImagesOfTreesThatCannotBeCulledEqualBruteForce) {
     }
 }
 
+// Each leaf is full, and each of its triangles uncertain, so that a leaf takes the most steps; the
+// rounds that continue a ray are limited by their number.
+TEST(OnePicture, ImagesOfFullLeavesThatCannotBeCulledEqualBruteForce) {
+    gpu::Tuning tuning;
+    tuning.use_packets = false;
+    tuning.step_budget = 100;
+    const std::unique_ptr<Backend> vulkan = validated_device(tuning);
+    const std::unique_ptr<Backend> brute = cpu::make_brute_backend();
+    const DeviceScene scene = coincident(8192);
+    const Bvh bvh = build_bvh(scene.topology, scene.positions);
+    for (Backend* backend : {vulkan.get(), brute.get()})
+        backend->set_scene(scene.topology, scene.positions, bvh);
+    Frame expected, traced;
+    brute->trace_image(view(8, 6, kRaysPrimary), expected);
+    vulkan->trace_image(view(8, 6, kRaysPrimary), traced);
+    EXPECT_EQ(differing(expected, traced), 0u);
+}
+
 TEST(OnePicture, ImagesCopiedThroughStagingEqualBruteForce) {
     gpu::Tuning tuning;
     tuning.force_staging = true;

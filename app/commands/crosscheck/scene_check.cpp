@@ -33,12 +33,14 @@ std::vector<std::uint32_t> rays_of(const Options& options) {
 
 void require_memory_for(const Options& options, const Topology& topology, std::size_t devices) {
     const std::uint64_t pixels = std::uint64_t{options.view.width} * options.view.height;
-    // Three reference frames and the one that is compared.
+    // The reference frames and the one that is compared.
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,
+                    .copies = 3 + 3 * devices,
                     .pixels = pixels,
-                    .backends = 4 + 2 * devices,
-                    .kept_bytes = 3 * pixels * (sizeof(Hit) + 8)});
+                    .devices = devices,
+                    .kept_bytes = rays_of(options).size() * pixels * (sizeof(Hit) + 8)},
+                   options.scene);
 }
 
 /// Runs the frames and gathers what the reports need.

@@ -185,8 +185,8 @@ ExitCode run_replay(const Options& options, const Messages& messages) {
     const RayBundle bundle = read_bundle(options.scene);
     require_memory({.triangles = bundle.topology.triangles.size(),
                     .vertices = bundle.positions.size(),
-                    .pixels = std::uint64_t{bundle.image.width} * bundle.image.height,
-                    .backends = 2});
+                    .pixels = std::uint64_t{bundle.image.width} * bundle.image.height},
+                   options.scene);
     const std::vector<Answer> answers = trace_all(options, bundle, messages);
     if (!options.json.empty()) write_report(options.json, json_of(bundle, answers));
     if (!takes_stdout({options.json})) messages.print(text_of(bundle, answers));

@@ -1,0 +1,226 @@
+// soak [--frames N] [--backend cpu|vulkan]: follows small scenes that deform for N frames
+// (1,000,000), under each update policy, round and round, and checks at the end of each tenth what
+// must not change: memory, file descriptors and threads; the bits of the first frame's image; how
+// many trees a round takes, and what they cost beside new ones. Prints a row for each tenth; exit
+// code 1 if a check fails.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/base/errors.h"
+#include "common/base/hash.h"
+#include "common/base/stopwatch.h"
+#include "common/bvh/bvh_stats.h"
+#include "common/scene/camera_setup.h"
+#include "common/scene/scene_source.h"
+#include "common/update/session.h"
+#include "cpu/cpu_backend.h"
+#ifdef MORPHRAY_HAS_VULKAN
+#include "gpu/vulkan_backend.h"
+#endif
+
+namespace mray {
+namespace {
+
+constexpr const char* kScenes[] = {"builtin:twist:576", "builtin:teleport:576"};
+constexpr const char* kPolicies[] = {"auto", "refit", "rebuild", "every:4"};
+constexpr int kParts = 10;
+constexpr std::uint32_t kSide = 32;
+
+// Growth after the first tenth. Allocators keep what threads have freed, in steps of their own.
+constexpr std::uint64_t kMostGrowthKib = 4096;
+// A tree of --update auto costs at most so many times a new one, and restructures or builds in at
+// most every second frame.
+constexpr double kMostCostRatio = 2;
+constexpr double kMostTreesAFrame = 0.5;
+
+std::uint64_t status_number(const char* key) {
+    std::ifstream in("/proc/self/status");
+    for (std::string line; std::getline(in, line);) {
+        if (line.starts_with(key)) return std::stoull(line.substr(std::strlen(key)));
+    }
+    return 0;
+}
+
+struct Resources {
+    std::uint64_t resident_kib = status_number("VmRSS:");
+    std::uint64_t threads = status_number("Threads:");
+    std::int64_t descriptors =
+        std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+};
+
+std::unique_ptr<Backend> make_tracer(std::string_view backend) {
+#ifdef MORPHRAY_HAS_VULKAN
+    if (backend == "vulkan") return gpu::make_vulkan_backend();
+#endif
+    if (backend != "cpu") throw Error(ErrorKind::kBadArgument, "--backend: cpu or vulkan");
+    return cpu::make_cpu_backend({.threads = 1});
+}
+
+/// One scene under one policy.
+class Run {
+public:
+    Run(const char* scene, const char* policy, std::string_view backend)
+        : name_(fmt::format("{}, {}", scene, policy)),
+          is_auto_(policy == std::string_view("auto")),
+          frames_(open_scene(scene)),
+          first_(static_cast<int>(frames_.clip().first_frame())),
+          period_(static_cast<int>(frames_.clip().last_frame()) - first_ + 1),
+          session_(frames_, config(policy), first_, make_tracer(backend), nullptr) {
+        ViewSpec view;
+        view.width = view.height = kSide;
+        view.rays = kRaysShadow;
+        params_ = make_image_params(view, frames_.clip().bounds(), frames_.space());
+        follow(1);
+        first_hash_ = image_hash();
+    }
+
+    const std::string& name() const { return name_; }
+
+    /// Traces frames, the last of them a first frame. Returns the number of them.
+    std::uint64_t follow_rounds(std::uint64_t frames) {
+        steps_.clear();
+        const std::uint64_t rounds = std::max<std::uint64_t>(1, frames / period_);
+        follow(rounds * period_);
+        return rounds * period_;
+    }
+
+    /// What is wrong; empty if nothing is.
+    std::string problem(std::uint64_t frames) {
+        if (image_hash() != first_hash_) return "the first frame has other bits";
+        if (!is_auto_) return {};
+        if (trees_a_frame(frames) > kMostTreesAFrame) return "trees flap";
+        return cost_ratio() > kMostCostRatio ? "trees stay bad" : "";
+    }
+
+    double trees_a_frame(std::uint64_t frames) const {
+        std::uint64_t trees = 0;
+        for (const auto& [step, count] : steps_) {
+            if (step != TreeStep::kKept && step != TreeStep::kRefitted) trees += count;
+        }
+        return static_cast<double>(trees) / static_cast<double>(frames);
+    }
+
+    /// The SAH cost of the tree over that of a new one.
+    double cost_ratio() {
+        const Bvh fresh = build_bvh(frames_.clip().topology(), frames_.positions(first_));
+        return bvh_stats(session_.tree()).sah_cost / bvh_stats(fresh).sah_cost;
+    }
+
+private:
+    static SessionConfig config(const char* policy) {
+        SessionConfig config;
+        config.update = policy;
+        config.update_config.deterministic = true;
+        config.threads = 1;
+        return config;
+    }
+
+    void follow(std::uint64_t frames) {
+        for (std::uint64_t i = 0; i < frames; ++i) {
+            session_.advance(first_ + static_cast<int>(next_ % period_));
+            session_.trace(params_, frame_);
+            ++steps_[session_.last_update().step];
+            next_ = (next_ + 1) % period_;
+        }
+    }
+
+    std::uint64_t image_hash() const {
+        return Hasher().add(std::span(frame_.pixels)).add(std::span(frame_.hits)).digest();
+    }
+
+    std::string name_;
+    bool is_auto_;
+    SceneFrames frames_;
+    int first_;
+    std::uint64_t period_;
+    Session session_;
+    ImageParams params_ = {};
+    Frame frame_;
+    std::uint64_t next_ = 0;
+    std::uint64_t first_hash_ = 0;
+    std::map<TreeStep, std::uint64_t> steps_;
+};
+
+int soak(std::uint64_t frames, std::string_view backend) {
+    constexpr std::uint64_t kRuns = std::size(kScenes) * std::size(kPolicies);
+    std::vector<std::unique_ptr<Run>> runs;
+    for (const char* scene : kScenes) {
+        for (const char* policy : kPolicies)
+            runs.push_back(std::make_unique<Run>(scene, policy, backend));
+    }
+    int code = 0;
+    std::optional<Resources> early;
+    std::uint64_t done = 0;
+    const Stopwatch watch;
+    fmt::print("{:>9}  {:>7}  {:>7}  {:>3}  {:>7}  {:>10}  {:>10}\n", "frames", "seconds",
+               "RSS KiB", "fds", "threads", "trees/100", "cost ratio");
+    for (int part = 0; part < kParts; ++part) {
+        double trees = 0;
+        double ratio = 0;
+        for (const std::unique_ptr<Run>& run : runs) {
+            const std::uint64_t count = run->follow_rounds(frames / kParts / kRuns);
+            done += count;
+            if (const std::string problem = run->problem(count); !problem.empty()) {
+                fmt::print("error: {}: {}\n", run->name(), problem);
+                code = 1;
+            }
+        }
+        // The runs under auto come first of each scene.
+        for (std::size_t i = 0; i < runs.size(); i += std::size(kPolicies)) {
+            trees = std::max(trees, runs[i]->trees_a_frame(frames / kParts / kRuns));
+            ratio = std::max(ratio, runs[i]->cost_ratio());
+        }
+        const Resources now;
+        fmt::print("{:>9}  {:>7.0f}  {:>7}  {:>3}  {:>7}  {:>10.1f}  {:>10.2f}\n", done,
+                   watch.ms() / 1000, now.resident_kib, now.descriptors, now.threads, 100 * trees,
+                   ratio);
+        std::fflush(stdout);
+        if (!early) early = now;
+        if (now.resident_kib > early->resident_kib + kMostGrowthKib ||
+            now.descriptors != early->descriptors || now.threads > early->threads) {
+            fmt::print("error: memory, descriptors or threads grow\n");
+            code = 1;
+        }
+    }
+    return code;
+}
+
+int run(int argc, char** argv) {
+    std::uint64_t frames = 1'000'000;
+    std::string_view backend = "cpu";
+    for (int i = 1; i + 1 < argc; i += 2) {
+        const std::string_view option = argv[i];
+        const std::string_view value = argv[i + 1];
+        if (option == "--backend") {
+            backend = value;
+        } else if (option != "--frames" ||
+                   std::from_chars(value.begin(), value.end(), frames).ec != std::errc()) {
+            fmt::print(stderr, "soak [--frames N] [--backend cpu|vulkan]\n");
+            return 2;
+        }
+    }
+    return soak(frames, backend);
+}
+
+}  // namespace
+}  // namespace mray
+
+int main(int argc, char** argv) {
+    try {
+        return mray::run(argc, argv);
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "soak: {}\n", error.what());
+        return 70;
+    }
+}
