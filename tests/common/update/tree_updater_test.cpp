@@ -94,6 +94,37 @@ TEST(TreeUpdater, BackgroundBuildIsTakenWhenItIsReady) {
     EXPECT_FALSE(rig.updater.last().reason.empty());
 }
 
+/// Starts a build in the background at the first frame, and rebuilds at the second before the
+/// updater looks whether the other build is ready.
+class RebuildsMeanwhile final : public UpdatePolicy {
+public:
+    UpdateDecision plan() override {
+        return {++frame_ == 2 ? UpdateStep::kRebuild : UpdateStep::kRefit, "scripted"};
+    }
+    UpdateDecision review(const RefittedTree&) override {
+        return {frame_ == 1 ? UpdateStep::kRebuildInBackground : UpdateStep::kRefit, "scripted", 1};
+    }
+
+private:
+    int frame_ = 0;
+};
+
+TEST(TreeUpdater, BackgroundBuildThatIsOlderThanTheTreeIsDropped) {
+    const TestScene scene = random_soup(3000, 0.1, 8);
+    const auto tracer = cpu::make_cpu_backend();
+    TreeUpdater updater(scene.topology(), scene.positions(), *tracer, nullptr,
+                        std::make_unique<RebuildsMeanwhile>(), {}, {});
+    EXPECT_EQ(updater.update(turned(scene, 1)).step, TreeStep::kRefitted);
+    EXPECT_EQ(updater.update(turned(scene, 2)).step, TreeStep::kRebuilt);
+    ASSERT_TRUE(updater.last().build_pending);
+    // The build takes milliseconds.
+    const auto deadline = Clock::now() + std::chrono::seconds(60);
+    while (updater.last().build_pending) {
+        ASSERT_LT(Clock::now(), deadline) << "the build is not dropped";
+        ASSERT_NE(updater.update(turned(scene, 3)).step, TreeStep::kSwapped);
+    }
+}
+
 TEST(TreeUpdater, EndsWhileABackgroundBuildIsPending) {
     Rig rig({{UpdateStep::kRebuildInBackground, "", 5}});
     rig.update(turned(rig.scene, 1));
