@@ -14,8 +14,9 @@ A list is a text file of entries that are separated by empty lines:
           c = d;
 
 `file` names the file of all entries that follow. An entry is the text before (lines with `-`) and
-after (lines with `+`), of which lines with a space belong to both; `equivalent:` says that no test can
-notice it, and why. The text before must occur exactly once in the file. `#` begins a comment.
+after (lines with `+`), of which lines with a space belong to both. The text before must occur exactly
+once in the file. `equivalent:` says that no test can notice it, and why; `survives:` that one could,
+and why none does. `#` begins a comment.
 """
 
 import dataclasses
@@ -33,6 +34,7 @@ class Mutation:
     before: str
     after: str
     equivalent: str
+    survives: str
     place: str  # list and line
 
     def apply(self, text: str) -> str:
@@ -81,9 +83,10 @@ def read_list(path: pathlib.Path) -> list[Mutation]:
         place = f"{path.name}:{number}"
         if lines[0].startswith("file "):
             file = lines.pop(0).removeprefix("file ")
-        equivalent = ""
-        if lines and lines[0].startswith("equivalent: "):
-            equivalent = lines.pop(0).removeprefix("equivalent: ")
+        reasons = {"equivalent": "", "survives": ""}
+        for kind in reasons:
+            if lines and lines[0].startswith(f"{kind}: "):
+                reasons[kind] = lines.pop(0).removeprefix(f"{kind}: ")
         if not lines:
             continue
         if any(line[0] not in " -+" for line in lines) or not file:
@@ -92,7 +95,7 @@ def read_list(path: pathlib.Path) -> list[Mutation]:
         after = "".join(line[1:] + "\n" for line in lines if line[0] in " +")
         if before == after:
             raise BadList(f"{place}: changes nothing")
-        mutations.append(Mutation(file, before, after, equivalent, place))
+        mutations.append(Mutation(file, before, after, **reasons, place=place))
     return mutations
 
 
