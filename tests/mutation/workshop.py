@@ -7,6 +7,7 @@ import resource
 import shutil
 import signal
 import subprocess
+import tempfile
 import time
 
 # Optimised, without asserts, and for one instruction set, which takes a quarter of the time.
@@ -35,9 +36,12 @@ class Test:
         return " ".join((self.target, *self.arguments))
 
 
-def read_suites(path: pathlib.Path) -> dict[str, list[Test]]:
-    """Returns the tests of each prefix of a path, in the order in which they run."""
-    suites: dict[str, list[Test]] = {}
+# The tests of each prefix of a path, in the order in which they run.
+Suites = dict[str, list[Test]]
+
+
+def read_suites(path: pathlib.Path) -> Suites:
+    suites: Suites = {}
     tests: list[Test] = []
     for line in path.read_text().splitlines():
         if not line or line.startswith("#"):
@@ -50,7 +54,7 @@ def read_suites(path: pathlib.Path) -> dict[str, list[Test]]:
     return suites
 
 
-def tests_of(suites: dict[str, list[Test]], file: str) -> list[Test]:
+def tests_of(suites: Suites, file: str) -> list[Test]:
     """Returns the tests of the longest prefix of a file's path."""
     return suites[max((prefix for prefix in suites if file.startswith(prefix)), key=len)]
 
@@ -75,7 +79,8 @@ class Workshop:
         self.seconds: dict[Test, float] = {}
         self.environment = dict(
             os.environ, CCACHE_BASEDIR=str(folder), CCACHE_NOHASHDIR="1",
-            GTEST_FAIL_FAST="1", GTEST_BRIEF="1", TMPDIR=str(self.scratch))
+            GTEST_FAIL_FAST="1", GTEST_BRIEF="1")
+        shutil.rmtree(self.scratch, ignore_errors=True)
         self.scratch.mkdir(parents=True, exist_ok=True)
         self._copy()
         self._configure()
@@ -95,7 +100,8 @@ class Workshop:
                 path.unlink()
 
     def _configure(self) -> None:
-        command = ["cmake", "-S", self.source, "-B", self.build_folder, "-G", "Ninja", *CONFIGURE]
+        command = ["cmake", "-S", str(self.source), "-B", str(self.build_folder), "-G", "Ninja",
+                   *CONFIGURE]
         if os.uname().machine == "x86_64":
             command.append(f"-DCMAKE_CXX_FLAGS={ONE_TARGET}")
         if shutil.which("ccache"):
@@ -109,49 +115,50 @@ class Workshop:
         if path.read_text() != text:
             path.write_text(text)
 
-    def build(self, targets: list[str], jobs: int = 1) -> str:
+    def build(self, targets: list[str], jobs: int = 1, after_errors: bool = False) -> str:
         """Returns the compiler's messages if the build fails."""
         done = subprocess.run(
-            [*self.before, "ninja", "-C", self.build_folder, f"-j{jobs}", *targets],
+            [*self.before, "ninja", "-C", self.build_folder, f"-j{jobs}",
+             f"-k{0 if after_errors else 1}", *targets],
             env=self.environment, capture_output=True, text=True)
         return "" if done.returncode == 0 else done.stdout + done.stderr
 
-    def _argument(self, argument: str) -> list[str]:
+    def _argument(self, argument: str, folder: str) -> list[str]:
         if argument == "@out":
-            return [str(self.scratch / "failures")]
+            return [f"{folder}/failures"]
         if argument.startswith("@"):
             return sorted(str(path) for path in self.source.glob(argument[1:]))
         return [argument]
 
-    def run(self, test: Test) -> str:
-        """Returns how the test fails, or nothing if it passes."""
-        arguments = [word for argument in test.arguments for word in self._argument(argument)]
+    def run(self, test: Test, mutant: int = 0) -> tuple[str, float]:
+        """Returns how the test fails, or nothing if it passes, and the seconds that it took."""
         timeout = max(LEAST_TIMEOUT, 5 * self.seconds.get(test, 600))
 
         def limit() -> None:
             resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
-        # The time begins when the program does, not when `before` lets it.
-        started = ["bash", "-c", 'echo; exec timeout -k 5 "$0" "$@"', f"{timeout:.0f}"]
-        with subprocess.Popen(
-                [*self.before, *started, self.build_folder / "bin" / test.target, *arguments],
-                cwd=self.scratch, env=self.environment, stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limit,
-                start_new_session=True) as process:
-            assert process.stdout is not None
-            process.stdout.readline()
-            begin = time.monotonic()
-            try:
-                output = process.stdout.read().decode(errors="replace")
-                code = process.wait()
-            except BaseException:
-                os.killpg(process.pid, signal.SIGKILL)
-                raise
-        self.last_seconds = time.monotonic() - begin
-        shutil.rmtree(self.scratch, ignore_errors=True)
-        self.scratch.mkdir(parents=True)
-        return "" if code == 0 else _why(code, output)
+        with tempfile.TemporaryDirectory(dir=self.scratch, ignore_cleanup_errors=True) as folder:
+            arguments = [word for argument in test.arguments
+                         for word in self._argument(argument, folder)]
+            # The time begins when the program does, not when `before` lets it.
+            started = ["bash", "-c", 'echo; exec timeout -k 5 "$0" "$@"', f"{timeout:.0f}"]
+            environment = dict(self.environment, TMPDIR=folder, MORPHRAY_MUTANT=str(mutant))
+            with subprocess.Popen(
+                    [*self.before, *started, self.build_folder / "bin" / test.target, *arguments],
+                    cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limit,
+                    start_new_session=True) as process:
+                assert process.stdout is not None
+                process.stdout.readline()
+                begin = time.monotonic()
+                try:
+                    output = process.stdout.read().decode(errors="replace")
+                    code = process.wait()
+                except BaseException:
+                    os.killpg(process.pid, signal.SIGKILL)
+                    raise
+                return ("" if code == 0 else _why(code, output)), time.monotonic() - begin
 
 
 def _why(code: int, output: str) -> str:
