@@ -36,6 +36,7 @@ class Mutation:
     equivalent: str
     survives: str
     place: str  # list and line
+    number: int = 0  # from 1, in all lists
 
     def apply(self, text: str) -> str:
         """Returns the text of the file with the mutation."""
@@ -95,13 +96,17 @@ def read_list(path: pathlib.Path) -> list[Mutation]:
         after = "".join(line[1:] + "\n" for line in lines if line[0] in " +")
         if before == after:
             raise BadList(f"{place}: changes nothing")
-        mutations.append(Mutation(file, before, after, **reasons, place=place))
+        mutations.append(Mutation(file, before, after, reasons["equivalent"],
+                                  reasons["survives"], place))
     return mutations
 
 
 def read_lists(folder: pathlib.Path) -> list[Mutation]:
     """Returns the mutations of all lists of a folder."""
-    return [m for path in sorted(folder.glob("*.txt")) for m in read_list(path)]
+    mutations = [m for path in sorted(folder.glob("*.txt")) for m in read_list(path)]
+    for number, mutation in enumerate(mutations, 1):
+        mutation.number = number
+    return mutations
 
 
 def check(mutations: list[Mutation], root: pathlib.Path) -> list[str]:

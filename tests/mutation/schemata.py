@@ -157,12 +157,12 @@ ERROR = re.compile(r"^(?:In file included from )?(\S+?):(\d+):\d+: (?:fatal )?er
 
 
 class Merged:
-    """Files with many mutations each, numbered from 1."""
+    """Files with many mutations each, by numbers above 0."""
 
-    def __init__(self, mutations: list[Mutation], sources: dict[str, str]):
+    def __init__(self, mutations: dict[int, Mutation], sources: dict[str, str]):
         self.sources = sources
-        self.mutations = dict(enumerate(mutations, 1))
-        self.numbers: list[int] = list(self.mutations)
+        self.mutations = mutations
+        self.numbers = list(self.mutations)
         self.places: dict[tuple[str, int], int] = {}
         self.texts: dict[str, str] = {}
         self._merge()

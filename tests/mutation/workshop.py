@@ -102,6 +102,7 @@ class Workshop:
     def _configure(self) -> None:
         command = ["cmake", "-S", str(self.source), "-B", str(self.build_folder), "-G", "Ninja",
                    *CONFIGURE]
+        command.append(f"-DCMAKE_PROJECT_INCLUDE={self.root / 'tests/mutation/targets.cmake'}")
         if os.uname().machine == "x86_64":
             command.append(f"-DCMAKE_CXX_FLAGS={ONE_TARGET}")
         if shutil.which("ccache"):

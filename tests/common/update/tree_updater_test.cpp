@@ -54,6 +54,9 @@ struct Rig {
         EXPECT_EQ(check_bvh(updater.tree(), scene.topology(), positions),
                   std::vector<std::string>{});
         updater.frame_done(last_trace(*tracer));
+        const UpdateTimes& times = updater.last().times;
+        for (const double ms : {times.refit_ms, times.rebuild_ms, times.upload_ms})
+            EXPECT_GE(ms, 0);
         return updater.last().step;
     }
 
@@ -139,6 +142,26 @@ TEST(TreeUpdater, CostRatioIsThatSinceTheBuildOfTheTreeInUse) {
     EXPECT_EQ(rig.updater.last().cost_ratio, 1);
     rig.update(turned(rig.scene, 4));
     EXPECT_EQ(rig.updater.last().cost_ratio, 1);
+}
+
+TEST(TreeUpdater, CostRatioOfATreeFromTheBackgroundIsThatSinceItsBuild) {
+    Rig rig({{UpdateStep::kRebuildInBackground, "", 1}}, {.deterministic = true});
+    EXPECT_EQ(rig.update(turned(rig.scene, 3)), TreeStep::kRefitted);
+    EXPECT_GT(rig.updater.last().cost_ratio, 1.2);
+    EXPECT_EQ(rig.update(turned(rig.scene, 3)), TreeStep::kSwapped);
+    EXPECT_EQ(rig.updater.last().cost_ratio, 1);
+}
+
+TEST(TreeUpdater, CostRatioOfACopiedTreeIsThatSinceItsBuild) {
+    Rig rig({});
+    const auto tracer = cpu::make_cpu_backend();
+    const Bvh tree = rig.updater.tree();
+    TreeUpdater copied(rig.scene.topology(), rig.scene.positions(), *tracer, nullptr,
+                       std::make_unique<Scripted>(std::vector<UpdateDecision>{}), {}, {}, &tree);
+    rig.update(turned(rig.scene, 3));
+    copied.update(turned(rig.scene, 3));
+    EXPECT_GT(copied.last().cost_ratio, 1.2);
+    EXPECT_EQ(copied.last().cost_ratio, rig.updater.last().cost_ratio);
 }
 
 TEST(TreeUpdater, ARefitterBesideTheTracerGivesItTheSameTree) {
