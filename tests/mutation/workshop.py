@@ -79,7 +79,7 @@ class Workshop:
         self.seconds: dict[Test, float] = {}
         self.environment = dict(
             os.environ, CCACHE_BASEDIR=str(folder), CCACHE_NOHASHDIR="1",
-            GTEST_FAIL_FAST="1", GTEST_BRIEF="1")
+            GTEST_BREAK_ON_FAILURE="1")
         shutil.rmtree(self.scratch, ignore_errors=True)
         self.scratch.mkdir(parents=True, exist_ok=True)
         self._copy()
@@ -163,12 +163,12 @@ class Workshop:
 
 
 def _why(code: int, output: str) -> str:
-    """Returns the first failure that an output names."""
+    """Returns the test that fails, or how the program ends."""
     if code in (124, 137):
         return "runs too long"
-    for line in output.splitlines():
-        if line.startswith("[  FAILED  ] ") and "." in line:
-            return line.removeprefix("[  FAILED  ] ").split(" ")[0].rstrip(",")
+    running = [line for line in output.splitlines() if line.startswith("[ RUN      ] ")]
+    if running:
+        return running[-1].removeprefix("[ RUN      ] ")
     if code < 0 or code > 128:
         return f"ends by signal {-code if code < 0 else code - 128}"
     return f"exit code {code}"

@@ -110,14 +110,16 @@ TEST(StoredPackets, AnswerLikeSingleRays) {
         const cpu::ScalarTracer single(bvh);
         for (const SimdTarget& target : supported_simd_targets()) {
             const cpu::PacketTracer packets(bvh, target);
+            const bool has_vectors = std::string_view(target.name) != "scalar";
             for (int i = 0; i < 12; ++i) {
                 const StoredTile tile = random_tile(scene, static_cast<Finish>(i % 4), random);
-                ++tiles;
+                tiles += has_vectors;
                 if (!packets.intersect_stored(tile.view(), scratch->directions, scratch->packet,
                                               scratch->hits.data())) {
-                    ++refused;
+                    refused += has_vectors;
                     continue;
                 }
+                EXPECT_TRUE(has_vectors) << "the scalar target has no such packets";
                 for (std::uint32_t y = 0; y < tile.height; ++y) {
                     for (std::uint32_t x = 0; x < tile.width; ++x) {
                         const float* d = tile.rays[y * tile.width + x].dir;
@@ -132,11 +134,7 @@ TEST(StoredPackets, AnswerLikeSingleRays) {
             }
         }
     }
-    // The scalar target has no such packets.
-    if (std::string_view(best_simd_target().name) == "scalar") {
-        EXPECT_EQ(refused, tiles);
-        return;
-    }
+    if (tiles == 0) return;
     EXPECT_LT(refused, tiles / 2);
     EXPECT_GT(hits, 50000u);
 }
