@@ -100,6 +100,7 @@ struct Scratch {
 TEST(StoredPackets, AnswerLikeSingleRays) {
     Random random(71);
     const auto scratch = std::make_unique<Scratch>();
+    // Of the best target; another one may have no such packets.
     std::size_t tiles = 0;
     std::size_t refused = 0;
     std::size_t hits = 0;
@@ -110,16 +111,15 @@ TEST(StoredPackets, AnswerLikeSingleRays) {
         const cpu::ScalarTracer single(bvh);
         for (const SimdTarget& target : supported_simd_targets()) {
             const cpu::PacketTracer packets(bvh, target);
-            const bool has_vectors = std::string_view(target.name) != "scalar";
+            const bool is_best = target == best_simd_target();
             for (int i = 0; i < 12; ++i) {
                 const StoredTile tile = random_tile(scene, static_cast<Finish>(i % 4), random);
-                tiles += has_vectors;
+                tiles += is_best;
                 if (!packets.intersect_stored(tile.view(), scratch->directions, scratch->packet,
                                               scratch->hits.data())) {
-                    refused += has_vectors;
+                    refused += is_best;
                     continue;
                 }
-                EXPECT_TRUE(has_vectors) << "the scalar target has no such packets";
                 for (std::uint32_t y = 0; y < tile.height; ++y) {
                     for (std::uint32_t x = 0; x < tile.width; ++x) {
                         const float* d = tile.rays[y * tile.width + x].dir;
@@ -134,7 +134,11 @@ TEST(StoredPackets, AnswerLikeSingleRays) {
             }
         }
     }
-    if (tiles == 0) return;
+    // The scalar target has no such packets.
+    if (std::string_view(best_simd_target().name) == "scalar") {
+        EXPECT_EQ(refused, tiles);
+        return;
+    }
     EXPECT_LT(refused, tiles / 2);
     EXPECT_GT(hits, 50000u);
 }
