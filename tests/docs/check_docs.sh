@@ -20,7 +20,7 @@ find "$root" \( -name build -o -name .git -o -name out \) -prune -o -type f -pri
     >"$scratch/files"
 find "$root" \( -name build -o -name .git -o -name out \) -prune -o -type d -printf '%P\n' \
     >"$scratch/folders"
-grep -E '\.(h|hpp|awk|cpp|comp|glsl|g|in|cmake|sh|txt)$|^(\.ci/run|run|test|fuzz|bench/run|bench/updates|bench/growth|bench/clips|bench/readers|bench/farm|cmake/package/run)$|CMakePresets.json' \
+grep -E '\.(h|hpp|awk|cpp|comp|glsl|g|in|cmake|sh|txt)$|^(\.ci/run|run|test|fuzz|bench/run|bench/updates|bench/growth|bench/clips|bench/readers|bench/farm|cmake/package/run|tests/mutation/(run|propose))$|CMakePresets.json' \
     "$scratch/files" | grep -v '^tests/docs/' >"$scratch/sources"
 pages=("$@")
 if [ $# -eq 0 ]; then
