@@ -104,7 +104,7 @@ grep -ohE -- '--[a-z][a-z-]*[a-z]' "$scratch/help" | sort -u >"$scratch/program_
 {
     cat "$scratch/program_options"
     (cd "$root" && cat run test fuzz .ci/run bench/run bench/updates bench/growth bench/clips bench/readers bench/farm cmake/setup.sh cmake/package/run bench/options.* \
-        tests/fuzz/run/options.*) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
+        tests/fuzz/run/options.* tests/mutation/run tests/mutation/propose) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
     printf -- '--%s\n' preset workflow list-presets root follow fix build target install prefix cflags libs \
         system-site-packages array cpus-per-task time dependency wrap sshloginfile wd
 } | sort -u >"$scratch/options"
