@@ -147,11 +147,12 @@ void TreeUpdater::forget_background_build() {
 }
 
 bool TreeUpdater::swap_is_due() {
-    if (background_is_stale_ && background_.ready()) {
+    if (background_is_stale_) {
+        if (!background_.ready()) return false;
         background_.take();
         background_is_stale_ = false;
     }
-    if (!background_.pending() || background_is_stale_) return false;
+    if (!background_.pending()) return false;
     return deterministic_ ? background_frames_left_ == 0 : background_.ready();
 }
 

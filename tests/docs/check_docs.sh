@@ -20,7 +20,7 @@ find "$root" \( -name build -o -name .git -o -name out \) -prune -o -type f -pri
     >"$scratch/files"
 find "$root" \( -name build -o -name .git -o -name out \) -prune -o -type d -printf '%P\n' \
     >"$scratch/folders"
-grep -E '\.(h|hpp|awk|cpp|comp|glsl|g|in|cmake|sh|txt)$|^(\.ci/run|run|test|fuzz|bench/run|bench/updates|bench/growth|bench/clips|bench/readers|bench/farm|cmake/package/run)$|CMakePresets.json' \
+grep -E '\.(h|hpp|awk|cpp|comp|glsl|g|in|cmake|sh|txt)$|^(\.ci/run|run|test|fuzz|bench/run|bench/updates|bench/growth|bench/clips|bench/readers|bench/farm|cmake/package/run|tests/mutation/(run|propose))$|CMakePresets.json' \
     "$scratch/files" | grep -v '^tests/docs/' >"$scratch/sources"
 pages=("$@")
 if [ $# -eq 0 ]; then
@@ -104,7 +104,7 @@ grep -ohE -- '--[a-z][a-z-]*[a-z]' "$scratch/help" | sort -u >"$scratch/program_
 {
     cat "$scratch/program_options"
     (cd "$root" && cat run test fuzz .ci/run bench/run bench/updates bench/growth bench/clips bench/readers bench/farm cmake/setup.sh cmake/package/run bench/options.* \
-        tests/fuzz/run/options.*) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
+        tests/fuzz/run/options.* tests/mutation/run tests/mutation/propose) | grep -ohE -- '--[a-z][a-z-]*[a-z]'
     printf -- '--%s\n' preset workflow list-presets root follow fix build target install prefix cflags libs \
         system-site-packages array cpus-per-task time dependency wrap sshloginfile wd
 } | sort -u >"$scratch/options"

@@ -1,5 +1,5 @@
 // Preloaded into the program: lets one call of the system fail, and counts the calls of all kinds
-// (fault.h). `write` with the error 0 writes a single byte.
+// (fault.h). With the error 0, `read`, `pread` and `write` read or write a single byte.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <unistd.h>
@@ -25,8 +25,8 @@ Function* next(const char* name) {
     return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
 }
 
-/// Whether a descriptor is one of the program's outputs, not a standard stream.
-bool is_output(int fd) { return fd > STDERR_FILENO; }
+/// Whether a descriptor is one of the program's files, not a standard stream.
+bool is_file(int fd) { return fd > STDERR_FILENO; }
 
 }  // namespace
 }  // namespace mray::test
@@ -34,7 +34,7 @@ bool is_output(int fd) { return fd > STDERR_FILENO; }
 using mray::test::fails;
 using mray::test::FaultKind;
 using mray::test::faults;
-using mray::test::is_output;
+using mray::test::is_file;
 using mray::test::next;
 
 extern "C" {
@@ -74,14 +74,24 @@ int open(const char* path, int flags, ...) {
 }
 
 ssize_t read(int fd, void* bytes, std::size_t size) {
-    if (is_output(fd) && fails(FaultKind::kRead)) return -1;
     static auto* const real = next<ssize_t(int, void*, std::size_t)>("read");
+    if (is_file(fd) && fails(FaultKind::kRead)) {
+        return faults.error == 0 && size > 0 ? real(fd, bytes, 1) : -1;
+    }
     return real(fd, bytes, size);
+}
+
+ssize_t pread(int fd, void* bytes, std::size_t size, off_t offset) {
+    static auto* const real = next<ssize_t(int, void*, std::size_t, off_t)>("pread");
+    if (fails(FaultKind::kRead)) {
+        return faults.error == 0 && size > 0 ? real(fd, bytes, 1, offset) : -1;
+    }
+    return real(fd, bytes, size, offset);
 }
 
 ssize_t write(int fd, const void* bytes, std::size_t size) {
     static auto* const real = next<ssize_t(int, const void*, std::size_t)>("write");
-    if (is_output(fd) && fails(FaultKind::kWrite)) {
+    if (is_file(fd) && fails(FaultKind::kWrite)) {
         return faults.error == 0 && size > 0 ? real(fd, bytes, 1) : -1;
     }
     return real(fd, bytes, size);

@@ -101,7 +101,11 @@ TEST_P(Faults, OfOpening) {
         expect_handled(GetParam(), kOpen, error, {0, 3, 5});
 }
 
-TEST_P(Faults, OfReading) { expect_handled(GetParam(), kRead, EIO, {0, 3}); }
+TEST_P(Faults, OfReading) {
+    expect_handled(GetParam(), kRead, EIO, {0, 3});
+    // Interrupted, and short.
+    for (const int error : {EINTR, 0}) expect_handled(GetParam(), kRead, error, {0});
+}
 
 TEST_P(Faults, OfWriting) {
     for (const int error : {ENOSPC, EIO}) expect_handled(GetParam(), kWrite, error, {5});

@@ -40,11 +40,15 @@ std::vector<Work> works(const char* backend) {
          {"profile", "builtin:cloth:500", "--backend", backend, "--threads", "2", "--size", "16x16",
           "--frames", "0..1", "--repeat", "1", "--json", "report.json", "--csv", "frames.csv"}},
         {"trace",
-         {"trace", "in/scene.obj", "--backend", backend, "--rays", "in/rays", "--out", "hits"}}};
+         {"trace", "in/scene.ply", "--backend", backend, "--rays", "in/rays", "--out", "hits"}}};
 }
 
 void write_inputs(const TemporaryFolder& folder) {
     folder.write("in/scene.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0.5\nf 1 2 3\nf 2 4 3\n");
+    folder.write("in/scene.ply",
+                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                 "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                 "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     folder.write("in/rays", "0.2 0.2 5  0 0 -1\n0.9 0.9 5  0 0 -1\n5 5 5  0 0 -1\n");
 }
 

@@ -54,6 +54,9 @@ struct Rig {
         EXPECT_EQ(check_bvh(updater.tree(), scene.topology(), positions),
                   std::vector<std::string>{});
         updater.frame_done(last_trace(*tracer));
+        const UpdateTimes& times = updater.last().times;
+        for (const double ms : {times.refit_ms, times.rebuild_ms, times.upload_ms})
+            EXPECT_GE(ms, 0);
         return updater.last().step;
     }
 
@@ -94,6 +97,37 @@ TEST(TreeUpdater, BackgroundBuildIsTakenWhenItIsReady) {
     EXPECT_FALSE(rig.updater.last().reason.empty());
 }
 
+/// Starts a build in the background at the first frame, and rebuilds at the second before the
+/// updater looks whether the other build is ready.
+class RebuildsMeanwhile final : public UpdatePolicy {
+public:
+    UpdateDecision plan() override {
+        return {++frame_ == 2 ? UpdateStep::kRebuild : UpdateStep::kRefit, "scripted"};
+    }
+    UpdateDecision review(const RefittedTree&) override {
+        return {frame_ == 1 ? UpdateStep::kRebuildInBackground : UpdateStep::kRefit, "scripted", 1};
+    }
+
+private:
+    int frame_ = 0;
+};
+
+TEST(TreeUpdater, BackgroundBuildThatIsOlderThanTheTreeIsDropped) {
+    const TestScene scene = random_soup(3000, 0.1, 8);
+    const auto tracer = cpu::make_cpu_backend();
+    TreeUpdater updater(scene.topology(), scene.positions(), *tracer, nullptr,
+                        std::make_unique<RebuildsMeanwhile>(), {}, {});
+    EXPECT_EQ(updater.update(turned(scene, 1)).step, TreeStep::kRefitted);
+    EXPECT_EQ(updater.update(turned(scene, 2)).step, TreeStep::kRebuilt);
+    ASSERT_TRUE(updater.last().build_pending);
+    // The build takes milliseconds.
+    const auto deadline = Clock::now() + std::chrono::seconds(60);
+    while (updater.last().build_pending) {
+        ASSERT_LT(Clock::now(), deadline) << "the build is not dropped";
+        ASSERT_NE(updater.update(turned(scene, 3)).step, TreeStep::kSwapped);
+    }
+}
+
 TEST(TreeUpdater, EndsWhileABackgroundBuildIsPending) {
     Rig rig({{UpdateStep::kRebuildInBackground, "", 5}});
     rig.update(turned(rig.scene, 1));
@@ -108,6 +142,26 @@ TEST(TreeUpdater, CostRatioIsThatSinceTheBuildOfTheTreeInUse) {
     EXPECT_EQ(rig.updater.last().cost_ratio, 1);
     rig.update(turned(rig.scene, 4));
     EXPECT_EQ(rig.updater.last().cost_ratio, 1);
+}
+
+TEST(TreeUpdater, CostRatioOfATreeFromTheBackgroundIsThatSinceItsBuild) {
+    Rig rig({{UpdateStep::kRebuildInBackground, "", 1}}, {.deterministic = true});
+    EXPECT_EQ(rig.update(turned(rig.scene, 3)), TreeStep::kRefitted);
+    EXPECT_GT(rig.updater.last().cost_ratio, 1.2);
+    EXPECT_EQ(rig.update(turned(rig.scene, 3)), TreeStep::kSwapped);
+    EXPECT_EQ(rig.updater.last().cost_ratio, 1);
+}
+
+TEST(TreeUpdater, CostRatioOfACopiedTreeIsThatSinceItsBuild) {
+    Rig rig({});
+    const auto tracer = cpu::make_cpu_backend();
+    const Bvh tree = rig.updater.tree();
+    TreeUpdater copied(rig.scene.topology(), rig.scene.positions(), *tracer, nullptr,
+                       std::make_unique<Scripted>(std::vector<UpdateDecision>{}), {}, {}, &tree);
+    rig.update(turned(rig.scene, 3));
+    copied.update(turned(rig.scene, 3));
+    EXPECT_GT(copied.last().cost_ratio, 1.2);
+    EXPECT_EQ(copied.last().cost_ratio, rig.updater.last().cost_ratio);
 }
 
 TEST(TreeUpdater, ARefitterBesideTheTracerGivesItTheSameTree) {

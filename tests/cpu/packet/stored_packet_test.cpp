@@ -100,6 +100,7 @@ struct Scratch {
 TEST(StoredPackets, AnswerLikeSingleRays) {
     Random random(71);
     const auto scratch = std::make_unique<Scratch>();
+    // Of the best target; another one may have no such packets.
     std::size_t tiles = 0;
     std::size_t refused = 0;
     std::size_t hits = 0;
@@ -110,12 +111,13 @@ TEST(StoredPackets, AnswerLikeSingleRays) {
         const cpu::ScalarTracer single(bvh);
         for (const SimdTarget& target : supported_simd_targets()) {
             const cpu::PacketTracer packets(bvh, target);
+            const bool is_best = target == best_simd_target();
             for (int i = 0; i < 12; ++i) {
                 const StoredTile tile = random_tile(scene, static_cast<Finish>(i % 4), random);
-                ++tiles;
+                tiles += is_best;
                 if (!packets.intersect_stored(tile.view(), scratch->directions, scratch->packet,
                                               scratch->hits.data())) {
-                    ++refused;
+                    refused += is_best;
                     continue;
                 }
                 for (std::uint32_t y = 0; y < tile.height; ++y) {

@@ -1,9 +1,14 @@
 #include "cpu/refit/refit.h"
 
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <new>
+#include <span>
 
 #include "common/base/thread_arena.h"
 #include "common/bvh/box.h"
@@ -86,6 +91,46 @@ TEST(Refit, GivesTheSameBytesForEveryTarget) {
             Bvh in_parts = built;
             cpu::refit(in_parts, positions, all, target);
             EXPECT_EQ(bvh_hash(in_parts), bvh_hash(expected)) << named.name << ", " << target.name;
+        }
+    }
+}
+
+/// A copy of positions that ends with a page, after which no byte may be read.
+class PositionsBeforeAGap {
+public:
+    explicit PositionsBeforeAGap(std::span<const vec3> positions) {
+        const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+        const std::size_t pages = positions.size_bytes() / page + 1;
+        size_ = (pages + 1) * page;
+        memory_ = mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (memory_ == MAP_FAILED) throw std::bad_alloc();
+        std::byte* const gap = static_cast<std::byte*>(memory_) + pages * page;
+        mprotect(gap, page, PROT_NONE);
+        vec3* const first = reinterpret_cast<vec3*>(gap - positions.size_bytes());
+        std::copy(positions.begin(), positions.end(), first);
+        positions_ = {first, positions.size()};
+    }
+    ~PositionsBeforeAGap() { munmap(memory_, size_); }
+    PositionsBeforeAGap(const PositionsBeforeAGap&) = delete;
+    PositionsBeforeAGap& operator=(const PositionsBeforeAGap&) = delete;
+
+    std::span<const vec3> get() const { return positions_; }
+
+private:
+    std::size_t size_ = 0;
+    void* memory_ = nullptr;
+    std::span<const vec3> positions_;
+};
+
+TEST(Refit, ReadsNothingBeyondTheLastVertex) {
+    for (const TestScene& scene :
+         {torus(30, 10), random_soup(1, 0.1, 1), random_soup(500, 0.1, 2)}) {
+        const PositionsBeforeAGap positions(scene.positions());
+        Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::uint64_t built = bvh_hash(bvh);
+        for (const SimdTarget& target : supported_simd_targets()) {
+            cpu::refit(bvh, positions.get(), target);
+            EXPECT_EQ(bvh_hash(bvh), built) << target.name;
         }
     }
 }

@@ -222,7 +222,7 @@ TEST(ObjReader, OldSpellingsOfNumbersThatAreNotFiniteAreKnown) {
 }
 TEST(ObjReader, LenientlyLeavesOutFacesThatCannotBeRead) {
     const Reading reading = read(kVertices +
-                                     "f 1 2 3\nf 0 1 2\nf a b c\nf 1 2 9\nf 1\nf\nf -9 1 2\n"
+                                     "f 1 2 3\nf 0 1 2\nf a b c\nf 1 2 4\nf 1\nf\nf -4 1 2\n"
                                      "f 1 2 99999999999999999999\nf 3 2 1\n",
                                  lenient());
     EXPECT_EQ(reading.mesh.faces.corners, (std::vector<std::uint32_t>{0, 1, 2, 2, 1, 0}));

@@ -57,6 +57,9 @@ TEST(KeyframeClip, GivesKeyframesBitForBitAndInterpolatesBetween) {
     EXPECT_EQ(x_at(opened, 0.7), 0.1f + (1e-42f - 0.1f) * 0.7f);
     EXPECT_EQ(x_at(opened, 2), 4.0f);
     EXPECT_EQ(x_at(opened, std::nextafter(2.0, 0.0)), 4.0f);
+    // 1 + (1e-9 - 1) is 0 in float.
+    const Opened shrinking = open_frames({triangle_at("1"), triangle_at("1e-9")});
+    EXPECT_EQ(x_at(shrinking, std::nextafter(1.0, 0.0)), 1e-9f);
 }
 
 TEST(KeyframeClip, IsSmoothOverVerticesOrAsTheFirstFileSays) {
