@@ -11,7 +11,8 @@ namespace {
 
 /// Triangles in a row, each with two vertices of the one before.
 Topology strip(std::uint32_t triangles) {
-    Topology topology{.vertex_count = triangles + 2};
+    Topology topology;
+    topology.vertex_count = triangles + 2;
     for (std::uint32_t i = 0; i < triangles; ++i) topology.triangles.emplace_back(i, i + 1, i + 2);
     return topology;
 }
