@@ -70,7 +70,8 @@ std::string golden_failure(std::string_view bytes) {
         options.scene = "s";
         options.view.width = 32;
         options.view.height = 16;
-        const app::ExpectedRow row = golden.compare(options, {.frame = 0, .rays = "primary", .reference = {}});
+        const app::ExpectedRow row =
+            golden.compare(options, {.frame = 0, .rays = "primary", .reference = {}});
         return row.problem.empty() ? "" : message_failure(row.problem, {});
     });
 }
