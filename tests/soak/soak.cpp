@@ -4,6 +4,9 @@
 // many trees a round takes, and what they cost beside new ones. Prints a row for each tenth; exit
 // code 1 if a check fails.
 #include <fmt/format.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <charconv>
 #include <cstdio>
@@ -37,8 +40,10 @@ constexpr const char* kPolicies[] = {"auto", "refit", "rebuild", "every:4"};
 constexpr int kParts = 10;
 constexpr std::uint32_t kSide = 32;
 
-// Growth after the first tenth. Allocators keep what threads have freed, in steps of their own.
+// Growth after the first tenth. What is allocated grows only if something leaks. Resident memory
+// follows in steps, since each of a driver's threads keeps what it has freed.
 constexpr std::uint64_t kMostGrowthKib = 4096;
+constexpr std::uint64_t kMostResidentGrowthKib = 32 * 1024;
 // A tree of --update auto costs at most so many times a new one, and restructures or builds in at
 // most every second frame.
 constexpr double kMostCostRatio = 2;
@@ -52,7 +57,18 @@ std::uint64_t status_number(const char* key) {
     return 0;
 }
 
+/// What the program has allocated and not freed, where the C library tells.
+std::uint64_t allocated_kib() {
+#ifdef __GLIBC__
+    const struct mallinfo2 info = mallinfo2();
+    return (info.uordblks + info.hblkhd) / 1024;
+#else
+    return 0;
+#endif
+}
+
 struct Resources {
+    std::uint64_t allocated_kib = mray::allocated_kib();
     std::uint64_t resident_kib = status_number("VmRSS:");
     std::uint64_t threads = status_number("Threads:");
     std::int64_t descriptors =
@@ -163,8 +179,8 @@ int soak(std::uint64_t frames, std::string_view backend) {
     std::optional<Resources> early;
     std::uint64_t done = 0;
     const Stopwatch watch;
-    fmt::print("{:>9}  {:>7}  {:>7}  {:>3}  {:>7}  {:>10}  {:>10}\n", "frames", "seconds",
-               "RSS KiB", "fds", "threads", "trees/100", "cost ratio");
+    fmt::print("{:>9}  {:>7}  {:>13}  {:>7}  {:>3}  {:>7}  {:>10}  {:>10}\n", "frames", "seconds",
+               "allocated KiB", "RSS KiB", "fds", "threads", "trees/100", "cost ratio");
     for (int part = 0; part < kParts; ++part) {
         double trees = 0;
         double ratio = 0;
@@ -182,12 +198,13 @@ int soak(std::uint64_t frames, std::string_view backend) {
             ratio = std::max(ratio, runs[i]->cost_ratio());
         }
         const Resources now;
-        fmt::print("{:>9}  {:>7.0f}  {:>7}  {:>3}  {:>7}  {:>10.1f}  {:>10.2f}\n", done,
-                   watch.ms() / 1000, now.resident_kib, now.descriptors, now.threads, 100 * trees,
-                   ratio);
+        fmt::print("{:>9}  {:>7.0f}  {:>13}  {:>7}  {:>3}  {:>7}  {:>10.1f}  {:>10.2f}\n", done,
+                   watch.ms() / 1000, now.allocated_kib, now.resident_kib, now.descriptors,
+                   now.threads, 100 * trees, ratio);
         std::fflush(stdout);
         if (!early) early = now;
-        if (now.resident_kib > early->resident_kib + kMostGrowthKib ||
+        if (now.allocated_kib > early->allocated_kib + kMostGrowthKib ||
+            now.resident_kib > early->resident_kib + kMostResidentGrowthKib ||
             now.descriptors != early->descriptors || now.threads > early->threads) {
             fmt::print("error: memory, descriptors or threads grow\n");
             code = 1;
