@@ -79,6 +79,7 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kVolumeError),
     PROOFS_CONSTANT(kKnownVolume),
     PROOFS_CONSTANT(kLeastVolume),
+    PROOFS_CONSTANT(kLeastSlantVolume),
     PROOFS_CONSTANT(kMostVolume),
     PROOFS_CONSTANT(kRayError),
     PROOFS_CONSTANT(kVolumeRounding),

@@ -6,8 +6,8 @@
 #                is its maximum over a block's rectangle with kBlockGradient gradient more
 #   code         store_edges, store_depth (cpu/packet/triangle_setup-inl.h); certainly_misses
 #                (cpu/packet/light/light_packet_items-inl.h); EdgeRange, whose rectangles bound a block or
-#                several, and whose `lowest` is the same of the negative function
-#                (cpu/packet/light/light_packet_outlines-inl.h)
+#                several, and whose `lowest` is the same of the negative function, and
+#                blocks_reaching (cpu/packet/light/light_packet_outlines-inl.h)
 #   inputs       a, b, c as stored (packet_edges.g): |a| + |b| <= 2 size z, |c| <= size^2 + 2 size R z;
 #                bound >= kEdgeRounding size (reach + kShearRounding R z) + 2 kShearError R z reach;
 #                depth_c <= q + R gradient; c0, c1, c2 as in packet_slant.g
@@ -19,7 +19,9 @@
 #                own roundings are in bound already (packet_edges.g). The rule hits nothing nearer than
 #                nearest, which bounds both 1/z of the hit and that of its mean: no second order. If a
 #                ray of a block hits, q in the packet's square is at most nearest, its error and 2 R
-#                gradient on both sides, and so are all partial sums of the block's maximum.
+#                gradient on both sides, and so are all partial sums of the block's maximum. Without
+#                fused operations a block's bounds may reach 55 where |X| <= 33 (twice ray_error): from
+#                the hit to a corner 88 of 134 gradient; products round, too.
 #
 # step: kMissBound 0.85
 # step: kBlockBound 0.5
@@ -50,9 +52,11 @@ e = @kRounding@;
 { @kMissGradient@ * (1 - 4 * e) - 33.5 * e >= 0 /\ 0x1p-18 - 6 * e >= 0
   /\ @kReciprocalRounding@ - 18.7 * e >= 0 }
 
-## lemma: most_q for blocks: its own sum, four sums of up to nearest + 4 R gradient, the middle and the half
-# By q: kReciprocalRounding has 18.7 u for a ray; four sums and that of kBlockGradient add 5 u.
+## lemma: most_q for blocks: its own sum, four sums of up to nearest + 4 R gradient, the middle and the half,
+# four products and ends of 55. By q: kReciprocalRounding has 18.7 u for a ray; four sums and that of kBlockGradient
+# add 5 u, of the error, too (kLightErrorFactor).
 e = @kRounding@;
 once = 1 + 16 * e;
-{ @kBlockGradient@ * (1 - 8 * e) - (5 * 4 * 33.5 + 2 * 33.5 + 4) * e * once >= 0
-  /\ @kReciprocalRounding@ - (18.7 + 5.1) * e >= 0 }
+{ @kBlockGradient@ * (1 - 8 * e) - (5 * 4 * 33.5 + 2 * 33.5 + 2 * 55 + 4) * e * once >= 0
+  /\ @kReciprocalRounding@ - (18.7 + 5.1) * e >= 0
+  /\ 0x1p-18 - 11.1 * e >= 0 }

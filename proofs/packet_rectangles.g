@@ -22,7 +22,8 @@
 #                what z's own error leaves. Wedges: a direction is a mean of the corners c_k (bilinear in
 #                X, Y, which the frame's bounds hold for the exact direction), |c_k| <= 5 |d| in a
 #                light's plane (kWidestPlane) and |n| = 1 in sum; n.c_k >= 0 was found in double, so
-#                that n.d >= -2^-40 |d| with n in double. The dilation of the box is in its planes.
+#                that n.d >= -2^-40 |d| with n in double. A hit is off its ray by kProjection and
+#                kProjectionOfRange of twice its largest coordinate, and a snap of 2^-22 of it.
 #
 # step: kRectangleError 0.85
 # step: kQuotientError 0.5
@@ -73,4 +74,4 @@ e = @kRounding@;
 ## lemma: wedges: difference, two products with sums; n as floats, twice by |d|; the limit's product
 e = @kRounding@;
 three = (1 + e) * (1 + e) * (1 + e) - 1;
-{ @kWedgeMargin@ * (1 - 2 * e) - (three * (1 + e) + e + 2 * @kProjection@ + 0x1p-40) >= 0 }
+{ @kWedgeMargin@ * (1 - 2 * e) - (three * (1 + e) + e + 2 * @kProjection@ + 2 * @kProjectionOfRange@ + 0x1p-22 + 0x1p-40) >= 0 }

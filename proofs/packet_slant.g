@@ -7,8 +7,7 @@
 #   constants    kSlantExtent, kSlantDistance (by |N|_1), kVertexError (by the rows), kLateralError,
 #                kShearError, kPlaneError (by gradient), kFastDepthOfMargin, kRayDepthError,
 #                kSteepError, kRuleDepthFactor, kMostSlope, kFarDepth, kUnfusedDepth
-#   inputs       |det| > kLeastVolume (1 + size + z_size), < kMostVolume; its sign is that of the edge
-#                functions inside (packet_volume.g). The rule hits the triangle at the ray (X, Y), |X|, |Y| <= R, with edge functions U; those that are
+#   inputs       |det| > kLeastSlantVolume (1 + size + z_size), < kMostVolume. The rule hits the triangle at the ray (X, Y), |X|, |Y| <= R, with edge functions U; those that are
 #                computed are U + rho. On the fast path B max(range, 1) <= M/4 of their sum in floats;
 #                all are beyond B there, and rho is less, so the U have one sign.
 #   by hand      1. P, the mean of the exact vertices under the weights U / sum(U), is in the triangle's
@@ -201,7 +200,8 @@ e = @kRounding@;
 { 0x1p-13 * (1 - 16 * e) - @kGradientRounding@ * (1 + 0x1p-10) >= 0
   /\ (0x1p-6 - 0x1p-7) * (1 - 16 * e) - 8 * e >= 0 }
 
-## lemma: underflow: 2^-148 a component of n, of det by (1 + size + z); of q by 67 of that over |det|, times z
-# q >= 0.97 / z_size at a hit.
-{ 0x1p-148 / @kLeastVolume@ * 2 - 0x1p-40 <= 0
-  /\ 67 * 0x1p-148 / @kLeastVolume@ / 0.97 * 2 - 0x1p-40 <= 0 }
+## lemma: denormals, kept or not: 3 * 2^-126 a component of n, of det by (1 + size + z); of q by 67 of that
+# over |det|, times z. q >= 0.97 / z_size at a hit. Left out of kReciprocalRounding: 0.1 u.
+{ 4 * 0x1p-126 / @kLeastSlantVolume@ * 2 - 0.1 * @kRounding@ <= 0
+  /\ 67 * 3 * 0x1p-126 / @kLeastSlantVolume@ / 0.97 - 0.1 * @kRounding@ <= 0
+  /\ @kLeastSlantVolume@ - @kLeastVolume@ >= 0 }

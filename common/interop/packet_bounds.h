@@ -79,8 +79,8 @@ SHARED_CONST float kVolumeExtentError = 3.814697265625e-06f;
 // The rounding of the volume by edges that are no difference of exact products: 16 u times
 // edge (2 z_range size + edge z).
 SHARED_CONST float kDeviceVolumeRounding = 9.5367431640625e-07f;
-// 1 / z is known where the volume is more than this many times its error, and between these two,
-// where its reciprocal neither overflows nor underflows.
+// 1 / z is known, on a device where the volume is more than this many times its error, and between
+// these two, where its reciprocal neither overflows nor underflows.
 SHARED_CONST float kKnownVolume = 4.0f;
 SHARED_CONST float kLeastVolume = 1e-30f;
 SHARED_CONST float kMostVolume = 1e34f;
@@ -122,6 +122,8 @@ SHARED_CONST float kSlantDistance = 2.682209014892578125e-07f;
 SHARED_CONST float kFastDepthOfMargin = 0.005126953125f;
 // Times how far a ray may be from where it is taken for, and the gradient of 1 / z.
 SHARED_CONST float kRayDepthError = 1.375f;
+// The least volume, times 1 + size + z: no denormal counts.
+SHARED_CONST float kLeastSlantVolume = 1e-27f;
 // The error of a normal without fused operations, by size, and all that follows from it: 64 u.
 SHARED_CONST float kUnfusedDepth = 3.814697265625e-06f;
 // Planes with more than this error, relative to 1 / z, are not known: 2^-5.

@@ -37,7 +37,8 @@ inline constexpr std::size_t kPage = 4096;
 inline constexpr std::uint32_t kMixedAxes = 3;
 
 /// A plane through a packet's origin and parallel to an axis of scene space: all rays have
-/// normal[0] d[axes[0]] + normal[1] d[axes[1]] >= 0. The magnitudes of `normal` add up to 1.
+/// normal[0] d[axes[0]] + normal[1] d[axes[1]] >= 0 but for the rounding of `normal`, whose
+/// magnitudes add up to 1.
 struct WedgeSide {
     std::uint32_t axes[2];
     float normal[2];

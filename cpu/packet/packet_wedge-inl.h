@@ -30,9 +30,8 @@ namespace HWY_NAMESPACE {
 ///
 /// 1. Every direction is a mean of those through the four corners of the rectangle, by weights that
 ///    are not negative. So where all corners are on one side of a plane, all rays are.
-/// 2. Seen along an axis, the plane through the outermost corner on each side is such a plane if
-/// any
-///    is.
+/// 2. Seen along an axis, the plane through the outermost corner on each side is such a plane, or
+///    none is.
 HWY_INLINE void set_wedges(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
                            const double axis_z[3]) {
     double corner[4][3];

@@ -319,8 +319,8 @@ private:
                                 const TrianglePlaces& p, const TriangleLaterals& s,
                                 const TrianglePlaneSet& planes, FloatVec sign, Mask oriented,
                                 Triangles& out, std::size_t l) const {
-        // Beyond this, what underflows in the plane and in det is far below its rounding.
-        const FloatVec least_det = splat(kLeastVolume) * (splat(1.0f) + s.size + v.z_size);
+        // Beyond this, what underflows in the plane and in det is far below their rounding.
+        const FloatVec least_det = splat(kLeastSlantVolume) * (splat(1.0f) + s.size + v.z_size);
         const Mask usable = oriented & (abs(planes.det) > least_det);
         const DepthPlanes depth = bounds.find(v, p, s, planes, sign, usable);
         store(depth.a, out.depth_a + l);

@@ -57,6 +57,40 @@ protected:
     std::unique_ptr<cpu::LightPacket> packet_ = std::make_unique<cpu::LightPacket>();
 };
 
+TEST_P(LightPackets, HaveWedgesThatHoldAllRays) {
+    std::uint32_t sides = 0;
+    for (std::uint64_t seed = 0; seed < 40; ++seed) {
+        Random random(seed);
+        const TestScene scene = random_soup(20, 0.3, seed);
+        const vec3 org = snap_point(random.point(0.3 * kSceneExtent));
+        const vec3 middle = random.point(kSceneExtent);
+        // Some rays are regrouped.
+        const double spread = (seed % 4 + 1) * 0.1 * kSceneExtent;
+        std::vector<Ray> rays;
+        for (std::size_t i = 0; i < cpu::kSquareRays; ++i) {
+            const double own = i % 64 < 16 ? spread : 0.05 * spread;
+            rays.push_back(ray_towards(org, middle + random.point(own), 2));
+        }
+        check(scene, rays, std::vector<std::uint8_t>(rays.size(), 1));
+        const cpu::PacketFrame& frame = packet_->frame;
+        for (std::uint32_t k = 0; k < frame.wedge_side_count; ++k) {
+            const cpu::WedgeSide& side = frame.wedge_sides[k];
+            double least = 0;
+            for (const Ray& ray : rays) {
+                double inside = 0;
+                double size = 0;
+                for (int axis = 0; axis < 3; ++axis) size += std::abs(ray.dir[axis]);
+                for (int i = 0; i < 2; ++i)
+                    inside += double{side.normal[i]} * ray.dir[static_cast<int>(side.axes[i])];
+                least = std::min(least, inside / size);
+            }
+            EXPECT_GE(least, -0x1p-23) << "seed " << seed << ", side " << k;
+        }
+        sides += frame.wedge_side_count;
+    }
+    EXPECT_GT(sides, 40u);
+}
+
 TEST_P(LightPackets, TraceRaysInAllDirectionsByFaces) {
     for (std::uint64_t seed = 0; seed < 4; ++seed) {
         Random random(seed);

@@ -27,6 +27,13 @@
 namespace mray::fuzz {
 namespace {
 
+// Sanitizers report crashes and limit memory themselves.
+#ifdef MORPHRAY_SANITIZED
+constexpr bool kIsSanitized = true;
+#else
+constexpr bool kIsSanitized = false;
+#endif
+
 /// A file may claim 4 GiB, and must not get them.
 constexpr rlim_t kMostMemory = rlim_t{3} << 30;
 
@@ -89,12 +96,11 @@ void keep_case(int signal) {
 void handle_crashes(const Options& options) {
     const std::string path = fmt::format("{}/{}-crash", options.out, options.target->name);
     path.copy(current_case.path.data(), current_case.path.size() - 1);
-#ifndef MORPHRAY_SANITIZED
+    if (kIsSanitized) return;
     for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
         std::signal(signal, keep_case);
     const rlimit memory = {kMostMemory, kMostMemory};
     setrlimit(RLIMIT_AS, &memory);
-#endif
 }
 
 /// Tries one case. False, with a message, if it fails.
