@@ -63,6 +63,7 @@
 # step: kMostSlope 1.1
 # step: kFarDepth 2
 # step: kUnfusedDepth 0.5
+# step: kLeastSlantVolume 0.01
 # step: kReciprocalRounding 0.5
 
 ## lemma: project_relative_fast: x = ((v + a) (1 + p) dz (1 + q) - dx z (1 + r) (1 + s)) (1 + t), X = v dz - dx z
