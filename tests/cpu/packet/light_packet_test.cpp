@@ -63,15 +63,18 @@ TEST_P(LightPackets, HaveWedgesThatHoldAllRays) {
         Random random(seed);
         const TestScene scene = random_soup(20, 0.3, seed);
         const vec3 org = snap_point(random.point(0.3 * kSceneExtent));
-        const vec3 middle = random.point(kSceneExtent);
-        // Some rays are regrouped.
-        const double spread = (seed % 4 + 1) * 0.1 * kSceneExtent;
+        vec3 middle = org + random.point(0.4 * kSceneExtent);
+        middle[static_cast<int>(seed % 3)] += (seed % 2 == 0 ? 1 : -1) * kSceneExtent;
+        // Some blocks are so wide that they are regrouped.
+        const double spread = static_cast<double>(seed % 4 + 1) * 0.1 * kSceneExtent;
         std::vector<Ray> rays;
         for (std::size_t i = 0; i < cpu::kSquareRays; ++i) {
-            const double own = i % 64 < 16 ? spread : 0.05 * spread;
+            const double own = i % 64 < 16 ? spread : 0.3 * spread;
             rays.push_back(ray_towards(org, middle + random.point(own), 2));
         }
-        check(scene, rays, std::vector<std::uint8_t>(rays.size(), 1));
+        const std::vector<std::uint8_t> all(rays.size(), 1);
+        EXPECT_EQ(check(scene, rays, all).fallback, 0u);
+        EXPECT_GT(packet_->regrouped_count, 0u);
         const cpu::PacketFrame& frame = packet_->frame;
         for (std::uint32_t k = 0; k < frame.wedge_side_count; ++k) {
             const cpu::WedgeSide& side = frame.wedge_sides[k];
