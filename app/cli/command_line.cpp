@@ -21,9 +21,7 @@ namespace {
 /// The commands with their options, each of which writes into one Options.
 class CommandLine {
 public:
-    explicit CommandLine(std::span<const std::string> arguments)
-        : app_("Ray tracer for triangle scenes that deform.", "morphray") {
-        options_.arguments.assign(arguments.begin(), arguments.end());
+    CommandLine() : app_("Ray tracer for triangle scenes that deform.", "morphray") {
         app_.require_subcommand(1);
         app_.formatter(std::make_shared<HelpFormatter>());
         app_.set_help_flag("-h,--help", "print this help");
@@ -119,6 +117,7 @@ ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
         explain(describe(error, arguments));
     }
     options_.given = given_options();
+    options_.arguments.assign(arguments.begin(), arguments.end());
     check_conflicts(options_);
     check_unused_options(options_);
     return {options_, {}};
@@ -127,7 +126,7 @@ ParsedCommandLine CommandLine::parse(std::span<const std::string> arguments) {
 }  // namespace
 
 ParsedCommandLine parse_command_line(std::span<const std::string> arguments) {
-    return CommandLine(arguments).parse(arguments);
+    return CommandLine().parse(arguments);
 }
 
 }  // namespace mray::app

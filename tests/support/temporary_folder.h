@@ -17,8 +17,9 @@ namespace mray::test {
 /// A new empty folder, removed with its content. All users may read it.
 class TemporaryFolder {
 public:
-    TemporaryFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "morphray_XXXXXX").native();
+    explicit TemporaryFolder(
+        const std::filesystem::path& parent = std::filesystem::temp_directory_path()) {
+        std::string name = (parent / "morphray_XXXXXX").native();
         if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
         path_ = name;
         chmod(name.c_str(), 0755);

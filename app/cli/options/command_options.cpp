@@ -2,10 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <string>
-#include <vector>
-
 #include "app/cli/help/help_formatter.h"
 #include "app/cli/numbers.h"
 #include "app/cli/options/option_groups.h"
@@ -88,18 +84,10 @@ OptionAdder add_command(CLI::App& program, Options& options, const char* name, c
     return {app, options};
 }
 
-/// Whether the arguments have the name of the command, whose options nobody needs otherwise. To
-/// make those of all commands takes longer than to parse.
-bool is_named(const OptionAdder& adder) {
-    const std::vector<std::string>& arguments = adder.options().arguments;
-    return std::ranges::find(arguments, adder.command().get_name()) != arguments.end();
-}
-
 void define_render(CLI::App& program, Options& options) {
     const OptionAdder adder = add_command(program, options, "render",
                                           "Writes an image of each frame, and a contact sheet",
                                           Command::kRender, kRenderExamples);
-    if (!is_named(adder)) return;
     add_scene(adder, true);
     add_frames(adder, "all whole frames");
     add_view_options(adder, kWholeImage, "those of --shading lit",
@@ -119,7 +107,6 @@ void define_merge(CLI::App& program, Options& options) {
     const OptionAdder adder = add_command(
         program, options, "merge", "Checks and puts together what the shards of a render wrote",
         Command::kMerge, kMergeExamples);
-    if (!is_named(adder)) return;
     adder.command()
         .add_option("folders", options.part_folders, "the --out folders of all shards")
         ->type_name("DIR")
@@ -140,7 +127,6 @@ void define_view(CLI::App& program, Options& options) {
     const OptionAdder adder = add_command(
         program, options, "view", "A window that shows the scene move, and how it is traced",
         Command::kView, kViewExamples);
-    if (!is_named(adder)) return;
     add_scene(adder, true);
     add_frame(adder, "the frame that is shown first (the first)");
     adder.add_flag("--play", "begin to play at once", options.plays);
@@ -175,7 +161,6 @@ void define_crosscheck(CLI::App& program, Options& options) {
         add_command(program, options, "crosscheck",
                     "Compares every backend and tree with a reference, bit by bit",
                     Command::kCrosscheck, kCrosscheckExamples);
-    if (!is_named(adder)) return;
     add_scenes(adder, "what to trace, one scene after the other");
     add_scene_options(adder);
     add_frames(adder, kFewFrames);
@@ -201,7 +186,6 @@ void define_diff(CLI::App& program, Options& options) {
     const OptionAdder adder =
         add_command(program, options, "diff", "Compares two files bit by bit: hits, PNG or OpenEXR",
                     Command::kDiff, kDiffExamples);
-    if (!is_named(adder)) return;
     adder.command()
         .add_option("files", options.compared_files, "the expected hits or image, and the other")
         ->type_name("FILE FILE")
@@ -217,7 +201,6 @@ void define_probe(CLI::App& program, Options& options) {
         add_command(program, options, "probe",
                     "Describes one pixel: its ray, its hit, the triangles that it could hit",
                     Command::kProbe, kProbeExamples);
-    if (!is_named(adder)) return;
     add_scene(adder, true);
     adder.command().get_option("scene")->description("what to trace, or a file of --bundle");
     add_frame(adder, "the frame; not for a bundle");
@@ -240,7 +223,6 @@ void define_profile(CLI::App& program, Options& options) {
     const OptionAdder adder = add_command(program, options, "profile",
                                           "Measures deforming, refitting, building and tracing",
                                           Command::kProfile, kProfileExamples);
-    if (!is_named(adder)) return;
     add_scene(adder, true);
     add_frames(adder, kFewFrames);
     add_view_options(adder, kWholeImage, "primary");
@@ -286,7 +268,6 @@ void define_trace(CLI::App& program, Options& options) {
     const OptionAdder adder = add_command(
         program, options, "trace", "Traces the rays of a file, and writes their hits to a file",
         Command::kTrace, kTraceExamples);
-    if (!is_named(adder)) return;
     add_scene(adder, true);
     adder.command().get_option("--lenient")->description("no effect: trace always is lenient");
     add_frame(adder, kFirstFrame);
@@ -306,7 +287,6 @@ void define_chart(CLI::App& program, Options& options) {
     const OptionAdder adder = add_command(
         program, options, "chart", "Draws charts of speed against accuracy, as images and data",
         Command::kChart, kChartExamples);
-    if (!is_named(adder)) return;
     add_scenes(adder, "what to trace, at the middle frame");
     adder.add_text("-o,--out", "DIR", "a folder that does not exist yet or is empty", options.out)
         ->required();
@@ -321,7 +301,6 @@ void define_info(CLI::App& program, Options& options) {
     const OptionAdder adder =
         add_command(program, options, "info", "Describes a scene; without a scene, this program",
                     Command::kInfo, kInfoExamples);
-    if (!is_named(adder)) return;
     add_scene(adder, false);
     add_frame(adder, kFirstFrame);
     adder.add_flag("--bvh", "build the tree both ways and describe it", options.tree_facts);
@@ -336,7 +315,6 @@ void define_index(CLI::App& program, Options& options) {
         add_command(program, options, "index",
                     "Writes an index of a clip's files, with which a clip opens at once",
                     Command::kIndex, kIndexExamples);
-    if (!is_named(adder)) return;
     adder.add_text("scene", "SCENE", "the clip", options.scene)->required();
     add_file_options(adder);
     adder.add_text("-o,--out", "FILE", "the index file (SCENE.mrindex)", options.out);

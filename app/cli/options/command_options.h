@@ -7,8 +7,8 @@
 
 namespace mray::app {
 
-/// Adds every command to `program`, with options only to those that options.arguments name. A parse
-/// writes the command and its options into `options`, which outlives it.
+/// Adds every command to `program`. A parse writes the command and its options into `options`,
+/// which outlives it.
 void add_commands(CLI::App& program, Options& options);
 
 }  // namespace mray::app

@@ -3,42 +3,16 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <stdexcept>
-#include <system_error>
+
+#include "tests/support/temporary_folder.h"
 
 namespace mray::fuzz {
-namespace {
 
-namespace fs = std::filesystem;
-
-constexpr const char* kMemory = "/dev/shm";
-
-class Folder {
-public:
-    Folder() {
-        const fs::path parent = access(kMemory, W_OK) == 0 ? kMemory : fs::temp_directory_path();
-        std::string name = (parent / "morphray_XXXXXX").native();
-        if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
-        path_ = name;
-    }
-    ~Folder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-
-    const fs::path& path() const { return path_; }
-
-private:
-    fs::path path_;
-};
-
-}  // namespace
-
-const fs::path& case_folder() {
-    static const Folder folder;
+const std::filesystem::path& case_folder() {
+    constexpr const char* kMemory = "/dev/shm";
+    static const test::TemporaryFolder folder(
+        access(kMemory, W_OK) == 0 ? kMemory : std::filesystem::temp_directory_path());
     return folder.path();
 }
 
