@@ -10,8 +10,8 @@
 #include <climits>
 #include <optional>
 #include <string_view>
-#include <system_error>
 
+#include "common/base/folder_entries.h"
 #include "common/base/hash.h"
 #include "common/text/number_text.h"
 
@@ -94,15 +94,13 @@ int TemporaryFile::rename_to(const fs::path& target) {
 
 void remove_stray_files(const fs::path& folder) {
     const std::string prefix = host_prefix();
-    std::error_code error;
-    for (fs::directory_iterator file(folder.empty() ? fs::path(".") : folder, error), end;
-         !error && file != end; file.increment(error)) {
-        const fs::path& path = file->path();
-        const auto process = process_of(path.filename().native(), prefix);
-        if (!process || ::kill(*process, 0) == 0 || errno != ESRCH) continue;
-        std::error_code ignored;
-        if (file->symlink_status(ignored).type() == fs::file_type::regular) ::unlink(path.c_str());
-    }
+    for_each_entry(folder.empty() ? fs::path(".") : folder, [&](const std::string& name) {
+        const auto process = process_of(name, prefix);
+        if (!process || ::kill(*process, 0) == 0 || errno != ESRCH) return;
+        const fs::path path = folder / name;
+        struct stat status;
+        if (::lstat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode)) ::unlink(path.c_str());
+    });
 }
 
 }  // namespace mray

@@ -3,6 +3,7 @@
 import dataclasses
 import os
 import pathlib
+import re
 import resource
 import shutil
 import signal
@@ -52,6 +53,14 @@ def read_suites(path: pathlib.Path) -> Suites:
         else:
             tests = suites.setdefault(line, [])
     return suites
+
+
+def check_suites(suites: Suites, root: pathlib.Path) -> list[str]:
+    """Returns a line for each test of which no CMakeLists.txt makes the program."""
+    lists = "\n".join(path.read_text() for path in (root / "tests").rglob("CMakeLists.txt"))
+    made = set(re.findall(r"(?:add_executable\(|\(NAME )(\w+)", lists))
+    return [f"suites.txt: no program {test.target} for {prefix}"
+            for prefix, tests in suites.items() for test in tests if test.target not in made]
 
 
 def tests_of(suites: Suites, file: str) -> list[Test]:

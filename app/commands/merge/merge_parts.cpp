@@ -11,6 +11,7 @@
 #include "app/files/png_reader.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
+#include "common/base/folder_entries.h"
 #include "common/image/frame.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
@@ -27,9 +28,9 @@ bool is_part_name(const std::string& name) {
 
 std::vector<fs::path> part_files(const std::string& folder) {
     std::vector<fs::path> files;
-    std::error_code error;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
-        if (is_part_name(entry.path().filename().native())) files.push_back(entry.path());
+    const std::error_code error = for_each_entry(folder, [&](const std::string& name) {
+        if (is_part_name(name)) files.push_back(fs::path(folder) / name);
+    });
     if (error) {
         throw Error(ErrorKind::kBadInput, fmt::format("{}: cannot be read ({}); give a folder",
                                                       shown(folder), error.message()));

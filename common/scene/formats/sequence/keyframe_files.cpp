@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "common/base/errors.h"
+#include "common/base/folder_entries.h"
 #include "common/scene/formats/mesh/mesh_file.h"
 #include "common/scene/formats/sequence/frame_pattern.h"
 #include "common/text/message_text.h"
@@ -52,12 +53,10 @@ void require_one_format(const fs::path& folder, const std::vector<NumberedName>&
 
 std::vector<std::string> file_names(const fs::path& folder) {
     std::vector<std::string> names;
-    std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-         entry.increment(error)) {
+    const std::error_code error = for_each_entry(folder, [&](const std::string& name) {
         std::error_code ignored;
-        if (!entry->is_directory(ignored)) names.push_back(entry->path().filename().native());
-    }
+        if (!fs::is_directory(folder / name, ignored)) names.push_back(name);
+    });
     if (error) {
         fail(folder, fmt::format("folder cannot be read: {}; check the path", error.message()));
     }
