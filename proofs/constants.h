@@ -115,6 +115,8 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kHitDotRounding),
     PROOFS_CONSTANT(kBoxError),
     PROOFS_CONSTANT(kWedgeMargin),
+    PROOFS_CONSTANT(kLeastWedgeSpan),
+    PROOFS_CONSTANT(kMostWedgeDepths),
     PROOFS_CONSTANT(kNarrowDepth),
     PROOFS_CONSTANT(kNarrowWeights),
     PROOFS_CONSTANT(kDeviceSlopeRounding),

@@ -19,10 +19,15 @@
 #                rule displaces a vertex on two axes by kProjection times its way off the ray, at
 #                most twice its largest coordinate. A camera's middle of up to 15 s_x / s_z has room
 #                in kBoxError. side z is rounded in rectangle_of_box: u R z, less than R times
-#                what z's own error leaves. Wedges: a direction is a mean of the corners c_k (bilinear in
-#                X, Y, which the frame's bounds hold for the exact direction), |c_k| <= 5 |d| in a
-#                light's plane (kWidestPlane) and |n| = 1 in sum; n.c_k >= 0 was found in double, so
-#                that n.d >= -2^-40 |d| with n in double. A hit is off its ray by kProjection and
+#                what z's own error leaves. Wedges: with rows that are the inverse of A but for E, d = z A (X,
+#                Y, 1) - E d. The first is a mean of the corners c_k (bilinear in X, Y, which the frame's
+#                bounds hold for the exact direction). A product of rows and axes is off by 18 v S and
+#                the determinant by 36 v S (v = 2^-53, S the product of the axes' sizes), so that |E| <=
+#                (3 * 18 + 36) v / kLeastWedgeSpan < 2^-18. |n| = 1 in sum, and n.c_k >= 0 was found in double,
+#                with |c_k| <= 70 |d| (kMostWedgeDepths, and corners up to 35.5 from the middle). Of a
+#                camera's axis_z the double roundings are 2^-27 of those of a direction's floats, which
+#                are at most (2 / 33 + 2 / 33 + 1 / 2) 64 |d| (kMostPixelError, kMostDepthError). In all
+#                n.d >= -2^-17 |d| with n in double. A hit is off its ray by kProjection and
 #                kProjectionOfRange of twice its largest coordinate, and a snap of 2^-22 of it.
 #
 # step: kRectangleError 0.85
@@ -31,6 +36,8 @@
 # step: kRectangleRounding 0.5
 # step: kBoxError 0.5
 # step: kWedgeMargin 0.001
+# step: kLeastWedgeSpan 0.1
+# step: kMostWedgeDepths 100
 # step: kNearestByDepth 0.99999
 
 ## lemma: x^ / z^ - X' = (X' e_z - e_x) / z^ where x^ + e_x = X' (z^ + e_z)
@@ -71,7 +78,12 @@ e = @kRounding@;
 { @kNearestByDepth@ * (1 - e) * (1 - e) * (1 - e) - 1 >= 0
   /\ 1 - 0.99999 * (1 + e) * (1 + e) * (1 + e) >= 0 }
 
+## lemma: wedges: rows against axes; corners and axis_z in double
+v = 0x1p-53;
+{ (3 * 18 + 36) * v * (1 + 0x1p-20) / @kLeastWedgeSpan@
+  + (0x1p-27 * (2 * 2 / 33 + 0.5) + 10 * v) * @kMostWedgeDepths@ <= 0x1p-17 }
+
 ## lemma: wedges: difference, two products with sums; n as floats, twice by |d|; the limit's product
 e = @kRounding@;
 three = (1 + e) * (1 + e) * (1 + e) - 1;
-{ @kWedgeMargin@ * (1 - 2 * e) - (three * (1 + e) + e + 2 * @kProjection@ + 2 * @kProjectionOfRange@ + 0x1p-22 + 0x1p-40) >= 0 }
+{ @kWedgeMargin@ * (1 - 2 * e) - (three * (1 + e) + e + 2 * @kProjection@ + 2 * @kProjectionOfRange@ + 0x1p-22 + 0x1p-17) >= 0 }

@@ -76,7 +76,7 @@ public:
           queue_(behind_) {
         const ViewSpec& view = options.view;
         if (!options.hits.empty() && !has_hits_folder(options))
-            hits_.emplace(view.width, view.height);
+            call_library([&] { hits_.emplace(view.width, view.height); });
         using morphray::Shading;
         clip_hash_ = clip_hash(clip, *options.shading.shading == Shading::lit, options.lenient);
         const Topology& topology = clip.topology();

@@ -58,6 +58,10 @@ SHARED_CONST float kRectangleRounding = 1.52587890625e-05f;
 SHARED_CONST float kBoxError = 9.5367431640625e-07f;
 // How far a box is outside a wedge that holds all rays, by its largest coordinate: 2^-12.
 SHARED_CONST float kWedgeMargin = 0.000244140625f;
+// Only frames whose axes span more than this part, 2^-28, of the product of their sizes have
+// wedges, and only if no ray's largest component at z = 1 is more than so many times another's.
+SHARED_CONST float kLeastWedgeSpan = 3.725290298461914e-9f;
+SHARED_CONST float kMostWedgeDepths = 64.0f;
 
 // ---- Edge functions of vertices up to `size` from the ray in the middle, and up to `reach` from
 // any: their rounding is kEdgeRounding size (reach + kShearRounding z), 14 u.

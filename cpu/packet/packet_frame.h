@@ -67,7 +67,7 @@ struct PacketFrame {
     float axis_sign;
     /// Bounds of the magnitude of a ray's largest direction component at z = 1; 1 / depth_least.
     float depth_least, depth_most, per_depth;
-    /// Two planes for each axis, or fewer; none in a camera's packet.
+    /// Two planes for each axis, or fewer.
     std::uint32_t wedge_side_count;
     WedgeSide wedge_sides[6];
 };

@@ -14,6 +14,7 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -25,6 +26,20 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
+/// Whether a frame's rows, found in double, are the inverse of its axes but for 2^-18, and its
+/// corners, in double, exact enough for the margin of wedges.
+HWY_INLINE bool may_have_wedges(const PacketFrame& frame, const double axis_x[3],
+                                const double axis_y[3], const double axis_z[3]) {
+    const auto size = [](const double* axis) {
+        return std::max({std::abs(axis[0]), std::abs(axis[1]), std::abs(axis[2])});
+    };
+    const double span = axis_x[0] * (axis_y[1] * axis_z[2] - axis_y[2] * axis_z[1]) +
+                        axis_x[1] * (axis_y[2] * axis_z[0] - axis_y[0] * axis_z[2]) +
+                        axis_x[2] * (axis_y[0] * axis_z[1] - axis_y[1] * axis_z[0]);
+    return std::abs(span) > kLeastWedgeSpan * size(axis_x) * size(axis_y) * size(axis_z) &&
+           frame.depth_most <= kMostWedgeDepths * frame.depth_least;
+}
+
 /// Sets the wedges of a frame whose rays go through the points (X, Y), within its bounds of x and
 /// y, of the plane axis_x X + axis_y Y + axis_z.
 ///
@@ -34,6 +49,8 @@ namespace HWY_NAMESPACE {
 ///    none is.
 HWY_INLINE void set_wedges(PacketFrame& frame, const double axis_x[3], const double axis_y[3],
                            const double axis_z[3]) {
+    frame.wedge_side_count = 0;
+    if (!may_have_wedges(frame, axis_x, axis_y, axis_z)) return;
     double corner[4][3];
     for (int k = 0; k < 4; ++k) {
         const double x = (k & 1) != 0 ? frame.upper_x : frame.lower_x;
@@ -41,7 +58,6 @@ HWY_INLINE void set_wedges(PacketFrame& frame, const double axis_x[3], const dou
         for (int axis = 0; axis < 3; ++axis)
             corner[k][axis] = axis_x[axis] * x + axis_y[axis] * y + axis_z[axis];
     }
-    frame.wedge_side_count = 0;
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
         const std::uint32_t u = (axis + 1) % 3;
         const std::uint32_t v = (axis + 2) % 3;

@@ -17,6 +17,7 @@
 #include "cpu/image/tile.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/packet_frame-inl.h"
+#include "cpu/packet/packet_wedge-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -121,7 +122,9 @@ void frame_camera_packet(const ImageParams& params, const Tile& tile, CameraPack
     set_frame(frame, camera.org, axis_x, axis_y, axis_z, 0.5f * kCameraSide + 1);
     frame.ray_error = pixel_error(frame, camera, tile);
     start_blocks(tile.x1 - tile.x0, tile.y1 - tile.y0, packet);
+    if (frame.ray_error != kNoPixelError) set_wedges(frame, axis_x, axis_y, axis_z);
 }
+
 /// Resets the rays of a packet: no candidate, any depth.
 HWY_INLINE void start_rays(std::uint32_t width, std::uint32_t height, CameraPacket& packet) {
     const std::size_t count = packet.frame.grid_rows * kGridSide * kBlockRays;

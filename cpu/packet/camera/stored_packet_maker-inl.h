@@ -218,6 +218,7 @@ HWY_INLINE bool frame_stored_packet(const StoredRayTile& tile, StoredDirections&
     if (!(frame.ray_error <= kMostPlaceError)) return false;
     packet.stored = &directions;
     start_blocks(tile.width, tile.height, packet);
+    set_wedges(frame, grid.du.v, grid.dv.v, axis_z.v);
     return true;
 }
 

@@ -12,6 +12,7 @@
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/reference/brute_tracer.h"
 #include "tests/cpu/packet/light_rays.h"
+#include "tests/cpu/packet/wedge_check.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {
@@ -76,19 +77,8 @@ TEST_P(LightPackets, HaveWedgesThatHoldAllRays) {
         EXPECT_EQ(check(scene, rays, all).fallback, 0u);
         EXPECT_GT(packet_->regrouped_count, 0u);
         const cpu::PacketFrame& frame = packet_->frame;
-        for (std::uint32_t k = 0; k < frame.wedge_side_count; ++k) {
-            const cpu::WedgeSide& side = frame.wedge_sides[k];
-            double least = 0;
-            for (const Ray& ray : rays) {
-                double inside = 0;
-                double size = 0;
-                for (int axis = 0; axis < 3; ++axis) size += std::abs(ray.dir[axis]);
-                for (int i = 0; i < 2; ++i)
-                    inside += double{side.normal[i]} * ray.dir[static_cast<int>(side.axes[i])];
-                least = std::min(least, inside / size);
-            }
-            EXPECT_GE(least, -0x1p-23) << "seed " << seed << ", side " << k;
-        }
+        for (const Ray& ray : rays)
+            EXPECT_GE(least_inside_wedges(frame, ray.dir), -0x1p-23) << "seed " << seed;
         sides += frame.wedge_side_count;
     }
     EXPECT_GT(sides, 40u);

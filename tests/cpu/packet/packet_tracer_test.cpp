@@ -18,6 +18,7 @@
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
 #include "tests/cpu/packet/light_rays.h"
+#include "tests/cpu/packet/wedge_check.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
@@ -129,6 +130,36 @@ TEST_P(EveryTarget, CameraPacketsAnswerLikeSingleRaysFromAnywhere) {
     }
     EXPECT_GT(traced, 100u);
     EXPECT_LE(refused, 5u);
+}
+
+TEST_P(EveryTarget, CameraPacketsHaveWedgesThatHoldAllRays) {
+    std::size_t sides = 0;
+    double outside = 0;
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const cpu::PacketTracer tracer(bvh, GetParam());
+        std::vector<Hit> hits(std::size_t{cpu::kCameraSide} * cpu::kCameraSide);
+        for (const ViewSpec& view : views(scene, 72)) {
+            const std::optional<ImageParams> params = params_of(view, scene);
+            if (!params) continue;
+            const cpu::ImageTiles tiles(params->width, params->height, cpu::kCameraSide);
+            for (std::uint32_t i = 0; i < tiles.count(); ++i) {
+                const cpu::Tile tile = tiles[i];
+                tracer.intersect_camera(*params, tile, *camera_packet_, hits.data(),
+                                        cpu::kCameraSide);
+                const cpu::PacketFrame& frame = camera_packet_->frame;
+                sides += frame.wedge_side_count;
+                for (std::uint32_t y = tile.y0; y < tile.y1; ++y)
+                    for (std::uint32_t x = tile.x0; x < tile.x1; ++x)
+                        outside = std::min(
+                            outside,
+                            least_inside_wedges(frame, camera_ray(params->camera, x, y).dir));
+            }
+        }
+    }
+    EXPECT_GT(sides, 100u);
+    EXPECT_GE(outside, -0x1p-20);
 }
 
 TEST_P(EveryTarget, CameraPacketsAnswerLikeBruteForceOnRandomSmallCases) {

@@ -1,6 +1,7 @@
 // Packets of rays that a caller has stored give the hits of single rays.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -10,6 +11,7 @@
 #include "common/simd/simd_target.h"
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
+#include "tests/cpu/packet/wedge_check.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 
@@ -105,6 +107,8 @@ TEST(StoredPackets, AnswerLikeSingleRays) {
     std::size_t refused = 0;
     std::size_t hits = 0;
     std::size_t different = 0;
+    std::size_t sides = 0;
+    double outside = 0;
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
@@ -120,12 +124,15 @@ TEST(StoredPackets, AnswerLikeSingleRays) {
                     refused += is_best;
                     continue;
                 }
+                sides += scratch->packet.frame.wedge_side_count;
                 for (std::uint32_t y = 0; y < tile.height; ++y) {
                     for (std::uint32_t x = 0; x < tile.width; ++x) {
                         const float* d = tile.rays[y * tile.width + x].dir;
                         const Ray ray{tile.org, 0, canonical_direction({d[0], d[1], d[2]}),
                                       kInfiniteT};
                         const Hit expected = single.intersect(ray);
+                        outside =
+                            std::min(outside, least_inside_wedges(scratch->packet.frame, ray.dir));
                         hits += expected.prim_id != kNoPrim;
                         different += !same_bits(expected, scratch->hits[y * kCameraSide + x]);
                     }
@@ -140,6 +147,8 @@ TEST(StoredPackets, AnswerLikeSingleRays) {
         return;
     }
     EXPECT_LT(refused, tiles / 2);
+    EXPECT_GT(sides, tiles);
+    EXPECT_GE(outside, -0x1p-20);
     EXPECT_GT(hits, 50000u);
 }
 
