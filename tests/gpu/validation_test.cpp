@@ -82,6 +82,44 @@ TEST(Validation, FindsAPlantedInvalidCall) {
     EXPECT_NO_THROW(chain.run(true));
 }
 
+TEST(Validation, HasNothingToSayAboutCopiesOfSeveralPieces) {
+    gpu::ValidationLog log;
+    gpu::Tuning tuning;
+    tuning.log = &log;
+    tuning.force_staging = true;
+    gpu::Context context(kValidated, tuning);
+    gpu::Transfer transfer(context);
+    // More than two pieces, and no multiple of one.
+    constexpr std::size_t kPoints = (std::size_t{2} << 20) / 3 * 2 + 12345;
+    constexpr std::size_t kBytes = kPoints * gpu::kPaddedBytes;
+    gpu::Buffer buffer(context, "points", kBytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+                       gpu::Memory::kDevice);
+    ASSERT_TRUE(buffer.mapped().empty());
+    std::vector<vec3> points(kPoints);
+    for (std::size_t i = 0; i < kPoints; ++i) {
+        const auto x = static_cast<float>(i);
+        points[i] = {x, -x, 0.5f * x};
+    }
+    std::vector<std::byte> padded(kBytes);
+    gpu::write_padded(points, padded);
+
+    const auto on_device = [&] {
+        std::vector<std::byte> bytes(kBytes);
+        transfer.download(buffer, bytes);
+        return bytes;
+    };
+    transfer.upload_padded(points, buffer);
+    EXPECT_TRUE(on_device() == padded);
+    std::vector<std::byte> changed = padded;
+    for (std::size_t at = 0; at < kBytes; at += 2 * gpu::Transfer::kBlockBytes)
+        changed[at] ^= std::byte{1};
+    EXPECT_GT(transfer.upload_changes(padded, changed, buffer), kBytes / 2);
+    EXPECT_TRUE(on_device() == changed);
+    transfer.upload(padded, buffer);
+    EXPECT_TRUE(on_device() == padded);
+    EXPECT_TRUE(log.messages().empty()) << log.messages().front();
+}
+
 TEST(Validation, HasNothingToSayAboutAWholeSessionAndItsEnd) {
     gpu::ValidationLog log;
     for (const bool force_staging : {false, true}) {
