@@ -117,6 +117,8 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kWedgeMargin),
     PROOFS_CONSTANT(kLeastWedgeSpan),
     PROOFS_CONSTANT(kMostWedgeDepths),
+    PROOFS_CONSTANT(kWedgeRounding),
+    PROOFS_CONSTANT(kCornerSlack),
     PROOFS_CONSTANT(kNarrowDepth),
     PROOFS_CONSTANT(kNarrowWeights),
     PROOFS_CONSTANT(kDeviceSlopeRounding),

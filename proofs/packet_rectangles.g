@@ -6,7 +6,7 @@
 #                their triangles' displaced vertices with kBoxError row_size size; a box with n.p <
 #                -kWedgeMargin size in all its points has no point of a ray
 #   code         find_places (cpu/packet/triangle_setup-inl.h), PixelRange, to_grid (cpu/packet/camera/camera_packet_blocks-inl.h),
-#                project_boxes, rectangle_of_box (cpu/packet/packet_node-inl.h); set_wedges,
+#                project_boxes, rectangle_of_box (cpu/packet/packet_node-inl.h); set_wedges, may_have_wedges,
 #                outside_wedges (cpu/packet/packet_wedge-inl.h); concerned_groups
 #                (shaders/packet/packet_leaf.glsl), set_planes, visit_node (shaders/packet/packet.glsl)
 #   inputs       z_least > 2^-10 z_size + 16 leaf_error, so that all displaced z are positive and a ray
@@ -17,18 +17,19 @@
 #   by hand      Of a vertex with |x' / z'| > R, R z' in place of x' shows that it stays beyond. Its
 #                errors other than leaf_error are 2 u of x, in kQuotientError, and 2 u R z by X z. The
 #                rule displaces a vertex on two axes by kProjection times its way off the ray, at
-#                most twice its largest coordinate. A camera's middle of up to 15 s_x / s_z has room
-#                in kBoxError. side z is rounded in rectangle_of_box: u R z, less than R times
-#                what z's own error leaves. Wedges: with rows that are the inverse of A but for E, d = z A (X,
-#                Y, 1) - E d. The first is a mean of the corners c_k (bilinear in X, Y, which the frame's
-#                bounds hold for the exact direction). A product of rows and axes is off by 18 v S and
-#                the determinant by 36 v S (v = 2^-53, S the product of the axes' sizes), so that |E| <=
-#                (3 * 18 + 36) v / kLeastWedgeSpan < 2^-18. |n| = 1 in sum, and n.c_k >= 0 was found in double,
-#                with |c_k| <= 70 |d| (kMostWedgeDepths, and corners up to 35.5 from the middle). Of a
-#                camera's axis_z the double roundings are 2^-27 of those of a direction's floats, which
-#                are at most (2 / 33 + 2 / 33 + 1 / 2) 64 |d| (kMostPixelError, kMostDepthError). In all
-#                n.d >= -2^-17 |d| with n in double. A hit is off its ray by kProjection and
-#                kProjectionOfRange of twice its largest coordinate, and a snap of 2^-22 of it.
+#                most twice its largest coordinate. side z is rounded in rectangle_of_box: u R z, less than
+#                R times what z's own error leaves. Wedges: with rows that are the inverse of A but for E,
+#                d = z A (X, Y, 1) - E d. The first is a mean of the corners c_k (bilinear in X, Y, which
+#                the frame's bounds hold for the exact direction). A product of rows and axes is off by
+#                18 v S and the determinant by 36 v S (v = 2^-53, S the product of the axes' sizes), so
+#                that |E| <= (3 * 18 + 36) v / kLeastWedgeSpan < 2^-18. |n| = 1 in sum, and n.c_k >= 0 was
+#                found in double, with |c_k| <= 70 |d| (kMostWedgeDepths, and corners up to 35.5 from the
+#                middle). Of a camera's axis_z the double roundings are 2^-27 of those of a direction's
+#                floats, which are at most (2 / 33 + 2 / 33 + 1 / 2) 64 |d| (kMostPixelError,
+#                kMostDepthError). In all n.d >= -2^-17 |d| with n in double. A hit is off its ray by
+#                kProjection and kProjectionOfRange of twice its largest coordinate, and a snap of 2^-22 of
+#                it. On a device n.c_k >= -kCornerSlack size and n.d >= -kWedgeRounding size, for d with
+#                row_z d = 1; a hit is at most reach / least times such a d.
 #
 # step: kRectangleError 0.85
 # step: kQuotientError 0.5
@@ -38,6 +39,8 @@
 # step: kWedgeMargin 0.001
 # step: kLeastWedgeSpan 0.1
 # step: kMostWedgeDepths 100
+# step: kWedgeRounding 0.5
+# step: kCornerSlack 4
 # step: kNearestByDepth 0.99999
 
 ## lemma: x^ / z^ - X' = (X' e_z - e_x) / z^ where x^ + e_x = X' (z^ + e_z)
@@ -87,3 +90,18 @@ v = 0x1p-53;
 e = @kRounding@;
 three = (1 + e) * (1 + e) * (1 + e) - 1;
 { @kWedgeMargin@ * (1 - 2 * e) - (three * (1 + e) + e + 2 * @kProjection@ + 2 * @kProjectionOfRange@ + 0x1p-22 + 0x1p-17) >= 0 }
+
+## lemma: wedges on a device: a corner (product, four sums), a direction's own four roundings and the
+# grid, the unit; the slack and the test of a corner; the normal (a sum, a quotient of 2.5 ulp, a
+# product)
+e = @kRounding@;
+corner = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
+own = 3 * @kDirectionRounding@ + 0x1p-45;
+test = (1 + e) * (1 + e) - 1;
+normal = (1 + 5 * e) * (1 + e) * (1 + 2 * e) - 1;
+{ @kWedgeRounding@ * (1 - 16 * e) * 0.999 - (corner + own + e + @kCornerSlack@ + test + normal) >= 0 }
+
+## lemma: boxes against wedges on a device: difference, product, two sums; |n| in sum; displacement
+e = @kRounding@;
+four = (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
+{ @kBoxError@ * (1 - 4 * e) - (four * (1 + 16 * e) + 2 * @kProjection@ + @kProjectionOfRange@ + 0x1p-62) >= 0 }

@@ -62,6 +62,10 @@ SHARED_CONST float kWedgeMargin = 0.000244140625f;
 // wedges, and only if no ray's largest component at z = 1 is more than so many times another's.
 SHARED_CONST float kLeastWedgeSpan = 3.725290298461914e-9f;
 SHARED_CONST float kMostWedgeDepths = 64.0f;
+// On a device: how far a ray may be outside a wedge, by the size of the corners: 32 u.
+SHARED_CONST float kWedgeRounding = 1.9073486328125e-06f;
+// A corner counts as inside a wedge down to minus this part, 4 u, of the size of the corners.
+SHARED_CONST float kCornerSlack = 2.384185791015625e-07f;
 
 // ---- Edge functions of vertices up to `size` from the ray in the middle, and up to `reach` from
 // any: their rounding is kEdgeRounding size (reach + kShearRounding z), 14 u.

@@ -109,7 +109,7 @@ void set_frame() {
     frame.own_row_error = lane == 0u ? x_error : lane == 1u ? y_error : vec3(0.0f);
     frame.row_size =
         vec3(magnitude_sum(frame.row_x), magnitude_sum(frame.row_y), magnitude_sum(row_z));
-    // The products of move_row are off by u, a 16th of kBoxError.
+    // The products of move_row are off by u, less than 0.07 of kExtentError.
     frame.row_shift = 0.07f * (middle.x + middle.y) * frame.row_size.z;
     frame.ray_error = find_ray_error(row_x, row_y, middle);
     set_directions(camera.corner + middle.x * camera.du + middle.y * camera.dv, camera.du,
@@ -121,12 +121,27 @@ void set_frame() {
     frame.rounding = kCameraRounding;
 }
 
+/// The packet's corners are the middles of its corner pixels.
+void set_sides() {
+    vec2 middle = vec2(region_origin + packet_origin + uvec2(kPacketWidth, PACKET_HEIGHT) / 2u);
+    vec3 at = camera.corner + middle.x * camera.du + middle.y * camera.dv;
+    vec2 extent = vec2(7.5f, float(kGroups) - 0.5f);
+    vec3 corners[4];
+    [[unroll]] for (uint k = 0u; k < 4u; ++k) {
+        corners[k] = at + ((k & 1u) != 0u ? extent.x : -extent.x) * camera.du +
+                     ((k & 2u) != 0u ? extent.y : -extent.y) * camera.dv;
+    }
+    vec3 sizes = abs(camera.corner) + (middle.x + 8.0f) * abs(camera.du) +
+                 (middle.y + 8.0f) * abs(camera.dv);
+    // row_z d = 1, so that the largest component of d is at least 1 over the size of row_z.
+    set_planes(corners, largest_component(sizes), 0.999f / frame.row_size.z);
+}
+
 void begin_packet(uint packet) {
     packet_origin = uvec2(packet % args.tile_columns, packet / args.tile_columns) *
                     uvec2(kPacketWidth, PACKET_HEIGHT);
     set_frame();
-    set_planes(frame.row_x, frame.row_y, frame.lower, frame.upper,
-               frame.row_size.xy + 32.0f * frame.row_size.z + frame.row_shift);
+    set_sides();
     begin_traversal();
 }
 

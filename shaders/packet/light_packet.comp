@@ -45,8 +45,7 @@ float end_error;
 /// sheared so that this ray passes it at 0. The packet takes the rays that pass near this ray,
 /// compared with its neighbours in the image, since rays across the edge of a surface lie far
 /// apart; is_last: it takes all rays. Rays that hardly reach the plane are left out. Triangles are
-/// set up along plane_axes; boxes are tested against a rectangle along the axes of space, which
-/// culls more.
+/// set up along plane_axes; boxes are tested against wedges by a rectangle along the axes of space.
 void set_frame(bool is_last) {
     uint v = uint(findLSB(cluster_or(waiting))) & (kVectors - 1u);
     uint lanes = cluster_or((waiting >> v & 1u) != 0u ? 1u << lane : 0u);
@@ -153,10 +152,16 @@ void set_frame(bool is_last) {
     float unit = 1.0f / (scale * (axes[0].x * axes[1].y - axes[0].y * axes[1].x));
     set_directions(vec3(shear, 1.0f), unit * vec3(axes[1].y, -axes[1].x, 0.0f),
                    unit * vec3(-axes[0].y, axes[0].x, 0.0f), greater(frame.upper, -frame.lower));
-    // The coordinates of places are at most 5.
-    set_planes(rotate_axes(vec3(1.0f, 0.0f, -shear.x), back),
-               rotate_axes(vec3(0.0f, 1.0f, -shear.y), back), box_low, box_high,
-               vec2(6.0f) + abs(shear));
+    // In the axes of `rotate_axes` a ray at (x, y) of the plane has the direction
+    // side * (shear, 1) + (x, y, 0), whose largest component is 1 or more.
+    vec3 corners[4];
+    [[unroll]] for (uint k = 0u; k < 4u; ++k) {
+        vec2 at = vec2((k & 1u) != 0u ? box_high.x : box_low.x,
+                       (k & 2u) != 0u ? box_high.y : box_low.y);
+        corners[k] = rotate_axes(vec3(side * shear + at, side), back);
+    }
+    vec2 farthest = abs(shear) + greater(abs(box_low), abs(box_high));
+    set_planes(corners, greater(1.0f, greater(farthest.x, farthest.y)), 1.0f);
     frame.rounding = kShadowRounding;
 }
 

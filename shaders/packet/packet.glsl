@@ -49,8 +49,8 @@ struct PacketFrame {
     /// error.
     vec3 own_row;
     vec3 own_row_error;
-    /// Sums of the magnitudes of each row. row_shift times kExtentError or kBoxError covers the
-    /// rounding of the products in row_x and row_y.
+    /// Sums of the magnitudes of each row. row_shift times kExtentError covers the rounding of the
+    /// products in row_x and row_y.
     vec3 row_size;
     float row_shift;
     vec2 lower;
@@ -104,33 +104,74 @@ float accurate_dot(vec3 row, vec3 row_error, vec3 p, vec3 p_error) {
 /// Bound of the coordinates of points of the scene relative to the origin.
 float scene_reach() { return kSceneExtent + largest_component(frame.org); }
 
-/// The factors of this lane's planes in six sums over a box's planes: four sides, the far end, the
-/// near end. With 4 lanes each lane has lower and upper planes; with more, lanes 4 to 7 (12 to 15)
-/// have the upper ones.
-vec3 plane_factors[6];
-vec3 other_factors[6];
+/// A packet's wedges are up to six planes through its origin and parallel to an axis of scene space,
+/// with all rays on one side: two for each axis. They exclude boxes that the sides of a rectangle
+/// of the plane do not, above all those that reach behind the origin beside the rays (S. Gottschalk,
+/// M. Lin, D. Manocha. OBBTree: a hierarchical structure for rapid interference detection. 1996,
+/// section 5).
+///
+/// Here are the factors of this lane's planes in sums over a box's planes: for the wedges, and for
+/// the far end and the near end in z. With 4 lanes each lane has lower and upper planes; with more,
+/// lanes 4 to 7 (12 to 15) have the upper ones.
+const uint kWedges = 6u;
+vec2 wedge_factors[kWedges];
+vec2 other_wedge_factors[kWedges];
+vec3 z_factors[2];
+vec3 other_z_factors[2];
 /// Bounds of the errors of the sums, including the reach of triangles out of their boxes.
-float plane_errors[6];
+float wedge_error;
+float z_error;
 
-/// Sets the sums for rays that pass within [lower, upper] of a plane, in which the place of a point
-/// p is (row_x, row_y) * p / (row_z * p). `size` bounds the sums of magnitudes of row_x and row_y,
-/// each with its part of lower and upper.
-void set_planes(vec3 row_x, vec3 row_y, vec2 lower, vec2 upper, vec2 size) {
-    vec3 row_z = frame.row_z;
-    vec3 sides[6] = vec3[6](row_x - lower.x * row_z, upper.x * row_z - row_x,
-                            row_y - lower.y * row_z, upper.y * row_z - row_y, row_z, row_z);
-    float reach = scene_reach();
+/// A corner whose two coordinates are less than this part of the largest size is too near to the
+/// axis for a wedge parallel to it.
+const float kLeastSide = 9.094947017729282e-13f;  // 2^-40
+
+/// Sets the wedges and ends for rays whose directions are means of `corners`, directions with
+/// row_z = 1, but for their error. size: bounds every sum of magnitudes that a component of a
+/// corner is made of; 1 / least: of the largest component of any of these directions.
+///
+/// In units of 2^-24 size, a direction is outside a wedge by at most 5.1 for the corners, 3.1 for
+/// its own rounding (camera_direction), 1 for scaling, 6.1 for kCornerSlack and the test of a corner,
+/// and 8.1 for the normal: less than the 32 of kWedgeRounding (proofs/packet_rectangles.g).
+void set_planes(vec3 corners[4], float size, float least) {
     bool is_upper = kLanes >= 8u && (lane & 4u) != 0u;
-    [[unroll]] for (uint i = 0u; i < 6u; ++i) {
-        // The last sum is the least z, at the opposite corner of the box.
-        bool largest = (i < 5u) == is_upper;
-        plane_factors[i] = largest ? max(sides[i], vec3(0.0f)) : min(sides[i], vec3(0.0f));
-        other_factors[i] = largest ? min(sides[i], vec3(0.0f)) : max(sides[i], vec3(0.0f));
-        float terms = i < 2u ? size.x : i < 4u ? size.y : frame.row_size.z;
-        // 8 u for roundings (rows, differences, products, sums), and 8 u for the displacement of
-        // vertices by the rule (proofs/packet_rectangles.g).
-        plane_errors[i] = kBoxError * terms * reach;
+    float unit = 1.0f / size;
+    [[unroll]] for (uint a = 0u; a < 3u; ++a) {
+        vec2 at[4];
+        [[unroll]] for (uint k = 0u; k < 4u; ++k) {
+            at[k] = unit * vec2(corners[k][(a + 1u) % 3u], corners[k][(a + 2u) % 3u]);
+        }
+        [[unroll]] for (uint s = 0u; s < 2u; ++s) {
+            float side = s == 0u ? 1.0f : -1.0f;
+            vec2 outermost = at[0];
+            [[unroll]] for (uint k = 1u; k < 4u; ++k) {
+                float inside = side * (outermost.x * at[k].y - outermost.y * at[k].x);
+                outermost = inside < 0.0f ? at[k] : outermost;
+            }
+            float length = abs(outermost.x) + abs(outermost.y);
+            bool is_wedge = length > kLeastSide;
+            [[unroll]] for (uint k = 0u; k < 4u; ++k) {
+                float inside = side * (outermost.x * at[k].y - outermost.y * at[k].x);
+                is_wedge = is_wedge && inside >= -kCornerSlack * length;
+            }
+            vec2 normal = vec2(-outermost.y, outermost.x) * (side / (is_wedge ? length : 1.0f));
+            normal = is_wedge ? normal : vec2(0.0f);
+            vec2 farther = max(normal, vec2(0.0f));
+            vec2 nearer = min(normal, vec2(0.0f));
+            wedge_factors[2u * a + s] = is_upper ? farther : nearer;
+            other_wedge_factors[2u * a + s] = is_upper ? nearer : farther;
+        }
     }
+    // The far end is the greatest z, the near end the least.
+    vec3 farther = max(frame.row_z, vec3(0.0f));
+    vec3 nearer = min(frame.row_z, vec3(0.0f));
+    z_factors[0] = is_upper ? farther : nearer;
+    other_z_factors[0] = is_upper ? nearer : farther;
+    z_factors[1] = is_upper ? nearer : farther;
+    other_z_factors[1] = is_upper ? farther : nearer;
+    float reach = scene_reach();
+    z_error = kBoxError * frame.row_size.z * reach;
+    wedge_error = (kBoxError + kWedgeRounding * lesser(size / least, 1.0e9f)) * reach;
 }
 
 /// The children of the node visited last that are left to visit, for this lane: the key (bits of
@@ -227,18 +268,33 @@ void visit_node(uint node) {
     vec4 x = fetch_planes(half_at + kNodeLowerX, frame.org.x);
     vec4 y = fetch_planes(half_at + kNodeLowerY, frame.org.y);
     vec4 z = fetch_planes(half_at + kNodeLowerZ, frame.org.z);
-    vec4 sums[6];
-    [[unroll]] for (uint i = 0u; i < 6u; ++i) {
-        sums[i] = x * plane_factors[i].x + y * plane_factors[i].y + z * plane_factors[i].z;
+    vec4 planes[3] = vec4[3](x, y, z);
+    vec4 inside[kWedges];
+    vec4 ends[2];
+    [[unroll]] for (uint i = 0u; i < kWedges; ++i) {
+        inside[i] = planes[(i / 2u + 1u) % 3u] * wedge_factors[i].x +
+                    planes[(i / 2u + 2u) % 3u] * wedge_factors[i].y;
+    }
+    [[unroll]] for (uint i = 0u; i < 2u; ++i) {
+        ends[i] = x * z_factors[i].x + y * z_factors[i].y + z * z_factors[i].z;
     }
     if (kLanes >= 8u) {
-        [[unroll]] for (uint i = 0u; i < 6u; ++i) sums[i] += subgroupShuffleXor(sums[i], 4u);
+        [[unroll]] for (uint i = 0u; i < kWedges; ++i) {
+            inside[i] += subgroupShuffleXor(inside[i], 4u);
+        }
+        [[unroll]] for (uint i = 0u; i < 2u; ++i) ends[i] += subgroupShuffleXor(ends[i], 4u);
     } else {
         x = fetch_planes(at + kNodeUpperX, frame.org.x);
         y = fetch_planes(at + kNodeUpperY, frame.org.y);
         z = fetch_planes(at + kNodeUpperZ, frame.org.z);
-        [[unroll]] for (uint i = 0u; i < 6u; ++i) {
-            sums[i] += x * other_factors[i].x + y * other_factors[i].y + z * other_factors[i].z;
+        planes = vec4[3](x, y, z);
+        [[unroll]] for (uint i = 0u; i < kWedges; ++i) {
+            inside[i] += planes[(i / 2u + 1u) % 3u] * other_wedge_factors[i].x +
+                         planes[(i / 2u + 2u) % 3u] * other_wedge_factors[i].y;
+        }
+        [[unroll]] for (uint i = 0u; i < 2u; ++i) {
+            ends[i] +=
+                x * other_z_factors[i].x + y * other_z_factors[i].y + z * other_z_factors[i].z;
         }
     }
     uvec4 child = imageLoad(nodes, int(at + kNodeChild));
@@ -246,8 +302,11 @@ void visit_node(uint node) {
     [[unroll]] for (uint k = 0u; k < kSlots; ++k) {
         uint own = kLanes == 4u ? k : part + k;
         bool meets = child[own] != kEmptyChild;
-        [[unroll]] for (uint i = 0u; i < 5u; ++i) meets = meets && sums[i][own] >= -plane_errors[i];
-        float q = nearest_q(sums[5][own] - plane_errors[5]);
+        [[unroll]] for (uint i = 0u; i < kWedges; ++i) {
+            meets = meets && inside[i][own] >= -wedge_error;
+        }
+        meets = meets && ends[0][own] >= -z_error;
+        float q = nearest_q(ends[1][own] - z_error);
         meets = meets && q >= packet_q;
         uint slot = 4u * (lane & 3u) + own;
         keys[k] = meets ? (floatBitsToUint(q) & ~15u) | slot : 0u;
