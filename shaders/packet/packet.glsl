@@ -104,11 +104,11 @@ float accurate_dot(vec3 row, vec3 row_error, vec3 p, vec3 p_error) {
 /// Bound of the coordinates of points of the scene relative to the origin.
 float scene_reach() { return kSceneExtent + largest_component(frame.org); }
 
-/// A packet's wedges are up to six planes through its origin and parallel to an axis of scene space,
-/// with all rays on one side: two for each axis. They exclude boxes that the sides of a rectangle
-/// of the plane do not, above all those that reach behind the origin beside the rays (S. Gottschalk,
-/// M. Lin, D. Manocha. OBBTree: a hierarchical structure for rapid interference detection. 1996,
-/// section 5).
+/// A packet's wedges are up to six planes through its origin and parallel to an axis of scene
+/// space, two for each axis, with all rays on one side. They exclude boxes that the sides of a
+/// rectangle of the plane do not, above all those that reach behind the origin beside the rays (S.
+/// Gottschalk, M. Lin, D. Manocha. OBBTree: a hierarchical structure for rapid interference
+/// detection. 1996, section 5).
 ///
 /// Here are the factors of this lane's planes in sums over a box's planes: for the wedges, and for
 /// the far end and the near end in z. With 4 lanes each lane has lower and upper planes; with more,
@@ -126,13 +126,13 @@ float z_error;
 /// axis for a wedge parallel to it.
 const float kLeastSide = 9.094947017729282e-13f;  // 2^-40
 
-/// Sets the wedges and ends for rays whose directions are means of `corners`, directions with
-/// row_z = 1, but for their error. size: bounds every sum of magnitudes that a component of a
-/// corner is made of; 1 / least: of the largest component of any of these directions.
+/// Sets the wedges and ends for rays whose directions, scaled so that row_z * d = 1, are means of
+/// `corners` but for their rounding. size: no sum of magnitudes that makes a component of a corner
+/// is larger. least: the largest component of none of these directions is smaller.
 ///
 /// In units of 2^-24 size, a direction is outside a wedge by at most 5.1 for the corners, 3.1 for
-/// its own rounding (camera_direction), 1 for scaling, 6.1 for kCornerSlack and the test of a corner,
-/// and 8.1 for the normal: less than the 32 of kWedgeRounding (proofs/packet_rectangles.g).
+/// its own rounding (camera_direction), 1 for scaling, 6.1 for kCornerSlack and the test of a
+/// corner, and 8.1 for the normal: less than the 32 of kWedgeRounding (proofs/packet_rectangles.g).
 void set_planes(vec3 corners[4], float size, float least) {
     bool is_upper = kLanes >= 8u && (lane & 4u) != 0u;
     float unit = 1.0f / size;
