@@ -93,13 +93,14 @@ three = (1 + e) * (1 + e) * (1 + e) - 1;
 
 ## lemma: wedges on a device: a corner (product, four sums), a direction's own four roundings and the
 # grid, the unit; the slack and the test of a corner; the normal (a sum, a quotient of 2.5 ulp, a
-# product)
+# product); a hit's snap, and the range once more (size is at least `least`)
 e = @kRounding@;
 corner = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) - 1;
 own = 3 * @kDirectionRounding@ + 0x1p-45;
 test = (1 + e) * (1 + e) - 1;
 normal = (1 + 5 * e) * (1 + e) * (1 + 2 * e) - 1;
-{ @kWedgeRounding@ * (1 - 16 * e) * 0.999 - (corner + own + e + @kCornerSlack@ + test + normal) >= 0 }
+{ @kWedgeRounding@ * (1 - 16 * e) * 0.999 - (corner + own + e + @kCornerSlack@ + test + normal
+    + 0x1p-22 + @kProjectionOfRange@) >= 0 }
 
 ## lemma: boxes against wedges on a device: difference, product, two sums; |n| in sum; displacement
 e = @kRounding@;
