@@ -149,6 +149,7 @@ struct LeafRays {
 HWY_INLINE void intersect_triangle(const LeafRays& rays, const Leaf& leaf, std::uint32_t i,
                                    const ProjectedLeaf& points, lanes::Edges e,
                                    ClosestHits& closest) {
+    if (has_equal_corners(leaf, i)) return;
     const std::uint32_t local = leaf.vertex[i].corners;
     const lanes::ShearedRay& s = rays.sheared;
     const lanes::Float3 a = points[corner(local, 0)];

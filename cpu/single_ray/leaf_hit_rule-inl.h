@@ -207,6 +207,11 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
     return false;
 }
 
+/// True for triangles whose corners are at one place: their edge functions are all 0.
+HWY_INLINE Mask all_edges_are_equal(const lanes::Edges& e) {
+    return min3(e.u, e.v, e.w) == max3(e.u, e.v, e.w);
+}
+
 /// Calls test(v, at, triangles, mean, possible) for the vectors v of triangles some of which the
 /// ray may hit, until it returns true; whether it did.
 template <class Test>
@@ -217,11 +222,15 @@ HWY_INLINE bool any_possible_vector(const lanes::ShearedRay& ray, const LeafLane
     for (std::size_t v = 0; v < kVectors; ++v) {
         const VertexLookups at(vertices.local_vertices[v]);
         FilteredTriangles t = flat_triangles(points, at, depth);
-        const Mask used = used_lanes(vertices.local_vertices[v], v);
-        if (none(lanes::may_be_inside(t.edges) & used)) continue;
+        Mask inside = lanes::may_be_inside(t.edges) & used_lanes(vertices.local_vertices[v], v);
+        if (none(inside)) continue;
+        if (!none(inside & all_edges_are_equal(t.edges))) {
+            inside = and_not(equal_corners(vertices, at), inside);
+            if (none(inside)) continue;
+        }
         add_depth(points, at, t);
         const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, ray.dir.z);
-        const Mask possible = possible_lanes(t.edges, mean) & used;
+        const Mask possible = possible_lanes(t.edges, mean) & inside;
         if (!none(possible) && test(v, at, t, mean, possible)) return true;
     }
     return false;

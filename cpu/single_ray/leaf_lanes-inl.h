@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "common/simd/vectors-inl.h"
 
@@ -19,6 +20,19 @@ using namespace simd::HWY_NAMESPACE;
 HWY_INLINE vec3 leaf_position(const Leaf& leaf, std::uint32_t triangle, uint i) {
     const LeafVertex& v = leaf.vertex[corner(leaf.vertex[triangle].corners, i)];
     return {v.x, v.y, v.z};
+}
+
+/// Whether two corners of a triangle are at one place, bit for bit: no ray hits it
+/// (docs/design/arithmetic.md, "No area"), but all edge functions may be 0, which only the exact
+/// path can tell from a hit.
+HWY_INLINE bool has_equal_corners(const Leaf& leaf, std::uint32_t triangle) {
+    const vec3 a = leaf_position(leaf, triangle, 0);
+    const vec3 b = leaf_position(leaf, triangle, 1);
+    const vec3 c = leaf_position(leaf, triangle, 2);
+    const auto are_equal = [](const vec3& p, const vec3& q) {
+        return std::memcmp(&p, &q, sizeof p) == 0;
+    };
+    return are_equal(a, b) || are_equal(b, c) || are_equal(c, a);
 }
 
 #if HWY_TARGET != HWY_SCALAR
@@ -126,6 +140,24 @@ private:
         return block | in_block | bits(slots, kVectorBits);
     }
 };
+
+/// has_equal_corners() of a vector of triangles.
+HWY_INLINE Mask equal_corners(const LeafLanes& vertices, const VertexLookups& at) {
+    const auto equal = [](FloatVec p, FloatVec q)
+                           HWY_ATTR { return float_mask(as_uint(p) == as_uint(q)); };
+    Mask ab = equal(zero(), zero()), bc = ab, ca = ab;
+    for (const FloatVec* values : {vertices.x, vertices.y, vertices.z}) {
+        VertexValues corners;
+        for (std::size_t v = 0; v < kVectors; ++v) corners.set(v, values[v]);
+        const FloatVec a = corners.look_up(at.a);
+        const FloatVec b = corners.look_up(at.b);
+        const FloatVec c = corners.look_up(at.c);
+        ab = ab & equal(a, b);
+        bc = bc & equal(b, c);
+        ca = ca & equal(c, a);
+    }
+    return ab | bc | ca;
+}
 
 #endif  // HWY_TARGET
 

@@ -221,6 +221,7 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
                 possible &= ~certain;
                 if (possible == 0) continue;
             }
+            if (has_equal_corners(leaf, i)) continue;
             const std::uint32_t hit = rays_hitting_triangle(stream, first, possible, leaf, i);
             hits |= std::uint64_t{hit} << first;
             left &= ~hit;

@@ -130,6 +130,33 @@ TestScene geometric_progression() {
     });
 }
 
+// Corners that are equal, or in all coordinates but one, or but for a unit in the last place, or
+// but for the sign of a zero.
+TestScene equal_corners() {
+    Random random(9);
+    return separate_triangles(400, [&](std::uint32_t i) {
+        const vec3 p = i % 3 == 0 ? vec3(0, random.real(-1, 1), 0) : random.point();
+        Corners c{p, p, i % 2 == 0 ? p : p + random.point(0.3)};
+        const std::uint32_t axis = random.below(3);
+        float& moved = c[1][axis];
+        switch (i / 3 % 4) {
+            case 0:
+                moved = std::nextafter(moved, 2.0f);
+                break;
+            case 1:
+                moved += 0.2f;
+                break;
+            case 2:
+                moved = moved == 0 ? -moved : moved;
+                break;
+            default:
+                break;
+        }
+        std::rotate(c.begin(), c.begin() + random.below(3), c.end());
+        return c;
+    });
+}
+
 }  // namespace
 
 TestScene::TestScene(std::vector<vec3> positions, std::vector<uvec3> triangles)
@@ -246,6 +273,7 @@ std::vector<NamedScene> adversarial_scenes() {
         {"one point", separate_triangles(100, [](std::uint32_t) {
              return Corners{vec3(.25, .5, -.75), vec3(.25, .5, -.75), vec3(.25, .5, -.75)};
          })});
+    scenes.push_back({"equal corners", equal_corners()});
     Random random(4);
     scenes.push_back({"collinear", separate_triangles(100, [&](std::uint32_t) {
                           const vec3 a = random.point();
