@@ -141,6 +141,11 @@ TEST(InputFile, FileThatGrowsWhileItIsReadIsRefused) {
     });
 }
 
+TEST(InputFile, FileWithMoreBytesThanItsSizeIsRefused) {
+    // Files of the kernel have size 0 and never change.
+    EXPECT_EQ(kind_of_reading("/proc/version"), ErrorKind::kInput);
+}
+
 TEST(InputFile, FileThatShrinksWhileItIsReadIsRefused) {
     const TemporaryFolder folder;
     const fs::path path = folder.write("shrinks.obj", std::string(std::size_t{16} << 20, 'x'));

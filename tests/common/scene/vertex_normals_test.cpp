@@ -63,6 +63,11 @@ TEST(VertexNormals, LeaveOutFlatCorners) {
     VertexNormals none(triangles, std::vector{uvec3(kFlatCorner)});
     none.update(kRoof);
     EXPECT_EQ(none.normals().size(), 1u);
+    VertexNormals some(triangles, std::vector{uvec3(0, kFlatCorner, 1)});
+    some.update(kRoof);
+    ASSERT_EQ(some.normals().size(), 2u);
+    const float s = std::sqrt(0.5f);
+    for (const vec3& n : some.normals()) expect_near(n, {-s, s, 0});
     VertexNormals empty({}, {});
     empty.update({});
     EXPECT_EQ(empty.normals().size(), 1u);

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <string>
 
 namespace mray {
 namespace {
@@ -64,6 +65,14 @@ TEST(ParseFiniteDouble, RefusesNumbersThatAreNotFinite) {
     for (const char* text : {"nan", "inf", "-inf", "1e400", "", "1x"}) {
         EXPECT_FALSE(parse_finite_double(text)) << text;
     }
+}
+
+TEST(ParseDouble, OverflowsAndUnderflowsByItsDigitsAlone) {
+    const std::string zeros(400, '0');
+    EXPECT_EQ(parse_double("1" + zeros), double{kInfinity});
+    EXPECT_EQ(parse_double("-1" + zeros + ".5"), -double{kInfinity});
+    EXPECT_EQ(parse_double("0." + zeros + "1"), 0.0);
+    EXPECT_EQ(parse_double("0." + zeros + "1e900"), double{kInfinity});
 }
 
 TEST(ParseDouble, ReadsTheWholeTextOrNothing) {

@@ -65,6 +65,20 @@ struct Rig {
     TreeUpdater updater;
 };
 
+TEST(Backend, TakesTheTimesOfTheLastCallAlone) {
+    const TestScene scene = random_soup(300, 0.1, 8);
+    const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    const std::unique_ptr<Backend> backend = cpu::make_cpu_backend();
+    backend->set_scene(scene.topology(), scene.positions(), bvh);
+    backend->refit(turned(scene, 1));
+    EXPECT_GT(backend->times().update.refit_ms, 0);
+    backend->set_scene(scene.topology(), scene.positions(), bvh);
+    EXPECT_EQ(backend->times().update.refit_ms, 0);
+    backend->refit(turned(scene, 2));
+    backend->set_frame(scene.positions(), bvh);
+    EXPECT_EQ(backend->times().update.refit_ms, 0);
+}
+
 TEST(TreeUpdater, TreeIsSoundAfterEveryKindOfStep) {
     const UpdateDecision refit = {UpdateStep::kRefit, ""};
     const UpdateDecision rebuild = {UpdateStep::kRebuild, ""};
