@@ -143,7 +143,7 @@ TEST(InputFile, FileThatGrowsWhileItIsReadIsRefused) {
 
 TEST(InputFile, FileWithMoreBytesThanItsSizeIsRefused) {
     // Files of the kernel have size 0 and never change.
-    EXPECT_EQ(kind_of_reading("/proc/version"), ErrorKind::kInput);
+    EXPECT_EQ(kind_of_reading("/proc/version"), ErrorKind::kBadInput);
 }
 
 TEST(InputFile, FileThatShrinksWhileItIsReadIsRefused) {
