@@ -16,11 +16,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "common/simd/vectors-inl.h"
-#if HWY_TARGET != HWY_SCALAR
 #include "cpu/packet/packet_frame-inl.h"
 #include "cpu/packet/packet_node-inl.h"
-#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
