@@ -71,7 +71,6 @@ TEST(Backend, TakesTheTimesOfTheLastCallAlone) {
     const std::unique_ptr<Backend> backend = cpu::make_cpu_backend();
     backend->set_scene(scene.topology(), scene.positions(), bvh);
     backend->refit(turned(scene, 1));
-    EXPECT_GT(backend->times().update.refit_ms, 0);
     backend->set_scene(scene.topology(), scene.positions(), bvh);
     EXPECT_EQ(backend->times().update.refit_ms, 0);
     backend->refit(turned(scene, 2));
