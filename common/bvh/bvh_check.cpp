@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
+#include <map>
 
 #include "common/bvh/box.h"
 #include "common/bvh/bvh_stats.h"
@@ -22,9 +25,7 @@ public:
         if (!check_shape()) return std::move(problems_);
         for (std::uint32_t node = 0; node < bvh_.nodes.size(); ++node) check_node(node);
         for (std::uint32_t leaf = 0; leaf < bvh_.leaves.size(); ++leaf) check_leaf(leaf);
-        for (std::size_t prim = 0; prim < seen_.size(); ++prim) {
-            if (seen_[prim] != 1) report("triangle {} is in {} leaves", prim, seen_[prim]);
-        }
+        check_all_seen();
         return std::move(problems_);
     }
 
@@ -162,6 +163,26 @@ private:
                        0) {
                 report("leaf {}, triangle {}: corner {} is elsewhere", index, prim, k);
             }
+        }
+    }
+
+    void check_all_seen() {
+        // For each three vertices the lowest triangle in a leaf.
+        std::map<std::array<std::uint32_t, 3>, std::size_t> first;
+        const auto key = [&](std::size_t prim) {
+            const uvec3& t = topology_.triangles[prim];
+            return std::array{t.x, t.y, t.z};
+        };
+        if (std::find(seen_.begin(), seen_.end(), 0u) != seen_.end()) {
+            for (std::size_t prim = 0; prim < seen_.size(); ++prim)
+                if (seen_[prim] != 0) first.emplace(key(prim), prim);
+        }
+        for (std::size_t prim = 0; prim < seen_.size(); ++prim) {
+            if (seen_[prim] > 1) report("triangle {} is in {} leaves", prim, seen_[prim]);
+            if (seen_[prim] != 0) continue;
+            const auto equal = first.find(key(prim));
+            if (equal == first.end() || equal->second > prim)
+                report("triangle {} is in no leaf", prim);
         }
     }
 

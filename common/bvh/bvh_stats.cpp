@@ -18,6 +18,7 @@ BvhStats bvh_stats(const Bvh& bvh) {
     const double root_area = half_area(node_box(bvh.nodes.front()));
     double area_sum = root_area;
     std::uint64_t children = 0;
+    std::uint64_t triangles = 0;
     std::uint64_t vertices = 0;
     for (const Node& node : bvh.nodes) {
         for (std::uint32_t slot = 0; slot < kWidth && node.child[slot] != kEmptyChild; ++slot) {
@@ -28,7 +29,9 @@ BvhStats bvh_stats(const Bvh& bvh) {
                 continue;
             }
             const std::uint32_t leaf = node.child[slot] & ~kLeafBit;
-            area_sum += area * corner_triangle_count(bvh.leaves[leaf].vertex[0].corners);
+            const std::uint32_t count = corner_triangle_count(bvh.leaves[leaf].vertex[0].corners);
+            area_sum += area * count;
+            triangles += count;
             const auto first = bvh.leaf_vertices.begin() + std::ptrdiff_t{leaf} * kLeafVertices;
             vertices += std::set<std::uint32_t>(first, first + kLeafVertices).size();
         }
@@ -36,7 +39,7 @@ BvhStats bvh_stats(const Bvh& bvh) {
     stats.sah_cost = root_area > 0 ? area_sum / root_area : 0;
     stats.children_per_node = static_cast<double>(children) / stats.node_count;
     if (stats.leaf_count > 0) {
-        stats.triangles_per_leaf = static_cast<double>(bvh.triangle_count) / stats.leaf_count;
+        stats.triangles_per_leaf = static_cast<double>(triangles) / stats.leaf_count;
         stats.vertices_per_leaf = static_cast<double>(vertices) / stats.leaf_count;
     }
     return stats;

@@ -157,6 +157,15 @@ TestScene equal_corners() {
     });
 }
 
+/// The two halves of a folded quad, whose boxes are equal, again and again over its four vertices,
+/// turned and mirrored.
+TestScene repeated_halves() {
+    const uvec3 halves[] = {{0, 1, 2}, {2, 3, 0}, {1, 2, 0}, {0, 2, 1}, {0, 2, 3}};
+    Triangles triangles;
+    for (std::uint32_t i = 0; i < 400; ++i) triangles.push_back(halves[i % std::size(halves)]);
+    return {{{-1, -1, 0}, {1, -1, 0.25f}, {1, 1, 0}, {-1, 1, 0.25f}}, std::move(triangles)};
+}
+
 }  // namespace
 
 TestScene::TestScene(std::vector<vec3> positions, std::vector<uvec3> triangles)
@@ -267,6 +276,7 @@ std::vector<NamedScene> adversarial_scenes() {
                           const Corners c{vec3(-1, -1, 0), vec3(1, -1, 0), vec3(0, 1, 0)};
                           return i % 2 == 0 ? c : Corners{c[0], c[2], c[1]};
                       })});
+    scenes.push_back({"repeated", repeated_halves()});
     scenes.push_back({"coplanar", coplanar_quads()});
     scenes.push_back({"nested", nested_triangles()});
     scenes.push_back(

@@ -73,9 +73,9 @@ struct NamedScene {
     std::string name;
     TestScene scene;
 };
-/// Meshes on which tracers have failed: needles, slivers, duplicates, coplanar sheets, one point,
-/// degenerate and not finite triangles, 0 to 5 triangles, far offsets, tiny and huge scales, both
-/// at once.
+/// Meshes on which tracers have failed: needles, slivers, duplicates, triangles that are repeated,
+/// coplanar sheets, one point, degenerate and not finite triangles, 0 to 5 triangles, far offsets,
+/// tiny and huge scales, both at once.
 std::vector<NamedScene> adversarial_scenes();
 
 /// A ray in scene space from floats in world space.

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/bvh/builder/repeated_triangles.h"
 #include "common/bvh/builder/split.h"
 
 namespace mray {
@@ -64,31 +65,47 @@ private:
     };
 
     /// Builds the subtree of refs_[depth % 2][begin .. end). block: the calling thread's if that
-    /// builds the whole subtree, otherwise null.
+    /// builds the whole subtree, otherwise null. coincide: whether all centroids are known to
+    /// coincide, and repeated triangles are removed.
     void build(std::uint32_t node_index, std::uint32_t begin, std::uint32_t end,
-               std::uint32_t depth, NodeBlock* block) {
+               std::uint32_t depth, NodeBlock* block, bool coincide = false) {
         BinaryNode& node = tree_.nodes[node_index];
         node.begin = begin;
         node.end = end;
         node.children = 0;
         node.height = 0;
-        const std::span<const PrimRef> refs(refs_[depth % 2] + begin, end - begin);
+        const std::span<PrimRef> refs(refs_[depth % 2] + begin, end - begin);
         if (refs.size() <= kLeafTriangles && make_leaf(refs, node)) return;
         // make_leaf reads them soon, in no order (docs/lab/build_and_refit.md).
         if (refs.size() <= kSweepSize && !is_part(refs.back())) {
             for (const PrimRef& ref : refs) __builtin_prefetch(&topology_.triangles[ref.prim_id()]);
         }
-        const auto middle = begin + static_cast<std::uint32_t>(split(refs, depth, begin));
+        PrimRef* const out = refs_[(depth + 1) % 2] + begin;
+        std::size_t left_size = 0;
+        if (depth < kMedianDepth && !coincide) {
+            left_size = split_by_cost(refs, out);
+            coincide = left_size == 0;
+            if (coincide && !is_part(refs.back())) {
+                const std::size_t count = remove_repeated(topology_, refs);
+                if (count < refs.size()) {
+                    end = begin + static_cast<std::uint32_t>(count);
+                    return build(node_index, begin, end, depth, block, true);
+                }
+            }
+        }
+        if (left_size == 0) left_size = split_median(refs, out, target_);
+        const auto middle = begin + static_cast<std::uint32_t>(left_size);
         std::uint32_t left;
         if (refs.size() >= kTaskSize) {
             left = take_pair(own_block());
-            tbb::parallel_invoke([=, this] { build(left, begin, middle, depth + 1, nullptr); },
-                                 [=, this] { build(left + 1, middle, end, depth + 1, nullptr); });
+            tbb::parallel_invoke(
+                [=, this] { build(left, begin, middle, depth + 1, nullptr, coincide); },
+                [=, this] { build(left + 1, middle, end, depth + 1, nullptr, coincide); });
         } else {
             if (block == nullptr) block = &own_block();
             left = take_pair(*block);
-            build(left, begin, middle, depth + 1, block);
-            build(left + 1, middle, end, depth + 1, block);
+            build(left, begin, middle, depth + 1, block, coincide);
+            build(left + 1, middle, end, depth + 1, block, coincide);
         }
         node.box = tree_.nodes[left].box;
         node.box.extend(tree_.nodes[left + 1].box);
@@ -110,16 +127,11 @@ private:
         return block.next - 2;
     }
 
-    std::size_t split(std::span<const PrimRef> refs, std::uint32_t depth,
-                      std::uint32_t begin) const {
-        PrimRef* out = refs_[(depth + 1) % 2] + begin;
-        std::size_t left_size = 0;
-        if (depth < kMedianDepth) {
-            left_size = method_ == SplitMethod::kSweep ? split_sweep(refs, out, target_)
-                        : refs.size() <= kSweepSize    ? split_few(refs, out, target_)
-                                                       : split_binned(refs, out, target_);
-        }
-        return left_size != 0 ? left_size : split_median(refs, out, target_);
+    /// Returns 0 if all centroids coincide.
+    std::size_t split_by_cost(std::span<const PrimRef> refs, PrimRef* out) const {
+        if (method_ == SplitMethod::kSweep) return split_sweep(refs, out, target_);
+        return refs.size() <= kSweepSize ? split_few(refs, out, target_)
+                                         : split_binned(refs, out, target_);
     }
 
     /// Parts come after all triangles.

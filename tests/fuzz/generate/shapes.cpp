@@ -104,6 +104,22 @@ Shape duplicates(Dice& dice) {
     return shape;
 }
 
+/// Few triangles over the same vertices again and again, also turned and mirrored.
+Shape repeated(Dice& dice) {
+    Shape shape = dice.one_in(2) ? grid_soup(dice) : random_soup(dice);
+    shape.name = "repeated";
+    shape.triangles.resize(std::min<std::size_t>(shape.triangles.size(), 8));
+    const std::size_t kept = shape.triangles.size();
+    for (int copy = dice.from(1, 200); copy > 0; --copy) {
+        const uvec3 t = shape.triangles[static_cast<std::size_t>(dice.from(0, 7)) % kept];
+        const int turn = dice.from(0, 2);
+        uvec3 turned{t[turn], t[(turn + 1) % 3], t[(turn + 2) % 3]};
+        if (dice.one_in(4)) std::swap(turned.x, turned.y);
+        shape.triangles.push_back(turned);
+    }
+    return shape;
+}
+
 /// Overlapping triangles in one plane, or in few parallel ones at equal or almost equal distances.
 Shape coplanar_stack(Dice& dice) {
     Shape shape{"coplanar stack", {}, {}};
@@ -248,11 +264,11 @@ Shape mixed_sizes(Dice& dice) {
 
 using Maker = Shape (*)(Dice&);
 constexpr std::array kMakers = {
-    Maker{random_soup}, Maker{random_soup},       Maker{grid_soup},    Maker{grid_soup},
-    Maker{needles},     Maker{shared_vertices},   Maker{slivers},      Maker{duplicates},
-    Maker{tie_grid},    Maker{coplanar_stack},    Maker{fan},          Maker{coplanar_stack},
-    Maker{t_joints},    Maker{floor_with_things}, Maker{axis_aligned}, Maker{closed_mesh},
-    Maker{mixed_sizes}, Maker{closed_mesh},
+    Maker{random_soup},    Maker{random_soup},     Maker{grid_soup},         Maker{grid_soup},
+    Maker{needles},        Maker{shared_vertices}, Maker{slivers},           Maker{duplicates},
+    Maker{repeated},       Maker{tie_grid},        Maker{coplanar_stack},    Maker{fan},
+    Maker{coplanar_stack}, Maker{t_joints},        Maker{floor_with_things}, Maker{axis_aligned},
+    Maker{closed_mesh},    Maker{mixed_sizes},     Maker{closed_mesh},
 };
 
 }  // namespace

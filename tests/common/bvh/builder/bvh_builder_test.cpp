@@ -29,6 +29,32 @@ TEST(BvhBuilder, KeepsEveryInvariantOnEveryScene) {
     }
 }
 
+// 400 triangles that are five triangles, in five orders of vertices.
+TEST(BvhBuilder, KeepsTheFirstOfTrianglesWithTheSameVertices) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        if (named.name != "repeated") continue;
+        for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
+            const Bvh bvh =
+                build_bvh(named.scene.topology(), named.scene.positions(), {.split = split});
+            ASSERT_EQ(bvh.leaves.size(), 1u);
+            for (std::uint32_t i = 0; i < kLeafTriangles; ++i)
+                EXPECT_EQ(bvh.leaves[0].prim_id[i], i < 5 ? i : kNoPrim);
+            EXPECT_EQ(bvh.triangle_count, 400u);
+            EXPECT_EQ(bvh_stats(bvh).triangles_per_leaf, 5);
+        }
+    }
+}
+
+TEST(BvhBuilder, KeepsTrianglesAtTheSamePlaceWhoseVerticesCanPart) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        if (named.name != "duplicates") continue;
+        const Bvh bvh = build_bvh(named.scene.topology(), named.scene.positions());
+        std::size_t count = 0;
+        for (const Leaf& leaf : bvh.leaves) count += corner_triangle_count(leaf.vertex[0].corners);
+        EXPECT_EQ(count, named.scene.triangle_count());
+    }
+}
+
 TEST(BvhBuilder, GivesTheSameBytesForAnyNumberOfThreads) {
     const TestScene scene = test::random_soup(20000, 0.02, 7);
     for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
@@ -194,6 +220,29 @@ TEST_F(BrokenBvh, IsFoundByABoxOneUlpTooSmall) {
 TEST_F(BrokenBvh, IsFoundByALostTriangle) {
     bvh_.leaves[3].prim_id[0] = bvh_.leaves[4].prim_id[0];
     EXPECT_GT(problems(), 0u);
+}
+
+TEST(CheckBvh, FindsATriangleThatIsInNoLeafThoughALaterOneHasItsVertices) {
+    const TestScene scene({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                          {{0, 1, 2}, {1, 2, 3}, {0, 1, 2}});
+    Bvh bvh = build_bvh(scene.topology(), scene.positions());
+    Leaf& leaf = bvh.leaves[0];
+    ASSERT_EQ(leaf.prim_id[2], 2u);
+    // The first triangle is left out, and the last is kept in its place.
+    leaf.prim_id[0] = 1;
+    leaf.prim_id[1] = 2;
+    leaf.prim_id[2] = kNoPrim;
+    const std::uint32_t first = leaf.vertex[0].corners;
+    leaf.vertex[0].corners = leaf.vertex[1].corners;
+    leaf.vertex[1].corners = first;
+    for (auto& vertex : leaf.vertex) vertex.corners = (vertex.corners & 0x00FFFFFFu) | 2u << 24;
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()),
+              std::vector<std::string>{"triangle 0 is in no leaf"});
+    // Without the last it is sound.
+    leaf.prim_id[0] = 0;
+    leaf.prim_id[1] = 1;
+    std::swap(leaf.vertex[0].corners, leaf.vertex[1].corners);
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{});
 }
 
 TEST_F(BrokenBvh, IsFoundByAWrongCorner) {
