@@ -68,10 +68,6 @@ inline Grid operator+(Grid a, Grid b) {
 inline Grid operator-(Grid a, Grid b) { return a + b; }
 inline Grid abs(Grid a) { return a; }
 
-/// What a comparison says is open; both sides of the one select that asks (sum == 0 ? major : sum)
-/// are differences or sums of the same values.
-inline bool operator==(Grid, Grid) { return false; }
-
 }  // namespace mray::proofs
 
 #endif  // PROOFS_GRID_H

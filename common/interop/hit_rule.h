@@ -80,8 +80,7 @@ SHARED Float difference_of_products(Float a, Float b, Float c, Float d) {
     PRECISE Float major = left - right;
     PRECISE Float minor = product_error(a, b, left) - product_error(c, d, right);
     PRECISE Float sum = major + minor;
-    // minor is never larger than a major that is not 0, but its rounding may make the two cancel.
-    return select(sum == 0.0f, major, sum);
+    return sum;
 }
 
 /// x on the grid 2^-63, so that products of two such values are no denormals: |x| >= 2^-40 is on it

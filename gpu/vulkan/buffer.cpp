@@ -23,19 +23,6 @@ std::vector<VkMemoryPropertyFlags> preferences(Memory memory) {
     return {kLocal | kCached, kLocal, 0};
 }
 
-std::uint32_t memory_type(const VkPhysicalDeviceMemoryProperties& properties,
-                          std::uint32_t allowed_bits, Memory memory) {
-    for (const VkMemoryPropertyFlags wanted : preferences(memory)) {
-        for (std::uint32_t i = 0; i < properties.memoryTypeCount; ++i) {
-            const bool is_allowed = (allowed_bits >> i & 1u) != 0;
-            if (is_allowed && (properties.memoryTypes[i].propertyFlags & wanted) == wanted) {
-                return i;
-            }
-        }
-    }
-    throw Error(ErrorKind::kUnavailable, "Vulkan: the device has no memory for buffers");
-}
-
 /// Rounds up to a multiple of 16 that is not a power of two. Lavapipe compiles a kernel again when
 /// it first meets a texel buffer whose size is a power of two, which would disturb times.
 VkDeviceSize padded(VkDeviceSize size) {
@@ -44,6 +31,19 @@ VkDeviceSize padded(VkDeviceSize size) {
 }
 
 }  // namespace
+
+MemoryChoice choose_memory(const VkPhysicalDeviceMemoryProperties& properties,
+                           std::uint32_t allowed_bits, Memory memory) {
+    const VkMemoryPropertyFlags needed = memory == Memory::kHost ? kMapped : kCached;
+    for (const VkMemoryPropertyFlags wanted : preferences(memory)) {
+        for (std::uint32_t i = 0; i < properties.memoryTypeCount; ++i) {
+            const VkMemoryPropertyFlags flags = properties.memoryTypes[i].propertyFlags;
+            const bool is_allowed = (allowed_bits >> i & 1u) != 0;
+            if (is_allowed && (flags & wanted) == wanted) return {i, (flags & needed) == needed};
+        }
+    }
+    throw Error(ErrorKind::kUnavailable, "Vulkan: the device has no memory for buffers");
+}
 
 Buffer::Buffer(Context& context, const std::string& name, VkDeviceSize size,
                VkBufferUsageFlags usage, Memory memory)
@@ -61,12 +61,12 @@ Buffer::Buffer(Context& context, const std::string& name, VkDeviceSize size,
 
     VkMemoryRequirements needs = {};
     vkGetBufferMemoryRequirements(context.device(), buffer, &needs);
-    const VkPhysicalDeviceMemoryProperties& properties = context.physical().memory;
-    const std::uint32_t type = memory_type(properties, needs.memoryTypeBits, memory);
+    const MemoryChoice choice =
+        choose_memory(context.physical().memory, needs.memoryTypeBits, memory);
     const VkMemoryAllocateInfo allocation = {
         .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
         .allocationSize = needs.size,
-        .memoryTypeIndex = type,
+        .memoryTypeIndex = choice.type,
     };
     VkDeviceMemory device_memory = VK_NULL_HANDLE;
     const VkResult result =
@@ -78,10 +78,8 @@ Buffer::Buffer(Context& context, const std::string& name, VkDeviceSize size,
     memory_ = UniqueMemory(context.device(), device_memory);
     check(vkBindBufferMemory(context.device(), buffer, device_memory, 0), "bind a buffer");
 
-    const VkMemoryPropertyFlags flags = properties.memoryTypes[type].propertyFlags;
-    const VkMemoryPropertyFlags needed = memory == Memory::kHost ? kMapped : kCached;
     const bool is_staged = memory == Memory::kDevice && context.force_staging();
-    if ((flags & needed) != needed || is_staged) return;
+    if (!choice.is_mapped || is_staged) return;
     void* data = nullptr;
     check(vkMapMemory(context.device(), device_memory, 0, VK_WHOLE_SIZE, 0, &data), "map a buffer");
     mapped_ = {static_cast<std::byte*>(data), static_cast<std::size_t>(size_)};

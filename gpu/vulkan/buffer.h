@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -13,6 +14,17 @@ enum class Memory {
     kDevice,  // fastest for the device; mapped if the host sees it through its cache
     kHost,    // mapped, for copies
 };
+
+struct MemoryChoice {
+    std::uint32_t type;
+    /// Whether the host maps it. Device memory is mapped only if the host's cache holds it: reading
+    /// results from uncached memory is slower than a copy.
+    bool is_mapped;
+};
+/// Chooses among the memory types of a device that a buffer allows (as bits, VkMemoryRequirements).
+/// Throws Error(kUnavailable) if none will do, which Vulkan rules out.
+MemoryChoice choose_memory(const VkPhysicalDeviceMemoryProperties& properties,
+                           std::uint32_t allowed_bits, Memory memory);
 
 /// A buffer with memory of its own. There are fewer than 40 of them.
 class Buffer {

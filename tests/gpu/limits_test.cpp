@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "common/base/errors.h"
+#include "gpu/vulkan/buffer.h"
 #include "gpu/vulkan/limits.h"
 #include "gpu/vulkan_backend_internal.h"
 #include "tests/gpu/faulty_loader.h"
@@ -23,6 +24,50 @@ gpu::PhysicalDevice roomy() {
     device.max_allocation = std::uint64_t{1} << 31;
     device.info.memory_bytes = std::uint64_t{1} << 32;
     return device;
+}
+
+/// Types of memory, in the order of a device.
+VkPhysicalDeviceMemoryProperties memory_types(const std::vector<VkMemoryPropertyFlags>& types) {
+    VkPhysicalDeviceMemoryProperties properties = {};
+    properties.memoryTypeCount = static_cast<std::uint32_t>(types.size());
+    for (std::size_t i = 0; i < types.size(); ++i)
+        properties.memoryTypes[i].propertyFlags = types[i];
+    return properties;
+}
+
+constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+constexpr VkMemoryPropertyFlags kVisible =
+    VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+constexpr VkMemoryPropertyFlags kCached = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
+
+void expect_memory(const VkPhysicalDeviceMemoryProperties& types, gpu::Memory memory,
+                   std::uint32_t type, bool is_mapped, std::uint32_t allowed = ~0u) {
+    const gpu::MemoryChoice choice = gpu::choose_memory(types, allowed, memory);
+    EXPECT_EQ(choice.type, type);
+    EXPECT_EQ(choice.is_mapped, is_mapped);
+}
+
+// A card with memory of its own, part of which the host sees without a cache, as NVIDIA's have.
+TEST(Memory, OfACardIsStagedThroughCachedMemoryOfTheHost) {
+    const auto types = memory_types({0, kLocal, kVisible, kVisible | kCached, kLocal | kVisible});
+    expect_memory(types, gpu::Memory::kDevice, 1, false);
+    expect_memory(types, gpu::Memory::kHost, 3, true);
+    // Where a buffer allows only the part that the host sees, it is not read without a cache.
+    expect_memory(types, gpu::Memory::kDevice, 4, false, 1u << 4);
+    // Uncached memory is mapped for copies.
+    expect_memory(types, gpu::Memory::kHost, 2, true, 0b10111);
+}
+
+TEST(Memory, ThatDeviceAndHostShareIsMapped) {
+    const auto types = memory_types({kLocal, kLocal | kVisible, kLocal | kVisible | kCached});
+    expect_memory(types, gpu::Memory::kDevice, 2, true);
+    expect_memory(types, gpu::Memory::kHost, 2, true);
+}
+
+TEST(Memory, ThatNoBufferAllowsIsAnError) {
+    const auto types = memory_types({kLocal});
+    EXPECT_THROW(gpu::choose_memory(types, 1, gpu::Memory::kHost), Error);
+    EXPECT_THROW(gpu::choose_memory(types, 0, gpu::Memory::kDevice), Error);
 }
 
 const gpu::SceneSize kDragon = {

@@ -1,6 +1,7 @@
 // The binary tree that a build makes first, collapses to the shared layout and then discards.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -35,6 +36,9 @@ struct BinaryNode {
 
 /// Four binary levels fit into one wide level in any case.
 inline constexpr std::uint32_t kMaxBinaryHeight = 4 * kMaxDepth;
+
+/// The most triangles of which no tree is higher.
+inline constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
 
 class BinaryTree {
 public:

@@ -14,8 +14,6 @@
 namespace mray {
 namespace {
 
-constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
-
 // Elements a task.
 constexpr std::size_t kGrain = 128;
 

@@ -21,6 +21,7 @@
 
 #include <hwy/highway.h>
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 
@@ -120,7 +121,7 @@ private:
         const std::uint32_t base = size;
         for (; hits != 0; hits &= hits - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
-            if (node.child[slot] == kEmptyChild) break;
+            assert(node.child[slot] != kEmptyChild);
             BlockSet blocks;
             if (!blocks_of_grid(ranges.columns[slot], ranges.rows[slot], entry.blocks, blocks))
                 continue;

@@ -11,6 +11,7 @@
 
 #include <hwy/highway.h>
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 
@@ -63,12 +64,13 @@ private:
 
     void visit_node(const Node& node, const QuadSet& quads) {
         NodeChildren children;
-        std::uint32_t hits = project_node(packet_.frame, node, children) & used_slots(node);
+        std::uint32_t hits = project_node(packet_.frame, node, children);
         const Rectangles& r = children.rectangles;
         QuadSet quads_of[kWidth];
         std::uint32_t kept = 0;
         for (; hits != 0; hits &= hits - 1) {
             const auto slot = static_cast<std::uint32_t>(__builtin_ctz(hits));
+            assert(node.child[slot] != kEmptyChild);
             quads_of[slot] = quads_in(packet_, r, children.q[slot], slot, quads);
             kept |= (quads_of[slot].any() ? 1u : 0u) << slot;
         }
@@ -84,15 +86,6 @@ private:
             prefetch_child(bvh_, node.child[slot]);
         }
         size_ += static_cast<std::uint32_t>(hwy::PopCount(kept));
-    }
-
-    static HWY_INLINE std::uint32_t used_slots(const Node& node) {
-        std::uint32_t used = 0;
-        for (std::size_t l = 0; l < kWidth; l += kLanes) {
-            const auto is_used = load_unaligned(node.child + l) != splat(kEmptyChild);
-            used |= bits_of(float_mask(is_used)) << l;
-        }
-        return used;
     }
 
     /// Sets distinct numbers in the order of 1/z except for its last 4 bits: the bits of floats

@@ -79,7 +79,7 @@ TEST_F(Merge, NamesAShardThatWasKilled) {
     change_part(folder, "out/part-3-of-3.json", [](Json& part) {
         part["state"] = "running";
         part["exit_code"] = nullptr;
-        part["frames_left"] = {part["frames"].back()["frame"]};
+        part["frames_left"] = Json::array({part["frames"].back()["frame"]});
         part["frames"].erase(part["frames"].size() - 1);
     });
     EXPECT_EQ(findings(folder, {"out"}, "unfinished"), Names{"-/3/n3"});

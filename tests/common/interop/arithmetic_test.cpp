@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/interop/hit_rule.h"
+#include "common/interop/slab.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {
@@ -206,6 +207,35 @@ TEST(MayHit, NeverRejectsAHit) {
     }
     EXPECT_GT(hits, kCases / 10u);
     EXPECT_LT(kept, kCases);
+}
+
+TEST(IsInRange, LeavesOutTheOriginAndTakesBothEnds) {
+    EXPECT_FALSE(is_in_range(0.0f, 0.0f, 1.0f));
+    EXPECT_FALSE(is_in_range(-0.0f, 0.0f, 1.0f));
+    EXPECT_TRUE(is_in_range(std::numeric_limits<float>::denorm_min(), 0.0f, 1.0f));
+    EXPECT_TRUE(is_in_range(0.5f, 0.5f, 1.0f));
+    EXPECT_FALSE(is_in_range(std::nextafter(0.5f, 0.0f), 0.5f, 1.0f));
+    EXPECT_TRUE(is_in_range(1.0f, 0.5f, 1.0f));
+    EXPECT_FALSE(is_in_range(std::nextafter(1.0f, 2.0f), 0.5f, 1.0f));
+}
+
+// Far from the origin, where the dilation is below half an ulp, a ray from the origin meets the box
+// of one point that it passes exactly: only kSlabRounding pays for what the test rounds.
+TEST(HitsBox, MeetsABoxOfOnePointOnTheRay) {
+    Random random(31);
+    for (int i = 0; i < 20000; ++i) {
+        // Components of 8 digits and distances of 16, so that products are exact.
+        const auto component = [&] {
+            const float size = static_cast<float>(128 + random.below(128)) * 0x1p-8f;
+            return random.below(2) == 0 ? size : -size;
+        };
+        const vec3 dir(component(), component(), component());
+        const float t = static_cast<float>((1u << 15) + random.below(1u << 15)) * 0x1p3f;
+        const vec3 p(dir.x * t, dir.y * t, dir.z * t);
+        float t_least = 0;
+        ASSERT_TRUE(hits_box(slab_ray(vec3(0, 0, 0), dir), p, p, t_least)) << i;
+        ASSERT_LE(t_least, t * kDepthRounding);
+    }
 }
 
 }  // namespace

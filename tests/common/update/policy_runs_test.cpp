@@ -1,9 +1,11 @@
-// What regret is against, from given times.
+// What regret is against, from given times, and what schedules are measured from.
 #include "common/update/policy_runs.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+
+#include "common/scene/procedural/procedural.h"
 
 namespace mray {
 namespace {
@@ -22,6 +24,48 @@ PolicyComparison comparison(double best_schedule_ms, const std::vector<double>& 
     }
     for (PolicyRun& run : result.runs) run.best_ms = least;
     return result;
+}
+
+/// Takes as many milliseconds for an image as there were refits since its tree was built, and one.
+class AgesInRefits final : public Backend {
+public:
+    const std::string& name() const override { return name_; }
+    std::string description() const override { return name_; }
+    void set_scene(const Topology&, std::span<const vec3>, const Bvh& bvh) override { take(bvh); }
+    void set_frame(std::span<const vec3>, const Bvh& bvh) override { take(bvh); }
+    std::uint64_t refit(std::span<const vec3>, RefitExtent, std::span<const IndexRange>) override {
+        ++refits_;
+        return 1;
+    }
+    std::span<const Node> nodes() override { return bvh_.nodes; }
+    void read_tree(Bvh& bvh) override { bvh = bvh_; }
+    void edit_tree(const TreeEdit& edit) override { edit(bvh_); }
+    void trace_image(const ImageParams&, Frame&) override { times_.trace_ms = 1 + refits_; }
+    void trace_rays(std::span<const Ray>, std::span<Hit>) override {}
+    const BackendTimes& times() override { return times_; }
+
+private:
+    void take(const Bvh& bvh) {
+        bvh_ = bvh;
+        refits_ = 0;
+    }
+
+    std::string name_ = "ages";
+    Bvh bvh_;
+    int refits_ = 0;
+    BackendTimes times_;
+};
+
+TEST(PolicyRunner, MeasuresSchedulesFromTreesOfTheirOwn) {
+    SceneFrames scene(make_procedural("cloth", 500));
+    const std::vector<double> frames = {0, 1, 2};
+    PolicyRunner runner(scene, frames, {}, {}, 2, std::make_unique<AgesInRefits>());
+    const PolicyComparison result = runner.compare({"refit"}, [] {});
+    // After each policy the tree of the first frame is built anew.
+    EXPECT_EQ(result.costs.first, (std::vector<double>{2, 3, 4}));
+    for (std::size_t age = 1; age < result.costs.built[0].size(); ++age)
+        EXPECT_EQ(result.costs.built[0][age], 1 + static_cast<double>(age));
+    for (const PolicyFrame& frame : result.runs[0].frames) EXPECT_EQ(frame.trace_rebuilt_ms, 1);
 }
 
 TEST(Regret, IsAgainstTheBestScheduleUnlessAPolicyTookLess) {

@@ -110,6 +110,44 @@ TEST(TreeUpdater, BackgroundBuildIsTakenWhenItIsReady) {
     EXPECT_FALSE(rig.updater.last().reason.empty());
 }
 
+/// Restructures in the first frame, rebuilds in the second, and keeps the costs that it is told.
+class KeepsCosts final : public UpdatePolicy {
+public:
+    explicit KeepsCosts(std::vector<FrameCost>& costs) : costs_(costs) {}
+    UpdateDecision plan() override {
+        return {costs_.size() == 1 ? UpdateStep::kRebuild : UpdateStep::kRefit, "scripted"};
+    }
+    UpdateDecision review(const RefittedTree& tree) override {
+        return {
+            costs_.empty() && !tree.restructured ? UpdateStep::kRestructure : UpdateStep::kRefit,
+            "scripted"};
+    }
+    bool may_restructure() const override { return true; }
+    void frame_done(const FrameCost& cost) override { costs_.push_back(cost); }
+
+private:
+    std::vector<FrameCost>& costs_;
+};
+
+// docs/lab/updates.md has the times of the stages.
+TEST(TreeUpdater, CountsARestructuringAboveARefitAndBelowABuild) {
+    const TestScene scene = random_soup(3000, 0.1, 8);
+    const std::unique_ptr<Backend> tracer = cpu::make_cpu_backend();
+    std::vector<FrameCost> costs;
+    TreeUpdater updater(scene.topology(), scene.positions(), *tracer, nullptr,
+                        std::make_unique<KeepsCosts>(costs), {}, {.deterministic = true});
+    for (int step = 1; step <= 2; ++step) {
+        updater.update(turned(scene, step));
+        updater.frame_done({.ms = 1, .rays = 1000});
+    }
+    ASSERT_EQ(costs.size(), 2u);
+    EXPECT_GT(costs[0].refit, 0);
+    EXPECT_GT(costs[0].restructure, costs[0].refit);
+    EXPECT_EQ(costs[0].rebuild, 0);
+    EXPECT_EQ(costs[1].restructure, 0);
+    EXPECT_GT(costs[1].rebuild, costs[0].restructure);
+}
+
 /// Starts a build in the background at the first frame, and rebuilds at the second before the
 /// updater looks whether the other build is ready.
 class RebuildsMeanwhile final : public UpdatePolicy {

@@ -23,6 +23,18 @@ TEST(EarClipper, GivesUpWithNothingAppendedWhenTheStepsAreUsedUp) {
     EXPECT_EQ(triangles.size(), 1u + comb(100).size() - 2);
 }
 
+// An octagon has no reflex corner to search for: each ear takes one step.
+TEST(EarClipper, CountsEveryCornerThatItTries) {
+    const std::vector<PlanePoint> octagon = {{2, 0},  {1, 1},   {0, 2},  {-1, 1},
+                                             {-2, 0}, {-1, -1}, {0, -2}, {1, -1}};
+    EarClipper clipper;
+    Triangles triangles;
+    EXPECT_FALSE(clipper.clip(octagon, 2, triangles));
+    EXPECT_TRUE(triangles.empty());
+    EXPECT_TRUE(clipper.clip(octagon, 100, triangles));
+    EXPECT_EQ(triangles.size(), 6u);
+}
+
 TEST(EarClipper, CutsTheOnlyEarsOfAnArrow) {
     const std::vector<PlanePoint> arrow = {{0, 0}, {4, -4}, {1, 0}, {4, 4}};
     EarClipper clipper;

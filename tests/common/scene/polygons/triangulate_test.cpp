@@ -227,5 +227,14 @@ TEST(Triangulate, CrossingEdgesOfAHundredThousandCornersEnd) {
     EXPECT_EQ(triangulate(face, tangle, "a.obj", true, {}).size(), tangle.size() - 2);
 }
 
+// A bent quad whose normal has equal components along x and y: it is cut as it is seen along x.
+TEST(Triangulate, ProjectsAlongTheFirstOfTheLargestComponents) {
+    EXPECT_EQ(triangles_of({{-2, 3, -2}, {-2, 0, 1}, {3, -2, 1}, {-3, 1, 0}}),
+              (std::vector<uvec3>{{1, 2, 3}, {0, 1, 3}}));
+    // The same with y, z, x for x, y, z is cut as it is seen along the new x, which is the old y.
+    EXPECT_EQ(triangles_of({{3, -2, -2}, {0, 1, -2}, {-2, 1, 3}, {1, 0, -3}}),
+              (std::vector<uvec3>{{0, 1, 2}, {0, 2, 3}}));
+}
+
 }  // namespace
 }  // namespace mray
