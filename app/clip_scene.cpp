@@ -234,7 +234,7 @@ void ClipScene::advance(double frame) {
 
 void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
                        morphray::Image& image) {
-    morphray::View whole = view_of(view, shading);
+    morphray::View whole = view_of(with_inside_view(view, clip_), shading);
     whole.cancel = &interrupt_flag();
     try {
         render(whole, image);
@@ -247,7 +247,7 @@ void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
 
 void ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
                               const std::atomic<bool>& cancel, morphray::Image& image) {
-    morphray::View pixels = view_of(view, shading);
+    morphray::View pixels = view_of(with_inside_view(view, clip_), shading);
     pixels.hits = false;
     pixels.cancel = &cancel;
     render(pixels, image);

@@ -33,25 +33,8 @@ ViewSpec resolved(ViewSpec view, const WorldBounds& bounds) {
     return view;
 }
 
-/// A view from inside a built-in scene.
-struct InsideView {
-    const char* scene;
-    Point eye, target, light;
-    double fov;
-};
-
-constexpr InsideView kInsideViews[] = {
-    {"builtin:hall", {-17, 2.2, 0}, {10, 3, 0.5}, {1, 6.2, 0.4}, 70},
-    {"builtin:room", {-4.3, 1.7, -2.9}, {1.2, 0.7, 0.6}, {0.7, 2.6, 0.5}, 65}};
-
-/// The view from inside of builtin:NAME[:TRIANGLES], if it has one.
-const InsideView* inside_view(const std::string& spec) {
-    for (const InsideView& view : kInsideViews) {
-        const std::string name = view.scene;
-        if (spec == name || spec.starts_with(name + ":")) return &view;
-    }
-    return nullptr;
-}
+/// Of views from inside, in degrees.
+double inside_fov(const Clip& clip) { return clip.name() == "hall" ? 70 : 65; }
 
 }  // namespace
 
@@ -70,14 +53,10 @@ BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSp
                       ? positions_at(clip, space, std::min(middle + 1, clip.last_frame()))
                       : nudged(scene.positions);
     scene.bvh = build_bvh(clip.topology(), scene.positions);
-    const InsideView* inside = inside_view(spec);
-    if (kind == ViewKind::kFill && inside != nullptr) {
+    if (kind == ViewKind::kFill && clip.inside_view()) {
         scene.view_kind = ViewKind::kInside;
-        scene.view = view;
-        scene.view.eye = inside->eye;
-        scene.view.target = inside->target;
-        scene.view.fov = inside->fov;
-        if (!view.light) scene.view.light = inside->light;
+        scene.view = with_inside_view(view, clip);
+        scene.view.fov = inside_fov(clip);
     } else if (kind == ViewKind::kFill) {
         scene.view = fill_view(view, clip.bounds(), space, scene.bvh);
     } else {

@@ -86,8 +86,8 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
                     .pixels = pixels,
                     .devices = named_devices(options)},
                    options.scene);
-    const ImageParams params =
-        make_image_params(options.view, scene.clip().bounds(), scene.space());
+    const ImageParams params = make_image_params(with_inside_view(options.view, scene.clip()),
+                                                 scene.clip().bounds(), scene.space());
     Session session = open_session(options, scene, frame_number, messages);
     session.advance(frame_number);
     Frame frame;

@@ -22,10 +22,10 @@ bool has_ao(const ViewState& state) { return state.shading == Shading::lit && st
 ViewState initial_state(const Options& options, const Clip& clip, BackendChoice backend,
                         double frame) {
     // Refuses impossible views with the messages of render.
-    ViewSpec spec = options.view;
+    ViewSpec spec = with_inside_view(options.view, clip);
+    const ResolvedView view = resolve_view(spec, clip.bounds());
     spec.ao_count = std::max(spec.ao_count, 1u);
     make_image_params(spec, clip.bounds(), SceneSpace(clip.bounds()));
-    const ResolvedView view = resolve_view(options.view, clip.bounds());
     ViewState state{.playback = Playback(clip.first_frame(), clip.last_frame(), frame),
                     .camera = Camera(view, options.view.up, options.view.fov),
                     .light = view.light};

@@ -1,6 +1,7 @@
 // A deforming scene: one topology, vertex positions as a function of the frame.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -44,6 +45,13 @@ struct KeyframeBlend {
     bool operator==(const KeyframeBlend&) const = default;
 };
 
+/// Where to look from in a scene that is closed, in world space.
+struct InsideView {
+    std::array<double, 3> eye;
+    std::array<double, 3> target;
+    std::array<double, 3> light;
+};
+
 /// Frames are numbers in [first_frame(), last_frame()]; between whole numbers positions are
 /// interpolated (files) or evaluated (procedural scenes). Implementations are immutable after
 /// construction and may be used by several threads at once.
@@ -85,6 +93,9 @@ public:
 
     /// Bounds of all finite vertices of the whole clip.
     virtual WorldBounds bounds() const = 0;
+
+    /// Nothing for scenes that can be seen from outside.
+    virtual std::optional<InsideView> inside_view() const { return std::nullopt; }
 
     /// What an index file of this clip holds; null for clips that are not read frame by frame, or
     /// whose frames have not been read. Hashes all files. Throws Error(kBadInput).

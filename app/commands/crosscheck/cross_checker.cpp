@@ -55,7 +55,8 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
                            CheckedBackends& backends)
     : options_(options),
       scene_(scene),
-      params_(make_image_params(options.view, scene.clip().bounds(), scene.space())),
+      params_(make_image_params(with_inside_view(options.view, scene.clip()), scene.clip().bounds(),
+                                scene.space())),
       simd_(simd_to_check(options.backend.simd)),
       backends_(backends) {
     const Topology& topology = scene.clip().topology();

@@ -77,7 +77,8 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     std::uint64_t done = 0;
     for (const BackendChoice choice : choices) {
         PolicyRunner runner(scene, frames,
-                            make_image_params(options.view, scene.clip().bounds(), scene.space()),
+                            make_image_params(with_inside_view(options.view, scene.clip()),
+                                              scene.clip().bounds(), scene.space()),
                             session_config(options), options.repeat,
                             make_backend(choice, options.backend, messages));
         const std::size_t expected = runner.expected_frames(policies.size());

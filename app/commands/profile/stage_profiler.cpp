@@ -19,7 +19,8 @@ StageProfiler::StageProfiler(const Options& options, SceneFrames& scene, double 
     : options_(options),
       scene_(scene),
       yardstick_(yardstick),
-      params_(make_image_params(options.view, scene.clip().bounds(), scene.space())),
+      params_(make_image_params(with_inside_view(options.view, scene.clip()), scene.clip().bounds(),
+                                scene.space())),
       refits_(make_backend(choice, options.backend, messages)),
       given_(make_backend(choice, options.backend, messages)) {
     const double build_at = options.tree.build_at.value_or(first_frame);

@@ -82,6 +82,7 @@ public:
         move_in_parallel(mesh_, std::clamp(frame, 0.0, mesh_.last_frame), out);
     }
     WorldBounds bounds() const override { return bounds_; }
+    std::optional<InsideView> inside_view() const override { return mesh_.inside_view; }
     const std::string& name() const override { return name_; }
 
 private:

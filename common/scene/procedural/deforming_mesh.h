@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -32,6 +33,8 @@ struct DeformingMesh {
     double acceleration = 0;
     /// Triangles [0, static_triangle_count) never move.
     std::uint32_t static_triangle_count = 0;
+    /// Of Clip::inside_view().
+    std::optional<InsideView> inside_view;
 };
 
 /// The clip of a scene. Its bounds are those of the whole frames, widened by acceleration / 8 (how

@@ -100,7 +100,9 @@ DeformingMesh make_hall(std::uint64_t triangles) {
     const std::uint64_t banners = triangles / 5;
     if (triangles > banners) add_blocks(mesh, triangles - banners);
     add_banners(mesh, triangles - std::min(triangles, mesh.triangle_count()));
-    return std::move(mesh).finish();
+    DeformingMesh finished = std::move(mesh).finish();
+    finished.inside_view = InsideView{{-17, 2.2, 0}, {10, 3, 0.5}, {1, 6.2, 0.4}};
+    return finished;
 }
 
 }  // namespace mray

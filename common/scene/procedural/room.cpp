@@ -153,7 +153,9 @@ DeformingMesh make_room(std::uint64_t triangles) {
     const std::uint64_t curtain = triangles / 10;
     add_clutter(mesh, triangles - curtain);
     add_curtain(mesh, triangles - std::min(triangles, mesh.triangle_count()));
-    return std::move(mesh).finish();
+    DeformingMesh finished = std::move(mesh).finish();
+    finished.inside_view = InsideView{{-4.3, 1.7, -2.9}, {1.2, 0.7, 0.6}, {0.7, 2.6, 0.5}};
+    return finished;
 }
 
 }  // namespace mray
