@@ -14,7 +14,7 @@
 namespace mray {
 namespace {
 
-// The limit of the BVH builder (common/bvh/builder/bvh_builder.h).
+// The limit of the BVH builder (common/bvh/builder/binary_tree.h).
 constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
 
 struct Entry {
