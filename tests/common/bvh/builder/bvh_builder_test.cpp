@@ -38,7 +38,7 @@ TEST(BvhBuilder, KeepsTheFirstOfTrianglesWithTheSameVertices) {
                 build_bvh(named.scene.topology(), named.scene.positions(), {.split = split});
             ASSERT_EQ(bvh.leaves.size(), 1u);
             for (std::uint32_t i = 0; i < kLeafTriangles; ++i)
-                EXPECT_EQ(bvh.leaves[0].prim_id[i], i < 5 ? i : kNoPrim);
+                EXPECT_EQ(bvh.leaves[0].prim_id[i], i < 5 ? 2 * i : kNoPrim);
             EXPECT_EQ(bvh.triangle_count, 400u);
             EXPECT_EQ(bvh_stats(bvh).triangles_per_leaf, 5);
         }
