@@ -9,6 +9,7 @@
 #include "app/files/formats/optional_formats.h"
 #include "app/memory_budget.h"
 #include "common/base/errors.h"
+#include "common/scene/camera_setup.h"
 #include "common/scene/frame_range.h"
 #include "common/text/number_text.h"
 
@@ -115,6 +116,11 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
 
 SceneFrames open_frames(const Options& options, const Messages& messages) {
     return SceneFrames(open_clip(options, messages));
+}
+
+ImageParams image_params(const Options& options, const SceneFrames& scene) {
+    return make_image_params(with_inside_view(options.view, scene.clip()), scene.clip().bounds(),
+                             scene.space());
 }
 
 std::vector<double> select_frames(const Options& options, const Clip& clip,

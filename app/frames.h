@@ -8,6 +8,7 @@
 
 #include "app/cli/options.h"
 #include "app/terminal/messages.h"
+#include "common/interop/params.h"
 #include "common/scene/scene_frames.h"
 
 namespace mray::app {
@@ -17,6 +18,9 @@ namespace mray::app {
 std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages);
 /// The same with its scene space.
 SceneFrames open_frames(const Options& options, const Messages& messages);
+
+/// What tracers take for options.view of this scene (with_inside_view(), make_image_params()).
+ImageParams image_params(const Options& options, const SceneFrames& scene);
 
 enum class DefaultFrames { kAll, kFew, kFirst };
 

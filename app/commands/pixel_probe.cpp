@@ -86,8 +86,7 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
                     .pixels = pixels,
                     .devices = named_devices(options)},
                    options.scene);
-    const ImageParams params = make_image_params(with_inside_view(options.view, scene.clip()),
-                                                 scene.clip().bounds(), scene.space());
+    const ImageParams params = image_params(options, scene);
     Session session = open_session(options, scene, frame_number, messages);
     session.advance(frame_number);
     Frame frame;

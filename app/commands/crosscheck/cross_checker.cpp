@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/backends.h"
+#include "app/frames.h"
 #include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
 
@@ -55,8 +56,7 @@ CrossChecker::CrossChecker(const Options& options, SceneFrames& scene, double fi
                            CheckedBackends& backends)
     : options_(options),
       scene_(scene),
-      params_(make_image_params(with_inside_view(options.view, scene.clip()), scene.clip().bounds(),
-                                scene.space())),
+      params_(image_params(options, scene)),
       simd_(simd_to_check(options.backend.simd)),
       backends_(backends) {
     const Topology& topology = scene.clip().topology();

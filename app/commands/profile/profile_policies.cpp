@@ -76,11 +76,8 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     std::optional<Progress> progress;
     std::uint64_t done = 0;
     for (const BackendChoice choice : choices) {
-        PolicyRunner runner(scene, frames,
-                            make_image_params(with_inside_view(options.view, scene.clip()),
-                                              scene.clip().bounds(), scene.space()),
-                            session_config(options), options.repeat,
-                            make_backend(choice, options.backend, messages));
+        PolicyRunner runner(scene, frames, image_params(options, scene), session_config(options),
+                            options.repeat, make_backend(choice, options.backend, messages));
         const std::size_t expected = runner.expected_frames(policies.size());
         if (!progress)
             progress.emplace("measuring", expected * choices.size(), progress_mode(options));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/frames.h"
 #include "common/base/median.h"
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
@@ -19,8 +20,7 @@ StageProfiler::StageProfiler(const Options& options, SceneFrames& scene, double 
     : options_(options),
       scene_(scene),
       yardstick_(yardstick),
-      params_(make_image_params(with_inside_view(options.view, scene.clip()), scene.clip().bounds(),
-                                scene.space())),
+      params_(image_params(options, scene)),
       refits_(make_backend(choice, options.backend, messages)),
       given_(make_backend(choice, options.backend, messages)) {
     const double build_at = options.tree.build_at.value_or(first_frame);
