@@ -2,7 +2,9 @@
 #
 #   bounds       certain_occluders: where |e| > bound, from s + kCertainBound bound Z <= n <= to s -
 #                kCertainBound bound Z, the rule finds a hit with 2^-18 X to spare at both ends of the range
-#   code         certain_occluders (cpu/single_ray/certain_occluders-inl.h), prepare_range
+#                certainly_beyond: where beyond s + kCertainBound bound Z <= n, the rule's hit, if any, is
+#                beyond tfar
+#   code         certain_occluders, certainly_beyond (cpu/single_ray/certain_occluders-inl.h), prepare_range
 #                (cpu/single_ray/ray_stream-inl.h), rays_hitting (cpu/single_ray/shared_leaf-inl.h),
 #                occluded_by_leaf (cpu/single_ray/leaf_hit_rule-inl.h)
 #   inputs       e: the error of a rounding; X = max(kSceneExtent, |org|) <= kCertainOrigin; Z <= 2.001 X the
@@ -30,11 +32,11 @@ by_depth = (3.001 + 3.1) * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
 ends = 3 * 2.002 * e;
 { @kCertainDepth@ - (2.001 * by_depth + ends + 2 * 0x1p-18 + 0x1p-36) >= 0 }
 
-## lemma: kCertainDepth, to, which is at most 4 X
+## lemma: kCertainDepth, to and beyond, which are at most 4 X and little more
 e = @kRounding@;
 by_depth = 3.001 * e + 2 * @kRangeOfDepths@ + @kSizeOfDepths@
            + (2 * @kWeightRounding@ + @kMeanRounding@) * (1 + 8 * e) + @kTravel@ * (1 + 8 * e);
-ends = 4 * (3.001 + 2.001) * e;
+ends = (4 + 0x1p-15) * (3.001 + 2.001) * e;
 { @kCertainDepth@ - (2.001 * by_depth + ends + 2 * 0x1p-18 + 0x1p-36) >= 0 }
 
 ## lemma: kCertainBound: the mean by 4; the rule's fast functions and the sign of z by 2 B range / S each

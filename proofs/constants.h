@@ -100,6 +100,7 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kNearSideError),
     PROOFS_CONSTANT(kLeavingError),
     PROOFS_CONSTANT(kBehindError),
+    PROOFS_CONSTANT(kDepthlessBound),
     PROOFS_CONSTANT(kCertainBound),
     PROOFS_CONSTANT(kCertainDepth),
     PROOFS_CONSTANT(kMissBound),

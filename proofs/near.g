@@ -4,10 +4,12 @@
 #                times |N| within kNearSideError S |e| |f|; boxes of near_rays within 3/5 of the
 #                dilation, of node_lanes within theirs (boxes.g says what for); rays_leaving: n.w and n.d within kLeavingError of their terms, (r +
 #                extent) m included; project_shared: vertices within those of project_fast;
-#                possible_lanes: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound)
+#                may_be_ahead: sum(E z) <= sum(|e| z) + Z (kBehindError S + 4 bound); depthless_bound
+#                above edge_bound for |z| up to most_depth
 #   code         facing_of, sort_hit (shaders/occlusion/near_leaf.glsl), set_ray, visit_node
 #                (shaders/occlusion/near_rays.glsl), rays_leaving, project_shared (cpu/single_ray/shared_leaf-inl.h),
-#                possible_lanes (cpu/single_ray/leaf_hit_rule-inl.h), met_slots (cpu/single_ray/node_lanes-inl.h),
+#                may_be_ahead (cpu/single_ray/certain_occluders-inl.h), depthless_bound
+#                (cpu/single_ray/ray_stream-inl.h), met_slots (cpu/single_ray/node_lanes-inl.h),
 #                rays_meeting (cpu/single_ray/ray_bundle-inl.h)
 #   inputs       in units of u: s, w the largest |x| + |y| + |z| of a triangle's vertices and of origins
 #                about the centre, S = s + w, l = |e| + |f| <= 4 s; |d| < 2 on each axis
@@ -19,12 +21,13 @@
 #                - N).d, so where the side is wrong N.d, the sum of the three, is less than 4 l times
 #                what vertices are off. 2^47 for 1 / 0 moves a ray by 2^-46 E.
 #                The rule's hit lies at tau > -u r, since it rounds z: n.d of that is 2 u r m.
-#                possible_lanes: a hit has sum(E z) > 0 (depth.g); where weights are dropped, by 2^-58.
+#                may_be_ahead: a hit has sum(E z) > 0 (depth.g); where weights are dropped, by 2^-58.
 #
 # step: kNearEdgeError 0.5
 # step: kNearSideError 0.5
 # step: kLeavingError 0.5
 # step: kBehindError 0.5
+# step: kDepthlessBound 0.99999
 # step: kBoxDilation 0.5
 # step: kUnfusedDilation 0.5
 # step: kFusedSlabRounding 0.9999998
@@ -87,6 +90,16 @@ slope = (1 + @kRcpUlp@ * 0x1p-23) * (1 + e) * (1 + e) - 1;
 { 8 * e - (2 * e + slope + @kProjectionOfRange@) * (1 + 2 * e) >= 0
   /\ 5 * e - (e + @kProjection@) * (1 + 2 * e) >= 0 }
 
-## lemma: possible_lanes: N by three roundings of each term; 4 bound of 3
+## lemma: may_be_ahead: N by three roundings of each term; 4 bound of 3
 e = @kRounding@;
 { @kBehindError@ * (1 - 8 * e) - (3.001 * e + 0x1p-58) >= 0 /\ 4 * (1 - 8 * e) - 3 * (1 + 4 * e) >= 0 }
+
+## lemma: depthless_bound: by m m, q m and q q; r and edge_bound round 8 times, this bound 8 times
+e = @kRounding@;
+c = @kFastProjectionError@;
+k = @kDepthlessBound@;
+up = (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e) * (1 + e);
+down = (1 - e) * (1 - e) * (1 - e) * (1 - e) * (1 - e) * (1 - e) * (1 - e) * (1 - e);
+{ 2 * c * k * down - 2 * c * (1 + 4 * c) * up >= 0
+  /\ k * down - (1 + 8 * c) * up >= 0
+  /\ 2 * k * down - 2 * up >= 0 }

@@ -158,6 +158,8 @@ SHARED_CONST float kNearSideError = 3.814697265625e-06f;
 SHARED_CONST float kLeavingError = 9.5367431640625e-07f;
 // The error of the mean of depths under fast edge functions, by the sum of their magnitudes: 2^-22.
 SHARED_CONST float kBehindError = 2.384185791015625e-07f;
+// The bound of edge functions for vertices at any depth, over edge_bound(): 1 + 2^-17.
+SHARED_CONST float kDepthlessBound = 1.00000762939453125f;
 // How far within its range the depth of a certain occluder is: times the bound of edge functions
 // and the largest |z|; and by the size of the scene and of the origin, 2^-16. For origins within
 // 2^30.

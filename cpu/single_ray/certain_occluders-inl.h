@@ -1,8 +1,9 @@
-// Triangles that certainly occlude a ray: the hit rule would find a hit between tnear and tfar, so
-// any hits need not ask it.
+// What plain edge functions and depths are certain of, so that the hit rule need not be asked: that
+// a triangle occludes a ray, with a hit between tnear and tfar; that a hit would lie behind the
+// origin; that it would lie beyond tfar.
 //
-// Names (proofs/certain.g; e = 2^-24): E the magnitudes of the exact edge functions, z the
-// vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of z under E. |e| are the
+// Occluders. Names (proofs/certain.g; e = 2^-24): E the magnitudes of the exact edge functions, z
+// the vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of z under E. |e| are the
 // magnitudes of plain edge functions with |E - |e|| <= bound, all in units of dir.z^2 for slopes; s
 // the sum of the |e|, n the sum of |e| z; X = max(kSceneExtent, |org|), so Z <= 2.001 X.
 // 1. All e are beyond the bound and have one sign. So have the exact ones, and none is 0: the ray
@@ -30,6 +31,26 @@
 //    from at least 2^4, so e from s is at least 2^-116.
 //
 // A vertex that is not finite is left to the caller.
+//
+// Beyond tfar (certainly_beyond). The test demands beyond s + kCertainBound bound Z <= n, where
+// beyond is tfar |dir.z| with kCertainDepth X added, not taken off. Steps 2 to 4 and 7 hold for
+// every triangle that the rule finds hit: they need no e beyond the bound, beyond is not negative
+// unless tfar is (then nothing is hit), and step 6 is not needed. So t of a hit would exceed tfar.
+// Where tfar |dir.z| is more than 4 X, no n / s is: beyond is capped there, and kHugeReciprocal for
+// origins farther than kCertainOrigin.
+//
+// Behind the origin (may_be_ahead; proofs/near.g). Names as above.
+// 1. |E - |e|| <= bound for each of the three.
+// 2. A hit has a z of certain sign (docs/design/arithmetic.md, "In front"), so the sum of E z is
+//    positive.
+// 3. By step 1, the sum of E z is at most n + 3 bound Z.
+// 4. n as computed is off by at most 3 e s Z. It is below 2^127 for vertices within kSceneExtent
+// and
+//    any origin.
+// 5. So a ray misses if n + Z (kBehindError s + 4 bound) is negative.
+// 6. Unlike in the rule, products may underflow: three in n, by 2^-126 each, and kBehindError s and
+//    the product with Z in step 5. kBehindError s does not matter to a bound of at least 2^-97;
+//    kBehindUnderflow is added for the others.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_CERTAIN_OCCLUDERS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_CERTAIN_OCCLUDERS_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_CERTAIN_OCCLUDERS_INL_H
@@ -62,20 +83,24 @@ HWY_INLINE DepthSum depth_sum(const lanes::Edges& e, FloatVec za, FloatVec zb, F
     return {n ^ (dz & splat(-0.0f)), sum3(au, av, aw)};
 }
 
-/// The range of z in which a hit is certain, by the sign of dir.z.
+/// The range of z in which a hit is certain, by the sign of dir.z, and where hits beyond tfar
+/// begin.
 struct CertainRange {
     FloatVec from;
     FloatVec to;
+    FloatVec beyond;
 };
 
 /// Of the rays from `first` on.
 HWY_INLINE CertainRange certain_ranges(const RayStream& stream, std::size_t first) {
-    return {load(stream.certain_from + first), load(stream.certain_to + first)};
+    return {load(stream.certain_from + first), load(stream.certain_to + first),
+            load(stream.certain_beyond + first)};
 }
 
 /// Of one ray, in all lanes.
 HWY_INLINE CertainRange certain_range(const RayStream& stream, std::size_t ray) {
-    return {splat(stream.certain_from[ray]), splat(stream.certain_to[ray])};
+    return {splat(stream.certain_from[ray]), splat(stream.certain_to[ray]),
+            splat(stream.certain_beyond[ray])};
 }
 
 /// The lanes in which the rule certainly finds a hit, if the vertices are finite. Of e it takes u,
@@ -86,6 +111,25 @@ HWY_INLINE Mask certain_occluders(const lanes::Edges& e, const DepthSum& depth,
     const FloatVec slack = kCertainBound * e.bound * e.depth_size;
     return inside & (neg_mul_add(range.from, depth.s, depth.n) >= slack) &
            (mul_sub(range.to, depth.s, depth.n) >= slack);
+}
+
+/// The lanes whose triangle is hit beyond tfar, if at all. Of e it takes bound and depth_size, as
+/// above.
+HWY_INLINE Mask certainly_beyond(const lanes::Edges& e, const DepthSum& depth,
+                                 const CertainRange& range) {
+    const FloatVec slack = kCertainBound * e.bound * e.depth_size;
+    return neg_mul_add(range.beyond, depth.s, depth.n) >= slack;
+}
+
+// More than what underflow takes from the products: 2^-120.
+inline constexpr float kBehindUnderflow = 0x1p-120f;
+
+/// False in lanes whose triangle would be hit behind the origin only. Of e it takes bound and
+/// depth_size, as above.
+HWY_INLINE Mask may_be_ahead(const lanes::Edges& e, const DepthSum& depth) {
+    const FloatVec error = mul_add(splat(kBehindError), depth.s, 4.0f * e.bound);
+    const FloatVec slack = mul_add(e.depth_size, error, splat(kBehindUnderflow));
+    return depth.n >= -slack;
 }
 
 }  // namespace HWY_NAMESPACE

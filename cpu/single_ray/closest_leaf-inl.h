@@ -3,8 +3,8 @@
 // Many rays: the leaf's vertices are projected once for a vector of rays, by the rule's fast path,
 // and serve all triangles. A triangle is skipped by the edge functions of the rule and one bound
 // for the leaf, 3 times the largest |x| + |y| of its vertices in place of the sum over a
-// triangle's, and the largest |z|. Each operation of edge_bound is monotone and 2 M is exact, so
-// this bound is not below a triangle's own, bit for bit.
+// triangle's, and most_depth() in place of the largest |z|. Each operation of edge_bound is
+// monotone and 2 M is exact, so this bound is not below a triangle's own, bit for bit.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_CLOSEST_LEAF_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_CLOSEST_LEAF_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_CLOSEST_LEAF_INL_H
@@ -77,21 +77,23 @@ struct alignas(64) ClosestHits {
     }
 };
 
-/// The closest hit of a ray in a leaf: lanes are triangles.
+/// The closest hit of a ray in a leaf: lanes are triangles. kAxis is the ray's main axis, or
+/// kAnyAxis.
+template <int kAxis = kAnyAxis>
 HWY_INLINE void intersect_leaf_alone(const RayStream& stream, std::size_t ray, const Leaf& leaf,
                                      ClosestHits& closest) {
-    intersect_leaf(stream, ray, closest.t[ray], leaf,
-                   [&](std::uint32_t slot, const TriangleHit& hit) {
-                       const std::uint32_t id = leaf.prim_id[slot];
-                       if (is_closer(hit.t, id, closest.t[ray], closest.prim_id[ray])) {
-                           closest.t[ray] = hit.t;
-                           closest.last[ray] = last_depth(hit.t);
-                           closest.u[ray] = hit.u;
-                           closest.v[ray] = hit.v;
-                           closest.prim_id[ray] = id;
-                       }
-                       return false;
-                   });
+    intersect_leaf<kAxis>(stream, ray, closest.t[ray], leaf,
+                          [&](std::uint32_t slot, const TriangleHit& hit) {
+                              const std::uint32_t id = leaf.prim_id[slot];
+                              if (is_closer(hit.t, id, closest.t[ray], closest.prim_id[ray])) {
+                                  closest.t[ray] = hit.t;
+                                  closest.last[ray] = last_depth(hit.t);
+                                  closest.u[ray] = hit.u;
+                                  closest.v[ray] = hit.v;
+                                  closest.prim_id[ray] = id;
+                              }
+                              return false;
+                          });
 }
 
 /// The vertices of a leaf as the rule's fast path sees them (project_fast), and a bound of the edge
@@ -109,16 +111,15 @@ struct ProjectedLeaf {
 template <class Rotated>
 HWY_INLINE void project_vertices(const lanes::ShearedRay& s, const Leaf& leaf, std::uint32_t count,
                                  Rotated rotated, ProjectedLeaf& out) {
-    FloatVec size = zero(), depth = size;
+    FloatVec size = zero();
     for (std::uint32_t i = 0; i < count; ++i) {
         const lanes::Float3 p = lanes::project_rotated_fast(s, rotated(&leaf.vertex[i].x));
         out.x[i] = p.x;
         out.y[i] = p.y;
         out.z[i] = p.z;
         size = max(size, lanes::projected_size(p));
-        depth = max(depth, abs(p.z));
     }
-    out.bound = lanes::edge_bound(3.0f * size, depth);
+    out.bound = lanes::edge_bound(3.0f * size, most_depth(abs(s.org.z)));
 }
 
 HWY_INLINE void project_leaf(const lanes::ShearedRay& s, std::uint32_t first_axis, const Leaf& leaf,
@@ -160,7 +161,7 @@ HWY_INLINE void intersect_triangle(const LeafRays& rays, const Leaf& leaf, std::
     lanes::measure_depth(a.z, b.z, c.z, e);
     e.bound = lanes::edge_bound(m, e.depth_size);
     const DepthSum depth = depth_sum(e, a.z, b.z, c.z, s.dir.z);
-    const Mask possible = rays.active & possible_lanes(e, depth);
+    const Mask possible = rays.active & lanes::may_be_inside(e) & may_be_ahead(e, depth);
     if (none(possible)) return;
     const FloatVec tfar = load(closest.t + rays.first);
     lanes::TriangleHit hit;

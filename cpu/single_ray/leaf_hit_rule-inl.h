@@ -1,26 +1,15 @@
 // One ray against the triangles of a leaf, by the hit rule and with its bits.
 //
 // 1. The fast path projects the vertices and computes the edge functions of all triangles.
-// 2. A triangle is skipped if may_be_inside is false, or if its hit would certainly lie behind the
-//    ray's origin. The second holds for the triangle that a secondary ray starts from, the most
-//    frequent one of all.
-// 3. The fast path answers for those of the others that it is certain of, the exact path for the
+// 2. Most triangles are skipped by a bound of these functions that asks for no depth
+//    (depthless_bound): it takes as long as the functions themselves, where the largest |z| of a
+//    leaf takes the longest.
+// 3. A triangle is skipped if may_be_inside is false by its own bound, or if its hit would
+// certainly
+//    lie behind the ray's origin. The second holds for the triangle that a secondary ray starts
+//    from, the most frequent one of all.
+// 4. The fast path answers for those of the others that it is certain of, the exact path for the
 //    rest.
-//
-// Behind the origin (proofs/near.g). Names: e the edge functions of fast_edges and bound as there;
-// E the magnitudes of the exact edge functions; z the vertices' z; Z = depth_size; S the sum of the
-// |e|; n the sum of |e| * z.
-// 1. |E - |e|| <= bound for each of the three.
-// 2. A hit has a z of certain sign (docs/design/arithmetic.md, "In front"), so the sum of E * z has
-//    the sign of dir.z.
-// 3. By step 1, the sum of E * z <= n + 3 bound Z.
-// 4. n as computed is off by at most 3 * 2^-24 S Z. It is below 2^127 for vertices within
-//    kSceneExtent and any origin.
-// 5. So a ray with positive dir.z misses if n + Z * (kBehindError S + 4 bound) is negative; for
-//    negative dir.z the same holds with -z.
-// 6. Unlike in the rule, products may underflow: three in n, by 2^-126 each, and kBehindError S and
-//    the product with Z in step 5. kBehindError S does not matter to a bound of at least 2^-97;
-//    kBehindUnderflow is added for the others.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_LEAF_HIT_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MORPHRAY_CPU_SINGLE_RAY_LEAF_HIT_RULE_INL_H
 #undef MORPHRAY_CPU_SINGLE_RAY_LEAF_HIT_RULE_INL_H
@@ -44,21 +33,11 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-// More than what underflow takes from the products: 2^-120.
-inline constexpr float kBehindUnderflow = 0x1p-120f;
-
-/// The triangles that a ray may hit.
-HWY_INLINE Mask possible_lanes(const lanes::Edges& e, const DepthSum& depth) {
-    const FloatVec error = mul_add(splat(kBehindError), depth.s, 4.0f * e.bound);
-    const FloatVec slack = mul_add(e.depth_size, error, splat(kBehindUnderflow));
-    return lanes::may_be_inside(e) & (depth.n >= -slack);
-}
-
 #if HWY_TARGET == HWY_SCALAR
 
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
-/// true; whether it did.
-template <class Visit>
+/// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
+template <int kAxis = kAnyAxis, class Visit>
 HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
                                const Leaf& leaf, Visit visit) {
     ShearedRay s;
@@ -106,16 +85,11 @@ struct LeafPoints {
     }
 };
 
-/// Projects the vertices on the fast path; returns the largest |z|.
-HWY_INLINE FloatVec project_leaf_fast(const lanes::ShearedRay& ray, const LeafLanes& leaf,
-                                      LeafPoints& points) {
-    FloatVec depth = zero();
-    for (std::size_t v = 0; v < kVectors; ++v) {
-        const lanes::Float3 p = lanes::project_rotated_fast(ray, {leaf.x[v], leaf.y[v], leaf.z[v]});
-        points.set(v, p);
-        depth = max(depth, abs(p.z));
-    }
-    return hn::MaxOfLanes(kFloats, depth);
+/// Projects the vertices on the fast path.
+HWY_INLINE void project_leaf_fast(const lanes::ShearedRay& ray, const LeafLanes& leaf,
+                                  LeafPoints& points) {
+    for (std::size_t v = 0; v < kVectors; ++v)
+        points.set(v, lanes::project_rotated_fast(ray, {leaf.x[v], leaf.y[v], leaf.z[v]}));
 }
 
 /// A vector of triangles as the ray sees them.
@@ -127,15 +101,15 @@ struct FilteredTriangles {
     FloatVec zc;
 };
 
-/// The edge functions of fast_edges(), and their bound for vertices of |z| up to depth.
+/// The edge functions of fast_edges(), and their bound for vertices at any depth.
 HWY_INLINE FilteredTriangles flat_triangles(const LeafPoints& points, const VertexLookups& at,
-                                            FloatVec depth) {
+                                            const DepthlessBound<FloatVec>& bound) {
     const lanes::Float3 a{points.x.look_up(at.a), points.y.look_up(at.a), zero()};
     const lanes::Float3 b{points.x.look_up(at.b), points.y.look_up(at.b), zero()};
     const lanes::Float3 c{points.x.look_up(at.c), points.y.look_up(at.c), zero()};
     FilteredTriangles t;
     t.size = sum3(lanes::projected_size(a), lanes::projected_size(b), lanes::projected_size(c));
-    t.edges.bound = lanes::edge_bound(t.size, depth);
+    t.edges.bound = bound(t.size);
     t.edges.u = lanes::fast_edge(b, c);
     t.edges.v = lanes::fast_edge(c, a);
     t.edges.w = lanes::fast_edge(a, b);
@@ -184,7 +158,7 @@ HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHi
 template <class Visit>
 HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ray, float tfar,
                                          const Leaf& leaf, std::uint32_t uncertain, Visit visit) {
-    const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
+    const LeafLanes vertices = load_leaf<kAnyAxis>(leaf, stream.axis[ray]);
     const lanes::ShearedRay s = sheared_ray(stream, ray);
     LeafPoints points;
     for (std::size_t v = 0; v < kVectors; ++v) {
@@ -215,13 +189,16 @@ HWY_INLINE Mask all_edges_are_equal(const lanes::Edges& e) {
 /// Calls test(v, at, triangles, mean, possible) for the vectors v of triangles some of which the
 /// ray may hit, until it returns true; whether it did.
 template <class Test>
-HWY_INLINE bool any_possible_vector(const lanes::ShearedRay& ray, const LeafLanes& vertices,
+HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
+                                    const lanes::ShearedRay& s, const LeafLanes& vertices,
                                     Test test) {
     LeafPoints points;
-    const FloatVec depth = project_leaf_fast(ray, vertices, points);
+    project_leaf_fast(s, vertices, points);
+    const DepthlessBound<FloatVec> bound{splat(stream.bound_linear[ray]),
+                                         splat(stream.bound_constant[ray])};
     for (std::size_t v = 0; v < kVectors; ++v) {
         const VertexLookups at(vertices.local_vertices[v]);
-        FilteredTriangles t = flat_triangles(points, at, depth);
+        FilteredTriangles t = flat_triangles(points, at, bound);
         Mask inside = lanes::may_be_inside(t.edges) & used_lanes(vertices.local_vertices[v], v);
         if (none(inside)) continue;
         if (!none(inside & all_edges_are_equal(t.edges))) {
@@ -229,19 +206,19 @@ HWY_INLINE bool any_possible_vector(const lanes::ShearedRay& ray, const LeafLane
             if (none(inside)) continue;
         }
         add_depth(points, at, t);
-        const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, ray.dir.z);
-        const Mask possible = possible_lanes(t.edges, mean) & inside;
+        const DepthSum mean = depth_sum(t.edges, t.za, t.zb, t.zc, s.dir.z);
+        const Mask possible = lanes::may_be_inside(t.edges) & may_be_ahead(t.edges, mean) & inside;
         if (!none(possible) && test(v, at, t, mean, possible)) return true;
     }
     return false;
 }
 
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
-/// true; whether it did.
-template <class Visit>
+/// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
+template <int kAxis = kAnyAxis, class Visit>
 HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
                                const Leaf& leaf, Visit visit) {
-    const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
+    const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
     const lanes::ShearedRay s = sheared_ray(stream, ray);
     std::uint32_t uncertain = 0;
     const auto visit_hits = [&](std::size_t v, const VertexLookups& at, const FilteredTriangles& t,
@@ -254,22 +231,24 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         uncertain |= bits_of(and_not(is_hit, possible)) << (v * kLanes);
         return !none(hits) && visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit);
     };
-    if (any_possible_vector(s, vertices, visit_hits)) return true;
+    if (any_possible_vector(stream, ray, s, vertices, visit_hits)) return true;
     return uncertain != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, uncertain, visit);
 }
 
 /// Whether the ray hits any triangle.
 HWY_INLINE bool occluded_by_leaf(const RayStream& stream, std::size_t ray, const Leaf& leaf) {
-    const LeafLanes vertices = load_leaf(leaf, stream.axis[ray]);
+    const LeafLanes vertices = load_leaf<kAnyAxis>(leaf, stream.axis[ray]);
     const CertainRange range = certain_range(stream, ray);
     bool is_uncertain = false;
     const auto is_occluder = [&](std::size_t, const VertexLookups& at, const FilteredTriangles& t,
                                  const DepthSum& mean, Mask possible) HWY_ATTR {
         const Mask certain = certain_occluders(t.edges, mean, range) & possible;
-        is_uncertain = true;
-        return !none(certain) && !none(certain & finite_lanes(vertices, at));
+        if (!none(certain) && !none(certain & finite_lanes(vertices, at))) return true;
+        is_uncertain |= !none(and_not(certainly_beyond(t.edges, mean, range), possible));
+        return false;
     };
-    if (any_possible_vector(sheared_ray(stream, ray), vertices, is_occluder)) return true;
+    if (any_possible_vector(stream, ray, sheared_ray(stream, ray), vertices, is_occluder))
+        return true;
     return is_uncertain && intersect_leaf(stream, ray, stream.tfar[ray], leaf,
                                           [](std::uint32_t, const TriangleHit&) { return true; });
 }

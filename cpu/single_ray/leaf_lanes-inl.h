@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "common/simd/vectors-inl.h"
+#include "cpu/single_ray/ray_stream-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -73,6 +74,8 @@ struct LeafLanes {
     UintVec local_vertices[kVectors];
 };
 
+/// Of a leaf, for rays with this main axis; kAxis is the same, or kAnyAxis.
+template <int kAxis>
 HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
     const auto rotation = hn::LoadDup128(kBytes, kRotations[axis]);
     LeafLanes out;
@@ -81,13 +84,13 @@ HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
         for (std::size_t i = 0; i < 4; ++i) {
             const float* vertices = &leaf.vertex[v * kLanes + i * kBlocks].x;
             const auto bytes = hn::BitCast(kBytes, load_unaligned(vertices));
-            row[i] = as_float(hn::TableLookupBytes(bytes, rotation));
+            row[i] = as_float(kAxis == kAnyAxis ? hn::TableLookupBytes(bytes, rotation) : bytes);
         }
         FloatVec column[4];
         transpose_fours(kFloats, row, column);
-        out.x[v] = column[0];
-        out.y[v] = column[1];
-        out.z[v] = column[2];
+        out.x[v] = column[kAxis == kAnyAxis ? 0 : (kAxis + 1) % 3];
+        out.y[v] = column[kAxis == kAnyAxis ? 1 : (kAxis + 2) % 3];
+        out.z[v] = column[kAxis == kAnyAxis ? 2 : kAxis];
         out.local_vertices[v] = as_uint(column[3]);
     }
     return out;

@@ -30,11 +30,6 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-struct StackEntry {
-    float t_least;
-    std::uint32_t child;
-};
-
 /// Inserts an entry into those of [base, size), which are sorted by t_least, the nearest last.
 template <class Entry>
 HWY_INLINE void insert_sorted(Entry* stack, std::size_t base, std::size_t size,
@@ -43,59 +38,6 @@ HWY_INLINE void insert_sorted(Entry* stack, std::size_t base, std::size_t size,
     for (; size > base && stack[size - 1].t_least < entry.t_least; --size)
         stack[size] = stack[size - 1];
     stack[size] = entry;
-}
-
-/// Pushes the children in these slots so that the nearest is on top; returns the new size.
-HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const float* t_least,
-                                   StackEntry* stack, std::size_t size) {
-    const std::size_t base = size;
-    for (; slots != 0; slots &= slots - 1) {
-        const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
-        insert_sorted(stack, base, size++, StackEntry{t_least[slot], node.child[slot]});
-    }
-    return size;
-}
-
-/// The closest hit of a ray, one node after the other, its nearest box first. Where a node has
-/// one or two children to visit, the ray goes straight on.
-HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size_t ray,
-                              ClosestHits& closest) {
-    StackEntry stack[kMaxStack];
-    std::size_t size = 0;
-    StackEntry entry = {0, 0};
-    for (;;) {
-        if ((entry.child & kLeafBit) != 0) {
-            intersect_leaf_alone(stream, ray, bvh.leaves[entry.child & ~kLeafBit], closest);
-        } else {
-            const Node& node = bvh.nodes[entry.child];
-            FloatVec least[kVectors];
-            const std::uint32_t met = near_slots(stream, ray, closest.last[ray], node, least);
-            if (met != 0) {
-                HWY_ALIGN float t_least[kWidth];
-                for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
-                const auto slot = static_cast<std::uint32_t>(std::countr_zero(met));
-                entry = {t_least[slot], node.child[slot]};
-                const std::uint32_t rest = met & (met - 1);
-                if (rest == 0) continue;
-                if ((rest & (rest - 1)) == 0) {
-                    const auto other_slot = static_cast<std::uint32_t>(std::countr_zero(rest));
-                    const StackEntry other = {t_least[other_slot], node.child[other_slot]};
-                    const bool is_nearer = other.t_least < entry.t_least;
-                    assert(size < kMaxStack);
-                    stack[size++] = is_nearer ? entry : other;
-                    entry = is_nearer ? other : entry;
-                    continue;
-                }
-                size = push_sorted(node, met, t_least, stack, size);
-                entry = stack[--size];
-                continue;
-            }
-        }
-        do {
-            if (size == 0) return;
-            entry = stack[--size];
-        } while (entry.t_least > closest.last[ray]);
-    }
 }
 
 #undef MORPHRAY_SORTED_IN_VECTORS

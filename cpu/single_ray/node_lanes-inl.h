@@ -45,8 +45,10 @@ HWY_INLINE FloatVec load_planes(const Node& node, std::size_t offset, std::size_
     return load_unaligned(reinterpret_cast<const float*>(planes) + v * kLanes);
 }
 
-/// Where a ray enters and leaves a vector of boxes; it meets a box if enter <= leave.
+/// Where a ray enters a vector of boxes on each axis, and where it enters and leaves them; it meets
+/// a box if enter <= leave.
 struct BoxTimes {
+    FloatVec enter_axis[3];
     FloatVec enter;
     FloatVec leave;
 };
@@ -65,7 +67,8 @@ HWY_INLINE BoxTimes box_times(const RayStream& stream, std::size_t ray, float la
         leave[axis] =
             mul_sub(far, splat(stream.rdir_far[axis][ray]), splat(stream.k_far[axis][ray]));
     }
-    return {max(max(enter[0], enter[1]), max(enter[2], zero())),
+    return {{enter[0], enter[1], enter[2]},
+            max(max(enter[0], enter[1]), max(enter[2], zero())),
             min(min(leave[0], leave[1]), min(leave[2], end))};
 }
 
@@ -79,18 +82,29 @@ HWY_INLINE std::uint32_t met_slots(const RayStream& stream, std::size_t ray, con
     return slots;
 }
 
+/// Where the ray enters the boxes on its main axis, which is kAxis unless that is kAnyAxis.
+template <int kAxis>
+HWY_INLINE FloatVec enter_main_axis(const RayStream& stream, std::size_t ray, const Node& node,
+                                    std::size_t v, const BoxTimes& times) {
+    if constexpr (kAxis == kAnyAxis) {
+        const std::uint32_t axis = stream.axis[ray];
+        return mul_sub(load_planes(node, stream.near_offset[axis][ray], v),
+                       splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
+    } else {
+        return times.enter_axis[kAxis];
+    }
+}
+
 /// The slots whose boxes the ray meets with a least depth of `last` or less, as bits, and the least
-/// depths of all boxes.
+/// depths of all boxes. kAxis is the ray's main axis, or kAnyAxis.
+template <int kAxis = kAnyAxis>
 HWY_INLINE std::uint32_t near_slots(const RayStream& stream, std::size_t ray, float last,
                                     const Node& node, FloatVec* HWY_RESTRICT t_least) {
-    const std::uint32_t axis = stream.axis[ray];
     const FloatVec margin = splat(stream.depth_margin[ray]);
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
-        const FloatVec along =
-            mul_sub(load_planes(node, stream.near_offset[axis][ray], v),
-                    splat(stream.rdir[axis][ray]), splat(stream.k_near[axis][ray]));
         const BoxTimes times = box_times(stream, ray, last, node, v);
+        const FloatVec along = enter_main_axis<kAxis>(stream, ray, node, v, times);
         const Mask met = (times.enter <= times.leave) & (along <= splat(last));
         t_least[v] = lanes::least_depth(times.enter, along, margin);
         slots |= bits_of(met) << (v * kLanes);

@@ -59,13 +59,19 @@ HWY_INLINE void prepare_one(RayStream& stream, const Ray& ray) {
     stream.least_dilation[0] = least;
     stream.depth_margin[0] = mray::depth_margin(ray.org);
     stream.last_depth[0] = mray::last_depth(ray.tfar);
-    const ShearedRay s = mray::shear_ray(ray.org, ray.dir);
+    // shear_ray(), which compilers make many copies through memory of.
+    const std::uint32_t axis = largest_axis(ray.dir);
+    const std::uint32_t axes[3] = {axis == 2 ? 0 : axis + 1, axis == 0 ? 2 : axis - 1, axis};
     for (int k = 0; k < 3; ++k) {
-        stream.sheared_org[k][0] = s.org[k];
-        stream.sheared_dir[k][0] = s.dir[k];
+        stream.sheared_org[k][0] = ray.org[axes[k]];
+        stream.sheared_dir[k][0] = ray.dir[axes[k]];
     }
-    stream.axis[0] = s.axis;
-    stream.depth_slack[0] = s.depth_slack;
+    stream.axis[0] = axis;
+    stream.depth_slack[0] = 0.25f * stream.depth_margin[0];
+    const DepthlessBound<float> bound =
+        depthless_bound(most_depth(std::abs(stream.sheared_org[2][0])));
+    stream.bound_linear[0] = bound.linear;
+    stream.bound_constant[0] = bound.constant;
 }
 
 /// prepare_range() for such a ray.
@@ -74,11 +80,84 @@ HWY_INLINE void prepare_range_of_one(RayStream& stream, const Ray& ray) {
     const float margin = kCertainDepth * size;
     const float dz = std::abs(stream.sheared_dir[2][0]);
     stream.certain_from[0] = ray.tnear * dz + margin;
-    stream.certain_to[0] =
-        size <= kCertainOrigin ? std::min(ray.tfar * dz, 4.0f * size) - margin : -1.0f;
+    const float end = std::min(ray.tfar * dz, 4.0f * size);
+    const bool is_near = size <= kCertainOrigin;
+    stream.certain_to[0] = is_near ? end - margin : -1.0f;
+    stream.certain_beyond[0] = is_near ? end + margin : kHugeReciprocal;
 }
 
-/// Its closest hit.
+struct StackEntry {
+    float t_least;
+    std::uint32_t child;
+};
+
+/// Pushes the children in these slots so that the nearest is on top; returns the new size.
+HWY_INLINE std::size_t push_sorted(const Node& node, std::uint32_t slots, const float* t_least,
+                                   StackEntry* stack, std::size_t size) {
+    const std::size_t base = size;
+    for (; slots != 0; slots &= slots - 1) {
+        const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
+        insert_sorted(stack, base, size++, StackEntry{t_least[slot], node.child[slot]});
+    }
+    return size;
+}
+
+/// The closest hit of a ray whose main axis is kAxis, one node after the other, its nearest box
+/// first. Where a node has one or two children to visit, the ray goes straight on; one is both the
+/// first and the last, so that no branch tells it from two.
+template <int kAxis>
+HWY_NOINLINE void intersect_ray_along(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+                                      ClosestHits& closest) {
+    StackEntry stack[kMaxStack];
+    std::size_t size = 0;
+    StackEntry entry = {0, 0};
+    for (;;) {
+        if ((entry.child & kLeafBit) != 0) {
+            const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
+            intersect_leaf_alone<kAxis>(stream, ray, leaf, closest);
+        } else {
+            const Node& node = bvh.nodes[entry.child];
+            FloatVec least[kVectors];
+            const std::uint32_t met =
+                near_slots<kAxis>(stream, ray, closest.last[ray], node, least);
+            if (met != 0) {
+                HWY_ALIGN float t_least[kWidth];
+                for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
+                const std::uint32_t rest = met & (met - 1);
+                if ((rest & (rest - 1)) == 0) {
+                    const auto first_slot = static_cast<std::uint32_t>(std::countr_zero(met));
+                    const auto last_slot = static_cast<std::uint32_t>(std::bit_width(met)) - 1;
+                    const StackEntry first = {t_least[first_slot], node.child[first_slot]};
+                    const StackEntry last = {t_least[last_slot], node.child[last_slot]};
+                    const bool is_nearer = last.t_least < first.t_least;
+                    assert(size < kMaxStack);
+                    stack[size] = is_nearer ? first : last;
+                    size += rest != 0;
+                    entry = is_nearer ? last : first;
+                    continue;
+                }
+                size = push_sorted(node, met, t_least, stack, size);
+                entry = stack[--size];
+                continue;
+            }
+        }
+        do {
+            if (size == 0) return;
+            entry = stack[--size];
+        } while (entry.t_least > closest.last[ray]);
+    }
+}
+
+/// The closest hit of a ray.
+HWY_INLINE void intersect_ray(const Bvh& bvh, const RayStream& stream, std::size_t ray,
+                              ClosestHits& closest) {
+    const std::uint32_t axis = stream.axis[ray];
+    if (axis == 0) return intersect_ray_along<0>(bvh, stream, ray, closest);
+    if (axis == 1) return intersect_ray_along<1>(bvh, stream, ray, closest);
+    intersect_ray_along<2>(bvh, stream, ray, closest);
+}
+
+/// The closest hit of a ray by itself.
 HWY_NOINLINE inline Hit intersect_one(const Bvh& bvh, const Ray& ray) {
     RayStream stream;
     prepare_one(stream, ray);

@@ -26,6 +26,9 @@ using namespace simd::HWY_NAMESPACE;
 // Rays that are traced together; docs/lab/cpu_tracer.md has the figures.
 inline constexpr std::size_t kStreamRays = 64;
 
+/// Stands for the main axis of a ray where it is known at run time only.
+inline constexpr int kAnyAxis = -1;
+
 /// Some rays as the slab test and the hit rule take them.
 struct alignas(64) RayStream {
     // The line is in a slab between a near and a far plane, dilated and prolonged (prepare_slab),
@@ -49,12 +52,17 @@ struct alignas(64) RayStream {
     float sheared_org[3][kStreamRays];
     float sheared_dir[3][kStreamRays];
     float depth_slack[kStreamRays];
+    // depthless_bound()
+    float bound_linear[kStreamRays];
+    float bound_constant[kStreamRays];
     // dir.x / dir.z and dir.y / dir.z of sheared_dir, to some ulp.
     float slope[2][kStreamRays];
     // The |z| relative to the origin between which a triangle is certainly in range
-    // (cpu/single_ray/certain_occluders-inl.h); none if certain_to is negative.
+    // (cpu/single_ray/certain_occluders-inl.h), none if certain_to is negative; and from which on
+    // it is certainly beyond tfar.
     float certain_from[kStreamRays];
     float certain_to[kStreamRays];
+    float certain_beyond[kStreamRays];
 };
 
 /// Bytes from a node's lower planes of an axis to the upper ones, and to the next axis. Lower
@@ -89,6 +97,36 @@ HWY_INLINE void prepare_slab(RayStream& stream, std::size_t first, std::uint32_t
     store(select(uint_mask(negative), upper, lower), stream.near_offset[axis] + first);
 }
 
+/// The largest |z| of a vertex for rays whose sheared origin has this |z|: z is a rounded
+/// difference, and rounding is monotone.
+template <class Value>
+HWY_INLINE Value most_depth(Value org_size) {
+    return org_size + kSceneExtent;
+}
+
+/// A bound of edge functions that needs no z, for the rays of a stream: at least edge_bound(m, Z)
+/// for every m and every Z up to most_depth(), fused or not. With c = kFastProjectionError and q =
+/// c most_depth() + kFastProjectionFloor, r of edge_bound is at most 2 c m + q, and r (m + 2 r) is
+/// at most (1 + 8 c) (2 c m^2 + q m + 2 q^2). kDepthlessBound covers 8 c and all roundings.
+/// Checked: proofs/near.g.
+template <class Value>
+struct DepthlessBound {
+    Value linear;
+    Value constant;
+
+    HWY_INLINE Value operator()(Value m) const {
+        return mul_add(mul_add(splat(2 * kFastProjectionError * kDepthlessBound), m, linear), m,
+                       constant);
+    }
+};
+
+template <class Value>
+HWY_INLINE DepthlessBound<Value> depthless_bound(Value most_depth) {
+    const Value q = most_depth * kFastProjectionError + kFastProjectionFloor;
+    const Value linear = q * kDepthlessBound;
+    return {linear, (q + q) * linear};
+}
+
 /// shear_ray() and the slopes of the rays from `first` on.
 HWY_INLINE void prepare_rule(RayStream& stream, std::size_t first, const lanes::Float3& org,
                              const lanes::Float3& dir) {
@@ -101,6 +139,9 @@ HWY_INLINE void prepare_rule(RayStream& stream, std::size_t first, const lanes::
     store(s.dir.y, stream.sheared_dir[1] + first);
     store(s.dir.z, stream.sheared_dir[2] + first);
     store(s.depth_slack, stream.depth_slack + first);
+    const DepthlessBound<FloatVec> bound = depthless_bound(most_depth(abs(s.org.z)));
+    store(bound.linear, stream.bound_linear + first);
+    store(bound.constant, stream.bound_constant + first);
     const FloatVec rdz = lanes::rcp(select(s.dir.z == zero(), 1.0f, s.dir.z));
     store(s.dir.x * rdz, stream.slope[0] + first);
     store(s.dir.y * rdz, stream.slope[1] + first);
@@ -112,9 +153,11 @@ HWY_INLINE void prepare_range(RayStream& stream, std::size_t first, const lanes:
     const FloatVec margin = kCertainDepth * size;
     const FloatVec dz = abs(load(stream.sheared_dir[2] + first));
     const FloatVec from = load(stream.tnear + first) * dz + margin;
-    const FloatVec to = min(load(stream.tfar + first) * dz, 4.0f * size) - margin;
+    const FloatVec end = min(load(stream.tfar + first) * dz, 4.0f * size);
+    const Mask is_near = size <= splat(kCertainOrigin);
     store(from, stream.certain_from + first);
-    store(select(size <= splat(kCertainOrigin), to, -1.0f), stream.certain_to + first);
+    store(select(is_near, end - margin, -1.0f), stream.certain_to + first);
+    store(select(is_near, end + margin, kHugeReciprocal), stream.certain_beyond + first);
 }
 
 /// Prepares the rays [first, first + kLanes), of which org, dir, tnear and tfar are set.

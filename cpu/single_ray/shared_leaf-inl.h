@@ -218,7 +218,8 @@ HWY_INLINE std::uint64_t rays_hitting(const RayStream& stream, std::uint64_t ray
                     bits_of(certain_occluders(e, depth, range)) & possible;
                 hits |= std::uint64_t{certain} << first;
                 left &= ~certain;
-                possible &= ~certain;
+                possible &= ~certain & bits_of(and_not(certainly_beyond(e, depth, range),
+                                                       may_be_ahead(e, depth)));
                 if (possible == 0) continue;
             }
             if (has_equal_corners(leaf, i)) continue;

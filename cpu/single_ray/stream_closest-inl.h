@@ -25,6 +25,7 @@
 #include "common/bvh/bvh.h"
 #include "cpu/single_ray/closest_leaf-inl.h"
 #include "cpu/single_ray/lone_rays-inl.h"
+#include "cpu/single_ray/one_ray-inl.h"
 #include "cpu/single_ray/packed_rays-inl.h"
 #include "cpu/single_ray/ray_bundle-inl.h"
 #include "cpu/single_ray/ray_stream-inl.h"

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <span>
 #include <vector>
@@ -29,8 +30,15 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// Whether certain_occluders() is certain of the triangle.
-bool is_certain(const RayStream& stream, std::size_t ray, vec3 a, vec3 b, vec3 c) {
+struct Certainty {
+    /// By certain_occluders().
+    bool occludes;
+    /// By certainly_beyond().
+    bool is_beyond;
+};
+
+/// What is certain of a triangle.
+Certainty certainty_of(const RayStream& stream, std::size_t ray, vec3 a, vec3 b, vec3 c) {
     const lanes::ShearedRay s = sheared_ray(stream, ray);
     const auto project = [&s](vec3 v) HWY_ATTR {
         return lanes::project_rotated_fast(s, lanes::rotate_axes(lanes::Float3(v), s.axis));
@@ -38,8 +46,30 @@ bool is_certain(const RayStream& stream, std::size_t ray, vec3 a, vec3 b, vec3 c
     const lanes::Float3 pa = project(a), pb = project(b), pc = project(c);
     const lanes::Edges e = lanes::fast_edges(pa, pb, pc);
     const DepthSum depth = depth_sum(e, pa.z, pb.z, pc.z, s.dir.z);
-    return finite_vertices(a, b, c) &&
-           !none(certain_occluders(e, depth, certain_range(stream, ray)));
+    const CertainRange range = certain_range(stream, ray);
+    return {finite_vertices(a, b, c) && !none(certain_occluders(e, depth, range)),
+            !none(certainly_beyond(e, depth, range))};
+}
+
+/// Sizes and depths of triangles whose edge_bound() is above the bound that asks for no depth.
+std::size_t check_depthless_bounds(std::size_t count) {
+    test::Random random(3);
+    const auto scaled = [&random](int least, int most) {
+        const int exponent = least + static_cast<int>(random.below(most - least));
+        return std::ldexp(static_cast<float>(random.real(1, 2)), exponent);
+    };
+    std::size_t above = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const float org = random.below(4) == 0 ? 0.0f : scaled(-20, 40);
+        const float depth = most_depth(org);
+        const float m = random.below(8) == 0 ? 0.0f : scaled(-60, 42);
+        const float z =
+            random.below(2) == 0 ? depth : depth * static_cast<float>(random.real(0, 1));
+        const DepthlessBound<float> bound = depthless_bound(depth);
+        const DepthlessBound<FloatVec> bounds{splat(bound.linear), splat(bound.constant)};
+        above += !none(bounds(splat(m)) < lanes::edge_bound(splat(m), splat(z)));
+    }
+    return above;
 }
 
 /// The closest hits of the rays of `asked` in a leaf, lanes being rays or triangles.
@@ -63,8 +93,8 @@ ClosestHits closest_in_leaf(const RayStream& stream, std::size_t count, std::uin
 bool same_hit(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 /// Pairs of ray and slot that intersect_leaf answers otherwise than the scalar rule, certain
-/// occluders whose depth is not far enough within the ray's range, and rays that any of the other
-/// tests of leaves answers otherwise.
+/// occluders whose depth is not far enough within the ray's range, hits certainly beyond it, and
+/// rays that any of the other tests of leaves answers otherwise.
 LeafCounts check_leaf(const Leaf& leaf, std::span<const Ray> rays, std::uint64_t asked) {
     LeafCounts counts;
     const RayStream stream = stream_of(rays);
@@ -100,7 +130,12 @@ LeafCounts check_leaf(const Leaf& leaf, std::span<const Ray> rays, std::uint64_t
             counts.differences += hits != ((slots >> slot & 1) != 0) ||
                                   (hits && (hit.t != found[slot].t || hit.u != found[slot].u ||
                                             hit.v != found[slot].v));
-            if (slot < used && is_certain(stream, i, a, b, c)) {
+            const Certainty certainty = certainty_of(stream, i, a, b, c);
+            if (slot < used && certainty.is_beyond) {
+                ++counts.beyond;
+                counts.differences += hits;
+            }
+            if (slot < used && certainty.occludes) {
                 ++counts.certain;
                 counts.differences +=
                     !hits || hit.t < rays[i].tnear + margin || hit.t > rays[i].tfar - margin;
@@ -134,6 +169,7 @@ namespace {
 using namespace test;
 
 HWY_EXPORT(check_leaf);
+HWY_EXPORT(check_depthless_bounds);
 
 /// Rays that leave from just off a triangle, on either side, as secondary rays do.
 std::vector<Ray> rays_off_surfaces(const TestScene& scene, std::size_t count, std::uint64_t seed) {
@@ -156,7 +192,7 @@ std::vector<Ray> rays_off_surfaces(const TestScene& scene, std::size_t count, st
 }
 
 TEST(LeafTest, HasTheHitsOfTheScalarRule) {
-    std::size_t hits = 0, certain = 0;
+    std::size_t hits = 0, certain = 0, beyond = 0;
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
@@ -179,12 +215,19 @@ TEST(LeafTest, HasTheHitsOfTheScalarRule) {
                     ASSERT_EQ(counts.differences, 0u) << named.name << ", " << target.name;
                     hits += counts.hits;
                     certain += counts.certain;
+                    beyond += counts.beyond;
                 }
             }
         }
     }
     EXPECT_GT(hits, 1000u);
     EXPECT_GT(certain, 1000u);
+    EXPECT_GT(beyond, 1000u);
+}
+
+TEST(LeafTest, BoundsEdgeFunctionsAtEveryDepth) {
+    for (const SimdTarget& target : supported_simd_targets())
+        EXPECT_EQ(SIMD_FUNCTION(check_depthless_bounds, target)(100000), 0u) << target.name;
 }
 
 }  // namespace

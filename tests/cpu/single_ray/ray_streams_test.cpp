@@ -90,7 +90,10 @@ bool is_prepared_alone(const RayStream& stream, std::size_t i, const Ray& ray) {
         same(stream.least_dilation, one.least_dilation) &&
         same(stream.depth_margin, one.depth_margin) && same(stream.last_depth, one.last_depth) &&
         same(stream.axis, one.axis) && same(stream.depth_slack, one.depth_slack) &&
-        same(stream.certain_from, one.certain_from) && same(stream.certain_to, one.certain_to);
+        same(stream.certain_from, one.certain_from) && same(stream.certain_to, one.certain_to) &&
+        same(stream.certain_beyond, one.certain_beyond) &&
+        same(stream.bound_linear, one.bound_linear) &&
+        same(stream.bound_constant, one.bound_constant);
     for (int k = 0; k < 3; ++k) {
         all = all && same(stream.rdir[k], one.rdir[k]) &&
               same(stream.rdir_far[k], one.rdir_far[k]) && same(stream.k_near[k], one.k_near[k]) &&

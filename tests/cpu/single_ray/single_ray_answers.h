@@ -26,6 +26,7 @@ struct BoxAnswers {
 struct LeafCounts {
     std::size_t hits = 0;
     std::size_t certain = 0;
+    std::size_t beyond = 0;
     std::size_t differences = 0;
 };
 
