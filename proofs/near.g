@@ -21,6 +21,8 @@
 #                - N).d, so where the side is wrong N.d, the sum of the three, is less than 4 l times
 #                what vertices are off. 2^47 for 1 / 0 moves a ray by 2^-46 E.
 #                The rule's hit lies at tau > -u r, since it rounds z: n.d of that is 2 u r m.
+#                depthless_bound: (m + 2 r) r with r = 2 c m + q; both bounds are sums and products of
+#                numbers that are not negative, so that their roundings multiply.
 #                may_be_ahead: a hit has sum(E z) > 0 (depth.g); where weights are dropped, by 2^-58.
 #
 # step: kNearEdgeError 0.5

@@ -33,9 +33,9 @@
 // A vertex that is not finite is left to the caller.
 //
 // Beyond tfar (certainly_beyond). The test demands beyond s + kCertainBound bound Z <= n, where
-// beyond is tfar |dir.z| with kCertainDepth X added, not taken off. Steps 2 to 4 and 7 hold for
-// every triangle that the rule finds hit: they need no e beyond the bound, beyond is not negative
-// unless tfar is (then nothing is hit), and step 6 is not needed. So t of a hit would exceed tfar.
+// beyond is tfar |dir.z| with kCertainDepth X added, not taken off. Steps 2 to 5 and 7 hold for
+// every triangle that the rule finds hit: they need no e beyond the bound, and in step 4 beyond is
+// not negative unless tfar is, when nothing is hit. So t of a hit would exceed tfar.
 // Where tfar |dir.z| is more than 4 X, no n / s is: beyond is capped there, and kHugeReciprocal for
 // origins farther than kCertainOrigin.
 //
@@ -45,8 +45,7 @@
 //    positive.
 // 3. By step 1, the sum of E z is at most n + 3 bound Z.
 // 4. n as computed is off by at most 3 e s Z. It is below 2^127 for vertices within kSceneExtent
-// and
-//    any origin.
+//    and any origin.
 // 5. So a ray misses if n + Z (kBehindError s + 4 bound) is negative.
 // 6. Unlike in the rule, products may underflow: three in n, by 2^-126 each, and kBehindError s and
 //    the product with Z in step 5. kBehindError s does not matter to a bound of at least 2^-97;
