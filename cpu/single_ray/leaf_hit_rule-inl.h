@@ -2,12 +2,10 @@
 //
 // 1. The fast path projects the vertices and computes the edge functions of all triangles.
 // 2. Most triangles are skipped by a bound of these functions that asks for no depth
-//    (depthless_bound): it takes as long as the functions themselves, where the largest |z| of a
-//    leaf takes the longest.
-// 3. A triangle is skipped if may_be_inside is false by its own bound, or if its hit would
-// certainly
-//    lie behind the ray's origin. The second holds for the triangle that a secondary ray starts
-//    from, the most frequent one of all.
+//    (depthless_bound), because the largest |z| of a leaf takes longer to find than the functions.
+// 3. A triangle is skipped if may_be_inside is false by its own bound, or if its hit would lie
+//    behind the ray's origin for certain. The second holds for the triangle that a secondary ray
+//    starts from, the most frequent one of all.
 // 4. The fast path answers for those of the others that it is certain of, the exact path for the
 //    rest.
 #if defined(MORPHRAY_CPU_SINGLE_RAY_LEAF_HIT_RULE_INL_H) == defined(HWY_TARGET_TOGGLE)

@@ -120,9 +120,10 @@ struct DepthlessBound {
     }
 };
 
+/// Of rays whose most_depth() is `depth`.
 template <class Value>
-HWY_INLINE DepthlessBound<Value> depthless_bound(Value most_depth) {
-    const Value q = most_depth * kFastProjectionError + kFastProjectionFloor;
+HWY_INLINE DepthlessBound<Value> depthless_bound(Value depth) {
+    const Value q = depth * kFastProjectionError + kFastProjectionFloor;
     const Value linear = q * kDepthlessBound;
     return {linear, (q + q) * linear};
 }
