@@ -39,7 +39,7 @@ SceneWorks make_works(const BenchScene& scene, const BenchOptions& options) {
     const bool shadow = options.wants("shadow") || whole;
     if (options.wants("one-ray")) works.traced.push_back(make_row_work(scene.params));
     if (!shadow && !options.wants("diffuse") && !options.wants("ao")) return works;
-    const std::vector<Hit> hits = reference_hits(scene.bvh, works.primary);
+    const AlignedVector<Hit> hits = reference_hits(scene.bvh, works.primary);
     const auto secondary = [&](WorkKind kind, auto... more) {
         return make_secondary_work(works.primary, hits, scene.mesh(), kind, more...);
     };

@@ -51,9 +51,9 @@ std::vector<RegionArguments> regions_of(const ImageParams& params, std::uint32_t
 }
 
 /// Copies the rows of a region from a buffer with one T a pixel to the image.
-template <class T>
+template <class T, class Allocator>
 void copy_rows(Transfer& transfer, const Buffer& from, const RegionArguments& region,
-               std::uint32_t image_width, std::vector<T>& to) {
+               std::uint32_t image_width, std::vector<T, Allocator>& to) {
     const std::size_t count = std::size_t{region.width} * region.height;
     std::vector<T> copy;
     const T* rows = reinterpret_cast<const T*>(from.mapped().data());

@@ -141,7 +141,7 @@ bool SceneImpl::trace_tile(std::span<const Ray> rays, std::size_t row, std::size
     static_assert(sizeof(Ray) == sizeof(mray::cpu::StoredRay));
     mray::Ray first;
     if (!converter_->to_scene(rays.front(), first).is_valid) return false;
-    std::array<mray::Hit, mray::cpu::kCameraSide * mray::cpu::kCameraSide> found;
+    alignas(64) std::array<mray::Hit, mray::cpu::kCameraSide * mray::cpu::kCameraSide> found;
     const mray::cpu::StoredRayTile tile{reinterpret_cast<const mray::cpu::StoredRay*>(rays.data()),
                                         row, static_cast<std::uint32_t>(width),
                                         static_cast<std::uint32_t>(height), first.org};

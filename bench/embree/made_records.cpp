@@ -158,7 +158,7 @@ private:
     }
 
     const TraceWork* work_;
-    std::vector<HitBlock<N>> hits_;
+    AlignedVector<HitBlock<N>> hits_;
     std::vector<std::uint8_t> occluded_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "bench/works/works.h"
@@ -54,7 +55,7 @@ std::vector<Ray> shuffled(std::vector<Ray> rays) {
 }
 
 /// The number of the first hits that differ in any bit.
-Mismatches compare(const UserHits& ours, const std::vector<Hit>& theirs, std::size_t count) {
+Mismatches compare(const UserHits& ours, std::span<const Hit> theirs, std::size_t count) {
     Mismatches mismatches;
     for (std::size_t i = 0; i < count; ++i) {
         const Hit& hit = theirs[i];
@@ -136,7 +137,7 @@ struct BothRays {
 
     std::vector<Ray> engine;
     UserRays user;
-    std::vector<Hit> engine_hits;
+    AlignedVector<Hit> engine_hits;
     UserHits user_hits;
 };
 

@@ -116,7 +116,7 @@ std::vector<OurTracer> our_tracers(const Bvh& bvh, std::span<const SimdTarget> t
     return tracers;
 }
 
-std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
+AlignedVector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work) {
     TraceAnswers answers(work);
     reference(bvh).trace(work, answers);
     return std::move(answers.hits);

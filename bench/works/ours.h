@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench/works/trace_work.h"
+#include "common/base/aligned_vector.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 #include "common/simd/simd_target.h"
@@ -50,7 +51,7 @@ OurTracer ray_streams(const Bvh& bvh, const SimdTarget& target);
 OurTracer single_rays(const Bvh& bvh, const SimdTarget& target);
 
 /// The closest hits of a work by the scalar reference, in the calling thread's arena.
-std::vector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work);
+AlignedVector<Hit> reference_hits(const Bvh& bvh, const TraceWork& work);
 
 struct OurRefit {
     std::string name;

@@ -120,8 +120,8 @@ std::size_t count_hits(const TraceWork& work, const TraceAnswers& answers) {
     return count;
 }
 
-void to_ray_order(const TraceWork& work, std::vector<Hit>& hits) {
-    std::vector<Hit> ordered;
+void to_ray_order(const TraceWork& work, AlignedVector<Hit>& hits) {
+    AlignedVector<Hit> ordered;
     ordered.reserve(hits.size());
     for (const TileRays& rays : work.tiles) {
         for_each_pixel(rays.tile, [&](std::uint32_t x, std::uint32_t y) {

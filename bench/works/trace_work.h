@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/aligned_vector.h"
 #include "common/bvh/bvh.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
@@ -77,7 +78,7 @@ struct TraceWork {
 /// hits[i] or occluded[i] (0 or 1) is the answer for ray i of a work; the other array is empty.
 /// Answers for inactive rays have no meaning.
 struct TraceAnswers {
-    std::vector<Hit> hits;
+    AlignedVector<Hit> hits;
     std::vector<std::uint8_t> occluded;
 
     explicit TraceAnswers(const TraceWork& work)
@@ -139,7 +140,7 @@ void for_each_tile(const TraceWork& work, const WorkPart& part, Visit visit) {
 }
 
 /// Reorders hits from the rows of an image to the rays of a primary work.
-void to_ray_order(const TraceWork& work, std::vector<Hit>& hits);
+void to_ray_order(const TraceWork& work, AlignedVector<Hit>& hits);
 
 /// params.width and height must be multiples of kTileSize.
 TraceWork make_primary_work(const ImageParams& params);

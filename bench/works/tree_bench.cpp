@@ -15,7 +15,7 @@
 namespace mray::bench {
 namespace {
 
-std::vector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
+AlignedVector<Hit> embree_hits(const EmbreeScene& scene, const TraceWork& work) {
     const std::unique_ptr<EmbreeTracer> tracer = embree_ways(work.kind).front().make(work);
     tracer->reset();
     tracer->trace(scene, work.whole());

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/aligned_vector.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
 
@@ -15,7 +16,7 @@ namespace mray {
 struct Frame {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
-    std::vector<Hit> hits;
+    AlignedVector<Hit> hits;
     std::vector<std::uint32_t> occlusion;
     std::vector<std::uint32_t> pixels;
     /// Whether a backend fills `pixels`; else they are empty. Set by the caller.

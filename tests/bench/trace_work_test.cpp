@@ -110,7 +110,7 @@ TEST_F(TraceWorks, ManySamplesAreThoseOfFewerSquares) {
     view.light = {1.5, 2.5, 1};
     const TraceWork primary = make_primary_work(
         make_image_params(view, bounds_of(scene_.world_positions()), scene_.space()));
-    const std::vector<Hit> hits = reference_hits(bvh_, primary);
+    const AlignedVector<Hit> hits = reference_hits(bvh_, primary);
     const auto ao = [&](std::uint32_t samples) {
         return make_secondary_work(primary, hits, {&scene_.topology(), scene_.positions()},
                                    WorkKind::kAo, samples, primary.active_count);

@@ -20,7 +20,7 @@ constexpr std::size_t kShownPixels = 3;
 /// An image without hits, so that its colours alone are compared.
 Frame frame_of(Image image) {
     const std::size_t size = image.pixels.size();
-    return {image.width, image.height, std::vector<Hit>(size, no_hit()),
+    return {image.width, image.height, AlignedVector<Hit>(size, no_hit()),
             std::vector<std::uint32_t>(size), std::move(image.pixels)};
 }
 

@@ -94,6 +94,13 @@ private:
         return rows_ + y * stride_ + x;
     }
 
+    /// Prefetches the memory of a block's hits. A row of an image is as far from the next as the
+    /// image is wide, so that processors do not foresee where hits are written.
+    HWY_INLINE void prefetch_block(std::size_t block) const {
+        const Hit* const hits = place(block * kBlockRays);
+        for (std::uint32_t y = 0; y < kBlockSide; ++y) __builtin_prefetch(hits + y * stride_, 1);
+    }
+
     /// A lower bound of the magnitude of component k of the directions, before they are scaled.
     /// kRounding covers the roundings of `middle` and `spread`, each of at most 2^-24 of a term.
     float least_size(std::uint32_t k) const {
@@ -210,6 +217,8 @@ private:
                 const std::size_t next =
                     after < begin + row_rays ? after : (begin + kRowRays) % kCameraRays;
                 const Candidates next_candidates = find_candidates(packet_.candidate + next);
+                if (!kStored && first % kBlockRays == 0 && row + 1 < packet_.frame.grid_rows)
+                    prefetch_block(first / kBlockRays + kGridSide);
                 BegunHits now;
                 now.first = first;
                 now.rays = candidates.rays;
