@@ -1,19 +1,26 @@
 # Finishers of packets that ask conservative questions instead of surely_inside and weighted_hit.
 #
 #   bounds       where they agree, bound as fast_edges computes it is no larger than theirs, and
-#                fl(zmax - zmin) < size, so that the rule takes its fast path with the same weights
-#   code         FastHits::project (cpu/simd/fast_hit_rule-inl.h, margin 2^-18 on r), finish_hit
-#                (shaders/packet/finish_hit.glsl, margin 2^-16 on bound)
+#                fl(zmax - zmin) < size or z is beyond the error of weighted_hit, so that the rule
+#                takes its fast path with the same weights
+#   code         FastHits (cpu/simd/fast_hit_rule-inl.h, margin 2^-18 on r and on error), finish_hit
+#                (shaders/packet/finish_hit.glsl, margin 2^-16 on bound and on error)
 #   inputs       points of project_fast; exact edge functions whose signs are known to be alike
 #   operations   rule: r = fl(fl(c fl((m + m) + Z)) + f), bound = fl(r fl(m + fl(r + r))),
 #                c, f = kFastProjectionError, kFastProjectionFloor. FastHits: the same m; each sum
 #                and product rounded or fused. finish_hit: any order, at most 5 roundings of a term
 #                of m, 3 more of r, 1 more of m + 2 r, and 3 of the products, with range's
+#                rule's error = fl(fl(fl(2 fl(bound scale) + kWeightRounding) fl(range))
+#                + fl(kMeanRounding size)), scale = rcp(sum); theirs = fl(k size + 2 slack), k =
+#                2 kWeightRounding + kMeanRounding and a margin on both terms
 #   by hand      All terms are positive, and results grow with operands. With a larger bound,
 #                "beyond bound" implies that of the rule; the functions then have the exact ones'
 #                signs, which are alike. fl(bound max(range, 1)) grows with bound. sum, slack and
 #                range are the rule's own floats. nearest > 2^-20 farthest is false unless both are
 #                positive, because nearest <= farthest; the product is exact; then size = farthest.
+#                max(farthest, -nearest) is the largest |z|. fl(range) <= 2 size, which is a float.
+#                Where the rule's fl(bound range) <= fl(slack sum), bound range <= flat slack sum.
+#                slack is at least kDepthMargin times 2^18, so an underflow of k size is in the margin.
 #                No weight is dropped: a function beyond bound is more than 2^-20 m^2, and the sum
 #                of all is less than m^2. The functions weigh in the operations of weighted_hit.
 
@@ -31,6 +38,16 @@ f = @kFastProjectionFloor@ * (1 + 0x1p-18);
 
 ## lemma: nearest > 2^-20 farthest > 0: the range as rounded is less than the size
 { (1 - 0x1p-20) * (1 + @kRounding@) <= 0x0.ffffffp0 }
+
+## lemma: FastHits::is_hit_ahead, finish_hit: their error is at least that of weighted_hit
+rho = @kRcpUlp@ * 0x1p-23;
+up = 1 + @kRounding@;
+down = 1 - @kRounding@;
+flat = up / down;
+slack = flat * (1 + rho) * (up * up * up * up);    # of 2 slack
+size = 2 * @kWeightRounding@ * (up * up * up) + @kMeanRounding@ * (up * up);
+margin = (1 + 0x1p-18) * (down * down * down);
+{ margin - slack >= 0 /\ (2 * @kWeightRounding@ + @kMeanRounding@) * margin - size >= 0 }
 
 ## lemma: finish_hit: likewise, with m of another order
 up = 1 + @kRounding@;

@@ -29,15 +29,18 @@ HWY_INLINE void gather_corners(const float* values, UintVec packed, FloatVec out
 }
 
 /// Rays with the same largest axis and positive dir.z, and a triangle in each lane that the ray
-/// goes through and that is in front of its origin: the hits of weighted_hit() with edge functions
-/// from fast_edges(), in fewer operations.
+/// goes through in front of its origin: the hits of weighted_hit() with edge functions from
+/// fast_edges(), in fewer operations.
 struct FastHits {
     FloatVec z[3], dz;
     /// The magnitudes of the edge functions.
     FloatVec size[3];
+    /// Which triangles are in front of the origin in whole.
+    Mask is_ahead;
 
     /// Computes all but the hits. corner: the vertices relative to the origin, with rotated axes.
-    /// Returns the rays for which the rule certainly takes its fast path.
+    /// Returns the rays for which the rule takes its fast path if the sign of their hit's z is
+    /// certain.
     HWY_INLINE Mask project(const FloatVec dir[3], FloatVec slack, const FloatVec corner[3][3]) {
         lanes::Float3 p[3];
         dz = dir[2];
@@ -53,32 +56,43 @@ struct FastHits {
         const FloatVec nearest = min3(z[0], z[1], z[2]);
         const FloatVec farthest = max3(z[0], z[1], z[2]);
         const FloatVec depth_range = farthest - nearest;
+        const FloatVec depth_size = max(farthest, -nearest);
         // edge_bound(), fused or not: 2^-18 more than makes up for the difference.
         // Checked: proofs/fast_hits.g.
         const FloatVec r =
-            mul_add(splat(kFastProjectionError * (1 + 0x1p-18f)), mul_add(splat(2.0f), m, farthest),
+            mul_add(splat(kFastProjectionError * (1 + 0x1p-18f)), mul_add(splat(2.0f), m, depth_size),
                     splat(kFastProjectionFloor * (1 + 0x1p-18f)));
         const FloatVec bound = r * mul_add(splat(2.0f), r, m);
-        const FloatVec error = bound * lanes::greater(depth_range, 1.0f);
-        const Mask is_flat = error <= slack * sum();
+        const Mask is_flat = bound * lanes::greater(depth_range, 1.0f) <= slack * sum();
         // The exact functions have one sign, and so have these where they exceed their bound.
         const Mask is_certain = min3(size[0], size[1], size[2]) > bound;
-        // All z are positive, and their range is less than the farthest, so the sign of t is
-        // certain (weighted_hit). Triangles that reach behind the origin are left to the whole
-        // rule.
-        const Mask is_ahead = nearest > 0x1p-20f * farthest;
-        return is_flat & is_certain & is_ahead;
+        // All z are positive, and their range is less than the farthest: the sign is certain.
+        is_ahead = nearest > 0x1p-20f * farthest;
+        return is_flat & is_certain;
     }
 
-    /// scaled_weight() drops nothing here: functions that suffice exceed the bound, and so 2^-20
-    /// m^2, and their sum is at most 2 m^2.
-    HWY_INLINE void weigh(FloatVec& t, FloatVec& u, FloatVec& v) const {
+    /// Sets t, u and v, and returns z. scaled_weight() drops nothing here: functions that suffice
+    /// exceed the bound, and so 2^-20 m^2, and their sum is at most 2 m^2.
+    HWY_INLINE FloatVec weigh(FloatVec& t, FloatVec& u, FloatVec& v) const {
         const FloatVec scale = lanes::rcp_of_positive(sum());
         u = size[1] * scale;
         v = size[2] * scale;
         const FloatVec wa = max(1.0f - (u + v), zero());
         const FloatVec mean = wa * z[0] + u * z[1] + v * z[2];
         t = mean * lanes::rcp_of_positive(dz);
+        return mean;
+    }
+
+    /// Of the rays for which project() returned true, those whose hits are certainly in front of
+    /// the origin, though a triangle may reach behind it. mean: what weigh() returned.
+    HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
+        const FloatVec nearest = min3(z[0], z[1], z[2]);
+        const FloatVec farthest = max3(z[0], z[1], z[2]);
+        // `error` of weighted_hit() is no larger: is_flat limits its part by the bound, and the
+        // range is at most twice the size. Checked: proofs/fast_hits.g.
+        constexpr float kErrorOfSize = (2 * kWeightRounding + kMeanRounding) * (1 + 0x1p-18f);
+        return mean > mul_add(splat(kErrorOfSize), max(farthest, -nearest),
+                              splat(2 * (1 + 0x1p-18f)) * slack);
     }
 
 private:

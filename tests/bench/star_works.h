@@ -40,7 +40,7 @@ protected:
     test::TestScene scene_;
     Bvh bvh_;
     TraceWork primary_;
-    std::vector<Hit> hits_;
+    AlignedVector<Hit> hits_;
 };
 
 }  // namespace mray::bench

@@ -84,8 +84,8 @@ public:
 
 private:
     static constexpr std::size_t kRowRays = kGridSide * kBlockRays;
-    /// The rule's depth_slack by the depth margin, as in shear_ray.
-    static constexpr float kSlackOfMargin = 0.25f;
+    /// That of the rule, as in shear_ray.
+    float depth_slack() const { return 0.25f * packet_.frame.depth_margin; }
 
     Hit* place(std::size_t ray) const {
         const std::size_t block = ray / kBlockRays;
@@ -189,7 +189,7 @@ private:
     struct BegunHits {
         FastHits fast;
         UintVec prim_ids;
-        Mask is_fast;  // the rule certainly takes its fast path
+        Mask is_fast;  // what FastHits::project() returns
         std::size_t first;
         std::uint32_t rays;  // those with a candidate, as bits
     };
@@ -245,7 +245,7 @@ private:
             spread_candidates(packet_, packet_.candidate + rays.first, found);
         const FloatVec d[3] = {dir<kStored>(0, rays.first), dir<kStored>(1, rays.first),
                                dir<kStored>(2, rays.first)};
-        const FloatVec slack = splat(kSlackOfMargin * packet_.frame.depth_margin);
+        const FloatVec slack = splat(depth_slack());
         rays.prim_ids = candidates.prim_ids;
         rays.is_fast = kMixed ? project_mixed(d, slack, candidates, rays.fast)
                               : rays.fast.project(d, slack, candidates.corners);
@@ -274,18 +274,22 @@ private:
         return is_fast & mask_of(one_axis && one_sign ? ~0u : 0u);
     }
 
-    /// Writes the hits for which the rule takes its fast path. The others become fallback rays.
+    /// Writes the hits for which the rule takes its fast path. The others become fallback rays,
+    /// whatever is written for them here.
     HWY_INLINE void finish_hits(const BegunHits& rays) {
-        const Mask done = rays.is_fast & mask_of(rays.rays);
+        const Mask has_candidate = mask_of(rays.rays);
         // A mask as a vector, not a constant of all ones: compilers compare a register with itself
         // to make one, and each iteration would wait for the last use of that register.
-        const UintVec not_done = as_uint(hn::VecFromMask(kFloats, !done));
+        const UintVec none = as_uint(hn::VecFromMask(kFloats, !has_candidate));
         FloatVec t, u, v;
-        rays.fast.weigh(t, u, v);
-        write({zero_unless(done, t), zero_unless(done, u), zero_unless(done, v),
-               rays.prim_ids | not_done},
+        const FloatVec z = rays.fast.weigh(t, u, v);
+        write({zero_unless(has_candidate, t), zero_unless(has_candidate, u),
+               zero_unless(has_candidate, v), rays.prim_ids | none},
               place(rays.first));
-        for (std::uint32_t rest = rays.rays & ~bits_of(done); rest != 0; rest &= rest - 1) {
+        std::uint32_t rest = rays.rays & ~bits_of(rays.is_fast & rays.fast.is_ahead);
+        if (HWY_LIKELY(rest == 0)) return;
+        const Mask is_ahead = rays.fast.is_hit_ahead(z, splat(depth_slack()));
+        for (rest &= ~bits_of(rays.is_fast & is_ahead); rest != 0; rest &= rest - 1) {
             fallback_[fallback_count_++] = static_cast<std::uint16_t>(
                 rays.first + static_cast<std::size_t>(__builtin_ctz(rest)));
         }
