@@ -59,9 +59,9 @@ struct FastHits {
         const FloatVec depth_size = max(farthest, -nearest);
         // edge_bound(), fused or not: 2^-18 more than makes up for the difference.
         // Checked: proofs/fast_hits.g.
-        const FloatVec r =
-            mul_add(splat(kFastProjectionError * (1 + 0x1p-18f)), mul_add(splat(2.0f), m, depth_size),
-                    splat(kFastProjectionFloor * (1 + 0x1p-18f)));
+        const FloatVec r = mul_add(splat(kFastProjectionError * (1 + 0x1p-18f)),
+                                   mul_add(splat(2.0f), m, depth_size),
+                                   splat(kFastProjectionFloor * (1 + 0x1p-18f)));
         const FloatVec bound = r * mul_add(splat(2.0f), r, m);
         const Mask is_flat = bound * lanes::greater(depth_range, 1.0f) <= slack * sum();
         // The exact functions have one sign, and so have these where they exceed their bound.
