@@ -10,6 +10,7 @@
 
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 
@@ -49,40 +50,6 @@ HWY_INLINE void add_hit_leaf(CameraPacket& packet, const Leaf& leaf) {
     }
 }
 
-/// The triangles of as many candidates as there are lanes, in scene space. `lanes` has at least one
-/// bit; the other lanes hold any value.
-HWY_INLINE PacketRuleTriangles candidate_triangles(const CameraPacket& packet,
-                                                   const std::uint32_t* candidates,
-                                                   std::uint32_t lanes) {
-    const auto leaf_of = [&](std::uint32_t candidate) -> const Leaf& {
-        return *packet.hit_leaves[candidate / kLeafTriangles].leaf;
-    };
-    const std::uint32_t any = candidates[__builtin_ctz(lanes)];
-    const auto same = load(candidates) == splat(any);
-    if ((lanes & ~bits_of(float_mask(same))) == 0)
-        return same_triangle(leaf_of(any), any % kLeafTriangles);
-    alignas(64) float corners[3][3][kLanes] = {};
-    alignas(64) std::uint32_t prim_ids[kLanes] = {};
-    for (; lanes != 0; lanes &= lanes - 1) {
-        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-        const Leaf& leaf = leaf_of(candidates[lane]);
-        const std::uint32_t slot = candidates[lane] % kLeafTriangles;
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            const LeafVertex& v = leaf.vertex[corner(leaf.vertex[slot].corners, k)];
-            corners[k][0][lane] = v.x;
-            corners[k][1][lane] = v.y;
-            corners[k][2][lane] = v.z;
-        }
-        prim_ids[lane] = leaf.prim_id[slot];
-    }
-    PacketRuleTriangles out;
-    for (int k = 0; k < 3; ++k) {
-        for (int axis = 0; axis < 3; ++axis) out.corner[k][axis] = load(corners[k][axis]);
-    }
-    out.prim_ids = load(prim_ids);
-    return out;
-}
-
 /// Candidates for FastHits, a lane each: corners as in HitLeaf.
 struct CandidateLanes {
     FloatVec corners[3][3];
@@ -101,6 +68,49 @@ struct Candidates {
 HWY_INLINE Mask candidates_in(UintVec candidates, std::uint32_t leaf) {
     static_assert(kLeafTriangles == 16);
     return float_mask(shift_right<4>(candidates) == splat(leaf));
+}
+
+/// Adds the triangles of one leaf to those of a leaf each: in lanes `own`, which hold slots.
+HWY_INLINE void add_own_triangles(const Leaf& leaf, UintVec slots, Mask own,
+                                  PacketRuleTriangles& triangles) {
+    alignas(64) float values[3][kLeafVertices];
+    alignas(64) float corners[kLeafVertices];
+    alignas(64) float prim_ids[kLeafTriangles];
+    for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
+        FloatVec v[3], w;
+        hn::LoadInterleaved4(kFloats, &leaf.vertex[l].x, v[0], v[1], v[2], w);
+        for (int axis = 0; axis < 3; ++axis) store(v[axis], values[axis] + l);
+        store(w, corners + l);
+        store(as_float(load(leaf.prim_id + l)), prim_ids + l);
+    }
+    const LaneLookup at_slots(slots);
+    const UintVec packed = as_uint(at_slots(corners));
+    for (int axis = 0; axis < 3; ++axis) {
+        FloatVec at_corners[3];
+        gather_corners(values[axis], packed, at_corners);
+        for (int k = 0; k < 3; ++k)
+            triangles.corner[k][axis] = select(own, at_corners[k], triangles.corner[k][axis]);
+    }
+    triangles.prim_ids = select(uint_mask(own), as_uint(at_slots(prim_ids)), triangles.prim_ids);
+}
+
+/// The triangles of as many candidates as there are lanes, in scene space. `lanes` has at least one
+/// bit; the other lanes hold any value. As in spread_candidates(), one leaf is taken after the
+/// other.
+HWY_INLINE PacketRuleTriangles candidate_triangles(const CameraPacket& packet,
+                                                   const std::uint32_t* candidates,
+                                                   std::uint32_t lanes) {
+    const UintVec all = load(candidates);
+    PacketRuleTriangles out;
+    for (auto& corner : out.corner) std::fill_n(corner, 3, zero());
+    out.prim_ids = splat(0u);
+    while (lanes != 0) {
+        const std::uint32_t leaf = candidates[__builtin_ctz(lanes)] / kLeafTriangles;
+        const Mask own = candidates_in(all, leaf);
+        add_own_triangles(*packet.hit_leaves[leaf].leaf, all & splat(kLeafTriangles - 1), own, out);
+        lanes &= ~bits_of(own);
+    }
+    return out;
 }
 
 HWY_INLINE Candidates find_candidates(const std::uint32_t* indices) {
