@@ -69,6 +69,13 @@ HWY_INLINE void load_threes(D d, const hn::TFromD<D>* from, UintVec index, std::
 /// Loads the vertices of triangles with these prim_ids, which exist.
 HWY_INLINE void load_corners(const Topology& topology, std::span<const vec3> positions,
                              UintVec prim, lanes::Float3 corners[3]) {
+    // Neighbours often show the same triangle.
+    const std::uint32_t first = hn::GetLane(prim);
+    if (all(float_mask(prim == splat(first)))) {
+        const uvec3 vertices = topology.triangles[first];
+        for (int k = 0; k < 3; ++k) corners[k] = lanes::Float3(positions[vertices[k]]);
+        return;
+    }
     UintVec vertices[3];
     load_threes(kUints, &topology.triangles.front().x, prim, topology.triangles.size(), vertices);
     for (int k = 0; k < 3; ++k) {

@@ -151,6 +151,18 @@ struct BackgroundColumn {
 HWY_INLINE void write_block(const PixelPart& part, const PixelBlock& block,
                             const std::uint32_t* from, std::uint32_t* image) {
     std::uint32_t* to = image + block.begin(part);
+#if HWY_TARGET != HWY_SCALAR
+    if (HWY_LIKELY(block.columns == kBlockSide && block.rows == kBlockSide)) {
+        const hn::CappedTag<std::uint32_t, kBlockSide> four;
+        hn::Vec<decltype(four)> columns[kBlockSide], rows[kBlockSide];
+        for (std::uint32_t i = 0; i < kBlockSide; ++i)
+            columns[i] = hn::Load(four, from + i * kBlockSide);
+        transpose_fours(four, columns, rows);
+        for (std::uint32_t i = 0; i < kBlockSide; ++i)
+            hn::StoreU(rows[i], four, to + i * part.params.width);
+        return;
+    }
+#endif
     for (std::uint32_t row = 0; row < block.rows; ++row, to += part.params.width) {
         for (std::uint32_t column = 0; column < block.columns; ++column)
             to[column] = from[column * kBlockSide + row];
