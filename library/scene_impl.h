@@ -65,11 +65,12 @@ private:
     mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
     double intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const;
     void intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const;
-    template <class Done>
-    bool trace_tile(std::span<const Ray> rays, std::size_t row, std::size_t width,
-                    std::size_t height, Done done) const;
-    template <class Done, class Run>
-    void trace_all(std::span<const Ray> rays, Done done, Run run) const;
+    template <class Answer, class AnswerOf>
+    bool trace_tile(std::span<const Ray> rays, std::span<Answer> answers, std::size_t row,
+                    std::size_t width, std::size_t height, AnswerOf answer_of) const;
+    template <class Answer, class AnswerOf, class Run>
+    void trace_all(std::span<const Ray> rays, std::span<Answer> answers, AnswerOf answer_of,
+                   Run run) const;
     double trace_on_device(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) const;
 
     Device device_;

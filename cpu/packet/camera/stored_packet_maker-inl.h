@@ -64,6 +64,10 @@ private:
     FloatVec org_[3];
 };
 
+/// Rays are prefetched this many rows ahead: processors do not foresee where a row of a tile
+/// begins.
+inline constexpr std::uint32_t kRowsAhead = 2;
+
 /// Stores the canonical directions of the rays of a tile by camera_packet_ray(). Returns false if
 /// the rays have no packet. width: a multiple of StoredRayReader::kRays.
 HWY_INLINE bool store_directions(const StoredRayTile& tile, StoredDirections& out) {
@@ -72,6 +76,9 @@ HWY_INLINE bool store_directions(const StoredRayTile& tile, StoredDirections& ou
     for (std::uint32_t y = 0; y < tile.height; ++y) {
         const StoredRay* const row = tile.rays + y * tile.stride;
         for (std::uint32_t x = 0; x < tile.width; x += StoredRayReader::kRays) {
+            if (y + kRowsAhead < tile.height)
+                prefetch(row + kRowsAhead * tile.stride + x,
+                         StoredRayReader::kRays * sizeof(StoredRay));
             reader.read(row + x, d);
             for (std::uint32_t i = 0; i < StoredRayReader::kRays; ++i) {
                 const std::uint32_t ray = camera_packet_ray(x + i, y);
