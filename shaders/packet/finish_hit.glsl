@@ -12,7 +12,7 @@
 ///    be equal. So testing magnitudes is enough (surely_inside).
 /// 2. The bound is that of fast_edges, larger by 2^-16 for roundings, which are at most 35 * 2^-24
 ///    (proofs/fast_hits.g).
-/// 3. The error that z must exceed is at least that of weighted_hit: depth_slack limits its part by
+/// 3. The error that |z| must exceed is at least that of weighted_hit: depth_slack limits its part by
 ///    the bound, and the range is at most twice the size (proofs/fast_hits.g).
 /// 4. scaled_weight() drops nothing, because such functions are beyond 2^-20 m^2, and their sum is
 ///    less than m^2.
@@ -46,7 +46,7 @@ bool finish_hit(ShearedRay s, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {
     float error = 1.0000152587890625f *
                   (2.0f * s.depth_slack + (2.0f * kWeightRounding + kMeanRounding) * z_size);
     return lesser(abs(u), lesser(abs(v), abs(w))) > bound &&
-           bound * greater(z_range, 1.0f) <= s.depth_slack * sum && z > error;
+           bound * greater(z_range, 1.0f) <= s.depth_slack * sum && abs(z) > error;
 }
 
 #endif  // SHADERS_PACKET_FINISH_HIT_GLSL
