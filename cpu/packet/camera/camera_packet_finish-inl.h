@@ -84,7 +84,7 @@ public:
 
 private:
     static constexpr std::size_t kRowRays = kGridSide * kBlockRays;
-    /// That of the rule, as in shear_ray.
+    /// The rule's depth_slack, as in shear_ray.
     float depth_slack() const { return 0.25f * packet_.frame.depth_margin; }
 
     Hit* place(std::size_t ray) const {
@@ -280,16 +280,16 @@ private:
         const Mask has_candidate = mask_of(rays.rays);
         // A mask as a vector, not a constant of all ones: compilers compare a register with itself
         // to make one, and each iteration would wait for the last use of that register.
-        const UintVec none = as_uint(hn::VecFromMask(kFloats, !has_candidate));
+        const UintVec no_prim = as_uint(hn::VecFromMask(kFloats, !has_candidate));
         FloatVec t, u, v;
         const FloatVec z = rays.fast.weigh(t, u, v);
         write({zero_unless(has_candidate, t), zero_unless(has_candidate, u),
-               zero_unless(has_candidate, v), rays.prim_ids | none},
+               zero_unless(has_candidate, v), rays.prim_ids | no_prim},
               place(rays.first));
         std::uint32_t rest = rays.rays & ~bits_of(rays.is_fast & rays.fast.is_ahead);
         if (HWY_LIKELY(rest == 0)) return;
-        const Mask is_ahead = rays.fast.is_hit_ahead(z, splat(depth_slack()));
-        for (rest &= ~bits_of(rays.is_fast & is_ahead); rest != 0; rest &= rest - 1) {
+        const Mask is_hit_ahead = rays.fast.is_hit_ahead(z, splat(depth_slack()));
+        for (rest &= ~bits_of(rays.is_fast & is_hit_ahead); rest != 0; rest &= rest - 1) {
             fallback_[fallback_count_++] = static_cast<std::uint16_t>(
                 rays.first + static_cast<std::size_t>(__builtin_ctz(rest)));
         }

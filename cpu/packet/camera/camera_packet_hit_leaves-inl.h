@@ -100,14 +100,14 @@ HWY_INLINE void add_own_triangles(const Leaf& leaf, UintVec slots, Mask own,
 HWY_INLINE PacketRuleTriangles candidate_triangles(const CameraPacket& packet,
                                                    const std::uint32_t* candidates,
                                                    std::uint32_t lanes) {
-    const UintVec all = load(candidates);
+    const UintVec ids = load(candidates);
     PacketRuleTriangles out;
     for (auto& corner : out.corner) std::fill_n(corner, 3, zero());
     out.prim_ids = splat(0u);
     while (lanes != 0) {
         const std::uint32_t leaf = candidates[__builtin_ctz(lanes)] / kLeafTriangles;
-        const Mask own = candidates_in(all, leaf);
-        add_own_triangles(*packet.hit_leaves[leaf].leaf, all & splat(kLeafTriangles - 1), own, out);
+        const Mask own = candidates_in(ids, leaf);
+        add_own_triangles(*packet.hit_leaves[leaf].leaf, ids & splat(kLeafTriangles - 1), own, out);
         lanes &= ~bits_of(own);
     }
     return out;
