@@ -35,7 +35,7 @@ struct FastHits {
     FloatVec z[3], dz;
     /// The magnitudes of the edge functions.
     FloatVec size[3];
-    /// Which triangles are in front of the origin in whole.
+    /// Which triangles have all vertices in front of the origin.
     Mask is_ahead;
 
     /// Computes all but the hits. corner: the vertices relative to the origin, with rotated axes.
@@ -83,8 +83,8 @@ struct FastHits {
         return mean;
     }
 
-    /// Of the rays for which project() returned true, those whose hits are certainly in front of
-    /// the origin, though a triangle may reach behind it. mean: what weigh() returned.
+    /// Of the rays for which project() returned true, those whose z, `mean` of weigh(), certainly has
+    /// its sign and is positive; their triangles may reach behind the origin.
     HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
         const FloatVec nearest = min3(z[0], z[1], z[2]);
         const FloatVec farthest = max3(z[0], z[1], z[2]);

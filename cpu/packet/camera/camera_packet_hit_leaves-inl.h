@@ -70,7 +70,7 @@ HWY_INLINE Mask candidates_in(UintVec candidates, std::uint32_t leaf) {
     return float_mask(shift_right<4>(candidates) == splat(leaf));
 }
 
-/// Adds the triangles of one leaf to those of a leaf each: in lanes `own`, which hold slots.
+/// Sets lanes `own` of `triangles` to the leaf's triangles in these slots.
 HWY_INLINE void add_own_triangles(const Leaf& leaf, UintVec slots, Mask own,
                                   PacketRuleTriangles& triangles) {
     alignas(64) float values[3][kLeafVertices];
