@@ -83,8 +83,8 @@ struct FastHits {
         return mean;
     }
 
-    /// Of the rays for which project() returned true, those whose z, `mean` of weigh(), certainly has
-    /// its sign and is positive; their triangles may reach behind the origin.
+    /// Of the rays for which project() returned true, those whose z, which weigh() returned as
+    /// `mean`, is positive beyond its error. Their triangles may reach behind the origin.
     HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
         const FloatVec nearest = min3(z[0], z[1], z[2]);
         const FloatVec farthest = max3(z[0], z[1], z[2]);
