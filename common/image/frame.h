@@ -16,6 +16,7 @@ namespace mray {
 struct Frame {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
+    /// Four hits are a cache line, which packets write at once.
     AlignedVector<Hit> hits;
     std::vector<std::uint32_t> occlusion;
     std::vector<std::uint32_t> pixels;

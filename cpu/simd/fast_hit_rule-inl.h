@@ -53,21 +53,18 @@ struct FastHits {
         size[2] = abs(lanes::fast_edge(p[0], p[1]));
         const FloatVec m = sum3(lanes::projected_size(p[0]), lanes::projected_size(p[1]),
                                 lanes::projected_size(p[2]));
-        const FloatVec nearest = min3(z[0], z[1], z[2]);
-        const FloatVec farthest = max3(z[0], z[1], z[2]);
-        const FloatVec depth_range = farthest - nearest;
-        const FloatVec depth_size = max(farthest, -nearest);
+        const FloatVec depth_range = farthest() - nearest();
         // edge_bound(), fused or not: 2^-18 more than makes up for the difference.
         // Checked: proofs/fast_hits.g.
         const FloatVec r = mul_add(splat(kFastProjectionError * (1 + 0x1p-18f)),
-                                   mul_add(splat(2.0f), m, depth_size),
+                                   mul_add(splat(2.0f), m, depth_size()),
                                    splat(kFastProjectionFloor * (1 + 0x1p-18f)));
         const FloatVec bound = r * mul_add(splat(2.0f), r, m);
         const Mask is_flat = bound * lanes::greater(depth_range, 1.0f) <= slack * sum();
         // The exact functions have one sign, and so have these where they exceed their bound.
         const Mask is_certain = min3(size[0], size[1], size[2]) > bound;
         // All z are positive, and their range is less than the farthest: the sign is certain.
-        is_ahead = nearest > 0x1p-20f * farthest;
+        is_ahead = nearest() > 0x1p-20f * farthest();
         return is_flat & is_certain;
     }
 
@@ -86,16 +83,17 @@ struct FastHits {
     /// Of the rays for which project() returned true, those whose z, which weigh() returned as
     /// `mean`, is positive beyond its error. Their triangles may reach behind the origin.
     HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
-        const FloatVec nearest = min3(z[0], z[1], z[2]);
-        const FloatVec farthest = max3(z[0], z[1], z[2]);
         // `error` of weighted_hit() is no larger: is_flat limits its part by the bound, and the
         // range is at most twice the size. Checked: proofs/fast_hits.g.
         constexpr float kErrorOfSize = (2 * kWeightRounding + kMeanRounding) * (1 + 0x1p-18f);
-        return mean > mul_add(splat(kErrorOfSize), max(farthest, -nearest),
-                              splat(2 * (1 + 0x1p-18f)) * slack);
+        return mean > mul_add(splat(kErrorOfSize), depth_size(), splat(2 * (1 + 0x1p-18f)) * slack);
     }
 
 private:
+    HWY_INLINE FloatVec nearest() const { return min3(z[0], z[1], z[2]); }
+    HWY_INLINE FloatVec farthest() const { return max3(z[0], z[1], z[2]); }
+    /// The largest |z|.
+    HWY_INLINE FloatVec depth_size() const { return max(farthest(), -nearest()); }
     HWY_INLINE FloatVec sum() const { return sum3(size[0], size[1], size[2]); }
 };
 

@@ -12,8 +12,8 @@
 ///    be equal. So testing magnitudes is enough (surely_inside).
 /// 2. The bound is that of fast_edges, larger by 2^-16 for roundings, which are at most 35 * 2^-24
 ///    (proofs/fast_hits.g).
-/// 3. The error that |z| must exceed is at least that of weighted_hit: depth_slack limits its part by
-///    the bound, and the range is at most twice the size (proofs/fast_hits.g).
+/// 3. The error that |z| must exceed is at least that of weighted_hit: depth_slack limits its part
+///    by the bound, and the range is at most twice the size (proofs/fast_hits.g).
 /// 4. scaled_weight() drops nothing, because such functions are beyond 2^-20 m^2, and their sum is
 ///    less than m^2.
 bool finish_hit(ShearedRay s, vec3 a, vec3 b, vec3 c, out TriangleHit hit) {

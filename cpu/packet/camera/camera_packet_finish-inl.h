@@ -189,7 +189,7 @@ private:
     struct BegunHits {
         FastHits fast;
         UintVec prim_ids;
-        Mask is_fast;  // what FastHits::project() returns
+        Mask is_fast;  // the rule takes its fast path if the sign of z is certain
         std::size_t first;
         std::uint32_t rays;  // those with a candidate, as bits
     };

@@ -22,6 +22,23 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
+/// The vertices of a leaf by axis, and the packed corners of its triangles.
+struct LeafColumns {
+    alignas(64) float values[3][kLeafVertices];
+    alignas(64) std::uint32_t corners[kLeafTriangles];
+
+    /// change(values, axis) returns what is stored for the values of some vertices.
+    template <class Change>
+    HWY_INLINE LeafColumns(const Leaf& leaf, Change change) {
+        for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
+            FloatVec v[3], w;
+            hn::LoadInterleaved4(kFloats, &leaf.vertex[l].x, v[0], v[1], v[2], w);
+            for (int axis = 0; axis < 3; ++axis) store(change(v[axis], axis), values[axis] + l);
+            store(as_uint(w), corners + l);
+        }
+    }
+};
+
 /// Appends a leaf with a triangle that is, or may be, the closest candidate of a ray.
 HWY_INLINE void add_hit_leaf(CameraPacket& packet, const Leaf& leaf) {
     packet.hit_leaves.emplace_back();
@@ -30,21 +47,15 @@ HWY_INLINE void add_hit_leaf(CameraPacket& packet, const Leaf& leaf) {
     std::memcpy(hit_leaf.prim_id, leaf.prim_id, sizeof hit_leaf.prim_id);
     const FloatVec sign =
         packet.frame.axis == kMixedAxes ? zero() : splat(packet.frame.axis_sign) & splat(-0.0f);
-    alignas(64) float values[3][kLeafVertices];
-    alignas(64) std::uint32_t indices[kLeafTriangles];
-    for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
-        FloatVec v[3], w;
-        hn::LoadInterleaved4(kFloats, &leaf.vertex[l].x, v[0], v[1], v[2], w);
-        for (int axis = 0; axis < 3; ++axis)
-            store((v[axis] - splat(packet.frame.org[axis])) ^ sign, values[axis] + l);
-        store(as_uint(w), indices + l);
-    }
+    const LeafColumns columns(leaf, [&](FloatVec v, int axis) HWY_ATTR {
+        return (v - splat(packet.frame.org[axis])) ^ sign;
+    });
     const std::uint32_t z = packet.frame.axis % kMixedAxes;
     for (std::size_t l = 0; l < kLeafTriangles; l += kLanes) {
-        const UintVec own = load(indices + l);
+        const UintVec own = load(columns.corners + l);
         for (std::uint32_t axis = 0; axis < 3; ++axis) {
             FloatVec at_corners[3];
-            gather_corners(values[(z + 1 + axis) % 3], own, at_corners);
+            gather_corners(columns.values[(z + 1 + axis) % 3], own, at_corners);
             for (int k = 0; k < 3; ++k) store(at_corners[k], hit_leaf.corner[k][axis] + l);
         }
     }
@@ -73,21 +84,16 @@ HWY_INLINE Mask candidates_in(UintVec candidates, std::uint32_t leaf) {
 /// Sets lanes `own` of `triangles` to the leaf's triangles in these slots.
 HWY_INLINE void add_own_triangles(const Leaf& leaf, UintVec slots, Mask own,
                                   PacketRuleTriangles& triangles) {
-    alignas(64) float values[3][kLeafVertices];
-    alignas(64) float corners[kLeafVertices];
-    alignas(64) float prim_ids[kLeafTriangles];
-    for (std::size_t l = 0; l < kLeafVertices; l += kLanes) {
-        FloatVec v[3], w;
-        hn::LoadInterleaved4(kFloats, &leaf.vertex[l].x, v[0], v[1], v[2], w);
-        for (int axis = 0; axis < 3; ++axis) store(v[axis], values[axis] + l);
-        store(w, corners + l);
-        store(as_float(load(leaf.prim_id + l)), prim_ids + l);
-    }
+    const LeafColumns columns(leaf, [](FloatVec v, int) HWY_ATTR { return v; });
     const LaneLookup at_slots(slots);
+    // Lookups are of floats, whatever their bits mean.
+    alignas(64) float corners[kLeafTriangles], prim_ids[kLeafTriangles];
+    std::memcpy(corners, columns.corners, sizeof corners);
+    std::memcpy(prim_ids, leaf.prim_id, sizeof prim_ids);
     const UintVec packed = as_uint(at_slots(corners));
     for (int axis = 0; axis < 3; ++axis) {
         FloatVec at_corners[3];
-        gather_corners(values[axis], packed, at_corners);
+        gather_corners(columns.values[axis], packed, at_corners);
         for (int k = 0; k < 3; ++k)
             triangles.corner[k][axis] = select(own, at_corners[k], triangles.corner[k][axis]);
     }
