@@ -67,13 +67,26 @@ struct CandidateLanes {
     UintVec prim_ids;
 };
 
+/// Triangles of a leaf that one lookup of a vector reaches. A part is named by its first candidate.
+constexpr std::uint32_t kPartTriangles = kLanes;
+static_assert(kLeafTriangles % kPartTriangles == 0);
+
+constexpr std::uint32_t part_of(std::uint32_t candidate) {
+    return candidate & ~(kPartTriangles - 1);
+}
+
 /// As many consecutive rays as there are lanes, as bits: those with a candidate (`rays`), and those
-/// whose candidate is not in the first one's leaf (`others`).
+/// whose candidate is not in the part of the first one's (`others`).
 struct Candidates {
     std::uint32_t rays = 0;
-    std::uint32_t leaf = 0;
+    std::uint32_t part = 0;
     std::uint32_t others = 0;
 };
+
+/// Which candidates are in a part of a leaf.
+HWY_INLINE Mask candidates_in_part(UintVec candidates, std::uint32_t part) {
+    return float_mask((candidates & splat(~(kPartTriangles - 1))) == splat(part));
+}
 
 /// Which candidates are in a leaf.
 HWY_INLINE Mask candidates_in(UintVec candidates, std::uint32_t leaf) {
@@ -125,36 +138,56 @@ HWY_INLINE Candidates find_candidates(const std::uint32_t* indices) {
     // Only kNoCandidate has its sign bit set.
     found.rays = bits_of(!float_mask(as_int(candidates) < splat(0)));
     if (found.rays == 0) return found;
-    found.leaf = indices[__builtin_ctz(found.rays)] / kLeafTriangles;
-    found.others = found.rays & ~bits_of(candidates_in(candidates, found.leaf));
+    found.part = part_of(indices[__builtin_ctz(found.rays)]);
+    found.others = found.rays & ~bits_of(candidates_in_part(candidates, found.part));
     return found;
 }
 
+/// Looks up values of the triangles of candidates' parts.
+class PartLookup {
+public:
+    HWY_INLINE PartLookup(const CameraPacket& packet, UintVec candidates)
+        : leaves_(packet.hit_leaves.data()),
+          places_(hn::IndicesFromVec(kFloats, candidates & splat(kPartTriangles - 1))) {}
+
+    /// Returns in each lane the triangle at its candidate's place in `part`.
+    HWY_INLINE CandidateLanes operator()(std::uint32_t part) const {
+        const HitLeaf& leaf = leaves_[part / kLeafTriangles];
+        const std::uint32_t first = part % kLeafTriangles;
+        const auto look_up = [&](const float* values) HWY_ATTR {
+            return hn::TableLookupLanes(load(values + first), places_);
+        };
+        CandidateLanes out;
+        for (int k = 0; k < 3; ++k) {
+            for (int axis = 0; axis < 3; ++axis)
+                out.corners[k][axis] = look_up(leaf.corner[k][axis]);
+        }
+        out.prim_ids = as_uint(look_up(leaf.prim_id));
+        return out;
+    }
+
+private:
+    const HitLeaf* leaves_;
+    decltype(hn::IndicesFromVec(kFloats, UintVec())) places_;
+};
+
 /// Collects the candidates of rays of which at least one has a candidate; the lanes of the others
-/// hold some triangle. Neighbours have candidates in the same leaves, so one leaf is taken after
-/// the other: this is faster than gathers.
+/// hold some triangle. Neighbours have candidates in the same leaves, so one part is taken after
+/// the other: this is faster than gathers, and than lookups in whole leaves.
 HWY_INLINE CandidateLanes spread_candidates(const CameraPacket& packet,
                                             const std::uint32_t* indices, const Candidates& found) {
     const UintVec candidates = load(indices);
-    const LaneLookup slots(candidates & splat(kLeafTriangles - 1));
-    CandidateLanes out;
-    const HitLeaf* hit_leaf = &packet.hit_leaves[found.leaf];
-    for (int k = 0; k < 3; ++k) {
-        for (int axis = 0; axis < 3; ++axis)
-            out.corners[k][axis] = slots(hit_leaf->corner[k][axis]);
-    }
-    out.prim_ids = as_uint(slots(hit_leaf->prim_id));
+    const PartLookup triangles_in(packet, candidates);
+    CandidateLanes out = triangles_in(found.part);
     for (std::uint32_t others = found.others; others != 0;) {
-        const std::uint32_t leaf = indices[__builtin_ctz(others)] / kLeafTriangles;
-        hit_leaf = &packet.hit_leaves[leaf];
-        const Mask own = candidates_in(candidates, leaf);
+        const std::uint32_t part = part_of(indices[__builtin_ctz(others)]);
+        const Mask own = candidates_in_part(candidates, part);
+        const CandidateLanes more = triangles_in(part);
         for (int k = 0; k < 3; ++k) {
-            for (int axis = 0; axis < 3; ++axis) {
-                out.corners[k][axis] =
-                    select(own, slots(hit_leaf->corner[k][axis]), out.corners[k][axis]);
-            }
+            for (int axis = 0; axis < 3; ++axis)
+                out.corners[k][axis] = select(own, more.corners[k][axis], out.corners[k][axis]);
         }
-        out.prim_ids = select(uint_mask(own), as_uint(slots(hit_leaf->prim_id)), out.prim_ids);
+        out.prim_ids = select(uint_mask(own), more.prim_ids, out.prim_ids);
         others &= ~bits_of(own);
     }
     return out;
