@@ -11,6 +11,7 @@
 #include "common/base/errors.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/frame_range.h"
+#include "common/scene/mesh.h"
 #include "common/text/number_text.h"
 
 namespace mray::app {
@@ -24,7 +25,6 @@ void require_memory_to_open(const std::string& spec, bool has_tree) {
         const std::size_t colon = spec.find(':', kBuiltin.size());
         if (colon == std::string::npos) return;
         // The scene itself refuses other texts and larger numbers.
-        constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
         const std::uint64_t triangles =
             std::min(parse_unsigned(spec.substr(colon + 1)).value_or(0), kMaxTriangles);
         require_memory({.triangles = triangles, .vertices = triangles / 2, .has_tree = has_tree},

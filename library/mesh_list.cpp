@@ -13,7 +13,6 @@ namespace morphray::detail {
 namespace {
 
 constexpr std::uint64_t kMostVertices = 0xFFFFFFF0u;
-constexpr std::uint64_t kMostTriangles = std::uint64_t{1} << 28;
 
 bool is_smooth_by_vertex(const MeshView& mesh) {
     return !mesh.smooth.empty() && mesh.smooth.data() == mesh.triangles.data();
@@ -77,7 +76,7 @@ void check(const MeshView& mesh) {
                                 mesh.triangles.size()));
     }
     const std::size_t count = mesh.triangles.size() / 3;
-    if (count > kMostTriangles) {
+    if (count > mray::kMaxTriangles) {
         throw Error(ErrorCode::limit,
                     fmt::format("triangles: {}, but at most 2^28 are possible", count));
     }
@@ -183,7 +182,7 @@ void MeshList::detach(std::uint32_t geom_id) {
 void MeshList::append(std::uint32_t geom_id, MeshPlace place, const Parts& parts) {
     if (topology_.vertex_count + place.positions.count > kMostVertices)
         throw Error(ErrorCode::limit, "the meshes have too many positions together");
-    if (topology_.triangles.size() + parts.triangles.size() > kMostTriangles)
+    if (topology_.triangles.size() + parts.triangles.size() > mray::kMaxTriangles)
         throw Error(ErrorCode::limit, "the meshes have more than 2^28 triangles together");
     place.first_vertex = topology_.vertex_count;
     place.first_prim = static_cast<std::uint32_t>(topology_.triangles.size());

@@ -128,7 +128,7 @@ std::vector<OurRefit> our_refits() {
 }
 
 std::vector<OurBuild> our_builds() {
-    return {{"binned", "scalar",
+    return {{"binned", best_simd_target().name,
              [](const Topology& topology, std::span<const vec3> positions, int threads) {
                  return build_bvh(topology, positions, {.threads = threads});
              }}};

@@ -20,7 +20,7 @@ namespace {
 // Below this depth only the median divides, so that kMaxTriangles end within kMaxBinaryHeight: from
 // 36 on at most 26 halvings lead from 2^28 to the 5 triangles that fit any meshlet.
 constexpr std::uint32_t kMedianDepth = 36;
-static_assert(kMaxTriangles <= std::size_t{1} << (kMaxBinaryHeight - kMedianDepth));
+static_assert(kMaxTriangles <= std::uint64_t{1} << (kMaxBinaryHeight - kMedianDepth));
 
 // A set of at least this size gets a task of its own.
 constexpr std::size_t kTaskSize = 2048;

@@ -34,11 +34,8 @@ struct BinaryNode {
     std::uint32_t size() const { return end - begin; }
 };
 
-/// Four binary levels fit into one wide level in any case.
+/// Four binary levels fit into one wide level in any case. No tree of kMaxTriangles is higher.
 inline constexpr std::uint32_t kMaxBinaryHeight = 4 * kMaxDepth;
-
-/// The most triangles of which no tree is higher.
-inline constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
 
 class BinaryTree {
 public:

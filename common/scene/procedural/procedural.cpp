@@ -14,9 +14,6 @@
 namespace mray {
 namespace {
 
-// The limit of the BVH builder (common/bvh/builder/binary_tree.h).
-constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
-
 struct Entry {
     ProceduralScene scene;
     DeformingMesh (*make)(std::uint64_t triangles);

@@ -17,7 +17,6 @@ namespace mray {
 /// Finite coordinates beyond this are refused like infinite ones; simulations that diverge write
 /// them.
 inline constexpr float kMaxCoordinate = 1e30f;
-inline constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;
 
 /// Checks vertices and faces while a file is read, and counts what a lenient reading accepts. A
 /// `place` returns the place in the file for messages, such as "mesh.obj:12"; it is called for the
