@@ -24,6 +24,9 @@ void hold_standard_descriptors() {
     }
 }
 
+/// Says which exception nothing caught.
+std::terminate_handler default_terminate = nullptr;
+
 /// Replaces the end of a process whose memory does not suffice where nothing catches that, such as
 /// in static objects. Memory must not be asked for here.
 [[noreturn]] void on_terminate() noexcept {
@@ -35,13 +38,16 @@ void hold_standard_descriptors() {
             ::write(STDERR_FILENO, kMessage.data(), kMessage.size());
         std::_Exit(static_cast<int>(mray::app::ExitCode::kLimit));
     } catch (...) {
-        // As without this handler.
+        // Another exception, or none: as without this handler.
     }
+    default_terminate();
     std::abort();
 }
 
 /// Runs before the static objects of the program are made.
-[[gnu::constructor(101)]] void handle_termination() { std::set_terminate(on_terminate); }
+[[gnu::constructor(101)]] void handle_termination() {
+    default_terminate = std::set_terminate(on_terminate);
+}
 
 /// Ends the process. Destructors of libraries do not run: after a failed allocation Vulkan's loader
 /// leaves a mutex locked for which its own destructor waits. Sanitizers and coverage need exit().
