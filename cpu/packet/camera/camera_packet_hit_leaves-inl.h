@@ -114,8 +114,8 @@ HWY_INLINE void add_own_triangles(const Leaf& leaf, UintVec slots, Mask own,
 }
 
 /// The triangles of as many candidates as there are lanes, in scene space. `lanes` has at least one
-/// bit; the other lanes hold any value. As in spread_candidates(), one leaf is taken after the
-/// other.
+/// bit; the other lanes hold any value. One leaf is taken after the other, because neighbours have
+/// candidates in the same ones.
 HWY_INLINE PacketRuleTriangles candidate_triangles(const CameraPacket& packet,
                                                    const std::uint32_t* candidates,
                                                    std::uint32_t lanes) {
@@ -132,6 +132,7 @@ HWY_INLINE PacketRuleTriangles candidate_triangles(const CameraPacket& packet,
     return out;
 }
 
+/// Finds which of as many rays as there are lanes have candidates, and where.
 HWY_INLINE Candidates find_candidates(const std::uint32_t* indices) {
     const UintVec candidates = load(indices);
     Candidates found;
