@@ -22,7 +22,8 @@
 namespace mray::bench {
 namespace {
 
-constexpr std::size_t kParts = 32;
+// As short as the parts of ./bench/run.
+constexpr std::size_t kParts = 16;
 constexpr std::uint32_t kAoSamples = 4;
 
 /// A scene and what the rays of its works are made from.
@@ -92,8 +93,12 @@ std::unique_ptr<BuiltWork> open_work(const char* spec, const char* work_name,
         TraceWork work = scene->work(kind);
         std::vector<WorkPart> parts = work.parts(kParts);
         TraceAnswers answers(work);
-        return std::make_unique<BuiltWork>(std::move(scene), std::move(work), std::move(tracer),
-                                           std::move(parts), std::move(answers));
+        return std::unique_ptr<BuiltWork>(new BuiltWork{std::move(scene),
+                                                        std::move(work),
+                                                        std::move(tracer),
+                                                        std::move(parts),
+                                                        std::move(answers),
+                                                        {}});
     }
     return nullptr;
 }
