@@ -18,10 +18,11 @@ struct BuildFunctions {
     /// The version of the build, with its commit.
     const char* version;
 
-    /// Opens a scene of open_scene() in the view of ./bench/run, of 1024 x 1024 pixels. work: a
-    /// name of traced_work_names(); tracer: packet, stream or single; simd: the name of an
-    /// instruction set. Returns null without an error if there is no such tracer for the work. For
-    /// an error returns null, too, with the message in `error`, which is cut off at `size` bytes.
+    /// Opens a scene of open_scene() in the view of ./bench/run, of 1024 x 1024 pixels. work:
+    /// primary, shadow, diffuse, ao or one-ray; tracer: packet, stream or single; simd: the name of
+    /// an instruction set. Returns null without an error if there is no such tracer for the work.
+    /// For an error returns null, too, with the message in `error`, which is cut off at `size`
+    /// bytes.
     BuiltWork* (*open)(const char* scene, const char* work, const char* tracer, const char* simd,
                        char* error, std::size_t size);
     void (*close)(BuiltWork*);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -161,6 +162,7 @@ private:
     std::uint64_t all_differences_ = 0;
 };
 
+/// Returns 1 if an answer differs, else 0.
 int run(std::span<const std::string> arguments) {
     const CompareOptions options = parse_compare_options(arguments);
     if (!options.help.empty()) {
@@ -191,11 +193,8 @@ int run(std::span<const std::string> arguments) {
 int main(int argc, char** argv) {
     try {
         return mray::bench::run(std::vector<std::string>(argv + 1, argv + argc));
-    } catch (const mray::Error& error) {
-        fmt::print(stderr, "morphray_compare_builds: {}\n", error.what());
-        return error.kind() == mray::ErrorKind::kBadArgument ? 2 : 1;
     } catch (const std::exception& error) {
         fmt::print(stderr, "morphray_compare_builds: {}\n", error.what());
-        return 1;
+        return 2;
     }
 }

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# compare_builds.sh PROGRAM BUILD: PROGRAM finds that BUILD and a copy of it, which is loaded as another
-# build, trace the same answers, and refuses what it cannot compare.
+# compare_builds.sh PROGRAM BUILD WRONG: PROGRAM finds that BUILD and a copy of it, which is loaded as
+# another build, trace the same answers, that WRONG (wrong_build.cpp) does not, and refuses what it cannot
+# compare.
 set -euo pipefail
-program=$1 build=$2
+program=$1 build=$2 wrong=$3
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 copy=$scratch/copy.so
@@ -18,13 +19,25 @@ expect() {
     [ "$code" = "$expected" ] || fail "exit code $code instead of $expected: $*"
 }
 
-expect 0 "$build" "$copy" --repeat 1 --work primary,ao --csv "$scratch/rows.csv" builtin:cloth:1000
-for tracer in primary,packet primary,stream primary,single ao,stream ao,single; do
-    grep -qE "^builtin:cloth:1000,$tracer,.*,0$" "$scratch/rows.csv" || fail "no row of $tracer"
-done
+# expect_rows DIFFERENCES: each work has a row for each tracer, with so many differences.
+expect_rows() {
+    local row
+    for row in primary,packet primary,stream primary,single ao,stream ao,single; do
+        grep -qE "^builtin:cloth:1000,$row,.*,$1$" "$scratch/rows.csv" || fail "no row of $row with $1"
+    done
+}
 
+options=(--repeat 1 --work primary,ao --csv "$scratch/rows.csv" builtin:cloth:1000)
+expect 0 "$build" "$copy" "${options[@]}"
+expect_rows 0
+export MORPHRAY_BUILD=$copy
+expect 1 "$build" "$wrong" "${options[@]}"
+expect_rows 1
+
+MORPHRAY_INTERFACE=other expect 2 "$build" "$wrong" builtin:cloth:1000
+grep -qF ': interface ' "$scratch/out" || fail 'no message for another interface'
 expect 2 "$build" "$copy" --work nothing builtin:cloth:1000
 grep -qF 'nothing: no such work' "$scratch/out" || fail 'no message for a work that does not exist'
 expect 2 "$build"
-expect 1 "$build" "$scratch/missing.so" builtin:cloth:1000
-expect 1 "$build" "$scratch/out" builtin:cloth:1000
+expect 2 "$build" "$scratch/missing.so" builtin:cloth:1000
+expect 2 "$build" "$scratch/out" builtin:cloth:1000
