@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/interop/lit.h"
 #include "common/scene/vertex_normals.h"
@@ -193,10 +194,11 @@ void MeshList::append(std::uint32_t geom_id, MeshPlace place, const Parts& parts
     topology_.albedo.insert(topology_.albedo.end(), parts.albedo.begin(), parts.albedo.end());
     topology_.vertex_count += place.vertex_count();
     if (!place.textures.empty()) append_textures(place, parts);
-    places_[geom_id] = place;
-    if (place.prim_count == 0) return;
-    geometry_ids_.push_back(geom_id);
-    first_prims_.push_back(place.first_prim);
+    if (place.prim_count > 0) {
+        geometry_ids_.push_back(geom_id);
+        first_prims_.push_back(place.first_prim);
+    }
+    places_[geom_id] = std::move(place);
 }
 
 void MeshList::append_textures(MeshPlace& place, const Parts& parts) {
@@ -240,7 +242,9 @@ MeshList MeshList::changed() const {
                              .texcoords = last->texcoords,
                              .texture_ids = last->texture_ids});
         } else if (const MeshPlace* place = find(id)) {
-            list.append(id, *place, parts_of(*place));
+            MeshPlace kept = *place;
+            kept.vertex_before = place->first_vertex;
+            list.append(id, std::move(kept), parts_of(*place));
         }
     }
     return list;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,8 @@ struct MeshPlace {
     std::uint32_t first_vertex = 0;
     std::uint32_t first_prim = 0;
     std::uint32_t prim_count = 0;
+    /// Its first vertex in the list that this one was made of by changes; nothing for a new mesh.
+    std::optional<std::uint32_t> vertex_before = {};
 
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(positions.count); }
 };

@@ -130,7 +130,7 @@ SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
     make_policy();
     for (const MeshView& mesh : meshes) meshes_.attach(mesh);
     meshes_ = meshes_.changed();
-    start(nullptr);
+    start(nullptr, nullptr);
 }
 
 SceneImpl::SceneImpl(const SceneImpl& other, const Device& device)
@@ -146,7 +146,7 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device)
         const std::scoped_lock lock(other.mutex_);
         other.tracer_->read_tree(tree);
     }
-    start(&tree);
+    start(&tree, nullptr);
 }
 
 std::unique_ptr<mray::UpdatePolicy> SceneImpl::make_policy() const {
@@ -155,8 +155,9 @@ std::unique_ptr<mray::UpdatePolicy> SceneImpl::make_policy() const {
     return mray::make_update_policy(policy.text, policy.config);
 }
 
-/// Hands the committed meshes to the device with a tree, which is built if there is none.
-void SceneImpl::start(const mray::Bvh* tree) {
+/// Hands the meshes to the device with a tree, which is built if there is none. `before` is the
+/// list that they were made of, or null.
+void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     updater_.reset();
     if (tracer_ == nullptr) {
         tracer_ = take_backend(device_);
@@ -164,7 +165,7 @@ void SceneImpl::start(const mray::Bvh* tree) {
     }
     if (options_.refit_on && refitter_ == nullptr) refitter_ = take_backend(*options_.refit_on);
     const mray::Stopwatch watch;
-    if (tree == nullptr) pose_.read_all(meshes_, arena());
+    if (tree == nullptr) pose_.read_list(meshes_, before, arena());
     read_ms_ = watch.ms();
     set_space();
     shader_.set_meshes();
@@ -207,8 +208,8 @@ Update SceneImpl::update() {
             MeshList meshes = meshes_.changed();
             // The updater follows the topology that it was made for.
             updater_.reset();
-            meshes_ = std::move(meshes);
-            start(nullptr);
+            const MeshList before = std::exchange(meshes_, std::move(meshes));
+            start(nullptr, &before);
             return;
         }
         const mray::Stopwatch watch;

@@ -53,7 +53,7 @@ public:
 private:
     class Change;
 
-    void start(const mray::Bvh* tree);
+    void start(const mray::Bvh* tree, const MeshList* before);
     std::unique_ptr<mray::UpdatePolicy> make_policy() const;
     void follow(std::span<const mray::IndexRange> changed, double read_ms);
     void require_usable() const;

@@ -253,7 +253,7 @@ Hit SceneImpl::intersect(const Ray& ray) const {
     const RayScale scale = converter_->to_scene(ray, scene);
     if (!scale.is_valid) return hit;
     mray::Hit found;
-    cost_.sample(1, [&] {
+    cost_.sample([&] {
         cpu_->intersect(std::span<const mray::Ray>(&scene, 1), std::span<mray::Hit>(&found, 1));
     });
     return to_world(found, scale.t_exponent);
@@ -296,7 +296,7 @@ bool SceneImpl::occluded(const Ray& ray) const {
     require_usable();
     mray::Ray scene;
     if (!converter_->to_scene(ray, scene).is_valid) return false;
-    cost_.sample(1, [&] {
+    cost_.sample([&] {
         cpu_->occluded(std::span<const mray::Ray>(&scene, 1), std::span<std::uint8_t>(&found, 1));
     });
     return found != 0;

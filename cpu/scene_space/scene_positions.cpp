@@ -12,16 +12,26 @@
 
 #include "cpu/simd/lanes-inl.h"
 
+#ifndef MORPHRAY_MADE_FLAG
+#define MORPHRAY_MADE_FLAG
+namespace mray::cpu {
+/// Facts about a run of positions.
+enum MadeFlag { kNotFinite = 1, kOutside = 2, kNotInvertible = 4 };
+}  // namespace mray::cpu
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
 /// Makes `count` positions, a multiple of kLanes; the coordinates are one array of floats. All
 /// operations are those of SceneSpace::to_scene() on doubles, rounded to floats, and give its bits
-/// for positions that are finite (make_rays() in scene_rays.cpp says why). Returns a MadePositions.
+/// for positions that are finite (make_rays() in scene_rays.cpp says why). Returns flags of
+/// MadeFlag.
 int make_positions(const float* world, std::size_t count, const float* centre, int exponent,
                    float* scene) {
     const FloatVec scale = as_float(as_uint(splat((exponent + 127) << 23)));
+    const FloatVec inverse = as_float(as_uint(splat((127 - exponent) << 23)));
     // Three vectors hold kLanes positions. Lane l of vector k belongs to axis (k kLanes + l) % 3.
     FloatVec centres[3];
     for (std::uint32_t k = 0; k < 3; ++k) {
@@ -31,6 +41,7 @@ int make_positions(const float* world, std::size_t count, const float* centre, i
     }
     Mask finite = mask_of(kLaneBits);
     Mask inside = finite;
+    Mask invertible = finite;
     const FloatVec most = splat(std::numeric_limits<float>::max());
     const FloatVec extent = splat(kSceneExtent);
     for (std::size_t i = 0; i < 3 * count; i += 3 * kLanes) {
@@ -39,11 +50,12 @@ int make_positions(const float* world, std::size_t count, const float* centre, i
             const FloatVec made = lanes::snap_coordinate((v - centres[k]) * scale);
             finite = finite & (abs(v) <= most);
             inside = inside & (abs(made) <= extent);
+            invertible = invertible & (made * inverse + centres[k] == v);
             store_unaligned(made, scene + i + k * kLanes);
         }
     }
-    if (!all(finite)) return kNotFinite;
-    return all(inside) ? kAllInside : kSomeOutside;
+    return (all(finite) ? 0 : kNotFinite) | (all(inside) ? 0 : kOutside) |
+           (all(invertible) ? 0 : kNotInvertible);
 }
 
 /// How many positions make_positions() makes together.
@@ -78,30 +90,34 @@ ScenePositionMaker::ScenePositionMaker(const SceneSpace& space, const SimdTarget
       make_(SIMD_FUNCTION(make_positions, target)),
       step_(static_cast<std::size_t>(SIMD_FUNCTION(position_step, target)())) {}
 
-bool ScenePositionMaker::make(std::span<const vec3> world, std::span<vec3> scene) const {
+MadePositions ScenePositionMaker::make(std::span<const vec3> world, std::span<vec3> scene) const {
     assert(world.size() == scene.size());
     // Larger powers of two are no floats.
     constexpr int kMostExponent = 126;
     static_assert(sizeof(vec3) == 3 * sizeof(float));
     // A run with a position that is not finite is made again.
     constexpr std::size_t kRun = 256;
-    bool outside = false;
+    MadePositions all;
     for (std::size_t first = 0; first < world.size(); first += kRun) {
         const std::size_t count = std::min(kRun, world.size() - first);
         std::size_t made = 0;
         if (std::abs(space_.exponent()) <= kMostExponent) {
             made = count / step_ * step_;
-            const int result =
+            const int flags =
                 make_(&world[first].x, made, centre_, space_.exponent(), &scene[first].x);
-            outside |= result == kSomeOutside;
-            if (result == kNotFinite) made = 0;
+            if ((flags & kNotFinite) != 0) {
+                made = 0;
+            } else {
+                all.add({(flags & kOutside) != 0, (flags & kNotInvertible) == 0});
+            }
         }
         for (std::size_t i = first + made; i < first + count; ++i) {
-            scene[i] = space_.to_scene(world[i]);
-            outside |= is_outside(world[i], scene[i]);
+            const vec3 position = world[i];
+            scene[i] = space_.to_scene(position);
+            all.add({is_outside(position, scene[i]), space_.to_world(scene[i]) == position});
         }
     }
-    return outside;
+    return all;
 }
 
 }  // namespace mray::cpu

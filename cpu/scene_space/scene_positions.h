@@ -9,9 +9,20 @@
 
 namespace mray::cpu {
 
-/// What a target finds of a run of positions: some are not finite; or all are, and some lie outside
-/// of scene space.
-enum MadePositions { kNotFinite, kSomeOutside, kAllInside };
+/// The result of positions that were brought into scene space.
+struct MadePositions {
+    /// Whether a finite one lies outside of the range of scene space, [-kSceneExtent, kSceneExtent]
+    /// on each axis.
+    bool any_outside = false;
+    /// Whether SceneSpace::to_world() gives each of them back. It does not for a position that is
+    /// not finite, and may not for one outside of the range or with a coordinate below 2^-36 of it.
+    bool all_invertible = true;
+
+    void add(const MadePositions& other) {
+        any_outside |= other.any_outside;
+        all_invertible &= other.all_invertible;
+    }
+};
 
 /// Makes the positions of SceneSpace::to_scene(), with their bits, on vectors. Threads may share
 /// one.
@@ -19,9 +30,8 @@ class ScenePositionMaker {
 public:
     ScenePositionMaker(const SceneSpace& space, const SimdTarget& target);
 
-    /// Writes as many positions. Returns whether a finite one lies outside of the range of scene
-    /// space, [-kSceneExtent, kSceneExtent] on each axis.
-    bool make(std::span<const vec3> world, std::span<vec3> scene) const;
+    /// Writes as many positions.
+    MadePositions make(std::span<const vec3> world, std::span<vec3> scene) const;
 
 private:
     using Make = int (*)(const float*, std::size_t, const float*, int, float*);

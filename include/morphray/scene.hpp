@@ -127,8 +127,9 @@ struct TreeStatistics {
 /// throws has changed nothing.
 ///
 /// Memory: 12 bytes a vertex and 24 bytes a triangle for positions and indices, and some 40 bytes a
-/// triangle for the tree. A background build takes as much again. Images keep up to 340 MB for the
-/// next one.
+/// triangle for the tree. A mesh that has coordinates below 2^-36 of the bounds, such as 1e-17, or
+/// not finite, takes 12 bytes a vertex more. A background build takes as much again as the tree.
+/// Images keep up to 340 MB for the next one.
 class MORPHRAY_API Scene {
 public:
     /// Builds a scene of one mesh, geom_id 0. Time: O(n log n) in the triangles, some 0.1 us a

@@ -1,9 +1,14 @@
 // After any sequence of updates a scene answers as one that is built anew.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <limits>
+#include <span>
+#include <thread>
 
 #include "tests/library/scenes.h"
 
@@ -193,6 +198,154 @@ TEST(SceneUpdate, MeshesMayLeaveTheBoundsAndComeBack) {
         expect_as_new(scene, {mesh.view()}, options, at_pose, std::to_string(scale));
     }
     expect_same_hits(hits_of(scene, rays), before, "back");
+}
+
+/// A mesh whose arrays another thread may write at any time: positions that the scene is not told
+/// of are those of a scribbler, who writes NaN.
+void scribble(UserMesh& mesh) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    for (morphray::Vec3& p : mesh.points) p = {kNan, kNan, kNan};
+}
+
+TEST(SceneUpdate, ReadsOnlyTheRangeThatIsNamedOutsideTheBounds) {
+    const UserMesh rest(torus(30, 20));
+    const UserMesh rest_ball(icosphere(2));
+    const SceneOptions options{.bounds = Box{{-2, -2, -2}, {2, 2, 2}}};
+    for (const bool leaves_before : {false, true}) {
+        UserMesh mesh = rest;
+        UserMesh ball = rest_ball;
+        const std::vector<morphray::MeshView> views = {mesh.view(), ball.view()};
+        Scene scene =
+            Scene::build(std::span<const morphray::MeshView>(views), Device::cpu(), options);
+        UserMesh known = rest;
+        if (leaves_before) known.points[0] = {5e5f, 3, 3};
+        mesh.points = known.points;
+        scene.update();
+
+        // Low bits of such a coordinate are lost in scene space.
+        for (const float far : {1e6f, 100.0f, 1.0f}) {
+            scribble(mesh);
+            scribble(ball);
+            known.points[7] = {far, 1e-12f, 0.5f};
+            mesh.points[7] = known.points[7];
+            scene.update(0, 7, 1);
+            expect_as_new(scene, {known.view(), rest_ball.view()}, options,
+                          world_rays(known, 1000, 21), std::to_string(far));
+        }
+    }
+}
+
+TEST(SceneUpdate, ReadsNoMeshThatDoesNotDeform) {
+    const UserMesh rest(torus(30, 20));
+    const UserMesh rest_ball(icosphere(2));
+    const UserMesh box(grid_box(4));
+    const SceneOptions options{.bounds = Box{{-2, -2, -2}, {2, 2, 2}}};
+    UserMesh mesh = rest;
+    UserMesh ball = rest_ball;
+    const std::vector<morphray::MeshView> views = {mesh.view(), ball.view(false)};
+    Scene scene = Scene::build(std::span<const morphray::MeshView>(views), Device::cpu(), options);
+    scribble(ball);
+    for (morphray::Vec3& p : mesh.points) p.x += 3000;
+    scene.update();
+    const std::vector<morphray::Ray> rays = world_rays(rest_ball, 1000, 22);
+    expect_as_new(scene, {mesh.view(), rest_ball.view()}, options, rays, "outside");
+
+    // Nor when other meshes come and go.
+    scene.attach(box.view());
+    scene.update();
+    expect_as_new(scene, {mesh.view(), rest_ball.view(), box.view()}, options, rays, "attached");
+    scene.detach(0);
+    scene.update();
+    const std::uint32_t geom_id = scene.attach(mesh.view());
+    EXPECT_EQ(geom_id, 0u);
+    scene.update();
+    expect_as_new(scene, {mesh.view(), rest_ball.view(), box.view()}, options, rays, "again");
+
+    // A mesh that takes the place of another one is read.
+    scene.detach(1);
+    EXPECT_EQ(scene.attach(rest_ball.view(false)), 1u);
+    scene.update();
+    expect_as_new(scene, {mesh.view(), rest_ball.view(), box.view()}, options, rays, "replaced");
+}
+
+/// The triangles of a mesh, each with vertices of its own.
+UserMesh apart(const UserMesh& mesh) {
+    UserMesh out;
+    for (const std::uint32_t vertex : mesh.triangles) {
+        out.triangles.push_back(static_cast<std::uint32_t>(out.points.size()));
+        out.points.push_back(mesh.points[vertex]);
+    }
+    return out;
+}
+
+/// Calls `ask` with 6,000 rays at each of 60 poses of a scene whose triangles fly apart. Returns
+/// the steps of its updates.
+template <class Ask>
+std::vector<Step> steps_of_poses(Ask ask) {
+    const UserMesh rest = apart(UserMesh(torus(60, 20)));
+    UserMesh mesh = rest;
+    Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 1}),
+                               {.bounds = Box{{-30, -30, -30}, {30, 30, 30}},
+                                .update = morphray::Auto{.deterministic = true}});
+    std::vector<Step> steps;
+    for (int pose = 1; pose <= 60; ++pose) {
+        for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+            const std::size_t triangle = i / 3;
+            const float way = 0.02f * static_cast<float>(pose);
+            const morphray::Vec3 p = rest.points[i];
+            mesh.points[i] = {p.x + way * static_cast<float>(triangle * 7 % 11),
+                              p.y - way * static_cast<float>(triangle * 5 % 13),
+                              p.z + way * static_cast<float>(triangle * 3 % 7)};
+        }
+        steps.push_back(scene.update().step);
+        ask(scene, world_rays(mesh, 6000, static_cast<std::uint64_t>(pose)));
+    }
+    return steps;
+}
+
+TEST(SceneUpdate, DeterministicDecisionsCountEachScenesRays) {
+    const auto ask = [](const Scene& scene, std::span<const morphray::Ray> rays) {
+        for (const morphray::Ray& ray : rays) scene.intersect(ray);
+    };
+    const std::vector<Step> alone = steps_of_poses(ask);
+    EXPECT_GT(std::count(alone.begin(), alone.end(), Step::restructure) +
+                  std::count(alone.begin(), alone.end(), Step::rebuild) +
+                  std::count(alone.begin(), alone.end(), Step::swap),
+              0);
+
+    // Another scene is asked in turn.
+    const UserMesh other_mesh(icosphere(2));
+    const Scene other = Scene::build(other_mesh.view());
+    EXPECT_EQ(steps_of_poses([&](const Scene& scene, std::span<const morphray::Ray> rays) {
+                  for (const morphray::Ray& ray : rays) {
+                      scene.intersect(ray);
+                      other.intersect(ray);
+                  }
+              }),
+              alone);
+    // In a batch, and as any hits.
+    EXPECT_EQ(steps_of_poses([](const Scene& scene, std::span<const morphray::Ray> rays) {
+                  std::vector<morphray::Hit> hits(rays.size() / 2);
+                  scene.intersect(rays.first(hits.size()), std::span<morphray::Hit>(hits));
+                  for (const morphray::Ray& ray : rays.subspan(hits.size())) scene.occluded(ray);
+              }),
+              alone);
+    // By threads with a few rays each, at the same time and one after the other.
+    constexpr std::size_t kFew = 50;
+    EXPECT_EQ(steps_of_poses([&](const Scene& scene, std::span<const morphray::Ray> rays) {
+                  for (std::size_t first = 0; first < rays.size(); first += kFew)
+                      std::thread(ask, std::cref(scene), rays.subspan(first, kFew)).join();
+              }),
+              alone);
+    constexpr std::size_t kThreads = 80;
+    EXPECT_EQ(steps_of_poses([&](const Scene& scene, std::span<const morphray::Ray> rays) {
+                  std::vector<std::thread> threads;
+                  const std::size_t share = rays.size() / kThreads;
+                  for (std::size_t i = 0; i < kThreads; ++i)
+                      threads.emplace_back(ask, std::cref(scene), rays.subspan(i * share, share));
+                  for (std::thread& thread : threads) thread.join();
+              }),
+              alone);
 }
 
 TEST(SceneUpdate, PositionsThatAreNotFiniteAreLeftOut) {

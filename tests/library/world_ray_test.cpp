@@ -167,6 +167,7 @@ TEST(ScenePositionMaker, GivesTheBitsOfTheEngineOnEachTarget) {
             const bool hostile = batch % 4 == 0;
             std::vector<vec3> world(random.below(700));
             bool any_outside = false;
+            bool all_invertible = true;
             std::vector<vec3> expected;
             for (vec3& p : world) {
                 for (int axis = 0; axis < 3; ++axis) {
@@ -178,14 +179,17 @@ TEST(ScenePositionMaker, GivesTheBitsOfTheEngineOnEachTarget) {
                 }
                 const vec3 scene = space.to_scene(p);
                 expected.push_back(scene);
+                all_invertible &= space.to_world(scene) == p;
                 const bool finite = std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
                 for (int axis = 0; axis < 3; ++axis)
                     any_outside |= finite && !(std::abs(scene[axis]) <= kSceneExtent);
             }
             for (const SimdTarget& target : supported_simd_targets()) {
                 std::vector<vec3> actual(world.size());
-                const bool outside = cpu::ScenePositionMaker(space, target).make(world, actual);
-                ASSERT_EQ(outside, any_outside) << target.name;
+                const cpu::MadePositions made =
+                    cpu::ScenePositionMaker(space, target).make(world, actual);
+                ASSERT_EQ(made.any_outside, any_outside) << target.name;
+                ASSERT_EQ(made.all_invertible, all_invertible) << target.name;
                 ASSERT_TRUE(same_bytes(actual, expected)) << target.name;
             }
         }
