@@ -41,10 +41,11 @@ public:
                        const std::atomic<bool>& cancel, morphray::Image& image);
 
     const morphray::Scene& scene() const { return *scene_; }
-    /// What the last build or advance() did. After render() it has the time of a refit that ran on
-    /// a device with the trace.
+    /// The report of the last build or advance(). After render() it has the time of a refit that
+    /// ran on a device with the trace.
     const morphray::Update& update() const { return update_; }
-    /// Of the last advance() and render(); before the first advance(), of the build.
+    /// The times of the last advance() and render(); before the first advance(), those of the
+    /// build.
     FrameTimes times() const;
     /// Milliseconds that the last advance() waited for the positions: all that it took to make
     /// them, or less after prepare().

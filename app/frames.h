@@ -19,7 +19,8 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
 /// The same with its scene space.
 SceneFrames open_frames(const Options& options, const Messages& messages);
 
-/// What tracers take for options.view of this scene (with_inside_view(), make_image_params()).
+/// Returns the image parameters of options.view for this scene (with_inside_view(),
+/// make_image_params()).
 ImageParams image_params(const Options& options, const SceneFrames& scene);
 
 enum class DefaultFrames { kAll, kFew, kFirst };

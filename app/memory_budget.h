@@ -14,7 +14,7 @@ struct Workload {
     std::uint64_t vertices = 0;
     /// Whether a tree is built.
     bool has_tree = true;
-    /// Trees with all that a backend keeps beside them that are held while another tree is built.
+    /// Trees, with all that a backend keeps for each, that are held while another tree is built.
     std::uint64_t copies = 0;
     /// Pixels of a traced image, 0 for none.
     std::uint64_t pixels = 0;
@@ -34,8 +34,8 @@ struct MemoryLimit {
     /// The name of the limit: "the address space limit", ...
     std::string source;
 };
-/// What is left of the tightest of --memory-limit, the process's address space and data limits, its
-/// control group, and what the machine has left.
+/// Returns what is left of the tightest of --memory-limit, the process's address space and data
+/// limits, its control group, and the memory of the machine.
 MemoryLimit memory_limit();
 
 /// Sets --memory-limit for the rest of the process, before any work: the most that the process is

@@ -1,4 +1,4 @@
-// What images of render and view are made with, and say about themselves.
+// The options that images of render and view are made with, and the texts in their files.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ std::string render_command(const Options& options, double frame);
 /// The same for the frames of a --frames text.
 std::string render_command(const Options& options, const std::string& frames);
 
-/// What a PNG file says about itself, with or without its hits: nothing that differs between
-/// backends. `scene_hash` is that of frame_hash().
+/// Return the texts of a PNG file, without or with its hits: nothing that differs between backends.
+/// `scene_hash` is that of frame_hash().
 std::vector<PngText> pixel_texts(const Options& options, double frame,
                                  std::span<const std::uint32_t> pixels);
 std::vector<PngText> image_texts(const Options& options, double frame, std::uint64_t scene_hash,

@@ -33,7 +33,7 @@ ViewSpec resolved(ViewSpec view, const WorldBounds& bounds) {
     return view;
 }
 
-/// Of views from inside, in degrees.
+/// Returns the field of view of views from inside, in degrees.
 double inside_fov(const Clip& clip) { return clip.name() == "hall" ? 70 : 65; }
 
 }  // namespace

@@ -29,7 +29,7 @@ struct PartMethod {
 /// Milliseconds of a method's runs, in the order in which they were made.
 using Samples = std::vector<double>;
 
-/// What the runs of a method say, in milliseconds for all parts of the work.
+/// Statistics of the runs of a method, in milliseconds for all parts of the work.
 struct Times {
     /// The sum over the parts of the median of the rounds.
     double median_ms = 0;

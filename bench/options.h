@@ -35,7 +35,7 @@ struct BenchOptions {
     /// Elements of kWorks.
     std::vector<std::string> works = {"primary", "shadow", "diffuse", "ao",
                                       "one-ray", "refit",  "build"};
-    /// For each so many rays of a pixel the work "ao".
+    /// Numbers of rays a pixel; the work "ao" is done for each.
     std::vector<std::uint32_t> ao_samples = {4};
     std::vector<int> threads = {1, 2};
     int repeat = 5;

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 constexpr int kRounds = 15;
 constexpr std::uint32_t kSamples = 6;
 
-/// A square sheet of about so many vertices.
+/// A square sheet with a given number of vertices, more or less.
 struct Sheet {
     std::uint32_t side;
     std::vector<vec3> positions;

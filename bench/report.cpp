@@ -9,7 +9,7 @@
 namespace mray::bench {
 namespace {
 
-/// The number with so many significant digits.
+/// Rounds to a number of significant digits.
 double rounded(double x, int digits) {
     return parse_double(fmt::format("{:.{}g}", x, digits)).value_or(x);
 }

@@ -1,4 +1,4 @@
-# What `cmake --install` installs, by component:
+# Rules for `cmake --install`, by component:
 #
 #   library   the shared library
 #   dev       headers, the static library, the packages for CMake and pkg-config, examples

@@ -1,4 +1,4 @@
-# What the scripts share: install what is missing, configure, build. To be sourced by
+# Functions that the scripts share: install what is missing, configure, build. To be sourced by
 # bash with `root` set to the checkout. Exit codes are the program's (docs/guide/exit_codes.md): 4 when
 # packages cannot be had, 70 when the build fails.
 
@@ -88,7 +88,7 @@ configure() {
         return
     fi
     cache_has MORPHRAY_TESTS:BOOL=ON && tests=ON
-    say "building; the first time takes a minute or two"
+    say "building; the first time takes several minutes"
     (cd "$root" && cmake --preset "$preset" -DMORPHRAY_TESTS="$tests") </dev/null >>"$log" 2>&1 ||
         show_log_and_exit 70 "configuring failed"
 }

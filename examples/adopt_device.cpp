@@ -9,7 +9,7 @@ namespace mr = morphray;
 
 namespace {
 
-// What an application has anyway.
+// The Vulkan objects that an application has anyway.
 struct Application {
     VkInstance instance = VK_NULL_HANDLE;
     VkPhysicalDevice physical_device = VK_NULL_HANDLE;

@@ -1,5 +1,6 @@
-// What is under the mouse in an animated mesh: once with a ray for each click, once from the hits
-// that an image keeps. Both answers are checked by projecting the picked point back to the pixel.
+// Finds what is under the mouse in an animated mesh: once with a ray for each click, once from the
+// hits that an image keeps. Both answers are checked by projecting the picked point back to the
+// pixel.
 #include <cmath>
 #include <cstdio>
 #include <morphray/morphray.hpp>

@@ -43,7 +43,7 @@ Constants single_ray_constants(const Tuning& tuning) {
     return {tuning.step_budget};
 }
 
-/// Constants of packets of so many lanes; none if the device cannot trace packets.
+/// Constants of packets of `lanes` lanes; none if the device cannot trace packets.
 Constants packet_constants(const Context& context, const Tuning& tuning, std::uint32_t lanes,
                            std::uint32_t light_packet_height = kLightPacketHeight) {
     static_assert(kConstantStepBudget == 0 && kConstantPacketLanes == 1 &&
@@ -57,7 +57,7 @@ Constants packet_constants(const Context& context, const Tuning& tuning, std::ui
     return {steps, lanes, packet_run(context.physical()), light_packet_height};
 }
 
-/// The kernel for packets of so many lanes; `of_8` has that number as a constant, and its height.
+/// The kernel for packets of `lanes` lanes; `of_8` has 8 lanes as a constant, and their height.
 Words packet_words(std::uint32_t lanes, Words any, Words of_8) { return lanes == 8 ? of_8 : any; }
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 namespace mray::gpu {
 
-/// Workgroups for so many lanes.
+/// The number of workgroups that a number of lanes needs.
 inline std::uint32_t groups_of(std::uint32_t lanes) {
     return (lanes + kGroupSize - 1) / kGroupSize;
 }

@@ -14,7 +14,7 @@ std::uint32_t packet_lanes(const PhysicalDevice& device, const Tuning& tuning);
 /// The number of packets that a cluster of lanes traces one after the other.
 std::uint32_t packet_run(const PhysicalDevice& device);
 
-/// The arguments of camera packets of so many lanes over a region, tile_columns and tile_count
+/// The arguments of camera packets of `lanes` lanes over a region, tile_columns and tile_count
 /// included.
 PacketArguments packet_arguments(const RegionArguments& region, std::uint32_t lanes);
 

@@ -48,7 +48,7 @@ private:
     VulkanOptions vulkan_;
     /// The device is null, or the caller's.
     VulkanHost host_;
-    /// Of the host's queue, which all scenes share.
+    /// Guards the host's queue, which all scenes share.
     std::mutex queue_mutex_;
     mray::ThreadArena arena_;
     mray::SimdTarget simd_target_;

@@ -1,4 +1,4 @@
-// Turns the errors of the engine into those of the public interface.
+// Turns the errors of the code behind the library into those of the public interface.
 #pragma once
 
 #include <string>

@@ -36,7 +36,8 @@ struct MeshPlace {
     std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(positions.count); }
 };
 
-/// The meshes in the order of their geom_ids. attach() and detach() are collected until commit().
+/// The meshes in the order of their geom_ids. attach() and detach() are collected; changed() makes
+/// them.
 class MeshList {
 public:
     /// Returns the geom_id: the lowest one that is free. Throws Error.
@@ -57,7 +58,7 @@ public:
         return {.textures = textures_, .texcoords = texcoords_, .ids = texture_ids_};
     }
     std::span<const MeshPlace> places() const { return places_; }
-    /// The mesh, or nothing for a geom_id that is free or not committed.
+    /// The mesh, or nothing for a geom_id that is free or whose attach() is only collected.
     const MeshPlace* find(std::uint32_t geom_id) const;
 
     /// A hit of a triangle of the topology.
@@ -81,7 +82,7 @@ private:
     /// The arrays of a mesh. Those of textures are empty if it has none.
     struct Parts {
         std::span<const mray::uvec3> triangles;
-        /// What `triangles` count vertices from, and texture_ids textures.
+        /// The first vertex and the first texture that `triangles` and `texture_ids` count from.
         std::uint32_t first_vertex = 0;
         std::uint32_t first_texture = 0;
         std::span<const mray::Albedo> albedo;

@@ -89,7 +89,7 @@ private:
     std::atomic<bool> is_changing_ = false;
     /// Why the scene is of no use any more.
     std::optional<Error> broken_;
-    /// Of calls of tracer_, updater_ and shader_, and of spare_, by const members.
+    /// Guards tracer_, updater_, shader_ and spare_ in const members.
     mutable std::mutex mutex_;
     mutable ImageShader shader_;
     /// The memory of the image before.

@@ -21,15 +21,15 @@
 namespace morphray::detail {
 namespace {
 
-// Up to so many rays are traced in the calling thread: others would take longer to wake up.
+// Batches up to this size are traced in the calling thread; waking other threads takes longer.
 constexpr std::size_t kFewRays = 256;
 // Rays that are converted and traced together, in memory on the stack.
 constexpr std::size_t kRun = mray::cpu::SceneRays::kMost;
 // Rays that are handed to a device together.
 constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
 
-// The memory of the traced samples of an image is kept for the next one up to so many: 340 MB
-// with those of the sky.
+// The most samples of an image whose memory is kept for the next image: 340 MB with those of the
+// sky.
 constexpr std::size_t kMostSpareSamples = std::size_t{1} << 23;
 
 // The answers of a tile's rays are prefetched this many rows ahead: processors do not foresee where

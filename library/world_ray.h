@@ -7,7 +7,7 @@
 
 namespace morphray::detail {
 
-/// What makes hits of a ray in scene space hits in world space.
+/// The factor between hits of a ray in scene space and hits in world space.
 struct RayScale {
     /// t in world space is t in scene space times 2^t_exponent.
     int t_exponent = 0;

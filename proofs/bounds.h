@@ -32,8 +32,8 @@ inline constexpr double kSizeOfDepths = 6.32 * 0x1p-24;
 /// Relative error of t against z / d.z (depth.g).
 inline constexpr double kTravel = 3.32 * 0x1p-24;
 
-/// What is left of Edges::bound when the error of the fast edge functions is taken off, as a part
-/// of it (fast_edges.g). The roundings of the tests that use the bound go here.
+/// The part of Edges::bound that is left when the error of the fast edge functions is taken off
+/// (fast_edges.g). The roundings of the tests that use the bound go here.
 inline constexpr double kSpareOfBound = 0x1p-5;
 
 /// A coordinate of a packet's vertex (packet_vertices.g): off by kVertexOfPlace of itself and by

@@ -76,7 +76,7 @@ std::vector<Lemma> read_lemmas(const std::string& path, const Values& values) {
 
 enum class Verdict { proved, not_proved };
 
-/// What Gappa says. Its warnings count as errors: one of them tells that a rewriting rule is wrong.
+/// Asks Gappa. Its warnings count as errors: one of them tells that a rewriting rule is wrong.
 Verdict ask(const std::string& gappa, const Lemma& lemma, const std::string& scratch) {
     std::ofstream(scratch) << lemma.text;
     std::FILE* pipe = ::popen(("timeout 30 " + gappa + " " + scratch + " 2>&1").c_str(), "r");

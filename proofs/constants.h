@@ -23,7 +23,7 @@ struct Constant {
 #define PROOFS_CONSTANT(name) \
     Constant { #name, name }
 
-/// What surely_inside spends of the depth margin, a part of it.
+/// Returns the part of the depth margin that surely_inside spends.
 inline float depth_slack_of_margin() {
     const vec3 org(0, 0, 0);
     return shear_ray(org, vec3(0, 0, 1)).depth_slack / depth_margin(org);

@@ -5,7 +5,7 @@
 #                takes its fast path with the same weights
 #   code         FastHits (cpu/simd/fast_hit_rule-inl.h, margin 2^-18 on r and on error), finish_hit
 #                (shaders/packet/finish_hit.glsl, margin 2^-16 on bound and on error)
-#   inputs       points of project_fast; exact edge functions whose signs are known to be alike
+#   inputs       points of project_fast; exact edge functions whose signs are known to be equal
 #   operations   rule: r = fl(fl(c fl((m + m) + Z)) + f), bound = fl(r fl(m + fl(r + r))),
 #                c, f = kFastProjectionError, kFastProjectionFloor. FastHits: the same m; each sum
 #                and product rounded or fused. finish_hit: any order, at most 5 roundings of a term
@@ -15,7 +15,7 @@
 #                2 kWeightRounding + kMeanRounding and a margin on both terms
 #   by hand      All terms are positive, and results grow with operands. With a larger bound,
 #                "beyond bound" implies that of the rule; the functions then have the exact ones'
-#                signs, which are alike. fl(bound max(range, 1)) grows with bound. sum, slack and
+#                signs, which are equal. fl(bound max(range, 1)) grows with bound. sum, slack and
 #                range are the rule's own floats. nearest > 2^-20 farthest is false unless both are
 #                positive, because nearest <= farthest; the product is exact; then size = farthest.
 #                max(farthest, -nearest) is the largest |z|. fl(range) <= 2 size, which is a float.

@@ -132,7 +132,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
 
 
 def build_sdist(sdist_directory, config_settings=None):
-    """What git has of the checkout."""
+    """Packs the files of the checkout that git has."""
     _check(config_settings or {})
     listed = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], check=True,
                             stdout=subprocess.PIPE).stdout.decode()

@@ -41,7 +41,7 @@ void trace_packets(const ChartScene& scene, const cpu::PacketTracer& tracer, Sha
 struct Row {
     std::string target;
     std::string packet;
-    /// Of the packet; 0: single rays.
+    /// Rays of a packet; 0: single rays.
     std::uint32_t rays;
     double mrays;
 };

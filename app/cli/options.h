@@ -149,7 +149,7 @@ struct Options {
     // diff: the file that is expected, and the other one
     std::vector<std::string> compared_files;
 
-    // merge: the folders of the parts; a contact sheet, and a video of so many images a second
+    // merge: the folders of the parts; a contact sheet, a video, and its images a second
     std::vector<std::string> part_folders;
     std::string sheet;
     std::string video;
@@ -165,7 +165,7 @@ struct Options {
     // view; `frame` is the first one that is shown
     std::string screenshot;
     bool exits = false;
-    /// End after so many images; 0: never.
+    /// The number of images after which the viewer ends; 0: never.
     std::uint64_t exit_after = 0;
     bool plays = false;
     Comparison comparison = Comparison::kOff;

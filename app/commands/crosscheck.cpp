@@ -41,8 +41,8 @@ bool ends_run(ErrorKind kind) {
            kind != ErrorKind::kLimit;
 }
 
-/// Of two scenes' codes the one that the run ends with: a difference before a scene that could not
-/// be opened before a part that is missing, otherwise the first one.
+/// Returns the more serious code: a difference, then a scene that could not be opened, then a
+/// missing part; a if both are equally serious.
 ExitCode worse(ExitCode a, ExitCode b) {
     const auto rank = [](ExitCode code) {
         if (code == ExitCode::kOk) return 0;

@@ -65,7 +65,7 @@ void require_same_shape(const std::vector<std::string>& names, const morphray::H
                     shown(names[1]), shape_of(actual), shown(names[0]), shape_of(expected)));
 }
 
-/// What a file is by its name.
+/// The kind of a file, by its name.
 enum class FileKind { kHits, kPng, kExr };
 
 FileKind kind_of(const std::string& name) {

@@ -43,7 +43,7 @@ std::string frames_text(std::size_t count) {
     return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
 }
 
-/// What an index says otherwise than the clip, a line each.
+/// Returns the differences between an index and the clip, a line each.
 std::vector<std::string> differences(const ClipIndex& index, const ClipIndex& clip) {
     std::vector<std::string> lines;
     if (index.topology_hash != clip.topology_hash || index.vertex_count != clip.vertex_count)

@@ -45,7 +45,7 @@ std::string rays_text(const Options& options) {
 
 // Images that are encoded and written while the next is traced.
 constexpr std::size_t kMostBehind = 2;
-// Of an image with its hits, a pixel or sample.
+// Bytes of a pixel or sample of an image with its hits.
 constexpr std::uint64_t kTracedBytesPerPixel = 28;
 
 std::uint64_t pixel_count(const Options& options) {
@@ -240,7 +240,7 @@ private:
     OutputQueue queue_;
 };
 
-// What a file of hits takes for each pixel of an image: a hit, and a count of occluded rays.
+// Bytes of a file of hits for each pixel of an image: a hit, and a count of occluded rays.
 constexpr std::uint64_t kHitsFileBytesPerPixel = 20;
 // An image and its encoded form.
 constexpr std::uint64_t kEncodedBytesPerPixel = 26;

@@ -11,7 +11,7 @@
 namespace mray::app {
 namespace {
 
-/// What options.backend.choice means here: kAuto needs a look at the devices.
+/// Resolves options.backend.choice: kAuto needs a look at the devices.
 BackendChoice chosen_backend(const Options& options, const Messages& messages) {
     if (options.comparison != Comparison::kOff) return BackendChoice::kCpu;
     const morphray::Device device = open_device(options.backend, messages);

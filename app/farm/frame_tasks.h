@@ -38,7 +38,7 @@ bool has_hits_folder(const Options& options);
 void make_folders(const Options& options, const std::filesystem::path& folder,
                   const std::vector<FrameTask>& tasks);
 
-/// Of a task: its OpenEXR file; its file of hits, if --hits names a folder. Empty: none.
+/// Return the OpenEXR file of a task, and its file of hits if --hits names a folder. Empty: none.
 std::filesystem::path exr_file_of(const Options& options, const std::filesystem::path& folder,
                                   const FrameTask& task);
 std::filesystem::path hits_file_of(const Options& options, const FrameTask& task);
@@ -46,7 +46,7 @@ std::filesystem::path hits_file_of(const Options& options, const FrameTask& task
 /// A contact sheet shows every n-th frame, so that it is about square for clips of any length.
 std::size_t sheet_step(std::size_t frames);
 
-/// Width of an image in a contact sheet of so many, which is about square and 1536 pixels wide.
+/// Width of an image in a contact sheet of `frames`, which is about square and 1536 pixels wide.
 /// Only these small images stay in memory until the end.
 std::uint32_t thumbnail_width(std::size_t frames);
 

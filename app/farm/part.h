@@ -38,7 +38,7 @@ struct PartImage {
     double total_ms = 0;
 };
 
-/// What the parts of one render have in common.
+/// The facts that the parts of one render share.
 struct PartRender {
     /// Program and version, and the command without the shard.
     std::string software;
@@ -66,15 +66,15 @@ struct Part {
     PartRender render;
     Shard shard;
     PartState state = PartState::kRunning;
-    /// Of the program; none while it runs.
+    /// The exit code of the program; none while it runs.
     std::optional<int> exit_code;
     /// Why it ended early, or empty.
     std::string reason;
-    /// Of the last run.
+    /// Host, backend and device of the last run.
     std::string host;
     std::string backend;
     std::string device;
-    /// Of the shard's block, and of the frames that it rendered to check others.
+    /// Images of the shard's block, and those of the frames that it rendered to check others.
     std::vector<PartImage> images;
     std::vector<PartImage> checks;
     std::vector<double> frames_left;

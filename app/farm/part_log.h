@@ -40,7 +40,7 @@ public:
         }
     }
 
-    /// What is rendered.
+    /// Sets what is rendered.
     void set_scene(const Clip& clip, std::uint64_t clip_hash, const std::vector<double>& frames,
                    const std::vector<FrameTask>& tasks);
     /// Writes the part for the first time. Throws Error(kOutput).

@@ -78,8 +78,8 @@ struct TypeSize {
     std::string_view type;
     std::uint32_t bytes;
 };
-// Of these types OpenEXR reads so many bytes whatever the size before them says, and would go on
-// with the bytes behind.
+// OpenEXR reads a fixed number of bytes for these types. It ignores the size in the file and would
+// misread what follows.
 constexpr auto kTypeSizes = std::to_array<TypeSize>({
     {"box2f", 16},         {"box2i", 16},    {"chromaticities", 32},
     {"compression", 1},    {"double", 8},    {"envmap", 1},

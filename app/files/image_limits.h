@@ -11,11 +11,11 @@ namespace mray::app {
 /// decode a small image.
 inline constexpr std::uint64_t kAlwaysThere = std::uint64_t{4} << 20;
 
-/// What a decoder checks before it allocates.
+/// The limits that a decoder checks before it allocates.
 struct ImageLimits {
     std::uint32_t side = 65536;
     std::uint64_t pixels = std::uint64_t{1} << 28;
-    /// What a pixel takes beside the memory of the decoder itself.
+    /// Bytes that a pixel takes besides the memory of the decoder itself.
     std::uint64_t bytes_per_pixel = 4;
     /// Reduce channels of 16 bits to 8 instead of refusing them.
     bool reduce_16_bits = false;

@@ -19,7 +19,7 @@
 namespace mray::app {
 namespace {
 
-// What libjpeg takes at most for a pixel: coefficients of three channels, 2 bytes each.
+// The most bytes that libjpeg takes for a pixel: coefficients of three channels, 2 bytes each.
 constexpr std::uint64_t kDecoderBytesPerPixel = 6;
 // A progressive file may repeat scans without end, each of which takes time for the whole image.
 constexpr int kMostScans = 200;

@@ -16,7 +16,7 @@
 namespace mray::app {
 namespace {
 
-// Of deflate: a byte stands for at most 1032.
+// Deflate expands a byte to at most 1032.
 constexpr std::uint64_t kMostCompression = 1032;
 
 /// A reader over bytes in memory. libpng leaves a call that fails by longjmp, which runs no
@@ -48,7 +48,7 @@ public:
     std::uint32_t width() const { return png_get_image_width(png_, info_); }
     std::uint32_t height() const { return png_get_image_height(png_, info_); }
     int bit_depth() const { return png_get_bit_depth(png_, info_); }
-    /// What is stored, without compression.
+    /// The bytes of all rows, without compression.
     std::uint64_t stored_bytes() const {
         return std::uint64_t{png_get_rowbytes(png_, info_)} * height();
     }

@@ -14,7 +14,7 @@ namespace mray::app {
 /// A pixel of an image. All coordinates are in scene space; hits name triangles of the scene.
 struct RayBundle {
     std::string scene;
-    /// What traced the pixel, in words.
+    /// The tracer of the pixel, in words.
     std::string traced_by;
     double frame = 0;
     Pixel pixel;

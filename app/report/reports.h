@@ -41,9 +41,9 @@ struct FrameReport {
     std::uint64_t image_hash = 0;
     std::uint64_t bvh_hash = 0;
     FrameTimes times;
-    /// What render waited for the frame's positions, which are made while the frame before is
-    /// traced; how long its outputs took to encode and write, while later frames are traced; and
-    /// what render waited for the outputs of earlier frames.
+    /// The time that render waited for the frame's positions, which are made while the frame before
+    /// is traced; the time that its outputs took to encode and write, while later frames are
+    /// traced; and the time that render waited for the outputs of earlier frames.
     double read_wait_ms = 0;
     double write_ms = 0;
     double write_wait_ms = 0;
@@ -153,13 +153,13 @@ struct ProfileRow {
     double yardstick_ms = 0;
 };
 
-/// A stage on one backend beside that of an earlier run, by least times: at the frame whose change
-/// is the median, of an even number of frames the larger one in the middle.
+/// A stage on one backend compared with that of an earlier run, by least times: at the frame whose
+/// change is the median, of an even number of frames the larger one in the middle.
 struct StageChange {
     std::string backend;
     /// "update", "rebuild", "trace" or "trace, rebuilt".
     std::string stage;
-    /// What the stage took in the baseline, in units of its yardstick, times this run's yardstick.
+    /// The stage's time in the baseline, in units of its yardstick, times this run's yardstick.
     double expected_ms = 0;
     double measured_ms = 0;
     /// The frame that became slower by most, and by how much.
@@ -172,10 +172,10 @@ struct StageChange {
     double percent() const { return 100 * (measured_ms / std::max(expected_ms, 1e-9) - 1); }
 };
 
-/// A run beside an earlier one.
+/// A run compared with an earlier one.
 struct BaselineReport {
     std::string file;
-    /// Of the program that wrote the file.
+    /// The version of the program that wrote the file.
     std::string version;
     double tolerance_percent = 0;
     std::vector<StageChange> stages;
@@ -191,10 +191,11 @@ struct ProfileReport {
     std::string rays;
     int repeat = 0;
     bool complete = true;
-    /// Of the process, both backends and the trees that it compares included.
+    /// The most memory that the process held, both backends and the trees that it compares
+    /// included.
     std::uint64_t peak_memory_bytes = 0;
     std::vector<ProfileRow> rows;
-    /// Of the program.
+    /// The version of the program.
     std::string version;
     /// The kind of yardstick.
     std::string yardstick;

@@ -36,7 +36,7 @@ private:
 
     struct NamedFile {
         std::string name;
-        /// Of a sequence: the part before its first '%'.
+        /// Whether `name` is that of a sequence: its pattern up to the first '%'.
         bool is_pattern = false;
     };
 

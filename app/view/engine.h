@@ -62,7 +62,7 @@ private:
     const Clip& clip_;
     const Messages& messages_;
     std::function<void()> on_result_;
-    /// Of the engine's thread.
+    /// Scenes that the engine's thread alone uses.
     std::map<BackendChoice, TracedScene> scenes_;
     bool has_traced_ = false;
 

@@ -11,7 +11,7 @@
 
 namespace mray::app {
 
-/// What a scene is made with. A change makes a new one.
+/// The settings that a scene is made with. A change makes a new scene.
 struct SceneSettings {
     /// As TreeOptions::update.
     std::string update;

@@ -8,7 +8,7 @@
 namespace mray::app {
 namespace {
 
-/// Of the noise that shakes: large beside triangles, small beside the scene.
+/// Cells of the noise along the scene's diagonal: large against triangles, small against the scene.
 constexpr float kCellsADiagonal = 14;
 
 /// A hash of four integers (the finaliser of MurmurHash3 over their sum of products).

@@ -27,7 +27,7 @@ double RateMeter::rate(double seconds) const {
     const auto is_young = [&](const Event& e) { return e.seconds >= seconds - kWindow; };
     const auto first = std::find_if(events_.begin(), events_.end(), is_young);
     if (events_.end() - first < 2) return 0;
-    // What the first event counts for was made before it.
+    // Leaves out the amount of the first event, which was made before it.
     double amount = 0;
     for (auto e = first + 1; e != events_.end(); ++e) amount += e->amount;
     const double time = events_.back().seconds - first->seconds;

@@ -43,7 +43,7 @@ private:
     double frame_ = 0;
     MeshEdit edit_;
     TreeOrigin tree_;
-    /// Of the request before, whose memory the next one uses.
+    /// The image of the request before, whose memory the next one uses.
     morphray::Image image_;
 };
 

@@ -1,4 +1,4 @@
-// What the viewer shows: plain data that input changes.
+// The state of the viewer: plain data that input changes.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct ViewState {
     std::uint32_t rays = kRaysPrimary;
     bool flat = false;
     SceneSettings scene = {};
-    /// Of a still image.
+    /// Samples and ambient-occlusion rays of a still image.
     std::uint32_t samples = 64;
     std::uint32_t ao_count = 8;
     double ao_distance = 0;
@@ -57,7 +57,7 @@ int last_step(const ViewState& state);
 /// The image to trace at a step.
 ImageRequest request_of(const ViewState& state, int step);
 
-/// The most samples a pixel that an image of this size can have in so many bytes.
+/// The most samples a pixel that an image of this size can have in `bytes` of memory.
 std::uint32_t affordable_samples(std::uint32_t width, std::uint32_t height, std::uint64_t bytes);
 
 }  // namespace mray::app

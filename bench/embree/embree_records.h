@@ -51,7 +51,7 @@ T read_lane(const T (&field)[N], std::size_t i) {
     return field[i];
 }
 
-/// What differs from ray to ray, in lane i of an RTCRay, RTCRay4 and so on.
+/// Sets the members that differ from ray to ray, in lane i of an RTCRay, RTCRay4 and so on.
 template <class RayRecord>
 void copy_ray(RayRecord& record, std::size_t i, const Ray& ray) {
     lane(record.org_x, i) = ray.org.x;
@@ -64,7 +64,7 @@ void copy_ray(RayRecord& record, std::size_t i, const Ray& ray) {
     lane(record.tfar, i) = ray.tfar;
 }
 
-/// All of lane i.
+/// Sets all members of lane i.
 template <class RayRecord>
 void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
     copy_ray(record, i, ray);

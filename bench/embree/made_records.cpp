@@ -23,7 +23,7 @@ auto& ray_of(Record& record) {
     }
 }
 
-/// What no trace changes and what is alike for all rays.
+/// Sets what no trace changes and what all rays share.
 template <int N, class RayRecord>
 void set_constants(RayRecord& record, const TraceWork& work) {
     for (std::size_t i = 0; i < N; ++i) {

@@ -1,4 +1,5 @@
-// Skinning of glTF vertices beside reading and writing them: bench/skinning builds and runs it.
+// Skinning of glTF vertices, compared with reading and writing them: bench/skinning builds and runs
+// it.
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

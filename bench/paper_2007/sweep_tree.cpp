@@ -14,7 +14,7 @@ constexpr double kTriangleCost = 1;
 
 struct Split {
     int axis = -1;
-    /// The lower child gets so many triangles in the order of the axis.
+    /// The number of triangles of the lower child, in the order of the axis.
     std::size_t count = 0;
     double cost = std::numeric_limits<double>::infinity();
 };

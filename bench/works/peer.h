@@ -25,7 +25,8 @@ struct Peer {
     std::function<TraceAnswers()> answers;
 };
 
-/// Of each group the indices of the `count` peers with the least times; groups by their first peer.
+/// Returns the indices of the `count` peers of each group with the least times; groups are in the
+/// order of their first peers.
 std::vector<std::size_t> fastest_of_groups(std::span<const Peer> peers,
                                            std::span<const Times> times, std::size_t count);
 

@@ -12,13 +12,13 @@ namespace mray::bench {
 namespace {
 
 // An image of 1024 x 1024 has 16 parts on one thread, and half as many on two: a fifth of a
-// millisecond of our fastest tracer, which is long beside the clock and the start of tasks, and
-// short beside most disturbances.
+// millisecond of our fastest tracer, which is long compared with the clock and the start of tasks,
+// and short compared with most disturbances.
 constexpr std::size_t kSquaresOfPart = 16;
 // Every method traces each n-th part a few times to find out which peers are the fastest.
 constexpr std::size_t kTrialStride = 4;
 constexpr int kTrialRounds = 2;
-// Of each group so many peers are measured in full, because a short trial may take the wrong one.
+// Peers of each group that are measured in full, because a short trial may take the wrong one.
 constexpr std::size_t kFinalists = 2;
 
 struct Mine {

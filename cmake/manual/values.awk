@@ -1,4 +1,4 @@
-# What the completions of all shells share: what an option takes.
+# The part that the completions of all shells share: what an option takes.
 BEGIN { FS = "\t" }
 
 # "list", "several" (of a list, with commas between them), "file", "folder", "scene", "none" (a flag) or "any" (nothing to offer).

@@ -6,7 +6,7 @@ function bracketed(text) {
     return "[" text "]"
 }
 
-# What follows the name of an option.
+# Returns the text that follows the name of an option.
 function argument(value,    kind, name) {
     kind = takes(value)
     name = tolower(value)

@@ -57,7 +57,7 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libmorphray-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEV_DEPENDS library)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
-# What morphray::static links to.
+# Packages of the libraries that morphray::static links to.
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS
     "libtbb-dev, libfmt-dev, libhwy-dev, libxxhash-dev, zlib1g-dev")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "${about}

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSuffix = ".partial";
 
-/// What the names of this host's temporary files begin with. Several hosts may share a folder.
+/// The prefix of the names of this host's temporary files. Several hosts may share a folder.
 std::string host_prefix() {
     char host[HOST_NAME_MAX + 1] = {};
     ::gethostname(host, sizeof host - 1);

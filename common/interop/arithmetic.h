@@ -1,5 +1,6 @@
-// The arithmetic that every conformant device rounds alike: + - * on floats under round-to-nearest,
-// comparisons, selects, integers and bit casts. No division, square root, fma or built-in dot.
+// The arithmetic that every conformant device rounds in the same way: + - * on floats under
+// round-to-nearest, comparisons, selects, integers and bit casts. No division, square root, fma or
+// built-in dot.
 // docs/design/arithmetic.md derives the bounds that are quoted here.
 #if !defined(COMMON_INTEROP_ARITHMETIC_H) || defined(SHARED_LANES)
 #ifndef COMMON_INTEROP_ARITHMETIC_H

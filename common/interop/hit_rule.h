@@ -215,7 +215,7 @@ SHARED Bool may_be_inside(Edges e) {
     return lesser(e.u, lesser(e.v, e.w)) >= -e.bound || greater(e.u, greater(e.v, e.w)) <= e.bound;
 }
 
-/// Whether all signs are certain and alike, and the edge functions accurate enough as weights of z.
+/// Whether all signs are certain and equal, and the edge functions accurate enough as weights of z.
 /// Their errors move z by at most 2 * bound / sum of depth_range; that must stay a part of the
 /// depth margin M for a hit never to lie before its box by more than M. (Of M, 2^-5 is left to
 /// other errors, a quarter goes here twice over.) Checked: proofs/fast_edges.g, depth.g, boxes.g.

@@ -59,7 +59,8 @@ SHARED_CONST float kBoxError = 9.5367431640625e-07f;
 // How far a box is outside a wedge that holds all rays, by its largest coordinate: 2^-12.
 SHARED_CONST float kWedgeMargin = 0.000244140625f;
 // Only frames whose axes span more than this part, 2^-28, of the product of their sizes have
-// wedges, and only if no ray's largest component at z = 1 is more than so many times another's.
+// wedges, and only if no ray's largest component at z = 1 is more than kMostWedgeDepths times
+// another's.
 SHARED_CONST float kLeastWedgeSpan = 3.725290298461914e-9f;
 SHARED_CONST float kMostWedgeDepths = 64.0f;
 // On a device: how far a ray may be outside a wedge, by the size of the corners: 32 u.

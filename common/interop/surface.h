@@ -11,7 +11,7 @@
 SHARED_BEGIN
 
 #ifndef SHARED_LANES
-// Ambient occlusion is sampled alike in all squares of this many pixels a side, each pixel of a
+// Ambient occlusion is sampled equally in all squares of this many pixels a side, each pixel of a
 // square in other directions: the mean over any such square has no noise.
 SHARED_CONST uint kAoSquareSide = 4u;
 #endif

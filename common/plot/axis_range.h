@@ -11,7 +11,7 @@ namespace mray::plot {
 
 struct Tick {
     double at = 0;
-    /// Of an axis of powers of ten that reaches 10^5 or 10^-4: "10^{N}".
+    /// The label; on an axis of powers of ten that reaches 10^5 or 10^-4 it is "10^{N}".
     std::string text;
 };
 

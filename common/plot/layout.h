@@ -23,7 +23,7 @@ double text_width(std::string_view text, double font_size);
 /// An entry of a legend: a text with a sample of a curve or a colour of rectangles before it.
 struct LegendEntry {
     std::string text = {};
-    /// Of a curve; without it `style.colour` is that of rectangles.
+    /// Whether the sample is one of a curve; if not, `style.colour` is that of rectangles.
     bool is_curve = true;
     Style style = {};
     /// From the left end of the sample to the end of the text.

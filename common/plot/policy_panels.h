@@ -10,8 +10,8 @@
 namespace mray::plot {
 
 /// Four panels, for two columns: by frame the time of trace, the quality of the tree and the time
-/// of update and trace; the total by how long a tree is used, beside trees that are rebuilt every
-/// K frames. `frames` is the title of the axis of frames.
+/// of update and trace; the total by how long a tree is used, together with that of trees that are
+/// rebuilt every K frames. `frames` is the title of the axis of frames.
 std::vector<Panel> policy_panels(const PolicyComparison& comparison, const std::string& frames);
 
 }  // namespace mray::plot

@@ -97,8 +97,8 @@ public:
     /// Nothing for scenes that can be seen from outside.
     virtual std::optional<InsideView> inside_view() const { return std::nullopt; }
 
-    /// What an index file of this clip holds; null for clips that are not read frame by frame, or
-    /// whose frames have not been read. Hashes all files. Throws Error(kBadInput).
+    /// Returns the content of an index file of this clip; null for clips that are not read frame by
+    /// frame, or whose frames have not been read. Hashes all files. Throws Error(kBadInput).
     virtual std::shared_ptr<const ClipIndex> make_index() const { return nullptr; }
     virtual IndexUse index_use() const { return {}; }
 

@@ -151,7 +151,7 @@ HWY_INLINE std::uint64_t low_halves(Int4 v) {
     return hn::GetLane(hn::BitCast(number, hn::DemoteTo(shorts, v)));
 }
 
-/// out[i] becomes lane i of a, b and c; what its lane 3 holds is left open.
+/// out[i] becomes lane i of a, b and c; its lane 3 is unspecified.
 HWY_INLINE void transpose3(Float4 a, Float4 b, Float4 c, Float4 (&out)[3]) {
     const Float4 low = hn::InterleaveLower(kFloats4, a, b);
     const Float4 low_c = hn::InterleaveLower(kFloats4, c, c);

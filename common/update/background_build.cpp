@@ -11,9 +11,8 @@
 namespace mray {
 namespace {
 
-/// Gives way to the threads that trace, which have a core each: without this, traces beside a build
-/// take much longer. At a niceness of 10 builds beside other programs hardly ever
-/// end.
+/// Lowers this thread's priority: at normal priority a build slows down the threads that trace,
+/// which have a core each. At a niceness of 10 a build starves while other programs run.
 void give_way() {
     constexpr int kNiceness = 5;
     setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);

@@ -24,7 +24,7 @@ struct PolicyFrame {
     double cost_ratio = 1;
     bool build_pending = false;
     std::uint64_t hits_hash = 0;
-    /// Of the round with the median cost_ms().
+    /// The times of the round with the median cost_ms().
     FrameTimes times;
     /// Time to trace the tree that is built at this frame.
     double trace_rebuilt_ms = 0;

@@ -44,8 +44,8 @@ private:
 };
 
 /// The growth of leaf boxes beyond which a leaf is restructured: `limit`, or more if the leaves
-/// beyond it hold more than `most` of the triangles, assumed to be spread evenly. None if they are
-/// so many that a build would not cost much more.
+/// beyond it hold more than `most` of the triangles, assumed to be spread evenly. None if a build
+/// would not cost much more than to restructure them.
 std::optional<double> limit_of_slice(const Bvh& bvh, const BuiltAreas& areas, double limit,
                                      double most) {
     std::vector<double> grown;

@@ -45,7 +45,7 @@ public:
     /// The tree at the current frame, read back from the tracer.
     const Bvh& tree() { return updater_->tree(); }
 
-    /// Of the last advance() and trace(); before the first advance(), of the build.
+    /// The times of the last advance() and trace(); before the first advance(), those of the build.
     const FrameTimes& times() const { return times_; }
     const TreeUpdate& last_update() const { return updater_->last(); }
     /// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.

@@ -38,7 +38,7 @@ struct TreeUpdate {
     bool build_pending = false;
 };
 
-/// What tracing a frame took.
+/// The cost of tracing a frame.
 struct TraceCost {
     double ms = 0;
     std::uint64_t rays = 0;
@@ -104,7 +104,7 @@ private:
     TriangleSample sample_;
     Bvh bvh_;
     TreeFit built_fit_;
-    /// Of the tree in use, if the policy may restructure it.
+    /// The areas of the tree in use, if the policy may restructure it.
     BuiltAreas areas_;
     TreeUpdate last_;
     /// Whether tracer or refitter has refitted and its times have not been taken.

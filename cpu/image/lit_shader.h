@@ -34,7 +34,7 @@ struct LitSamples {
     /// Empty: all triangles are flat.
     std::span<const uvec3> normal_ids;
     std::span<const vec3> normals;
-    /// Of the triangles whose albedo has kTexturedBit.
+    /// The textures of the triangles whose albedo has kTexturedBit.
     TexturedTriangles textures = {};
 
     std::span<const Hit> hits;
@@ -48,12 +48,12 @@ struct LitSamples {
     std::span<const std::uint32_t> colours;
 };
 
-/// What a lit pixel shows beside its 8-bit colour.
+/// The data of a lit pixel besides its 8-bit colour.
 struct LitPixel {
     /// Linear, the mean of the samples.
     float colour[3];
-    /// Of the sample at (side / 2, side / 2): the unit normal on the side of the eye, 0 without a
-    /// hit, and the share of the sky that it sees, 1 without a hit.
+    /// The unit normal of the sample at (side / 2, side / 2), on the side of the eye; 0 without a
+    /// hit. `open` is the share of the sky that the sample sees, 1 without a hit.
     float normal[3];
     float open;
 };

@@ -30,14 +30,14 @@ public:
     struct Level {
         /// Width and height of the level, then of the next one, or of the last once more.
         alignas(16) std::int32_t sides[4];
-        /// Of its texels.
+        /// The index of its first texel in texels().
         std::size_t first;
 
         std::uint32_t width() const { return static_cast<std::uint32_t>(sides[0]); }
         std::uint32_t height() const { return static_cast<std::uint32_t>(sides[1]); }
     };
     std::span<const Level> levels() const { return levels_; }
-    /// Of all levels, packed as in the image, without alpha.
+    /// The texels of all levels, packed as in the image, without alpha.
     std::span<const std::uint32_t> texels() const { return texels_; }
     bool clamps() const { return clamp_; }
 

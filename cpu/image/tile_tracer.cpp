@@ -7,8 +7,8 @@
 namespace mray::cpu {
 namespace {
 
-/// At most so many ambient-occlusion rays are traced together, so that they stay in the cache,
-/// unless one block has more.
+/// The most ambient-occlusion rays that are traced together, so that they stay in the cache; one
+/// block may have more.
 constexpr std::uint32_t kMostAoRays = 2048;
 
 void trace_shadows(const TileTracer& tracer, const PixelPart& part) {

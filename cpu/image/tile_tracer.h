@@ -19,7 +19,7 @@ namespace mray::cpu {
 /// The shadow rays of a tile, with indices as by light_packet_ray().
 struct ShadowRays {
     std::vector<SharedOriginRays> rays;
-    /// Of PixelShader::make_shadow_rays().
+    /// The `lit` of PixelShader::make_shadow_rays().
     std::vector<float> lit;
     std::vector<std::uint8_t> occluded;
 };

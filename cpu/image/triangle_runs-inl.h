@@ -143,9 +143,9 @@ private:
         return {at(planes_[plane]), at(planes_[plane + 1]), at(planes_[plane + 2])};
     }
 
-    /// Of samples.
+    /// The run of each sample.
     AlignedVector<std::uint32_t> run_of_;
-    /// Of runs.
+    /// Triangle and albedo of each run.
     AlignedVector<std::uint32_t> prims_;
     AlignedVector<std::uint32_t> albedo_;
     /// x, y and z of the flat normal and of those at the corners, if they are smooth.

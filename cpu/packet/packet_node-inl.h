@@ -57,8 +57,8 @@ inline constexpr float kFarthestByDepth = 0.99999f;
 /// them the packet may meet.
 ///
 /// A point that is seen has z > 0. If x > 0 for all of a box, x / z is at least the least x over
-/// the greatest z, whether the box is in front of the origin or reaches behind it; if x < 0 alike.
-/// On the other sides a box that is not in front of the origin has no bound.
+/// the greatest z, whether the box is in front of the origin or reaches behind it; so if x < 0,
+/// too. On the other sides a box that is not in front of the origin has no bound.
 HWY_INLINE Mask rectangle_of_box(const PacketFrame& frame, const FloatVec least[3],
                                  const FloatVec most[3], Rectangles& r, std::size_t l) {
     const FloatVec all = splat(kWholePlane);

@@ -1,4 +1,4 @@
-// What a tree costs, as colours.
+// The cost of a tree, as colours.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,7 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-// Leaves are prefetched so many before they are needed, with all that their refit reads and writes
+// The number of leaves by which prefetches run ahead, with all that a leaf's refit reads and writes
 // (docs/lab/build_and_refit.md).
 inline constexpr std::uint32_t kLeavesAhead = 16;
 

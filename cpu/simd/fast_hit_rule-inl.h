@@ -80,8 +80,8 @@ struct FastHits {
         return mean;
     }
 
-    /// Of the rays for which project() returned true, those whose z, which weigh() returned as
-    /// `mean`, is positive beyond its error. Their triangles may reach behind the origin.
+    /// Returns those of the rays for which project() returned true whose z, which weigh() returned
+    /// as `mean`, is positive beyond its error. Their triangles may reach behind the origin.
     HWY_INLINE Mask is_hit_ahead(FloatVec mean, FloatVec slack) const {
         // `error` of weighted_hit() is no larger: is_flat limits its part by the bound, and the
         // range is at most twice the size. Checked: proofs/fast_hits.g.

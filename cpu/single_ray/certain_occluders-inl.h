@@ -1,6 +1,6 @@
-// What plain edge functions and depths are certain of, so that the hit rule need not be asked: that
-// a triangle occludes a ray, with a hit between tnear and tfar; that a hit would lie behind the
-// origin; that it would lie beyond tfar.
+// Tests by plain edge functions and depths that are certain, so that the hit rule need not be
+// asked: a triangle occludes a ray, with a hit between tnear and tfar; a hit would lie behind the
+// origin; a hit would lie beyond tfar.
 //
 // Occluders. Names (proofs/certain.g; e = 2^-24): E the magnitudes of the exact edge functions, z
 // the vertices' z by the sign of dir.z, Z the largest |z|, zbar the mean of z under E. |e| are the
@@ -90,13 +90,13 @@ struct CertainRange {
     FloatVec beyond;
 };
 
-/// Of the rays from `first` on.
+/// Loads the ranges of the rays from `first` on.
 HWY_INLINE CertainRange certain_ranges(const RayStream& stream, std::size_t first) {
     return {load(stream.certain_from + first), load(stream.certain_to + first),
             load(stream.certain_beyond + first)};
 }
 
-/// Of one ray, in all lanes.
+/// Loads the range of one ray into all lanes.
 HWY_INLINE CertainRange certain_range(const RayStream& stream, std::size_t ray) {
     return {splat(stream.certain_from[ray]), splat(stream.certain_to[ray]),
             splat(stream.certain_beyond[ray])};

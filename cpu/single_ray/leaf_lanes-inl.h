@@ -74,7 +74,7 @@ struct LeafLanes {
     UintVec local_vertices[kVectors];
 };
 
-/// Of a leaf, for rays with this main axis; kAxis is the same, or kAnyAxis.
+/// Loads a leaf for rays with this main axis; kAxis is the same, or kAnyAxis.
 template <int kAxis>
 HWY_INLINE LeafLanes load_leaf(const Leaf& leaf, std::uint32_t axis) {
     const auto rotation = hn::LoadDup128(kBytes, kRotations[axis]);

@@ -20,7 +20,7 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
-// So many rays are ordered together.
+// Rays that are ordered together.
 inline constexpr std::size_t kBatchRays = 2048;
 
 /// The indices of at most kBatchRays rays: those of octant k are order[begin[k] .. begin[k + 1]).
@@ -58,8 +58,8 @@ struct OctantOrder {
     }
 
 private:
-    // Rays are taken from so many parts of the batch in turn, because a counter that was just
-    // written takes some cycles until it can be read.
+    // Parts of the batch that rays are taken from in turn, because a counter that was just written
+    // takes some cycles until it can be read.
     static constexpr std::size_t kParts = 4;
 
     /// As rdir has its signs: a zero counts as positive.

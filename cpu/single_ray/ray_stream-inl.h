@@ -120,7 +120,7 @@ struct DepthlessBound {
     }
 };
 
-/// Of rays whose most_depth() is `depth`.
+/// Returns the bound for rays whose most_depth() is `depth`.
 template <class Value>
 HWY_INLINE DepthlessBound<Value> depthless_bound(Value depth) {
     const Value q = depth * kFastProjectionError + kFastProjectionFloor;

@@ -1,4 +1,4 @@
-// Comparison of two scenes that should answer alike.
+// Comparison of two scenes that should give the same answers.
 #pragma once
 
 #include <cstddef>

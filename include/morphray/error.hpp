@@ -24,9 +24,9 @@ enum class ErrorCode {
 /// "bad_argument" for ErrorCode::bad_argument, and so on.
 MORPHRAY_API const char* to_string(ErrorCode code) noexcept;
 
-/// What every function of the library throws, and nothing else. what() is one line that says what
-/// is wrong and, where there is a remedy, what to do. A call that throws has changed nothing, but
-/// for device_lost, and for limit from a call that changes a scene (Scene says more).
+/// The exception that every function of the library throws; there is no other. what() is one line
+/// that says what is wrong and, where there is a remedy, what to do. A call that throws has changed
+/// nothing, but for device_lost, and for limit from a call that changes a scene (Scene says more).
 class MORPHRAY_API Error : public std::runtime_error {
 public:
     Error(ErrorCode code, const std::string& message);

@@ -20,7 +20,7 @@ enum class Rays {
     ao,       ///< and ambient-occlusion rays from each hit.
 };
 
-/// What the colours of an image show.
+/// The meaning of the colours of an image.
 enum class Shading {
     plain,   ///< The light of View::rays on flat triangles.
     lit,     ///< A light with shadows and a sky with ambient occlusion, on smooth surfaces.
@@ -31,7 +31,7 @@ enum class Shading {
     sah,     ///< How much larger the box of a leaf is than its triangles, by area: from 1 to 64.
 };
 
-/// The side of the square of camera rays of a pixel that has so many of them: 1, 2, 4 or 8.
+/// The side of the square of camera rays of a pixel that has `samples` of them: 1, 2, 4 or 8.
 constexpr std::uint32_t sample_side(std::uint32_t samples) {
     std::uint32_t side = 1;
     while (side * side < samples && side < 8) side *= 2;
@@ -72,14 +72,14 @@ struct View {
     const std::atomic<bool>* cancel = nullptr;
 };
 
-/// What a pixel of a lit image shows beside its 8-bit colour.
+/// The data of a pixel of a lit image, besides its 8-bit colour.
 struct LitPixel {
     /// Linear red, green and blue, the mean of the samples.
     std::array<float, 3> colour = {};
-    /// Of the sample in the middle of the pixel: the unit normal in world space, on the side of the
+    /// The unit normal of the sample in the middle of the pixel, in world space, on the side of the
     /// eye; 0 without a hit.
     std::array<float, 3> normal = {};
-    /// Of the same sample: the share of the sky that it sees, from 0 to 1; 1 without a hit.
+    /// The share of the sky that the same sample sees, from 0 to 1; 1 without a hit.
     float open = 1;
 };
 

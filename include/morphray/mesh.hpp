@@ -47,7 +47,7 @@ Positions packed(const Array& points) {
 inline constexpr std::uint32_t kNoTexture = 0xFFFFFFFFu;
 inline constexpr std::uint32_t kMaxTextureSide = 16384;
 
-/// What a texture shows beyond its image.
+/// The continuation of a texture beyond its image.
 enum class Wrap {
     repeat,  ///< The image again and again.
     clamp,   ///< The texels of its border.

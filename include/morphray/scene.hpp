@@ -38,7 +38,7 @@ struct Auto {
     double budget_ms = 0;
     /// The same as a part of the time that refit and queries of a pose take.
     double budget = 0.75;
-    /// Decide by counts of triangles and rays instead of times, so that all runs decide alike.
+    /// Decide by counts of triangles and rays instead of times, so that all runs decide the same.
     /// Results never depend on the decisions.
     bool deterministic = false;
 };
@@ -67,7 +67,7 @@ struct SceneOptions {
     bool record_cost_ratio = false;
 };
 
-/// What an update did to the tree.
+/// The change that an update made to the tree.
 enum class Step {
     build,        ///< The first tree, or one over another set of meshes.
     keep,         ///< Nothing moved.
@@ -163,7 +163,7 @@ public:
     /// geom_id is free afterwards. Throws bad_argument if there is none of this geom_id.
     void detach(std::uint32_t geom_id);
 
-    /// What the last build or update() did, with the times that are known by now.
+    /// Returns what the last build or update() did, with the times that are known by now.
     Update last_update() const;
 
     /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays, in any order. Runs on
@@ -182,9 +182,9 @@ public:
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count
     /// of 0, limit for more pixels or ao_count than View allows.
     Image render(const View& view) const;
-    /// The same into `image`, whose memory it uses again: for one image after the other, where
-    /// making memory anew takes longer than the trace. Not two calls with one image at the same
-    /// time. If it throws, `image` is a valid image, but of nothing in particular.
+    /// The same into `image`, whose memory it uses again: for sequences of images, where allocation
+    /// takes longer than tracing. Not two calls with one image at the same time. If it throws,
+    /// `image` is a valid image, but of nothing in particular.
     void render(const View& view, Image& image) const;
 
     /// A scene over the same meshes with a copy of this tree on another device, at the current

@@ -1,4 +1,4 @@
-// Views and images between the public interface and the engine.
+// Conversions of views and images between the public interface and backends.
 #pragma once
 
 #include "common/base/thread_arena.h"
@@ -12,12 +12,13 @@ namespace morphray::detail {
 
 mray::ViewSpec to_spec(const View& view);
 
-/// What a backend traced for an image. The next image may use its memory again.
+/// The results of a backend for an image. The next image may use their memory again.
 struct TracedImage {
-    /// Of the samples: width and height are those of the image times the side of a pixel's square.
+    /// Parameters of the samples: width and height are those of the image times the side of a
+    /// pixel's square.
     mray::ImageParams params = {};
     mray::Frame samples;
-    /// The same samples with ambient-occlusion rays, if `has_sky`; else of an image before.
+    /// The same samples with ambient-occlusion rays, if `has_sky`; else those of an image before.
     mray::Frame sky;
     bool has_sky = false;
 };

@@ -182,7 +182,7 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
     image.pixels.resize(std::size_t{view.width} * view.height);
     static_assert(sizeof(LitPixel) == sizeof(mray::cpu::LitPixel));
     image.lit_pixels.resize(is_lit && view.lit_pixels ? image.pixels.size() : 0);
-    // Of samples, so that the rows that a band shares with its neighbours are a small part of it.
+    // Rows of samples in a band: those that it shares with its neighbours are a small part of it.
     constexpr std::uint32_t kBandRows = 32;
     const std::uint32_t band = kBandRows / side;
     arena.execute([&] {

@@ -1,4 +1,4 @@
-// What module.cpp puts together, and conversions that more than one part needs.
+// The parts that module.cpp puts together, and conversions that more than one of them needs.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -41,7 +41,7 @@ std::size_t batch_size(const RayArray& rays) {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// What the normals of a mesh are made of.
+/// The corners of a mesh's triangles, which normals are made of.
 struct Corners {
     Positions positions;
     std::span<const std::uint32_t> triangles;
@@ -54,8 +54,8 @@ struct Corners {
     }
 };
 
-/// Of length 1, and of length 0 for a triangle without area. In doubles, where products of floats
-/// do not overflow.
+/// Writes a normal of length 1, or of length 0 for a triangle without area. Computes in doubles,
+/// where products of floats do not overflow.
 void write_normal(const Corners& mesh, std::uint32_t prim_id, float* out) {
     const std::uint32_t* const corner = &mesh.triangles[std::size_t{3} * prim_id];
     const Vec3 p0 = mesh.point(corner[0]);

@@ -73,7 +73,7 @@ def test_functions_have_the_parameters_of_the_stub():
         arguments = node.args
         expected = [a.arg for a in arguments.posonlyargs + arguments.args + arguments.kwonlyargs]
         assert list(signature.parameters) == expected, node.name
-        # Of the stub, an overload may give fewer defaults.
+        # An overload in the stub may give fewer defaults.
         keyword_only = {
             p.name for p in signature.parameters.values() if p.kind is p.KEYWORD_ONLY
         }

@@ -1,4 +1,4 @@
-// The first include of every kernel: the modes that make + - * on floats round alike on every
+// The first include of every kernel: the modes that make + - * on floats round equally on every
 // device (Vulkan specification, "Precision and Operation of SPIR-V Instructions"). Mode 4462 is
 // RoundingModeRTE, 4461 SignedZeroInfNanPreserve, each for 32 bits; 4467 and 4466 are their
 // capabilities.

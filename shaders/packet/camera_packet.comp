@@ -71,7 +71,7 @@ vec3 move_row(vec3 row, vec3 row_z, float middle, out vec3 row_error) {
 /// 2. The rows from the host are off by 2^-24 of their components, and the middle times that of
 ///    row_z.
 /// 3. In the frame's rows these errors are e = (e0, e1, e2). A ray at (X, Y, 1) is off by
-///    (e0 - X e2) / (1 + e2) in x, and in y alike.
+///    (e0 - X e2) / (1 + e2) in x, and likewise in y.
 /// 4. The factors of the code cover roundings here and the division by 1 + e2.
 vec2 find_ray_error(vec3 row_x, vec3 row_y, vec2 middle) {
     vec3 du = abs(camera.du);

@@ -44,7 +44,7 @@ float end_error;
 /// Makes a packet of waiting rays. Its plane is that of the largest component of one of them,
 /// sheared so that this ray passes it at 0. The packet takes the rays that pass near this ray,
 /// compared with its neighbours in the image, since rays across the edge of a surface lie far
-/// apart; is_last: it takes all rays. Rays that hardly reach the plane are left out. Triangles are
+/// apart; is_last: it takes all rays. Rays whose z is below 0.5 are left out. Triangles are
 /// set up along plane_axes; boxes are tested against wedges by a rectangle along the axes of space.
 void set_frame(bool is_last) {
     uint v = uint(findLSB(cluster_or(waiting))) & (kVectors - 1u);

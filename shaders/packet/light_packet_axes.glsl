@@ -54,8 +54,8 @@ vec2 cluster_sum(vec2 v) {
     return v;
 }
 
-/// Two linear functions of the plane, of length 1: the first hardly depends on y of a pixel, the
-/// second hardly on x, so that rectangles of pixels fill rectangles of the plane. If the two are
+/// Two linear functions of the plane, of length 1: the first depends little on y of a pixel, the
+/// second little on x, so that rectangles of pixels fill rectangles of the plane. If the two are
 /// within 15 degrees of each other, an orthogonal pair along the packet's longer side.
 mat2 plane_axes(PointSums own) {
     float count = greater(cluster_sum(vec2(own.count)).x, 1.0f);

@@ -108,7 +108,7 @@ Outcome run_line(const std::string& line, const std::filesystem::path& folder) {
 
 TEST(Help, ExamplesWork) {
     const TemporaryFolder folder;
-    // What the examples of diff compare.
+    // The files that the examples of diff compare.
     for (const std::string name : {"here", "there"}) {
         const Outcome made =
             run_line("morphray render builtin:cloth:300 --frame 8 --size 40x30 -o " + name +
@@ -116,7 +116,7 @@ TEST(Help, ExamplesWork) {
                      folder.path());
         ASSERT_EQ(made.code, 0) << made.err;
     }
-    // What the examples of index are about.
+    // The sequence that the examples of index name.
     for (const char* name : {"frames/f_1.obj", "frames/f_2.obj"})
         folder.write(name, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     // The other half of what the examples of merge put together.

@@ -152,7 +152,7 @@ TEST(Progress, IsDrawnAtMostTenTimesASecondAndClearedAtTheEnd) {
     EXPECT_EQ(text.find('\n'), std::string::npos);
 }
 
-/// What Progress writes to a pipe.
+/// A pipe that Progress writes to.
 class Pipe {
 public:
     Pipe() {

@@ -19,7 +19,7 @@ expect() {
     [ "$code" = "$expected" ] || fail "exit code $code instead of $expected: $*"
 }
 
-# expect_rows DIFFERENCES: each work has a row for each tracer, with so many differences.
+# expect_rows DIFFERENCES: each work has a row for each tracer, with DIFFERENCES differences.
 expect_rows() {
     local row
     for row in primary,packet primary,stream primary,single ao,stream ao,single; do

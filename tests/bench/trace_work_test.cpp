@@ -100,7 +100,7 @@ TEST_F(TraceWorks, DiffuseRaysLeaveEachSurfaceInDirectionsOfTheirOwnWithoutAnEnd
         EXPECT_EQ(diffuse.rays[i].org, ao.rays[i].org);
         EXPECT_EQ(diffuse.rays[i].tfar, kInfiniteT);
     }
-    // Two of them may be alike by chance.
+    // Two of them may be equal by chance.
     EXPECT_GT(directions.size(), diffuse.active_count - diffuse.active_count / 100);
 }
 

@@ -55,7 +55,7 @@ std::vector<FrameHashes> follow(const std::string& scene, std::uint64_t triangle
     return hashes;
 }
 
-/// Takes each step in turn, the background build beside traces.
+/// Takes each step in turn, the background build at the same time as traces.
 class EveryStep final : public UpdatePolicy {
 public:
     UpdateDecision plan() override { return {UpdateStep::kRefit, "scripted"}; }

@@ -18,7 +18,7 @@
 namespace mray::test {
 namespace {
 
-/// What lets calls fail: the preloaded library, or the layer of Vulkan.
+/// The thing that lets calls fail: the preloaded library, or the layer of Vulkan.
 enum class Injector { kLibrary, kLayer };
 
 /// Runs a command in a folder of its own, which holds an OBJ scene and a file of rays.

@@ -1,4 +1,4 @@
-// What the program does while calls fail or signals arrive, and what it must have written.
+// The runs of the program while calls fail or signals arrive, and what they must have written.
 #pragma once
 
 #include <iosfwd>

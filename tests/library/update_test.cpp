@@ -1,4 +1,4 @@
-// After any sequence of updates a scene answers as one that is built anew.
+// After any sequence of updates a scene answers as one that is newly built.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Rays of the caller come into scene space with the bits of the engine's own conversion.
+// Rays of the caller come into scene space with the bits of mray::to_scene().
 #include "library/world_ray.h"
 
 #include <gtest/gtest.h>

@@ -26,7 +26,7 @@ namespace mray::test {
 struct Kernel {
     const char* name;
     std::span<const std::uint32_t> words;
-    /// Of its push constants.
+    /// The size of its push constants.
     std::size_t argument_bytes;
     /// Whether it has arithmetic outside the hit rule, whose bounds hold in any order and with any
     /// fusion.

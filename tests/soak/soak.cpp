@@ -1,7 +1,7 @@
 // soak [--frames N] [--backend cpu|vulkan]: follows small scenes that deform for N frames
 // (1,000,000), under each update policy, round and round, and checks at the end of each tenth what
 // must not change: memory, file descriptors and threads; the bits of the first frame's image; how
-// many trees a round takes, and what they cost beside new ones. Prints a row for each tenth; exit
+// many trees a round takes, and what they cost against new ones. Prints a row for each tenth; exit
 // code 1 if a check fails.
 #include <fmt/format.h>
 #ifdef __GLIBC__
@@ -44,8 +44,8 @@ constexpr std::uint32_t kSide = 32;
 // follows in steps, since each of a driver's threads keeps what it has freed.
 constexpr std::uint64_t kMostGrowthKib = 4096;
 constexpr std::uint64_t kMostResidentGrowthKib = 32 * 1024;
-// A tree of --update auto costs at most so many times a new one, and restructures or builds in at
-// most every second frame.
+// The most that a tree of --update auto costs, as a multiple of a new one; it is restructured or
+// built in at most every second frame.
 constexpr double kMostCostRatio = 2;
 constexpr double kMostTreesAFrame = 0.5;
 
@@ -57,7 +57,7 @@ std::uint64_t status_number(const char* key) {
     return 0;
 }
 
-/// What the program has allocated and not freed, where the C library tells.
+/// Returns what the program has allocated and not freed, in KiB, where the C library tells.
 std::uint64_t allocated_kib() {
 #ifdef __GLIBC__
     const struct mallinfo2 info = mallinfo2();
@@ -111,7 +111,7 @@ public:
         return rounds * period_;
     }
 
-    /// What is wrong; empty if nothing is.
+    /// Returns what is wrong; empty if nothing is.
     std::string problem(std::uint64_t frames) {
         if (image_hash() != first_hash_) return "the first frame has other bits";
         if (!is_auto_) return {};

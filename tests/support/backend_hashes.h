@@ -1,4 +1,4 @@
-// What a backend holds and shows, as hashes.
+// Hashes of a backend's tree and images.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@
 
 namespace mray::test {
 
-/// Of three files, of which the second is damaged.
+/// Returns the index of a clip of three files, the second of which is damaged.
 inline ClipIndex three_frames() {
     const double lower[3] = {-1, 0, 2};
     const double upper[3] = {4, 0, 2.5};

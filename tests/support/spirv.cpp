@@ -19,7 +19,7 @@ std::string text_of(std::span<const std::uint32_t> words) {
 }
 
 /// Instructions that compute nothing (declarations, memory, control flow, texel fetches, atomics
-/// on integers), and those that every device computes alike.
+/// on integers), and those that every device computes equally.
 bool is_exact(std::uint32_t opcode) {
     constexpr std::array<std::array<std::uint32_t, 2>, 20> kRanges = {{
         {1, 1},      // a value that is not used
@@ -47,7 +47,7 @@ bool is_exact(std::uint32_t opcode) {
                        [&](const auto& r) { return opcode >= r[0] && opcode <= r[1]; });
 }
 
-/// Of GLSL.std.450: FAbs, FMin, UMin, FMax, UMax, FindILsb.
+/// Whether it is FAbs, FMin, UMin, FMax, UMax or FindILsb of GLSL.std.450.
 bool is_exact_extended(std::uint32_t number) {
     constexpr std::uint32_t kAllowed[] = {4, 37, 38, 40, 41, 73};
     return std::find(std::begin(kAllowed), std::end(kAllowed), number) != std::end(kAllowed);

@@ -1,4 +1,4 @@
-// What a call throws.
+// The errors that calls throw.
 #pragma once
 
 #include <optional>

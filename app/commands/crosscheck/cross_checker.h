@@ -46,7 +46,7 @@ CheckedBackends make_checked_backends(const BackendOptions& options,
                                       const std::vector<gpu::DeviceInfo>& devices,
                                       const Messages& messages);
 
-/// What check() knows of a frame when all its variants are compared.
+/// The results of check() for a frame, besides the comparisons of its variants.
 struct CheckedFrame {
     /// One for each device.
     std::vector<TreeRow> trees;
@@ -54,7 +54,7 @@ struct CheckedFrame {
     std::vector<ReferenceImage> references;
 };
 
-/// Of the two instances of each backend one refits its own tree from frame to frame and traces it.
+/// Runs two instances of each backend. One refits its own tree from frame to frame and traces it.
 /// The other is given trees: those that the other backends refitted, which are read back from a
 /// device, and one that is built for the frame. A device takes none from another device. Each
 /// instruction set of the CPU traces the tree that the CPU refitted and the tree that is built for

@@ -14,7 +14,7 @@
 
 namespace mray::app {
 
-/// What the scenes of a call have in common.
+/// The objects that the scenes of a call share.
 struct SceneCheckContext {
     const Messages& messages;
     /// None: only the CPU is compared.

@@ -13,7 +13,7 @@
 
 namespace mray::app {
 
-/// What a channel says about a pixel. A pixel is counted once, for the first kind that differs.
+/// The meaning of a channel. A pixel is counted once, for the first kind that differs.
 enum class ExrKind { kPrimId, kGeomId, kT, kUv, kNormal, kOcclusion, kColour, kOther };
 inline constexpr std::size_t kExrKindCount = 8;
 
@@ -53,7 +53,7 @@ struct ExrPixelDifference {
     std::uint32_t x = 0;
     std::uint32_t y = 0;
     struct Value {
-        /// Of ExrComparison::channels.
+        /// An index of ExrComparison::channels.
         std::size_t channel = 0;
         std::uint32_t expected = 0;
         std::uint32_t actual = 0;
@@ -64,7 +64,7 @@ struct ExrPixelDifference {
 struct ExrComparison {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
-    /// Of both files, sorted by name.
+    /// The channels of both files, sorted by name.
     std::vector<ExrChannelDifference> channels;
     /// Differing pixels by ExrKind.
     std::array<std::uint64_t, kExrKindCount> kinds = {};

@@ -23,7 +23,7 @@ std::string pixels_text(std::uint64_t pixels) {
     return fmt::format("{} pixel{}", pixels, pixels == 1 ? "" : "s");
 }
 
-/// What is said of a channel after its name and type.
+/// Returns the text about a channel that follows its name and type.
 std::string verdict(const ExrChannelDifference& channel) {
     if (channel.pixels == 0) return "equal";
     std::string text = pixels_text(channel.pixels);

@@ -243,7 +243,7 @@ private:
 
     MergeReport report_;
     std::map<double, const Part*> images_;
-    /// Of each frame the owner's first.
+    /// The opinions on each frame; its owner's comes first.
     std::map<double, std::vector<Opinion>> opinions_;
     std::map<double, std::vector<std::uint64_t>> scenes_;
 };

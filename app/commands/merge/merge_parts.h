@@ -1,4 +1,4 @@
-// What `morphray merge` finds out about the parts of a render.
+// The check of the parts of a render by `morphray merge`.
 #pragma once
 
 #include <cstdint>

@@ -21,7 +21,7 @@
 namespace mray::app {
 namespace {
 
-// A scene of so many triangles is kept as a whole: half a megabyte of text.
+// A scene of up to this many triangles is kept as a whole: half a megabyte of text.
 constexpr std::size_t kSmallScene = 5000;
 
 bool meets_own_box(const SlabRay& slab, const Topology& topology, std::span<const vec3> positions,

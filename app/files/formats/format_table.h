@@ -8,7 +8,7 @@
 namespace mray::app {
 
 struct FileFormat {
-    /// What the file is: "mesh", "image".
+    /// The kind of file: "mesh", "image".
     std::string_view use;
     std::string_view name;
     /// With their dots, a blank between them; empty: any.

@@ -71,7 +71,7 @@ struct ReferenceImage {
 struct ExpectedRow {
     double frame = 0;
     std::string rays;
-    /// What differs, in words; empty if nothing does.
+    /// The difference in words; empty if there is none.
     std::string problem;
     bool equal() const { return problem.empty(); }
 };
@@ -113,7 +113,7 @@ struct CheckReport {
     std::vector<ReferenceImage> references;
     /// For --expect.
     std::vector<ExpectedRow> expected;
-    /// Of the first rows that differ, for a page.
+    /// Images of the first rows that differ, for a page.
     std::vector<RowImages> images;
 
     std::size_t comparisons() const { return rows.size() + trees.size() + expected.size(); }
@@ -121,7 +121,7 @@ struct CheckReport {
     bool equal() const { return differing() == 0; }
 };
 
-/// What was compared, for reports that are read on another machine.
+/// Lists what was compared, for reports that are read on another machine.
 struct CheckEnvironment {
     std::vector<gpu::DeviceInfo> devices;
     /// Instruction sets of the CPU that are compared.

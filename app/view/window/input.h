@@ -10,7 +10,7 @@
 
 namespace mray::app {
 
-/// What input asks for beyond the state.
+/// The actions that input asks for beyond the state.
 struct InputActions {
     /// A pixel of the canvas that was clicked on.
     std::optional<Pixel> clicked;

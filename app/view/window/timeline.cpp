@@ -63,7 +63,7 @@ struct Strip {
     std::function<float(const StripSample&)> value;
     /// The least value that fills the height.
     float least = 0;
-    /// What the bottom stands for.
+    /// The value at the bottom.
     float bottom = 0;
 };
 

@@ -30,9 +30,9 @@ constexpr double kActiveSeconds = 0.002;
 constexpr double kIdleSeconds = 0.1;
 /// Dear ImGui needs some frames after input until all of it shows.
 constexpr int kRedraws = 3;
-/// Of the scene's diagonal: how far around a pulled vertex others follow.
+/// Radius in which vertices follow a pulled one, as a part of the scene's diagonal.
 constexpr double kPullReach = 0.08;
-/// Of the scene's diagonal: how far vertices are thrown unless it is said.
+/// First value of MeshEdit::shake, the distance of the noise as a part of the scene's diagonal.
 constexpr float kFirstShake = 0.01f;
 /// The image by which everything has been allocated that stays.
 constexpr std::uint64_t kEarlyImage = 100;
@@ -120,7 +120,7 @@ void Viewer::follow_input(const Layout& places, double now) {
 /// Lets time pass.
 void Viewer::move_on(double now) {
     state_.playback.advance(now - std::exchange(last_, now));
-    // Each image is shaken anew.
+    // Each image is shaken by other noise.
     if (!state_.shakes || !is_answered_) return;
     if (state_.edit.shake == 0) state_.edit.shake = kFirstShake;
     ++state_.edit.shake_seed;

@@ -26,7 +26,7 @@ public:
 
     /// Returns when the window is closed, or at what the options say. Throws Error.
     void run();
-    /// What it has shown, for people.
+    /// Describes what it has shown, for people.
     std::string summary() const;
 
 private:

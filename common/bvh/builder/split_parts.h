@@ -48,7 +48,7 @@ struct Binning {
 struct alignas(32) Bin {
     /// The union of the boxes, as in PrimRef.
     float planes[3][8];
-    /// Of each axis; count[3] is 0.
+    /// Triangles for each axis; count[3] is 0.
     std::int32_t count[4];
 };
 

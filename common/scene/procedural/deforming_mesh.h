@@ -33,7 +33,7 @@ struct DeformingMesh {
     double acceleration = 0;
     /// Triangles [0, static_triangle_count) never move.
     std::uint32_t static_triangle_count = 0;
-    /// Of Clip::inside_view().
+    /// The result of Clip::inside_view().
     std::optional<InsideView> inside_view;
 };
 

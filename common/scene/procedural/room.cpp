@@ -33,7 +33,7 @@ struct Place {
     }
 };
 
-/// A chair of thin bars, each of so many triangles.
+/// Adds a chair of thin bars, each of about bar_triangles triangles.
 void add_chair(SwayingMesh& mesh, const Place& at, std::uint64_t bar_triangles) {
     const std::uint32_t sides = bar_triangles < 60 ? 3 : 6;
     const std::uint32_t segments = TubeShape::segments_for(bar_triangles, sides);
@@ -67,7 +67,8 @@ void add_table(SwayingMesh& mesh) {
     }
 }
 
-/// Chairs along both sides of the table, then by the walls; about so many triangles, or none.
+/// Adds chairs along both sides of the table, then by the walls, with about `triangles` triangles
+/// in all, or none.
 void add_chairs(SwayingMesh& mesh, std::uint64_t triangles) {
     const auto count =
         static_cast<std::uint32_t>(std::min<std::uint64_t>(kMostChairs, triangles / kLeastChair));

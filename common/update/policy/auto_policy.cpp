@@ -26,7 +26,7 @@ constexpr double kFirstRestructureCost = 0.4;
 constexpr double kNextRestructureCost = 0.5;
 
 // A triangle that is restructured costs this many times a triangle of a build: nodes and leaves are
-// laid out anew around it.
+// laid out again around it.
 constexpr double kRestructuredTriangle = 2;
 
 // A restructuring that takes away less than this part of the excess did not help.
@@ -35,7 +35,7 @@ constexpr int kLongestWait = 64;
 
 // A build was measured once, perhaps when all was cold or busy. Each one that runs in the
 // background makes its price this much less certain, down to a part of what was measured, so that a
-// build which is hardly over the budget is tried in a frame again.
+// build that is little over the budget is tried in a frame again.
 constexpr double kFading = 0.9;
 constexpr double kFaded = 0.7;
 

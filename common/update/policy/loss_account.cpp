@@ -5,7 +5,8 @@
 namespace mray {
 namespace {
 
-// A scene that changes its ways is noticed after so many times the price.
+// The largest backoff: a scene that changes its ways is noticed once this many times the price is
+// lost.
 constexpr double kMaxBackoff = 16;
 
 }  // namespace

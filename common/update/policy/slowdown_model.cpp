@@ -7,7 +7,7 @@ namespace {
 
 // The guess weighs as much as one tree that was replaced at this slow-down beyond 1.
 constexpr double kFirstWeight = 0.1;
-// What an observation still weighs when the next one comes.
+// The part of its weight that an observation keeps when the next one comes.
 constexpr double kMemory = 0.8;
 // A time that was disturbed must not teach more than this times the guess, or less than 0.
 constexpr double kMostPerVisit = 20;

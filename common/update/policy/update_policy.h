@@ -76,7 +76,7 @@ public:
 
 /// Settings of all policies.
 struct UpdateConfig {
-    /// Decide by counts of triangles and rays instead of times, so that all runs decide alike.
+    /// Decide by counts of triangles and rays instead of times, so that all runs decide the same.
     bool deterministic = false;
     /// The time that an update may add to a frame beyond refit and trace, unless the same frame's
     /// trace gains as much; a restructuring is cut to it, a build that takes more runs in the

@@ -22,7 +22,7 @@ HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
 namespace HWY_NAMESPACE {
 
-/// The vertices of a leaf by axis, and the packed corners of its triangles.
+/// The vertices of a leaf by axis, and the local vertex indices of its triangles.
 struct LeafColumns {
     alignas(64) float values[3][kLeafVertices];
     alignas(64) std::uint32_t corners[kLeafTriangles];

@@ -52,7 +52,7 @@ inline constexpr float kNoPixelError = 1e30f;
 ///    2^-44).
 /// 3. In the frame's rows the errors add up to e = (e0, e1, e2) with |e0|, |e1| <= beside and |e2|
 ///    <= along.
-/// 4. The exact direction is (X, Y, 1) there, so x is off by (e0 - X e2) / (1 + e2) and y alike: at
+/// 4. The exact direction is (X, Y, 1) there, so x is off by (e0 - X e2) / (1 + e2), y likewise: at
 ///    most (beside + reach * along) / (1 - along).
 HWY_INLINE float pixel_error(const PacketFrame& frame, const Camera& camera, const Tile& tile) {
     constexpr double kRounding = 1.01 * 0x1p-24;

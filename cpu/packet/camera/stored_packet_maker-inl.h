@@ -157,11 +157,11 @@ inline constexpr double kLeastStoredZ = 0.25;
 /// An upper bound of how far the rays of a tile are from their places on the grid, in steps of it;
 /// kNoPixelError if a direction's z is too small.
 ///
-/// 1. A ray with the direction d goes through x = (rows[0] d) / (rows[2] d), and y alike. With its
+/// 1. A ray with the direction d goes through x = (rows[0] d) / (rows[2] d); y likewise. With its
 ///    place X it is off by |rows[0] d - X (rows[2] d)| / (rows[2] d).
 /// 2. The numerator a is computed in double. The magnitudes of its terms add up to 2 row_size[0]
 ///    and, as |X| < 33, to 66 row_size[2] (a canonical direction has components below 2): it is off
-///    by at most kStoredPlaceRounding times these. z is off by 3 * 2^-53 of 2 row_size[2] alike,
+///    by at most kStoredPlaceRounding times these. Likewise z is off by 3 * 2^-53 of 2 row_size[2],
 ///    which is less than 0.01 % of kLeastStoredZ, since rows[2] has length 1.
 /// 3. a / z is rounded to float and divided, off by less than 0.01 %, so that kWiden covers both.
 HWY_INLINE float place_error_of(const PacketFrame& frame, const StoredDirections& directions,

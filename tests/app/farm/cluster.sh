@@ -12,7 +12,7 @@ declare -A cluster_process=()
 
 cluster_log() { printf 'cluster: %s\n' "$*" >&2; }
 
-# cluster_ports COUNT: so many TCP ports that nobody listens at, below those of outgoing connections.
+# cluster_ports COUNT: prints COUNT TCP ports without a listener, below those of outgoing connections.
 cluster_ports() {
     local used port count=0
     used=$(cat /proc/net/tcp /proc/net/tcp6 2>/dev/null | awk '{ split($2, part, ":"); print part[2] }')
@@ -74,7 +74,7 @@ EOF
     done
 }
 
-# are_idle COUNT: whether so many nodes wait for work.
+# are_idle COUNT: whether at least COUNT nodes wait for work.
 are_idle() {
     [ "$(timeout 5 sinfo -h -N -o '%N %T' 2>/dev/null | grep -c ' idle$')" -ge "$1" ]
 }

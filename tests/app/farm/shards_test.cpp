@@ -171,7 +171,7 @@ TEST(SkipExisting, RendersImagesOfOtherOptionsAgain) {
     EXPECT_EQ(rendered_again(folder, "out", {"--fov", "50"}).size(), 8u);
     EXPECT_TRUE(rendered_again(folder, "out", {"--fov", "50"}).empty());
     EXPECT_EQ(rendered_again(folder, "out", {"--light", "1,2,3"}).size(), 8u);
-    // What does not change the image is no reason.
+    // An option that does not change the image is no reason.
     EXPECT_TRUE(rendered_again(folder, "out", {"--light", "1,2,3", "--simd", "off"}).empty());
 }
 

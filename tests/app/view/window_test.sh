@@ -19,7 +19,7 @@ fail() {
 cd "$scratch"
 
 # A screen of our own, on the first number that is free. It stays when its last window closes:
-# otherwise it starts anew then, and takes no connection meanwhile.
+# otherwise it starts again then, and takes no connection meanwhile.
 mkfifo number
 Xvfb -displayfd 3 -noreset -screen 0 1400x900x24 -nolisten tcp 3>number 2>/dev/null &
 screen=$!

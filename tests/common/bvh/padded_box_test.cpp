@@ -26,7 +26,8 @@ struct Triangle {
     }
 };
 
-/// Of any size, some with an edge in a plane of their box, and some where coordinates are 0.
+/// Returns triangles of any size, some with an edge in a plane of their box, and some where
+/// coordinates are 0.
 Triangle random_triangle(Random& random) {
     const double extent = std::ldexp(kSceneExtent, -static_cast<int>(random.below(40)));
     const double far = std::ldexp(kSceneExtent, -static_cast<int>(random.below(40))) / 2;

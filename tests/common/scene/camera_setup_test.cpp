@@ -120,7 +120,7 @@ TEST(MakeImageParams, SendsTheRayOfAPixelThroughThePointSeenThere) {
                 Vec point;
                 for (int i = 0; i < 3; ++i) point[i] = (*view.eye)[i] + 7 * d[i] / scale;
                 const Projection p = project(view, resolved, point);
-                // Float directions are good to some 2^-23, which is so many pixels.
+                // Float directions are good to some 2^-23; the tolerance is that in pixels.
                 const double tolerance = 1e-3 + 40 / fov * 0x1p-21 * view.height;
                 EXPECT_NEAR(double(p.x), x + 0.5, tolerance) << fov;
                 EXPECT_NEAR(double(p.y), y + 0.5, tolerance) << fov;

@@ -1,4 +1,4 @@
-// What regret is against, from given times, and what schedules are measured from.
+// Regret from given times, and the trees that schedules are measured from.
 #include "common/update/policy_runs.h"
 
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ TEST(PolicyRunner, MeasuresSchedulesFromTreesOfTheirOwn) {
     const std::vector<double> frames = {0, 1, 2};
     PolicyRunner runner(scene, frames, {}, {}, 2, std::make_unique<AgesInRefits>());
     const PolicyComparison result = runner.compare({"refit"}, [] {});
-    // After each policy the tree of the first frame is built anew.
+    // After each policy the tree of the first frame is built again.
     EXPECT_EQ(result.costs.first, (std::vector<double>{2, 3, 4}));
     for (std::size_t age = 1; age < result.costs.built[0].size(); ++age)
         EXPECT_EQ(result.costs.built[0][age], 1 + static_cast<double>(age));

@@ -1,4 +1,4 @@
-// What a packet meets of the boxes of a node, on every target.
+// The boxes of a node that a packet meets, on every target.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -102,7 +102,7 @@ struct Scratch {
 TEST(StoredPackets, AnswerLikeSingleRays) {
     Random random(71);
     const auto scratch = std::make_unique<Scratch>();
-    // Of the best target; another one may have no such packets.
+    // Counts for the best target; another one may have no such packets.
     std::size_t tiles = 0;
     std::size_t refused = 0;
     std::size_t hits = 0;

@@ -1,4 +1,4 @@
-// What the tests of boxes on lanes may answer.
+// The answers that the tests of boxes on lanes may give.
 #pragma once
 
 #include <algorithm>

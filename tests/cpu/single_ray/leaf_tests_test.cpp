@@ -37,7 +37,7 @@ struct Certainty {
     bool is_beyond;
 };
 
-/// What is certain of a triangle.
+/// Returns what is certain about a triangle.
 Certainty certainty_of(const RayStream& stream, std::size_t ray, vec3 a, vec3 b, vec3 c) {
     const lanes::ShearedRay s = sheared_ray(stream, ray);
     const auto project = [&s](vec3 v) HWY_ATTR {

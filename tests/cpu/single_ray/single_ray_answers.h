@@ -1,4 +1,4 @@
-// What the parts of the single-ray tracer answer for some rays.
+// The answers of the parts of the single-ray tracer for some rays.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// What libFuzzer calls: one target (tests/fuzz/targets/targets.h), named by MORPHRAY_TARGET.
+// The functions that libFuzzer calls: one target (tests/fuzz/targets/targets.h), named by
+// MORPHRAY_TARGET.
 #include <fmt/format.h>
 
 #include <cstddef>

@@ -46,7 +46,7 @@ Ray any_ray() {
     return ray;
 }
 
-// So many rays are traced among others.
+// Rays that are traced among others.
 constexpr std::size_t kCrowdedRays = 16;
 // The others of each of them: more than go on alone on any target.
 constexpr std::uint32_t kCrowd = 15;

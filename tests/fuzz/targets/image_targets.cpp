@@ -13,10 +13,10 @@
 namespace mray::fuzz {
 namespace {
 
-/// Of textures, and small, since compressed files of few bytes may have many pixels.
+/// The limits of textures, and small, since compressed files of few bytes may have many pixels.
 constexpr app::ImageLimits kLimits = {
     .side = 4096, .pixels = 1 << 16, .bytes_per_pixel = 10, .reduce_16_bits = true};
-// Of an OpenEXR file, values of all channels that are read.
+// The most values of an OpenEXR file, in all channels, that are read.
 constexpr std::uint64_t kMostValues = 1 << 16;
 
 std::string image_failure(const Image& image) {

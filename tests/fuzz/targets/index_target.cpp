@@ -30,7 +30,7 @@ std::string index_failure(std::string_view bytes) {
     bool is_refused = false;
     std::string failure = decoding_failure(copy, &is_refused);
     if (!failure.empty() || !is_refused || copy.size() < sizeof(std::uint64_t)) return failure;
-    // What stands behind the checksum is tried, too.
+    // Tries the reader behind the checksum, too.
     test::set_checksum(copy);
     return decoding_failure(copy, nullptr);
 }

@@ -10,11 +10,11 @@
 
 namespace mray::fuzz {
 
-/// What is wrong with a message: several lines, control characters, a text out of all proportion,
-/// or one without `name` (which may be empty). Empty if nothing is.
+/// Returns what is wrong with a message: several lines, control characters, a text out of all
+/// proportion, or one without `name` (which may be empty). Empty if nothing is.
 std::string message_failure(std::string_view message, std::string_view name);
 
-/// What is wrong with an error about the file `name`.
+/// Returns what is wrong with an error about the file `name`.
 std::string error_failure(const Error& error, std::string_view name);
 
 /// Keeps what is wrong with the first bad warning.

@@ -41,7 +41,7 @@ std::string beyond_bounds(const Clip& clip, double frame, const std::vector<vec3
     return {};
 }
 
-/// What is wrong with the frames of a clip; empty if nothing is.
+/// Returns what is wrong with the frames of a clip; empty if nothing is.
 std::string broken_frame(const Clip& clip, bool is_lenient) {
     std::vector<vec3> positions(clip.topology().vertex_count);
     const double first = clip.first_frame();
@@ -52,7 +52,7 @@ std::string broken_frame(const Clip& clip, bool is_lenient) {
         try {
             clip.positions(frame, positions);
         } catch (const Error& error) {
-            // Of a vertex that is too far at a time between those that were looked at.
+            // A vertex may be too far at a time between those that were looked at.
             if (error.kind() != ErrorKind::kBadInput) throw;
             continue;
         }
@@ -64,7 +64,7 @@ std::string broken_frame(const Clip& clip, bool is_lenient) {
     return {};
 }
 
-/// What is wrong with a clip; empty if nothing is.
+/// Returns what is wrong with a clip; empty if nothing is.
 std::string broken_promise(const Clip& clip, bool is_lenient) {
     const Topology& topology = clip.topology();
     if (topology.albedo.size() != topology.triangles.size()) return "albedo of another size";

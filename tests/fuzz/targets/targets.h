@@ -1,5 +1,5 @@
-// What takes bytes from outside, each as a function of these bytes: readers of files, of rays and
-// of the command line. Both drivers (tests/fuzz/drivers) call them.
+// All that takes bytes from outside, each as a function of these bytes: readers of files, of rays
+// and of the command line. Both drivers (tests/fuzz/drivers) call them.
 #pragma once
 
 #include <span>
@@ -41,7 +41,7 @@ std::string bundle_failure(std::string_view bytes);
 std::string part_failure(std::string_view bytes);
 
 struct Target {
-    /// Of the folder with its corpus, too.
+    /// The name of the folder with its corpus, too.
     std::string_view name;
     FailureFunction failure_of;
 };

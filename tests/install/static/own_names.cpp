@@ -1,4 +1,4 @@
-// Names of volk, of tinyobjloader and of the engine, as a program may have them.
+// Names of volk, of tinyobjloader and of the library's own code, as a program may have them.
 extern "C" int volkInitialize() { return 1; }
 extern "C" {
 void* vkCreateInstance;

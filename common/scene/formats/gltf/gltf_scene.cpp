@@ -96,7 +96,7 @@ private:
             if (mesh != scene_.meshes.end()) {
                 counts.push_back(mesh->second.target_count);
             } else {
-                // Of a node outside of the scene.
+                // The node has no mesh, or is outside of the scene, so that its mesh was not read.
                 counts.push_back(node.mesh ? targets_in_file(*node.mesh) : 0);
             }
         }

@@ -14,7 +14,7 @@
 
 namespace mray::gltf {
 
-/// What a morph target adds to positions.
+/// The deltas that a morph target adds to positions.
 struct MorphTarget {
     /// The vertices that it moves, in increasing order; empty: as many as there are deltas, from 0.
     std::vector<std::uint32_t> vertices;
@@ -45,7 +45,7 @@ struct Primitive {
     /// Indices of vertices of the set.
     std::vector<uvec3> triangles;
     std::optional<std::uint32_t> material;
-    /// Of each vertex, or empty.
+    /// One for each vertex, or empty.
     std::vector<vec3> normals;
     std::vector<Texcoord> texcoords;
 };

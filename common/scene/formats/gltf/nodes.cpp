@@ -11,7 +11,7 @@
 namespace mray::gltf {
 namespace {
 
-// Of a node and of its place in lists. There are poses after the JSON only.
+// The bytes of a node and of its place in lists. There are poses after the JSON only.
 constexpr std::uint64_t kNodeBytes = sizeof(Node) + 16;
 
 void read_matrix(const JsonAt& at, Node& node) {

@@ -15,7 +15,7 @@ inline constexpr std::uint32_t kNoNode = 0xFFFFFFFFu;
 struct Node {
     std::uint32_t parent = kNoNode;
     std::vector<std::uint32_t> children;
-    /// What maps to the parent's space: `matrix` if there is one, otherwise `trs`.
+    /// The map to the parent's space is `matrix` if there is one, otherwise `trs`.
     Trs trs;
     std::optional<Affine> matrix;
     std::optional<std::uint32_t> mesh;
@@ -34,8 +34,8 @@ struct NodeTree {
 };
 
 /// Throws Error(kBadInput) for indices out of range, a node with two parents, one that is its own
-/// ancestor, a matrix beside other transformations, numbers that are not a transformation, and more
-/// nodes than the budget has memory for.
+/// ancestor, a matrix together with other transformations, numbers that are not a transformation,
+/// and more nodes than the budget has memory for.
 NodeTree read_nodes(const GltfFile& file, ContentBudget& budget);
 
 }  // namespace mray::gltf

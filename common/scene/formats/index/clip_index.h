@@ -1,4 +1,4 @@
-// What an index file holds of a clip, and its bytes.
+// The content of an index file of a clip, and its bytes.
 #pragma once
 
 #include <array>

@@ -19,13 +19,13 @@ namespace mray {
 /// ".mrindex".
 std::filesystem::path default_index_path(const std::string& scene, const std::string& cache);
 
-/// What an index must agree with.
+/// The facts of a clip that its index must agree with.
 struct IndexedClip {
     std::uint64_t topology_hash = 0;
     std::uint32_t vertex_count = 0;
     std::size_t keyframe_count = 0;
     std::span<const std::filesystem::path> files;
-    /// Of keyframe 0, if it has been read.
+    /// The bounds of keyframe 0, if it has been read.
     std::optional<KeyframeBounds> first_bounds;
 };
 

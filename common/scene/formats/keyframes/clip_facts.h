@@ -1,4 +1,4 @@
-// What is known of a clip once each of its keyframes has been read.
+// Facts of a clip that are known once each of its keyframes has been read.
 #pragma once
 
 #include <algorithm>

@@ -13,7 +13,7 @@
 
 namespace mray {
 
-/// What reading a keyframe found besides its positions.
+/// Findings about a keyframe that was read, besides its positions.
 struct KeyframeNotes {
     /// Why the keyframe cannot be used; nothing if it can.
     std::optional<Error> problem = {};

@@ -13,7 +13,7 @@
 
 namespace mray {
 
-/// What a clip is made of besides its keyframes.
+/// The parts of a clip besides its keyframes.
 struct ClipParts {
     /// As Clip::name().
     std::string name;

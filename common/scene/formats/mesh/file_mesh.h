@@ -23,7 +23,7 @@ struct MeshFormat {
     std::string_view name;
     /// With its dot, in lower case.
     std::string_view extension;
-    /// What is read of a file.
+    /// The things that are read from a file, in words.
     std::string_view content;
     /// Throws Error: kBadInput with the file and the place in it, kLimit.
     FileMesh (*read)(const std::filesystem::path& path, const MeshFileOptions& options);

@@ -66,7 +66,7 @@ private:
     WarningCount bad_coordinates_;
 };
 
-/// What is wrong with a text that is no number, and what to do.
+/// Returns the message for a text that is no number: what is wrong with it, and what to do.
 std::string not_a_number(std::string_view text);
 
 /// Keeps warnings until a file has been read, so that one that is refused gives an error alone.

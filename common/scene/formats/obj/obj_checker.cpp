@@ -32,8 +32,8 @@ constexpr std::size_t kMaxVertexNumbers = 8;  // x y z w r g b a
 
 constexpr char kEndMark = '\x1a';
 
-/// What Microsoft's C library wrote for numbers that are not finite until 2015, such as 1.#INF and
-/// -1.#IND00. Nothing for any other text.
+/// Reads a text that Microsoft's C library wrote until 2015 for a number that is not finite, such
+/// as 1.#INF and -1.#IND00. Returns nothing for any other text.
 std::optional<float> parse_old_not_finite(std::string_view text) {
     if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
     if (!text.starts_with("1.#"sv)) return std::nullopt;

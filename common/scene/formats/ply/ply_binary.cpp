@@ -191,7 +191,8 @@ private:
         });
     }
 
-    /// What nearly all files have: faces of a list alone, with bytes and integers of 32 bits.
+    /// Whether faces have a list alone, with a count of one byte and integers of 32 bits, as in
+    /// nearly all files.
     static bool is_list_of_triangles(const PlyElement& element) {
         if (element.properties.size() != 1) return false;
         const PlyProperty& list = element.properties[0];

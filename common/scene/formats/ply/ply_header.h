@@ -24,7 +24,7 @@ enum class PlyScalar : std::uint8_t {
 std::size_t size_of(PlyScalar type);
 constexpr bool is_integer(PlyScalar type) { return type < PlyScalar::kFloat; }
 
-/// What a property is read for.
+/// The use of a property's values.
 enum class PlyRole : std::uint8_t {
     kNone,
     kX,

@@ -68,7 +68,7 @@ TestScene coincident(std::uint32_t count) {
     return separate(count, [](std::uint32_t) { return kUnit; });
 }
 
-/// One triangle of extent 1e38, and the others so small that they coincide beside it.
+/// One triangle of extent 1e38, and the others so small against it that they coincide.
 TestScene with_outlier(std::uint32_t count) {
     Random random(7);
     return separate(count, [&](std::uint32_t i) {

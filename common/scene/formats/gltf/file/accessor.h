@@ -51,7 +51,7 @@ struct SparseFloats {
     std::vector<float> values;
 };
 
-/// What a reader of numbers accepts.
+/// The elements that a reader of numbers accepts.
 struct Wanted {
     /// The number of components, and its name ("VEC3").
     std::size_t width = 1;

@@ -12,7 +12,7 @@
 namespace mray::gltf {
 namespace {
 
-// Of content for each byte of a buffer.
+// Bytes of content that each byte of a buffer allows.
 constexpr std::uint64_t kBudgetPerByte = 16;
 
 }  // namespace

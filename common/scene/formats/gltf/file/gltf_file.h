@@ -45,7 +45,7 @@ public:
     JsonAt element(const char* key, std::size_t index) const;
 
     std::span<const Buffer> buffers() const { return buffers_; }
-    /// Of all buffers, those that share a file counted once.
+    /// The bytes of all buffers, those that share a file counted once.
     std::uint64_t buffer_bytes() const { return buffer_bytes_; }
     bool uses_extension(std::string_view extension) const;
 

@@ -9,8 +9,9 @@ namespace mray::gltf {
 namespace {
 
 constexpr int kMaxDepth = 64;
-// What values of JsonTree take on a heap whose blocks are multiples of 16 bytes, with a header of
-// 8: a value in an array that doubles when it grows, a member of an object, and what they point to.
+// Bytes that JsonTree takes on a heap whose blocks are multiples of 16 bytes, with a header of 8:
+// for a value in an array that doubles when it grows, for a member of an object, and for what they
+// point to.
 constexpr std::uint64_t kValueBytes = 32;
 constexpr std::uint64_t kMemberBytes = 96;
 constexpr std::uint64_t kArrayBytes = 32;

@@ -35,8 +35,8 @@ struct Animation {
     /// The last time of any channel.
     double seconds = 0;
 
-    /// What the channels see, by the indices of accessors, the numbers an element has, and whether
-    /// it may have integers.
+    /// The numbers that the channels refer to, by the index of the accessor, the numbers an element
+    /// has, and whether it may have integers.
     std::map<std::tuple<std::uint32_t, std::size_t, bool>, std::vector<float>> numbers = {};
 };
 

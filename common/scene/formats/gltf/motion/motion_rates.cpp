@@ -84,9 +84,9 @@ Rates rates_of_curve(const Curve& curve, bool is_straight) {
     return rates;
 }
 
-/// Of the matrix of a rotation that turns with a constant speed: it is w, that of the matrix and
-/// its derivatives are 1, w, w^2. Two quaternions with a chord of 2 * x have an angle of 2 *
-/// asin(x), at most 2 * x / sqrt(1 - x^2), and rotations twice that.
+/// Bounds a rotation matrix of constant speed w: the norms of it and its two derivatives are 1, w,
+/// w^2. Two quaternions with a chord of 2 * x have an angle of 2 * asin(x), at most 2 * x /
+/// sqrt(1 - x^2), and rotations twice that.
 Rates rates_of_slerp(const Curve& curve) {
     const glm::dvec4 from = unit_quaternion(curve.points[0]);
     const glm::dvec4 to = unit_quaternion(curve.points[3]);
@@ -95,10 +95,10 @@ Rates rates_of_slerp(const Curve& curve) {
     return {1, speed, speed * speed};
 }
 
-/// Of the matrix of u = q / |q| for a curve q whose length is at least m:
-/// |u'| <= |q'| / m, |u''| <= 2 |q''| / m + 4 |q'|^2 / m^2, and of the matrix 2 |u'| and
-/// 2 |u''| + 2 |u'|^2. All points of the curve lie at least as far along any direction as one of
-/// the Bezier points.
+/// Bounds the rotation matrix of u = q / |q| for a curve q whose length is at least m:
+/// |u'| <= |q'| / m and |u''| <= 2 |q''| / m + 4 |q'|^2 / m^2; the derivatives of the matrix are at
+/// most 2 |u'| and 2 |u''| + 2 |u'|^2. All points of the curve lie at least as far along any
+/// direction as one of the Bezier points.
 Rates rates_of_rotation_curve(const Curve& curve) {
     const glm::dvec4 direction = unit_quaternion(curve.points[0] + curve.points[3]);
     double least = dot(curve.points[0], direction);
@@ -117,7 +117,7 @@ Rates rates_of_rotation(const Channel& channel, const KeyAt& at) {
                                                            : rates_of_rotation_curve(curve);
 }
 
-/// Of components [first, first + count) together.
+/// Returns the rates of components [first, first + count) together.
 Rates rates_of_components(const Channel& channel, const KeyAt& at, std::size_t first,
                           std::size_t count) {
     return rates_of_curve(curve_of(channel, at, first, count),
@@ -202,7 +202,8 @@ Rates MotionRates::displacement(std::size_t index, const ChannelRates& channels)
 
 Rates MotionRates::rates_of(const ChannelRates& channels) const {
     const std::size_t node_count = scene_.tree.nodes.size();
-    // Of the linear part of the map from each node to world space, and of the node's origin there.
+    // The rates of the linear part of the map from each node to world space, and of the node's
+    // origin there.
     std::vector<Rates> linear(node_count);
     std::vector<Rates> origin(node_count);
     for (const std::uint32_t index : scene_.tree.parents_first) {

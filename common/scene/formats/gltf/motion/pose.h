@@ -13,7 +13,7 @@ namespace mray::gltf {
 struct Pose {
     /// From the space of each node to world space.
     std::vector<Affine> to_world;
-    /// Of each part of the scene, for each morph target of its mesh.
+    /// weights[part][target]: one for each part of the scene and each morph target of its mesh.
     std::vector<std::vector<double>> weights;
 };
 

@@ -16,12 +16,12 @@ struct alignas(32) Columns {
 
 /// Vertices with `per_vertex` joints and weights each.
 struct SkinnedVertices {
-    /// What the joints' numbers count.
+    /// The maps of the skin's joints, which `joints` are indices of.
     const Columns* maps;
     std::size_t per_vertex;
     const std::uint16_t* joints;
     const float* weights;
-    /// Of each, unless there are morphed ones.
+    /// The position of each vertex; not used if there are morphed ones.
     const vec3* positions;
     /// x, y, z of each after morph targets; null without these.
     const double* morphed;

@@ -45,7 +45,7 @@ GltfBuilder full_file() {
 struct BadFile {
     const char* name;
     std::function<void(Json&)> change;
-    /// What the message has behind the file.
+    /// The part of the message behind the file.
     const char* message;
 };
 

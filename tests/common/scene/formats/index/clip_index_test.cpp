@@ -126,7 +126,7 @@ TEST(ClipIndex, WithAnyWrongCountIsDamaged) {
               std::uint64_t{1} << 32, std::uint64_t{1} << 62, ~std::uint64_t{0} / 24,
               ~std::uint64_t{0}}) {
             if (count == right) continue;
-            // What follows then is an index: of a frame with a warning.
+            // The bytes then are an index of a frame with a warning.
             if (at == kDamagedCountAt && count == 0) continue;
             EXPECT_EQ(error_of_bytes(with(bytes, at, count)), "is damaged") << at << " " << count;
         }

@@ -1,0 +1,57 @@
+# cmake -D CHECKER=check_prose.cmake -D SCRATCH=folder -P check_prose_test.cmake: the checker must let
+# sound files pass and reject each planted fault.
+cmake_minimum_required(VERSION 3.25)
+
+set(failures "")
+
+# check(verdict file text): verdict is "accepts" or "rejects".
+function(check verdict file text)
+    file(REMOVE_RECURSE ${SCRATCH})
+    file(WRITE ${SCRATCH}/common/sound.h "// A list.\n#pragma once\n\n/// Its length.\nint length;\n")
+    file(WRITE ${SCRATCH}/${file} "${text}")
+    execute_process(COMMAND ${CMAKE_COMMAND} -D ROOT=${SCRATCH} -P ${CHECKER}
+                    RESULT_VARIABLE result ERROR_VARIABLE output OUTPUT_QUIET)
+    set(actual accepts)
+    # Rejecting means naming the file, not merely failing.
+    if(NOT result EQUAL 0 AND output MATCHES "prose:" AND output MATCHES "${file}")
+        set(actual rejects)
+    elseif(NOT result EQUAL 0)
+        set(actual "fails (${output})")
+    endif()
+    if(NOT actual STREQUAL verdict)
+        list(APPEND failures "${file} with '${text}': the checker ${actual} it")
+        set(failures "${failures}" PARENT_SCOPE)
+    endif()
+endfunction()
+
+check(accepts cpu/a.h "/// The length\n/// Of a list; What is left.\nint a;\n")
+check(accepts cpu/a.h "// Offsets of a list.\n// Whatever comes.\n")
+check(accepts cpu/a.cpp "const char* a = \"What is it? Of what?\";\n")
+check(rejects cpu/a.h "// What it is.\n#pragma once\n")
+check(rejects cpu/a.h "#include <a>\n/// Of a list.\nint a;\n")
+check(rejects cpu/a.h "int a[2];\n/// What is left.\nint b;\n")
+check(rejects cpu/a.h "//\n// Of a list.\n")
+check(rejects cpu/a.h "enum { kA,  ///< What is left.\n};\n")
+check(rejects cpu/a.cpp "int a;  // Of a list.\n")
+check(rejects shaders/a.comp "/* What it does. */\n")
+check(accepts cmake/a.cmake "# Sets\n# What it needs.\nset(a 1)\n")
+check(rejects cmake/a.cmake "set(a [b])\n# What it needs.\n")
+check(rejects common/CMakeLists.txt "\n# Of the library.\n")
+check(rejects python/a.py "def a():\n    \"\"\"What it returns.\"\"\"\n")
+check(rejects bench/run "#!/usr/bin/env bash\n\n# What it builds.\n")
+check(accepts bench/data "0\n\n# What it builds.\n")
+
+string(REPEAT "12345678 " 13 words)
+check(accepts docs/a.md "# A\n${words}\n")
+check(rejects docs/a.md "# A\n${words}${words}\n")
+check(rejects a.md "`a` ${words}${words}\n")
+check(accepts docs/a.md "| a |\n|---|\n| ${words}${words} |\n")
+check(accepts docs/a.md "```\n$ `a`\n${words}${words}\n```\nb\n")
+check(accepts docs/a.md "Output:\n\n    ${words}${words}\n")
+check(rejects docs/a.md "```\na\n```\n${words}${words}\n```\nb\n```\n")
+
+file(REMOVE_RECURSE ${SCRATCH})
+if(failures)
+    list(JOIN failures "\n  " text)
+    message(FATAL_ERROR "\n  ${text}")
+endif()
