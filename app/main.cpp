@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/cli/exit_code.h"
+#include "app/base/exit_code.h"
 #include "app/program.h"
 
 namespace {

@@ -1,8 +1,8 @@
 #include "app/program.h"
 
+#include "app/base/memory_budget.h"
 #include "app/cli/command_line.h"
 #include "app/commands/commands.h"
-#include "app/memory_budget.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/messages.h"

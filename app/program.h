@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "app/cli/exit_code.h"
+#include "app/base/exit_code.h"
 #include "app/terminal/messages.h"
 
 namespace mray::app {

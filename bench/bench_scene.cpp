@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clips/inside_view.h"
+#include "clips/source/open_scene.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/scene/scene_source.h"
 #include "common/scene/scene_space.h"
 
 namespace mray::bench {
@@ -42,7 +43,7 @@ BenchScene open_bench_scene(const std::string& spec, ViewKind kind, const ViewSp
     BenchScene scene;
     scene.name = spec;
     scene.view_kind = kind;
-    SceneOptions lenient;
+    ClipOptions lenient;
     lenient.lenient = true;
     scene.clip = open_scene(spec, lenient);
     const Clip& clip = *scene.clip;

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "bench/fill_view.h"
+#include "clips/clip.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
-#include "common/scene/clip.h"
 #include "cpu/image/image_tracer.h"
 
 namespace mray::bench {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 
 namespace mray::bench {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/median.h"
+#include "tools/measure/median.h"
 
 namespace mray::bench {
 

@@ -11,8 +11,8 @@
 #include "bench/works/works.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/process/shell_text.h"
 #include "common/version.h"
+#include "tools/process/shell_text.h"
 
 namespace mray::bench {
 namespace {

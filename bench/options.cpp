@@ -8,7 +8,7 @@
 #include <optional>
 #include <string_view>
 
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 #include "common/base/errors.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "common/base/median.h"
+#include "clips/mesh_files/mesh_file.h"
+#include "clips/point_cache/point_cache.h"
 #include "common/base/stopwatch.h"
-#include "common/scene/formats/mesh/mesh_file.h"
-#include "common/scene/formats/point_cache/point_cache.h"
 #include "common/text/number_text.h"
+#include "tools/measure/median.h"
 
 namespace mray::bench {
 namespace {

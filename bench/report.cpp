@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "common/text/json.h"
+#include "clips/json/json.h"
 #include "common/text/number_text.h"
-#include "common/text/table.h"
+#include "tools/text/table.h"
 
 namespace mray::bench {
 namespace {

@@ -7,13 +7,14 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "common/base/errors.h"
 #include "common/base/index_range.h"
 #include "common/bvh/bvh.h"
+#include "common/frame_times.h"
 #include "common/image/frame.h"
 #include "common/scene/mesh.h"
-#include "common/update/frame_times.h"
 
 namespace mray {
 
@@ -40,18 +41,27 @@ enum class RefitExtent {
 /// Changes a tree, and returns whether it did.
 using TreeEdit = std::function<bool(Bvh&)>;
 
+struct BackendInfo {
+    /// "cpu", "brute" or "vulkan".
+    std::string name;
+    /// For reports: instruction set and threads, or the device.
+    std::string description;
+};
+
+class RayQueries;
+
 /// A backend holds one scene at a time: topology, positions, and a BVH of its own. Not thread-safe;
 /// it uses threads or a device inside. Calls throw Error: kUnavailable, kLimit (before any work),
 /// kDeviceLost. A set_scene() or edit_tree() that throws may have dropped the scene: then nothing
 /// is hit, and refit() and set_frame() throw Error(kBadArgument), until the next set_scene().
 class Backend {
 public:
+    explicit Backend(BackendInfo info) : info_(std::move(info)) {}
     virtual ~Backend() = default;
+    Backend(const Backend&) = delete;
+    Backend& operator=(const Backend&) = delete;
 
-    /// "cpu", "brute" or "vulkan".
-    virtual const std::string& name() const = 0;
-    /// For reports: instruction set and threads, or the device.
-    virtual std::string description() const = 0;
+    const BackendInfo& info() const { return info_; }
 
     /// Takes a scene: topology, positions in scene space, and a tree over them. The scene before is
     /// dropped.
@@ -68,7 +78,7 @@ public:
                                 std::span<const IndexRange> changed = kAllIndices) = 0;
 
     /// The nodes of the tree at the current positions. Valid until the next call of a function
-    /// that is not times().
+    /// that is not finish().
     virtual std::span<const Node> nodes() = 0;
     /// Copies the tree at the current positions.
     virtual void read_tree(Bvh& bvh) = 0;
@@ -86,7 +96,11 @@ public:
     virtual void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) = 0;
 
     /// Finishes a refit that is left to be done, and returns the times.
-    virtual const BackendTimes& times() = 0;
+    virtual const BackendTimes& finish() = 0;
+
+    /// The queries of this scene that threads may ask at the same time; null for a backend that
+    /// answers one call at a time. They live as long as the backend.
+    virtual const RayQueries* queries() const { return nullptr; }
 
 protected:
     bool is_cancelled() const {
@@ -97,6 +111,7 @@ protected:
     }
 
 private:
+    BackendInfo info_;
     const std::atomic<bool>* cancel_ = nullptr;
 };
 

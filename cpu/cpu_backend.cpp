@@ -11,6 +11,7 @@
 
 #include "common/base/stopwatch.h"
 #include "common/base/thread_arena.h"
+#include "common/ray_queries.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
 #include "cpu/image/image_tracer.h"
@@ -40,21 +41,15 @@ std::uint64_t count_hits(const Frame& frame, const Tile& tile) {
 /// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
 /// for a scene.
 template <class MakeTracer>
-class TracerBackend final : public CpuBackend {
+class TracerBackend final : public Backend, private RayQueries {
 public:
-    TracerBackend(std::string name, std::string how, const SimdTarget& target, int threads,
-                  MakeTracer make_tracer)
-        : name_(std::move(name)),
-          how_(std::move(how)),
+    TracerBackend(std::string name, const std::string& how, const SimdTarget& target,
+                  std::unique_ptr<ThreadArena> arena, MakeTracer make_tracer)
+        : Backend({std::move(name), fmt::format("{}, {} threads", how, arena->threads())}),
           target_(target),
-          arena_(threads),
+          arena_(std::move(arena)),
           make_tracer_(std::move(make_tracer)),
           tracer_(make_tracer_(topology_, planner_.pose().positions(), bvh_)) {}
-
-    const std::string& name() const override { return name_; }
-    std::string description() const override {
-        return fmt::format("{}, {} threads", how_, arena_.threads());
-    }
 
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override {
@@ -70,7 +65,7 @@ public:
 
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override {
         const Stopwatch watch;
-        arena_.execute([&] { planner_.set_frame(positions); });
+        arena_->execute([&] { planner_.set_frame(positions); });
         bvh_ = bvh;
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
@@ -78,11 +73,11 @@ public:
     std::uint64_t refit(std::span<const vec3> positions, RefitExtent extent,
                         std::span<const IndexRange> changed) override {
         const Stopwatch upload;
-        arena_.execute([&] { planner_.advance(positions, changed); });
+        arena_->execute([&] { planner_.advance(positions, changed); });
         times_ = {.update = {.upload_ms = upload.ms()}};
         const Stopwatch watch;
         const RefitPlan plan = planner_.plan(bvh_, extent);
-        arena_.execute([&] {
+        arena_->execute([&] {
             if (plan.all) {
                 cpu::refit(bvh_, planner_.pose().positions(), target_);
             } else {
@@ -98,7 +93,7 @@ public:
     void read_tree(Bvh& bvh) override { bvh = bvh_; }
 
     void edit_tree(const TreeEdit& edit) override {
-        if (arena_.execute([&] { return edit(bvh_); })) planner_.set_tree();
+        if (arena_->execute([&] { return edit(bvh_); })) planner_.set_tree();
     }
 
     void trace_image(const ImageParams& params, Frame& frame) override {
@@ -112,7 +107,7 @@ public:
         const ShadedMesh mesh{&topology_, planner_.pose().positions()};
         const ImageTiles tiles = tiles_for(params);
         std::atomic<std::uint64_t> hits = 0;
-        arena_.execute([&] {
+        arena_->execute([&] {
             tbb::parallel_for(std::uint32_t{0}, tiles.count(), [&](std::uint32_t i) {
                 if (is_cancelled()) return;
                 trace_tile(*tracer_, mesh, params, tiles[i], frame);
@@ -128,7 +123,7 @@ public:
         assert(rays.size() == hits.size());
         const Stopwatch watch;
         using Range = tbb::blocked_range<std::size_t>;
-        arena_.execute([&] {
+        arena_->execute([&] {
             tbb::parallel_for(Range(0, rays.size(), kRayGrain), [&](const Range& r) {
                 tracer_->intersect(rays.subspan(r.begin(), r.size()),
                                    hits.subspan(r.begin(), r.size()));
@@ -138,37 +133,35 @@ public:
         times_.rays = rays.size();
     }
 
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
-        tracer_->intersect(rays, hits);
-    }
+    const BackendTimes& finish() override { return times_; }
 
-    bool intersect_stored(const StoredRayTile& rays, Hit* hits) const override {
-        return tracer_->intersect_stored(rays, hits);
-    }
-
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override {
-        tracer_->occluded(rays, occluded);
-    }
-
-    const BackendTimes& times() override { return times_; }
+    const RayQueries* queries() const override { return this; }
 
 private:
     using Tracer =
         std::invoke_result_t<MakeTracer, const Topology&, std::span<const vec3>, const Bvh&>;
 
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override {
+        tracer_->intersect(rays, hits);
+    }
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override {
+        tracer_->occluded(rays, occluded);
+    }
+    bool intersect_tile(const StoredRayTile& tile, Hit* hits) const override {
+        return tracer_->intersect_stored(tile, hits);
+    }
+
     /// The largest that packets are made of, but where these are few for the threads.
     ImageTiles tiles_for(const ImageParams& params) const {
         constexpr std::uint32_t kTilesAThread = 4;
         const ImageTiles tiles(params.width, params.height, kCameraSide);
-        if (tiles.count() >= kTilesAThread * static_cast<std::uint32_t>(arena_.threads()))
+        if (tiles.count() >= kTilesAThread * static_cast<std::uint32_t>(arena_->threads()))
             return tiles;
         return {params.width, params.height, kCameraSide / 2};
     }
 
-    std::string name_;
-    std::string how_;
     SimdTarget target_;
-    ThreadArena arena_;
+    std::unique_ptr<ThreadArena> arena_;
     MakeTracer make_tracer_;
     Topology topology_;
     RefitPlanner planner_;
@@ -178,28 +171,25 @@ private:
 };
 
 template <class MakeTracer>
-std::unique_ptr<CpuBackend> make_backend(std::string name, std::string how,
-                                         const SimdTarget& target, const CpuConfig& config,
-                                         MakeTracer make_tracer) {
-    return std::make_unique<TracerBackend<MakeTracer>>(std::move(name), std::move(how), target,
-                                                       config.threads, std::move(make_tracer));
+std::unique_ptr<Backend> make_backend(std::string name, const std::string& how,
+                                      const SimdTarget& target, const CpuConfig& config,
+                                      MakeTracer make_tracer) {
+    return std::make_unique<TracerBackend<MakeTracer>>(
+        std::move(name), how, target, std::make_unique<ThreadArena>(config.threads),
+        std::move(make_tracer));
 }
 
 /// A backend without SIMD.
 template <class MakeTracer>
-std::unique_ptr<CpuBackend> make_portable(std::string name, const CpuConfig& config,
-                                          MakeTracer make_tracer) {
+std::unique_ptr<Backend> make_portable(std::string name, const CpuConfig& config,
+                                       MakeTracer make_tracer) {
     return make_backend(std::move(name), "portable C++", find_simd_target("scalar"), config,
                         std::move(make_tracer));
 }
 
 }  // namespace
 
-void check_simd(const std::string& simd) {
-    if (simd != kSimdOff) find_simd_target(simd);
-}
-
-std::unique_ptr<CpuBackend> make_cpu_backend(const CpuConfig& config) {
+std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
     if (config.simd == kSimdOff) return make_scalar_backend(config);
     const SimdTarget target = find_simd_target(config.simd);
     const auto make = [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
@@ -208,14 +198,14 @@ std::unique_ptr<CpuBackend> make_cpu_backend(const CpuConfig& config) {
     return make_backend("cpu", target.name, target, config, make);
 }
 
-std::unique_ptr<CpuBackend> make_scalar_backend(const CpuConfig& config) {
+std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config) {
     const auto make = [](const Topology&, std::span<const vec3>, const Bvh& bvh) {
         return std::make_unique<BatchTiles<OneByOne<ScalarTracer>>>(OneByOne(ScalarTracer(bvh)));
     };
     return make_portable("cpu", config, make);
 }
 
-std::unique_ptr<CpuBackend> make_brute_backend(const CpuConfig& config) {
+std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
     const auto make = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
         return std::make_unique<BatchTiles<OneByOne<BruteTracer>>>(
             OneByOne(BruteTracer(topology, positions)));

@@ -35,10 +35,17 @@ SceneSize with_room(SceneSize size) {
     return size;
 }
 
+BackendInfo info_of(const DeviceInfo& device) {
+    return {"vulkan", fmt::format("{}, {}, Vulkan {}.{}", device.name, device.driver,
+                                  device.api_major, device.api_minor)};
+}
+
 class VulkanBackend final : public Backend {
 public:
-    VulkanBackend(const VulkanConfig& config, const Tuning& tuning)
-        : context_(config, tuning),
+    VulkanBackend(std::unique_ptr<Context> context, const Tuning& tuning)
+        : Backend(info_of(context->physical().info)),
+          own_context_(std::move(context)),
+          context_(*own_context_),
           transfer_(context_),
           kernels_(context_, tuning),
           passes_(context_, pass_size(context_.limits(), tuning), tuning.step_budget),
@@ -50,8 +57,6 @@ public:
         context_.submit("start", [](VkCommandBuffer) {});
     }
 
-    const std::string& name() const override { return name_; }
-    std::string description() const override;
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override;
     void set_frame(std::span<const vec3> positions, const Bvh& bvh) override;
@@ -62,7 +67,7 @@ public:
     void edit_tree(const TreeEdit& edit) override;
     void trace_image(const ImageParams& params, Frame& frame) override;
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override;
-    const BackendTimes& times() override;
+    const BackendTimes& finish() override;
 
 private:
     void bind();
@@ -75,8 +80,8 @@ private:
     void catch_up();
     void finish_refit();
 
-    const std::string name_ = "vulkan";
-    Context context_;
+    std::unique_ptr<Context> own_context_;
+    Context& context_;
     Transfer transfer_;
     Kernels kernels_;
     RayPasses passes_;
@@ -93,12 +98,6 @@ private:
     AlignedVector<Node> nodes_;
     BackendTimes times_;
 };
-
-std::string VulkanBackend::description() const {
-    const DeviceInfo& info = context_.physical().info;
-    return fmt::format("{}, {}, Vulkan {}.{}", info.name, info.driver, info.api_major,
-                       info.api_minor);
-}
 
 void VulkanBackend::bind() {
     Bindings bindings;
@@ -277,7 +276,7 @@ void VulkanBackend::trace_rays(std::span<const Ray> rays, std::span<Hit> hits) {
     }
 }
 
-const BackendTimes& VulkanBackend::times() {
+const BackendTimes& VulkanBackend::finish() {
     finish_refit();
     return times_;
 }
@@ -300,7 +299,7 @@ DeviceInfo find_device(const std::string& device) {
 }
 
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config, const Tuning& tuning) {
-    return std::make_unique<VulkanBackend>(config, tuning);
+    return std::make_unique<VulkanBackend>(std::make_unique<Context>(config, tuning), tuning);
 }
 
 std::unique_ptr<Backend> make_vulkan_backend(const VulkanConfig& config) {

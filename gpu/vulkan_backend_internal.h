@@ -1,7 +1,7 @@
 // The backend with settings for tests.
 #pragma once
 
-#include "gpu/tuning.h"
+#include "gpu/vulkan/tuning.h"
 #include "gpu/vulkan_backend.h"
 
 namespace mray::gpu {

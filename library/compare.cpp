@@ -5,7 +5,7 @@
 #include <array>
 #include <bit>
 
-#include "library/errors.h"
+#include "library/scene/errors.h"
 #include "morphray/scene.hpp"
 
 namespace morphray {

@@ -6,7 +6,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/simd/simd_target.h"
 #include "library/device_impl.h"
-#include "library/errors.h"
+#include "library/scene/errors.h"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"
 #endif
@@ -34,10 +34,10 @@ DeviceImpl::DeviceImpl(Kind kind, const CpuOptions& cpu, const VulkanOptions& vu
       vulkan_(vulkan),
       host_(host),
       arena_(cpu.threads),
-      simd_target_(mray::find_simd_target(cpu.simd == mray::cpu::kSimdOff ? "scalar" : cpu.simd)) {
+      simd_target_(mray::find_simd_target(cpu.simd == mray::kSimdOff ? "scalar" : cpu.simd)) {
     std::unique_ptr<mray::Backend> backend = make_backend();
-    name_ = backend->name();
-    description_ = backend->description();
+    name_ = backend->info().name;
+    description_ = backend->info().description;
     if (kind_ == Kind::vulkan) idle_.push_back(std::move(backend));
 }
 
@@ -160,7 +160,8 @@ std::vector<VulkanDeviceInfo> vulkan_devices() {
         std::vector<VulkanDeviceInfo> infos;
         for (const mray::gpu::DeviceInfo& info : mray::gpu::list_devices()) {
             infos.push_back({info.index, info.name, info.type, info.driver, info.uuid,
-                             info.memory_bytes, info.unusable});
+                             info.api_major, info.api_minor, info.memory_bytes, info.subgroup_size,
+                             info.unusable});
         }
         return infos;
 #else

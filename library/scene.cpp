@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "library/errors.h"
+#include "library/scene/errors.h"
 #include "library/scene_impl.h"
 
 namespace morphray {

@@ -7,46 +7,14 @@
 #include <utility>
 
 #include "common/base/stopwatch.h"
-#include "common/update/session.h"
-#include "library/errors.h"
+#include "common/ray_queries.h"
+#include "library/policy.h"
+#include "library/queries/device_queries.h"
+#include "library/queries/host_queries.h"
+#include "library/scene/errors.h"
 
 namespace morphray::detail {
 namespace {
-
-template <class... Cases>
-struct Overloaded : Cases... {
-    using Cases::operator()...;
-};
-template <class... Cases>
-Overloaded(Cases...) -> Overloaded<Cases...>;
-
-struct PolicyText {
-    std::string text;
-    mray::UpdateConfig config;
-};
-
-PolicyText text_of(const UpdatePolicy& policy) {
-    return std::visit(Overloaded{
-                          [](const Refit&) {
-                              return PolicyText{"refit", {}};
-                          },
-                          [](const Rebuild&) {
-                              return PolicyText{"rebuild", {}};
-                          },
-                          [](const Every& every) {
-                              return PolicyText{fmt::format("every:{}", every.poses), {}};
-                          },
-                          [](const Auto& automatic) {
-                              if (!(automatic.budget_ms >= 0) || !(automatic.budget >= 0))
-                                  throw_bad_argument("Auto: a budget must not be negative");
-                              return PolicyText{"auto",
-                                                {.deterministic = automatic.deterministic,
-                                                 .budget = automatic.budget,
-                                                 .budget_ms = automatic.budget_ms}};
-                          },
-                      },
-                      policy);
-}
 
 void check(const std::optional<Box>& bounds) {
     if (!bounds) return;
@@ -126,8 +94,9 @@ SceneImpl::SceneImpl(std::span<const MeshView> meshes, const Device& device,
     : device_(device),
       options_(options),
       pose_((check(options.bounds), options.bounds), DeviceImpl::of(device).simd_target()),
+      rays_(meshes_, DeviceImpl::of(device).simd_target()),
       shader_(DeviceImpl::of(device).simd_target()) {
-    make_policy();
+    spec_of(options_.update);
     for (const MeshView& mesh : meshes) meshes_.attach(mesh);
     meshes_ = meshes_.changed();
     start(nullptr, nullptr);
@@ -138,6 +107,7 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device)
       options_(other.options_),
       meshes_(other.meshes_),
       pose_(other.pose_),
+      rays_(meshes_, DeviceImpl::of(device).simd_target()),
       shader_(DeviceImpl::of(device).simd_target()) {
     other.require_usable();
     options_.refit_on.reset();
@@ -149,42 +119,36 @@ SceneImpl::SceneImpl(const SceneImpl& other, const Device& device)
     start(&tree, nullptr);
 }
 
-std::unique_ptr<mray::UpdatePolicy> SceneImpl::make_policy() const {
-    PolicyText policy = text_of(options_.update);
-    if (tracer_ != nullptr) policy.config = mray::for_tracer(policy.config, *tracer_);
-    return mray::make_update_policy(policy.text, policy.config);
-}
-
 /// Hands the meshes to the device with a tree, which is built if there is none. `before` is the
 /// list that they were made of, or null.
 void SceneImpl::start(const mray::Bvh* tree, const MeshList* before) {
     updater_.reset();
     if (tracer_ == nullptr) {
         tracer_ = take_backend(device_);
-        cpu_ = dynamic_cast<mray::cpu::CpuBackend*>(tracer_.get());
+        queries_ = make_queries();
     }
     if (options_.refit_on && refitter_ == nullptr) refitter_ = take_backend(*options_.refit_on);
     const mray::Stopwatch watch;
     if (tree == nullptr) pose_.read_list(meshes_, before, arena());
     read_ms_ = watch.ms();
-    set_space();
+    rays_.set(pose_.space());
     shader_.set_meshes();
-    mray::UpdateConfig config = text_of(options_.update).config;
+    mray::UpdateConfig config = config_of(options_.update);
     config.record_cost_ratio = options_.record_cost_ratio;
     const mray::BuildConfig build{.split = options_.split == Split::sweep
                                                ? mray::SplitMethod::kSweep
                                                : mray::SplitMethod::kBinned,
                                   .threads = DeviceImpl::of(device_).threads()};
-    updater_ =
-        std::make_unique<mray::TreeUpdater>(meshes_.topology(), pose_.positions(), *tracer_,
-                                            refitter_.get(), make_policy(), build, config, tree);
+    updater_ = std::make_unique<mray::TreeUpdater>(meshes_.topology(), pose_.positions(), *tracer_,
+                                                   refitter_.get(), spec_of(options_.update), build,
+                                                   config, tree);
     cost_.reset();
 }
 
-/// Follows the scene space of pose_.
-void SceneImpl::set_space() {
-    converter_.emplace(pose_.space());
-    ray_maker_.emplace(pose_.space(), DeviceImpl::of(device_).simd_target());
+std::unique_ptr<const Queries> SceneImpl::make_queries() {
+    if (const mray::RayQueries* const host = tracer_->queries())
+        return std::make_unique<HostQueries>(*host, rays_, arena(), cost_);
+    return std::make_unique<DeviceQueries>(*tracer_, mutex_, rays_, arena(), cost_);
 }
 
 void SceneImpl::require_usable() const {
@@ -194,7 +158,7 @@ void SceneImpl::require_usable() const {
 /// Brings the tree to the positions of pose_.
 void SceneImpl::follow(std::span<const mray::IndexRange> changed, double read_ms) {
     read_ms_ = read_ms;
-    set_space();
+    rays_.set(pose_.space());
     shader_.set_pose();
     updater_->frame_done({.ms = cost_.ms(), .rays = cost_.rays()});
     cost_.reset();
@@ -254,10 +218,36 @@ void SceneImpl::detach(std::uint32_t geom_id) {
     meshes_.detach(geom_id);
 }
 
+void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+    require_usable();
+    if (rays.size() != hits.size())
+        throw_bad_argument(fmt::format("{} rays, but room for {} hits", rays.size(), hits.size()));
+    queries_->intersect(rays, hits);
+}
+
+Hit SceneImpl::intersect(const Ray& ray) const {
+    require_usable();
+    return queries_->intersect(ray);
+}
+
+void SceneImpl::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+    require_usable();
+    if (rays.size() != occluded.size()) {
+        throw_bad_argument(
+            fmt::format("{} rays, but room for {} answers", rays.size(), occluded.size()));
+    }
+    queries_->occluded(rays, occluded);
+}
+
+bool SceneImpl::occluded(const Ray& ray) const {
+    require_usable();
+    return queries_->occluded(ray);
+}
+
 Update SceneImpl::last_update() const {
     require_usable();
     const std::scoped_lock lock(mutex_);
-    return to_public(updater_->settle(), read_ms_);
+    return to_public(updater_->finish(), read_ms_);
 }
 
 }  // namespace morphray::detail

@@ -10,16 +10,14 @@
 #include <vector>
 
 #include "common/update/tree_updater.h"
-#include "cpu/cpu_backend.h"
-#include "cpu/packet/camera/camera_packet.h"
-#include "cpu/scene_space/scene_rays.h"
 #include "library/device_impl.h"
 #include "library/image/image_conversion.h"
 #include "library/image/image_shader.h"
-#include "library/mesh_list.h"
-#include "library/pose_reader.h"
-#include "library/query_cost.h"
-#include "library/world_ray.h"
+#include "library/queries/queries.h"
+#include "library/queries/query_cost.h"
+#include "library/queries/ray_space.h"
+#include "library/scene/mesh_list.h"
+#include "library/scene/pose_reader.h"
 #include "morphray/scene.hpp"
 
 namespace morphray::detail {
@@ -54,35 +52,22 @@ private:
     class Change;
 
     void start(const mray::Bvh* tree, const MeshList* before);
-    std::unique_ptr<mray::UpdatePolicy> make_policy() const;
     void follow(std::span<const mray::IndexRange> changed, double read_ms);
+    std::unique_ptr<const Queries> make_queries();
     void require_usable() const;
-    void make_scene_rays(std::span<const Ray> rays, mray::cpu::SceneRays& out) const;
-    Hit to_world(const mray::Hit& hit, int t_exponent) const;
-    void set_space();
     /// An image of one sample a pixel in the colours of the backend; mutex_ is locked.
     void render_plain(const View& view, TracedImage& traced, Image& image) const;
     mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }
-    double intersect_on_device(std::span<const Ray> rays, std::span<Hit> hits) const;
-    void intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const;
-    template <class Answer, class AnswerOf>
-    bool trace_tile(std::span<const Ray> rays, std::span<Answer> answers, std::size_t row,
-                    std::size_t width, std::size_t height, AnswerOf answer_of) const;
-    template <class Answer, class AnswerOf, class Run>
-    void trace_all(std::span<const Ray> rays, std::span<Answer> answers, AnswerOf answer_of,
-                   Run run) const;
-    double trace_on_device(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) const;
 
     Device device_;
     SceneOptions options_;
     MeshList meshes_;
     PoseReader pose_;
-    std::optional<RayConverter> converter_;
-    std::optional<mray::cpu::SceneRayMaker> ray_maker_;
+    RaySpace rays_;
     DeviceBackend tracer_;
     DeviceBackend refitter_;
-    /// tracer_, if it is a backend that threads may query at the same time.
-    mray::cpu::CpuBackend* cpu_ = nullptr;
+    /// Those of tracer_.
+    std::unique_ptr<const Queries> queries_;
     std::unique_ptr<mray::TreeUpdater> updater_;
     double read_ms_ = 0;
 

@@ -5,7 +5,7 @@
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/quantised_nodes.h"
-#include "common/plot/bars.h"
+#include "tools/plot/bars.h"
 
 namespace mray::accuracy {
 namespace {

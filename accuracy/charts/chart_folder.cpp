@@ -11,7 +11,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/plot/gnuplot.h"
+#include "tools/plot/gnuplot.h"
 
 namespace mray::accuracy {
 namespace {

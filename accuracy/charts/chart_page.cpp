@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "common/text/xml_text.h"
+#include "tools/text/xml_text.h"
 
 namespace mray::accuracy {
 namespace {

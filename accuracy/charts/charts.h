@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/charts/chart_scene.h"
+#include "accuracy/chart_scene.h"
 #include "accuracy/measure/failure_scenes.h"
 #include "accuracy/methods/method.h"
-#include "common/plot/figure.h"
-#include "common/scene/scene_frames.h"
-#include "common/text/table.h"
+#include "clips/scene_frames.h"
+#include "tools/plot/figure.h"
+#include "tools/text/table.h"
 
 namespace mray::accuracy {
 

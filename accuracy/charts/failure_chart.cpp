@@ -6,8 +6,8 @@
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
-#include "common/base/thread_clock.h"
-#include "common/process/guarded_run.h"
+#include "tools/measure/thread_clock.h"
+#include "tools/process/guarded_run.h"
 
 namespace mray::accuracy {
 namespace {

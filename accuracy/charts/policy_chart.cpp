@@ -1,16 +1,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "accuracy/charts/charts.h"
-#include "common/plot/policy_panels.h"
-#include "common/update/policy_runs.h"
+#include "tools/measure/policy_runs.h"
+#include "tools/plot/policy_panels.h"
 
 namespace mray::accuracy {
 namespace {
 
-const std::vector<std::string> kPolicies{"refit", "rebuild", "every:4", "auto"};
+constexpr std::array kPolicies = {PolicySpec{PolicyKind::kRefit}, PolicySpec{PolicyKind::kRebuild},
+                                  PolicySpec{PolicyKind::kEvery, 4}, PolicySpec{PolicyKind::kAuto}};
 constexpr std::uint32_t kMostSide = 512;
 
 /// The frames of the clip from the first on, in whole steps so that no more than `most` are played.
@@ -51,10 +53,9 @@ Chart policy_chart(const ChartContext& context, SceneFrames& scene, const std::s
     view.width = view.height = side;
     view.fov = kChartFov;
     const PlayedFrames played = played_frames(scene.clip(), context.effort.policy_frames);
-    SessionConfig session;
-    session.threads = context.threads;
     PolicyRunner runner(scene, played.frames,
-                        make_image_params(view, scene.clip().bounds(), scene.space()), session,
+                        make_image_params(view, scene.clip().bounds(), scene.space()),
+                        {.update = {}, .build = {.threads = context.threads}, .build_at = {}},
                         context.effort.rounds, context.make_cpu_backend());
     comparisons.push_back(runner.compare(kPolicies, context.check));
     context.step();

@@ -5,10 +5,10 @@
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
+#include "clips/procedural/procedural.h"
+#include "clips/scene_frames.h"
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/scene/procedural/procedural.h"
-#include "common/scene/scene_frames.h"
 
 namespace mray::accuracy {
 namespace {
@@ -44,13 +44,13 @@ Row measure(const ChartContext& context, SceneFrames& frames, Backend& backend) 
     const std::vector<std::function<void()>> runs{[&] { bvh = build_bvh(topology, first); },
                                                   [&] {
                                                       backend.refit(even ? first : second);
-                                                      backend.times();
+                                                      backend.finish();
                                                       even = !even;
                                                   },
                                                   [&] { backend.trace_image(params, frame); }};
     const std::vector<double> times = least_times(runs, context.effort.rounds, context.check);
-    return {backend.name(), topology.triangles.size(), times[0], times[1],
-            times[2],       double{kSide} * kSide};
+    return {backend.info().name,  topology.triangles.size(), times[0], times[1], times[2],
+            double{kSide} * kSide};
 }
 
 /// The exponent p of time ~ triangles^p that fits best (least squares of logarithms).

@@ -12,10 +12,10 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/interop/camera.h"
-#include "common/plot/bars.h"
 #include "cpu/packet/packet_tracer.h"
 #include "cpu/refit/refit.h"
 #include "cpu/single_ray/single_ray_tracer.h"
+#include "tools/plot/bars.h"
 
 namespace mray::accuracy {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/charts/chart_scene.h"
+#include "accuracy/chart_scene.h"
 #include "common/backend.h"
 
 namespace mray::accuracy {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <span>
 
-#include "accuracy/charts/chart_scene.h"
+#include "accuracy/chart_scene.h"
 #include "common/interop/slab.h"
 
 namespace mray::accuracy {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "accuracy/measure/parallel_view.h"
+#include "accuracy/referee/parallel_view.h"
 
 namespace mray::accuracy {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "accuracy/measure/candidate_search.h"
+#include "accuracy/referee/candidate_search.h"
 #include "accuracy/referee/exact_triangle.h"
 
 namespace mray::accuracy {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "accuracy/measure/candidate_search.h"
+#include "accuracy/referee/candidate_search.h"
 
 namespace mray::accuracy {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 
 namespace mray::app {
 

@@ -48,7 +48,8 @@ void check_farm(const Options& options) {
                         name));
     const Shading shading = options.shading.shading.value_or(Shading::plain);
     const bool shows_tree = shading == Shading::steps || shading == Shading::sah;
-    if (shows_tree && options.tree.update != "refit" && options.tree.update != "rebuild")
+    if (shows_tree && !options.tree.has_policy(PolicyKind::kRefit) &&
+        !options.tree.has_policy(PolicyKind::kRebuild))
         refuse(
             fmt::format("{}, --shading {}: these colours depend on the frames before; choose "
                         "--update refit or rebuild",
@@ -108,16 +109,16 @@ void check_conflicts(const Options& options) {
     if (options.command == Command::kMerge) check_merge(options);
     if (options.command == Command::kView) check_view(options);
     if (options.command == Command::kProbe) check_probe(options);
-    if (options.tree.update == "rebuild" && options.tree.refit_on != RefitOn::kOwn) {
+    if (options.tree.has_policy(PolicyKind::kRebuild) && options.tree.refit_on != RefitOn::kOwn) {
         throw Error(ErrorKind::kBadArgument,
                     "--update rebuild, --refit-on: a tree that is rebuilt is not refitted; leave "
                     "one of them out");
     }
-    if (!options.policies.empty() && !options.tree.update.empty())
+    if (!options.policies.empty() && options.tree.update)
         refuse("--policies, --update: --policies lists all policies; leave --update out");
     if (options.tolerance_given && options.baseline.empty())
         refuse("--tolerance: by how much a stage may be slower than in --baseline; give that too");
-    if (!options.baseline.empty() && !(options.policies.empty() && options.tree.update.empty()))
+    if (!options.baseline.empty() && (!options.policies.empty() || options.tree.update))
         refuse("--baseline: compares the times of stages, not policies; leave --policies out");
     if (options.backend.all_devices &&
         (!options.backend.device.empty() || options.backend.choice == BackendChoice::kCpu)) {

@@ -1,7 +1,7 @@
 // Options that exclude each other.
 #pragma once
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 
 namespace mray::app {
 

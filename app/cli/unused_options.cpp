@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "app/files/ray_bundle.h"
+#include "clips/gltf/gltf_clip.h"
 #include "common/base/errors.h"
-#include "common/scene/formats/gltf/gltf_clip.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {
@@ -41,10 +41,13 @@ bool may_use_cpu(const Options& o) {
     return o.backend.choice != BackendChoice::kVulkan || o.tree.refit_on == RefitOn::kCpu;
 }
 
-bool compares_policies(const Options& o) { return !o.policies.empty() || !o.tree.update.empty(); }
+bool compares_policies(const Options& o) {
+    return !o.policies.empty() || o.tree.update.has_value();
+}
 
 bool updates_by_times(const Options& o) {
-    return o.tree.update == "auto" || std::ranges::count(o.policies, "auto") > 0;
+    return o.tree.has_policy(PolicyKind::kAuto) ||
+           std::ranges::count(o.policies, PolicyKind::kAuto, &PolicySpec::kind) > 0;
 }
 
 bool has_scene(const Options& o) { return !o.scene.empty(); }

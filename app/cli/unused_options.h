@@ -1,7 +1,7 @@
 // Options that would have no effect on a command.
 #pragma once
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 
 namespace mray::app {
 

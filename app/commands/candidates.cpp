@@ -4,7 +4,7 @@
 
 #include "common/bvh/box.h"
 #include "common/interop/hit_rule.h"
-#include "common/scene/polygons/triangle_area.h"
+#include "common/scene/triangle_area.h"
 
 namespace mray::app {
 namespace {

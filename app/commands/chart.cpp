@@ -8,15 +8,15 @@
 #include "accuracy/charts/chart_folder.h"
 #include "accuracy/charts/chart_page.h"
 #include "accuracy/charts/charts.h"
-#include "app/backends.h"
+#include "app/backends/backends.h"
+#include "app/base/memory_budget.h"
+#include "app/clip/frames.h"
 #include "app/commands/commands.h"
-#include "app/frames.h"
-#include "app/memory_budget.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
-#include "common/plot/gnuplot_script.h"
-#include "common/process/shell_text.h"
+#include "tools/plot/gnuplot_script.h"
+#include "tools/process/shell_text.h"
 
 namespace mray::app {
 namespace {

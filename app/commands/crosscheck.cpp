@@ -4,18 +4,18 @@
 #include <exception>
 #include <optional>
 
-#include "app/backends.h"
+#include "app/backends/backends.h"
+#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/crosscheck/scene_check.h"
 #include "app/files/output_folder.h"
-#include "app/frames.h"
+#include "app/report/crosscheck/check_report.h"
 #include "app/report/crosscheck/crosscheck_html.h"
 #include "app/report/crosscheck/crosscheck_text.h"
 #include "app/report/crosscheck/golden_images.h"
 #include "app/report/crosscheck/junit.h"
-#include "app/report/report_json.h"
 #include "app/terminal/failure.h"
-#include "common/process/shell_text.h"
+#include "tools/process/shell_text.h"
 
 namespace mray::app {
 namespace {

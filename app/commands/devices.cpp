@@ -1,20 +1,20 @@
 // morphray devices: lists the Vulkan devices.
 #include <fmt/format.h>
 
-#include "app/backends.h"
+#include "app/backends/backends.h"
 #include "app/commands/commands.h"
-#include "app/report/report_json.h"
-#include "common/text/table.h"
+#include "app/report/scene_report.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 
 ExitCode run_devices(const Options& options, const Messages& messages) {
     check_reports({options.json});
-    const std::vector<gpu::DeviceInfo> devices = vulkan_devices();
+    const std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
     if (!options.json.empty()) write_report(options.json, to_json(devices));
     if (takes_stdout({options.json})) return ExitCode::kOk;
     Table table({"index", "name", "type", "vulkan", "driver", "MiB", "subgroup", "uuid", "usable"});
-    for (const gpu::DeviceInfo& device : devices) {
+    for (const morphray::VulkanDeviceInfo& device : devices) {
         table.add({fmt::format("{}", device.index), device.name, device.type,
                    fmt::format("{}.{}", device.api_major, device.api_minor), device.driver,
                    fmt::format("{}", device.memory_bytes >> 20),

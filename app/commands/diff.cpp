@@ -6,19 +6,19 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/base/library_calls.h"
 #include "app/commands/commands.h"
 #include "app/commands/diff/exr_diff.h"
 #include "app/commands/diff/png_diff.h"
 #include "app/files/exr_reader.h"
 #include "app/files/output_folder.h"
 #include "app/files/png_reader.h"
-#include "app/library_calls.h"
-#include "app/report/report_json.h"
+#include "app/report/diff_report.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/output_file.h"
-#include "common/image/compare.h"
 #include "common/text/message_text.h"
 #include "morphray/hits.hpp"
+#include "tools/image/compare.h"
 
 namespace mray::app {
 namespace {

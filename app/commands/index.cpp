@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "app/clip/frames.h"
 #include "app/commands/commands.h"
-#include "app/frames.h"
+#include "clips/index/index_file.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/scene/formats/index/index_file.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {

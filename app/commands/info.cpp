@@ -4,20 +4,20 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "app/backends.h"
+#include "app/backends/backends.h"
+#include "app/base/memory_budget.h"
+#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/files/formats/format_table.h"
-#include "app/frames.h"
-#include "app/memory_budget.h"
-#include "app/report/report_json.h"
-#include "app/report/reports.h"
+#include "app/report/scene_report.h"
+#include "clips/procedural/procedural.h"
 #include "common/base/stopwatch.h"
-#include "common/scene/procedural/procedural.h"
+#include "common/scene/degenerate_count.h"
 #include "common/simd/simd_target.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
-#include "common/text/table.h"
 #include "common/version.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {
@@ -38,7 +38,8 @@ const char* build_description() {
 std::string describe_vulkan() {
     try {
         std::size_t usable = 0;
-        for (const gpu::DeviceInfo& device : vulkan_devices()) usable += device.unusable.empty();
+        for (const morphray::VulkanDeviceInfo& device : vulkan_devices())
+            usable += device.unusable.empty();
         return fmt::format("Vulkan: {} usable device{}", usable, usable == 1 ? "" : "s");
     } catch (const Error& error) {
         // The message begins with "Vulkan".

@@ -6,6 +6,7 @@
 #include "app/files/png_reader.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/output_file.h"
+#include "tools/image/contact_sheet.h"
 
 namespace mray::app {
 namespace {

@@ -1,17 +1,19 @@
 #include "app/commands/pixel_probe.h"
-#include "app/frames.h"
+#include "app/clip/frames.h"
 
 #include <fmt/format.h>
 
 #include <vector>
 
-#include "app/backends.h"
+#include "app/backends/backends.h"
+#include "app/base/memory_budget.h"
+#include "app/commands/candidates.h"
 #include "app/commands/probe/replay.h"
 #include "app/files/ray_bundle.h"
-#include "app/memory_budget.h"
 #include "common/base/errors.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
+#include "common/update/tree_updater.h"
 
 namespace mray::app {
 namespace {
@@ -53,12 +55,16 @@ void trace_secondary(const ImageParams& params, const Topology& topology,
     for (std::size_t i = 0; i < rays.size(); ++i) report.secondary.push_back({rays[i], hits[i]});
 }
 
-void describe_session(Session& session, ProbeReport& report) {
-    report.backend = session.tracer().name();
-    report.device = session.tracer().description();
-    report.update = name_of(session.last_update().step);
-    report.refit_on = session.refitted_on();
-    const Bvh& tree = session.tree();
+/// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.
+std::string refitted_on(const TreeUpdate& update, const Backend& refitter) {
+    if (update.step == TreeStep::kBuilt || update.step == TreeStep::kRebuilt) return {};
+    const std::string& name = refitter.info().name;
+    return name == "brute" ? "cpu" : name;
+}
+
+void describe_tree(TreeUpdater& updater, ProbeReport& report) {
+    report.update = name_of(updater.last().step);
+    const Bvh& tree = updater.tree();
     report.tree = bvh_stats(tree);
     report.bvh_hash = bvh_hash(tree);
 }
@@ -87,10 +93,15 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
                     .devices = named_devices(options)},
                    options.scene);
     const ImageParams params = image_params(options, scene);
-    Session session = open_session(options, scene, frame_number, messages);
-    session.advance(frame_number);
+    const std::unique_ptr<Backend> tracer = make_backend(options.backend, messages);
+    const std::unique_ptr<Backend> refitter = make_refitter(options, *tracer, messages);
+    messages.note("tracing on " + tracer->info().name + ": " + tracer->info().description);
+    const double build_at = options.tree.build_at.value_or(frame_number);
+    TreeUpdater updater(topology, scene.positions(build_at), *tracer, refitter.get(),
+                        options.tree.policy(), build_config(options), options.tree.update_config);
+    if (build_at != frame_number) updater.update(scene.positions(frame_number));
     Frame frame;
-    session.trace(params, frame);
+    tracer->trace_image(params, frame);
 
     ProbeReport report;
     report.head = {
@@ -99,15 +110,18 @@ ProbeReport probe_pixel(const Options& options, const Messages& messages) {
     report.frame = frame_number;
     report.pixel = options.pixel;
     report.rays = name_of_rays(params.rays);
-    describe_session(session, report);
+    report.backend = tracer->info().name;
+    report.device = tracer->info().description;
+    report.refit_on = refitted_on(updater.last(), refitter ? *refitter : *tracer);
+    describe_tree(updater, report);
     describe_ray(params, scene.space(), report);
     const std::size_t index = std::size_t{report.pixel.y} * params.width + report.pixel.x;
     report.image = frame.hits[index];
     report.occlusion = frame.occlusion[index];
     report.colour = frame.pixels[index];
-    session.tracer().trace_rays({&report.ray, 1}, {&report.alone, 1});
+    tracer->trace_rays({&report.ray, 1}, {&report.alone, 1});
     const std::span<const vec3> positions = scene.positions(frame_number);
-    trace_secondary(params, topology, positions, session.tracer(), report);
+    trace_secondary(params, topology, positions, *tracer, report);
     const std::uint32_t wanted[] = {report.image.prim_id, report.alone.prim_id};
     report.candidates = find_candidates(report.ray, topology, positions, kCandidates, wanted);
     if (!options.bundle.empty())

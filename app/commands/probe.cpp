@@ -5,9 +5,9 @@
 #include "app/commands/pixel_probe.h"
 #include "app/commands/probe/replay.h"
 #include "app/files/ray_bundle.h"
-#include "app/report/report_json.h"
+#include "app/report/probe_report.h"
 #include "common/text/number_text.h"
-#include "common/text/table.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {

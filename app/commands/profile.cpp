@@ -1,21 +1,21 @@
 // morphray profile: measures the stages of a frame.
 #include <fmt/format.h>
 
-#include "app/backends.h"
+#include "app/backends/backends.h"
+#include "app/base/memory_budget.h"
+#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/commands/profile/baseline.h"
 #include "app/commands/profile/profile_head.h"
 #include "app/commands/profile/profile_policies.h"
 #include "app/commands/profile/stage_profiler.h"
 #include "app/commands/profile/yardstick.h"
-#include "app/frames.h"
-#include "app/memory_budget.h"
+#include "app/report/profile_report.h"
 #include "app/report/profile_table.h"
-#include "app/report/report_json.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
-#include "common/process/shell_text.h"
 #include "common/version.h"
+#include "tools/process/shell_text.h"
 
 namespace mray::app {
 namespace {
@@ -52,7 +52,7 @@ void require_same_rows(const Options& options, const ProfileReport& baseline,
                        const Messages& messages) {
     std::vector<std::string> backends;
     for (const BackendChoice choice : choices) {
-        backends.push_back(make_backend(choice, options.backend, messages)->name());
+        backends.push_back(make_backend(choice, options.backend, messages)->info().name);
         require_frames(options.baseline, baseline, backends.back(), frames);
     }
     require_backends(options.baseline, baseline, backends);
@@ -87,7 +87,7 @@ void publish(const ProfileReport& report, const Options& options, const Messages
 }  // namespace
 
 ExitCode run_profile(const Options& options, const Messages& messages) {
-    if (!options.policies.empty() || !options.tree.update.empty()) {
+    if (!options.policies.empty() || options.tree.update) {
         return profile_policies(options, messages);
     }
     check_reports({options.json, options.csv});

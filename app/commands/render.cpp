@@ -4,11 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 
-#include "app/backends.h"
-#include "app/cli/remedy_text.h"
-#include "app/clip_scene.h"
+#include "app/backends/backends.h"
+#include "app/base/library_calls.h"
+#include "app/base/memory_budget.h"
+#include "app/base/remedy_text.h"
+#include "app/clip/clip_scene.h"
+#include "app/clip/frames.h"
+#include "app/clip/render_command.h"
 #include "app/commands/commands.h"
 #include "app/commands/render/output_queue.h"
 #include "app/farm/existing_image.h"
@@ -17,22 +22,46 @@
 #include "app/farm/scene_hash.h"
 #include "app/files/exr_writer.h"
 #include "app/files/output_folder.h"
-#include "app/frames.h"
-#include "app/library_calls.h"
-#include "app/memory_budget.h"
-#include "app/render_command.h"
-#include "app/report/report_json.h"
-#include "app/report/reports.h"
+#include "app/report/render_report.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
 #include "common/base/stopwatch.h"
 #include "common/image/png.h"
-#include "common/text/table.h"
 #include "morphray/hits.hpp"
+#include "tools/image/contact_sheet.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {
+
+/// Hashes, counts and times of an image that the scene has just rendered; with `with_tree` also of
+/// the tree, which is read back from a device.
+FrameReport report_frame(const ClipScene& scene, double frame_number, const morphray::Image& image,
+                         bool with_tree) {
+    FrameReport report;
+    report.frame = frame_number;
+    report.backend = scene.scene().device().name();
+    report.update = to_string(scene.update().step);
+    report.reason = scene.update().reason;
+    report.cost_ratio = scene.update().cost_ratio;
+    report.refit_on = scene.refitted_on();
+    report.times = scene.times();
+    report.hits_hash = image.hits_hash;
+    report.image_hash = image.image_hash;
+    if (with_tree) {
+        const morphray::TreeStatistics tree =
+            call_library([&] { return scene.scene().tree_statistics(); });
+        report.bvh_hash = tree.hash;
+        report.sah_cost = tree.sah_cost;
+    }
+    report.hits = static_cast<std::uint64_t>(
+        std::ranges::count_if(image.hits, [](const morphray::Hit& hit) { return bool{hit}; }));
+    report.misses = image.hits.size() - report.hits;
+    report.occluded =
+        std::accumulate(image.occlusion.begin(), image.occlusion.end(), std::uint64_t{0});
+    return report;
+}
 
 /// The kinds of rays that an image is made of.
 std::string rays_text(const Options& options) {
@@ -282,7 +311,8 @@ void require_memory_for(const Options& options, const Clip& clip, std::size_t fr
         (clip.textures() == nullptr ? 0
                                     : clip.topology().triangles.size() * kTextureBytesPerTriangle);
     // A tree is built while the one before is held.
-    const std::uint64_t rebuilt = options.tree.update != "refit" && frames > 1 ? 1 : 0;
+    const std::uint64_t rebuilt =
+        !options.tree.has_policy(PolicyKind::kRefit) && frames > 1 ? 1 : 0;
     require_memory({.triangles = clip.topology().triangles.size(),
                     .vertices = clip.topology().vertex_count,
                     .copies = (options.tree.refit_on == RefitOn::kOwn ? 0u : 1u) + rebuilt,

@@ -6,17 +6,17 @@
 #include <iterator>
 #include <string_view>
 
-#include "app/backends.h"
-#include "app/clip_scene.h"
+#include "app/backends/backends.h"
+#include "app/base/library_calls.h"
+#include "app/base/memory_budget.h"
+#include "app/clip/clip_scene.h"
+#include "app/clip/frames.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
-#include "app/frames.h"
-#include "app/library_calls.h"
-#include "app/memory_budget.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"
-#include "common/bvh/bvh_stats.h"
+#include "common/scene/degenerate_count.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {

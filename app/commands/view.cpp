@@ -1,10 +1,10 @@
 // morphray view: a window that shows a scene move.
-#include "app/backends.h"
-#include "app/clip_scene.h"
+#include "app/backends/backends.h"
+#include "app/base/memory_budget.h"
+#include "app/clip/clip_scene.h"
+#include "app/clip/frames.h"
+#include "app/clip/render_command.h"
 #include "app/commands/commands.h"
-#include "app/frames.h"
-#include "app/memory_budget.h"
-#include "app/render_command.h"
 #include "app/view/window/viewer.h"
 #include "common/base/output_file.h"
 

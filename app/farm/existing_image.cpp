@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "app/base/library_calls.h"
+#include "app/clip/render_command.h"
 #include "app/files/exr_reader.h"
 #include "app/files/png_reader.h"
-#include "app/library_calls.h"
-#include "app/render_command.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/base/input_file.h"

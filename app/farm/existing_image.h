@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "app/farm/frame_tasks.h"
 #include "app/farm/part.h"
 #include "common/image/png.h"

@@ -4,8 +4,8 @@
 
 #include <set>
 
+#include "app/clip/frames.h"
 #include "app/farm/part.h"
-#include "app/frames.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 

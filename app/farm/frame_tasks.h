@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/options.h"
-#include "app/frames.h"
+#include "app/base/options.h"
+#include "app/clip/frames.h"
 
 namespace mray::app {
 

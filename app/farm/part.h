@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/farm/shard.h"
+#include "app/base/shard.h"
 
 namespace mray::app {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "app/render_command.h"
+#include "app/clip/render_command.h"
 #include "app/terminal/failure.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/exit_code.h"
-#include "app/cli/options.h"
+#include "app/base/exit_code.h"
+#include "app/base/options.h"
 #include "app/farm/frame_tasks.h"
 #include "app/farm/part.h"
-#include "common/scene/clip.h"
+#include "clips/clip.h"
 
 namespace mray::app {
 

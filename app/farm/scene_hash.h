@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "common/scene/clip.h"
+#include "clips/clip.h"
 
 namespace mray::app {
 

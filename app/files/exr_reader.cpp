@@ -22,8 +22,8 @@
 #include <string_view>
 #include <utility>
 
+#include "app/base/memory_budget.h"
 #include "app/files/image_limits.h"
-#include "app/memory_budget.h"
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/text/message_text.h"

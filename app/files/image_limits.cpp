@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "app/memory_budget.h"
+#include "app/base/memory_budget.h"
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
 

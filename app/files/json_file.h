@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "clips/json/json.h"
 #include "common/base/input_file.h"
-#include "common/text/json.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {

@@ -9,9 +9,9 @@
 #include <stdexcept>
 
 #include "app/files/json_file.h"
+#include "clips/json/json.h"
 #include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
-#include "common/text/json.h"
 #include "common/version.h"
 
 namespace mray::app {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/numbers.h"
+#include "app/base/numbers.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
 #include "common/scene/mesh.h"

@@ -1,7 +1,8 @@
 #include <fmt/format.h>
 
+#include "app/report/diff_report.h"
+#include "app/report/exr_diff_report.h"
 #include "app/report/json_parts.h"
-#include "app/report/report_json.h"
 
 namespace mray::app {
 namespace {

@@ -1,11 +1,27 @@
-#include "app/report/report_json.h"
+#include "app/report/scene_report.h"
 
 #include <fmt/format.h>
 
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"
+#include "common/text/text_parts.h"
 
 namespace mray::app {
+
+const char* name_of(IndexUse::State state) {
+    switch (state) {
+        case IndexUse::State::kAbsent:
+            return "absent";
+        case IndexUse::State::kUsed:
+            return "used";
+        case IndexUse::State::kStale:
+            return "stale";
+        case IndexUse::State::kGiven:
+            return "bounds given";
+        default:
+            return "none";
+    }
+}
 
 std::string to_json(const SceneReport& report) {
     Json json = head_of(report.head);
@@ -51,10 +67,10 @@ std::string to_json(const ProgramReport& report) {
     return json_text(json);
 }
 
-std::string to_json(const std::vector<gpu::DeviceInfo>& devices) {
+std::string to_json(const std::vector<morphray::VulkanDeviceInfo>& devices) {
     Json json = head_of("devices");
     json["devices"] = Json::array();
-    for (const gpu::DeviceInfo& device : devices) {
+    for (const morphray::VulkanDeviceInfo& device : devices) {
         json["devices"].push_back(
             {{"index", device.index},
              {"name", device.name},
@@ -66,6 +82,23 @@ std::string to_json(const std::vector<gpu::DeviceInfo>& devices) {
              {"subgroup_size", device.subgroup_size},
              {"usable", device.unusable.empty()},
              {"unusable", device.unusable}});
+    }
+    return json_text(json);
+}
+
+std::string to_json(const std::vector<FileFormat>& formats) {
+    Json json = head_of("info");
+    json["formats"] = Json::array();
+    for (const FileFormat& format : formats) {
+        Json extensions = Json::array();
+        for (const std::string_view extension : split(format.extensions, ' '))
+            if (!extension.empty()) extensions.push_back(std::string(extension));
+        json["formats"].push_back({{"use", std::string(format.use)},
+                                   {"name", std::string(format.name)},
+                                   {"extensions", extensions},
+                                   {"read", format.is_read},
+                                   {"written", format.is_written},
+                                   {"content", std::string(format.content)}});
     }
     return json_text(json);
 }

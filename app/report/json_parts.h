@@ -1,10 +1,16 @@
 // Parts that several reports have as JSON.
+//
+// Every report is one object with "schema": "morphray/1", "command" and "version". Hashes are 16
+// hexadecimal digits, times are milliseconds, and no number is ever NaN or infinite (null instead).
 #pragma once
 
 #include <string>
 
-#include "app/report/reports.h"
-#include "common/text/json.h"
+#include "app/report/report_head.h"
+#include "clips/json/json.h"
+#include "common/bvh/bvh_stats.h"
+#include "common/frame_times.h"
+#include "tools/image/compare.h"
 
 namespace mray::app {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "common/base/errors.h"
-#include "common/plot/gnuplot.h"
-#include "common/plot/policy_panels.h"
+#include "tools/plot/gnuplot.h"
+#include "tools/plot/policy_panels.h"
 
 namespace mray::app {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "common/text/table.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {

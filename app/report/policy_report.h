@@ -1,14 +1,35 @@
-// A comparison of policies as text.
+// The results of `profile --policies`, as text and JSON.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
-#include "app/report/reports.h"
+#include "app/report/report_head.h"
+#include "tools/measure/policy_runs.h"
 
 namespace mray::app {
+
+/// The time of refitting a whole scene of one size, transfer included.
+struct RefitScaling {
+    std::string backend;
+    std::uint64_t triangles = 0;
+    double ms = 0;
+};
+
+/// A clip under several policies on each backend.
+struct PolicyReport {
+    ReportHead head;
+    std::string rays;
+    int repeat = 0;
+    std::vector<PolicyComparison> backends;
+    /// For built-in scenes, if charts are asked for.
+    std::vector<RefitScaling> scaling;
+};
 
 /// A row for each policy and backend, and one for the best schedule of each backend; below them
 /// what regret is against. At most 100 columns.
 std::string policy_text(const PolicyReport& report);
+std::string to_json(const PolicyReport& report);
 
 }  // namespace mray::app

@@ -1,4 +1,4 @@
-#include "app/report/report_json.h"
+#include "app/report/probe_report.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,5 @@
-#include "app/report/report_json.h"
+#include "app/report/policy_report.h"
+#include "app/report/profile_report.h"
 
 #include "app/report/json_parts.h"
 #include "app/report/profile_table.h"

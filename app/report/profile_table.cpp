@@ -26,6 +26,11 @@ std::string signed_percent(double percent) {
 
 }  // namespace
 
+std::size_t BaselineReport::slower_stages() const {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        stages, [this](const StageChange& stage) { return is_slower(stage); }));
+}
+
 Table profile_table(const ProfileReport& report) {
     Table table({"frame", "backend", "deform ms", "upload ms", "refit ms", "refit ns/tri",
                  "rebuild ms", "rebuild ns/tri", "trace ms", "Mray/s", "SAH cost",

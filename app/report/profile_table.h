@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "app/report/reports.h"
-#include "common/text/table.h"
+#include "app/report/profile_report.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 

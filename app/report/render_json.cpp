@@ -1,4 +1,4 @@
-#include "app/report/report_json.h"
+#include "app/report/render_report.h"
 
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"

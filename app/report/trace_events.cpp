@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/text/json.h"
+#include "clips/json/json.h"
 
 namespace mray::app {
 namespace {

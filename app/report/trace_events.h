@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "app/report/reports.h"
+#include "app/report/policy_report.h"
 
 namespace mray::app {
 

@@ -5,7 +5,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "app/cli/remedy_text.h"
+#include "app/base/remedy_text.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "common/base/thread_errors.h"

@@ -4,7 +4,7 @@
 #include <exception>
 #include <string>
 
-#include "app/cli/exit_code.h"
+#include "app/base/exit_code.h"
 
 namespace mray::app {
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <atomic>
 
-#include "app/cli/exit_code.h"
+#include "app/base/exit_code.h"
 
 namespace mray::app {
 

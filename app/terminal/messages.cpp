@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "app/cli/remedy_text.h"
+#include "app/base/remedy_text.h"
+#include "clips/index/index_file.h"
 #include "common/base/output_file.h"
-#include "common/scene/formats/index/index_file.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "common/base/warning.h"
 
 namespace mray::app {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "app/render_command.h"
-#include "common/process/shell_text.h"
+#include "app/clip/render_command.h"
+#include "tools/process/shell_text.h"
 
 namespace mray::app {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "app/view/image_request.h"
 
 namespace mray::app {

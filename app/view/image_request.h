@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "app/view/mesh_edit.h"
 #include "morphray/scene.hpp"
 
@@ -13,8 +13,7 @@ namespace mray::app {
 
 /// The settings that a scene is made with. A change makes a new scene.
 struct SceneSettings {
-    /// As TreeOptions::update.
-    std::string update;
+    PolicySpec update;
     bool ground = false;
     bool operator==(const SceneSettings&) const = default;
 };

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/scene/clip.h"
+#include "clips/clip.h"
 
 namespace mray::app {
 

@@ -1,6 +1,6 @@
 #include "app/view/traced_scene.h"
 
-#include "app/library_calls.h"
+#include "app/base/library_calls.h"
 
 namespace mray::app {
 

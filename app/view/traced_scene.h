@@ -4,7 +4,7 @@
 #include <atomic>
 #include <optional>
 
-#include "app/clip_scene.h"
+#include "app/clip/clip_scene.h"
 #include "app/view/image_request.h"
 
 namespace mray::app {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "clips/inside_view.h"
 #include "common/scene/scene_space.h"
 #include "morphray/image.hpp"
 
@@ -33,7 +34,7 @@ ViewState initial_state(const Options& options, const Clip& clip, BackendChoice 
     state.shading = options.shading.shading.value_or(Shading::lit);
     state.rays = options.view.rays;
     state.flat = options.shading.flat;
-    state.scene = {options.tree.update, options.shading.ground};
+    state.scene = {options.tree.policy(), options.shading.ground};
     state.samples = options.shading.samples.value_or(64);
     state.ao_count = options.view.ao_count;
     state.ao_distance = options.view.ao_distance;

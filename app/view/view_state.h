@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "app/view/camera.h"
 #include "app/view/image_request.h"
 #include "app/view/mesh_edit.h"
 #include "app/view/playback.h"
-#include "common/scene/clip.h"
+#include "clips/clip.h"
 
 namespace mray::app {
 

@@ -8,7 +8,7 @@
 
 #include "bench/bench_scene.h"
 #include "bench/embree/embree_scene.h"
-#include "bench/works/peer.h"
+#include "bench/peer.h"
 
 namespace mray::bench {
 

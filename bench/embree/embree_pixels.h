@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bench/embree/embree_scene.h"
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 #include "common/image/frame.h"
 #include "cpu/image/pixel_shader.h"
 

@@ -9,7 +9,7 @@
 
 #include <cstddef>
 
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 #include "common/interop/ray.h"
 
 namespace mray::bench {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/embree/embree_scene.h"
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 
 namespace mray::bench {
 

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "common/base/median.h"
+#include "clips/gltf/motion/skinning.h"
 #include "common/base/stopwatch.h"
 #include "common/base/thread_arena.h"
-#include "common/scene/formats/gltf/motion/skinning.h"
+#include "tools/measure/median.h"
 
 namespace mray::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/paper_2007/lanes.h"
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 
 namespace mray::bench::paper_2007 {
 

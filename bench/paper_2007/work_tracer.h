@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/paper_2007/sweep_tree.h"
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 
 namespace mray::bench::paper_2007 {
 

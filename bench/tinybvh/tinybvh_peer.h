@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/bench_scene.h"
-#include "bench/works/peer.h"
+#include "bench/peer.h"
 
 namespace mray::bench {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "bench/bench_scene.h"
+#include "bench/trace_work.h"
 #include "bench/works/ours.h"
-#include "bench/works/trace_work.h"
 #include "common/base/aligned_vector.h"
 #include "common/base/errors.h"
 #include "common/base/thread_arena.h"

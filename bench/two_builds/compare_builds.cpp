@@ -17,8 +17,8 @@
 #include "bench/two_builds/options.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
-#include "common/process/shell_text.h"
-#include "common/text/table.h"
+#include "tools/process/shell_text.h"
+#include "tools/text/table.h"
 
 namespace mray::bench {
 namespace {

@@ -86,8 +86,8 @@ public:
              .triangles = {&triangles.data()->x, 3 * triangles.size()}},
             morphray::Device::cpu({.threads = rig.threads, .simd = target.name}),
             {.bounds = kBounds, .update = morphray::Refit{}}));
-        engine_ = cpu::make_cpu_backend({.threads = rig.threads, .simd = target.name});
-        engine_->set_scene(scene.topology(), scene.positions, scene.bvh);
+        backend_ = cpu::make_cpu_backend({.threads = rig.threads, .simd = target.name});
+        backend_->set_scene(scene.topology(), scene.positions, scene.bvh);
     }
 
     void place(std::span<const vec3> positions) {
@@ -95,7 +95,7 @@ public:
                        [](vec3 p) { return to_user(p); });
     }
     morphray::Scene& user() { return *user_; }
-    cpu::CpuBackend& engine() { return *engine_; }
+    Backend& backend() { return *backend_; }
 
     /// Times both, and reports the first against the second.
     void compare_times(const Method& ours, const Method& peer, std::uint64_t rays, double hit_share,
@@ -124,20 +124,20 @@ private:
     SimdTarget target_;
     std::vector<morphray::Vec3> points_;
     std::optional<morphray::Scene> user_;
-    std::unique_ptr<cpu::CpuBackend> engine_;
+    std::unique_ptr<Backend> backend_;
 };
 
 /// Rays on both sides, and their hits.
 struct BothRays {
-    explicit BothRays(std::vector<Ray> engine_rays)
-        : engine(std::move(engine_rays)),
-          user(to_user(engine)),
-          engine_hits(engine.size()),
-          user_hits(engine.size()) {}
+    explicit BothRays(std::vector<Ray> backend_rays)
+        : backend(std::move(backend_rays)),
+          user(to_user(backend)),
+          backend_hits(backend.size()),
+          user_hits(backend.size()) {}
 
-    std::vector<Ray> engine;
+    std::vector<Ray> backend;
     UserRays user;
-    AlignedVector<Hit> engine_hits;
+    AlignedVector<Hit> backend_hits;
     UserHits user_hits;
 };
 
@@ -153,7 +153,7 @@ void bench_camera_rays(BothSides& sides, const ImageParams& params) {
     BothRays rays(camera_rays(params));
     Frame frame;
     sides.user().intersect(std::span<const morphray::Ray>(rays.user), std::span(rays.user_hits));
-    sides.engine().trace_image(params, frame);
+    sides.backend().trace_image(params, frame);
     sides.compare_times(
         {"Scene::intersect, camera rays",
          {},
@@ -161,7 +161,7 @@ void bench_camera_rays(BothSides& sides, const ImageParams& params) {
              sides.user().intersect(std::span<const morphray::Ray>(rays.user),
                                     std::span(rays.user_hits));
          }},
-        {"image of packets", {}, [&] { sides.engine().trace_image(params, frame); }},
+        {"image of packets", {}, [&] { sides.backend().trace_image(params, frame); }},
         rays.user.size(), share_of_hits(rays.user_hits, rays.user.size()),
         compare(rays.user_hits, frame.hits, frame.hits.size()));
 }
@@ -183,10 +183,10 @@ void bench_calls(BothSides& sides, BothRays& rays, std::size_t size) {
     };
     const auto peer = [&] {
         for_each_call(total, size, [&](std::size_t first, std::size_t count) {
-            const auto some = std::span<const Ray>(rays.engine).subspan(first, count);
-            const auto hits = std::span(rays.engine_hits).subspan(first, count);
-            size == 1 ? sides.engine().intersect(some, hits)
-                      : sides.engine().trace_rays(some, hits);
+            const auto some = std::span<const Ray>(rays.backend).subspan(first, count);
+            const auto hits = std::span(rays.backend_hits).subspan(first, count);
+            size == 1 ? sides.backend().queries()->intersect(some, hits)
+                      : sides.backend().trace_rays(some, hits);
         });
     };
     ours();
@@ -194,7 +194,7 @@ void bench_calls(BothSides& sides, BothRays& rays, std::size_t size) {
     sides.compare_times({fmt::format("Scene::intersect, calls of {}", size), {}, ours},
                         {fmt::format("single rays, calls of {}", size), {}, peer}, total,
                         share_of_hits(rays.user_hits, total),
-                        compare(rays.user_hits, rays.engine_hits, total));
+                        compare(rays.user_hits, rays.backend_hits, total));
 }
 
 /// An update of all positions, against one read of them and the refit.
@@ -219,7 +219,7 @@ void bench_update(const Rig& rig, BothSides& sides, const BenchScene& scene) {
                                read.begin() + static_cast<std::ptrdiff_t>(range.begin()));
                  });
              });
-             sides.engine().refit(read);
+             sides.backend().refit(read);
              ++round;
          }},
         0, 0, {});

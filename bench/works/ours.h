@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 #include "common/base/aligned_vector.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"

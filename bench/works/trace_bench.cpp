@@ -2,9 +2,9 @@
 #include <optional>
 
 #include "bench/paper_2007/work_tracer.h"
+#include "bench/peer.h"
 #include "bench/tinybvh/tinybvh_peer.h"
 #include "bench/works/ours.h"
-#include "bench/works/peer.h"
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 

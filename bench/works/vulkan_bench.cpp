@@ -96,7 +96,7 @@ void bench_rays(const Rig& rig, const BenchScene& scene, Backend& vulkan, const 
          {},
          [&] {
              vulkan.trace_image(work.params, frame);
-             const BackendTimes& t = vulkan.times();
+             const BackendTimes& t = vulkan.finish();
              clock.add(work.any_hit() ? t.secondary_ms : t.trace_ms - t.secondary_ms - t.shade_ms);
          }},
         {"cpu-scalar",
@@ -142,7 +142,7 @@ void bench_device_refit(const Rig& rig, const BenchScene& scene, Backend& vulkan
                                {},
                                [&] {
                                    vulkan.refit(frame());
-                                   vulkan.times();
+                                   vulkan.finish();
                                }},
                               {"cpu-refit-1t", {}, [&] {
                                    one_thread.execute([&] { refit.refit(bvh, frame()); }), ++round;

@@ -9,7 +9,7 @@
 #include "bench/embree/embree_peers.h"
 #include "bench/embree/embree_scene.h"
 #include "bench/row.h"
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 #include "common/simd/simd_target.h"
 
 namespace mray::bench {

@@ -22,9 +22,9 @@ enum class ErrorKind {
 /// caller has its own name for it: an option of the program, a member of a struct.
 enum class Remedy {
     kNone,
-    kLenient,         // SceneOptions::lenient
-    kAllowEmpty,      // SceneOptions::allow_empty
-    kReplaceMissing,  // SceneOptions::missing other than kFail
+    kLenient,         // ClipOptions::lenient
+    kAllowEmpty,      // ClipOptions::allow_empty
+    kReplaceMissing,  // ClipOptions::missing other than kFail
     kIndexAgain,      // an index file that is of this clip
 };
 

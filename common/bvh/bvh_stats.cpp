@@ -4,8 +4,6 @@
 #include <set>
 
 #include "common/bvh/box.h"
-#include "common/interop/hit_rule.h"
-#include "common/scene/polygons/triangle_area.h"
 
 namespace mray {
 
@@ -43,21 +41,6 @@ BvhStats bvh_stats(const Bvh& bvh) {
         stats.vertices_per_leaf = static_cast<double>(vertices) / stats.leaf_count;
     }
     return stats;
-}
-
-DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions) {
-    DegenerateCount count;
-    for (const uvec3& t : topology.triangles) {
-        const vec3 a = positions[t.x];
-        const vec3 b = positions[t.y];
-        const vec3 c = positions[t.z];
-        if (!finite_vertices(a, b, c)) {
-            ++count.not_finite;
-            continue;
-        }
-        if (!has_area(a, b, c)) ++count.zero_area;
-    }
-    return count;
 }
 
 }  // namespace mray

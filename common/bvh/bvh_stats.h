@@ -24,13 +24,6 @@ struct BvhStats {
 };
 BvhStats bvh_stats(const Bvh& bvh);
 
-/// Triangles that no ray can hit at these positions (scene space).
-struct DegenerateCount {
-    std::uint64_t not_finite = 0;
-    std::uint64_t zero_area = 0;
-};
-DegenerateCount count_degenerate(const Topology& topology, std::span<const vec3> positions);
-
 /// Returns a message for each broken invariant, at most `limit`; empty for a sound tree. Checks the
 /// breadth-first order and the parents, that each triangle is in exactly one leaf with the right
 /// vertices at the right positions (or, instead, one of the same vertices with a lower prim_id),

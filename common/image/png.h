@@ -26,8 +26,4 @@ struct PngText {
 /// The image as a PNG file in memory, with texts as iTXt chunks.
 std::vector<std::byte> encode_png(const Image& image, std::span<const PngText> texts = {});
 
-/// All images, which have one size, scaled down by a whole factor and laid out in rows, so that the
-/// sheet is at most about max_width wide. Empty for no images.
-Image contact_sheet(std::span<const Image> images, std::uint32_t max_width = 1536);
-
 }  // namespace mray

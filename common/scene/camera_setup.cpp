@@ -217,17 +217,6 @@ Camera make_camera(const ViewSpec& view, const Axes& axes, const vec3& org) {
 
 }  // namespace
 
-ViewSpec with_inside_view(ViewSpec view, const Clip& clip) {
-    const std::optional<InsideView> inside = clip.inside_view();
-    if (!inside) return view;
-    if (!view.eye && !view.target) {
-        view.eye = inside->eye;
-        view.target = inside->target;
-    }
-    if (!view.light) view.light = inside->light;
-    return view;
-}
-
 ResolvedView resolve_view(const ViewSpec& view, const WorldBounds& bounds) {
     const SceneBox scene = scene_box(bounds);
     dvec3 target = view.target ? to_vec(*view.target) : scene.centre;

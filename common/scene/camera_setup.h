@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "common/interop/params.h"
-#include "common/scene/clip.h"
 #include "common/scene/scene_space.h"
+#include "common/scene/world_bounds.h"
 
 namespace mray {
 
@@ -35,10 +35,6 @@ struct ViewSpec {
 
     bool operator==(const ViewSpec&) const = default;
 };
-
-/// The view with the eye and the target of the clip's inside_view(), if it has one and neither is
-/// given, and with its light, if none is given.
-ViewSpec with_inside_view(ViewSpec view, const Clip& clip);
 
 /// A view's eye, target and light in world space, given or default.
 struct ResolvedView {

@@ -6,7 +6,7 @@
 
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
-#include "common/scene/clip.h"
+#include "common/scene/world_bounds.h"
 
 namespace mray {
 

@@ -59,4 +59,8 @@ const SimdTarget& best_simd_target() {
     return best;
 }
 
+void check_simd(std::string_view name) {
+    if (name != kSimdOff) find_simd_target(name);
+}
+
 }  // namespace mray

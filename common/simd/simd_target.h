@@ -31,6 +31,12 @@ std::string names_of(const std::vector<SimdTarget>& targets);
 /// lacks.
 SimdTarget find_simd_target(std::string_view name);
 
+/// The name that stands for portable C++ without a target.
+inline constexpr std::string_view kSimdOff = "off";
+
+/// Throws Error as find_simd_target() does for a name that is neither kSimdOff nor one of a target.
+void check_simd(std::string_view name);
+
 /// The first of supported_simd_targets(), which the first call finds.
 const SimdTarget& best_simd_target();
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -45,7 +46,7 @@ struct TraceCost {
 };
 /// The cost of a backend's last trace.
 inline TraceCost last_trace(Backend& backend) {
-    const BackendTimes& times = backend.times();
+    const BackendTimes& times = backend.finish();
     return {times.trace_ms, times.rays};
 }
 
@@ -59,39 +60,55 @@ public:
     TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
                 Backend* refitter, std::unique_ptr<UpdatePolicy> policy, const BuildConfig& build,
                 const UpdateConfig& config, const Bvh* tree = nullptr);
+    /// As above, with the policy of this name. Unless config.deterministic, its first_per_visit is
+    /// that of the kind of tracer; deterministic decisions are the same for all tracers.
+    TreeUpdater(const Topology& topology, std::span<const vec3> positions, Backend& tracer,
+                Backend* refitter, const PolicySpec& policy, const BuildConfig& build,
+                const UpdateConfig& config, const Bvh* tree = nullptr);
 
     /// Brings the tracer's tree to this pose. Vertices outside of `changed` (ascending ranges) are
     /// those of the last pose. For another number of vertices, which means another topology, it
     /// changes nothing and throws Error(kBadInput).
     const TreeUpdate& update(std::span<const vec3> positions,
                              std::span<const IndexRange> changed = kAllIndices);
-    /// Ends a frame that has been traced: settle(), and tells the policy the costs of the frame.
+    /// Ends a frame that has been traced: finish(), and tells the policy the costs of the frame.
     void frame_done(const TraceCost& trace);
     /// Finishes a refit that was left to the trace, and adds its time to last().
-    const TreeUpdate& settle();
+    const TreeUpdate& finish();
 
     const TreeUpdate& last() const { return last_; }
     /// The tree at the current pose, read back from the tracer.
     const Bvh& tree();
 
 private:
-    void build(std::span<const vec3> positions);
-    void refit(std::span<const vec3> positions, RefitExtent extent,
-               std::span<const IndexRange> changed);
-    void take_refit_times();
-    double wait_for_refit();
-    Backend& refitter() { return refitter_ != nullptr ? *refitter_ : tracer_; }
-    void pass_on_refitted(std::span<const vec3> positions);
-    void hand_to(Backend& backend, std::span<const vec3> positions);
-    void hand_over(std::span<const vec3> positions);
-    void forget_background_build();
-    void took_tree(double triangle_area);
-    double growth(std::span<const vec3> positions) const;
-    UpdateDecision review(std::span<const vec3> positions, bool restructured);
-    void restructure(std::span<const vec3> positions, double most);
+    /// The result of a step, which update() adds to last_.
+    struct StepResult {
+        TreeStep step;
+        std::string reason;
+        UpdateTimes times;
+    };
+
+    // Steps of update(), in the order in which it takes them.
+    void begin_frame();
     bool swap_is_due();
-    void swap(std::span<const vec3> positions);
-    void follow(const UpdateDecision& decision, std::span<const vec3> positions);
+    StepResult swap(std::span<const vec3> positions);
+    StepResult refit(std::span<const vec3> positions, std::span<const IndexRange> changed,
+                     const std::string& reason);
+    UpdateDecision review(std::span<const vec3> positions);
+    StepResult restructure(std::span<const vec3> positions, const UpdateDecision& decision);
+    StepResult rebuild(std::span<const vec3> positions, const std::string& reason);
+    void start_background_build(std::span<const vec3> positions, std::uint32_t build_frames);
+
+    void add(const StepResult& result);
+    double build(std::span<const vec3> positions);
+    void took_tree(double triangle_area);
+    void measure_tree(std::span<const vec3> positions);
+    void forget_background_build();
+    Backend& refitter() { return refitter_ != nullptr ? *refitter_ : tracer_; }
+    double hand_to(Backend& backend, std::span<const vec3> positions);
+    void pass_on_refitted(std::span<const vec3> positions);
+    UpdateTimes finish_refit();
+    double growth(std::span<const vec3> positions) const;
     FrameCost cost_of_frame(const TraceCost& trace) const;
 
     const Topology& topology_;
@@ -107,12 +124,10 @@ private:
     /// The areas of the tree in use, if the policy may restructure it.
     BuiltAreas areas_;
     TreeUpdate last_;
-    /// Whether tracer or refitter has refitted and its times have not been taken.
-    bool refitted_ = false;
-    /// Whether a restructuring was tried in this frame.
-    bool restructured_ = false;
-    /// The part of last_.times.upload_ms that passed on a restructured tree.
-    double passed_on_ms_ = 0;
+    /// Whether tracer or refitter has refitted and finish_refit() has not been called.
+    bool has_refitted_ = false;
+    /// The times of the restructuring that was tried in this frame.
+    std::optional<UpdateTimes> restructuring_;
     BackgroundBuild background_;
     bool background_is_stale_ = false;
     double background_triangle_area_ = 0;

@@ -9,10 +9,10 @@
 #include "common/image/frame.h"
 #include "common/interop/camera.h"
 #include "common/interop/shading.h"
+#include "common/scene/stored_rays.h"
 #include "cpu/image/shaded_mesh.h"
-#include "cpu/image/tile.h"
 #include "cpu/packet/light/light_packet.h"
-#include "cpu/scene_space/stored_rays.h"
+#include "cpu/tile.h"
 
 namespace mray::cpu {
 

@@ -7,8 +7,8 @@
 #include "common/image/frame.h"
 #include "common/simd/simd_target.h"
 #include "cpu/image/shaded_mesh.h"
-#include "cpu/image/tile.h"
 #include "cpu/packet/light/light_packet.h"
+#include "cpu/tile.h"
 
 namespace mray::cpu {
 

@@ -8,13 +8,15 @@
 #include "common/bvh/bvh.h"
 #include "common/interop/params.h"
 #include "common/interop/ray.h"
+#include "common/scene/stored_rays.h"
 #include "common/simd/simd_target.h"
-#include "cpu/image/tile.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/light/light_packet.h"
-#include "cpu/scene_space/stored_rays.h"
+#include "cpu/tile.h"
 
 namespace mray::cpu {
+
+static_assert(kStoredTileSide == kCameraSide);
 
 /// Closest and any hits in a tree, which must outlive the tracer, with the bits of ScalarTracer.
 /// Threads may share a tracer; each needs packets of its own, which are scratch memory.

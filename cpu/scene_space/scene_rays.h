@@ -8,8 +8,8 @@
 
 #include "common/interop/ray.h"
 #include "common/scene/scene_space.h"
+#include "common/scene/stored_rays.h"
 #include "common/simd/simd_target.h"
-#include "cpu/scene_space/stored_rays.h"
 
 namespace mray::cpu {
 

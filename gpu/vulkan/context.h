@@ -9,9 +9,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "gpu/tuning.h"
 #include "gpu/vulkan/device_info.h"
 #include "gpu/vulkan/instance.h"
+#include "gpu/vulkan/tuning.h"
 #include "gpu/vulkan/unique_handle.h"
 
 namespace mray::gpu {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gpu/vulkan/instance.h"
-#include "gpu/vulkan_backend.h"
+#include "gpu/vulkan/vulkan_config.h"
 
 namespace mray::gpu {
 

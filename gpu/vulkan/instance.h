@@ -1,7 +1,7 @@
 // The Vulkan instance.
 #pragma once
 
-#include "gpu/tuning.h"
+#include "gpu/vulkan/tuning.h"
 #include "gpu/vulkan/unique_handle.h"
 
 namespace mray::gpu {

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "gpu/tuning.h"
 #include "gpu/vulkan/device_info.h"
+#include "gpu/vulkan/tuning.h"
 
 namespace mray::gpu {
 

@@ -88,7 +88,12 @@ struct VulkanDeviceInfo {
     std::string type;
     std::string driver;
     std::string uuid;
+    /// The version of Vulkan that the device supports: api_major.api_minor.
+    std::uint32_t api_major = 0;
+    std::uint32_t api_minor = 0;
     std::uint64_t memory_bytes = 0;
+    /// The number of lanes that the device runs together.
+    std::uint32_t subgroup_size = 0;
     /// Empty if Device::vulkan() can use the device; otherwise what it lacks.
     std::string unusable;
 };

@@ -12,7 +12,7 @@
 #include "common/base/output_file.h"
 #include "common/interop/ray.h"
 #include "common/text/message_text.h"
-#include "library/errors.h"
+#include "library/scene/errors.h"
 
 namespace morphray {
 namespace detail {

@@ -6,8 +6,8 @@
 #include "common/base/output_file.h"
 #include "common/image/depth.h"
 #include "common/image/png.h"
-#include "library/errors.h"
 #include "library/image/image_conversion.h"
+#include "library/scene/errors.h"
 
 namespace morphray {
 namespace detail {

@@ -5,7 +5,7 @@
 #include "common/image/frame.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/scene_space.h"
-#include "library/mesh_list.h"
+#include "library/scene/mesh_list.h"
 #include "morphray/image.hpp"
 
 namespace morphray::detail {

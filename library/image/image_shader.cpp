@@ -10,8 +10,8 @@
 #include "common/base/stopwatch.h"
 #include "common/interop/camera.h"
 #include "cpu/reference/tree_heat.h"
-#include "library/errors.h"
 #include "library/image/image_conversion.h"
+#include "library/scene/errors.h"
 
 namespace morphray::detail {
 namespace {
@@ -146,15 +146,15 @@ void ImageShader::render(const View& view, const MeshList& meshes, const PoseRea
     traced.samples.with_pixels = view.shading == Shading::plain;
     traced.sky.with_pixels = false;
     backend.trace_image(traced.params, traced.samples);
-    image.ray_count = backend.times().rays;
-    image.trace_ms = backend.times().trace_ms;
+    image.ray_count = backend.finish().rays;
+    image.trace_ms = backend.finish().trace_ms;
     if (traced.has_sky) {
         mray::ImageParams params = traced.params;
         params.rays = mray::kRaysAo;
         backend.trace_image(params, traced.sky);
         // The camera rays are the same once more, and count once.
-        image.ray_count += backend.times().rays - traced.samples.hits.size();
-        image.trace_ms += backend.times().trace_ms;
+        image.ray_count += backend.finish().rays - traced.samples.hits.size();
+        image.trace_ms += backend.finish().trace_ms;
     }
 
     const mray::Stopwatch watch;

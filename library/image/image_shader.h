@@ -11,8 +11,8 @@
 #include "common/scene/vertex_normals.h"
 #include "cpu/image/lit_shader.h"
 #include "library/image/image_conversion.h"
-#include "library/mesh_list.h"
-#include "library/pose_reader.h"
+#include "library/scene/mesh_list.h"
+#include "library/scene/pose_reader.h"
 #include "morphray/image.hpp"
 
 namespace morphray::detail {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "accuracy/measure/failure_scenes.h"
-#include "accuracy/measure/parallel_view.h"
 #include "accuracy/referee/exact_referee.h"
+#include "accuracy/referee/parallel_view.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"

@@ -8,15 +8,15 @@
 #include "accuracy/measure/measure.h"
 #include "accuracy/methods/median_tree.h"
 #include "accuracy/methods/quantised_nodes.h"
+#include "clips/procedural/procedural.h"
+#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/bvh_stats.h"
-#include "common/plot/layout.h"
-#include "common/scene/procedural/procedural.h"
-#include "common/scene/scene_source.h"
 #include "cpu/cpu_backend.h"
 #include "tests/app/program.h"
 #include "tests/support/test_scene.h"
+#include "tools/plot/layout.h"
 
 namespace mray::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "tests/app/program.h"
-#include "tests/common/scene/formats/gltf/gltf_builder.h"
+#include "tests/clips/gltf/gltf_builder.h"
 
 namespace mray::test {
 namespace {

@@ -6,17 +6,17 @@
 #include <cmath>
 #include <memory>
 
+#include "app/base/memory_budget.h"
+#include "app/base/numbers.h"
+#include "app/base/remedy_text.h"
 #include "app/cli/command_line.h"
-#include "app/cli/numbers.h"
-#include "app/cli/remedy_text.h"
+#include "app/clip/frames.h"
 #include "app/commands/crosscheck/cross_checker.h"
-#include "app/frames.h"
-#include "app/memory_budget.h"
 #include "app/program.h"
 #include "app/report/crosscheck/crosscheck_text.h"
 #include "app/report/crosscheck/junit.h"
+#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
-#include "common/scene/scene_source.h"
 #include "tests/support/temporary_folder.h"
 
 namespace mray::app {
@@ -75,7 +75,7 @@ TEST(Compare, EveryPlantedDifferenceIsFound) {
 CheckRun run_of(const CheckReport& report) {
     CheckRun run;
     run.environment.simd = {"avx2", "scalar"};
-    gpu::DeviceInfo device;
+    morphray::VulkanDeviceInfo device;
     device.name = "A <GPU>";
     device.driver = "driver 1.2";
     device.api_major = 1;

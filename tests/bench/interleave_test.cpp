@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "bench/works/peer.h"
+#include "bench/peer.h"
 
 namespace mray::bench {
 namespace {

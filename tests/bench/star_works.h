@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "bench/trace_work.h"
 #include "bench/works/ours.h"
-#include "bench/works/trace_work.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/scene/camera_setup.h"
 #include "tests/support/test_scene.h"

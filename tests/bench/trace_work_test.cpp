@@ -1,5 +1,5 @@
 // The rays of works, and their parts.
-#include "bench/works/trace_work.h"
+#include "bench/trace_work.h"
 
 #include <gtest/gtest.h>
 

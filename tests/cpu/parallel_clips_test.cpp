@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "clips/procedural/procedural.h"
 #include "common/scene/camera_setup.h"
-#include "common/scene/procedural/procedural.h"
-#include "common/update/session.h"
 #include "cpu/cpu_backend.h"
 #include "tests/support/backend_hashes.h"
+#include "tests/support/followed_clip.h"
 
 namespace mray::test {
 namespace {
@@ -37,19 +37,16 @@ ImageParams params_of(const SceneFrames& frames) {
 std::vector<FrameHashes> follow(const std::string& scene, std::uint64_t triangles,
                                 const std::string& policy, int threads) {
     SceneFrames frames(make_procedural(scene, triangles));
-    const SessionConfig config{.update = policy,
-                               .update_config = {.deterministic = true, .budget = 0.02},
-                               .threads = threads,
-                               .build_at = std::nullopt};
-    Session session(frames, config, 0, cpu::make_cpu_backend({.threads = threads}), nullptr);
+    FollowedClip clip(frames, 0, parse_policy(policy), {.deterministic = true, .budget = 0.02},
+                      threads, cpu::make_cpu_backend({.threads = threads}));
     const ImageParams params = params_of(frames);
     std::vector<FrameHashes> hashes;
     for (const double frame : {0.0, 1.0, 9.0, 10.0, 2.5}) {
-        session.advance(frame);
+        clip.advance(frame);
         Frame image;
-        session.trace(params, image);
-        hashes.push_back({name_of(session.last_update().step),
-                          bvh_hash(session.tree()),
+        clip.trace(params, image);
+        hashes.push_back({name_of(clip.last_update().step),
+                          bvh_hash(clip.tree()),
                           {hits_hash(image), image_hash(image)}});
     }
     return hashes;

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clips/procedural/procedural.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/camera.h"
 #include "common/interop/surface.h"
 #include "common/scene/camera_setup.h"
-#include "common/scene/procedural/procedural.h"
 #include "cpu/cpu_backend.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"

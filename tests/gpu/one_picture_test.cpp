@@ -36,7 +36,7 @@ void expect_same_images(Backend& actual, std::uint32_t width, std::uint32_t heig
             brute->trace_image(view(width, height, rays), expected);
             actual.trace_image(view(width, height, rays), traced);
             EXPECT_EQ(differing(expected, traced), 0u) << scene.name << ", rays " << rays;
-            EXPECT_EQ(brute->times().rays, actual.times().rays);
+            EXPECT_EQ(brute->finish().rays, actual.finish().rays);
         }
     }
 }
@@ -222,7 +222,7 @@ TEST(OnePicture, BatchesOfRaysEqualBruteForce) {
             different += !same_bits(expected[i], actual[i]);
         }
         EXPECT_EQ(different, 0u) << scene.name;
-        EXPECT_EQ(vulkan->times().rays, rays.size());
+        EXPECT_EQ(vulkan->finish().rays, rays.size());
     }
 }
 

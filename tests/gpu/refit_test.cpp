@@ -120,7 +120,7 @@ void expect_same_restructurings(bool force_staging) {
     for (Backend* backend : std::initializer_list<Backend*>{vulkan.get(), cpu.get()}) {
         backend->set_scene(scene.topology, scene.positions, built);
     }
-    const std::uint64_t all = vulkan->times().tree_bytes;
+    const std::uint64_t all = vulkan->finish().tree_bytes;
     std::uint64_t least = all;
     for (const float distance : {0.2f, 0.4f, 0.6f, 0.8f, 1.0f, 1.2f}) {
         const std::vector<vec3> positions = parted(scene, kSides, distance);
@@ -136,7 +136,7 @@ void expect_same_restructurings(bool force_staging) {
         };
         const std::size_t parts = restructured(*cpu, cpu_areas);
         EXPECT_EQ(restructured(*vulkan, areas), parts);
-        if (parts > 0) least = std::min(least, vulkan->times().tree_bytes);
+        if (parts > 0) least = std::min(least, vulkan->finish().tree_bytes);
         Bvh expected, actual;
         cpu->read_tree(expected);
         vulkan->read_tree(actual);

@@ -32,7 +32,7 @@ TEST(HardMotionOnVulkan, RefusesAPoseOfAnotherTopology) {
     const Motion motion = hard_motions().front();
     const auto vulkan = validated_device();
     TreeUpdater updater(motion.topology, motion.poses[0], *vulkan, nullptr,
-                        make_update_policy("auto"), {}, {});
+                        make_update_policy({PolicyKind::kAuto}), {}, {});
     EXPECT_THROW(updater.update(std::vector<vec3>(motion.poses[0].size() - 1)), Error);
     EXPECT_EQ(updater.update(motion.poses[1]).step, TreeStep::kRefitted);
 }

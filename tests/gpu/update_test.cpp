@@ -86,9 +86,9 @@ TEST(VulkanUpdate, RefitAndImageAreOneSubmissionWithItsTimes) {
         vulkan.refit(swayed(scene, 2));
         EXPECT_EQ(submissions, 1 + copies);
         vulkan.trace_image(view(64, 48, kRaysPrimary), frame);
-        EXPECT_GT(vulkan.times().update.refit_ms, 0);
-        EXPECT_GT(vulkan.times().trace_ms, vulkan.times().shade_ms);
-        EXPECT_GT(vulkan.times().shade_ms, 0);
+        EXPECT_GT(vulkan.finish().update.refit_ms, 0);
+        EXPECT_GT(vulkan.finish().trace_ms, vulkan.finish().shade_ms);
+        EXPECT_GT(vulkan.finish().shade_ms, 0);
         EXPECT_EQ(submissions, 2 + 2 * copies);
     }
 }
@@ -104,7 +104,7 @@ TEST(VulkanUpdate, ARefitAfterOneThatFailedGivesTheTreeOfTheCpu) {
     vulkan.set_scene(scene.topology, scene.positions, bvh);
     const auto refit = [&] {
         vulkan.refit(pose(scene, 2));
-        vulkan.times();
+        vulkan.finish();
     };
     const std::size_t failures = fail_in_turn(device.faults, refit, [&] {
         vulkan.refit(pose(scene, 3));
@@ -165,7 +165,7 @@ std::vector<std::string> steps(const DeviceScene& scene, Backend& tracer,
                                const std::string& policy) {
     const UpdateConfig config{.deterministic = true, .budget = 0.02};
     TreeUpdater updater(scene.topology, scene.positions, tracer, nullptr,
-                        make_update_policy(policy, config), {}, config);
+                        make_update_policy(parse_policy(policy), config), {}, config);
     std::vector<std::string> taken;
     for (const float time : {0.0f, 0.25f, 0.5f, 1.0f, 2.5f, 2.5f, 4.9f, 0.1f, 3.0f, 2.75f, 5.0f}) {
         updater.update(swayed(scene, time));

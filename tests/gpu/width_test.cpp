@@ -19,7 +19,7 @@ TEST(VectorWidth, DoesNotChangeTheImage) {
     const std::unique_ptr<Backend> vulkan = gpu::make_vulkan_backend();
     const std::unique_ptr<Backend> shared = gpu::make_vulkan_backend({}, narrow);
     const std::unique_ptr<Backend> cpu = cpu::make_scalar_backend();
-    std::printf("%s\n", vulkan->description().c_str());
+    std::printf("%s\n", vulkan->info().description.c_str());
     for (const DeviceScene& scene : {torus(96, 48), debris(5000, 3)}) {
         const Bvh bvh = build_bvh(scene.topology, scene.positions);
         const std::vector<vec3> positions = swayed(scene, 2);

@@ -1,33 +1,63 @@
-# cmake -D ROOT=checkout -P check_layering.cmake: fails with a line for each #include that points up
-# or sideways in
-#
-#     app  accuracy  bench  tests  proofs -> library -> cpu, gpu -> common -> common/interop
-#     app -> accuracy        gpu -> shaders -> common/interop        examples, python -> include
-#
-# or that brings a library outside its one place. What sees library sees include, too, whose files
-# are included as <morphray/...> or "morphray/...". tests/app and tests/fuzz may also see app,
-# tests/bench also bench, tests/accuracy also accuracy, tests/gpu and tests/shaders also shaders.
+# cmake -D ROOT=checkout -P check_layering.cmake: fails with a line for each #include that a room may
+# not have by the tables below (docs/architecture.md draws them), that brings a library outside its one
+# place, and for sibling folders of a room that include each other in a cycle. Public headers are
+# included as <morphray/...> or "morphray/...".
 cmake_minimum_required(VERSION 3.25)
 
-set(layers common/interop common cpu gpu shaders include library accuracy app bench tests proofs examples python)
-set(may_see_common/interop common/interop)
-set(may_see_common common common/interop)
-set(may_see_cpu cpu common common/interop)
-set(may_see_gpu gpu shaders common common/interop)
-set(may_see_shaders shaders common/interop)
-set(may_see_include include)
-set(may_see_library library include cpu gpu common common/interop)
-set(may_see_examples examples include)
-set(may_see_python python include)
-set(may_see_accuracy accuracy cpu gpu common common/interop)
-set(may_see_app app library include accuracy cpu gpu common common/interop)
-set(may_see_bench bench library include cpu gpu common common/interop)
-set(may_see_tests tests library include cpu gpu common common/interop)
-set(may_see_proofs proofs cpu common common/interop)
+# A file is in the longest of these rooms that its path begins with. may_see_X: the rooms whose
+# headers room X may include, besides its own.
+set(rooms common/interop common cpu gpu shaders include library clips tools accuracy app bench tests
+    proofs examples python)
+set(may_see_common/interop)
+set(may_see_common common/interop)
+set(may_see_cpu common common/interop)
+set(may_see_gpu shaders common common/interop)
+set(may_see_shaders common/interop)
+set(may_see_include)
+set(may_see_library include cpu gpu common common/interop)
+set(may_see_clips common common/interop)
+set(may_see_tools clips common common/interop)
+set(may_see_accuracy tools clips cpu common common/interop)
+set(may_see_app include accuracy tools clips cpu gpu common common/interop)
+set(may_see_bench include tools clips cpu gpu common common/interop)
+set(may_see_tests library include tools clips cpu gpu common common/interop)
+set(may_see_proofs cpu common common/interop)
+set(may_see_examples include)
+set(may_see_python include)
+# Further rooms of a folder of tests.
+set(tests_of_app app)
+set(tests_of_fuzz app)
+set(tests_of_accuracy accuracy)
+set(tests_of_bench bench)
+set(tests_of_gpu shaders)
+set(tests_of_shaders shaders)
+
+# The folders of the program, and of what it includes of itself. Files of app/ itself may include all.
+set(app_rooms base terminal files cli backends clip report farm view commands)
+set(app_base_sees)
+set(app_terminal_sees base)
+set(app_files_sees base terminal)
+set(app_cli_sees base terminal files)
+set(app_backends_sees base terminal)
+set(app_clip_sees base terminal files backends)
+set(app_report_sees base files)
+set(app_farm_sees base terminal files report clip)
+set(app_view_sees base terminal clip)
+set(app_commands_sees ${app_rooms})
+# Trees and tracers are for these files of the program; other ones may include these headers, which
+# hold plain data.
+set(engine "^(cpu/|gpu/|common/(backend|ray_queries)\\.h$|common/(bvh|update)/)")
+set(engine_users "^app/(backends/|commands/(crosscheck|profile|probe|pixel_probe|info|candidates))")
+set(engine_data "^common/(bvh/(bvh_stats|builder/bvh_builder)|update/policy/(policy_spec|update_policy))\\.h$")
+
+# The order of the folders of clips/ and common/: one may include those before it.
+set(order_of_clips polygons json mesh obj ply mesh_files index keyframes sequence point_cache gltf
+    procedural source)
+set(order_of_common interop text base simd scene bvh image update)
 
 # Where a library may be included: the regular expression of the header, then that of the files.
 set(places
-    "^hwy/"                     "^((cpu|common/simd|common/bvh|common/scene/formats/gltf)/.*-inl\\.h|tests/cpu/.*)$"
+    "^hwy/"                     "^((cpu|common/simd|common/bvh|clips/gltf)/.*-inl\\.h|tests/cpu/.*)$"
     "^(vulkan/|volk/|volk\\.h)" "^(gpu|tests/(gpu|faults)|examples)/"
     "^(gtest|gmock)/"           "^tests/"
     "^(GLFW/|imgui|backends/)"  "^app/view/window/"
@@ -41,8 +71,8 @@ set(places
     "^pybind11/"                "^python/module/"
     "^gmp(xx)?\\.h$"            "^accuracy/"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
-    # One room for JSON, which reports of the program and of the benchmark share.
-    "^nlohmann/"                "^(common/text/json\\.h$|tests/)"
+    # One place for JSON, which reports of the program and of the benchmark share.
+    "^nlohmann/"                "^(clips/json/json\\.h$|tests/)"
     # The command lines of the program and of the benchmark.
     "^CLI/"                     "^(app/cli/|bench/(two_builds/)?options\\.cpp$)"
     "stb_image\\.h$"            "^$")
@@ -54,21 +84,30 @@ macro(violation file include reason)
     list(APPEND violations "${file} includes ${include}: ${reason}")
 endmacro()
 
-# layer_of(path out): the longest layer that the path lies in, or "".
-function(layer_of path out)
+# room_of(path out): the first of `rooms` that the path lies in, or "".
+function(room_of path out)
     set(${out} "" PARENT_SCOPE)
-    foreach(layer IN LISTS layers)
-        if(path MATCHES "^${layer}/")
-            set(${out} ${layer} PARENT_SCOPE)
+    foreach(room IN LISTS rooms)
+        if(path MATCHES "^${room}/")
+            set(${out} ${room} PARENT_SCOPE)
             return()
         endif()
     endforeach()
 endfunction()
 
+# folder_of(path out): the room and the folder directly below it, such as "cpu/packet"; "" for a file
+# of the room itself. The folders of common/interop and of tests are not looked at.
+function(folder_of path out)
+    set(${out} "" PARENT_SCOPE)
+    if(path MATCHES "^(app|common|cpu|gpu|shaders|library|clips|tools|accuracy|bench|python)/([^/]+)/")
+        set(${out} ${CMAKE_MATCH_1}/${CMAKE_MATCH_2} PARENT_SCOPE)
+    endif()
+endfunction()
+
 set(files "")
-foreach(layer IN LISTS layers)
+foreach(room IN LISTS rooms)
     foreach(extension h hpp inl cpp cc c comp glsl vert frag in)
-        file(GLOB_RECURSE found RELATIVE ${ROOT} ${ROOT}/${layer}/*.${extension})
+        file(GLOB_RECURSE found RELATIVE ${ROOT} ${ROOT}/${room}/*.${extension})
         list(APPEND files ${found})
     endforeach()
 endforeach()
@@ -78,22 +117,20 @@ if(count EQUAL 0)
     message(FATAL_ERROR "no sources under '${ROOT}'")
 endif()
 
+# Pairs "from>to" of sibling folders, and the first include of each.
+set(arrows "")
+
 foreach(file IN LISTS files)
-    layer_of(${file} from)
-    set(visible ${may_see_${from}})
-    if(file MATCHES "^tests/(app|fuzz)/")
-        list(APPEND visible app)
-    elseif(file MATCHES "^tests/accuracy/")
-        list(APPEND visible accuracy)
-    elseif(file MATCHES "^tests/bench/")
-        list(APPEND visible bench)
-    elseif(file MATCHES "^tests/(gpu|shaders)/")
-        list(APPEND visible shaders)
+    room_of(${file} from)
+    folder_of(${file} from_folder)
+    set(visible ${from} ${may_see_${from}})
+    if(file MATCHES "^tests/([a-z]+)/")
+        list(APPEND visible ${tests_of_${CMAKE_MATCH_1}})
     endif()
     file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]*[<\"]")
     # The file that Highway compiles once for each target.
     set(dispatches FALSE)
-    if(file MATCHES "^(cpu|common/simd|common/bvh|common/scene/formats/gltf)/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
+    if(file MATCHES "^(cpu|common/simd|common/bvh|clips/gltf)/.*\\.cpp$" AND lines MATCHES "hwy/foreach_target\\.h")
         set(dispatches TRUE)
     endif()
     foreach(line IN LISTS lines)
@@ -124,7 +161,7 @@ foreach(file IN LISTS files)
         endforeach()
 
         string(REGEX REPLACE "^morphray/" "include/morphray/" path ${include})
-        layer_of(${path} to)
+        room_of(${path} to)
         if(to)
             if(NOT to IN_LIST visible)
                 violation(${file} ${include} "${from} must not see ${to}")
@@ -132,7 +169,58 @@ foreach(file IN LISTS files)
         elseif(quote STREQUAL "\"" AND NOT is_library)
             violation(${file} ${include} "not a path from the root of the repository")
         endif()
+        if(from STREQUAL app AND path MATCHES "${engine}" AND NOT file MATCHES "${engine_users}"
+                AND NOT path MATCHES "${engine_data}")
+            violation(${file} ${include} "only app/backends and some commands may see the engine")
+        endif()
+
+        folder_of(${path} to_folder)
+        if(from_folder STREQUAL to_folder OR from_folder STREQUAL "" OR to_folder STREQUAL "")
+            continue()
+        endif()
+        get_filename_component(parent ${from_folder} DIRECTORY)
+        get_filename_component(to_parent ${to_folder} DIRECTORY)
+        if(NOT parent STREQUAL to_parent)
+            continue()
+        endif()
+        if(NOT "${from_folder}>${to_folder}" IN_LIST arrows)
+            list(APPEND arrows "${from_folder}>${to_folder}")
+            set("include_of_${from_folder}>${to_folder}" "${file} includes ${include}")
+        endif()
+        get_filename_component(from_name ${from_folder} NAME)
+        get_filename_component(to_name ${to_folder} NAME)
+        if(parent STREQUAL app AND NOT to_name IN_LIST app_${from_name}_sees)
+            violation(${file} ${include} "app/${from_name} must not see app/${to_name}")
+        endif()
+        if(order_of_${parent})
+            list(FIND order_of_${parent} ${from_name} from_place)
+            list(FIND order_of_${parent} ${to_name} to_place)
+            if(to_place GREATER from_place OR to_place EQUAL -1)
+                violation(${file} ${include} "${from_folder} comes before ${to_folder}")
+            endif()
+        endif()
     endforeach()
+endforeach()
+
+# Folders without an arrow out of them are taken away, again and again; what is left is in a cycle or
+# leads to one.
+set(left ${arrows})
+set(before -1)
+list(LENGTH left count)
+while(NOT count EQUAL before)
+    set(before ${count})
+    set(kept "")
+    foreach(arrow IN LISTS left)
+        string(REGEX REPLACE "^.*>" "" to_folder ${arrow})
+        if(left MATCHES "(^|;)${to_folder}>")
+            list(APPEND kept ${arrow})
+        endif()
+    endforeach()
+    set(left ${kept})
+    list(LENGTH left count)
+endwhile()
+foreach(arrow IN LISTS left)
+    list(APPEND violations "${include_of_${arrow}}: these folders include each other in a cycle")
 endforeach()
 
 foreach(library IN LISTS one_source_each)

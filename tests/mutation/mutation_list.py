@@ -2,7 +2,7 @@
 
 A list is a text file of entries that are separated by empty lines:
 
-    file common/base/median.h
+    file tools/measure/median.h
 
     -     return values[middle];
     +     return values[middle + 1];

@@ -20,14 +20,14 @@
 #include <string>
 #include <string_view>
 
+#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/scene/camera_setup.h"
-#include "common/scene/scene_source.h"
-#include "common/update/session.h"
 #include "cpu/cpu_backend.h"
+#include "tests/support/followed_clip.h"
 #ifdef MORPHRAY_HAS_VULKAN
 #include "gpu/vulkan_backend.h"
 #endif
@@ -92,7 +92,8 @@ public:
           frames_(open_scene(scene)),
           first_(static_cast<int>(frames_.clip().first_frame())),
           period_(static_cast<int>(frames_.clip().last_frame()) - first_ + 1),
-          session_(frames_, config(policy), first_, make_tracer(backend), nullptr) {
+          clip_(frames_, first_, parse_policy(policy), {.deterministic = true}, 1,
+                make_tracer(backend)) {
         ViewSpec view;
         view.width = view.height = kSide;
         view.rays = kRaysShadow;
@@ -130,23 +131,15 @@ public:
     /// The SAH cost of the tree over that of a new one.
     double cost_ratio() {
         const Bvh fresh = build_bvh(frames_.clip().topology(), frames_.positions(first_));
-        return bvh_stats(session_.tree()).sah_cost / bvh_stats(fresh).sah_cost;
+        return bvh_stats(clip_.tree()).sah_cost / bvh_stats(fresh).sah_cost;
     }
 
 private:
-    static SessionConfig config(const char* policy) {
-        SessionConfig config;
-        config.update = policy;
-        config.update_config.deterministic = true;
-        config.threads = 1;
-        return config;
-    }
-
     void follow(std::uint64_t frames) {
         for (std::uint64_t i = 0; i < frames; ++i) {
-            session_.advance(first_ + static_cast<int>(next_ % period_));
-            session_.trace(params_, frame_);
-            ++steps_[session_.last_update().step];
+            clip_.advance(first_ + static_cast<int>(next_ % period_));
+            clip_.trace(params_, frame_);
+            ++steps_[clip_.last_update().step];
             next_ = (next_ + 1) % period_;
         }
     }
@@ -160,7 +153,7 @@ private:
     SceneFrames frames_;
     int first_;
     std::uint64_t period_;
-    Session session_;
+    test::FollowedClip clip_;
     ImageParams params_ = {};
     Frame frame_;
     std::uint64_t next_ = 0;

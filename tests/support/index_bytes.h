@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "clips/index/clip_index.h"
 #include "common/base/hash.h"
-#include "common/scene/formats/index/clip_index.h"
 
 namespace mray::test {
 

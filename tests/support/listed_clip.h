@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/scene/clip.h"
-#include "common/scene/interpolate.h"
+#include "clips/clip.h"
+#include "clips/interpolate.h"
 
 namespace mray::test {
 
@@ -32,23 +32,15 @@ public:
     const std::string& name() const override { return name_; }
 
     void positions(double frame, std::span<vec3> out) const override {
-        const KeyframeBlend blend = *keyframes_at(frame);
-        for (std::size_t i = 0; i < out.size(); ++i) {
-            const vec3 a = keyframes_[blend.before][i];
-            const vec3 b = keyframes_[blend.after][i];
-            for (int axis = 0; axis < 3; ++axis) {
-                out[i][axis] = interpolate(a[axis], b[axis], blend.f);
-            }
-        }
-    }
-    std::optional<KeyframeBlend> keyframes_at(double frame) const override {
         assert(frame >= 0 && frame <= last_frame());
         const auto before = static_cast<std::size_t>(frame);
         const auto f = static_cast<float>(frame - std::floor(frame));
-        return KeyframeBlend{before, f == 0 ? before : before + 1, f};
-    }
-    KeyframePositions keyframe(std::size_t index) const override {
-        return std::make_shared<std::vector<vec3>>(keyframes_[index]);
+        const std::size_t after = f == 0 ? before : before + 1;
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            const vec3 a = keyframes_[before][i];
+            const vec3 b = keyframes_[after][i];
+            for (int axis = 0; axis < 3; ++axis) out[i][axis] = interpolate(a[axis], b[axis], f);
+        }
     }
 
 private:

@@ -59,7 +59,7 @@ void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& 
         // A budget that sends some builds in the background.
         const UpdateConfig config{.deterministic = true, .budget = 0.02};
         TreeUpdater updater(motion.topology, start, tracer, nullptr,
-                            make_update_policy(policy, config), {}, config);
+                            make_update_policy(parse_policy(policy), config), {}, config);
         for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {
             const std::vector<vec3>& positions = motion.poses[pose];
             updater.update(positions);
@@ -78,7 +78,7 @@ void expect_hits_of_brute_force(const Motion& motion, Backend& tracer, Backend& 
 std::vector<std::string> counted_decisions(const Motion& motion, Backend& tracer) {
     const UpdateConfig config{.deterministic = true, .budget = 0.02};
     TreeUpdater updater(motion.topology, motion.poses[motion.build_at], tracer, nullptr,
-                        make_update_policy("auto", config), {}, config);
+                        make_update_policy({PolicyKind::kAuto}, config), {}, config);
     std::vector<std::string> decisions;
     for (std::size_t pose = 0; pose < motion.poses.size(); ++pose) {
         updater.update(motion.poses[pose]);

@@ -5,7 +5,7 @@
 #include <limits>
 #include <memory>
 
-#include "common/scene/procedural/procedural.h"
+#include "clips/procedural/procedural.h"
 #include "common/scene/scene_space.h"
 #include "tests/support/test_scene.h"
 

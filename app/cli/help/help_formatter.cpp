@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/files/formats/optional_formats.h"
-#include "common/scene/formats/mesh/mesh_file.h"
+#include "clips/mesh_files/mesh_file.h"
 
 namespace mray::app {
 namespace {

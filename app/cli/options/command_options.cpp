@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "app/base/numbers.h"
+#include "app/base/update_options.h"
 #include "app/cli/help/help_formatter.h"
-#include "app/cli/numbers.h"
 #include "app/cli/options/option_groups.h"
-#include "app/cli/update_options.h"
 
 namespace mray::app {
 namespace {
@@ -94,7 +94,7 @@ void define_render(CLI::App& program, Options& options) {
                      {0, "ambient-occlusion rays a camera ray, 0 to 256 (8 with lit, else 16)"});
     add_shading_options(adder);
     add_backend_options(adder, kBackends, kVulkanOrCpu);
-    add_tree_options(adder, "auto");
+    add_tree_options(adder, PolicySpec{PolicyKind::kAuto});
     add_farm_options(adder);
     adder.add_text("-o,--out", "DIR", "folder of the images (out)", options.out);
     adder.add_text("--hits", "FILE|DIR/",
@@ -138,12 +138,12 @@ void define_view(CLI::App& program, Options& options) {
                                 "camera rays a pixel of a still image (64; 4 with lit and "
                                 "--screenshot)"});
     add_backend_options(adder, kBackends, kVulkanOrCpu);
-    add_tree_options(adder, "auto");
+    add_tree_options(adder, PolicySpec{PolicyKind::kAuto});
     // The defaults that are not those of Options, before the command line replaces them.
     adder.command().preparse_callback([&options](std::size_t) {
         options.view.width = 1280;
         options.view.height = 720;
-        options.tree.update = "auto";
+        options.tree.update = PolicySpec{PolicyKind::kAuto};
     });
     adder.add_text("--screenshot", "FILE.png", "file of the first image that is complete",
                    options.screenshot);
@@ -168,7 +168,7 @@ void define_crosscheck(CLI::App& program, Options& options) {
     add_backend_options(adder, kCheckedBackends, "all", "each");
     adder.add_choice("--devices", "Vulkan devices that are compared (one: that of --device)",
                      kCheckedDevices, options.backend.all_devices);
-    add_tree_options(adder, nullptr);
+    add_tree_options(adder, std::nullopt);
     adder.add_choice("--reference", "reference of the comparison (auto)", kReferences,
                      options.reference);
     adder.add_text("-o,--out", "DIR", "folder of difference images (out/crosscheck)", options.out);
@@ -215,7 +215,7 @@ void define_probe(CLI::App& program, Options& options) {
         options.bundle);
     add_view_options(adder, kWholeImage, "primary");
     add_backend_options(adder, kBackends, kVulkanOrCpu);
-    add_tree_options(adder, "refit");
+    add_tree_options(adder, PolicySpec{PolicyKind::kRefit});
     add_report_options(adder, false);
 }
 
@@ -227,7 +227,7 @@ void define_profile(CLI::App& program, Options& options) {
     add_frames(adder, kFewFrames);
     add_view_options(adder, kWholeImage, "primary");
     add_backend_options(adder, kBackends, "auto: the CPU, and Vulkan where there is a device");
-    add_tree_options(adder, nullptr);
+    add_tree_options(adder, std::nullopt);
     adder.add("--repeat", "N", "runs whose median is reported (5)",
               [&options](const std::string& option, const std::string& value) {
                   options.repeat = static_cast<int>(parse_count(option, value, 1, 10000));

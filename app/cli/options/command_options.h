@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 
 namespace mray::app {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <type_traits>
 
-#include "app/cli/choices.h"
-#include "app/cli/options.h"
+#include "app/base/choices.h"
+#include "app/base/options.h"
 
 namespace mray::app {
 

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "app/cli/numbers.h"
-#include "app/cli/update_options.h"
+#include "app/base/numbers.h"
+#include "app/base/update_options.h"
 #include "common/base/errors.h"
-#include "cpu/cpu_backend.h"
+#include "common/simd/simd_target.h"
 
 namespace mray::app {
 namespace {
@@ -209,7 +209,7 @@ void add_backend_options(const OptionAdder& adder, std::span<const Choice<Backen
         fmt::format("CPU instruction set ({}; see `info`), or off: the scalar reference", simd),
         [&backend](const std::string& option, const std::string& value) {
             try {
-                cpu::check_simd(value);
+                check_simd(value);
             } catch (const Error& error) {
                 throw Error(error.kind(), option + ": " + error.what());
             }
@@ -229,12 +229,13 @@ void add_threads(const OptionAdder& adder) {
               counted(adder.options().backend.threads, 1, 1024));
 }
 
-void add_tree_options(const OptionAdder& adder, const char* update) {
+void add_tree_options(const OptionAdder& adder, std::optional<PolicySpec> update) {
     TreeOptions& tree = adder.options().tree;
-    if (update != nullptr) {
+    if (update) {
         adder.command().preparse_callback([&tree, update](std::size_t) { tree.update = update; });
         adder
-            .add("--update", "", fmt::format("how the tree follows the vertices ({})", update),
+            .add("--update", "",
+                 fmt::format("how the tree follows the vertices ({})", text_of(*update)),
                  parsed(tree.update, parse_update))
             ->type_name(update_forms());
         add_update_limits(adder);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "app/cli/options/option_adder.h"
@@ -48,9 +49,9 @@ void add_backend_options(const OptionAdder& adder, std::span<const Choice<Backen
 void add_memory_limit(const OptionAdder& adder);
 void add_threads(const OptionAdder& adder);
 
-/// How the tree is built and updated. `update` is the default of --update; null leaves out the
+/// How the tree is built and updated. `update` is the default of --update; none leaves out the
 /// options of updates.
-void add_tree_options(const OptionAdder& adder, const char* update);
+void add_tree_options(const OptionAdder& adder, std::optional<PolicySpec> update);
 void add_update_limits(const OptionAdder& adder);
 
 /// How render shares its frames with other machines.

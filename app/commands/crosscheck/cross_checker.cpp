@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "app/backends.h"
-#include "app/frames.h"
+#include "app/backends/backends.h"
+#include "app/clip/frames.h"
 #include "common/simd/simd_target.h"
 #include "cpu/cpu_backend.h"
 
@@ -15,7 +15,7 @@ constexpr double kAffordableTests = 2e9;
 }  // namespace
 
 std::vector<std::string> simd_to_check(const std::string& asked) {
-    if (asked == cpu::kSimdOff) return {};
+    if (asked == kSimdOff) return {};
     if (!asked.empty()) return {find_simd_target(asked).name};
     std::vector<std::string> names;
     for (const SimdTarget& target : supported_simd_targets()) {
@@ -31,13 +31,13 @@ bool brute_is_affordable(std::uint64_t triangles, const ViewSpec& view, std::uin
 }
 
 CheckedBackends make_checked_backends(const BackendOptions& options,
-                                      const std::vector<gpu::DeviceInfo>& devices,
+                                      const std::vector<morphray::VulkanDeviceInfo>& devices,
                                       const Messages& messages) {
     BackendOptions plain = options;
-    plain.simd = cpu::kSimdOff;
+    plain.simd = std::string(kSimdOff);
     const auto make = [&](BackendChoice choice) { return make_backend(choice, plain, messages); };
     CheckedBackends backends;
-    for (const gpu::DeviceInfo& device : devices) {
+    for (const morphray::VulkanDeviceInfo& device : devices) {
         plain.device = fmt::format("{}", device.index);
         BackendPair& pair = backends.vulkan.emplace_back();
         pair.refits = make(BackendChoice::kVulkan);
@@ -79,7 +79,7 @@ bool CrossChecker::checks_cpu() const { return options_.backend.choice != Backen
 std::string CrossChecker::device() const {
     std::string text;
     for (const BackendPair& pair : backends_.vulkan)
-        text += (text.empty() ? "" : "; ") + pair.refits->description();
+        text += (text.empty() ? "" : "; ") + pair.refits->info().description;
     return text;
 }
 
@@ -123,7 +123,7 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
     for (const Expected& expected : expected_) {
         CheckRow row;
         row.frame = frame;
-        row.backend = variant.backend->name();
+        row.backend = variant.backend->info().name;
         row.simd = variant.simd;
         row.update = variant.update;
         row.refit_on = variant.refit_on;
@@ -136,7 +136,7 @@ void CrossChecker::compare_variant(const Variant& variant, double frame, const O
         // The CPU without SIMD over the rebuilt tree is the reference itself.
         if (row.reference == row.backend && row.simd.empty() && row.update == "rebuild") continue;
         variant.backend->trace_image(params_for(expected.rays), actual);
-        row.trace_ms = variant.backend->times().trace_ms;
+        row.trace_ms = variant.backend->finish().trace_ms;
         compare(expected.frame, actual, row);
         on_row(row, expected.frame, actual);
     }

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/messages.h"
+#include "clips/scene_frames.h"
 #include "common/backend.h"
-#include "common/scene/scene_frames.h"
 
 namespace mray::app {
 
@@ -43,7 +43,7 @@ struct CheckedBackends {
 
 /// Throws what the backends throw.
 CheckedBackends make_checked_backends(const BackendOptions& options,
-                                      const std::vector<gpu::DeviceInfo>& devices,
+                                      const std::vector<morphray::VulkanDeviceInfo>& devices,
                                       const Messages& messages);
 
 /// The results of check() for a frame, besides the comparisons of its variants.

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "app/cli/remedy_text.h"
+#include "app/base/memory_budget.h"
+#include "app/base/remedy_text.h"
+#include "app/clip/frames.h"
 #include "app/files/output_folder.h"
-#include "app/frames.h"
-#include "app/memory_budget.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/output_file.h"

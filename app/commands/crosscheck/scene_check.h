@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "app/cli/exit_code.h"
-#include "app/cli/options.h"
+#include "app/base/exit_code.h"
+#include "app/base/options.h"
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/report/crosscheck/golden_images.h"
@@ -18,7 +18,7 @@ namespace mray::app {
 struct SceneCheckContext {
     const Messages& messages;
     /// None: only the CPU is compared.
-    const std::vector<gpu::DeviceInfo>& devices;
+    const std::vector<morphray::VulkanDeviceInfo>& devices;
     /// Made for the first scene.
     std::optional<CheckedBackends>& backends;
     /// Null without --expect.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numeric>
 #include <string_view>
 #include <utility>
 
@@ -11,18 +10,6 @@ namespace mray::app {
 namespace {
 
 constexpr std::size_t kKept = 10;
-
-/// In the order of ExrKind.
-constexpr std::array<ExrKindInfo, kExrKindCount> kKinds = {{
-    {"prim_id", 0xFF00FFFF},    // yellow
-    {"geom_id", 0xFF00A5FF},    // orange
-    {"t", 0xFF00FF00},          // green
-    {"uv", 0xFFFFFF00},         // cyan
-    {"normal", 0xFF0000FF},     // red
-    {"occlusion", 0xFFFF4040},  // blue
-    {"colour", 0xFFFF00FF},     // magenta
-    {"other", 0xFFFFFFFF},      // white
-}};
 
 using Planes = std::vector<std::vector<std::uint32_t>>;
 
@@ -107,7 +94,7 @@ private:
         const auto at = static_cast<std::size_t>(*kind);
         ++comparison_.kinds[at];
         if (comparison_.first.size() < kKept) comparison_.first.push_back(std::move(pixel));
-        if (image_ != nullptr) marks_.push_back({index, kKinds[at].colour});
+        if (image_ != nullptr) marks_.push_back({index, info_of(*kind).colour});
     }
 
     static void count(ExrChannelDifference& channel, std::uint32_t expected, std::uint32_t actual,
@@ -145,29 +132,6 @@ private:
 };
 
 }  // namespace
-
-const ExrKindInfo& info_of(ExrKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
-
-ExrKind kind_of_channel(const std::string& name) {
-    const std::string_view layer = std::string_view(name).substr(0, name.rfind('.'));
-    if (name == "id.prim") return ExrKind::kPrimId;
-    if (name == "id.geom") return ExrKind::kGeomId;
-    if (name == "Z" || layer == "depth") return ExrKind::kT;
-    if (layer == "barycentric") return ExrKind::kUv;
-    if (layer == "normal") return ExrKind::kNormal;
-    if (layer == "occlusion") return ExrKind::kOcclusion;
-    for (const char* colour : {"R", "G", "B", "A", "Y"})
-        if (name == colour) return ExrKind::kColour;
-    return ExrKind::kOther;
-}
-
-std::uint64_t ExrComparison::pixels() const {
-    return std::accumulate(kinds.begin(), kinds.end(), std::uint64_t{0});
-}
-
-bool ExrComparison::equal() const {
-    return std::ranges::all_of(channels, &ExrChannelDifference::equal);
-}
 
 ExrComparison compare_exr(ExrReader& expected, ExrReader& actual,
                           const std::function<void()>& check, Image* image) {

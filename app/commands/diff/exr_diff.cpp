@@ -7,7 +7,7 @@
 
 #include "app/commands/diff/exr_comparison.h"
 #include "app/files/output_folder.h"
-#include "app/report/report_json.h"
+#include "app/report/exr_diff_report.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"

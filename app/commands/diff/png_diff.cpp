@@ -7,7 +7,7 @@
 
 #include "app/files/output_folder.h"
 #include "app/files/png_reader.h"
-#include "app/report/report_json.h"
+#include "app/report/diff_report.h"
 #include "common/base/output_file.h"
 #include "common/text/message_text.h"
 

@@ -1,8 +1,8 @@
 // The comparison of two PNG files.
 #pragma once
 
-#include "app/cli/exit_code.h"
-#include "app/cli/options.h"
+#include "app/base/exit_code.h"
+#include "app/base/options.h"
 #include "app/terminal/messages.h"
 
 namespace mray::app {

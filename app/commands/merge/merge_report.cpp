@@ -6,7 +6,7 @@
 #include "app/report/json_parts.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
-#include "common/text/table.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {

@@ -9,8 +9,8 @@
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/base/output_file.h"
-#include "common/process/fed_command.h"
 #include "common/text/message_text.h"
+#include "tools/process/fed_command.h"
 
 namespace mray::app {
 namespace {

@@ -6,17 +6,17 @@
 #include <cstring>
 #include <limits>
 
-#include "app/backends.h"
+#include "app/backends/backends.h"
+#include "app/base/memory_budget.h"
 #include "app/commands/crosscheck/cross_checker.h"
-#include "app/memory_budget.h"
-#include "app/report/report_json.h"
+#include "app/report/probe_report.h"
+#include "clips/json/json.h"
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/hit_rule.h"
-#include "common/text/json.h"
 #include "common/text/message_text.h"
-#include "common/text/table.h"
 #include "cpu/cpu_backend.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {
@@ -94,7 +94,7 @@ std::vector<Answer> trace_all(const Options& options, const RayBundle& bundle,
     const BackendChoice choice = one.choice;
     replay.trace("brute", *make_backend(BackendChoice::kBrute, one, messages), false);
     if (choice == BackendChoice::kAuto || choice == BackendChoice::kCpu) {
-        one.simd = cpu::kSimdOff;
+        one.simd = kSimdOff;
         replay.trace("cpu", *make_backend(BackendChoice::kCpu, one, messages), true);
         for (const std::string& name : simd_to_check(options.backend.simd)) {
             one.simd = name;

@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include "app/cli/exit_code.h"
-#include "app/cli/options.h"
+#include "app/base/exit_code.h"
+#include "app/base/options.h"
 #include "app/commands/pixel_probe.h"
 #include "app/files/ray_bundle.h"
 

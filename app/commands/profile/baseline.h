@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "app/report/reports.h"
+#include "app/report/profile_report.h"
 
 namespace mray::app {
 

@@ -1,7 +1,7 @@
 #include "app/commands/profile/profile_head.h"
 
-#include "app/backends.h"
-#include "app/memory_budget.h"
+#include "app/backends/backends.h"
+#include "app/base/memory_budget.h"
 
 namespace mray::app {
 namespace {
@@ -14,7 +14,7 @@ ReportHead profile_head(const Options& options, const Clip& clip) {
     const Topology& topology = clip.topology();
     require_memory({.triangles = topology.triangles.size(),
                     .vertices = topology.vertex_count,
-                    .copies = options.policies.empty() && options.tree.update.empty() ? 3u : 1u,
+                    .copies = options.policies.empty() && !options.tree.update ? 3u : 1u,
                     .pixels = std::uint64_t{options.view.width} * options.view.height,
                     .devices = named_devices(options),
                     .kept_bytes = kYardstickBytes},

@@ -1,9 +1,9 @@
 // The head of the reports of both kinds of profile.
 #pragma once
 
-#include "app/cli/options.h"
-#include "app/report/reports.h"
-#include "common/scene/clip.h"
+#include "app/base/options.h"
+#include "app/report/report_head.h"
+#include "clips/clip.h"
 
 namespace mray::app {
 

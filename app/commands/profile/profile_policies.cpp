@@ -5,17 +5,16 @@
 #include <algorithm>
 #include <optional>
 
-#include "app/backends.h"
+#include "app/backends/backends.h"
+#include "app/clip/frames.h"
 #include "app/commands/profile/profile_head.h"
-#include "app/frames.h"
 #include "app/report/policy_plot.h"
 #include "app/report/policy_report.h"
-#include "app/report/report_json.h"
 #include "app/report/trace_events.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
-#include "common/base/median.h"
-#include "common/update/policy_runs.h"
+#include "tools/measure/median.h"
+#include "tools/measure/policy_runs.h"
 
 namespace mray::app {
 namespace {
@@ -41,9 +40,9 @@ std::vector<RefitScaling> measure_scaling(const Options& options,
                 throw_if_interrupted();
                 backend->refit(scene.positions(i % 2 == 0 ? 1 : 2), RefitExtent::kAll);
                 // The first run warms up.
-                if (i > 0) times.push_back(backend->times().update.total_ms());
+                if (i > 0) times.push_back(backend->finish().update.total_ms());
             }
-            scaling.push_back({backend->name(), topology.triangles.size(), median(times)});
+            scaling.push_back({backend->info().name, topology.triangles.size(), median(times)});
         }
     }
     return scaling;
@@ -71,12 +70,15 @@ ExitCode profile_policies(const Options& options, const Messages& messages) {
     report.rays = name_of_rays(options.view.rays);
     report.repeat = options.repeat;
     const std::vector<BackendChoice> choices = profiled_backends(options, messages);
-    const std::vector<std::string> policies =
-        options.policies.empty() ? std::vector{options.tree.update} : options.policies;
+    const std::vector<PolicySpec> policies =
+        options.policies.empty() ? std::vector{options.tree.policy()} : options.policies;
     std::optional<Progress> progress;
     std::uint64_t done = 0;
     for (const BackendChoice choice : choices) {
-        PolicyRunner runner(scene, frames, image_params(options, scene), session_config(options),
+        PolicyRunner runner(scene, frames, image_params(options, scene),
+                            {.update = options.tree.update_config,
+                             .build = build_config(options),
+                             .build_at = options.tree.build_at},
                             options.repeat, make_backend(choice, options.backend, messages));
         const std::size_t expected = runner.expected_frames(policies.size());
         if (!progress)

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "app/frames.h"
-#include "common/base/median.h"
+#include "app/clip/frames.h"
 #include "common/base/stopwatch.h"
 #include "common/bvh/bvh_stats.h"
+#include "tools/measure/median.h"
 
 namespace mray::app {
 namespace {
@@ -45,7 +45,7 @@ ProfileRow StageProfiler::measure(double frame) {
     std::vector<double> updates;
     update.refit_ms = median(run([&] {
         refits_->refit(positions, RefitExtent::kAll);
-        const UpdateTimes times = refits_->times().update;
+        const UpdateTimes times = refits_->finish().update;
         uploads.push_back(times.upload_ms);
         updates.push_back(times.upload_ms + times.refit_ms);
         return times.refit_ms;
@@ -66,7 +66,7 @@ ProfileRow StageProfiler::measure(double frame) {
     const std::vector<double> traces = trace(*refits_);
     row.times.trace_ms = median(traces);
     row.least_trace_ms = std::ranges::min(traces);
-    row.times.rays = refits_->times().rays;
+    row.times.rays = refits_->finish().rays;
     given_->set_frame(positions, rebuilt);
     const std::vector<double> traces_rebuilt = trace(*given_);
     row.trace_rebuilt_ms = median(traces_rebuilt);
@@ -93,7 +93,7 @@ std::vector<double> StageProfiler::run(const std::function<double()>& stage_ms) 
 std::vector<double> StageProfiler::trace(Backend& backend) {
     return run([&] {
         backend.trace_image(params_, frame_);
-        return backend.times().trace_ms;
+        return backend.finish().trace_ms;
     });
 }
 

@@ -5,10 +5,10 @@
 #include <memory>
 #include <string>
 
-#include "app/backends.h"
+#include "app/backends/backends.h"
 #include "app/commands/profile/yardstick.h"
-#include "app/report/reports.h"
-#include "common/scene/scene_frames.h"
+#include "app/report/profile_report.h"
+#include "clips/scene_frames.h"
 
 namespace mray::app {
 
@@ -20,7 +20,7 @@ public:
     StageProfiler(const Options& options, SceneFrames& scene, double first_frame,
                   BackendChoice choice, Yardstick& yardstick, const Messages& messages);
 
-    std::string backend() const { return refits_->name(); }
+    std::string backend() const { return refits_->info().name; }
 
     /// Frames must come in the order of the clip.
     ProfileRow measure(double frame);

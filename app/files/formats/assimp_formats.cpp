@@ -10,10 +10,10 @@
 
 #include "app/files/formats/assimp_mesh.h"
 #include "app/files/formats/optional_formats.h"
+#include "clips/mesh/mesh_rules.h"
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
 #include "common/base/stopwatch.h"
-#include "common/scene/formats/mesh/mesh_rules.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {

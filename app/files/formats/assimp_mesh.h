@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "common/scene/formats/mesh/file_mesh.h"
+#include "clips/mesh/file_mesh.h"
 
 struct aiScene;
 

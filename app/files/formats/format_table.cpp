@@ -3,10 +3,8 @@
 #include <span>
 
 #include "app/files/formats/optional_formats.h"
-#include "app/report/json_parts.h"
-#include "common/scene/formats/mesh/mesh_file.h"
-#include "common/text/table.h"
-#include "common/text/text_parts.h"
+#include "clips/mesh_files/mesh_file.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {
@@ -54,23 +52,6 @@ std::string text_of(const std::vector<FileFormat>& formats) {
                    yes(format.is_read), yes(format.is_written), std::string(format.content)});
     }
     return table.text();
-}
-
-std::string to_json(const std::vector<FileFormat>& formats) {
-    Json json = head_of("info");
-    json["formats"] = Json::array();
-    for (const FileFormat& format : formats) {
-        Json extensions = Json::array();
-        for (const std::string_view extension : split(format.extensions, ' '))
-            if (!extension.empty()) extensions.push_back(std::string(extension));
-        json["formats"].push_back({{"use", std::string(format.use)},
-                                   {"name", std::string(format.name)},
-                                   {"extensions", extensions},
-                                   {"read", format.is_read},
-                                   {"written", format.is_written},
-                                   {"content", std::string(format.content)}});
-    }
-    return json_text(json);
 }
 
 }  // namespace mray::app

@@ -19,11 +19,10 @@ struct FileFormat {
 };
 
 /// All formats of this build, those of meshes first; those that messages and help name come from
-/// the same table of meshes (common/scene/formats/mesh/mesh_file.h).
+/// the same table of meshes (clips/mesh_files/mesh_file.h).
 std::vector<FileFormat> file_formats();
 
-/// As `info --formats` prints them: a table, or the object of --json.
+/// As `info --formats` prints them.
 std::string text_of(const std::vector<FileFormat>& formats);
-std::string to_json(const std::vector<FileFormat>& formats);
 
 }  // namespace mray::app

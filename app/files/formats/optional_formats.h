@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "common/scene/formats/mesh/file_mesh.h"
+#include "clips/mesh/file_mesh.h"
 
 namespace mray::app {
 

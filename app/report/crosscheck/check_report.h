@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "app/report/reports.h"
-#include "common/image/compare.h"
-#include "gpu/vulkan_backend.h"
+#include "app/report/report_head.h"
+#include "morphray/device.hpp"
+#include "tools/image/compare.h"
 
 namespace mray::app {
 
@@ -123,7 +123,7 @@ struct CheckReport {
 
 /// Lists what was compared, for reports that are read on another machine.
 struct CheckEnvironment {
-    std::vector<gpu::DeviceInfo> devices;
+    std::vector<morphray::VulkanDeviceInfo> devices;
     /// Instruction sets of the CPU that are compared.
     std::vector<std::string> simd;
     /// The command, ready for a shell.
@@ -143,5 +143,8 @@ struct CheckRun {
     bool equal() const;
     std::size_t warnings() const;
 };
+
+/// One scene: an object with its rows. Several: an object with "scenes", one such object each.
+std::string to_json(const CheckRun& run);
 
 }  // namespace mray::app

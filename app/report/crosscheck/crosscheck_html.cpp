@@ -8,8 +8,8 @@
 #include "app/report/crosscheck/crosscheck_json.h"
 #include "app/report/crosscheck/html_parts.h"
 #include "common/text/message_text.h"
-#include "common/text/xml_text.h"
 #include "common/version.h"
+#include "tools/text/xml_text.h"
 
 namespace mray::app {
 namespace {
@@ -89,7 +89,7 @@ std::string environment_html(const CheckEnvironment& environment) {
                                           ? "none: the scalar reference"
                                           : fmt::format("{}", fmt::join(environment.simd, ", ")));
     if (environment.devices.empty()) html += item_html("device", "none: only the CPU is compared");
-    for (const gpu::DeviceInfo& device : environment.devices)
+    for (const morphray::VulkanDeviceInfo& device : environment.devices)
         html += item_html(
             fmt::format("device {}", device.index),
             fmt::format("{} ({}), driver {}, Vulkan {}.{}, UUID {}", device.name, device.type,

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "app/report/crosscheck/check_report.h"
 
 namespace mray::app {

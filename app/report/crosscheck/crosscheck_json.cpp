@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "app/report/json_parts.h"
-#include "app/report/report_json.h"
 #include "common/text/number_text.h"
 #include "common/version.h"
 
@@ -82,7 +81,7 @@ Json environment_json(const CheckEnvironment& environment) {
                  {"command", environment.command},
                  {"simd", environment.simd},
                  {"devices", Json::array()}};
-    for (const gpu::DeviceInfo& device : environment.devices) {
+    for (const morphray::VulkanDeviceInfo& device : environment.devices) {
         json["devices"].push_back(
             {{"index", device.index},
              {"name", device.name},

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/report/crosscheck/check_report.h"
-#include "common/text/json.h"
+#include "clips/json/json.h"
 
 namespace mray::app {
 

@@ -7,7 +7,7 @@
 #include "app/report/crosscheck/probe_command.h"
 #include "app/report/crosscheck/variants.h"
 #include "common/text/number_text.h"
-#include "common/text/table.h"
+#include "tools/text/table.h"
 
 namespace mray::app {
 namespace {

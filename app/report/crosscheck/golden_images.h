@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "app/report/crosscheck/check_report.h"
 
 namespace mray::app {

@@ -5,7 +5,7 @@
 #include "app/report/crosscheck/html_parts.h"
 #include "app/report/crosscheck/probe_command.h"
 #include "common/text/base64.h"
-#include "common/text/xml_text.h"
+#include "tools/text/xml_text.h"
 
 namespace mray::app {
 namespace {

@@ -6,7 +6,7 @@
 #include "app/report/crosscheck/html_parts.h"
 #include "app/report/crosscheck/variants.h"
 #include "common/text/number_text.h"
-#include "common/text/xml_text.h"
+#include "tools/text/xml_text.h"
 
 namespace mray::app {
 namespace {

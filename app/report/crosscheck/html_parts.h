@@ -5,7 +5,7 @@
 #include <set>
 #include <string>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "app/report/crosscheck/check_report.h"
 
 namespace mray::app {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "common/text/number_text.h"
-#include "common/text/xml_text.h"
 #include "common/version.h"
+#include "tools/text/xml_text.h"
 
 namespace mray::app {
 namespace {
@@ -66,7 +66,7 @@ std::string properties(const CheckEnvironment& environment, const CheckReport& r
         property("instruction_sets", environment.simd.empty()
                                          ? std::string("off")
                                          : fmt::format("{}", fmt::join(environment.simd, ", ")));
-    for (const gpu::DeviceInfo& device : environment.devices) {
+    for (const morphray::VulkanDeviceInfo& device : environment.devices) {
         const std::string suffix =
             environment.devices.size() == 1 ? "" : fmt::format(".{}", device.index);
         text += property("device" + suffix, device.name);

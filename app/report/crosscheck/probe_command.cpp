@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "common/process/shell_text.h"
+#include "tools/process/shell_text.h"
 
 namespace mray::app {
 

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "app/cli/choices.h"
+#include "app/base/choices.h"
 
 namespace mray::app {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "app/cli/choices.h"
+#include "app/base/choices.h"
 #include "app/view/window/style.h"
 
 namespace mray::app {
@@ -124,11 +124,13 @@ void draw_image(ViewState& state) {
 }
 
 void draw_tree(ViewState& state) {
-    constexpr std::array<const char*, 4> kPolicies = {"auto", "refit", "rebuild", "every:8"};
+    constexpr std::array kPolicies = {PolicySpec{PolicyKind::kAuto}, PolicySpec{PolicyKind::kRefit},
+                                      PolicySpec{PolicyKind::kRebuild},
+                                      PolicySpec{PolicyKind::kEvery, 8}};
     label("update");
-    if (ImGui::BeginCombo("##update", state.scene.update.c_str())) {
-        for (const char* policy : kPolicies)
-            if (ImGui::Selectable(policy, state.scene.update == policy))
+    if (ImGui::BeginCombo("##update", text_of(state.scene.update).c_str())) {
+        for (const PolicySpec& policy : kPolicies)
+            if (ImGui::Selectable(text_of(policy).c_str(), state.scene.update == policy))
                 state.scene.update = policy;
         ImGui::EndCombo();
     }

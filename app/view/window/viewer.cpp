@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "app/memory_budget.h"
-#include "app/render_command.h"
+#include "app/base/memory_budget.h"
+#include "app/clip/render_command.h"
 #include "app/terminal/interrupt.h"
 #include "app/view/copy_command.h"
 #include "app/view/pixel_text.h"

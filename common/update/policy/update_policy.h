@@ -4,8 +4,9 @@
 
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
+
+#include "common/update/policy/policy_spec.h"
 
 namespace mray {
 
@@ -89,17 +90,8 @@ struct UpdateConfig {
     bool record_cost_ratio = false;
 };
 
-struct UpdatePolicyInfo {
-    /// "refit", or with a count "every:K".
-    const char* form;
-    const char* description;
-};
-/// All policies, in the order of the help text.
-std::span<const UpdatePolicyInfo> update_policies();
-
-/// The policy of a text such as "auto" or "every:8". For other texts it throws Error(kBadArgument),
-/// which lists the forms.
-std::unique_ptr<UpdatePolicy> make_update_policy(const std::string& text,
+/// The period of a kEvery must be at least 1.
+std::unique_ptr<UpdatePolicy> make_update_policy(const PolicySpec& policy,
                                                  const UpdateConfig& config = {});
 
 }  // namespace mray

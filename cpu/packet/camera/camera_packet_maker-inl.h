@@ -14,11 +14,11 @@
 #include <cstddef>
 
 #include "common/interop/camera.h"
-#include "cpu/image/tile.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/packet_frame-inl.h"
 #include "cpu/packet/packet_wedge-inl.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
+#include "cpu/tile.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {

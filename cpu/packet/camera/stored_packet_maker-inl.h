@@ -15,10 +15,10 @@
 #include <cstddef>
 #include <limits>
 
+#include "common/scene/stored_rays.h"
 #include "cpu/packet/camera/camera_packet.h"
 #include "cpu/packet/camera/camera_packet_maker-inl.h"
 #include "cpu/packet/packet_frame-inl.h"
-#include "cpu/scene_space/stored_rays.h"
 #include "cpu/simd/fast_hit_rule-inl.h"
 
 HWY_BEFORE_NAMESPACE();

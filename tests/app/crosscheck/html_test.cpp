@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/report/crosscheck/check_report.h"
 #include "app/report/crosscheck/crosscheck_html.h"
-#include "app/report/report_json.h"
 #include "tests/app/crosscheck/planted_checks.h"
 
 namespace mray::test {

@@ -1,5 +1,5 @@
 // How frames are dealt out to shards, and who is right when shards differ.
-#include "app/farm/shard.h"
+#include "app/base/shard.h"
 
 #include <gtest/gtest.h>
 

@@ -8,11 +8,11 @@
 #include <thread>
 
 #include "app/cli/command_line.h"
-#include "app/clip_scene.h"
-#include "app/render_command.h"
+#include "app/clip/clip_scene.h"
+#include "app/clip/render_command.h"
 #include "app/view/view_state.h"
+#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
-#include "common/scene/scene_source.h"
 
 namespace mray::app {
 namespace {
@@ -168,7 +168,7 @@ TEST_F(EngineTest, BoxesAreThoseOfTheTree) {
 
 TEST_F(EngineTest, EditsDegradeTheTreeAndUndoingMendsIt) {
     Engine engine(options_, *clip_, messages_, signal());
-    state_.scene.update = "refit";
+    state_.scene.update = {PolicyKind::kRefit};
     const ImageRequest still = request_of(state_, 0);
     engine.post(still);
     EXPECT_EQ(wait_for(engine, still)->panes[0].update.cost_ratio, 1);

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "app/cli/command_line.h"
-#include "app/render_command.h"
+#include "app/clip/render_command.h"
 #include "app/view/box_lines.h"
 #include "app/view/camera.h"
 #include "app/view/copy_command.h"
@@ -13,8 +13,8 @@
 #include "app/view/playback.h"
 #include "app/view/strips.h"
 #include "app/view/view_state.h"
+#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
-#include "common/scene/scene_source.h"
 
 namespace mray::app {
 namespace {

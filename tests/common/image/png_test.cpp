@@ -3,16 +3,18 @@
 #include <png.h>
 
 #include <cstring>
-#include <random>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/image/png.h"
+#include "tests/support/noise_image.h"
 
 namespace mray {
 namespace {
+
+using test::noise;
 
 Image decode(const std::vector<std::byte>& file) {
     png_image png = {};
@@ -25,15 +27,6 @@ Image decode(const std::vector<std::byte>& file) {
     image.pixels.resize(std::size_t{png.width} * png.height);
     if (!png_image_finish_read(&png, nullptr, image.pixels.data(), 0, nullptr)) {
         throw std::runtime_error(png.message);
-    }
-    return image;
-}
-
-Image noise(std::uint32_t width, std::uint32_t height, std::uint32_t set_bits, unsigned seed) {
-    std::mt19937 random(seed);
-    Image image{width, height, {}};
-    for (std::size_t i = 0; i < std::size_t{width} * height; ++i) {
-        image.pixels.push_back(static_cast<std::uint32_t>(random()) | set_bits);
     }
     return image;
 }
@@ -68,65 +61,6 @@ TEST(Png, OfASmoothImageIsSmallerThanItsPixels) {
 TEST(Png, OfEqualImagesIsEqual) {
     const Image image = noise(64, 64, 0xFF000000, 1);
     EXPECT_EQ(encode_png(image), encode_png(image));
-}
-
-Image uniform(std::uint32_t width, std::uint32_t height, std::uint32_t pixel) {
-    return {width, height, std::vector<std::uint32_t>(std::size_t{width} * height, pixel)};
-}
-
-TEST(ContactSheet, OfNothingIsEmpty) {
-    EXPECT_TRUE(contact_sheet({}).pixels.empty());
-    EXPECT_TRUE(contact_sheet(std::vector<Image>(3)).pixels.empty());
-}
-
-TEST(ContactSheet, OfOneSmallImageIsThatImage) {
-    const std::vector<Image> images = {noise(30, 20, 0, 3)};
-    const Image sheet = contact_sheet(images);
-    EXPECT_EQ(sheet.width, 30u);
-    EXPECT_EQ(sheet.height, 20u);
-    EXPECT_EQ(sheet.pixels, images[0].pixels);
-}
-
-TEST(ContactSheet, HoldsTheImagesRowByRow) {
-    std::vector<Image> images;
-    for (std::uint32_t i = 0; i < 4; ++i) images.push_back(uniform(8, 8, 0xFF000000 + i));
-    const Image sheet = contact_sheet(images);
-    ASSERT_GT(sheet.width, 16u);
-    ASSERT_GT(sheet.height, 16u);
-    const auto at = [&](std::uint32_t x, std::uint32_t y) {
-        return sheet.pixels[y * sheet.width + x];
-    };
-    EXPECT_EQ(at(0, 0), 0xFF000000u);
-    EXPECT_EQ(at(sheet.width - 1, 0), 0xFF000001u);
-    EXPECT_EQ(at(0, sheet.height - 1), 0xFF000002u);
-    EXPECT_EQ(at(sheet.width - 1, sheet.height - 1), 0xFF000003u);
-}
-
-TEST(ContactSheet, IsAtMostAboutAsWideAsRequested) {
-    for (const std::size_t count : {1u, 2u, 3u, 7u, 25u, 100u}) {
-        for (const std::uint32_t width : {1u, 17u, 640u, 4096u}) {
-            const std::vector<Image> images(count, uniform(width, 33, 0xFF112233));
-            const Image sheet = contact_sheet(images, 500);
-            EXPECT_LE(sheet.width, 500 + 4 * count) << count << " of " << width;
-            EXPECT_EQ(sheet.pixels.size(), std::size_t{sheet.width} * sheet.height);
-        }
-    }
-}
-
-TEST(ContactSheet, ScalesDownByTheMeanOfEachBlock) {
-    Image image{4, 2, {10, 20, 1, 1, 30, 40, 1, 2}};
-    const Image sheet = contact_sheet(std::vector<Image>{image}, 2);
-    EXPECT_EQ(sheet.width, 2u);
-    EXPECT_EQ(sheet.height, 1u);
-    EXPECT_EQ(sheet.pixels, (std::vector<std::uint32_t>{25, 1}));
-}
-
-TEST(ContactSheet, DoesNotDarkenAnIncompleteBlockAtTheEdge) {
-    const Image sheet = contact_sheet(std::vector<Image>{uniform(5, 5, 0xFF646464)}, 2);
-    // Blocks of 3 x 3 pixels, of which only the first is complete.
-    EXPECT_EQ(sheet.width, 2u);
-    EXPECT_EQ(sheet.height, 2u);
-    EXPECT_EQ(sheet.pixels, std::vector<std::uint32_t>(4, 0xFF646464));
 }
 
 /// The texts of a PNG file, by libpng.

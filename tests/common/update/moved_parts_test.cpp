@@ -6,9 +6,9 @@
 #include <cmath>
 #include <memory>
 
+#include "clips/procedural/procedural.h"
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
-#include "common/scene/procedural/procedural.h"
 #include "common/scene/scene_space.h"
 #include "common/update/refit_plan.h"
 #include "cpu/cpu_backend.h"

@@ -72,10 +72,10 @@ TEST(Backend, TakesTheTimesOfTheLastCallAlone) {
     backend->set_scene(scene.topology(), scene.positions(), bvh);
     backend->refit(turned(scene, 1));
     backend->set_scene(scene.topology(), scene.positions(), bvh);
-    EXPECT_EQ(backend->times().update.refit_ms, 0);
+    EXPECT_EQ(backend->finish().update.refit_ms, 0);
     backend->refit(turned(scene, 2));
     backend->set_frame(scene.positions(), bvh);
-    EXPECT_EQ(backend->times().update.refit_ms, 0);
+    EXPECT_EQ(backend->finish().update.refit_ms, 0);
 }
 
 TEST(TreeUpdater, TreeIsSoundAfterEveryKindOfStep) {
@@ -223,9 +223,9 @@ TEST(TreeUpdater, ARefitterBesideTheTracerGivesItTheSameTree) {
     for (const char* policy : {"refit", "rebuild", "every:2", "auto"}) {
         const UpdateConfig config{.deterministic = true};
         TreeUpdater with(scene.topology(), scene.positions(), *tracer, refitter.get(),
-                         make_update_policy(policy, config), {}, config);
+                         make_update_policy(parse_policy(policy), config), {}, config);
         TreeUpdater without(scene.topology(), scene.positions(), *alone, nullptr,
-                            make_update_policy(policy, config), {}, config);
+                            make_update_policy(parse_policy(policy), config), {}, config);
         for (int step = 0; step < 4; ++step) {
             EXPECT_EQ(with.update(turned(scene, step)).step,
                       without.update(turned(scene, step)).step);

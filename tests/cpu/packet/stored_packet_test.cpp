@@ -19,7 +19,7 @@ namespace mray::test {
 namespace {
 
 using cpu::kCameraSide;
-using cpu::StoredRay;
+using mray::StoredRay;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -33,7 +33,7 @@ struct StoredTile {
     std::uint32_t height = 0;
     vec3 org;
 
-    cpu::StoredRayTile view() const { return {rays.data(), width, width, height, org}; }
+    StoredRayTile view() const { return {rays.data(), width, width, height, org}; }
 };
 
 vec3 any_vertex(const TestScene& scene, Random& random) {

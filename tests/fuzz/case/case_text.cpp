@@ -10,7 +10,7 @@
 #include <sstream>
 #include <type_traits>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "common/base/errors.h"
 
 namespace mray::fuzz {

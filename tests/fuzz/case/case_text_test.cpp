@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "app/cli/command_line.h"
+#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
-#include "common/scene/scene_source.h"
 #include "tests/fuzz/generate/generator.h"
 #include "tests/fuzz/shrink/reproducer.h"
 #include "tests/support/temporary_folder.h"
@@ -103,7 +103,7 @@ TEST(Reproducer, HasPositionsThatTheProgramReadsBackBitForBit) {
     const test::TemporaryFolder folder;
     for (const FuzzCase& one : {special_case(), make_case(3), make_case(4)}) {
         const std::filesystem::path path = folder.write("mesh.obj", obj_text(one, 0));
-        SceneOptions options;
+        ClipOptions options;
         options.lenient = options.allow_empty = true;
         options.warn = [](const Warning&) {};
         const std::unique_ptr<Clip> clip = open_scene(path.string(), options);

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "clips/scene_frames.h"
 #include "common/bvh/bvh.h"
 #include "common/scene/camera_setup.h"
 #include "common/scene/mesh.h"
-#include "common/scene/scene_frames.h"
 #include "common/scene/scene_space.h"
 
 namespace mray::fuzz {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "common/scene/procedural/procedural.h"
+#include "clips/procedural/procedural.h"
 
 namespace mray::fuzz {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
-#include "cpu/cpu_backend.h"
+#include "common/ray_queries.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::fuzz {
@@ -62,9 +62,9 @@ void add_crowd(const Ray& ray, std::vector<Ray>& rays) {
     }
 }
 
-std::vector<std::uint8_t> any_hits(const cpu::CpuBackend& backend, std::span<const Ray> rays) {
+std::vector<std::uint8_t> any_hits(const RayQueries& queries, std::span<const Ray> rays) {
     std::vector<std::uint8_t> occluded(rays.size());
-    backend.occluded(rays, occluded);
+    queries.occluded(rays, occluded);
     return occluded;
 }
 
@@ -146,9 +146,10 @@ void Referee::prepare(const Variant& variant) {
 
 std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
     const auto& journey = scene_->journey();
-    auto updater = std::make_unique<TreeUpdater>(scene_->topology(), journey.front(), backend,
-                                                 nullptr, make_update_policy("auto", auto_config()),
-                                                 BuildConfig{.threads = 1}, auto_config());
+    auto updater =
+        std::make_unique<TreeUpdater>(scene_->topology(), journey.front(), backend, nullptr,
+                                      make_update_policy({PolicyKind::kAuto}, auto_config()),
+                                      BuildConfig{.threads = 1}, auto_config());
     for (const auto& positions : journey) {
         if (&positions != &journey.front()) updater->update(positions);
         // The policy needs the cost of a frame.
@@ -171,7 +172,7 @@ std::vector<Finding> Referee::compare_images(const ViewSpec& view, Tally& tally)
         variant.backend->trace_image(params, actual_);
         ++tally.images;
         tally.images_near_a_plane += near ? 1 : 0;
-        tally.rays += variant.backend->times().rays;
+        tally.rays += variant.backend->finish().rays;
         if (same(expected_, actual_)) continue;
         Finding finding;
         finding.variant = &variant;
@@ -210,9 +211,9 @@ std::vector<Finding> Referee::compare_rays(std::span<const WorldRay> world_rays,
             return !test::same_bits(expected[i], actual[i]);
         });
         add(variant, finding);
-        const auto* const cpu = dynamic_cast<const cpu::CpuBackend*>(variant.backend);
-        if (cpu == nullptr) continue;
-        const std::vector<std::uint8_t> occluded = any_hits(*cpu, rays);
+        const RayQueries* const queries = variant.backend->queries();
+        if (queries == nullptr) continue;
+        const std::vector<std::uint8_t> occluded = any_hits(*queries, rays);
         finding = find_difference(indices, expected, actual, [&](std::size_t i) {
             return (occluded[i] != 0) != (expected[i].prim_id != kNoPrim);
         });

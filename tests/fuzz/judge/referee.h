@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "common/image/compare.h"
 #include "common/update/tree_updater.h"
 #include "tests/fuzz/case/fuzz_case.h"
 #include "tests/fuzz/judge/variants.h"
+#include "tools/image/compare.h"
 
 namespace mray::fuzz {
 

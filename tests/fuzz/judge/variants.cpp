@@ -15,7 +15,7 @@ namespace {
 std::vector<std::string> simd_names() {
     std::vector<std::string> names;
     for (const SimdTarget& target : supported_simd_targets()) names.emplace_back(target.name);
-    names.emplace_back(cpu::kSimdOff);
+    names.emplace_back(kSimdOff);
     return names;
 }
 

@@ -5,7 +5,7 @@
 #include <exception>
 #include <filesystem>
 
-#include "app/cli/exit_code.h"
+#include "app/base/exit_code.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "tests/fuzz/run/campaign.h"

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "app/cli/numbers.h"
+#include "app/base/numbers.h"
 #include "common/base/errors.h"
 
 namespace mray::fuzz {

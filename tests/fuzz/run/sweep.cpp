@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "app/frames.h"
+#include "app/clip/frames.h"
 #include "app/terminal/interrupt.h"
 #include "common/base/errors.h"
 #include "cpu/cpu_backend.h"
@@ -62,7 +62,7 @@ std::string file_name_of(const std::string& scene) {
 }  // namespace
 
 FuzzCase open_sweep(const FuzzOptions& options) {
-    SceneOptions scene_options;
+    ClipOptions scene_options;
     scene_options.lenient = true;
     scene_options.warn = [](const Warning&) {};
     const std::unique_ptr<Clip> clip = open_scene(options.scene, scene_options);

@@ -10,9 +10,9 @@
 #include <cstdlib>
 #include <new>
 
-#include "app/cli/exit_code.h"
+#include "app/base/exit_code.h"
 #include "common/base/errors.h"
-#include "common/process/guarded_run.h"
+#include "tools/process/guarded_run.h"
 
 namespace mray::fuzz {
 namespace {

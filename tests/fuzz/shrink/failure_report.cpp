@@ -6,7 +6,7 @@
 #include <optional>
 #include <set>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "common/base/errors.h"
 #include "tests/fuzz/shrink/reproducer.h"
 #include "tests/fuzz/shrink/shrinker.h"

@@ -5,11 +5,11 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "common/base/output_file.h"
-#include "common/process/shell_command.h"
-#include "common/process/shell_text.h"
 #include "tests/fuzz/case/case_text.h"
+#include "tools/process/shell_command.h"
+#include "tools/process/shell_text.h"
 
 namespace mray::fuzz {
 namespace {

@@ -18,10 +18,10 @@ class PlantedError final : public Backend {
 public:
     enum class Loses { kHits, kOcclusion };
     explicit PlantedError(Loses loses)
-        : loses_(loses), inner_(cpu::make_scalar_backend({.threads = 1})) {}
+        : Backend({"cpu", "planted errors"}),
+          loses_(loses),
+          inner_(cpu::make_scalar_backend({.threads = 1})) {}
 
-    const std::string& name() const override { return inner_->name(); }
-    std::string description() const override { return inner_->description(); }
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override {
         topology_ = topology;
@@ -54,7 +54,7 @@ public:
         for (Hit& hit : hits)
             if (is_cursed(hit)) hit = no_hit();
     }
-    const BackendTimes& times() override { return inner_->times(); }
+    const BackendTimes& finish() override { return inner_->finish(); }
 
 private:
     bool is_cursed(const Hit& hit) const {

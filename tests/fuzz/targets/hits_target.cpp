@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <string>
 
-#include "app/library_calls.h"
+#include "app/base/library_calls.h"
 #include "morphray/hits.hpp"
 #include "tests/fuzz/targets/case_file.h"
 #include "tests/fuzz/targets/outcome.h"

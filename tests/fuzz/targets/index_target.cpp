@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "common/scene/formats/index/clip_index.h"
+#include "clips/index/clip_index.h"
 #include "tests/fuzz/targets/outcome.h"
 #include "tests/fuzz/targets/targets.h"
 #include "tests/support/index_bytes.h"

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/options.h"
+#include "app/base/options.h"
 #include "app/commands/merge/merge_parts.h"
 #include "app/commands/profile/baseline.h"
 #include "app/farm/part.h"
 #include "app/files/ray_bundle.h"
 #include "app/report/crosscheck/golden_images.h"
-#include "app/report/reports.h"
+#include "app/report/profile_report.h"
 #include "tests/fuzz/targets/case_file.h"
 #include "tests/fuzz/targets/outcome.h"
 #include "tests/fuzz/targets/targets.h"

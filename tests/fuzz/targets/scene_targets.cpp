@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "clips/source/open_scene.h"
 #include "common/base/errors.h"
-#include "common/scene/scene_source.h"
 #include "tests/fuzz/targets/case_file.h"
 #include "tests/fuzz/targets/outcome.h"
 #include "tests/fuzz/targets/targets.h"
@@ -82,7 +82,7 @@ std::string broken_promise(const Clip& clip, bool is_lenient) {
 }
 
 /// Opens a scene whose messages name `file`.
-std::string opening_failure(const std::string& scene, const std::string& file, SceneOptions options,
+std::string opening_failure(const std::string& scene, const std::string& file, ClipOptions options,
                             bool* is_refused) {
     bool is_too_large = false;
     options.check_size = [&](std::uint64_t triangles, std::uint64_t vertices) {
@@ -100,7 +100,7 @@ std::string opening_failure(const std::string& scene, const std::string& file, S
 
 /// Opens a scene; what is refused is opened leniently, too.
 std::string scene_failure(const std::string& scene, const std::string& file,
-                          SceneOptions options = {}) {
+                          ClipOptions options = {}) {
     bool is_refused = false;
     std::string failure = opening_failure(scene, file, options, &is_refused);
     if (!failure.empty() || !is_refused) return failure;

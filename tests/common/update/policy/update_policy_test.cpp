@@ -84,7 +84,7 @@ Played play(UpdatePolicy& policy, const Clip& clip, int frames) {
 }
 
 Played play(const char* policy, const Clip& clip, int frames) {
-    return play(*make_update_policy(policy), clip, frames);
+    return play(*make_update_policy(parse_policy(policy)), clip, frames);
 }
 
 TEST(UpdatePolicy, RefitNeverRebuildsAndRebuildAlwaysDoes) {
@@ -103,7 +103,7 @@ TEST(UpdatePolicy, EveryKRebuildsEachKthFrame) {
 
 TEST(UpdatePolicy, EveryDecisionHasAReason) {
     for (const char* name : {"refit", "rebuild", "every:3", "auto"}) {
-        const auto policy = make_update_policy(name);
+        const auto policy = make_update_policy(parse_policy(name));
         policy->built(5);
         EXPECT_FALSE(policy->plan().reason.empty()) << name;
         EXPECT_FALSE(policy->review({.excess = 2}).reason.empty()) << name;
@@ -114,7 +114,7 @@ TEST(UpdatePolicy, TextsThatAreNoneAreRefusedWithAllForms) {
     for (const char* text : {"", "refitt", "every", "every:", "every:0", "every:-1", "every:x",
                              "every:2000000", "auto:", "auto:3", "rebuild:1", ":"}) {
         try {
-            make_update_policy(text);
+            parse_policy(text);
             ADD_FAILURE() << text;
         } catch (const Error& error) {
             EXPECT_EQ(error.kind(), ErrorKind::kBadArgument) << text;
@@ -167,7 +167,7 @@ TEST(AutoPolicy, NeverRebuildsATreeThatDoesNotRot) {
 }
 
 TEST(AutoPolicy, DoesNotBlameTheTreeForAnImageThatTakesLonger) {
-    const auto policy = make_update_policy("auto");
+    const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(5);
     for (int frame = 0; frame < 200; ++frame) {
         ASSERT_EQ(policy->review({.excess = 0}).step, UpdateStep::kRefit) << frame;
@@ -179,7 +179,7 @@ TEST(AutoPolicy, BuildsThatDoNotHelpBecomeRare) {
     Clip clip;
     clip.excess = [](int age) { return std::min(600.0, 200.0 * age); };
     clip.slowdown = [](double) { return 1.0; };
-    const auto policy = make_update_policy("auto");
+    const auto policy = make_update_policy({PolicyKind::kAuto});
     const int early = play(*policy, clip, 50).rebuilds;
     play(*policy, clip, 200);
     const int late = play(*policy, clip, 50).rebuilds;
@@ -195,7 +195,7 @@ TEST(AutoPolicy, DoesNotFlapAtARatioThatSwingsAroundSound) {
 }
 
 TEST(AutoPolicy, RemedyThatPaysInItsOwnFrameIsAppliedAtOnceWhateverTheBudget) {
-    const auto policy = make_update_policy("auto", {.budget = 1e-6});
+    const auto policy = make_update_policy({PolicyKind::kAuto}, {.budget = 1e-6});
     policy->built(50);
     policy->frame_done({.refit = 0.1, .trace = 100});
     // The frame loses 60 ms.
@@ -204,7 +204,7 @@ TEST(AutoPolicy, RemedyThatPaysInItsOwnFrameIsAppliedAtOnceWhateverTheBudget) {
 }
 
 TEST(AutoPolicy, RestructuringIsCutToTheBudget) {
-    const auto policy = make_update_policy("auto", {.budget_ms = 4});
+    const auto policy = make_update_policy({PolicyKind::kAuto}, {.budget_ms = 4});
     policy->built(20);
     policy->frame_done({.refit = 0.1, .trace = 100});
     const UpdateDecision decision = policy->review({.excess = 300});
@@ -247,7 +247,7 @@ TEST(AutoPolicy, NoInvestmentDoublesAFrame) {
 }
 
 TEST(AutoPolicy, TreesThatAreTooLateWhenTheyAreTakenDoNotBegetOthers) {
-    const auto policy = make_update_policy("auto");
+    const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(1e6);
     policy->frame_done({.refit = 0.1, .trace = 10, .excess = 400, .new_tree = true});
     for (int frame = 0; frame < 100; ++frame) {
@@ -259,14 +259,14 @@ TEST(AutoPolicy, TreesThatAreTooLateWhenTheyAreTakenDoNotBegetOthers) {
 }
 
 TEST(AutoPolicy, TreeThatIsHopelessIsRebuiltBeforeItsFirstTrace) {
-    const auto policy = make_update_policy("auto");
+    const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(50);
     EXPECT_EQ(policy->review({.excess = 100}).step, UpdateStep::kRefit);
     EXPECT_EQ(policy->review({.excess = 1e6}).step, UpdateStep::kRebuild);
 }
 
 TEST(AutoPolicy, TreeThatIsNotTracedIsNeverRebuilt) {
-    const auto policy = make_update_policy("auto");
+    const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(50);
     for (int frame = 0; frame < 20; ++frame) {
         policy->frame_done({.refit = 0.1, .excess = 1e6});
@@ -278,7 +278,7 @@ TEST(AutoPolicy, TreeThatIsNotTracedIsNeverRebuilt) {
 TEST(AutoPolicy, BuildOverTheBudgetRunsInTheBackground) {
     for (const UpdateConfig& config :
          {UpdateConfig{.budget = 0.25}, UpdateConfig{.budget = 100, .budget_ms = 2.5}}) {
-        const auto policy = make_update_policy("auto", config);
+        const auto policy = make_update_policy({PolicyKind::kAuto}, config);
         policy->built(20);
         UpdateDecision decision;
         for (int frame = 0; frame < 100 && decision.step == UpdateStep::kRefit; ++frame) {
@@ -293,7 +293,7 @@ TEST(AutoPolicy, BuildOverTheBudgetRunsInTheBackground) {
 }
 
 TEST(AutoPolicy, WhileABuildIsPendingNoOtherIsBegun) {
-    const auto policy = make_update_policy("auto");
+    const auto policy = make_update_policy({PolicyKind::kAuto});
     policy->built(20);
     for (int frame = 0; frame < 100; ++frame) {
         const UpdateDecision decision =

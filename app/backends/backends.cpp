@@ -1,0 +1,129 @@
+#include "app/backends/backends.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "app/base/library_calls.h"
+#include "app/base/memory_budget.h"
+#include "common/base/errors.h"
+#include "cpu/cpu_backend.h"
+#include "gpu/vulkan_backend.h"
+
+namespace mray::app {
+namespace {
+
+std::unique_ptr<Backend> make_concrete(BackendChoice choice, const BackendOptions& options) {
+    const cpu::CpuConfig config{.threads = options.threads, .simd = options.simd};
+    if (choice == BackendChoice::kCpu) return cpu::make_cpu_backend(config);
+    if (choice == BackendChoice::kBrute) return cpu::make_brute_backend(config);
+    check_vulkan();
+#ifdef MORPHRAY_HAS_VULKAN
+    return gpu::make_vulkan_backend({.device = options.device, .validate = options.validate});
+#else
+    return nullptr;
+#endif
+}
+
+}  // namespace
+
+bool asks_for_vulkan(const BackendOptions& options) {
+    return !options.device.empty() || options.validate;
+}
+
+bool is_lack_of_vulkan(const Error& error) {
+    return error.kind() == ErrorKind::kUnavailable || error.kind() == ErrorKind::kLimit;
+}
+
+std::uint64_t named_devices(const Options& options) {
+    const bool is_named =
+        options.backend.choice == BackendChoice::kVulkan || asks_for_vulkan(options.backend);
+    return is_named || options.tree.refit_on == RefitOn::kVulkan ? 1 : 0;
+}
+
+bool has_only_software_devices() {
+    bool any = false;
+    try {
+        require_driver_memory();
+        for (const morphray::VulkanDeviceInfo& device : vulkan_devices()) {
+            if (!device.unusable.empty()) continue;
+            if (device.type != "cpu") return false;
+            any = true;
+        }
+    } catch (const Error& error) {
+        // make_chosen() warns of the reason.
+        if (!is_lack_of_vulkan(error)) throw;
+    }
+    return any;
+}
+
+void check_vulkan() {
+#ifdef MORPHRAY_HAS_VULKAN
+    require_driver_memory();
+#else
+    throw Error(ErrorKind::kUnavailable,
+                "Vulkan: not built in; use --backend cpu, or build with -DMORPHRAY_VULKAN=ON");
+#endif
+}
+
+std::vector<morphray::VulkanDeviceInfo> vulkan_devices() {
+#ifdef MORPHRAY_HAS_VULKAN
+    return call_library([] { return morphray::vulkan_devices(); });
+#else
+    throw Error(ErrorKind::kUnavailable, "Vulkan: not built in; build with -DMORPHRAY_VULKAN=ON");
+#endif
+}
+
+std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options) {
+    if (options.choice == BackendChoice::kCpu) return {};
+    check_vulkan();
+    std::vector<morphray::VulkanDeviceInfo> devices = vulkan_devices();
+#ifdef MORPHRAY_HAS_VULKAN
+    // Refuses a machine without a usable device, too.
+    const std::uint32_t chosen = gpu::find_device(options.device).index;
+    if (!options.all_devices) {
+        std::erase_if(devices, [&](const auto& device) { return device.index != chosen; });
+        return devices;
+    }
+#endif
+    std::erase_if(devices, [](const morphray::VulkanDeviceInfo& d) { return !d.unusable.empty(); });
+    return devices;
+}
+
+std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messages& messages) {
+    return make_backend(options.choice, options, messages);
+}
+
+std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
+                                      const Messages& messages) {
+    return make_chosen(choice, options, messages,
+                       [&](BackendChoice chosen) { return make_concrete(chosen, options); });
+}
+
+std::unique_ptr<Backend> make_refitter(const Options& options, const Backend& tracer,
+                                       const Messages& messages) {
+    const bool traces_on_vulkan = tracer.info().name == "vulkan";
+    if (options.tree.refit_on == RefitOn::kVulkan && !traces_on_vulkan)
+        return make_backend(BackendChoice::kVulkan, options.backend, messages);
+    if (options.tree.refit_on == RefitOn::kCpu && traces_on_vulkan)
+        return make_backend(BackendChoice::kCpu, options.backend, messages);
+    return nullptr;
+}
+
+BuildConfig build_config(const Options& options) {
+    return {.split = options.tree.split, .threads = options.backend.threads};
+}
+
+std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages) {
+    if (options.backend.choice != BackendChoice::kAuto) return {options.backend.choice};
+    try {
+        make_concrete(BackendChoice::kVulkan, options.backend);
+    } catch (const Error& error) {
+        if (asks_for_vulkan(options.backend) || !is_lack_of_vulkan(error)) throw;
+        messages.warn({{}, fmt::format("{}; using the CPU instead", error.what())});
+        return {BackendChoice::kCpu};
+    }
+    return {BackendChoice::kCpu, BackendChoice::kVulkan};
+}
+
+}  // namespace mray::app

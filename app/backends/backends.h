@@ -1,0 +1,79 @@
+// Makes the backends that the options choose. The only place that knows whether Vulkan was built
+// in.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/base/options.h"
+#include "app/terminal/messages.h"
+#include "clips/scene_frames.h"
+#include "common/backend.h"
+#include "common/base/errors.h"
+#include "morphray/device.hpp"
+#include "tools/measure/policy_runs.h"
+
+namespace mray::app {
+
+/// morphray::vulkan_devices(); throws Error(kUnavailable) without Vulkan.
+std::vector<morphray::VulkanDeviceInfo> vulkan_devices();
+
+/// The devices that crosscheck compares: none without Vulkan, each usable one if all_devices is
+/// set, otherwise the one that the options choose. Throws Error(kUnavailable) if there is none.
+std::vector<morphray::VulkanDeviceInfo> devices_to_check(const BackendOptions& options);
+
+/// How many Vulkan devices the options name, for estimates of memory.
+std::uint64_t named_devices(const Options& options);
+
+/// Whether an option requires Vulkan.
+bool asks_for_vulkan(const BackendOptions& options);
+/// Whether the error means that this machine or build has no usable Vulkan.
+bool is_lack_of_vulkan(const Error& error);
+/// Whether the only usable Vulkan devices run on the CPU, where the CPU backend is faster.
+bool has_only_software_devices();
+
+/// Throws Error if Vulkan is not built in, or if there is too little memory for a driver to start.
+void check_vulkan();
+
+/// Calls make(choice) for kCpu, kVulkan or kBrute: what kAuto means here. kAuto is Vulkan if there
+/// is a GPU, otherwise the CPU: with a warning if Vulkan is unavailable, with a note if its only
+/// devices run on the CPU, which is several times slower. Naming a device or asking for validation
+/// requires Vulkan. Throws what `make` throws.
+template <class Make>
+auto make_chosen(BackendChoice choice, const BackendOptions& options, const Messages& messages,
+                 Make make) {
+    if (choice != BackendChoice::kAuto) return make(choice);
+    if (asks_for_vulkan(options)) return make(BackendChoice::kVulkan);
+    if (has_only_software_devices()) {
+        messages.note("no GPU; --backend vulkan takes the device that runs on the CPU");
+        return make(BackendChoice::kCpu);
+    }
+    try {
+        return make(BackendChoice::kVulkan);
+    } catch (const Error& error) {
+        if (!is_lack_of_vulkan(error)) throw;
+        messages.warn({{}, std::string(error.what()) + "; using the CPU instead"});
+        return make(BackendChoice::kCpu);
+    }
+}
+
+/// The backend of options.choice. Throws Error(kUnavailable).
+std::unique_ptr<Backend> make_backend(const BackendOptions& options, const Messages& messages);
+
+/// As above, with `choice` in place of options.choice.
+std::unique_ptr<Backend> make_backend(BackendChoice choice, const BackendOptions& options,
+                                      const Messages& messages);
+
+/// The backend that refits for this tracer; null if the tracer does.
+std::unique_ptr<Backend> make_refitter(const Options& options, const Backend& tracer,
+                                       const Messages& messages);
+
+/// How trees are built.
+BuildConfig build_config(const Options& options);
+
+/// The chosen backend; for kAuto the CPU and, if it is available, Vulkan.
+std::vector<BackendChoice> profiled_backends(const Options& options, const Messages& messages);
+
+}  // namespace mray::app

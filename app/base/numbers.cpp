@@ -1,0 +1,124 @@
+#include "app/base/numbers.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "common/base/errors.h"
+#include "common/text/number_text.h"
+#include "common/text/text_parts.h"
+
+namespace mray::app {
+namespace {
+
+constexpr std::uint32_t kMaxSide = 65536;
+
+[[noreturn]] void usage(std::string_view option, std::string_view text, std::string_view wanted) {
+    throw Error(ErrorKind::kBadArgument, fmt::format("{}: '{}' is not {}", option, text, wanted));
+}
+
+std::uint32_t parse_side(std::string_view option, std::string_view text, std::string_view side) {
+    const std::optional<std::uint64_t> value = parse_unsigned(side);
+    if (!value || *value == 0) usage(option, text, "WIDTHxHEIGHT in pixels, such as 640x480");
+    if (*value > kMaxSide) {
+        throw Error(ErrorKind::kLimit, fmt::format("{}: '{}' is more than {} pixels a side; choose "
+                                                   "a smaller image",
+                                                   option, text, kMaxSide));
+    }
+    return static_cast<std::uint32_t>(*value);
+}
+
+}  // namespace
+
+std::uint64_t parse_count(std::string_view option, std::string_view text, std::uint64_t lower,
+                          std::uint64_t upper) {
+    const std::optional<std::uint64_t> value = parse_unsigned(text);
+    if (!value || *value < lower || *value > upper) {
+        usage(option, text, fmt::format("a whole number from {} to {}", lower, upper));
+    }
+    return *value;
+}
+
+std::uint64_t parse_bytes(std::string_view option, std::string_view text) {
+    constexpr std::string_view kUnits = "KMGT";
+    const std::size_t unit = text.empty() ? kUnits.npos : kUnits.find(text.back());
+    const std::size_t shift = unit == kUnits.npos ? 0 : 10 * (unit + 1);
+    const std::optional<std::uint64_t> value =
+        parse_unsigned(text.substr(0, text.size() - (shift == 0 ? 0 : 1)));
+    if (!value || *value == 0 || *value > std::numeric_limits<std::uint64_t>::max() >> shift)
+        usage(option, text, "a size of memory in bytes, such as 512M or 2G");
+    return *value << shift;
+}
+
+double parse_finite(std::string_view option, std::string_view text, double lower) {
+    const std::optional<double> value = parse_double(text);
+    if (!value || !std::isfinite(*value) || *value < lower) {
+        usage(option, text,
+              std::isfinite(lower) ? fmt::format("a finite number of at least {}", lower)
+                                   : std::string("a finite number"));
+    }
+    return *value;
+}
+
+double parse_number(std::string_view option, std::string_view text) {
+    const std::optional<double> value = parse_double(text);
+    if (!value) usage(option, text, "a number");
+    return *value;
+}
+
+Point parse_point(std::string_view option, std::string_view text) {
+    const std::vector<std::string_view> parts = split(text, ',');
+    if (parts.size() != 3) usage(option, text, "a point x,y,z");
+    Point point;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::optional<double> value = parse_double(parts[axis]);
+        if (!value) usage(option, text, "a point x,y,z");
+        point[axis] = *value;
+    }
+    return point;
+}
+
+WorldBounds parse_bounds(std::string_view option, std::string_view text) {
+    constexpr const char* kWanted = "bounds x0,y0,z0,x1,y1,z1 with x0 <= x1, y0 <= y1, z0 <= z1";
+    constexpr double kMost = std::numeric_limits<float>::max();
+    const std::vector<std::string_view> parts = split(text, ',');
+    if (parts.size() != 6) usage(option, text, kWanted);
+    double corners[6] = {};
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const std::optional<double> value = parse_finite_double(parts[i]);
+        if (!value || std::abs(*value) > kMost) usage(option, text, kWanted);
+        corners[i] = *value;
+    }
+    WorldBounds bounds;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        bounds.lower[axis] = corners[axis];
+        bounds.upper[axis] = corners[axis + 3];
+        if (bounds.lower[axis] > bounds.upper[axis]) usage(option, text, kWanted);
+    }
+    return bounds;
+}
+
+Size parse_size(std::string_view option, std::string_view text) {
+    const std::vector<std::string_view> parts = split(text, 'x');
+    if (parts.size() != 2) usage(option, text, "WIDTHxHEIGHT in pixels, such as 640x480");
+    return {parse_side(option, text, parts[0]), parse_side(option, text, parts[1])};
+}
+
+Pixel parse_pixel(std::string_view option, std::string_view text) {
+    const std::vector<std::string_view> parts = split(text, ',');
+    if (parts.size() != 2) usage(option, text, "a pixel X,Y counted from the upper left corner");
+    std::uint32_t xy[2];
+    for (std::size_t i = 0; i < 2; ++i) {
+        const std::optional<std::uint64_t> value = parse_unsigned(parts[i]);
+        if (!value || *value >= kMaxSide) {
+            usage(option, text, "a pixel X,Y counted from the upper left corner");
+        }
+        xy[i] = static_cast<std::uint32_t>(*value);
+    }
+    return {xy[0], xy[1]};
+}
+
+}  // namespace mray::app

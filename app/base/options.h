@@ -1,0 +1,224 @@
+// The command line as plain data.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/base/numbers.h"
+#include "app/base/shard.h"
+#include "clips/source/open_scene.h"
+#include "common/bvh/builder/bvh_builder.h"
+#include "common/scene/camera_setup.h"
+#include "common/update/policy/update_policy.h"
+#include "morphray/image.hpp"
+
+namespace mray::app {
+
+enum class Command {
+    kRender,
+    kCrosscheck,
+    kDiff,
+    kProbe,
+    kProfile,
+    kTrace,
+    kChart,
+    kInfo,
+    kIndex,
+    kDevices,
+    kView,
+    kMerge
+};
+
+enum class BackendChoice { kAuto, kCpu, kVulkan, kBrute };
+
+/// Which backend refits: kOwn is the one that traces.
+enum class RefitOn { kOwn, kCpu, kVulkan };
+
+/// How progress is shown: kAuto is a bar on a terminal, elsewhere nothing.
+enum class ProgressChoice { kAuto, kPlain, kJson, kOff };
+
+/// The tracer whose images crosscheck expects.
+enum class Reference { kAuto, kBrute, kCpu };
+
+struct BackendOptions {
+    BackendChoice choice = BackendChoice::kAuto;
+    /// Whether --backend was given; otherwise trace takes the CPU.
+    bool choice_given = false;
+    std::string device;
+    /// Whether crosscheck compares every usable device.
+    bool all_devices = false;
+    /// 0: as many as the machine has.
+    int threads = 0;
+    /// As cpu::CpuConfig::simd.
+    std::string simd;
+    bool validate = false;
+};
+
+/// How view shows the images of two backends.
+enum class Comparison { kOff, kSide, kWipe, kDifference };
+
+/// How render shades.
+struct ShadingOptions {
+    /// Not given: lit, or plain with --rays.
+    std::optional<morphray::Shading> shading;
+    /// Not given: 4 with lit, else 1.
+    std::optional<std::uint32_t> samples;
+    bool flat = false;
+    /// "half" or "float": write EXR files, too; empty: none.
+    std::string exr;
+    /// Whether the scene stands on a plane that shows the background.
+    bool ground = false;
+};
+
+/// How render shares its frames with other machines.
+struct FarmOptions {
+    /// The share of the frames that is rendered; none: all, and no part is written.
+    std::optional<Shard> shard;
+    bool skip_existing = false;
+    /// Each frame of that number is rendered by other shards, too; 0: none.
+    std::uint32_t verify_every = 0;
+
+    /// Whether outputs are a file each frame, which another run may complete.
+    bool is_resumable() const { return shard.has_value() || skip_existing; }
+};
+
+struct TreeOptions {
+    /// None: none is given, and the command has no default.
+    std::optional<PolicySpec> update;
+    UpdateConfig update_config;
+    RefitOn refit_on = RefitOn::kOwn;
+    SplitMethod split = SplitMethod::kBinned;
+    /// The frame at whose positions the tree is built; none: the first selected frame.
+    std::optional<double> build_at;
+
+    /// The policy, which is given or the default of the command.
+    PolicySpec policy() const { return update.value_or(PolicySpec{}); }
+    bool has_policy(PolicyKind kind) const { return update && update->kind == kind; }
+};
+
+struct Options {
+    Command command = Command::kInfo;
+    std::string scene;
+
+    std::string frames;
+    /// Seconds, in place of frames.
+    std::string time;
+    /// ClipOptions::fps and animation.
+    std::optional<double> fps;
+    std::string animation;
+    MissingFrames missing = MissingFrames::kFail;
+    /// ClipOptions::cache.
+    std::string cache;
+    /// A file, "none", or empty: ClipOptions::index and takes_index.
+    std::string index;
+    /// ClipOptions::bounds.
+    std::optional<WorldBounds> bounds;
+    bool allow_empty = false;
+    bool lenient = false;
+    /// The most bytes that the process is to hold.
+    std::optional<std::uint64_t> memory_limit;
+
+    ViewSpec view;
+    bool size_given = false;
+    /// Whether --rays was given; otherwise crosscheck takes all three kinds.
+    bool rays_given = false;
+    bool ao_samples_given = false;
+    bool ao_distance_given = false;
+    ShadingOptions shading;
+
+    BackendOptions backend;
+    TreeOptions tree;
+    FarmOptions farm;
+
+    std::string out;
+    std::string json;
+    std::string csv;
+    std::string junit;
+    std::string hits;
+    ProgressChoice progress = ProgressChoice::kAuto;
+    bool quiet = false;
+    bool verbose = false;
+
+    // crosscheck
+    Reference reference = Reference::kAuto;
+    std::string html;
+    std::string bless;
+    std::string expect;
+    bool strict = false;
+
+    // diff: the file that is expected, and the other one
+    std::vector<std::string> compared_files;
+
+    // merge: the folders of the parts; a contact sheet, a video, and its images a second
+    std::vector<std::string> part_folders;
+    std::string sheet;
+    std::string video;
+    std::uint32_t video_rate = 24;
+
+    // probe
+    double frame = 0;
+    bool frame_given = false;
+    Pixel pixel;
+    bool pixel_given = false;
+    std::string bundle;
+
+    // view; `frame` is the first one that is shown
+    std::string screenshot;
+    bool exits = false;
+    /// The number of images after which the viewer ends; 0: never.
+    std::uint64_t exit_after = 0;
+    bool plays = false;
+    Comparison comparison = Comparison::kOff;
+
+    // profile
+    int repeat = 5;
+    /// Update policies to compare; none: profile reports times of the stages.
+    std::vector<PolicySpec> policies;
+    std::string trace_events;
+    std::string plot;
+    /// A report of an earlier run, and by how much a stage may be slower than there.
+    std::string baseline;
+    double tolerance_percent = 10;
+    bool tolerance_given = false;
+
+    // trace
+    std::string ray_file;
+    bool binary_rays = false;
+
+    // chart and crosscheck
+    std::vector<std::string> scenes;
+
+    // chart
+    bool quick = false;
+
+    // info
+    bool tree_facts = false;
+    bool formats = false;
+
+    // index
+    bool verifies = false;
+
+    /// The given arguments that decide which image is traced, for a command that repeats it.
+    std::vector<std::string> view_arguments;
+    /// The command line without the program's name.
+    std::vector<std::string> arguments;
+    /// The options in it, each by its first long name in the help, such as "--out" for -o.
+    std::vector<std::string> given;
+
+    bool is_given(std::string_view option) const {
+        return std::find(given.begin(), given.end(), option) != given.end();
+    }
+};
+
+/// "primary", "shadow" or "ao" of kRaysPrimary, kRaysShadow, kRaysAo.
+const char* name_of_rays(std::uint32_t rays);
+/// "lit", "plain", ...
+const char* name_of(morphray::Shading shading);
+/// "binned" or "sweep".
+const char* name_of(SplitMethod split);
+
+}  // namespace mray::app

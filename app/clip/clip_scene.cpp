@@ -1,0 +1,284 @@
+#include "app/clip/clip_scene.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+#include <glm/geometric.hpp>
+
+#include "app/backends/backends.h"
+#include "app/base/library_calls.h"
+#include "app/files/texture_reader.h"
+#include "app/terminal/interrupt.h"
+#include "clips/inside_view.h"
+#include "common/base/stopwatch.h"
+
+namespace mray::app {
+namespace {
+
+morphray::CpuOptions cpu_options(const BackendOptions& options) {
+    return {.threads = options.threads, .simd = options.simd};
+}
+
+morphray::Device open_vulkan(const BackendOptions& options) {
+    check_vulkan();
+    return morphray::Device::vulkan({.device = options.device, .validate = options.validate});
+}
+
+morphray::UpdatePolicy policy_of(const TreeOptions& tree) {
+    const PolicySpec policy = tree.policy();
+    switch (policy.kind) {
+        case PolicyKind::kRefit:
+            return morphray::Refit{};
+        case PolicyKind::kRebuild:
+            return morphray::Rebuild{};
+        case PolicyKind::kEvery:
+            return morphray::Every{policy.period};
+        default:
+            return morphray::Auto{.budget_ms = tree.update_config.budget_ms,
+                                  .budget = tree.update_config.budget,
+                                  .deterministic = tree.update_config.deterministic};
+    }
+}
+
+std::span<const std::uint32_t> indices_of(std::span<const uvec3> threes) {
+    static_assert(sizeof(uvec3) == 3 * sizeof(std::uint32_t));
+    return {reinterpret_cast<const std::uint32_t*>(threes.data()), 3 * threes.size()};
+}
+
+std::span<const float> floats_of(std::span<const Texcoords> texcoords) {
+    static_assert(sizeof(Texcoords) == 6 * sizeof(float));
+    return {reinterpret_cast<const float*>(texcoords.data()), 6 * texcoords.size()};
+}
+
+morphray::TextureView texture_of(const Image& image, const TextureFile& file) {
+    return {.texels = image.pixels,
+            .width = image.width,
+            .height = image.height,
+            .wrap = file.clamp ? morphray::Wrap::clamp : morphray::Wrap::repeat};
+}
+
+morphray::View view_of(const ViewSpec& spec, const ShadingOptions& shading) {
+    morphray::View view = {.eye = spec.eye,
+                           .target = spec.target,
+                           .up = spec.up,
+                           .fov = spec.fov,
+                           .light = spec.light,
+                           .width = spec.width,
+                           .height = spec.height,
+                           .shading = shading.shading.value_or(morphray::Shading::plain),
+                           .samples = shading.samples.value_or(1),
+                           .flat = shading.flat,
+                           .lit_pixels = !shading.exr.empty(),
+                           .ao_count = spec.ao_count,
+                           .ao_distance = spec.ao_distance};
+    if (spec.rays == kRaysShadow) view.rays = morphray::Rays::shadow;
+    if (spec.rays == kRaysAo) view.rays = morphray::Rays::ao;
+    return view;
+}
+
+}  // namespace
+
+ErrorKind kind_of(morphray::ErrorCode code) {
+    using morphray::ErrorCode;
+    switch (code) {
+        case ErrorCode::bad_argument:
+            return ErrorKind::kBadArgument;
+        case ErrorCode::bad_input:
+            return ErrorKind::kBadInput;
+        case ErrorCode::unavailable:
+            return ErrorKind::kUnavailable;
+        case ErrorCode::output:
+            return ErrorKind::kOutput;
+        case ErrorCode::limit:
+            return ErrorKind::kLimit;
+        case ErrorCode::device_lost:
+            return ErrorKind::kDeviceLost;
+        case ErrorCode::cancelled:
+            return ErrorKind::kCancelled;
+        default:
+            return ErrorKind::kInternal;
+    }
+}
+
+morphray::Device open_device(const BackendOptions& options, const Messages& messages) {
+    return make_chosen(options.choice, options, messages, [&](BackendChoice chosen) {
+        return call_library([&] {
+            if (chosen == BackendChoice::kVulkan) return open_vulkan(options);
+            if (chosen == BackendChoice::kBrute)
+                return morphray::Device::brute_force(cpu_options(options));
+            return morphray::Device::cpu(cpu_options(options));
+        });
+    });
+}
+
+std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up) {
+    using glm::dvec3;
+    if (bounds.empty()) return {};
+    // Deep enough that a part of the scene at its very bottom is in front of it.
+    constexpr double kDepth = 1e-3;
+    constexpr double kReach = 4;
+    const dvec3 lower(bounds.lower[0], bounds.lower[1], bounds.lower[2]);
+    const dvec3 upper(bounds.upper[0], bounds.upper[1], bounds.upper[2]);
+    const dvec3 upwards(up[0], up[1], up[2]);
+    const double length = glm::length(upwards);
+    if (!(length > 0) || !std::isfinite(length)) return {};
+    const dvec3 n = upwards / length;
+    const dvec3 half = (upper - lower) / 2.0;
+    const dvec3 centre = lower + half;
+    const double size = glm::length(half);
+    const double depth = glm::dot(glm::abs(n), half) + kDepth * size;
+    const dvec3 aside = std::abs(n.y) > 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
+    const dvec3 x = glm::normalize(glm::cross(aside, n)) * (kReach * size);
+    const dvec3 z = glm::cross(x, n);
+    const dvec3 middle = centre - depth * n;
+    std::vector<vec3> corners;
+    for (const dvec3& corner : {middle - x - z, middle - x + z, middle + x + z, middle + x - z})
+        corners.emplace_back(corner);
+    return corners;
+}
+
+morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world) {
+    return {.positions = morphray::packed(world),
+            .triangles = indices_of(topology.triangles),
+            .albedo = topology.albedo};
+}
+
+std::optional<morphray::Box> bounds_of(const Clip& clip) {
+    const WorldBounds bounds = clip.bounds();
+    if (bounds.empty()) return std::nullopt;
+    return morphray::Box{{bounds.lower[0], bounds.lower[1], bounds.lower[2]},
+                         {bounds.upper[0], bounds.upper[1], bounds.upper[2]}};
+}
+
+ClipScene::ClipScene(const Options& options, const Clip& clip, double first_frame,
+                     const Messages& messages)
+    : clip_(clip),
+      positions_(clip.topology().vertex_count),
+      current_(options.tree.build_at.value_or(first_frame)) {
+    const morphray::Device device = open_device(options.backend, messages);
+    const bool traces_on_vulkan = device.name() == "vulkan";
+    refitter_ = traces_on_vulkan ? "vulkan" : "cpu";
+    call_library([&] {
+        morphray::SceneOptions scene_options = {
+            .bounds = bounds_of(clip),
+            .update = policy_of(options.tree),
+            .split = options.tree.split == SplitMethod::kSweep ? morphray::Split::sweep
+                                                               : morphray::Split::binned,
+            .record_cost_ratio = options.tree.update_config.record_cost_ratio};
+        if (options.tree.refit_on == RefitOn::kVulkan && !traces_on_vulkan) {
+            scene_options.refit_on = open_vulkan(options.backend);
+            refitter_ = "vulkan";
+        }
+        if (options.tree.refit_on == RefitOn::kCpu && traces_on_vulkan) {
+            scene_options.refit_on = morphray::Device::cpu(cpu_options(options.backend));
+            refitter_ = "cpu";
+        }
+        messages.note("tracing on " + device.name() + ": " + device.description());
+        read_wait_ms_ = deform_ms_ = place(current_);
+        std::vector<Image> images;
+        if (clip.textures() != nullptr && options.shading.shading == morphray::Shading::lit)
+            images = read_textures(*clip.textures(), options.lenient, messages);
+        std::vector<morphray::TextureView> textures;
+        for (std::size_t i = 0; i < images.size(); ++i)
+            textures.push_back(texture_of(images[i], clip.textures()->files[i]));
+        scene_ = morphray::Scene::build(meshes(options, textures), device, scene_options);
+        update_ = scene_->last_update();
+    });
+}
+
+/// The clip's mesh, with these textures, and, if it is asked for, the ground.
+std::vector<morphray::MeshView> ClipScene::meshes(const Options& options,
+                                                  std::span<const morphray::TextureView> textures) {
+    std::vector<morphray::MeshView> meshes = {mesh_of(clip_.topology(), positions_)};
+    meshes.front().smooth = indices_of(clip_.smooth_corners());
+    if (!textures.empty()) {
+        meshes.front().textures = textures;
+        meshes.front().texcoords = floats_of(clip_.textures()->texcoords);
+        meshes.front().texture_ids = clip_.textures()->texture_ids;
+    }
+    if (options.shading.ground) ground_ = ground_below(clip_.bounds(), options.view.up);
+    if (!ground_.empty()) {
+        static constexpr std::uint32_t kTriangles[] = {0, 1, 2, 0, 2, 3};
+        meshes.push_back({.positions = morphray::packed(ground_),
+                          .triangles = kTriangles,
+                          .deforms = false,
+                          .backdrop = true});
+    }
+    return meshes;
+}
+
+double ClipScene::place(double frame) {
+    const Stopwatch watch;
+    clip_.positions(frame, positions_);
+    return watch.ms();
+}
+
+// The library reads positions_ in its updates only.
+void ClipScene::prepare(double frame) {
+    if (prepared_) return;
+    prepared_ = frame;
+    reading_ = std::async(std::launch::async, [this, frame] { return place(frame); });
+}
+
+void ClipScene::advance(double frame) {
+    if (std::exchange(is_fresh_, false) && frame == current_) return;
+    current_ = frame;
+    const Stopwatch watch;
+    const std::optional<double> prepared = std::exchange(prepared_, std::nullopt);
+    if (prepared) reading_.wait();
+    deform_ms_ = prepared == frame ? reading_.get() : place(frame);
+    read_wait_ms_ = watch.ms();
+    trace_ms_ = 0;
+    rays_ = 0;
+    update_ = call_library([&] { return scene_->update(); });
+}
+
+void ClipScene::render(const ViewSpec& view, const ShadingOptions& shading,
+                       morphray::Image& image) {
+    morphray::View whole = view_of(with_inside_view(view, clip_), shading);
+    whole.cancel = &interrupt_flag();
+    try {
+        render(whole, image);
+    } catch (const Error& error) {
+        // In its place an error that names the signal.
+        if (error.kind() == ErrorKind::kCancelled) throw_if_interrupted();
+        throw;
+    }
+}
+
+void ClipScene::render_pixels(const ViewSpec& view, const ShadingOptions& shading,
+                              const std::atomic<bool>& cancel, morphray::Image& image) {
+    morphray::View pixels = view_of(with_inside_view(view, clip_), shading);
+    pixels.hits = false;
+    pixels.cancel = &cancel;
+    render(pixels, image);
+}
+
+void ClipScene::render(const morphray::View& view, morphray::Image& image) {
+    call_library([&] {
+        scene_->render(view, image);
+        trace_ms_ = image.trace_ms;
+        rays_ = image.ray_count;
+        update_ = scene_->last_update();
+    });
+}
+
+FrameTimes ClipScene::times() const {
+    return {.deform_ms = deform_ms_ + update_.read_ms,
+            .update = {.upload_ms = update_.upload_ms,
+                       .refit_ms = update_.refit_ms,
+                       .decide_ms = update_.decide_ms,
+                       .restructure_ms = update_.restructure_ms,
+                       .rebuild_ms = update_.rebuild_ms},
+            .trace_ms = trace_ms_,
+            .rays = rays_};
+}
+
+std::string ClipScene::refitted_on() const {
+    const bool was_built =
+        update_.step == morphray::Step::build || update_.step == morphray::Step::rebuild;
+    return was_built ? std::string() : refitter_;
+}
+
+}  // namespace mray::app

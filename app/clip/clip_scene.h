@@ -1,0 +1,95 @@
+// A clip as a scene of the library.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <future>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/base/options.h"
+#include "app/terminal/messages.h"
+#include "clips/clip.h"
+#include "common/frame_times.h"
+#include "morphray/scene.hpp"
+
+namespace mray::app {
+
+/// Keeps the library's scene at one frame of a clip, with the tree that the options ask for.
+/// Members throw Error.
+class ClipScene {
+public:
+    /// Reads the textures, if the options ask for lit images, and builds the tree at
+    /// options.tree.build_at, or else at first_frame. The clip must outlive it.
+    ClipScene(const Options& options, const Clip& clip, double first_frame,
+              const Messages& messages);
+    ClipScene(const ClipScene&) = delete;
+
+    /// Begins to read the positions of the frame of the next advance() in a thread of its own.
+    /// Until then positions() are undefined; render() goes on with the frame of the last advance().
+    void prepare(double frame);
+    /// Deforms the mesh to a frame and updates the tree. Does nothing if the first call is for the
+    /// frame of the build.
+    void advance(double frame);
+    /// Into `image`, whose memory is used again. Throws Error(kCancelled) within the image after a
+    /// signal (app/terminal/interrupt.h).
+    void render(const ViewSpec& view, const ShadingOptions& shading, morphray::Image& image);
+    /// The same pixels without hits. Throws Error(kCancelled) soon after `cancel` becomes true.
+    void render_pixels(const ViewSpec& view, const ShadingOptions& shading,
+                       const std::atomic<bool>& cancel, morphray::Image& image);
+
+    const morphray::Scene& scene() const { return *scene_; }
+    /// The report of the last build or advance(). After render() it has the time of a refit that
+    /// ran on a device with the trace.
+    const morphray::Update& update() const { return update_; }
+    /// The times of the last advance() and render(); before the first advance(), those of the
+    /// build.
+    FrameTimes times() const;
+    /// Milliseconds that the last advance() waited for the positions: all that it took to make
+    /// them, or less after prepare().
+    double read_wait_ms() const { return read_wait_ms_; }
+    /// The vertices of the mesh at the frame, in world space.
+    std::span<const vec3> positions() const { return positions_; }
+    /// The backend that refitted the tree of this frame, "cpu" or "vulkan"; empty after a build.
+    std::string refitted_on() const;
+
+private:
+    std::vector<morphray::MeshView> meshes(const Options& options,
+                                           std::span<const morphray::TextureView> textures);
+    void render(const morphray::View& view, morphray::Image& image);
+    /// Makes the positions of a frame. Returns the milliseconds that this took.
+    double place(double frame);
+
+    const Clip& clip_;
+    std::vector<vec3> positions_;
+    std::vector<vec3> ground_;
+    std::optional<morphray::Scene> scene_;
+    std::string refitter_;
+    double current_ = 0;
+    bool is_fresh_ = true;
+    double deform_ms_ = 0;
+    double read_wait_ms_ = 0;
+    double trace_ms_ = 0;
+    std::uint64_t rays_ = 0;
+    morphray::Update update_;
+    std::optional<double> prepared_;
+    /// Writes to positions_.
+    std::future<double> reading_;
+};
+
+/// The library's device for the options. Warns if it is not the one that they would prefer.
+morphray::Device open_device(const BackendOptions& options, const Messages& messages);
+
+/// The corners of a square below the bounds of a clip, seen along `up`, four times as large; empty
+/// for empty bounds.
+std::vector<vec3> ground_below(const WorldBounds& bounds, const Point& up);
+
+/// The mesh of a topology at these positions in world space; both must outlive the scene.
+morphray::MeshView mesh_of(const Topology& topology, const std::vector<vec3>& world);
+
+/// The bounds of a clip; nothing if they are empty.
+std::optional<morphray::Box> bounds_of(const Clip& clip);
+
+}  // namespace mray::app

@@ -1,0 +1,57 @@
+// Opens the scene of a command and selects its frames.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/base/options.h"
+#include "app/terminal/messages.h"
+#include "clips/scene_frames.h"
+#include "common/interop/params.h"
+
+namespace mray::app {
+
+/// Opens options.scene if the memory will probably suffice; warnings go to `messages`. Throws
+/// Error.
+std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages);
+/// The same with its scene space.
+SceneFrames open_frames(const Options& options, const Messages& messages);
+
+/// Returns the image parameters of options.view for this scene (with_inside_view(),
+/// make_image_params()).
+ImageParams image_params(const Options& options, const SceneFrames& scene);
+
+enum class DefaultFrames { kAll, kFew, kFirst };
+
+/// The frames of --frames, every whole one for "all", or those of --time; without both every whole
+/// frame, up to four frames from the first to the last, or the first frame. Never empty. Throws
+/// Error(kBadArgument).
+std::vector<double> select_frames(const Options& options, const Clip& clip,
+                                  DefaultFrames otherwise);
+
+/// The frame of --frame or --time, of a command that takes one; without both the first. Throws
+/// Error(kBadArgument) for one outside of the clip.
+double select_frame(const Options& options, const Clip& clip);
+
+/// Warns of files of the clip that cannot be used, unless the frames or --build-at need one of
+/// them, which is an error later.
+void warn_of_damage(const Options& options, const Clip& clip, std::span<const double> frames,
+                    const Messages& messages);
+
+/// Throws Error(kBadArgument) for a frame outside the clip.
+void require_in_clip(const char* option, double frame, const Clip& clip);
+
+/// How many digits the numbers of frames have in the names of files.
+struct FrameDigits {
+    std::size_t whole = 4;
+    std::size_t fraction = 0;
+};
+/// As many as the last frame of the clip and the fractions of these frames need.
+FrameDigits digits_of(std::span<const double> frames, const Clip& clip);
+/// "0007", or "0007.00" and "0007.25" where some frames lie between whole ones: names of one clip
+/// sort in the order of the frames.
+std::string frame_label(double frame, const FrameDigits& digits);
+
+}  // namespace mray::app

@@ -1,0 +1,90 @@
+// A deforming scene: one topology, vertex positions as a function of the frame.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/warning.h"
+#include "common/scene/mesh.h"
+#include "common/scene/textures.h"
+#include "common/scene/world_bounds.h"
+
+namespace mray {
+
+struct ClipIndex;
+
+/// Where what is known of a whole clip came from.
+struct IndexUse {
+    enum class State {
+        kNone,    // the clip takes no index
+        kAbsent,  // from reading all keyframes, because there is no index
+        kUsed,    // from the index
+        kStale,   // from reading all keyframes, because the index is not of this clip
+        kGiven,   // ClipOptions::bounds
+    };
+    State state = State::kNone;
+    /// The index file, and why it is stale.
+    std::string file = {};
+    std::string reason = {};
+};
+
+/// Where to look from in a scene that is closed, in world space.
+struct InsideView {
+    std::array<double, 3> eye;
+    std::array<double, 3> target;
+    std::array<double, 3> light;
+};
+
+/// Frames are numbers in [first_frame(), last_frame()]; between whole numbers positions are
+/// interpolated (files) or evaluated (procedural scenes). Implementations are immutable after
+/// construction and may be used by several threads at once.
+class Clip {
+public:
+    virtual ~Clip() = default;
+
+    virtual const Topology& topology() const = 0;
+    virtual double first_frame() const = 0;
+    virtual double last_frame() const = 0;
+    /// How many frames are shown a second, so that frame f is at f / fps() seconds; nothing for a
+    /// clip that knows no time.
+    virtual std::optional<double> fps() const { return std::nullopt; }
+
+    /// For each triangle three numbers, below that of all corners: corners with the same number
+    /// look smooth together. Empty: all triangles are flat.
+    virtual std::span<const uvec3> smooth_corners() const { return {}; }
+
+    /// The textures of the triangles, whose files have been found but not read. Null: none.
+    virtual const SceneTextures* textures() const { return nullptr; }
+
+    /// Writes the vertex positions of a frame, in world space; out has topology().vertex_count
+    /// entries. A frame outside the range is clamped to it. Throws Error(kBadInput) with the frame
+    /// when this frame could not be read or is not finite although the clip was opened strictly.
+    virtual void positions(double frame, std::span<vec3> out) const = 0;
+
+    /// Whether positions() of this frame does not throw, as far as that is known: a file may change
+    /// while the clip is open, and with ClipOptions::bounds no frame is read before it is needed.
+    virtual bool usable(double) const { return true; }
+    /// The first cause of an unusable frame; nothing if all are usable.
+    virtual std::optional<Warning> damage() const { return std::nullopt; }
+
+    /// Bounds of all finite vertices of the whole clip.
+    virtual WorldBounds bounds() const = 0;
+
+    /// Nothing for scenes that can be seen from outside.
+    virtual std::optional<InsideView> inside_view() const { return std::nullopt; }
+
+    /// Returns the content of an index file of this clip; null for clips that are not read frame by
+    /// frame, or whose frames have not been read. Hashes all files. Throws Error(kBadInput).
+    virtual std::shared_ptr<const ClipIndex> make_index() const { return nullptr; }
+    virtual IndexUse index_use() const { return {}; }
+
+    /// The scene's name in reports: the builtin's name, or the path as given.
+    virtual const std::string& name() const = 0;
+};
+
+}  // namespace mray

@@ -1,0 +1,113 @@
+#include "clips/gltf/gltf_clip.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "clips/gltf/gltf_scene.h"
+#include "clips/gltf/motion/motion_bounds.h"
+#include "clips/gltf/motion/skinning.h"
+#include "clips/keyframes/given_bounds.h"
+#include "clips/keyframes/measure_positions.h"
+#include "common/base/errors.h"
+#include "common/text/message_text.h"
+
+namespace mray {
+namespace {
+
+// Times are floats: the frame of 49 / 24 s may come out as 48.999999.
+constexpr double kFrameRounding = 0x1p-22;
+
+class GltfClip : public Clip {
+public:
+    GltfClip(const std::filesystem::path& path, const std::string& name, const ClipOptions& options)
+        : name_(name),
+          file_(shown(path)),
+          is_lenient_(options.lenient),
+          scene_(gltf::read_gltf_scene(path, options)),
+          skinning_(scene_),
+          fps_(options.fps.value_or(kDefaultFps)),
+          given_bounds_(options.bounds) {
+        const double frames = scene_.animation.seconds * fps_;
+        const double whole = std::round(frames);
+        last_frame_ = std::abs(frames - whole) <= kFrameRounding * whole ? whole : frames;
+        if (given_bounds_) return;
+        const gltf::MotionBounds motion = gltf::motion_bounds(scene_, skinning_);
+        bounds_ = motion.bounds;
+        if (motion.bad_vertex == gltf::kNoVertex) return;
+        const Error error = problem(motion.bad_vertex, motion.bad_time * fps_);
+        if (!is_lenient_) throw error;
+        if (options.warn) options.warn(as_warning(error, file_));
+    }
+
+    const Topology& topology() const override { return scene_.topology; }
+    double first_frame() const override { return 0; }
+    double last_frame() const override { return last_frame_; }
+    std::optional<double> fps() const override {
+        return last_frame_ > 0 ? std::optional(fps_) : std::nullopt;
+    }
+    std::span<const uvec3> smooth_corners() const override { return scene_.smooth; }
+    const SceneTextures* textures() const override {
+        return scene_.textures.files.empty() ? nullptr : &scene_.textures;
+    }
+    WorldBounds bounds() const override { return given_bounds_.value_or(bounds_); }
+    IndexUse index_use() const override {
+        return {.state = given_bounds_ ? IndexUse::State::kGiven : IndexUse::State::kNone};
+    }
+    const std::string& name() const override { return name_; }
+
+    void positions(double frame, std::span<vec3> out) const override {
+        assert(out.size() == scene_.topology.vertex_count);
+        // NaN becomes the first frame.
+        const double within = frame > 0 ? std::min(frame, last_frame_) : 0.0;
+        const double seconds = within == last_frame_
+                                   ? scene_.animation.seconds
+                                   : std::min(within / fps_, scene_.animation.seconds);
+        const std::size_t bad = skinning_.place(gltf::pose_at(scene_, seconds), out);
+        if (bad != gltf::kNoVertex && !is_lenient_) throw problem(bad, within);
+        if (given_bounds_)
+            require_within_given(measure_positions(out).bounds, *given_bounds_, file_, within);
+    }
+
+private:
+    Error problem(std::size_t vertex, double frame) const {
+        return {ErrorKind::kBadInput,
+                fmt::format("{}: frame {}: vertex {} has a coordinate that is not finite or beyond "
+                            "1e30",
+                            file_, frame, vertex),
+                Remedy::kLenient};
+    }
+
+    std::string name_;
+    /// In messages.
+    std::string file_;
+    bool is_lenient_;
+    gltf::GltfScene scene_;
+    gltf::Skinning skinning_;
+    double fps_;
+    double last_frame_ = 0;
+    std::optional<WorldBounds> given_bounds_;
+    /// Those of all frames, unless some are given.
+    WorldBounds bounds_;
+};
+
+}  // namespace
+
+bool has_gltf_name(const std::filesystem::path& path) {
+    std::string extension = path.extension().native();
+    for (char& c : extension)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
+    return extension == ".gltf" || extension == ".glb";
+}
+
+std::unique_ptr<Clip> open_gltf(const std::filesystem::path& path, const std::string& name,
+                                const ClipOptions& options) {
+    return std::make_unique<GltfClip>(path, name, options);
+}
+
+}  // namespace mray

@@ -1,0 +1,38 @@
+// Colours and textures of a glTF file's materials.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "clips/clip_options.h"
+#include "clips/gltf/file/gltf_file.h"
+#include "clips/gltf/meshes.h"
+#include "common/scene/mesh.h"
+#include "common/scene/textures.h"
+
+namespace mray::gltf {
+
+struct Material {
+    /// White where the file does not say.
+    Albedo albedo = 0x00FFFFFF;
+    /// An index of Materials::textures, or kNoTexture.
+    std::uint32_t texture = kNoTexture;
+    /// TEXCOORD_n of the texture.
+    std::uint32_t texcoord_set = 0;
+};
+
+struct Materials {
+    std::vector<Material> materials;
+    std::vector<TextureFile> textures;
+
+    TexcoordSets texcoord_sets() const;
+};
+
+/// Reads baseColorFactor and baseColorTexture of every material. Images are files in the folder of
+/// the glTF file, or a part of a buffer; those in data: URIs, those that are missing or lie outside
+/// of the folder, and those of unknown extensions are left out with a warning. Throws
+/// Error(kBadInput) for indices out of range and factors that are no numbers.
+Materials read_materials(const GltfFile& file, const ClipOptions& options);
+
+}  // namespace mray::gltf

@@ -1,0 +1,29 @@
+// Where the nodes of a glTF scene are at a time.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "clips/gltf/gltf_scene.h"
+
+namespace mray::gltf {
+
+struct Pose {
+    /// From the space of each node to world space.
+    std::vector<Affine> to_world;
+    /// weights[part][target]: one for each part of the scene and each morph target of its mesh.
+    std::vector<std::vector<double>> weights;
+};
+
+/// The transformation of a node without animation.
+Affine rest_of(const Node& node);
+/// The weights of a part without animation.
+const std::vector<double>& rest_weights(const GltfScene& scene, const Part& part);
+
+/// `seconds` before the first and after the last key are those keys. A pure function: the bits do
+/// not depend on machine, threads or earlier calls.
+Pose pose_at(const GltfScene& scene, double seconds);
+
+}  // namespace mray::gltf

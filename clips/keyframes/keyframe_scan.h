@@ -1,0 +1,17 @@
+// Reads all keyframes of a clip once.
+#pragma once
+
+#include <cstdint>
+
+#include "clips/clip_facts.h"
+#include "clips/keyframes/keyframe_cache.h"
+#include "clips/keyframes/keyframe_source.h"
+
+namespace mray {
+
+/// Reads in parallel; memory holds a keyframe a thread, and what `cache` keeps. Keyframes that the
+/// cache has are not read. Throws Error(kBadInput) for the first keyframe with another topology.
+ClipFacts scan_keyframes(const KeyframeSource& source, std::uint32_t vertex_count,
+                         KeyframeCache& cache);
+
+}  // namespace mray

@@ -1,0 +1,244 @@
+#include "clips/keyframes/streamed_clip.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <mutex>
+#include <utility>
+
+#include "clips/index/index_file.h"
+#include "clips/interpolate.h"
+#include "clips/keyframes/given_bounds.h"
+#include "clips/keyframes/keyframe_cache.h"
+#include "clips/keyframes/keyframe_scan.h"
+#include "clips/keyframes/measure_positions.h"
+#include "common/base/errors.h"
+#include "common/text/message_text.h"
+
+namespace mray {
+namespace {
+
+/// A frame between two keyframes, by their indices: its positions are interpolate() of theirs at f
+/// in [0, 1). A keyframe is between itself and itself, at 0.
+struct KeyframeBlend {
+    std::size_t before = 0;
+    std::size_t after = 0;
+    float f = 0;
+};
+
+class StreamedClip : public Clip {
+public:
+    StreamedClip(ClipParts parts, std::unique_ptr<KeyframeSource> source,
+                 const ClipOptions& options)
+        : parts_(std::move(parts)),
+          source_(std::move(source)),
+          options_(options),
+          cache_(source_->count(), topology().vertex_count) {
+        parts_.first.faces = {};
+        std::vector<vec3> positions = std::exchange(parts_.first.positions, {});
+        if (options.bounds) {
+            use_.state = IndexUse::State::kGiven;
+            bounds_ = *options.bounds;
+            return;
+        }
+        std::optional<KeyframeBounds> first_bounds;
+        if (parts_.has_first_keyframe) {
+            first_bounds.emplace(measure_positions(positions).bounds);
+            cache_.add(0, std::make_shared<std::vector<vec3>>(std::move(positions)));
+        }
+        learn_facts(first_bounds);
+        bounds_ = facts_.all();
+        tell_facts();
+    }
+
+    const Topology& topology() const override { return parts_.first.topology; }
+    std::span<const uvec3> smooth_corners() const override {
+        return parts_.first.smooth.empty() ? topology().triangles : parts_.first.smooth;
+    }
+    const SceneTextures* textures() const override {
+        return parts_.first.textures.files.empty() ? nullptr : &parts_.first.textures;
+    }
+    double first_frame() const override { return source_->frame(0); }
+    double last_frame() const override { return source_->frame(source_->count() - 1); }
+    WorldBounds bounds() const override { return bounds_; }
+    const std::string& name() const override { return parts_.name; }
+
+    void positions(double frame, std::span<vec3> out) const override {
+        assert(out.size() == topology().vertex_count);
+        const KeyframeBlend blend = blend_at(frame);
+        if (blend.before == blend.after) {
+            copy_keyframe(blend.before, out);
+            return;
+        }
+        const KeyframePositions a = keyframe(blend.before);
+        const KeyframePositions b = keyframe(blend.after);
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            for (int axis = 0; axis < 3; ++axis)
+                out[i][axis] = interpolate((*a)[i][axis], (*b)[i][axis], blend.f);
+        }
+    }
+
+    bool usable(double frame) const override {
+        const KeyframeBlend blend = blend_at(frame);
+        return !facts_.is_damaged(blend.before) && !facts_.is_damaged(blend.after);
+    }
+    std::optional<Warning> damage() const override { return damage_; }
+
+    std::shared_ptr<const ClipIndex> make_index() const override {
+        if (source_->count() < 2 || facts_.bounds.empty()) return nullptr;
+        return std::make_shared<ClipIndex>(
+            ClipIndex{topology_hash(topology()), topology().vertex_count, options_.lenient,
+                      options_.allow_empty, stamp_files(source_->files()), facts_});
+    }
+    IndexUse index_use() const override { return use_; }
+
+private:
+    void learn_facts(const std::optional<KeyframeBounds>& first_bounds) {
+        if (options_.takes_index && source_->count() > 1) {
+            const std::vector<std::filesystem::path> files = source_->files();
+            FoundIndex found = find_index(parts_.name, options_,
+                                          {topology_hash(topology()), topology().vertex_count,
+                                           source_->count(), files, first_bounds});
+            use_ = found.use;
+            if (found.index) {
+                facts_ = std::move(found.index->facts);
+                return;
+            }
+            if (use_.state == IndexUse::State::kStale && options_.warn) {
+                options_.warn(
+                    {shown(use_.file),
+                     fmt::format("the index is not used, and all frames are read: {}", use_.reason),
+                     Remedy::kIndexAgain});
+            }
+        }
+        facts_ = scan_keyframes(*source_, topology().vertex_count, cache_);
+    }
+
+    /// Reads the first damaged and the first odd keyframe again, for what is wrong with them.
+    void tell_facts() {
+        std::vector<vec3> positions(
+            facts_.damaged.empty() && facts_.odd.empty() ? 0 : topology().vertex_count);
+        if (!facts_.damaged.empty()) {
+            const std::size_t first = facts_.damaged.front();
+            const Error problem = problem_of(first, source_->read(first, positions));
+            if (facts_.damaged.size() == source_->count()) throw Error(problem);
+            damage_ = as_warning(problem, shown(source_->file(first)));
+            damage_->more = facts_.damaged.size() - 1;
+        }
+        if (facts_.odd.empty() || !options_.warn) return;
+        const KeyframeNotes notes = source_->read(facts_.odd.front(), positions);
+        if (!notes.warning) throw other_than_known(facts_.odd.front());
+        Warning warning = *notes.warning;
+        warning.more = facts_.odd.size() - 1;
+        options_.warn(warning);
+    }
+
+    /// The problem of a damaged keyframe that was read.
+    Error problem_of(std::size_t keyframe, const KeyframeNotes& notes) const {
+        return notes.problem ? *notes.problem : other_than_known(keyframe);
+    }
+
+    /// The error of a keyframe that is other than it was.
+    Error other_than_known(std::size_t keyframe) const {
+        const std::string file = shown(source_->file(keyframe));
+        const double frame = source_->frame(keyframe);
+        if (use_.state == IndexUse::State::kUsed) {
+            return {ErrorKind::kBadInput,
+                    fmt::format("{}: tells otherwise of frame {} than {}; the index is not of this "
+                                "clip, or wrong",
+                                shown(use_.file), frame, file),
+                    Remedy::kIndexAgain};
+        }
+        return {ErrorKind::kBadInput,
+                fmt::format("{}: frame {} changed while the clip was open; wait until it is "
+                            "complete",
+                            file, frame)};
+    }
+
+    KeyframePositions keyframe(std::size_t index) const {
+        if (KeyframePositions kept = cache_.find(index)) return kept;
+        auto positions = std::make_shared<std::vector<vec3>>(topology().vertex_count);
+        read(index, *positions);
+        cache_.add(index, positions);
+        return positions;
+    }
+
+    void copy_keyframe(std::size_t index, std::span<vec3> out) const {
+        KeyframePositions kept = cache_.keeps_all() ? keyframe(index) : cache_.find(index);
+        if (kept == nullptr) {
+            read(index, out);
+        } else {
+            std::copy(kept->begin(), kept->end(), out.begin());
+        }
+    }
+
+    void read(std::size_t keyframe, std::span<vec3> out) const {
+        const KeyframeNotes notes = source_->read(keyframe, out);
+        if (facts_.is_damaged(keyframe)) throw problem_of(keyframe, notes);
+        if (notes.problem) throw Error(*notes.problem);
+        const WorldBounds bounds = measure_positions(out).bounds;
+        if (use_.state == IndexUse::State::kGiven) {
+            require_within_given(bounds, bounds_, shown(source_->file(keyframe)),
+                                 source_->frame(keyframe));
+            if (notes.warning && options_.warn) {
+                const std::scoped_lock lock(warn_mutex_);
+                options_.warn(*notes.warning);
+            }
+        } else if (KeyframeBounds(bounds) != facts_.bounds[keyframe]) {
+            throw other_than_known(keyframe);
+        }
+    }
+
+    // The last keyframe at or before a frame of the clip.
+    std::size_t at_or_before(double frame) const {
+        std::size_t first = 0;
+        std::size_t count = source_->count();
+        while (count > 1) {
+            const std::size_t half = count / 2;
+            const bool is_later = source_->frame(first + half) > frame;
+            if (!is_later) first += half;
+            count = is_later ? half : count - half;
+        }
+        return first;
+    }
+
+    KeyframeBlend blend_at(double frame) const {
+        // NaN becomes the first frame.
+        if (!(frame > first_frame())) frame = first_frame();
+        frame = std::min(frame, last_frame());
+
+        const double base = parts_.holds ? std::floor(frame) : frame;
+        const std::size_t before = at_or_before(base);
+        const std::size_t after =
+            parts_.holds ? at_or_before(base + 1) : std::min(before + 1, source_->count() - 1);
+        const double from = parts_.holds ? base : source_->frame(before);
+        const double to = parts_.holds ? base + 1 : source_->frame(after);
+        const float f = frame == from ? 0.0f : static_cast<float>((frame - from) / (to - from));
+        if (f == 0.0f || before == after) return {before, before, 0.0f};
+        // Closer to the next keyframe than a float can tell.
+        if (f >= 1.0f) return {after, after, 0.0f};
+        return {before, after, f};
+    }
+
+    ClipParts parts_;
+    std::unique_ptr<KeyframeSource> source_;
+    ClipOptions options_;
+    mutable KeyframeCache cache_;
+    IndexUse use_;
+    /// Empty if bounds are given.
+    ClipFacts facts_;
+    WorldBounds bounds_;
+    std::optional<Warning> damage_;
+    mutable std::mutex warn_mutex_;
+};
+
+}  // namespace
+
+std::unique_ptr<Clip> stream_keyframes(ClipParts parts, std::unique_ptr<KeyframeSource> source,
+                                       const ClipOptions& options) {
+    return std::make_unique<StreamedClip>(std::move(parts), std::move(source), options);
+}
+
+}  // namespace mray

@@ -1,0 +1,44 @@
+// A clip whose keyframes are read when frames need them.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clips/clip.h"
+#include "clips/clip_options.h"
+#include "clips/keyframes/first_mesh.h"
+#include "clips/keyframes/keyframe_source.h"
+
+namespace mray {
+
+/// The parts of a clip besides its keyframes.
+struct ClipParts {
+    /// As Clip::name().
+    std::string name;
+    /// The triangles. Its faces are not used.
+    FirstMesh first;
+    /// Whether first.positions are those of keyframe 0.
+    bool has_first_keyframe = false;
+    /// Whether a frame without a keyframe repeats the frame before it; otherwise it is
+    /// interpolated.
+    bool holds = false;
+};
+
+/// Positions between keyframes are interpolated component by component
+/// (clips/interpolate.h); at a keyframe they equal the file's bit for bit. Memory holds the
+/// keyframes that KeyframeCache keeps.
+///
+/// Bounds and damage of a clip of several keyframes come from ClipOptions::bounds, which tell of
+/// no damage; or from an index file, if there is one that is not stale; otherwise from reading all
+/// keyframes once. A keyframe that cannot be used does not fail the opening, unless it is the only
+/// one: damage() tells of it, the bounds exclude it, and positions() of every frame that needs it
+/// throws Error(kBadInput) with the file, the place and the frame. So does a keyframe that does not
+/// have the bounds that are known of it.
+///
+/// Throws Error(kBadInput) for keyframes with another topology, when they are read.
+std::unique_ptr<Clip> stream_keyframes(ClipParts parts, std::unique_ptr<KeyframeSource> source,
+                                       const ClipOptions& options);
+
+}  // namespace mray

@@ -1,0 +1,53 @@
+#include "clips/mesh_files/mesh_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "clips/obj/obj_reader.h"
+#include "clips/ply/ply_reader.h"
+
+namespace mray {
+namespace {
+
+constexpr std::array kFormats = {
+    MeshFormat{"OBJ", ".obj", "polygons, colours, textures, smooth corners", read_obj},
+    MeshFormat{"PLY", ".ply", "polygons, strips, colours, smooth corners; text and binary",
+               read_ply},
+};
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
+
+}  // namespace
+
+std::span<const MeshFormat> mesh_formats() { return kFormats; }
+
+const MeshFormat* mesh_format_of(const std::filesystem::path& path,
+                                 std::span<const MeshFormat> more_formats) {
+    std::string extension = path.extension().native();
+    std::transform(extension.begin(), extension.end(), extension.begin(), lower);
+    for (const std::span<const MeshFormat> formats : {mesh_formats(), more_formats}) {
+        for (const MeshFormat& format : formats)
+            if (format.extension == extension) return &format;
+    }
+    return nullptr;
+}
+
+std::string extensions_of_meshes(std::span<const MeshFormat> more_formats) {
+    std::vector<std::string_view> names;
+    for (const std::span<const MeshFormat> formats : {mesh_formats(), more_formats})
+        for (const MeshFormat& format : formats) names.push_back(format.extension);
+    const std::string_view last = names.back();
+    names.pop_back();
+    return fmt::format("{} or {}", fmt::join(names, ", "), last);
+}
+
+FileMesh read_mesh_file(const std::filesystem::path& path, const MeshFileOptions& options) {
+    const MeshFormat* const format = mesh_format_of(path, options.more_formats);
+    return format == nullptr ? read_obj(path, options) : format->read(path, options);
+}
+
+}  // namespace mray

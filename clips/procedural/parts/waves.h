@@ -1,0 +1,18 @@
+// Two waves that run across a sheet.
+#pragma once
+
+#include "clips/procedural/parts/trig.h"
+
+namespace mray {
+
+// The faster wave goes round once in 12 frames: 0.12 ((2 pi / 12)^2 + (2 pi / 24)^2) = 0.042.
+inline constexpr double kWaveAcceleration = 0.042;
+
+/// The height at (x, z), both in [-1, 1].
+inline double wave_height(double x, double z, double frame) {
+    constexpr double kHeight = 0.12;
+    return kHeight *
+           (sin_turns(1.5 * x + 0.5 * z - frame / 12) + sin_turns(2.5 * z - x + frame / 24));
+}
+
+}  // namespace mray

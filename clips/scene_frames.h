@@ -1,0 +1,33 @@
+// A clip with its scene space, and the positions of one of its frames at a time.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "clips/clip.h"
+#include "common/scene/scene_space.h"
+
+namespace mray {
+
+class SceneFrames {
+public:
+    explicit SceneFrames(std::unique_ptr<Clip> clip);
+
+    const Clip& clip() const { return *clip_; }
+    const SceneSpace& space() const { return space_; }
+
+    /// Makes the positions of a frame, in scene space. Valid until the next call. Throws
+    /// Error(kBadInput).
+    std::span<const vec3> positions(double frame);
+    /// Milliseconds that the last call of positions() took.
+    double deform_ms() const { return deform_ms_; }
+
+private:
+    std::unique_ptr<Clip> clip_;
+    SceneSpace space_;
+    double deform_ms_ = 0;
+    std::vector<vec3> scene_;
+};
+
+}  // namespace mray

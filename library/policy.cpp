@@ -1,0 +1,54 @@
+#include "library/policy.h"
+
+#include <fmt/format.h>
+
+#include <variant>
+
+#include "library/scene/errors.h"
+
+namespace morphray::detail {
+namespace {
+
+template <class... Cases>
+struct Overloaded : Cases... {
+    using Cases::operator()...;
+};
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
+
+mray::PolicySpec spec_of_every(const Every& every) {
+    if (every.poses < 1 || every.poses > mray::kMostPeriod) {
+        throw_bad_argument(fmt::format("Every: a tree is used for 1 to {} poses, not for {}",
+                                       mray::kMostPeriod, every.poses));
+    }
+    return {mray::PolicyKind::kEvery, every.poses};
+}
+
+mray::PolicySpec spec_of_auto(const Auto& automatic) {
+    if (!(automatic.budget_ms >= 0) || !(automatic.budget >= 0))
+        throw_bad_argument("Auto: a budget must not be negative");
+    return {mray::PolicyKind::kAuto};
+}
+
+}  // namespace
+
+mray::PolicySpec spec_of(const UpdatePolicy& policy) {
+    return std::visit(
+        Overloaded{
+            [](const Refit&) { return mray::PolicySpec{mray::PolicyKind::kRefit}; },
+            [](const Rebuild&) { return mray::PolicySpec{mray::PolicyKind::kRebuild}; },
+            [](const Every& every) { return spec_of_every(every); },
+            [](const Auto& automatic) { return spec_of_auto(automatic); },
+        },
+        policy);
+}
+
+mray::UpdateConfig config_of(const UpdatePolicy& policy) {
+    const auto* const automatic = std::get_if<Auto>(&policy);
+    if (automatic == nullptr) return {};
+    return {.deterministic = automatic->deterministic,
+            .budget = automatic->budget,
+            .budget_ms = automatic->budget_ms};
+}
+
+}  // namespace morphray::detail

@@ -1,0 +1,69 @@
+#include "library/queries/device_queries.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "library/queries/ray_runs.h"
+
+namespace morphray::detail {
+namespace {
+
+// Rays that are handed to a device together.
+constexpr std::size_t kDeviceBatch = std::size_t{1} << 18;
+
+}  // namespace
+
+/// Returns the milliseconds that the device traced.
+double DeviceQueries::trace(std::span<const mray::Ray> rays, std::span<mray::Hit> hits) const {
+    const std::scoped_lock lock(mutex_);
+    backend_.trace_rays(rays, hits);
+    return backend_.finish().trace_ms;
+}
+
+/// Converts in many threads, and traces in large batches. The reported cost is the time of tracing;
+/// it leaves out what the tree has no part in, such as waiting for other threads and compiling
+/// kernels.
+void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+    std::vector<mray::Ray> batch;
+    std::vector<int> t_exponents;
+    std::vector<mray::Hit> found;
+    double trace_ms = 0;
+    for (std::size_t begin = 0; begin < rays.size(); begin += kDeviceBatch) {
+        const std::size_t size = std::min(kDeviceBatch, rays.size() - begin);
+        batch.resize(size);
+        t_exponents.resize(size);
+        found.resize(size);
+        for_each_run(size, arena_, [&](std::size_t first, std::size_t count) {
+            mray::cpu::SceneRays scene;
+            space_.to_scene(rays.subspan(begin + first, count), scene);
+            for (std::size_t i = 0; i < count; ++i) {
+                batch[first + i] = scene.rays[i];
+                t_exponents[first + i] = scene.t_exponents[2 * i + 1];
+            }
+        });
+        trace_ms += trace(batch, found);
+        for_each_run(size, arena_, [&](std::size_t first, std::size_t count) {
+            for (std::size_t i = first; i < first + count; ++i)
+                hits[begin + i] = space_.to_world(found[i], t_exponents[i]);
+        });
+    }
+    cost_.add(trace_ms, rays.size());
+}
+
+Hit DeviceQueries::intersect(const Ray& ray) const {
+    Hit hit;
+    intersect(std::span<const Ray>(&ray, 1), std::span<Hit>(&hit, 1));
+    return hit;
+}
+
+/// By closest hits: a device has no kernel that ends at the first hit of any ray.
+void DeviceQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+    std::vector<Hit> hits(rays.size());
+    intersect(rays, std::span<Hit>(hits));
+    for (std::size_t i = 0; i < hits.size(); ++i) occluded[i] = hits[i] ? 1 : 0;
+}
+
+bool DeviceQueries::occluded(const Ray& ray) const { return bool{intersect(ray)}; }
+
+}  // namespace morphray::detail

@@ -1,0 +1,170 @@
+#include "library/queries/host_queries.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+
+#include "library/queries/ray_grid.h"
+#include "library/queries/ray_runs.h"
+
+namespace morphray::detail {
+namespace {
+
+// The answers of a tile's rays are prefetched this many rows ahead: processors do not foresee where
+// a row begins (docs/lab/cpu_tracer.md).
+constexpr std::size_t kRowsAhead = 2;
+
+/// Prefetches memory that will be written soon.
+template <class T>
+void prefetch_for_writing(std::span<T> memory) {
+    constexpr std::size_t kCacheLine = 64;
+    const std::span<std::byte> bytes = std::as_writable_bytes(memory);
+    for (std::size_t at = 0; at < bytes.size(); at += kCacheLine) __builtin_prefetch(&bytes[at], 1);
+}
+
+}  // namespace
+
+/// Traces the rays of a tile of an image, which `rays` begins with, in packets, and sets answers[i]
+/// to answer_of(i, hit) for each rays[i] of them. Returns false, and sets nothing, if they have no
+/// packet.
+template <class Answer, class AnswerOf>
+bool HostQueries::trace_tile(std::span<const Ray> rays, std::span<Answer> answers, std::size_t row,
+                             std::size_t width, std::size_t height, AnswerOf answer_of) const {
+    static_assert(sizeof(Ray) == sizeof(mray::StoredRay));
+    mray::Ray first;
+    if (!space_.to_scene(rays.front(), first).is_valid) return false;
+    alignas(64) std::array<mray::Hit, mray::kStoredTileSide * mray::kStoredTileSide> found;
+    const mray::StoredRayTile tile{reinterpret_cast<const mray::StoredRay*>(rays.data()), row,
+                                   static_cast<std::uint32_t>(width),
+                                   static_cast<std::uint32_t>(height), first.org};
+    if (!scene_.intersect_tile(tile, found.data())) return false;
+    for (std::size_t y = 0; y < height; ++y) {
+        if (y + kRowsAhead < height)
+            prefetch_for_writing(answers.subspan((y + kRowsAhead) * row, width));
+        for (std::size_t x = 0; x < width; ++x) {
+            const std::size_t i = y * row + x;
+            answers[i] = answer_of(i, found[y * mray::kStoredTileSide + x]);
+        }
+    }
+    return true;
+}
+
+/// Traces rays in many threads. If they are those of an image it does so in tiles, and sets
+/// answers[i] to answer_of(i, hit) for rays[i]; otherwise, and for what is beside the tiles,
+/// run(first, count) is to trace at most kRun of them.
+template <class Answer, class AnswerOf, class Run>
+void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers,
+                            AnswerOf answer_of, Run run) const {
+    constexpr std::size_t kSide = mray::kStoredTileSide;
+    constexpr std::size_t kStep = mray::kStoredTileStep;
+    const RayGrid grid = rays.size() > kFewRays ? find_grid(rays) : RayGrid{};
+    if (grid.row == 0) {
+        for_each_run(rays.size(), arena_, run);
+        return;
+    }
+    const std::size_t width = grid.row / kStep * kStep;
+    const std::size_t height = grid.rows / kStep * kStep;
+    const std::size_t columns = (width + kSide - 1) / kSide;
+    const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
+    const auto run_range = [&](std::size_t begin, std::size_t end) {
+        for_runs_of(begin, end, run);
+    };
+    // Tiles whose rays are not on a grid after all.
+    std::atomic<std::size_t> refused = 0;
+    const auto trace = [&](std::size_t i) {
+        const std::size_t x0 = i % columns * kSide;
+        const std::size_t y0 = i / columns * kSide;
+        const std::size_t x1 = std::min(x0 + kSide, width);
+        const std::size_t y1 = std::min(y0 + kSide, height);
+        const std::size_t first = y0 * grid.row + x0;
+        constexpr std::size_t kManyRefused = 8;
+        if (refused.load(std::memory_order_relaxed) < kManyRefused) {
+            const auto from_first = [&](std::size_t k, const mray::Hit& hit) {
+                return answer_of(first + k, hit);
+            };
+            if (trace_tile(rays.subspan(first), answers.subspan(first), grid.row, x1 - x0, y1 - y0,
+                           from_first))
+                return;
+            refused.fetch_add(1, std::memory_order_relaxed);
+        }
+        for (std::size_t y = y0; y < y1; ++y) run_range(y * grid.row + x0, y * grid.row + x1);
+    };
+    arena_.execute([&] {
+        tbb::parallel_for(std::size_t{0}, tiles, trace);
+        // Columns and rows beside the tiles.
+        tbb::parallel_for(std::size_t{0}, height, [&](std::size_t y) {
+            run_range(y * grid.row + width, (y + 1) * grid.row);
+        });
+        run_range(height * grid.row, rays.size());
+    });
+}
+
+/// Traces at most kRun rays in this thread.
+void HostQueries::intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const {
+    mray::cpu::SceneRays scene;
+    std::array<mray::Hit, kRun> found;
+    space_.to_scene(rays, scene);
+    scene_.intersect(std::span(scene.rays).first(rays.size()), std::span(found).first(rays.size()));
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        hits[i] = space_.to_world(found[i], scene.t_exponents[2 * i + 1]);
+}
+
+/// As intersect_run().
+void HostQueries::occlude_run(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+    mray::cpu::SceneRays scene;
+    space_.to_scene(rays, scene);
+    scene_.occluded(std::span(scene.rays).first(rays.size()), occluded);
+}
+
+void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+    cost_.measure(rays.size(), [&] {
+        trace_all(
+            rays, hits,
+            [&](std::size_t i, const mray::Hit& hit) {
+                return space_.to_world(hit, space_.t_exponent(rays[i].dir));
+            },
+            [&](std::size_t first, std::size_t count) {
+                intersect_run(rays.subspan(first, count), hits.subspan(first, count));
+            });
+    });
+}
+
+Hit HostQueries::intersect(const Ray& ray) const {
+    mray::Ray scene;
+    const RayScale scale = space_.to_scene(ray, scene);
+    if (!scale.is_valid) return {};
+    mray::Hit found;
+    cost_.measure(1, [&] {
+        scene_.intersect(std::span<const mray::Ray>(&scene, 1), std::span<mray::Hit>(&found, 1));
+    });
+    return space_.to_world(found, scale.t_exponent);
+}
+
+void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+    cost_.measure(rays.size(), [&] {
+        // In packets closest hits take less time than any hits of single rays.
+        trace_all(
+            rays, occluded,
+            [](std::size_t, const mray::Hit& hit) -> std::uint8_t {
+                return hit.prim_id != mray::kNoPrim ? 1 : 0;
+            },
+            [&](std::size_t first, std::size_t count) {
+                occlude_run(rays.subspan(first, count), occluded.subspan(first, count));
+            });
+    });
+}
+
+bool HostQueries::occluded(const Ray& ray) const {
+    mray::Ray scene;
+    if (!space_.to_scene(ray, scene).is_valid) return false;
+    std::uint8_t found = 0;
+    cost_.measure(1, [&] {
+        scene_.occluded(std::span<const mray::Ray>(&scene, 1), std::span<std::uint8_t>(&found, 1));
+    });
+    return found != 0;
+}
+
+}  // namespace morphray::detail

@@ -1,0 +1,40 @@
+// Queries that the processors of this machine answer.
+#pragma once
+
+#include "common/base/thread_arena.h"
+#include "common/ray_queries.h"
+#include "library/queries/queries.h"
+#include "library/queries/query_cost.h"
+#include "library/queries/ray_space.h"
+
+namespace morphray::detail {
+
+/// All arguments of the constructor must outlive it.
+class HostQueries final : public Queries {
+public:
+    HostQueries(const mray::RayQueries& scene, const RaySpace& space, mray::ThreadArena& arena,
+                QueryCost& cost)
+        : scene_(scene), space_(space), arena_(arena), cost_(cost) {}
+
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override;
+    Hit intersect(const Ray& ray) const override;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override;
+    bool occluded(const Ray& ray) const override;
+
+private:
+    void intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const;
+    void occlude_run(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+    template <class Answer, class AnswerOf>
+    bool trace_tile(std::span<const Ray> rays, std::span<Answer> answers, std::size_t row,
+                    std::size_t width, std::size_t height, AnswerOf answer_of) const;
+    template <class Answer, class AnswerOf, class Run>
+    void trace_all(std::span<const Ray> rays, std::span<Answer> answers, AnswerOf answer_of,
+                   Run run) const;
+
+    const mray::RayQueries& scene_;
+    const RaySpace& space_;
+    mray::ThreadArena& arena_;
+    QueryCost& cost_;
+};
+
+}  // namespace morphray::detail

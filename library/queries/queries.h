@@ -1,0 +1,24 @@
+// Queries of rays in world space.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "morphray/geometry.hpp"
+
+namespace morphray::detail {
+
+/// Answers rays of the caller at the current pose of a scene, as the members of Scene of these
+/// names, and reports their cost. Threads may call at the same time. The spans of a call have one
+/// size.
+class Queries {
+public:
+    virtual ~Queries() = default;
+
+    virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
+    virtual Hit intersect(const Ray& ray) const = 0;
+    virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const = 0;
+    virtual bool occluded(const Ray& ray) const = 0;
+};
+
+}  // namespace morphray::detail

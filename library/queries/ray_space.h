@@ -1,0 +1,49 @@
+// Rays and hits between world space and scene space.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "common/scene/scene_space.h"
+#include "common/simd/simd_target.h"
+#include "cpu/scene_space/scene_rays.h"
+#include "library/queries/world_ray.h"
+#include "library/scene/mesh_list.h"
+#include "morphray/geometry.hpp"
+
+namespace morphray::detail {
+
+/// Threads may use one at the same time, but not during set().
+class RaySpace {
+public:
+    /// Rays that convert() takes at a time.
+    static constexpr std::size_t kMost = mray::cpu::SceneRays::kMost;
+
+    /// `meshes` must outlive it.
+    RaySpace(const MeshList& meshes, const mray::SimdTarget& target)
+        : meshes_(meshes), target_(target) {}
+
+    /// Follows the scene space of a pose. To be called before the others.
+    void set(const mray::SceneSpace& space);
+
+    /// Converts one ray.
+    RayScale to_scene(const Ray& ray, mray::Ray& scene) const {
+        return converter_->to_scene(ray, scene);
+    }
+    /// Converts at most kMost rays. Those that cannot hit anything become rays without an interval.
+    void to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const;
+    /// RayScale::t_exponent of a ray with a direction that is finite and not 0.
+    int t_exponent(const Vec3& dir) const { return converter_->t_exponent(dir); }
+    Hit to_world(const mray::Hit& hit, int t_exponent) const {
+        if (hit.prim_id == kNoPrim) return {};
+        return meshes_.locate(to_world_t(hit.t, t_exponent), hit.u, hit.v, hit.prim_id);
+    }
+
+private:
+    const MeshList& meshes_;
+    mray::SimdTarget target_;
+    std::optional<RayConverter> converter_;
+    std::optional<mray::cpu::SceneRayMaker> ray_maker_;
+};
+
+}  // namespace morphray::detail

@@ -1,0 +1,83 @@
+#include "library/queries/world_ray.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "common/interop/arithmetic.h"
+
+namespace morphray::detail {
+namespace {
+
+bool is_finite(const Vec3& v) {
+    // x - x is 0 for finite x and NaN for others.
+    return (v.x - v.x) + (v.y - v.y) + (v.z - v.z) == 0;
+}
+
+/// 2^exponent, for exponents of normal doubles.
+double power_of_two(int exponent) {
+    return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
+}
+
+/// The exponent of a positive float. As a double none is a denormal.
+int exponent_of(float positive) {
+    return static_cast<int>(std::bit_cast<std::uint64_t>(static_cast<double>(positive)) >> 52) -
+           1023;
+}
+
+/// Rounds a coordinate of scene space to a float that is no denormal.
+float rounded(double scaled) {
+    return std::abs(scaled) < 0x1p-60 ? 0.0f : static_cast<float>(scaled);
+}
+
+float interval_end(double scaled) {
+    return static_cast<float>(std::min(scaled, static_cast<double>(mray::kInfiniteT)));
+}
+
+}  // namespace
+
+RayConverter::RayConverter(const mray::SceneSpace& space)
+    : exponent_(space.exponent()),
+      centre_{space.centre(0), space.centre(1), space.centre(2)},
+      scale_(std::ldexp(1.0, space.exponent())) {}
+
+RayScale RayConverter::to_scene(const Ray& world, mray::Ray& scene) const {
+    if (!is_finite(world.org) || !is_finite(world.dir)) return {};
+    const float org[3] = {world.org.x, world.org.y, world.org.z};
+    const float dir[3] = {world.dir.x, world.dir.y, world.dir.z};
+    const float largest = std::max({std::abs(dir[0]), std::abs(dir[1]), std::abs(dir[2])});
+    if (largest == 0 || !(world.tnear <= world.tfar) || !(world.tfar >= 0)) return {};
+    const int exponent = exponent_of(largest);
+    const double dir_scale = power_of_two(-exponent);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double scaled = (static_cast<double>(org[axis]) - centre_[axis]) * scale_;
+        if (!(std::abs(scaled) <= mray::kOriginExtent)) return {};
+        scene.org[axis] =
+            std::abs(scaled) < 0x1p-60 ? 0.0f : mray::snap_coordinate(static_cast<float>(scaled));
+        scene.dir[axis] =
+            mray::snap_direction_component(rounded(static_cast<double>(dir[axis]) * dir_scale));
+    }
+    const double t_scale = scale_ * power_of_two(exponent);
+    scene.tnear = interval_end(std::max(static_cast<double>(world.tnear), 0.0) * t_scale);
+    scene.tfar = interval_end(static_cast<double>(world.tfar) * t_scale);
+    if (scene.tnear < 0x1p-100f) scene.tnear = 0;
+    return {-(exponent_ + exponent), scene.tfar >= 0x1p-100f};
+}
+
+int RayConverter::t_exponent(const Vec3& dir) const {
+    return -(exponent_ +
+             exponent_of(std::max({std::abs(dir.x), std::abs(dir.y), std::abs(dir.z)})));
+}
+
+float to_world_t(float t, int t_exponent) {
+    constexpr float kLargest = std::numeric_limits<float>::max();
+    constexpr int kNormal = 126;
+    if (t_exponent >= -kNormal && t_exponent <= kNormal) {
+        const auto bits = static_cast<std::uint32_t>(t_exponent + 127) << 23;
+        return std::min(t * std::bit_cast<float>(bits), kLargest);
+    }
+    return static_cast<float>(std::min(t * power_of_two(t_exponent), double{kLargest}));
+}
+
+}  // namespace morphray::detail

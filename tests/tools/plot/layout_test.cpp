@@ -1,0 +1,102 @@
+// Places of the parts of a figure: nothing covers anything else.
+#include "tools/plot/layout.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/tools/plot/figures.h"
+
+namespace mray::plot {
+namespace {
+
+TEST(PlaceNames, NoNameCoversAnotherOrAPoint) {
+    const Box area{0, 0, 500, 400};
+    std::vector<NameRequest> requests;
+    for (int i = 0; i < 24; ++i)
+        requests.push_back({{250 + (i % 3) * 2.0, 200 + (i % 5) * 3.0}, 70.0 + 5 * (i % 4), 13});
+    const std::vector<PlacedName> placed = place_names(requests, area);
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+        EXPECT_TRUE(area.contains(placed[i].box)) << i;
+        for (std::size_t j = 0; j < placed.size(); ++j) {
+            if (i != j) {
+                EXPECT_FALSE(placed[i].box.overlaps(placed[j].box)) << i << ' ' << j;
+            }
+            const Box point{requests[j].at.x - 1, requests[j].at.y - 1, 2, 2};
+            EXPECT_FALSE(placed[i].box.overlaps(point)) << i << ' ' << j;
+        }
+    }
+}
+
+TEST(PlaceNames, ANameAloneStandsBesideItsPoint) {
+    const std::vector<NameRequest> requests{{{50, 50}, 40, 13}};
+    const std::vector<PlacedName> placed = place_names(requests, {0, 0, 200, 100});
+    EXPECT_FALSE(placed[0].has_leader);
+    EXPECT_NEAR(placed[0].box.left, 58, 1);
+    EXPECT_EQ(placed[0].box.top + placed[0].box.height / 2, 50);
+}
+
+TEST(PlaceNames, ANameWithoutRoomIsNotLeftOut) {
+    const std::vector<NameRequest> requests{{{50, 50}, 400, 13}};
+    EXPECT_EQ(place_names(requests, {0, 0, 100, 100}).size(), 1u);
+}
+
+TEST(Layout, LegendsAndAreasDoNotMeetAndAreInsideTheFigure) {
+    const FigureLayout layout = lay_out(test::all_panels());
+    const Box whole{0, 0, static_cast<double>(layout.width), static_cast<double>(layout.height)};
+    std::vector<Box> boxes;
+    for (const PanelLayout& panel : layout.panels) {
+        boxes.push_back(panel.area);
+        for (const LegendEntry& entry : panel.legend) boxes.push_back(entry.box);
+    }
+    // 4 areas; 3 and 9 curves, 2 colours, 1 set of points.
+    ASSERT_EQ(boxes.size(), 4 + 15u);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        EXPECT_TRUE(whole.contains(boxes[i])) << i;
+        for (std::size_t j = 0; j < i; ++j)
+            EXPECT_FALSE(boxes[i].overlaps(boxes[j])) << i << ' ' << j;
+    }
+}
+
+TEST(Layout, EveryPointIsWithinItsArea) {
+    const Figure figure = test::all_panels();
+    const FigureLayout layout = lay_out(figure);
+    for (std::size_t p = 0; p < figure.panels.size(); ++p) {
+        const Box& area = layout.panels[p].area;
+        for (const Curve& curve : figure.panels[p].curves) {
+            for (const Point& point : curve.points) {
+                const Point at = layout.panels[p].pixel(point);
+                EXPECT_GE(at.x, area.left - 1e-6);
+                EXPECT_LE(at.x, area.right() + 1e-6);
+                EXPECT_GE(at.y, area.top - 1e-6);
+                EXPECT_LE(at.y, area.bottom() + 1e-6);
+            }
+        }
+    }
+}
+
+TEST(Layout, CurvesWithoutPointsAreNotInTheLegend) {
+    Panel panel{.curves = {{"Embree", {}, {}}}};
+    EXPECT_TRUE(lay_out({.panels = {panel}}).panels[0].legend.empty());
+    panel.curves.push_back({"ours", {{1, 1}}, {}});
+    const FigureLayout layout = lay_out({.panels = {panel}});
+    ASSERT_EQ(layout.panels[0].legend.size(), 1u);
+    EXPECT_EQ(layout.panels[0].legend[0].text, "ours");
+}
+
+TEST(Layout, TheFooterIsBrokenAtSpaces) {
+    const FigureLayout layout = lay_out(test::all_panels());
+    EXPECT_EQ(layout.footer.substr(38, 5), "ww\nxx");
+    EXPECT_TRUE(layout.footer.ends_with("x\nend"));
+}
+
+TEST(Palette, StylesOfTheFirstCurvesDiffer) {
+    for (std::size_t i = 0; i < 2 * kPalette.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j) {
+            EXPECT_TRUE(style_of(i).colour != style_of(j).colour ||
+                        style_of(i).dashed != style_of(j).dashed)
+                << i << ' ' << j;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace mray::plot

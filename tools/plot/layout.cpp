@@ -1,0 +1,200 @@
+#include "tools/plot/layout.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mray::plot {
+namespace {
+
+constexpr double kEdge = 16;
+constexpr double kTitleHeight = 48;
+constexpr double kFooterGap = 14;
+constexpr double kPanelTitleHeight = 26;
+constexpr double kPanelGap = 22;
+constexpr double kTickGap = 10;
+/// The distance of a sample from its text, and the height of an entry of a legend.
+constexpr double kLegendGap = 8;
+constexpr double kLegendLine = 20;
+/// Wider than any common sans serif font's mean.
+constexpr double kCharacterWidth = 0.55;
+
+/// The margins of a panel around its area.
+struct Margins {
+    double left = 0;
+    double right = 0;
+    double top = 0;
+    double bottom = 0;
+};
+
+std::size_t line_count(const std::string& text) {
+    return 1 + static_cast<std::size_t>(std::ranges::count(text, '\n'));
+}
+
+/// The width as it is shown: "10^{5}" takes three characters.
+double tick_width(const std::string& text) {
+    const bool power = text.starts_with("10^{");
+    return text_width(power ? std::string_view(text).substr(3) : std::string_view(text), kFontSize);
+}
+
+/// Breaks a text at spaces into lines of at most `width` pixels.
+std::string broken(const std::string& text, double width) {
+    std::string result;
+    std::string line;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(' ', begin), text.size());
+        const std::string word = text.substr(begin, end - begin);
+        begin = end + 1;
+        if (!line.empty() && text_width(line + " " + word, kSmallFontSize) > width) {
+            result += line + "\n";
+            line = word;
+        } else {
+            line += (line.empty() ? "" : " ") + word;
+        }
+    }
+    return result + line;
+}
+
+/// The entries of a legend, from the top left corner at 0, 0: below each other on the right; side
+/// by side above the area, in as many rows as its width needs.
+std::vector<LegendEntry> legend_of(const Panel& panel, double area_width) {
+    std::vector<LegendEntry> entries;
+    if (panel.legend == Legend::kNone) return entries;
+    for (const ColourName& name : panel.colour_names)
+        entries.push_back({.text = name.text, .is_curve = false, .style = {.colour = name.colour}});
+    for (const Curve& curve : panel.curves) {
+        if (!curve.points.empty() && !curve.title.empty())
+            entries.push_back({.text = curve.title, .style = curve.style});
+    }
+    double left = 0;
+    double top = 0;
+    for (LegendEntry& entry : entries) {
+        const double width = kLegendSample + kLegendGap + text_width(entry.text, kFontSize);
+        const bool is_full = panel.legend == Legend::kRight || left + width > area_width;
+        if (left > 0 && is_full) {
+            left = 0;
+            top += kLegendLine;
+        }
+        entry.box = {left, top, width, kLegendLine};
+        entry.text_left = left + kLegendSample + kLegendGap;
+        left += width + kPanelGap;
+    }
+    return entries;
+}
+
+/// Ranges of both axes and what depends on them alone.
+PanelLayout fit_panel(const Panel& panel, double width) {
+    std::vector<double> x, y;
+    const auto add = [&](const Point& point) {
+        x.push_back(point.x);
+        y.push_back(point.y);
+    };
+    for (const Curve& curve : panel.curves) std::ranges::for_each(curve.points, add);
+    for (const Rectangle& rectangle : panel.rectangles) {
+        add(rectangle.first);
+        add(rectangle.second);
+    }
+    PanelLayout layout;
+    layout.x = fit_axis(panel.x, Direction::kX, x);
+    layout.y = fit_axis(panel.y, Direction::kY, y);
+    const double room = width / static_cast<double>(std::max<std::size_t>(1, panel.x.names.size()));
+    for (const std::string& name : panel.x.names) layout.x_names.push_back(broken(name, room));
+    layout.legend = legend_of(panel, width);
+    if (panel.legend == Legend::kAbove && !layout.legend.empty())
+        layout.legend_height = layout.legend.back().box.bottom();
+    return layout;
+}
+
+Margins margins_of(const Panel& panel, const PanelLayout& layout) {
+    Margins margins;
+    for (const Tick& tick : layout.y.ticks)
+        margins.left = std::max(margins.left, tick_width(tick.text));
+    margins.left += kTickGap + (panel.y.title.empty() ? 0 : 2 * kLineHeight);
+    margins.top = panel.title.empty() ? kTickGap : kPanelTitleHeight;
+    std::size_t lines = 1;
+    for (const std::string& name : layout.x_names) lines = std::max(lines, line_count(name));
+    margins.bottom = kTickGap + static_cast<double>(lines) * kLineHeight +
+                     (panel.x.title.empty() ? 0 : 1.6 * kLineHeight);
+    margins.right = kPanelGap;
+    for (const RowNote& note : panel.row_notes)
+        margins.right = std::max(margins.right, kPanelGap + text_width(note.text, kSmallFontSize));
+    margins.top += layout.legend_height;
+    if (panel.legend != Legend::kRight || layout.legend.empty()) return margins;
+    double widest = 0;
+    for (const LegendEntry& entry : layout.legend) widest = std::max(widest, entry.box.width);
+    margins.right += kTickGap + widest;
+    return margins;
+}
+
+/// Moves the legend to its place beside the area.
+void place_legend(const Panel& panel, PanelLayout& layout) {
+    const Box& area = layout.area;
+    const bool right = panel.legend == Legend::kRight;
+    for (LegendEntry& entry : layout.legend) {
+        const double x = right ? area.right() + 2 * kTickGap : area.left;
+        entry.box.left += x;
+        entry.text_left += x;
+        entry.box.top += right ? area.top : area.top - layout.legend_height - kTickGap / 2;
+    }
+}
+
+void place_point_names(const Panel& panel, PanelLayout& layout) {
+    std::vector<NameRequest> requests;
+    for (const PointName& name : panel.point_names) {
+        requests.push_back(
+            {layout.pixel(name.at), text_width(name.text, kSmallFontSize), kSmallFontSize + 2});
+    }
+    layout.names = place_names(requests, layout.area);
+}
+
+}  // namespace
+
+double text_width(std::string_view text, double font_size) {
+    // Bytes that continue a character in UTF-8 take no place.
+    const auto characters = std::ranges::count_if(
+        text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
+    return static_cast<double>(characters) * kCharacterWidth * font_size;
+}
+
+FigureLayout lay_out(const Figure& figure) {
+    const std::size_t columns = std::max<std::size_t>(1, figure.columns);
+    const std::size_t rows = (figure.panels.size() + columns - 1) / columns;
+    std::vector<Margins> of_column(columns), of_row(rows);
+    FigureLayout layout;
+    for (std::size_t i = 0; i < figure.panels.size(); ++i) {
+        const Panel& panel = figure.panels[i];
+        const PanelLayout fitted = layout.panels.emplace_back(fit_panel(panel, figure.panel_width));
+        const Margins margins = margins_of(panel, fitted);
+        Margins& column = of_column[i % columns];
+        Margins& row = of_row[i / columns];
+        column.left = std::max(column.left, margins.left);
+        column.right = std::max(column.right, margins.right);
+        row.top = std::max(row.top, margins.top);
+        row.bottom = std::max(row.bottom, margins.bottom);
+    }
+    double top = kTitleHeight;
+    for (std::size_t row = 0; row < rows; ++row) {
+        double left = kEdge;
+        for (std::size_t column = 0; column < columns; ++column) {
+            left += of_column[column].left;
+            const std::size_t i = row * columns + column;
+            if (i < layout.panels.size()) {
+                layout.panels[i].area = {left, top + of_row[row].top,
+                                         static_cast<double>(figure.panel_width),
+                                         static_cast<double>(figure.panel_height)};
+                place_legend(figure.panels[i], layout.panels[i]);
+                place_point_names(figure.panels[i], layout.panels[i]);
+            }
+            left += figure.panel_width + of_column[column].right;
+        }
+        layout.width = static_cast<int>(std::ceil(left + kEdge));
+        top += of_row[row].top + figure.panel_height + of_row[row].bottom + kPanelGap;
+    }
+    layout.width = std::max(layout.width,
+                            static_cast<int>(2 * kEdge + text_width(figure.title, kTitleFontSize)));
+    layout.footer = broken(figure.footer, layout.width - 2 * kEdge);
+    layout.height = static_cast<int>(std::ceil(
+        top + 2 * kFooterGap + static_cast<double>(line_count(layout.footer)) * kLineHeight));
+    return layout;
+}
+
+}  // namespace mray::plot

@@ -1,0 +1,66 @@
+// Where the parts of a figure stand, in pixels; y points down.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "tools/plot/axis_range.h"
+#include "tools/plot/label_placement.h"
+
+namespace mray::plot {
+
+/// Pixels of a line of text and of the figure's title.
+inline constexpr double kFontSize = 13;
+inline constexpr double kSmallFontSize = 11;
+inline constexpr double kTitleFontSize = 16;
+inline constexpr double kLineHeight = 17;
+/// The width of the line before a text of a legend.
+inline constexpr double kLegendSample = 34;
+
+/// A width that is enough for the text in any of the fonts that may draw it.
+double text_width(std::string_view text, double font_size);
+
+/// An entry of a legend: a text with a sample of a curve or a colour of rectangles before it.
+struct LegendEntry {
+    std::string text = {};
+    /// Whether the sample is one of a curve; if not, `style.colour` is that of rectangles.
+    bool is_curve = true;
+    Style style = {};
+    /// From the left end of the sample to the end of the text.
+    Box box = {};
+    /// Where the text begins.
+    double text_left = 0;
+};
+
+struct PanelLayout {
+    AxisRange x;
+    AxisRange y;
+    /// Between the axes.
+    Box area;
+    std::vector<LegendEntry> legend;
+    /// The height of a legend above the area.
+    double legend_height = 0;
+    /// A place for each of Panel::point_names.
+    std::vector<PlacedName> names;
+    /// The names of the x axis, broken to lines that fit, separated by \n.
+    std::vector<std::string> x_names;
+
+    /// Where a point stands.
+    Point pixel(Point at) const {
+        return {area.left + area.width * x.fraction(at.x),
+                area.bottom() - area.height * y.fraction(at.y)};
+    }
+};
+
+struct FigureLayout {
+    int width = 0;
+    int height = 0;
+    /// The footer, broken to lines that fit.
+    std::string footer;
+    /// For each of Figure::panels.
+    std::vector<PanelLayout> panels;
+};
+
+FigureLayout lay_out(const Figure& figure);
+
+}  // namespace mray::plot
