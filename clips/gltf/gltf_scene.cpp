@@ -25,7 +25,7 @@ public:
 
     GltfScene run() {
         const std::size_t animation = find_animation(file_, options_.animation);
-        scene_.tree = read_nodes(file_, budget_);
+        scene_.tree = read_nodes(file_, budget_, options_.warn);
         materials_ = read_materials(file_, options_);
         read_meshes();
         if (file_.count("animations") > 0) {

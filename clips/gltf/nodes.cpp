@@ -7,6 +7,7 @@
 #include <span>
 
 #include "clips/gltf/motion/interpolation.h"
+#include "clips/warning_count.h"
 
 namespace mray::gltf {
 namespace {
@@ -93,29 +94,55 @@ void append_tree(const std::vector<Node>& nodes, std::uint32_t root,
     }
 }
 
-std::vector<std::uint32_t> scene_of(const GltfFile& file, const std::vector<Node>& nodes,
-                                    const std::vector<std::uint32_t>& all) {
+/// Warns of nodes that a scene lists although they have parents.
+void warn_of_parents(const JsonAt& roots, const NodeTree& tree,
+                     const std::vector<std::uint32_t>& listed, const WarnFunction& warn) {
+    WarningCount with_parents;
+    for (std::size_t i = 0; i < listed.size(); ++i) {
+        if (tree.nodes[listed[i]].parent == kNoNode) continue;
+        with_parents.add([&] {
+            return Warning{roots.file(),
+                           fmt::format("{}: is {}, which has a parent; it is drawn once, where its "
+                                       "parents place it",
+                                       roots[i].path(), listed[i])};
+        });
+    }
+    with_parents.tell(warn);
+}
+
+std::vector<std::uint32_t> scene_of(const GltfFile& file, const NodeTree& tree,
+                                    const WarnFunction& warn) {
     const std::size_t scene_count = file.count("scenes");
     const std::uint32_t index =
         file.root().index_or_none("scene", scene_count, "scenes").value_or(0);
-    if (scene_count == 0) return all;
-    std::vector<std::uint32_t> order;
-    std::vector<bool> is_taken(nodes.size());
+    if (scene_count == 0) return tree.parents_first;
     const auto roots = file.element("scenes", index).find("nodes");
-    for (std::size_t i = 0; roots && i < roots->size(); ++i) {
-        const std::uint32_t root = (*roots)[i].index_below(nodes.size(), "nodes");
-        if (nodes[root].parent != kNoNode)
-            (*roots)[i].fail(fmt::format("is {}, which has a parent", root));
-        if (is_taken[root]) (*roots)[i].fail(fmt::format("is {}, which is there twice", root));
-        is_taken[root] = true;
-        append_tree(nodes, root, order);
+    if (!roots) return {};
+    const std::size_t node_count = tree.nodes.size();
+    std::vector<std::uint32_t> listed;
+    std::vector<bool> is_listed(node_count);
+    for (std::size_t i = 0; i < roots->size(); ++i) {
+        const std::uint32_t root = (*roots)[i].index_below(node_count, "nodes");
+        if (is_listed[root]) (*roots)[i].fail(fmt::format("is {}, which is there twice", root));
+        is_listed[root] = true;
+        listed.push_back(root);
     }
+    warn_of_parents(*roots, tree, listed, warn);
+    // A node below a listed one is in its tree already.
+    std::vector<bool> is_below(node_count);
+    for (const std::uint32_t node : tree.parents_first) {
+        const std::uint32_t parent = tree.nodes[node].parent;
+        is_below[node] = parent != kNoNode && (is_listed[parent] || is_below[parent]);
+    }
+    std::vector<std::uint32_t> order;
+    for (const std::uint32_t root : listed)
+        if (!is_below[root]) append_tree(tree.nodes, root, order);
     return order;
 }
 
 }  // namespace
 
-NodeTree read_nodes(const GltfFile& file, ContentBudget& budget) {
+NodeTree read_nodes(const GltfFile& file, ContentBudget& budget, const WarnFunction& warn) {
     NodeTree tree;
     const std::size_t count = file.count("nodes");
     if (!budget.take(count * kNodeBytes)) {
@@ -134,7 +161,7 @@ NodeTree read_nodes(const GltfFile& file, ContentBudget& budget) {
     for (const std::uint32_t node : tree.parents_first) is_reached[node] = true;
     for (std::size_t i = 0; i < count; ++i)
         if (!is_reached[i]) file.element("nodes", i).fail("is its own ancestor");
-    tree.scene = scene_of(file, tree.nodes, tree.parents_first);
+    tree.scene = scene_of(file, tree, warn);
     return tree;
 }
 

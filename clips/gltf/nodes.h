@@ -7,6 +7,7 @@
 
 #include "clips/gltf/file/gltf_file.h"
 #include "clips/gltf/motion/affine.h"
+#include "common/base/warning.h"
 
 namespace mray::gltf {
 
@@ -29,13 +30,14 @@ struct NodeTree {
     /// Parents before their children; all nodes of the file.
     std::vector<std::uint32_t> parents_first;
     /// The nodes of the scene, depth first: the default scene, or scene 0, or without scenes all
-    /// roots in their order.
+    /// roots in their order. Each is there once, also if the scene lists nodes below others that it
+    /// lists; a node's parents need not be there.
     std::vector<std::uint32_t> scene;
 };
 
 /// Throws Error(kBadInput) for indices out of range, a node with two parents, one that is its own
 /// ancestor, a matrix together with other transformations, numbers that are not a transformation,
-/// and more nodes than the budget has memory for.
-NodeTree read_nodes(const GltfFile& file, ContentBudget& budget);
+/// and more nodes than the budget has memory for. Warns of a scene that lists nodes with parents.
+NodeTree read_nodes(const GltfFile& file, ContentBudget& budget, const WarnFunction& warn);
 
 }  // namespace mray::gltf

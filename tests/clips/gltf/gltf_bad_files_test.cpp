@@ -82,8 +82,11 @@ const std::vector<BadFile> kBadFiles = {
          j["nodes"][1]["children"] = {2, 2};
      },
      "nodes[1].children[1]: is 2, which is a child of nodes[1] already"},
-    {"scene with a child", [](Json& j) { j["scenes"][0]["nodes"] = {2}; },
-     "scenes[0].nodes[0]: is 2, which has a parent"},
+    {"scene with a node twice",
+     [](Json& j) {
+         j["scenes"][0]["nodes"] = {1, 0, 1};
+     },
+     "scenes[0].nodes[2]: is 1, which is there twice"},
     {"scene that is not there", [](Json& j) { j["scene"] = 1; },
      "scene: is 1, but there are 1 scenes"},
     {"matrix and translation",

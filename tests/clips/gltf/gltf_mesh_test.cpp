@@ -154,6 +154,54 @@ TEST(GltfNodes, TheDefaultSceneIsShown) {
     EXPECT_EQ(xs(), (std::vector<float>{3, 1}));
 }
 
+/// A chain of four nodes, each 1 to the right of its parent and with the triangle, and a fifth node
+/// 100 to the right.
+GltfBuilder chain_of_four() {
+    GltfBuilder builder;
+    const int mesh = builder.add_triangle();
+    for (const int child : {1, 2, 3})
+        builder.add("nodes", {{"mesh", mesh}, {"translation", {1, 0, 0}}, {"children", {child}}});
+    builder.add("nodes", {{"mesh", mesh}, {"translation", {1, 0, 0}}});
+    builder.add("nodes", {{"mesh", mesh}, {"translation", {100, 0, 0}}});
+    return builder;
+}
+
+TEST(GltfNodes, ListedNodesWithParentsAreDrawnOnceWhereTheirParentsPlaceThem) {
+    GltfBuilder builder = chain_of_four();
+    const auto expect_xs = [&](const std::vector<int>& listed, const std::vector<float>& expected,
+                               const char* warning) {
+        builder.json["scenes"] = {{{"nodes", listed}}};
+        const OpenedGltf scene(builder.gltf());
+        const std::vector<vec3> p = scene.at(0);
+        std::vector<float> xs;
+        for (std::size_t i = 0; i < p.size(); i += 3) xs.push_back(p[i].x);
+        EXPECT_EQ(xs, expected);
+        ASSERT_EQ(scene.warnings().size(), 1u);
+        EXPECT_NE(scene.warnings()[0].find(warning), std::string::npos) << scene.warnings()[0];
+    };
+    // Children of listed nodes, before and after them; also with a node between that is not listed.
+    expect_xs(
+        {3, 4, 0, 1}, {100, 1, 2, 3, 4},
+        "scene.gltf: warning: scenes[0].nodes[0]: is 3, which has a parent; it is drawn once, "
+        "where its parents place it (and 1 more)");
+    expect_xs({4, 1, 3}, {100, 2, 3, 4}, "scenes[0].nodes[1]: is 1, which has a parent");
+    // A parent outside of the scene is not drawn.
+    expect_xs({3}, {4}, "scenes[0].nodes[0]: is 3, which has a parent");
+}
+
+TEST(GltfNodes, ParentsOutsideOfTheSceneMoveTheNodesThatItLists) {
+    GltfBuilder builder = chain_of_four();
+    builder.json["scenes"] = {{{"nodes", {2}}}};
+    builder.add_animation(0, "translation", {0, 1},
+                          builder.add_accessor<float>({0, 0, 0, 24, 0, 0}, "VEC3"));
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_EQ(scene.clip().topology().vertex_count, 6u);
+    EXPECT_EQ(scene.at(12)[0], vec3(14, 0, 0));
+    EXPECT_EQ(scene.at(12)[3], vec3(15, 0, 0));
+    EXPECT_NEAR(scene.clip().bounds().lower[0], 2, 1e-3);
+    EXPECT_NEAR(scene.clip().bounds().upper[0], 28, 1e-3);
+}
+
 TEST(GltfNodes, AChainOfFiftyThousandIsNoRecursion) {
     GltfBuilder builder;
     const int mesh = builder.add_triangle();
@@ -163,7 +211,13 @@ TEST(GltfNodes, AChainOfFiftyThousandIsNoRecursion) {
         nodes.push_back({{"children", {i + 1}}, {"translation", {1, 0, 0}}});
     nodes.push_back({{"mesh", mesh}});
     builder.json["nodes"] = nodes;
+    EXPECT_EQ(OpenedGltf(builder.gltf()).at(0)[0], vec3(kLength - 1, 0, 0));
+    // All listed, the last one first.
+    Json listed = Json::array();
+    for (int i = 0; i < kLength; ++i) listed.push_back(kLength - 1 - i);
+    builder.json["scenes"] = {{{"nodes", listed}}};
     const OpenedGltf scene(builder.gltf());
+    EXPECT_EQ(scene.clip().topology().vertex_count, 3u);
     EXPECT_EQ(scene.at(0)[0], vec3(kLength - 1, 0, 0));
 }
 
