@@ -21,7 +21,7 @@ constexpr std::uint64_t kMaxTargets = std::uint64_t{1} << 22;
 class SceneReader {
 public:
     SceneReader(const std::filesystem::path& path, const ClipOptions& options)
-        : options_(options), file_(path, budget_), accessors_(file_, budget_) {}
+        : options_(options), file_(path, budget_, options.warn), accessors_(file_, budget_) {}
 
     GltfScene run() {
         const std::size_t animation = find_animation(file_, options_.animation);

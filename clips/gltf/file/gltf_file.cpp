@@ -6,6 +6,7 @@
 
 #include "clips/gltf/file/glb.h"
 #include "clips/gltf/file/uri.h"
+#include "clips/warning_count.h"
 #include "common/base/input_file.h"
 #include "common/text/message_text.h"
 
@@ -17,7 +18,8 @@ constexpr std::uint64_t kBudgetPerByte = 16;
 
 }  // namespace
 
-GltfFile::GltfFile(const std::filesystem::path& path, ContentBudget& budget)
+GltfFile::GltfFile(const std::filesystem::path& path, ContentBudget& budget,
+                   const WarnFunction& warn)
     : path_(path), name_(shown(path)) {
     bytes_ = read_input_file(path);
     std::string_view binary;
@@ -31,7 +33,7 @@ GltfFile::GltfFile(const std::filesystem::path& path, ContentBudget& budget)
         bytes_ = {};
     }
     require_version();
-    require_known_extensions();
+    require_known_extensions(warn);
     read_buffers(binary, binary.data() == nullptr
                              ? 0
                              : static_cast<std::uint64_t>(binary.data() - bytes_.data()));
@@ -60,16 +62,26 @@ void GltfFile::require_version() const {
     version.fail(fmt::format("is {}; only glTF 2.0 is read, convert the file", in_quotes(text)));
 }
 
-void GltfFile::require_known_extensions() const {
+void GltfFile::require_known_extensions(const WarnFunction& warn) const {
     const std::optional<JsonAt> required = root().find("extensionsRequired");
+    WarningCount lights;
     for (std::size_t i = 0; required && i < required->size(); ++i) {
         const JsonAt extension = (*required)[i];
         if (extension.text() == kQuantization) continue;
+        if (extension.text() == kLights) {
+            lights.add([&] {
+                return Warning{name_, fmt::format("{}: {} is required, but lights are not read; "
+                                                  "left out",
+                                                  extension.path(), kLights)};
+            });
+            continue;
+        }
         extension.fail(
             fmt::format("the extension {} is required, but not known; write the file "
                         "without it",
                         in_quotes(extension.text())));
     }
+    lights.tell(warn);
 }
 
 void GltfFile::read_buffers(std::string_view binary_chunk, std::uint64_t chunk_offset) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "clips/json/json_at.h"
+#include "common/base/warning.h"
 
 namespace mray::gltf {
 
@@ -30,8 +31,8 @@ public:
     ///
     /// Throws Error: kBadInput with the place in the JSON (other versions, extensions that are
     /// required and unknown, buffers that are missing, outside of the folder or shorter than they
-    /// say), kLimit for a file of more than 4 GiB.
-    GltfFile(const std::filesystem::path& path, ContentBudget& budget);
+    /// say), kLimit for a file of more than 4 GiB. Warns of lights that are required.
+    GltfFile(const std::filesystem::path& path, ContentBudget& budget, const WarnFunction& warn);
     GltfFile(const GltfFile&) = delete;
     GltfFile& operator=(const GltfFile&) = delete;
 
@@ -51,7 +52,7 @@ public:
 
 private:
     void require_version() const;
-    void require_known_extensions() const;
+    void require_known_extensions(const WarnFunction& warn) const;
     void read_buffers(std::string_view binary_chunk, std::uint64_t chunk_offset);
     Buffer read_buffer(const JsonAt& buffer, std::size_t index, std::string_view binary_chunk,
                        std::uint64_t chunk_offset);
@@ -71,5 +72,7 @@ private:
 
 /// The extension that allows positions and directions of 8 and 16 bits.
 inline constexpr std::string_view kQuantization = "KHR_mesh_quantization";
+/// The extension that adds lights, which are not read.
+inline constexpr std::string_view kLights = "KHR_lights_punctual";
 
 }  // namespace mray::gltf
