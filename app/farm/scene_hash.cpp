@@ -1,8 +1,8 @@
 #include "app/farm/scene_hash.h"
 
+#include "app/files/texture_reader.h"
 #include "common/base/errors.h"
 #include "common/base/hash.h"
-#include "common/base/input_file.h"
 
 namespace mray::app {
 namespace {
@@ -20,7 +20,7 @@ void add_array(Hasher& hasher, std::span<const T> values) {
 
 std::string bytes_of(const TextureFile& file, bool lenient) {
     try {
-        return read_input_file(file.path);
+        return texture_bytes(file);
     } catch (const Error& error) {
         if (!lenient || error.kind() != ErrorKind::kBadInput) throw;
         return {};

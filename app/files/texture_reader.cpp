@@ -26,29 +26,40 @@ constexpr ImageLimits kLimits = {
     .reduce_16_bits = true,
 };
 
-std::string bytes_of(const TextureFile& file) {
+/// What an image is called in messages: "scene.gltf: images[0]" for a part of a file.
+std::filesystem::path name_of(const TextureFile& file) {
+    return file.place.empty() ? file.path : file.path + ": " + file.place;
+}
+
+void require_part(const TextureFile& file, std::uint64_t bytes) {
+    if (file.size <= kMostBytes && file.offset <= bytes && file.size <= bytes - file.offset) return;
+    throw Error(ErrorKind::kBadInput,
+                fmt::format("{}: bytes {} to {} are no image", shown(name_of(file)), file.offset,
+                            file.offset + file.size));
+}
+
+}  // namespace
+
+std::string texture_bytes(const TextureFile& file) {
+    if (file.content) {
+        require_part(file, file.content->size());
+        return file.content->substr(file.offset, file.size);
+    }
     if (file.size == 0) return read_input_file(file.path, kMostBytes);
     const InputFile whole(file.path);
-    if (file.size > kMostBytes || file.offset > whole.size() ||
-        file.size > whole.size() - file.offset) {
-        throw Error(ErrorKind::kBadInput,
-                    fmt::format("{}: bytes {} to {} are no image", shown(file.path), file.offset,
-                                file.offset + file.size));
-    }
+    require_part(file, whole.size());
     std::string bytes(file.size, '\0');
     whole.read(file.offset, std::as_writable_bytes(std::span(bytes)));
     return bytes;
 }
 
-}  // namespace
-
 Image read_texture(const TextureFile& file) {
-    const std::filesystem::path path = file.path;
-    const std::string bytes = bytes_of(file);
-    if (is_png(bytes)) return decode_png(bytes, path, kLimits);
-    if (is_jpeg(bytes)) return decode_jpeg(bytes, path, kLimits);
+    const std::filesystem::path name = name_of(file);
+    const std::string bytes = texture_bytes(file);
+    if (is_png(bytes)) return decode_png(bytes, name, kLimits);
+    if (is_jpeg(bytes)) return decode_jpeg(bytes, name, kLimits);
     throw Error(ErrorKind::kBadInput,
-                fmt::format("{}: is neither a PNG nor a JPEG file; convert it", shown(path)));
+                fmt::format("{}: is neither a PNG nor a JPEG file; convert it", shown(name)));
 }
 
 std::vector<Image> read_textures(const SceneTextures& textures, bool lenient,

@@ -178,7 +178,7 @@ private:
 
     /// Frees what only the topology is made of.
     void release_lists() {
-        scene_.textures.files = has_textures_ ? materials_.textures : std::vector<TextureFile>();
+        if (has_textures_) scene_.textures.files = std::move(materials_.textures);
         for (auto& [index, mesh] : scene_.meshes) mesh.primitives = {};
     }
 

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "clips/gltf/file/uri.h"
@@ -18,6 +21,7 @@ namespace {
 constexpr std::uint64_t kClampToEdge = 33071;
 constexpr std::uint64_t kMirroredRepeat = 33648;
 constexpr std::uint64_t kRepeat = 10497;
+constexpr const char* kLeftOut = "; its triangles have their colour alone";
 
 class MaterialReader {
 public:
@@ -54,15 +58,22 @@ private:
             file_.element("textures", reference.index_below(file_.count("textures"), "textures"));
         const auto source = texture.index_or_none("source", file_.count("images"), "images");
         if (!source) {
-            warn(texture, "has no image that is read; its triangles have their colour alone");
+            warn(texture, fmt::format("has no image that is read{}", kLeftOut));
             return kNoTexture;
         }
         const auto [known, is_new] = known_.try_emplace({*source, is_clamped(texture)}, kNoTexture);
-        TextureFile image;
-        if (!is_new || !find_image(file_.element("images", *source), image)) return known->second;
-        image.clamp = known->first.second;
+        if (!is_new) return known->second;
+        const std::optional<TextureFile>& image = image_of(*source);
+        if (!image) return kNoTexture;
         known->second = static_cast<std::uint32_t>(result_.textures.size());
-        result_.textures.push_back(image);
+        result_.textures.push_back(*image);
+        result_.textures.back().clamp = known->first.second;
+        return known->second;
+    }
+
+    const std::optional<TextureFile>& image_of(std::uint32_t source) {
+        const auto [known, is_new] = images_.try_emplace(source);
+        if (is_new) known->second = find_image(file_.element("images", source));
         return known->second;
     }
 
@@ -77,28 +88,29 @@ private:
         return s == kClampToEdge;
     }
 
-    bool find_image(const JsonAt& image, TextureFile& found) {
-        constexpr const char* kLeftOut = "; its triangles have their colour alone";
-        if (const auto uri = image.find("uri")) {
-            if (uri->text().starts_with("data:")) {
-                warn(*uri,
-                     fmt::format("is an image in a data: URI, which is not read{}", kLeftOut));
-                return false;
+    /// Nothing, and a warning, for an image that is not there.
+    std::optional<TextureFile> find_image(const JsonAt& image) {
+        const auto uri = image.find("uri");
+        if (!uri) return find_in_buffer(image);
+        try {
+            if (std::optional<std::string> data = data_of_uri(*uri)) {
+                if (data->empty()) uri->fail("has no bytes");
+                return TextureFile{
+                    .path = file_.path().native(),
+                    .size = data->size(),
+                    .place = uri->path(),
+                    .content = std::make_shared<const std::string>(std::move(*data))};
             }
-            try {
-                found.path = file_of_uri(*uri, file_.path()).native();
-            } catch (const Error& error) {
-                if (error.kind() != ErrorKind::kBadInput) throw;
-                const std::string text = as_warning(error, file_.name()).text;
-                odd_.add([&] { return Warning{file_.name(), text + kLeftOut}; });
-                return false;
-            }
-            return true;
+            return TextureFile{.path = file_of_uri(*uri, file_.path()).native()};
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            const std::string text = as_warning(error, file_.name()).text;
+            odd_.add([&] { return Warning{file_.name(), text + kLeftOut}; });
+            return std::nullopt;
         }
-        return find_in_buffer(image, found);
     }
 
-    bool find_in_buffer(const JsonAt& image, TextureFile& found) {
+    std::optional<TextureFile> find_in_buffer(const JsonAt& image) {
         const JsonAt view = file_.element(
             "bufferViews",
             image.at("bufferView").index_below(file_.count("bufferViews"), "buffer views"));
@@ -109,22 +121,23 @@ private:
         if (length > buffer.bytes.size() || offset > buffer.bytes.size() - length)
             view.fail(fmt::format("bytes {} to {} are not in the buffer, which has {}", offset,
                                   offset + length, buffer.bytes.size()));
-        if (buffer.file.empty() || length == 0) {
-            warn(image,
-                 "is an image in a data: URI, which is not read; its triangles have their "
-                 "colour alone");
-            return false;
+        if (length == 0) {
+            warn(image, fmt::format("has no bytes{}", kLeftOut));
+            return std::nullopt;
         }
-        found.path = buffer.file.native();
-        found.offset = buffer.offset_in_file + offset;
-        found.size = length;
-        return true;
+        return TextureFile{.path = (buffer.data ? file_.path() : buffer.file).native(),
+                           .offset = buffer.offset_in_file + offset,
+                           .size = length,
+                           .place = image.path(),
+                           .content = buffer.data};
     }
 
     const GltfFile& file_;
     Materials& result_;
     /// Textures by image and whether they are clamped.
     std::map<std::pair<std::uint32_t, bool>, std::uint32_t> known_;
+    /// Those that are used, by their indices; nothing for those that are left out.
+    std::map<std::uint32_t, std::optional<TextureFile>> images_;
     WarningCount odd_;
 };
 

@@ -30,9 +30,9 @@ struct Materials {
 };
 
 /// Reads baseColorFactor and baseColorTexture of every material. Images are files in the folder of
-/// the glTF file, or a part of a buffer; those in data: URIs, those that are missing or lie outside
-/// of the folder, and those of unknown extensions are left out with a warning. Throws
-/// Error(kBadInput) for indices out of range and factors that are no numbers.
+/// the glTF file, data: URIs, or parts of a buffer; those that are missing or lie outside of the
+/// folder, data: URIs that are not in base 64, and those of unknown extensions are left out with a
+/// warning. Throws Error(kBadInput) for indices out of range and factors that are no numbers.
 Materials read_materials(const GltfFile& file, const ClipOptions& options);
 
 }  // namespace mray::gltf

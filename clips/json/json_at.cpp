@@ -39,7 +39,7 @@ public:
     bool number_float(JsonTree::number_float_t, const std::string&) override {
         return take(kValueBytes);
     }
-    // The bytes of a data: URI are those of a buffer, of which the file has as many.
+    // The bytes of a data: URI are those of a buffer or an image, of which the file has as many.
     bool string(std::string& text) override {
         return take(kValueBytes + kStringBytes +
                     (text.starts_with("data:") ? kBlockBytes : heap_bytes(text)));

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,11 @@ struct TextureFile {
     /// The part of the file that is the image, in bytes; size 0: all of it.
     std::uint64_t offset = 0;
     std::uint64_t size = 0;
+    /// Where in the file at `path` the image stands, for messages, such as "images[3]"; empty: it
+    /// is the file.
+    std::string place = {};
+    /// Bytes that stand in the file in base 64, of which the image is a part; null: the file's.
+    std::shared_ptr<const std::string> content = {};
     bool operator==(const TextureFile&) const = default;
 };
 

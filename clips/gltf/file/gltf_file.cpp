@@ -110,7 +110,8 @@ Buffer GltfFile::read_buffer(const JsonAt& buffer, std::size_t index, std::strin
     }
     if (std::optional<std::string> data = data_of_uri(*uri)) {
         buffer_bytes_ += data->size();
-        return {data_.emplace(index, std::move(*data)).first->second};
+        const auto content = std::make_shared<const std::string>(std::move(*data));
+        return {.bytes = *content, .data = content};
     }
     const std::filesystem::path file = file_of_uri(*uri, path_);
     auto content = files_.find(file);

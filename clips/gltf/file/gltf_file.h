@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,6 +22,8 @@ struct Buffer {
     /// Empty for a data: URI.
     std::filesystem::path file = {};
     std::uint64_t offset_in_file = 0;
+    /// What `bytes` are the first ones of, for a data: URI.
+    std::shared_ptr<const std::string> data = {};
 };
 
 /// The JSON of a .gltf or .glb file and the content of its buffers, from the file, from data: URIs
@@ -64,8 +67,6 @@ private:
     JsonTree json_;
     /// Contents by the paths of files.
     std::map<std::filesystem::path, std::string> files_;
-    /// Contents of data: URIs by the indices of buffers.
-    std::map<std::size_t, std::string> data_;
     std::vector<Buffer> buffers_;
     std::uint64_t buffer_bytes_ = 0;
 };

@@ -7,11 +7,11 @@
 #include "common/image/png.h"
 #include "tests/app/images/image_files.h"
 #include "tests/app/program.h"
+#include "tests/clips/gltf/gltf_builder.h"
 
 namespace mray::test {
 namespace {
 
-using Json = nlohmann::json;
 using Names = std::vector<std::string>;
 
 std::string png_of(std::uint32_t first, std::uint32_t second) {
@@ -111,6 +111,91 @@ TEST(RenderTextures, DamagedOneIsAnErrorUnlessLenient) {
         << lenient.err;
     // Plain images do not read textures.
     EXPECT_EQ(render(folder, {"--backend", "cpu", "--shading", "plain"}).code, 0);
+}
+
+std::string data_uri(const std::string& bytes) {
+    return "data:image/png;base64," + base64(std::as_bytes(std::span(bytes)));
+}
+
+/// A glTF file of a square with a texture of the image in `images[0]`.
+GltfBuilder textured_gltf() {
+    GltfBuilder builder;
+    builder.add_mesh(
+        {{"POSITION", builder.add_accessor<float>({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}, "VEC3")},
+         {"TEXCOORD_0", builder.add_accessor<float>({0, 1, 1, 1, 1, 0, 0, 0}, "VEC2")}},
+        {{"indices", builder.add_accessor<std::uint8_t>({0, 1, 2, 0, 2, 3}, "SCALAR")},
+         {"material", 0}});
+    builder.add("nodes", {{"mesh", 0}});
+    builder.json["materials"] = {
+        {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+    builder.json["textures"] = {{{"source", 0}}};
+    return builder;
+}
+
+Outcome render_gltf(const TemporaryFolder& folder, const std::string& bytes, Names more = {}) {
+    Names all = {"render",    folder.write("scene.gltf", bytes),
+                 "--backend", "cpu",
+                 "--size",    "24x16",
+                 "--out",     folder.file("out"),
+                 "--json",    "-"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+}
+
+TEST(RenderTextures, OfGltfFilesAreTheSameFromFilesBuffersAndDataUris) {
+    const TemporaryFolder folder;
+    for (const std::string& image : {png_of(0x0000FF, 0x00FF00), jpeg_file(16, 8, {})}) {
+        folder.write("a.image", image);
+        GltfBuilder builder = textured_gltf();
+        builder.json["images"] = {{{"uri", "a.image"}}};
+        const std::string hash = image_hash(render_gltf(folder, builder.gltf()));
+        builder.json["images"] = {{{"uri", data_uri(image)}}};
+        const Outcome in_uri = render_gltf(folder, builder.gltf());
+        EXPECT_EQ(image_hash(in_uri), hash);
+        EXPECT_EQ(in_uri.err, "");
+        const int view = builder.add_view(std::vector<char>(image.begin(), image.end()));
+        builder.json["images"] = {{{"bufferView", view}, {"mimeType", "image/png"}}};
+        const Outcome in_buffer = render_gltf(folder, builder.gltf());
+        EXPECT_EQ(image_hash(in_buffer), hash);
+        EXPECT_EQ(in_buffer.err, "");
+        EXPECT_EQ(image_hash(render_gltf(folder, builder.glb())), hash);
+        builder.json.erase("textures");
+        builder.json["materials"] = {Json::object()};
+        EXPECT_NE(image_hash(render_gltf(folder, builder.gltf())), hash);
+    }
+}
+
+TEST(RenderTextures, DamagedOneInADataUriIsAnErrorWithItsPlaceUnlessLenient) {
+    const TemporaryFolder folder;
+    GltfBuilder builder = textured_gltf();
+    builder.json["images"] = {{{"uri", data_uri(png_of(1, 2).substr(0, 50))}}};
+    const Outcome outcome = render_gltf(folder, builder.gltf());
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_NE(outcome.err.find("scene.gltf: images[0].uri: is not a PNG file that can be read"),
+              std::string::npos)
+        << outcome.err;
+    const Outcome lenient = render_gltf(folder, builder.gltf(), {"--lenient"});
+    EXPECT_EQ(lenient.code, 0) << lenient.err;
+    EXPECT_NE(lenient.err.find("scene.gltf: warning: images[0].uri: is not a PNG file"),
+              std::string::npos)
+        << lenient.err;
+    builder.json["images"] = {{{"uri", data_uri("GIF89a")}}};
+    EXPECT_NE(render_gltf(folder, builder.gltf())
+                  .err.find("scene.gltf: images[0].uri: is neither a PNG nor a JPEG file"),
+              std::string::npos);
+}
+
+TEST(RenderTextures, InADataUriChangeTheHashOfTheScene) {
+    const TemporaryFolder folder;
+    const auto image_with = [&](const std::string& image) {
+        GltfBuilder builder = textured_gltf();
+        builder.json["images"] = {{{"uri", data_uri(image)}}};
+        EXPECT_EQ(render_gltf(folder, builder.gltf(), {"--skip-existing"}).code, 0);
+        return read_file(folder.path() / "out/frame_0000.png");
+    };
+    const std::string first = image_with(png_of(1, 2));
+    EXPECT_EQ(image_with(png_of(1, 2)), first);
+    EXPECT_NE(image_with(png_of(0xFFFFFF, 0xFFFFFF)), first) << "kept although the texture changed";
 }
 
 TEST(RenderTextures, InfoCountsThem) {

@@ -300,18 +300,24 @@ TEST(GltfMaterials, BaseColourIsTheAlbedo) {
     EXPECT_EQ(OpenedGltf(builder.gltf()).clip().topology().albedo[0], 0x0080FFu);
 }
 
-TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
+/// The triangle with texture coordinates and a clamped texture of images[0], which is not there.
+GltfBuilder textured_triangle() {
     GltfBuilder builder;
     const int mesh = builder.add_mesh(
         {{"POSITION", builder.add_accessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3")},
          {"TEXCOORD_0", builder.add_accessor<std::uint8_t>({0, 0, 255, 0, 0, 255}, "VEC2", true)}},
         {{"material", 0}});
-    const int view = builder.add_view<std::uint8_t>({1, 2, 3, 4, 5});
     builder.add("nodes", {{"mesh", mesh}});
     builder.json["materials"] = {
         {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
     builder.json["textures"] = {{{"source", 0}, {"sampler", 0}}};
     builder.json["samplers"] = {{{"wrapS", 33071}, {"wrapT", 33071}}};
+    return builder;
+}
+
+TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
+    GltfBuilder builder = textured_triangle();
+    const int view = builder.add_view<std::uint8_t>({1, 2, 3, 4, 5});
     builder.json["images"] = {{{"bufferView", view}, {"mimeType", "image/png"}}};
     const std::string glb = builder.glb();
     const OpenedGltf scene(glb, {}, "scene.glb");
@@ -319,6 +325,8 @@ TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
     ASSERT_NE(textures, nullptr);
     ASSERT_EQ(textures->files.size(), 1u);
     EXPECT_TRUE(textures->files[0].clamp);
+    EXPECT_EQ(textures->files[0].place, "images[0]");
+    EXPECT_EQ(textures->files[0].content, nullptr);
     EXPECT_EQ(glb.substr(textures->files[0].offset, textures->files[0].size),
               std::string("\1\2\3\4\5"));
     // v counts from the bottom here.
@@ -330,6 +338,66 @@ TEST(GltfMaterials, TexturesAreFilesOrPartsOfTheBuffer) {
     EXPECT_EQ(outside.clip().textures(), nullptr);
     ASSERT_EQ(outside.warnings().size(), 1u);
     EXPECT_NE(outside.warnings()[0].find("outside of the scene's folder"), std::string::npos);
+}
+
+TEST(GltfMaterials, TexturesInDataUris) {
+    GltfBuilder builder = textured_triangle();
+    builder.json["images"] = {{{"uri", "data:image/png;base64,AQIDBAU="}}};
+    // Another one repeats the same image.
+    builder.add("textures", {{"source", 0}});
+    builder.json["materials"].push_back(
+        {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 1}}}}}});
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_TRUE(scene.warnings().empty());
+    ASSERT_NE(scene.clip().textures(), nullptr);
+    const std::vector<TextureFile>& files = scene.clip().textures()->files;
+    ASSERT_EQ(files.size(), 2u);
+    ASSERT_NE(files[0].content, nullptr);
+    EXPECT_EQ(*files[0].content, std::string("\1\2\3\4\5"));
+    EXPECT_EQ(files[0].offset, 0u);
+    EXPECT_EQ(files[0].size, 5u);
+    EXPECT_EQ(files[0].place, "images[0].uri");
+    EXPECT_TRUE(files[0].clamp);
+    EXPECT_FALSE(files[1].clamp);
+    EXPECT_EQ(files[1].content, files[0].content) << "one copy of the bytes";
+}
+
+TEST(GltfMaterials, TexturesInABufferInADataUri) {
+    GltfBuilder builder = textured_triangle();
+    const int view = builder.add_view<std::uint8_t>({1, 2, 3, 4, 5});
+    builder.json["images"] = {{{"bufferView", view}, {"mimeType", "image/jpeg"}}};
+    const OpenedGltf scene(builder.gltf());
+    EXPECT_TRUE(scene.warnings().empty());
+    ASSERT_NE(scene.clip().textures(), nullptr);
+    const TextureFile& file = scene.clip().textures()->files.at(0);
+    ASSERT_NE(file.content, nullptr);
+    EXPECT_EQ(*file.content, builder.bytes);
+    EXPECT_EQ(file.content->substr(file.offset, file.size), std::string("\1\2\3\4\5"));
+
+    builder.json["bufferViews"][static_cast<std::size_t>(view)]["byteLength"] = 0;
+    const OpenedGltf empty(builder.gltf());
+    EXPECT_EQ(empty.clip().textures(), nullptr);
+    ASSERT_EQ(empty.warnings().size(), 1u);
+    EXPECT_NE(empty.warnings()[0].find("images[0]: has no bytes; its triangles have"),
+              std::string::npos);
+}
+
+TEST(GltfMaterials, TexturesInDataUrisThatCannotBeReadAreLeftOut) {
+    GltfBuilder builder = textured_triangle();
+    for (const auto& [uri, warning] :
+         {std::pair{"data:image/png,abc", "is a data: URI that is not in base 64"},
+          {"data:image/png;base64,ab*d", "has characters that are not base 64, or is cut"},
+          {"data:image/png;base64,AQI", "has characters that are not base 64, or is cut"},
+          {"data:image/png;base64,", "has no bytes"}}) {
+        builder.json["images"] = {{{"uri", uri}}};
+        const OpenedGltf scene(builder.gltf());
+        EXPECT_EQ(scene.clip().textures(), nullptr);
+        ASSERT_EQ(scene.warnings().size(), 1u) << uri;
+        EXPECT_NE(scene.warnings()[0].find(std::string("scene.gltf: warning: images[0].uri: ") +
+                                           warning + "; its triangles have their colour alone"),
+                  std::string::npos)
+            << scene.warnings()[0];
+    }
 }
 
 TEST(GltfNormals, CornersThatShareThemAreSmooth) {
