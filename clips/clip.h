@@ -33,6 +33,17 @@ struct IndexUse {
     std::string reason = {};
 };
 
+/// An animation in a file of several, of which a clip shows one.
+struct ClipAnimation {
+    /// Empty: it has none.
+    std::string name = {};
+    /// Its last key; nothing for one that cannot be read.
+    std::optional<double> seconds = {};
+    /// Properties of nodes that it moves.
+    std::size_t channels = 0;
+    bool is_shown = false;
+};
+
 /// Where to look from in a scene that is closed, in world space.
 struct InsideView {
     std::array<double, 3> eye;
@@ -53,6 +64,9 @@ public:
     /// How many frames are shown a second, so that frame f is at f / fps() seconds; nothing for a
     /// clip that knows no time.
     virtual std::optional<double> fps() const { return std::nullopt; }
+
+    /// All animations of the file, in its order, if ClipOptions::list_animations asks for them.
+    virtual std::span<const ClipAnimation> animations() const { return {}; }
 
     /// For each triangle three numbers, below that of all corners: corners with the same number
     /// look smooth together. Empty: all triangles are flat.

@@ -37,6 +37,8 @@ struct ClipOptions {
     std::optional<WorldBounds> bounds = {};
     /// The animation of a glTF file, by its name or its index; empty: the first.
     std::string animation = {};
+    /// Whether Clip::animations() are wanted. One that cannot be read is then a warning.
+    bool list_animations = false;
     /// The frames that an animation of a glTF file has a second, above 0; nothing: kDefaultFps.
     std::optional<double> fps = {};
     /// Is told the size of a glTF scene before it takes memory, and throws Error(kLimit) if it is

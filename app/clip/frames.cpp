@@ -105,6 +105,7 @@ std::unique_ptr<Clip> open_clip(const Options& options, const Messages& messages
     scene_options.bounds = options.bounds;
     scene_options.more_formats = optional_mesh_formats();
     scene_options.animation = options.animation;
+    scene_options.list_animations = options.command == Command::kInfo;
     scene_options.fps = options.fps;
     scene_options.check_size = [&options, has_tree](std::uint64_t triangles,
                                                     std::uint64_t vertices) {

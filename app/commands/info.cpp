@@ -100,6 +100,8 @@ SceneReport describe_scene(const Options& options, const Messages& messages) {
     report.first_frame = scene.clip().first_frame();
     report.last_frame = scene.clip().last_frame();
     report.fps = scene.clip().fps();
+    const std::span<const ClipAnimation> animations = scene.clip().animations();
+    report.animations.assign(animations.begin(), animations.end());
     report.bounds = scene.clip().bounds();
     report.exponent = scene.space().exponent();
     report.degenerate = count_degenerate(topology, positions);
@@ -128,6 +130,17 @@ std::string index_line(const IndexUse& use) {
     return line + '\n';
 }
 
+std::string table_of(const std::vector<ClipAnimation>& animations) {
+    Table table({"animation", "name", "seconds", "channels", "shown"});
+    for (std::size_t i = 0; i < animations.size(); ++i) {
+        const ClipAnimation& animation = animations[i];
+        table.add({fmt::format("{}", i), animation.name.empty() ? "" : in_quotes(animation.name),
+                   animation.seconds ? fmt::format("{:.6g}", *animation.seconds) : "-",
+                   fmt::format("{}", animation.channels), animation.is_shown ? "yes" : ""});
+    }
+    return table.text();
+}
+
 std::string text_of(const SceneReport& report) {
     const auto corner = [](const double p[3]) {
         return fmt::format("{:.6g}, {:.6g}, {:.6g}", p[0], p[1], p[2]);
@@ -152,6 +165,7 @@ std::string text_of(const SceneReport& report) {
         text += fmt::format("textures        {} ({} triangles): {}\n", report.textures.size(),
                             report.textured_triangles, fmt::join(report.textures, ", "));
     }
+    if (!report.animations.empty()) text += "\n" + table_of(report.animations);
     if (report.trees.empty()) return text;
     Table table({"tree", "build ms", "SAH cost", "nodes", "leaves", "depth", "children",
                  "triangles", "vertices", "MiB", "hash"});

@@ -21,6 +21,7 @@ struct SceneReport {
     double last_frame = 0;
     /// Frames a second, if the scene has seconds.
     std::optional<double> fps;
+    std::vector<ClipAnimation> animations;
     WorldBounds bounds;
     int exponent = 0;
     DegenerateCount degenerate;

@@ -51,6 +51,7 @@ public:
     std::optional<double> fps() const override {
         return last_frame_ > 0 ? std::optional(fps_) : std::nullopt;
     }
+    std::span<const ClipAnimation> animations() const override { return scene_.animations; }
     std::span<const uvec3> smooth_corners() const override { return scene_.smooth; }
     const SceneTextures* textures() const override {
         return scene_.textures.files.empty() ? nullptr : &scene_.textures;

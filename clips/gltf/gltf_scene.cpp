@@ -30,6 +30,10 @@ public:
         read_meshes();
         if (file_.count("animations") > 0) {
             scene_.animation = read_animation(file_, accessors_, animation, target_counts());
+            if (options_.list_animations) {
+                scene_.animations = list_animations(file_, accessors_, options_.warn);
+                scene_.animations[animation].is_shown = true;
+            }
         }
         check_channels();
         require_limits();

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "clips/clip.h"
 #include "clips/clip_options.h"
 #include "clips/gltf/meshes.h"
 #include "clips/gltf/motion/animation.h"
@@ -32,6 +33,8 @@ struct GltfScene {
     std::map<std::uint32_t, Mesh> meshes;
     std::map<std::uint32_t, Skin> skins;
     Animation animation;
+    /// As Clip::animations().
+    std::vector<ClipAnimation> animations;
     /// In the order of the nodes, depth first, then of the primitives.
     std::vector<Part> parts;
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "clips/gltf/motion/interpolation.h"
+#include "clips/warning_count.h"
 #include "common/base/errors.h"
 #include "common/text/message_text.h"
 #include "common/text/number_text.h"
@@ -57,6 +58,17 @@ Interpolation interpolation_of(const JsonAt& sampler) {
     given->fail(
         fmt::format("is {}; must be LINEAR, STEP or CUBICSPLINE", in_quotes(given->text())));
 }
+
+void require_times(const JsonAt& reference, std::span<const float> times) {
+    for (std::size_t i = 0; i < times.size(); ++i) {
+        if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
+            continue;
+        reference.fail(fmt::format("time {} is {}; times must increase, from 0 to {}", i, times[i],
+                                   kMostSeconds));
+    }
+}
+
+constexpr Wanted kTimes = {1, "SCALAR"};
 
 class AnimationReader {
 public:
@@ -113,14 +125,8 @@ private:
     }
 
     std::span<const float> times_of(const JsonAt& reference) {
-        const std::span<const float> times = numbers_of(reference, {1, "SCALAR"});
-        if (!checked_times_.insert(times.data()).second) return times;
-        for (std::size_t i = 0; i < times.size(); ++i) {
-            if (times[i] >= 0 && times[i] <= kMostSeconds && (i == 0 || times[i] > times[i - 1]))
-                continue;
-            reference.fail(fmt::format("time {} is {}; times must increase, from 0 to {}", i,
-                                       times[i], kMostSeconds));
-        }
+        const std::span<const float> times = numbers_of(reference, kTimes);
+        if (checked_times_.insert(times.data()).second) require_times(reference, times);
         return times;
     }
 
@@ -148,6 +154,43 @@ private:
     Animation animation_;
     std::set<std::pair<std::uint32_t, Target>> known_;
     std::set<const float*> checked_times_;
+};
+
+class AnimationLister {
+public:
+    AnimationLister(const GltfFile& file, Accessors& accessors)
+        : file_(file), accessors_(accessors) {}
+
+    /// Throws Error(kBadInput) for what it cannot read, after it has filled in the rest.
+    void read(const JsonAt& at, ClipAnimation& animation) {
+        animation.name = name_of(at);
+        const JsonAt channels = at.at("channels");
+        const JsonAt samplers = at.at("samplers");
+        double seconds = 0;
+        for (std::size_t i = 0; i < channels.size(); ++i) {
+            if (!channels[i].at("target").find("node")) continue;
+            ++animation.channels;
+            const std::uint32_t sampler =
+                channels[i].at("sampler").index_below(samplers.size(), "samplers");
+            seconds = std::max(seconds, last_time(samplers[sampler].at("input")));
+        }
+        animation.seconds = seconds;
+    }
+
+private:
+    double last_time(const JsonAt& reference) {
+        const std::uint32_t index = reference.index_below(file_.count("accessors"), "accessors");
+        const auto known = last_times_.find(index);
+        if (known != last_times_.end()) return known->second;
+        const std::vector<float> times = accessors_.floats(accessors_.open(reference), kTimes);
+        require_times(reference, times);
+        return last_times_.emplace(index, double{times.back()}).first->second;
+    }
+
+    const GltfFile& file_;
+    Accessors& accessors_;
+    /// By the indices of accessors, which animations share.
+    std::map<std::uint32_t, double> last_times_;
 };
 
 double value_at(const Channel& channel, std::size_t key, std::size_t part, std::size_t k) {
@@ -196,6 +239,26 @@ std::size_t find_animation(const GltfFile& file, const std::string& text) {
 Animation read_animation(const GltfFile& file, Accessors& accessors, std::size_t index,
                          std::span<const std::size_t> target_counts) {
     return AnimationReader(file, accessors, index, target_counts).run();
+}
+
+std::vector<ClipAnimation> list_animations(const GltfFile& file, Accessors& accessors,
+                                           const WarnFunction& warn) {
+    std::vector<ClipAnimation> animations(file.count("animations"));
+    AnimationLister lister(file, accessors);
+    WarningCount unread;
+    for (std::size_t i = 0; i < animations.size(); ++i) {
+        try {
+            lister.read(file.element("animations", i), animations[i]);
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::kBadInput) throw;
+            unread.add([&] {
+                return Warning{file.name(),
+                               as_warning(error, file.name()).text + "; its length is not known"};
+            });
+        }
+    }
+    unread.tell(warn);
+    return animations;
 }
 
 KeyAt key_at(std::span<const float> times, double time) {

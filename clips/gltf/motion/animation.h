@@ -9,7 +9,9 @@
 #include <tuple>
 #include <vector>
 
+#include "clips/clip.h"
 #include "clips/gltf/file/accessor.h"
+#include "common/base/warning.h"
 
 namespace mray::gltf {
 
@@ -49,6 +51,11 @@ std::size_t find_animation(const GltfFile& file, const std::string& text);
 /// two channels of one property.
 Animation read_animation(const GltfFile& file, Accessors& accessors, std::size_t index,
                          std::span<const std::size_t> target_counts);
+
+/// All animations of a file, of which only the times are read. Warns of those that cannot be read,
+/// whose seconds are left out.
+std::vector<ClipAnimation> list_animations(const GltfFile& file, Accessors& accessors,
+                                           const WarnFunction& warn);
 
 /// The key interval of a channel at a time: the last key at or before it and the share of the way
 /// to the next, in [0, 1). Before the first and after the last key, that key and 0.

@@ -144,7 +144,7 @@ std::string gltf_failure(std::string_view bytes) {
     static CaseFile binary("case.glb");
     CaseFile& file = bytes.starts_with("glTF") ? binary : text;
     file.write(bytes);
-    return scene_failure(file.path(), file.path());
+    return scene_failure(file.path(), file.path(), {.list_animations = true});
 }
 
 std::string pc2_failure(std::string_view bytes) {
