@@ -5,7 +5,7 @@
 
 namespace morphray::detail {
 
-/// So many threads at a time have an index of their own.
+/// The number of threads that can have an index of their own at the same time.
 inline constexpr std::uint32_t kIndexedThreads = 64;
 inline constexpr std::uint32_t kNoThreadIndex = 0xFFFFFFFFu;
 

@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kPanelWidth = 330;
 constexpr int kTimelineHeight = 150;
-/// So long nothing must change before an image is refined.
+/// The time without a change after which an image is refined.
 constexpr double kStillSeconds = 0.12;
 /// Between two looks at the clock while something moves, and while nothing does. Images and input
 /// end the wait.
