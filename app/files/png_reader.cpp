@@ -41,6 +41,8 @@ public:
         png_set_read_fn(png_, this, on_read);
         // Larger images are refused by their size, which the head says.
         png_set_user_limits(png_, 0x7FFFFFFF, 0x7FFFFFFF);
+        // By default a text with a wrong checksum would be left out without an error.
+        png_set_crc_action(png_, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
         png_read_info(png_, info_);
         return true;
     }

@@ -19,8 +19,8 @@ bool is_png(std::string_view bytes);
 
 /// The pixels of a PNG file in memory, as they are stored, without corrections of gamma or colour;
 /// grey and palettes become RGB, missing alpha becomes 255. `path` is for messages. Throws Error:
-/// kBadInput for a file that is no PNG, is damaged or, unless the limits say otherwise, has 16 bits
-/// a channel; kLimit above the limits.
+/// kBadInput for a file that is no PNG, is damaged (any chunk with a wrong checksum, texts
+/// included) or, unless the limits say otherwise, has 16 bits a channel; kLimit above the limits.
 Image decode_png(const std::string& bytes, const std::filesystem::path& path,
                  const ImageLimits& limits);
 

@@ -71,6 +71,21 @@ TEST(PngDiff, SeesAlpha) {
     EXPECT_EQ(json["differing_pixels"], 1);
 }
 
+TEST(PngDiff, RefusesADamagedText) {
+    const TemporaryFolder folder;
+    const PngText text{"Software", "morphray"};
+    const auto encoded = encode_png(ramp(4, 4), {&text, 1});
+    std::string bytes(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+    const std::string a = folder.write("a.png", bytes).native();
+    EXPECT_EQ(run({"diff", a, a}).code, 0);
+    bytes[bytes.find("morphray")] ^= 1;
+    const std::string b = folder.write("b.png", bytes).native();
+    const Outcome outcome = run({"diff", a, b});
+    EXPECT_EQ(outcome.code, 3) << outcome.out;
+    EXPECT_EQ(outcome.err,
+              b + ": is not a PNG file that can be read (iTXt: CRC error); give another file\n");
+}
+
 TEST(PngDiff, RefusesWhatCannotBeCompared) {
     const TemporaryFolder folder;
     const std::string a = write_png(folder, "a.png", ramp(20, 10));

@@ -98,6 +98,33 @@ TEST_F(Merge, NamesDamagedMissingAndExchangedImages) {
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "sheet.png"));
 }
 
+TEST_F(Merge, NamesImagesWithADamagedByteInAnyText) {
+    const std::string file = "out/frame_0001.png";
+    const std::string png = read_file(folder.path() / file);
+    std::size_t texts = 0;
+    for (std::size_t type = png.find("iTXt"); type != png.npos; type = png.find("iTXt", type + 4)) {
+        ++texts;
+        std::uint32_t size = 0;
+        for (std::size_t i = type - 4; i < type; ++i)
+            size = size << 8 | static_cast<unsigned char>(png[i]);
+        // The type, the first letter of the keyword, the last letter of the text, the checksum.
+        for (const std::size_t at : {type, type + 4, type + 3 + size, type + 4 + size}) {
+            std::string damaged = png;
+            damaged[at] ^= 1;
+            folder.write(file, damaged);
+            const Outcome outcome = merge(folder, {"out"});
+            EXPECT_EQ(outcome.code, 1) << png.substr(type + 4, 12) << " at " << at;
+            EXPECT_NE(outcome.out.find("frame 1 of shard 1 on n1: damaged: out/frame_0001.png: is "
+                                       "not a PNG file that can be read ("),
+                      std::string::npos)
+                << outcome.out;
+        }
+    }
+    EXPECT_EQ(texts, 5u);
+    folder.write(file, png);
+    EXPECT_EQ(findings(folder, {"out"}, "damaged", 0), Names{});
+}
+
 TEST_F(Merge, NamesDuplicateFramesAndShards) {
     change_part(folder, "out/part-2-of-3.json", [&](Json& part) {
         part["frames"].push_back(read_json(folder, "out/part-1-of-3.json")["frames"][0]);

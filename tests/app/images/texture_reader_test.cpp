@@ -122,6 +122,28 @@ TEST_F(TextureFiles, DamagedBytesAreReadOrRefusedButNothingElse) {
     }
 }
 
+TEST_F(TextureFiles, PngWithADamagedByteAnywhereIsRefusedTextsIncluded) {
+    const Image image{
+        3, 2, {0xFF000001, 0xFF020304, 0xFF050607, 0xFF08090A, 0xFF0B0C0D, 0xFF0E0F10}};
+    const PngText texts[] = {{"Software", "morphray"}, {"Image hash", "0123456789abcdef"}};
+    const auto bytes = encode_png(image, texts);
+    const std::string whole(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    EXPECT_EQ(read(whole).pixels, image.pixels);
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+        for (const int flip : {0x01, 0x20, 0x80}) {
+            std::string damaged = whole;
+            damaged[at] = static_cast<char>(damaged[at] ^ flip);
+            EXPECT_EQ(kind_of([&] { read(damaged); }), ErrorKind::kBadInput)
+                << at << " of " << whole.size();
+        }
+    }
+    std::string damaged = whole;
+    damaged[whole.find("morphray")] ^= 1;
+    EXPECT_EQ(refusal(damaged),
+              folder_.file("a.png") +
+                  ": is not a PNG file that can be read (iTXt: CRC error); give another file");
+}
+
 /// The head of a small PNG file with another size: bytes 16 to 23 and the chunk's checksum.
 std::string png_of_size(const std::string& size) {
     std::string png = png_file(1, 1, PNG_COLOR_TYPE_RGB, 8);
