@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <variant>
 
 #include "library/scene/errors.h"
@@ -24,9 +25,15 @@ mray::PolicySpec spec_of_every(const Every& every) {
     return {mray::PolicyKind::kEvery, every.poses};
 }
 
+void check_budget(const char* name, double budget) {
+    if (std::isfinite(budget) && budget >= 0) return;
+    throw_bad_argument(
+        fmt::format("Auto: {} is {}; give a finite number that is not negative", name, budget));
+}
+
 mray::PolicySpec spec_of_auto(const Auto& automatic) {
-    if (!(automatic.budget_ms >= 0) || !(automatic.budget >= 0))
-        throw_bad_argument("Auto: a budget must not be negative");
+    check_budget("budget_ms", automatic.budget_ms);
+    check_budget("budget", automatic.budget);
     return {mray::PolicyKind::kAuto};
 }
 

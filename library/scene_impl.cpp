@@ -190,8 +190,8 @@ Update SceneImpl::update(std::uint32_t geom_id, std::size_t first, std::size_t c
     if (mesh == nullptr)
         throw_bad_argument(fmt::format("the scene has no mesh with geom_id {}", geom_id));
     if (first > mesh->positions.count || count > mesh->positions.count - first) {
-        throw_bad_argument(fmt::format("positions {} to {} of a mesh that has {}", first,
-                                       first + count, mesh->positions.count));
+        throw_bad_argument(fmt::format("{} positions from number {} on, of a mesh that has {}",
+                                       count, first, mesh->positions.count));
     }
     if (meshes_.has_changes()) {
         throw_bad_argument(

@@ -33,6 +33,7 @@ struct Every {
 };
 /// Refits; restructures, or builds, when the tree's degradation has cost as much time as that would
 /// take. What takes longer than the budget is restructured in slices, or built in the background.
+/// Both budgets are finite and not negative.
 struct Auto {
     /// The time that an update may add, in milliseconds. 0: `budget` decides.
     double budget_ms = 0;

@@ -30,7 +30,8 @@ bounds:    (lower, upper), two points: the part of space that the meshes move in
 update:    how the tree follows the meshes: "auto", "refit", "rebuild", or "every:K" to build a
            tree after K poses. Results do not depend on it.
 budget_ms: for "auto", the milliseconds that an update may add. 0: budget decides.
-budget:    for "auto", the same as a part of the time that refit and queries of a pose take.
+budget:    for "auto", the same as a part of the time that refit and queries of a pose take. Both are
+           finite and not negative.
 deterministic: for "auto", decide by counts instead of times, so that all runs decide alike.
 split:     how trees are built: "binned", or "sweep", which is slower and gives the best tree.
 deforms:   whether update() reads the points again.

@@ -134,7 +134,9 @@ def test_bad_out():
         ({"update": "every:3x"}, ValueError, "no number"),
         ({"update": "every:0"}, morphray.Error, ""),
         ({"update": "refit", "budget_ms": 2}, ValueError, "takes no budget_ms"),
-        ({"update": "auto", "budget_ms": -1}, morphray.Error, "negative"),
+        ({"update": "auto", "budget_ms": -1}, morphray.Error, "budget_ms is -1; .* not negative"),
+        ({"update": "auto", "budget_ms": np.nan}, morphray.Error, "budget_ms is nan; .* finite"),
+        ({"update": "auto", "budget": np.inf}, morphray.Error, "budget is inf; .* finite"),
         ({"split": "fast"}, ValueError, "split: "),
         ({"albedo": [1]}, TypeError, "albedo: "),
         ({"albedo": np.zeros((1, 3), np.float32)}, TypeError, "albedo: dtype"),
@@ -204,6 +206,12 @@ def test_bad_ranges(arguments, error):
         scene.update(*arguments)
 
 
+def test_ranges_outside_of_a_mesh_are_named():
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    with pytest.raises(morphray.Error, match="4294967295 positions from number 1 on, of a mesh that has 3"):
+        scene.update(0, 1, 2**32 - 1)
+
+
 @pytest.mark.parametrize(
     "options, error",
     [
@@ -219,6 +227,8 @@ def test_bad_ranges(arguments, error):
         ({"eye": (0, 0, float("nan"))}, morphray.Error),
         ({"rays": "many"}, ValueError),
         ({"fov": 180}, morphray.Error),
+        ({"fov": float("nan")}, morphray.Error),
+        ({"ao_distance": float("nan"), "rays": "ao"}, morphray.Error),
         ({"ao_count": 0, "rays": "ao"}, morphray.Error),
         ({"ao_count": -1}, ValueError),
         ({"ao_distance": "far"}, TypeError),

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <thread>
 
 #include "tests/library/scenes.h"
@@ -85,6 +86,40 @@ TEST(LibraryErrors, RefuseUnsuitableOptions) {
     EXPECT_EQ(error_of([] { Device::cpu({.simd = "mmx"}); }), "bad_argument");
 }
 
+TEST(LibraryErrors, NameTheBudgetThatIsNoFiniteNumberFromZeroOn) {
+    const UserMesh mesh(icosphere(1));
+    const auto with = [&](const morphray::Auto& update) {
+        return message_of([&] { Scene::build(mesh.view(), Device::cpu(), {.update = update}); });
+    };
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const std::pair<double, std::string> values[] = {
+        {NAN, "nan"}, {-2.5, "-2.5"}, {kInfinity, "inf"}, {-kInfinity, "-inf"}};
+    for (const auto& [value, text] : values) {
+        const std::string rest = " is " + text + "; give a finite number that is not negative";
+        EXPECT_EQ(with({.budget_ms = value}), "Auto: budget_ms" + rest);
+        EXPECT_EQ(with({.budget = value}), "Auto: budget" + rest);
+    }
+    EXPECT_EQ(with({.budget_ms = 0, .budget = 0}), "none");
+    EXPECT_EQ(with({.budget_ms = 1e300, .budget = 1e300}), "none");
+}
+
+TEST(LibraryErrors, SayWhichPositionsAreNotInTheMesh) {
+    const UserMesh mesh(icosphere(1));
+    Scene scene = Scene::build(mesh.view());
+    const auto update = [&](std::size_t first, std::size_t count) {
+        return message_of([&] { scene.update(0, first, count); });
+    };
+    constexpr std::size_t kMost = std::numeric_limits<std::size_t>::max();
+    EXPECT_EQ(update(40, 3), "3 positions from number 40 on, of a mesh that has 42");
+    EXPECT_EQ(update(1, kMost),
+              "18446744073709551615 positions from number 1 on, of a mesh that has 42");
+    EXPECT_EQ(update(kMost, kMost),
+              "18446744073709551615 positions from number 18446744073709551615 on, of a mesh that "
+              "has 42");
+    EXPECT_EQ(update(40, 2), "none");
+    EXPECT_EQ(update(42, 0), "none");
+}
+
 TEST(LibraryErrors, RefuseSpansAndRangesThatDoNotFit) {
     const UserMesh mesh(icosphere(1));
     Scene scene = Scene::build(mesh.view());
@@ -125,6 +160,10 @@ TEST(LibraryErrors, RefuseImpossibleViews) {
     EXPECT_EQ(with({.eye = morphray::Point{0, 0, 0}, .target = morphray::Point{0, 0, 0}}),
               "bad_input");
     EXPECT_EQ(with({.fov = 180}), "bad_input");
+    EXPECT_EQ(with({.fov = NAN}), "bad_input");
+    EXPECT_EQ(with({.up = {0, NAN, 0}}), "bad_input");
+    EXPECT_EQ(with({.light = morphray::Point{NAN, 0, 0}}), "bad_input");
+    EXPECT_EQ(with({.rays = morphray::Rays::ao, .ao_distance = NAN}), "bad_input");
     EXPECT_EQ(with({.rays = static_cast<morphray::Rays>(9)}), "bad_argument");
     EXPECT_EQ(error_of([] { morphray::write_png("image.png", {}); }), "bad_argument");
     morphray::Image image = scene.render({.width = 2, .height = 2});

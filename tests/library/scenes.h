@@ -76,6 +76,17 @@ inline void expect_same_hits(const std::vector<morphray::Hit>& a,
     EXPECT_EQ(different, 0u) << what;
 }
 
+/// The line of the error that `work` throws, or "none".
+template <class Work>
+std::string message_of(Work work) {
+    try {
+        work();
+    } catch (const morphray::Error& error) {
+        return error.what();
+    }
+    return "none";
+}
+
 /// The code of the error that `work` throws, or "none".
 template <class Work>
 std::string error_of(Work work) {
