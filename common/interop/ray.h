@@ -7,7 +7,7 @@
 
 SHARED_BEGIN
 
-/// A ray org + t * dir, tnear <= t <= tfar. org is on the coordinate grid with |org| <= 2^40 per
+/// A ray org + t * dir, t > 0, tnear <= t <= tfar. org is on the coordinate grid, |org| <= 2^40 per
 /// axis; dir is canonical: its largest component has magnitude in [1, 2), and all are multiples of
 /// 2^-46 (a zero dir hits nothing). tnear >= 0; tfar is finite (kInfiniteT stands for infinity).
 struct Ray {

@@ -8,7 +8,7 @@
 
 namespace mray {
 
-/// A ray in the caller's own space: org + t * dir for t in [tnear, tfar].
+/// A ray in the caller's own space: org + t * dir for t > 0 in [tnear, tfar].
 struct StoredRay {
     float org[3];
     float tnear;

@@ -24,13 +24,17 @@ struct Box {
     bool operator==(const Box&) const = default;
 };
 
-/// The points org + t * dir with tnear <= t <= tfar. `dir` has any length but 0; t is in units of
-/// it. 32 bytes, in the order of the members, so that an array of 8 floats a ray may be read as
-/// rays.
+/// The points org + t * dir with t > 0 and tnear <= t <= tfar: both ends belong to the ray, its
+/// origin does not. `dir` has any length but 0; t is in units of it. 32 bytes, in the order of the
+/// members, so that an array of 8 floats a ray may be read as rays.
 ///
-/// A ray hits nothing if a number in it is NaN, if org or dir is infinite, if dir is 0, if the
-/// interval is empty (tnear > tfar or tfar < 0), or if org is more than a million scene sizes away.
-/// A negative tnear counts as 0.
+/// A ray that starts on a triangle does not hit it there. Where rounding puts the origin beside the
+/// triangle, the ray may hit it at a t next to 0: give rays that leave a surface a tnear above the
+/// rounding of their origins.
+///
+/// A ray hits nothing if a number in it is NaN, if org or dir is infinite, if dir is 0, if no t is
+/// left (tnear > tfar or tfar <= 0), or if org is more than a million scene sizes away. A negative
+/// tnear counts as 0.
 struct Ray {
     Vec3 org;
     float tnear = 0;
@@ -46,8 +50,9 @@ inline constexpr std::uint32_t kNoGeometry = 0xFFFFFFFFu;
 /// The hit point is (1 - u - v) * p0 + u * p1 + v * p2 for the corners p0, p1, p2 of triangle
 /// `prim_id` (a number from 0 in the mesh `geom_id`), and org + t * dir up to rounding. Among
 /// triangles hit at the same t, the lowest (geom_id, prim_id) is the hit. Triangles are hit from
-/// both sides; one without area, or with a corner that is not finite, is never hit. An edge that
-/// two triangles share lets no ray through.
+/// both sides; one with two corners at one place, or with a corner that is not finite, is never
+/// hit. A triangle of three corners on a line is hit where rounding gives it a width, so that it
+/// closes the gap between its neighbours. An edge that two triangles share lets no ray through.
 struct Hit {
     float t = 0;  ///< Rounded to a float; a larger value becomes the largest float.
     float u = 0;

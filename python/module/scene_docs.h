@@ -116,7 +116,9 @@ rays: float32, one of
               is the same in memory: read in place if C-contiguous and aligned
       (N, 6)  org.x org.y org.z dir.x dir.y dir.z, with tnear 0 and tfar infinite
       More axes in front are kept in the result: (H, W, 6) gives (H, W). dir has any length but 0;
-      t is in units of it. A ray with a NaN, with a dir of 0 or with tnear > tfar hits nothing.
+      t is in units of it. Hits have t > 0 and tnear <= t <= tfar: a ray that starts on a triangle
+      does not hit it there. A ray with a NaN, with a dir of 0, with tnear > tfar or with tfar <= 0
+      hits nothing.
 out:  an array of hit_dtype to write to, with one element a ray: C-contiguous and writable.
 
 Returns an array of hit_dtype with the fields t, u, v (float32), prim_id, geom_id (uint32); `out` if
@@ -151,8 +153,9 @@ inline constexpr const char* kTestOcclusionsDoc =
     R"(test_occlusions(self, rays, tnear=0.0, tfar=None)
 --
 
-Finds whether rays hit anything between tnear and tfar (None: infinite), as Open3D's RaycastingScene does. Returns an
-array of bool, one a ray. Rays of eight numbers have a tnear and tfar of their own.)";
+Finds whether rays hit anything at t > 0 with tnear <= t <= tfar (None: infinite), as Open3D's
+RaycastingScene does. Returns an array of bool, one a ray. Rays of eight numbers have a tnear and tfar of
+their own.)";
 
 inline constexpr const char* kRenderDoc =
     R"(render(self, size=(1024, 1024), *, eye=None, target=None, up=(0.0, 1.0, 0.0), fov=45.0, light=None, rays="primary", ao_count=16, ao_distance=0.0, shading="plain", samples=1, flat=False)

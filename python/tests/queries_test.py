@@ -200,3 +200,19 @@ def test_rays_of_eight_numbers_are_not_copied():
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 10_000
+
+
+def test_both_ends_of_a_ray_count_but_not_its_origin():
+    scene = morphray.Scene(*triangle())
+    ray = np.array([[0.2, 0.3, 1, 0, 0, 0, -1, np.inf]], np.float32)
+    for height, tnear, tfar, is_hit in [
+        (0, 0, np.inf, False), (0, -1, np.inf, False), (0, -1, 0, False),
+        (1, 1, np.inf, True), (1, 0, 1, True), (1, 1, 1, True),
+        (1, np.nextafter(np.float32(1), np.float32(2)), np.inf, False),
+        (1, 0, np.nextafter(np.float32(1), np.float32(0)), False),
+    ]:
+        ray[0, 2], ray[0, 3], ray[0, 7] = height, tnear, tfar
+        assert (scene.intersect(ray)["prim_id"][0] == 0) == is_hit, (height, tnear, tfar)
+        assert scene.occluded(ray)[0] == is_hit
+        rays = np.repeat(ray[:, [0, 1, 2, 4, 5, 6]], 3, 0)
+        assert scene.test_occlusions(rays, tnear=tnear, tfar=tfar).tolist() == [is_hit] * 3

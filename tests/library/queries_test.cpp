@@ -1,7 +1,12 @@
 // Closest and any hits through the public interface equal brute force.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <thread>
+
+#include <glm/geometric.hpp>
 
 #include "tests/library/scenes.h"
 
@@ -146,6 +151,111 @@ TEST(Queries, RaysThatCannotHitAnythingHitNothing) {
         EXPECT_EQ(hits[i], morphray::Hit{}) << i;
         EXPECT_EQ(scene.intersect(rays[i]), morphray::Hit{}) << i;
         EXPECT_FALSE(scene.occluded(rays[i])) << i;
+    }
+}
+
+/// A ray's hit or miss by every way to ask for it, which must agree.
+morphray::Hit hit_of(const Scene& scene, const morphray::Ray& ray) {
+    const morphray::Hit hit = scene.intersect(ray);
+    EXPECT_EQ(hits_of(scene, {ray})[0], hit);
+    EXPECT_EQ(hits_of(scene, std::vector<morphray::Ray>(300, ray))[299], hit);
+    EXPECT_EQ(scene.occluded(ray), bool{hit});
+    std::uint8_t occluded = 2;
+    scene.occluded({&ray, 1}, {&occluded, 1});
+    EXPECT_EQ(occluded, hit ? 1 : 0);
+    return hit;
+}
+
+/// Hits have t > 0 and tnear <= t <= tfar.
+TEST(Queries, CountBothEndsOfARayButNotItsOrigin) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    UserMesh mesh;
+    mesh.points = {{-1, -1, 0}, {3, -1, 0}, {-1, 3, 0}, {-1, -1, -1}, {3, -1, -2}, {-1, 3, -1.5f}};
+    mesh.triangles = {0, 1, 2, 3, 4, 5};
+    const Scene built = Scene::build(mesh.view());
+    const Scene brute = built.on(Device::brute_force());
+    for (const Scene* const scene : {&built, &brute}) {
+        // From within the first triangle, from an edge and from a corner: the second one is hit.
+        for (const morphray::Vec3 on : {morphray::Vec3{0, 0, 0}, {1, -1, 0}, {-1, 3, 0}}) {
+            const morphray::Vec3 down{-0.1f * on.x, -0.1f * on.y, -2};
+            for (const float tnear : {0.0f, -0.0f, -1.0f, -kInfinity}) {
+                EXPECT_EQ(hit_of(*scene, {on, tnear, {0.01f, 0.02f, 1}, kInfinity}),
+                          morphray::Hit{});
+                EXPECT_EQ(hit_of(*scene, {on, tnear, down, kInfinity}).prim_id, 1u);
+                EXPECT_EQ(hit_of(*scene, {on, tnear, down, 0}), morphray::Hit{});
+            }
+        }
+        const morphray::Ray from_above{{0.2f, 0.3f, 0.7f}, 0, {0.1f, -0.2f, -1.3f}, kInfinity};
+        const morphray::Hit first = hit_of(*scene, from_above);
+        ASSERT_EQ(first.prim_id, 0u);
+        const auto between = [&](float tnear, float tfar) {
+            return hit_of(*scene, {from_above.org, tnear, from_above.dir, tfar});
+        };
+        const float below = std::nextafter(first.t, 0.0f);
+        const float above = std::nextafter(first.t, kInfinity);
+        EXPECT_EQ(between(first.t, kInfinity), first);
+        EXPECT_EQ(between(0, first.t), first);
+        EXPECT_EQ(between(first.t, first.t), first);
+        EXPECT_EQ(between(below, above), first);
+        EXPECT_EQ(between(-1, above), first);
+        EXPECT_EQ(between(0, below), morphray::Hit{});
+        EXPECT_EQ(between(-first.t, 0), morphray::Hit{});
+        const morphray::Hit second = between(above, kInfinity);
+        EXPECT_EQ(second.prim_id, 1u);
+        EXPECT_GT(second.t, first.t);
+        EXPECT_EQ(between(above, below), morphray::Hit{});
+    }
+}
+
+/// Rounding may put an origin in front of the triangle that it is on.
+TEST(Queries, RaysFromATriangleHitItNowhereButNextToTheirOrigins) {
+    Random random(31);
+    std::size_t own_hits = 0;
+    for (int i = 0; i < 1000; ++i) {
+        // Of every second triangle all coordinates are about 1000, so that origins are rounded.
+        const float place = i % 2 == 0 ? 0.0f : 1000.0f;
+        const vec3 a = place + random.point(1);
+        const vec3 b = place + random.point(1);
+        const vec3 c = place + random.point(1);
+        const vec3 on = 0.5f * a + 0.25f * b + 0.25f * c;
+        const vec3 normal = glm::cross(b - a, c - a);
+        const vec3 dir = random.point(1);
+        if (glm::length(normal) < 0.1f || glm::length(dir) < 0.1f) continue;
+        // The height above the triangle that a ray gains in a t of 1, and one beyond all rounding.
+        const float rise = std::abs(glm::dot(normal, dir)) / glm::length(normal);
+        const float height = 1e-6f * (1 + place);
+        if (rise < 0.01f) continue;
+        UserMesh mesh;
+        for (const vec3 p : {a, b, c}) mesh.points.push_back({p.x, p.y, p.z});
+        mesh.triangles = {0, 1, 2};
+        const Scene scene = Scene::build(mesh.view());
+        const morphray::Ray ray{{on.x, on.y, on.z}, 0, {dir.x, dir.y, dir.z}};
+        if (const morphray::Hit hit = hit_of(scene, ray)) {
+            ++own_hits;
+            EXPECT_GT(hit.t, 0) << i;
+            EXPECT_LE(hit.t * rise, height) << i;
+        }
+        EXPECT_FALSE(hit_of(scene, {ray.org, height / rise, ray.dir})) << i;
+    }
+    EXPECT_GT(own_hits, 100u);
+}
+
+TEST(Queries, TrianglesWithoutAreaAreHitOnlyIfTheirCornersDiffer) {
+    UserMesh mesh;
+    mesh.points = {{-1, -0.75f, 0.25f}, {1, 0.75f, 0.75f}, {0, 0, 0.5f}, {0, 0, 0.5f}};
+    Random random(32);
+    std::vector<morphray::Ray> rays(20000);
+    for (morphray::Ray& ray : rays) {
+        const double at = random.real(-1, 1);
+        ray.org = {static_cast<float>(random.real(-1, 1)), 0.2f, 3};
+        ray.dir = {static_cast<float>(at - ray.org.x), static_cast<float>(0.75 * at - ray.org.y),
+                   static_cast<float>(0.5 + 0.25 * at - ray.org.z)};
+    }
+    mesh.triangles = {0, 1, 2};
+    EXPECT_GT(count_hits(hits_of(Scene::build(mesh.view()), rays)), 0u);
+    for (const std::uint32_t corner : {0u, 2u}) {
+        mesh.triangles = {corner, 2, 3};
+        EXPECT_EQ(count_hits(hits_of(Scene::build(mesh.view()), rays)), 0u);
     }
 }
 
