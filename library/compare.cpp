@@ -60,12 +60,12 @@ std::string text_of(const Hit& hit) {
 }  // namespace
 
 Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
-                   std::size_t keep) {
+                   std::size_t keep, const std::atomic<bool>* cancel) {
     return detail::with_public_errors([&] {
         std::vector<Hit> a(rays.size());
         std::vector<Hit> b(rays.size());
-        first.intersect(rays, std::span<Hit>(a));
-        second.intersect(rays, std::span<Hit>(b));
+        first.intersect(rays, std::span<Hit>(a), cancel);
+        second.intersect(rays, std::span<Hit>(b), cancel);
         return compare_all(
             rays.size(), keep, [&](std::size_t i) { return same_bits(a[i], b[i]); },
             [&](std::size_t i) {

@@ -71,16 +71,18 @@ Update Scene::last_update() const {
     return with_public_errors([&] { return require(impl_).last_update(); });
 }
 
-void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
-    with_public_errors([&] { require(impl_).intersect(rays, hits); });
+void Scene::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                      const std::atomic<bool>* cancel) const {
+    with_public_errors([&] { require(impl_).intersect(rays, hits, cancel); });
 }
 
 Hit Scene::intersect(const Ray& ray) const {
     return with_public_errors([&] { return require(impl_).intersect(ray); });
 }
 
-void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
-    with_public_errors([&] { require(impl_).occluded(rays, occluded); });
+void Scene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                     const std::atomic<bool>* cancel) const {
+    with_public_errors([&] { require(impl_).occluded(rays, occluded, cancel); });
 }
 
 bool Scene::occluded(const Ray& ray) const {

@@ -218,11 +218,12 @@ void SceneImpl::detach(std::uint32_t geom_id) {
     meshes_.detach(geom_id);
 }
 
-void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+void SceneImpl::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                          const std::atomic<bool>* cancel) const {
     require_usable();
     if (rays.size() != hits.size())
         throw_bad_argument(fmt::format("{} rays, but room for {} hits", rays.size(), hits.size()));
-    queries_->intersect(rays, hits);
+    queries_->intersect(rays, hits, cancel);
 }
 
 Hit SceneImpl::intersect(const Ray& ray) const {
@@ -230,13 +231,14 @@ Hit SceneImpl::intersect(const Ray& ray) const {
     return queries_->intersect(ray);
 }
 
-void SceneImpl::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+void SceneImpl::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                         const std::atomic<bool>* cancel) const {
     require_usable();
     if (rays.size() != occluded.size()) {
         throw_bad_argument(
             fmt::format("{} rays, but room for {} answers", rays.size(), occluded.size()));
     }
-    queries_->occluded(rays, occluded);
+    queries_->occluded(rays, occluded, cancel);
 }
 
 bool SceneImpl::occluded(const Ray& ray) const {

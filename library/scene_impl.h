@@ -36,9 +36,11 @@ public:
     void detach(std::uint32_t geom_id);
     Update last_update() const;
 
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                   const std::atomic<bool>* cancel) const;
     Hit intersect(const Ray& ray) const;
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                  const std::atomic<bool>* cancel) const;
     bool occluded(const Ray& ray) const;
     void render(const View& view, Image& image) const;
 

@@ -1,6 +1,7 @@
 // Comparison of two scenes that should give the same answers.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -33,9 +34,9 @@ struct Comparison {
 };
 
 /// Traces the rays in both scenes. `keep` limits Comparison::differences. Throws what
-/// Scene::intersect() throws.
+/// Scene::intersect() throws, and is cancelled as it is.
 MORPHRAY_API Comparison compare(const Scene& first, const Scene& second, std::span<const Ray> rays,
-                                std::size_t keep = 10);
+                                std::size_t keep = 10, const std::atomic<bool>* cancel = nullptr);
 /// Compares hits, occlusion and pixels; what differs counts once for each camera ray. Throws
 /// bad_argument for images of different sizes.
 MORPHRAY_API Comparison compare(const Image& first, const Image& second, std::size_t keep = 10);

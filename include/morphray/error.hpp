@@ -18,7 +18,7 @@ enum class ErrorCode {
     device_lost,   ///< The device stopped answering. The scene is of no use any more.
     busy,          ///< Another thread is changing this scene.
     internal,      ///< A broken invariant of the library: please report it.
-    cancelled,     ///< View::cancel asked the call to end.
+    cancelled,     ///< The flag `cancel` of the call asked it to end.
 };
 
 /// "bad_argument" for ErrorCode::bad_argument, and so on.

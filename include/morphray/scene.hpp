@@ -1,6 +1,7 @@
 // A scene of deforming meshes on one device.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -170,13 +171,21 @@ public:
     /// Finds the closest hits: hits[i] answers rays[i]. Any number of rays, in any order. Runs on
     /// all threads of the device if there are many rays, and in the calling thread if there are
     /// few. Throws bad_argument if the sizes differ, device_lost, limit.
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const;
+    ///
+    /// If `cancel` is given, throws cancelled soon after another thread has made it true: within
+    /// some milliseconds on the CPU, by brute force once each thread has traced 1024 rays, and at
+    /// the latest where a device has finished 2^18 rays. Hits that were not found by then are left
+    /// as they were.
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                   const std::atomic<bool>* cancel = nullptr) const;
     /// One ray, for callers that need each hit before they make the next ray. On a Vulkan device a
     /// call is a submission: hand over many rays there.
     Hit intersect(const Ray& ray) const;
 
-    /// Finds whether rays hit anything: occluded[i] is 1 if rays[i] does, else 0.
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const;
+    /// Finds whether rays hit anything: occluded[i] is 1 if rays[i] does, else 0. Throws and is
+    /// cancelled as intersect().
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                  const std::atomic<bool>* cancel = nullptr) const;
     bool occluded(const Ray& ray) const;
 
     /// Renders an image. Throws bad_input for an impossible view (eye and target coincide, up is

@@ -24,17 +24,19 @@ double DeviceQueries::trace(std::span<const mray::Ray> rays, std::span<mray::Hit
 /// Converts in many threads, and traces in large batches. The reported cost is the time of tracing;
 /// it leaves out what the tree has no part in, such as waiting for other threads and compiling
 /// kernels.
-void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                              const std::atomic<bool>* cancel) const {
     std::vector<mray::Ray> batch;
     std::vector<int> t_exponents;
     std::vector<mray::Hit> found;
     double trace_ms = 0;
     for (std::size_t begin = 0; begin < rays.size(); begin += kDeviceBatch) {
+        throw_if_cancelled(cancel);
         const std::size_t size = std::min(kDeviceBatch, rays.size() - begin);
         batch.resize(size);
         t_exponents.resize(size);
         found.resize(size);
-        for_each_run(size, arena_, [&](std::size_t first, std::size_t count) {
+        for_each_run(size, arena_, nullptr, [&](std::size_t first, std::size_t count) {
             mray::cpu::SceneRays scene;
             space_.to_scene(rays.subspan(begin + first, count), scene);
             for (std::size_t i = 0; i < count; ++i) {
@@ -43,7 +45,7 @@ void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits) co
             }
         });
         trace_ms += trace(batch, found);
-        for_each_run(size, arena_, [&](std::size_t first, std::size_t count) {
+        for_each_run(size, arena_, nullptr, [&](std::size_t first, std::size_t count) {
             for (std::size_t i = first; i < first + count; ++i)
                 hits[begin + i] = space_.to_world(found[i], t_exponents[i]);
         });
@@ -53,14 +55,15 @@ void DeviceQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits) co
 
 Hit DeviceQueries::intersect(const Ray& ray) const {
     Hit hit;
-    intersect(std::span<const Ray>(&ray, 1), std::span<Hit>(&hit, 1));
+    intersect(std::span<const Ray>(&ray, 1), std::span<Hit>(&hit, 1), nullptr);
     return hit;
 }
 
 /// By closest hits: a device has no kernel that ends at the first hit of any ray.
-void DeviceQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+void DeviceQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                             const std::atomic<bool>* cancel) const {
     std::vector<Hit> hits(rays.size());
-    intersect(rays, std::span<Hit>(hits));
+    intersect(rays, std::span<Hit>(hits), cancel);
     for (std::size_t i = 0; i < hits.size(); ++i) occluded[i] = hits[i] ? 1 : 0;
 }
 

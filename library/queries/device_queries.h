@@ -18,9 +18,11 @@ public:
                   mray::ThreadArena& arena, QueryCost& cost)
         : backend_(backend), mutex_(mutex), space_(space), arena_(arena), cost_(cost) {}
 
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override;
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                   const std::atomic<bool>* cancel) const override;
     Hit intersect(const Ray& ray) const override;
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                  const std::atomic<bool>* cancel) const override;
     bool occluded(const Ray& ray) const override;
 
 private:

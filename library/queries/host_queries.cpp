@@ -54,15 +54,16 @@ bool HostQueries::trace_tile(std::span<const Ray> rays, std::span<Answer> answer
 
 /// Traces rays in many threads. If they are those of an image it does so in tiles, and sets
 /// answers[i] to answer_of(i, hit) for rays[i]; otherwise, and for what is beside the tiles,
-/// run(first, count) is to trace at most kRun of them.
+/// run(first, count) is to trace at most kRun of them. Throws Error(kCancelled).
 template <class Answer, class AnswerOf, class Run>
 void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers,
-                            AnswerOf answer_of, Run run) const {
+                            AnswerOf answer_of, Run run, const std::atomic<bool>* cancel) const {
     constexpr std::size_t kSide = mray::kStoredTileSide;
     constexpr std::size_t kStep = mray::kStoredTileStep;
     const RayGrid grid = rays.size() > kFewRays ? find_grid(rays) : RayGrid{};
     if (grid.row == 0) {
-        for_each_run(rays.size(), arena_, run);
+        for_each_run(rays.size(), arena_, cancel, run);
+        throw_if_cancelled(cancel);
         return;
     }
     const std::size_t width = grid.row / kStep * kStep;
@@ -70,11 +71,12 @@ void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers
     const std::size_t columns = (width + kSide - 1) / kSide;
     const std::size_t tiles = columns * ((height + kSide - 1) / kSide);
     const auto run_range = [&](std::size_t begin, std::size_t end) {
-        for_runs_of(begin, end, run);
+        for_runs_of(begin, end, cancel, run);
     };
     // Tiles whose rays are not on a grid after all.
     std::atomic<std::size_t> refused = 0;
     const auto trace = [&](std::size_t i) {
+        if (is_cancelled(cancel)) return;
         const std::size_t x0 = i % columns * kSide;
         const std::size_t y0 = i / columns * kSide;
         const std::size_t x1 = std::min(x0 + kSide, width);
@@ -100,6 +102,7 @@ void HostQueries::trace_all(std::span<const Ray> rays, std::span<Answer> answers
         });
         run_range(height * grid.row, rays.size());
     });
+    throw_if_cancelled(cancel);
 }
 
 /// Traces at most kRun rays in this thread.
@@ -119,7 +122,8 @@ void HostQueries::occlude_run(std::span<const Ray> rays, std::span<std::uint8_t>
     scene_.occluded(std::span(scene.rays).first(rays.size()), occluded);
 }
 
-void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
+void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                            const std::atomic<bool>* cancel) const {
     cost_.measure(rays.size(), [&] {
         trace_all(
             rays, hits,
@@ -128,7 +132,8 @@ void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits) cons
             },
             [&](std::size_t first, std::size_t count) {
                 intersect_run(rays.subspan(first, count), hits.subspan(first, count));
-            });
+            },
+            cancel);
     });
 }
 
@@ -143,7 +148,8 @@ Hit HostQueries::intersect(const Ray& ray) const {
     return space_.to_world(found, scale.t_exponent);
 }
 
-void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
+void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                           const std::atomic<bool>* cancel) const {
     cost_.measure(rays.size(), [&] {
         // In packets closest hits take less time than any hits of single rays.
         trace_all(
@@ -153,7 +159,8 @@ void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> oc
             },
             [&](std::size_t first, std::size_t count) {
                 occlude_run(rays.subspan(first, count), occluded.subspan(first, count));
-            });
+            },
+            cancel);
     });
 }
 

@@ -16,9 +16,11 @@ public:
                 QueryCost& cost)
         : scene_(scene), space_(space), arena_(arena), cost_(cost) {}
 
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const override;
+    void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                   const std::atomic<bool>* cancel) const override;
     Hit intersect(const Ray& ray) const override;
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const override;
+    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                  const std::atomic<bool>* cancel) const override;
     bool occluded(const Ray& ray) const override;
 
 private:
@@ -29,7 +31,7 @@ private:
                     std::size_t width, std::size_t height, AnswerOf answer_of) const;
     template <class Answer, class AnswerOf, class Run>
     void trace_all(std::span<const Ray> rays, std::span<Answer> answers, AnswerOf answer_of,
-                   Run run) const;
+                   Run run, const std::atomic<bool>* cancel) const;
 
     const mray::RayQueries& scene_;
     const RaySpace& space_;

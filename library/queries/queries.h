@@ -1,6 +1,7 @@
 // Queries of rays in world space.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <span>
 
@@ -10,14 +11,16 @@ namespace morphray::detail {
 
 /// Answers rays of the caller at the current pose of a scene, as the members of Scene of these
 /// names, and reports their cost. Threads may call at the same time. The spans of a call have one
-/// size.
+/// size; `cancel` may be null.
 class Queries {
 public:
     virtual ~Queries() = default;
 
-    virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits) const = 0;
+    virtual void intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                           const std::atomic<bool>* cancel) const = 0;
     virtual Hit intersect(const Ray& ray) const = 0;
-    virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const = 0;
+    virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                          const std::atomic<bool>* cancel) const = 0;
     virtual bool occluded(const Ray& ray) const = 0;
 };
 

@@ -5,8 +5,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 
+#include "common/base/errors.h"
 #include "common/base/thread_arena.h"
 #include "library/queries/ray_space.h"
 
@@ -17,23 +19,34 @@ inline constexpr std::size_t kFewRays = 256;
 /// Rays that are converted and traced together, in memory on the stack.
 inline constexpr std::size_t kRun = RaySpace::kMost;
 
-/// Calls `work(first, count)` for runs of at most kRun of the rays [begin, end).
-template <class Work>
-void for_runs_of(std::size_t begin, std::size_t end, Work work) {
-    for (; begin < end; begin += kRun) work(begin, std::min(kRun, end - begin));
+inline bool is_cancelled(const std::atomic<bool>* cancel) {
+    return cancel != nullptr && cancel->load(std::memory_order_relaxed);
+}
+inline void throw_if_cancelled(const std::atomic<bool>* cancel) {
+    if (is_cancelled(cancel))
+        throw mray::Error(mray::ErrorKind::kCancelled, "the query was cancelled");
 }
 
-/// Calls `work(first, count)` for runs of at most kRun of `total` rays, in this thread or in many.
+/// Calls `work(first, count)` for runs of at most kRun of the rays [begin, end), until `cancel` is
+/// true; null: for all of them.
 template <class Work>
-void for_each_run(std::size_t total, mray::ThreadArena& arena, Work work) {
+void for_runs_of(std::size_t begin, std::size_t end, const std::atomic<bool>* cancel, Work work) {
+    for (; begin < end && !is_cancelled(cancel); begin += kRun)
+        work(begin, std::min(kRun, end - begin));
+}
+
+/// The same for the rays [0, total), in this thread or in many.
+template <class Work>
+void for_each_run(std::size_t total, mray::ThreadArena& arena, const std::atomic<bool>* cancel,
+                  Work work) {
     if (total <= kFewRays) {
-        for_runs_of(0, total, work);
+        for_runs_of(0, total, cancel, work);
         return;
     }
     using Range = tbb::blocked_range<std::size_t>;
     arena.execute([&] {
         tbb::parallel_for(Range(0, total, kRun), [&](const Range& range) {
-            for_runs_of(range.begin(), range.end(), work);
+            for_runs_of(range.begin(), range.end(), cancel, work);
         });
     });
 }

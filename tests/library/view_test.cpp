@@ -1,9 +1,13 @@
-// Images without hits, images that are cancelled, and the boxes of a tree: what a viewer needs.
+// Images without hits, images and queries that are cancelled, and the boxes of a tree: what a
+// viewer needs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cstdint>
+#include <span>
 #include <thread>
+#include <vector>
 
 #include "tests/library/scenes.h"
 
@@ -12,7 +16,9 @@ namespace {
 
 using morphray::Box;
 using morphray::Device;
+using morphray::Hit;
 using morphray::Image;
+using morphray::Ray;
 using morphray::Scene;
 using morphray::Shading;
 using morphray::View;
@@ -88,6 +94,67 @@ TEST(View, IsCancelledByAnotherThread) {
     std::thread other([&] { cancel = true; });
     EXPECT_EQ(error_of([&] { scene.render(view); }), "cancelled");
     other.join();
+}
+
+/// Any rays, and those of an image, which are traced in tiles.
+std::vector<std::vector<Ray>> batches(std::uint32_t side) {
+    std::vector<Ray> image;
+    for (std::uint32_t y = 0; y < side; ++y) {
+        for (std::uint32_t x = 0; x < side; ++x) {
+            const float scale = 2 / static_cast<float>(side);
+            image.push_back({.org = {0, 0, 5},
+                             .dir = {static_cast<float>(x) * scale - 1,
+                                     static_cast<float>(y) * scale - 1, -4}});
+        }
+    }
+    std::vector<Ray> any = image;
+    for (std::size_t i = 0; i < any.size(); ++i) any[i].org.z += static_cast<float>(i % 3);
+    return {any, image};
+}
+
+TEST(Queries, ThatAreCancelledThrowAndTheNextAreWhole) {
+    const UserMesh mesh(torus(30, 20));
+    for (const Device& device : {Device::cpu(), Device::brute_force()}) {
+        const Scene scene = Scene::build(mesh.view(), device);
+        for (const std::vector<Ray>& rays : batches(64)) {
+            std::vector<Hit> hits(rays.size());
+            std::vector<std::uint8_t> occluded(rays.size());
+            scene.intersect(rays, hits);
+            const std::vector<Hit> expected = hits;
+            for (const std::size_t count : {std::size_t{5}, rays.size()}) {
+                const std::span<const Ray> some = std::span(rays).first(count);
+                std::atomic<bool> cancel = true;
+                hits.assign(count, Hit{.t = 7});
+                occluded.assign(count, 7);
+                EXPECT_EQ(error_of([&] { scene.intersect(some, hits, &cancel); }), "cancelled");
+                EXPECT_EQ(error_of([&] { scene.occluded(some, occluded, &cancel); }), "cancelled");
+                EXPECT_EQ(error_of([&] { compare(scene, scene, some, 10, &cancel); }), "cancelled");
+                for (std::size_t i = 0; i < count; ++i) {
+                    ASSERT_EQ(hits[i].t, 7);
+                    ASSERT_EQ(occluded[i], 7);
+                }
+                cancel = false;
+                scene.intersect(some, hits, &cancel);
+                scene.occluded(some, occluded, &cancel);
+                expect_same_hits(hits, {expected.begin(), expected.begin() + count});
+                for (std::size_t i = 0; i < count; ++i)
+                    ASSERT_EQ(occluded[i], expected[i] ? 1 : 0) << i;
+            }
+        }
+    }
+}
+
+TEST(Queries, AreCancelledByAnotherThread) {
+    const UserMesh mesh(torus(300, 200));
+    const Scene scene = Scene::build(mesh.view(), Device::brute_force());
+    // Take hours if nothing ends them.
+    for (const std::vector<Ray>& rays : batches(2048)) {
+        std::vector<Hit> hits(rays.size());
+        std::atomic<bool> cancel = false;
+        std::thread other([&] { cancel = true; });
+        EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, &cancel); }), "cancelled");
+        other.join();
+    }
 }
 
 TEST(TreeBoxes, CoverTheSceneAtEachDepth) {
