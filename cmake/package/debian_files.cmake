@@ -1,4 +1,5 @@
-# CPack runs this when the components are staged: each package gets what Debian's policy asks for.
+# CPack runs this when the components are staged: each package gets what Debian's policy asks for,
+# and what it has linked is checked to be hardened.
 set(source ${CPACK_MORPHRAY_SOURCE_DIR})
 file(READ ${source}/LICENSE license)
 string(REGEX REPLACE "^MIT License\n+" "" license "${license}")
@@ -52,6 +53,8 @@ License: Expat
         execute_process(COMMAND strip --strip-debug --enable-deterministic-archives
             --remove-section=.comment ${archives} COMMAND_ERROR_IS_FATAL ANY)
     endif()
+    execute_process(COMMAND ${source}/cmake/package/check_hardening.sh ${staged}
+        OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
     file(CHMOD_RECURSE ${documents}
         FILE_PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ
         DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE
