@@ -1,5 +1,5 @@
 # Debian packages by CPack, one for each component of cmake/install.cmake; a component "python",
-# where there is one, becomes python3-morphray. `cmake/package/run` makes them.
+# with MORPHRAY_PYTHON=ON, becomes python3-morphray. `cmake/package/run` makes them.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME morphray)
 set(CPACK_PACKAGE_VENDOR "the morphray authors")
@@ -14,9 +14,8 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 
-get_cmake_property(installed COMPONENTS)
 set(CPACK_COMPONENTS_ALL library dev program)
-if("python" IN_LIST installed)
+if(TARGET morphray_python AND NOT MORPHRAY_PYTHON STREQUAL "AUTO")
     list(APPEND CPACK_COMPONENTS_ALL python)
     # An extension module is for one minor version of Debian's interpreter.
     execute_process(COMMAND /usr/bin/python3 -c
@@ -75,6 +74,8 @@ measures updates.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-morphray)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS libvulkan1)
+set(scripts ${PROJECT_SOURCE_DIR}/cmake/package/python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/prerm)
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${about}
 This package has the module for Python 3.")
 
