@@ -3,7 +3,7 @@
 #   library   the shared library
 #   dev       headers, the static library, the packages for CMake and pkg-config, examples
 #   program   the program, its man pages and completions
-#   python    the Python package, if MORPHRAY_PYTHON is ON (python/CMakeLists.txt)
+#   python    the Python package, if it is built (python/CMakeLists.txt); otherwise an error
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 

@@ -1,7 +1,10 @@
 """The build backend packs what was built, offline."""
 
 import importlib.util
+import os
 import pathlib
+import subprocess
+import sys
 import tarfile
 import zipfile
 
@@ -37,6 +40,39 @@ def test_wheel_is_complete(backend, tmp_path):
 def test_metadata_needs_no_build(backend, tmp_path):
     info = backend.prepare_metadata_for_build_wheel(tmp_path)
     assert (tmp_path / info / "METADATA").read_text().startswith("Metadata-Version: 2.1\n")
+
+
+def cmake(*arguments):
+    return subprocess.run(["cmake", *arguments], capture_output=True, text=True)
+
+
+def test_component_python_is_installed_whole(tmp_path):
+    build = pathlib.Path(morphray.__file__).parents[2]
+    if not (build / "cmake_install.cmake").exists():
+        return  # the package was not built by CMake's preset
+    done = cmake("--install", str(build), "--component", "python", "--prefix", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    folder = tmp_path / "lib" / "python3" / "dist-packages"
+    files = {f.name for f in (folder / "morphray").iterdir()}
+    assert {"__init__.py", "__init__.pyi", "py.typed"} < files and len(files) == 4
+    trace = ("import numpy, morphray; print(morphray.__file__); "
+             "morphray.Scene([]).intersect(numpy.zeros((1, 6), numpy.float32))")
+    used = subprocess.run([sys.executable, "-c", trace], cwd=tmp_path, check=True, text=True,
+                          stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(folder)})
+    assert used.stdout.startswith(str(folder))
+
+
+def test_component_python_of_a_build_without_it_is_an_error(tmp_path):
+    done = cmake("-S", str(ROOT), "-B", str(tmp_path / "build"), "-DMORPHRAY_PYTHON=OFF",
+                 "-DMORPHRAY_TESTS=OFF", "-DMORPHRAY_VULKAN=OFF", "-DMORPHRAY_PROGRAM=OFF")
+    assert done.returncode == 0, done.stderr
+    done = cmake("--install", str(tmp_path / "build"), "--component", "python", "--prefix",
+                 str(tmp_path / "prefix"))
+    assert done.returncode != 0
+    # CMake breaks lines.
+    message = " ".join(done.stderr.split())
+    assert "This build has no Python package. Configure with -DMORPHRAY_PYTHON=ON" in message
+    assert not (tmp_path / "prefix").exists()
 
 
 def test_unknown_settings_are_refused(backend, tmp_path):
