@@ -75,6 +75,7 @@ Fields: index (of the ray, or of the pixel, row by row), first and second (hit_d
                        std::to_string(comparison.compared) + " differ>";
             });
     forbid_new(comparison_class);
+    forbid_pickling(comparison_class, "its array differences can");
     module.def("compare", &compare_any,
                R"(compare(first, second, rays=None, keep=10)
 --

@@ -106,6 +106,7 @@ Tests every triangle for every ray, without a tree. For checks of small scenes.)
             });
 
     forbid_new(device_class);
+    forbid_pickling(device_class, "make a device in each process");
     auto info_class =
         py::class_<VulkanDeviceInfo>(module, "VulkanDeviceInfo", "A device of vulkan_devices().")
             .def_readonly("index", &VulkanDeviceInfo::index)
@@ -124,6 +125,7 @@ Tests every triangle for every ray, without a tree. For checks of small scenes.)
             });
 
     forbid_new(info_class);
+    forbid_pickling(info_class, "take the values that you need");
     module.def("vulkan_devices", &vulkan_devices, py::call_guard<py::gil_scoped_release>(),
                R"(vulkan_devices()
 --

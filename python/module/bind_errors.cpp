@@ -18,6 +18,7 @@ code: str
     "limit"         More memory, triangles or pixels than machine or library take.
     "device_lost"   The device stopped answering. The scene is of no use any more.
     "busy"          Another thread is changing this scene, or querying what is to be changed.
+    "cancelled"     Cancel.set() has ended the call.
     "internal"      A broken invariant of the library: please report it.)";
 
 /// The class; never freed, because the interpreter may end before static objects do.

@@ -98,7 +98,8 @@ void bind_images(py::module_& module) {
         py::class_<Image>(module, "Image",
                           R"(An image of Scene.render() with the hits that it was made from.
 
-The arrays are read-only views, row by row from the top; they keep the image alive.)")
+The arrays are read-only views, row by row from the top; they keep the image alive. The
+arrays can be pickled, the image cannot.)")
             .def_readonly("width", &Image::width, "In pixels.")
             .def_readonly("height", &Image::height, "In pixels.")
             .def_readonly("samples", &Image::samples, "Camera rays a pixel.")
@@ -138,14 +139,15 @@ Writes a PNG file: as a whole, or not at all. Raises Error "output" if it cannot
             });
 
     forbid_new(image_class);
-    py::class_<PyHitsWriter>(module, "HitsWriter",
-                             R"(HitsWriter(width, height)
+    forbid_pickling(image_class, "its arrays pixels, hits and occlusion can");
+    py::class_<PyHitsWriter> writer_class(module, "HitsWriter", R"(HitsWriter(width, height)
 --
 
 Collects the hits of images of one size and writes them to a file, for one thread at a time.
 
 Little-endian: char[8] "MRHITS1\0"; uint32 width, height, number of images; then for each image
-width * height times {float32 t, u, v; uint32 prim_id}, and width * height times uint32 occlusion.)")
+width * height times {float32 t, u, v; uint32 prim_id}, and width * height times uint32 occlusion.)");
+    writer_class
         .def(py::init([](const py::object& width, const py::object& height) {
                  auto writer = std::make_unique<PyHitsWriter>();
                  writer->writer.emplace(uint32_of(width, "width"), uint32_of(height, "height"));
@@ -170,6 +172,7 @@ of another mesh than geom_id 0, for which the file has no place.)",
 
 Writes the file with the images so far: as a whole, or not at all. Raises Error "output".)",
             arg("path"));
+    forbid_pickling(writer_class, "write its file");
 
     auto hits_class =
         py::class_<SizedHits>(module, "ImageHits", "The hits of an image, from read_hits().")
@@ -181,6 +184,7 @@ Writes the file with the images so far: as a whole, or not at all. Raises Error 
                 "occlusion", &file_occlusion_of,
                 "(height, width) uint32, read-only: occluded rays of each pixel.");
     forbid_new(hits_class);
+    forbid_pickling(hits_class, "its arrays hits and occlusion can");
     module.def("read_hits", &read, py::call_guard<py::gil_scoped_release>(),
                R"(read_hits(path)
 --

@@ -137,10 +137,19 @@ py::dict cast_rays(PyScene& scene, const py::object& rays) {
     return result;
 }
 
+/// None is null.
+Cancel* cancel_of(const py::object& cancel) {
+    if (cancel.is_none()) return nullptr;
+    if (!py::isinstance<Cancel>(cancel))
+        throw py::type_error("cancel: a morphray.Cancel or None is needed");
+    return &cancel.cast<Cancel&>();
+}
+
 Image render(PyScene& scene, const py::object& size, const py::object& eye,
              const py::object& target, const py::object& up, double fov, const py::object& light,
              const std::string& rays, const py::object& ao_count, double ao_distance,
-             const std::string& shading, const py::object& samples, bool flat) {
+             const std::string& shading, const py::object& samples, bool flat,
+             const py::object& cancel) {
     if (!py::isinstance<py::sequence>(size) || py::len(size) != 2)
         throw py::type_error("size: a pair of numbers is needed, (width, height)");
     const auto pair = py::reinterpret_borrow<py::sequence>(size);
@@ -157,7 +166,16 @@ Image render(PyScene& scene, const py::object& size, const py::object& eye,
                     .flat = flat,
                     .ao_count = uint32_of(ao_count, "ao_count"),
                     .ao_distance = ao_distance};
-    return scene.query([&](const Scene& s) { return s.render(view); });
+    return scene.render(view, cancel_of(cancel));
+}
+
+void bind_cancel(py::module_& module) {
+    py::class_<Cancel> cancel_class(module, "Cancel", kCancelDoc);
+    cancel_class.def(py::init<>(), "__init__(self)\n--\n\nSee the class.")
+        .def("set", &Cancel::set, kCancelSetDoc)
+        .def("clear", &Cancel::clear, kCancelClearDoc)
+        .def("is_set", &Cancel::is_set, kCancelIsSetDoc);
+    forbid_pickling(cancel_class, "it ends calls of its own process alone");
 }
 
 py::tuple bounds(PyScene& scene) {
@@ -187,6 +205,7 @@ void bind_update(py::module_& module) {
                        update.reason + ">";
             });
     forbid_new(update_class);
+    forbid_pickling(update_class, "take the values that you need");
     auto tree_class =
         py::class_<TreeStatistics>(module, "TreeStatistics", "Of Scene.tree_statistics().")
             .def_readonly("sah_cost", &TreeStatistics::sah_cost, kSahCostDoc)
@@ -201,14 +220,17 @@ void bind_update(py::module_& module) {
                        std::to_string(tree.leaf_count) + " leaves>";
             });
     forbid_new(tree_class);
+    forbid_pickling(tree_class, "take the values that you need");
 }
 
 }  // namespace
 
 void bind_scene(py::module_& module) {
+    bind_cancel(module);
     bind_update(module);
     const Auto automatic;
-    py::class_<PyScene>(module, "Scene", kSceneDoc)
+    py::class_<PyScene> scene_class(module, "Scene", kSceneDoc);
+    scene_class
         .def(py::init(&make_scene), kInitDoc, arg("points"), arg("triangles") = py::none(),
              py::kw_only(), arg("device") = "cpu", arg("bounds") = py::none(),
              arg("update") = "auto", arg("budget_ms") = automatic.budget_ms,
@@ -248,7 +270,7 @@ void bind_scene(py::module_& module) {
              arg("up") = py::make_tuple(0.0, 1.0, 0.0), arg("fov") = View{}.fov,
              arg("light") = py::none(), arg("rays") = "primary", arg("ao_count") = View{}.ao_count,
              arg("ao_distance") = View{}.ao_distance, arg("shading") = "plain",
-             arg("samples") = View{}.samples, arg("flat") = View{}.flat)
+             arg("samples") = View{}.samples, arg("flat") = View{}.flat, arg("cancel") = py::none())
         .def(
             "on",
             [](PyScene& scene, const py::object& device) {
@@ -278,6 +300,9 @@ void bind_scene(py::module_& module) {
         .def("__repr__", [](const PyScene& scene) {
             return "<morphray.Scene on " + scene.device().name() + ">";
         });
+    forbid_pickling(scene_class,
+                    "its points are borrowed and its tree is on a device: build a scene in each "
+                    "process, or call on() for another one in this process");
 }
 
 }  // namespace morphray::python

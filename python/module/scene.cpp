@@ -11,6 +11,10 @@ namespace {
 
 // Rays that are converted and traced together.
 constexpr std::size_t kBatch = std::size_t{1} << 18;
+// Queries below these take some milliseconds, in which nobody waits for an end. Above them they
+// take a hundred times as long as it takes to hand them to another thread and back (20 us).
+constexpr std::size_t kManyRays = std::size_t{1} << 14;
+constexpr std::size_t kManyTests = std::size_t{1} << 24;
 
 /// Calls `work(first, rays)` for batches of the rays as those of C++.
 template <class Work>
@@ -40,6 +44,18 @@ std::size_t batch_size(const RayArray& rays) {
 }
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// Calls `work(cancel)`, without the GIL. Handlers of signals can end what is long.
+template <class Work>
+void trace(bool is_long, Work work) {
+    std::atomic<bool> cancel = false;
+    if (is_long) {
+        run_interruptibly(cancel, [&] { work(&cancel); });
+        return;
+    }
+    const py::gil_scoped_release release;
+    work(&cancel);
+}
 
 /// The corners of a mesh's triangles, which normals are made of.
 struct Corners {
@@ -188,21 +204,31 @@ void PyScene::detach(std::uint32_t geom_id) {
     next_meshes_.erase(geom_id);
 }
 
+/// Whether to trace so many rays may take more than some milliseconds.
+bool PyScene::is_long(std::size_t rays) const {
+    if (rays >= kManyRays) return true;
+    return scene_->device().name() == "brute" && rays * scene_->triangle_count() >= kManyTests;
+}
+
 void PyScene::intersect(const RayArray& rays, std::span<Hit> hits) {
-    query([&](const Scene& scene) {
+    require_initialised();
+    const QueryUse use(uses_);
+    trace(is_long(rays.count), [&](const std::atomic<bool>* cancel) {
         for_each_batch(rays, batch_size(rays), 0, kInfinity,
                        [&](std::size_t first, std::span<const Ray> batch) {
-                           scene.intersect(batch, hits.subspan(first, batch.size()));
+                           scene_->intersect(batch, hits.subspan(first, batch.size()), cancel);
                        });
     });
 }
 
 void PyScene::occluded(const RayArray& rays, float tnear, float tfar,
                        std::span<std::uint8_t> occluded) {
-    query([&](const Scene& scene) {
+    require_initialised();
+    const QueryUse use(uses_);
+    trace(is_long(rays.count), [&](const std::atomic<bool>* cancel) {
         for_each_batch(rays, batch_size(rays), tnear, tfar,
                        [&](std::size_t first, std::span<const Ray> batch) {
-                           scene.occluded(batch, occluded.subspan(first, batch.size()));
+                           scene_->occluded(batch, occluded.subspan(first, batch.size()), cancel);
                        });
     });
 }
@@ -214,12 +240,14 @@ void PyScene::cast(const RayArray& rays, const CastHits& out) {
     // By geom_id.
     std::vector<Corners> meshes(meshes_.empty() ? 0 : std::size_t{meshes_.rbegin()->first} + 1);
     for (const auto& [geom_id, mesh] : meshes_) meshes[geom_id] = {mesh.positions, *mesh.triangles};
-    const py::gil_scoped_release release;
-    std::vector<Hit> hits;
-    for_each_batch(rays, kBatch, 0, kInfinity, [&](std::size_t first, std::span<const Ray> batch) {
-        hits.resize(batch.size());
-        scene_->intersect(batch, std::span<Hit>(hits));
-        write_cast(hits, first, meshes, out);
+    trace(is_long(rays.count), [&](const std::atomic<bool>* cancel) {
+        std::vector<Hit> hits;
+        for_each_batch(rays, kBatch, 0, kInfinity,
+                       [&](std::size_t first, std::span<const Ray> batch) {
+                           hits.resize(batch.size());
+                           scene_->intersect(batch, std::span<Hit>(hits), cancel);
+                           write_cast(hits, first, meshes, out);
+                       });
     });
 }
 
@@ -228,20 +256,36 @@ Comparison PyScene::compare(PyScene& other, const RayArray& rays, std::size_t ke
     const QueryUse use(uses_);
     other.require_initialised();
     const QueryUse use_of_other(other.uses_);
-    const py::gil_scoped_release release;
     Comparison result;
-    for_each_batch(
-        rays, batch_size(rays), 0, kInfinity, [&](std::size_t first, std::span<const Ray> batch) {
-            Comparison part =
-                morphray::compare(*scene_, *other.scene_, batch, keep - result.differences.size());
-            result.compared += part.compared;
-            result.different += part.different;
-            for (HitDifference& difference : part.differences) {
-                difference.index += first;
-                result.differences.push_back(difference);
-            }
-        });
+    const auto compare_batch = [&](std::size_t first, std::span<const Ray> batch,
+                                   const std::atomic<bool>* cancel) {
+        const std::size_t room = keep - result.differences.size();
+        Comparison part = morphray::compare(*scene_, *other.scene_, batch, room, cancel);
+        result.compared += part.compared;
+        result.different += part.different;
+        for (HitDifference& difference : part.differences) {
+            difference.index += first;
+            result.differences.push_back(difference);
+        }
+    };
+    trace(is_long(rays.count) || other.is_long(rays.count), [&](const std::atomic<bool>* cancel) {
+        for_each_batch(rays, batch_size(rays), 0, kInfinity,
+                       [&](std::size_t first, std::span<const Ray> batch) {
+                           compare_batch(first, batch, cancel);
+                       });
+    });
     return result;
+}
+
+Image PyScene::render(View view, Cancel* cancel) {
+    require_initialised();
+    const QueryUse use(uses_);
+    std::atomic<bool> cancelled = false;
+    const Cancel::Use use_of_cancel(cancel, cancelled);
+    view.cancel = &cancelled;
+    Image image;
+    run_interruptibly(cancelled, [&] { image = scene_->render(view); });
+    return image;
 }
 
 std::unique_ptr<PyScene> PyScene::on(const Device& device) {

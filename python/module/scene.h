@@ -11,6 +11,7 @@
 #include "morphray/compare.hpp"
 #include "morphray/scene.hpp"
 #include "python/module/arrays.h"
+#include "python/module/interruptible.h"
 #include "python/module/objects.h"
 #include "python/module/textures.h"
 #include "python/module/use_guard.h"
@@ -72,6 +73,8 @@ public:
     Comparison compare(PyScene& other, const RayArray& rays, std::size_t keep);
     std::unique_ptr<PyScene> on(const Device& device);
 
+    Image render(View view, Cancel* cancel);
+
     /// Calls `work(scene)` as a query.
     template <class Work>
     auto query(Work work) {
@@ -92,6 +95,7 @@ private:
     PyScene() = default;
     void require_initialised() const;
     static void require_in_place(const Meshes& meshes);
+    bool is_long(std::size_t rays) const;
 
     /// Those of the last update(), and those that the next one will have.
     Meshes meshes_;

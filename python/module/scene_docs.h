@@ -46,6 +46,13 @@ Threads: any number may query a scene at the same time. update(), attach() and d
 themselves: a call that meets another one raises Error "busy". The GIL is released while a call
 works.
 
+Ctrl-C, and any signal whose handler raises, ends queries and images in the main thread, and leaves
+the scene as it was; `out` then has any contents. Scene(), update(), attach() and on() run to their
+end first.
+
+Pickling and copying raise TypeError: points are borrowed, and the tree is on a device. Build a
+scene in each process; on() makes another one in this process.
+
 Raises TypeError for what is no array or has another dtype, ValueError for a shape or strides that
 do not fit, Error "bad_input" for an index that is out of range, "bad_argument" for empty or
 infinite bounds, "unavailable" for a device that is not there, "limit" above 2^28 triangles.)";
@@ -158,7 +165,7 @@ RaycastingScene does. Returns an array of bool, one a ray. Rays of eight numbers
 their own.)";
 
 inline constexpr const char* kRenderDoc =
-    R"(render(self, size=(1024, 1024), *, eye=None, target=None, up=(0.0, 1.0, 0.0), fov=45.0, light=None, rays="primary", ao_count=16, ao_distance=0.0, shading="plain", samples=1, flat=False)
+    R"(render(self, size=(1024, 1024), *, eye=None, target=None, up=(0.0, 1.0, 0.0), fov=45.0, light=None, rays="primary", ao_count=16, ao_distance=0.0, shading="plain", samples=1, flat=False, cancel=None)
 --
 
 Renders an image with a pinhole camera and a light, and returns an Image. What is None is chosen so
@@ -175,9 +182,41 @@ shading:     "plain" (by `rays`), "lit" (a light with shadows, and ambient occlu
              shown as colours: "normal", "depth", "prim"; of the tree "steps" or "sah"
 samples:     camera rays a pixel, 1, 4, 16 or 64; hits are then those of all samples
 flat:        without smooth normals in "lit" and "normal"
+cancel:      a morphray.Cancel, by which another thread, or a handler of signals, ends the call
 
-Raises Error "bad_input" for an impossible view, "bad_argument" for a size or ao_count of 0, "limit"
-for more.)";
+Ctrl-C ends the call. Raises Error "bad_input" for an impossible view, "bad_argument" for a size or
+ao_count of 0, "limit" for more, "cancelled" after cancel.set().)";
+
+inline constexpr const char* kCancelDoc =
+    R"(Cancel()
+--
+
+Ends calls of Scene.render(), as View::cancel does in C++:
+
+    cancel = morphray.Cancel()
+    threading.Timer(10, cancel.set).start()
+    image = scene.render((4096, 4096), cancel=cancel)   # raises Error "cancelled" after 10 s
+
+Its methods are those of threading.Event that do not wait. Any thread may call them at any time, and
+any number of calls may have one Cancel.)";
+inline constexpr const char* kCancelSetDoc =
+    R"(set(self)
+--
+
+Ends all calls that have this Cancel, and lets later ones end at once, each by Error "cancelled".
+
+On the CPU a call ends within some milliseconds, by brute force after 64 x 64 pixels, and on a
+Vulkan device after 2^18 pixels. The scene is as it was before the call.)";
+inline constexpr const char* kCancelClearDoc =
+    R"(clear(self)
+--
+
+Lets calls that begin from now on run to their end.)";
+inline constexpr const char* kCancelIsSetDoc =
+    R"(is_set(self)
+--
+
+Whether set() has been called since the last clear().)";
 
 inline constexpr const char* kOnDoc =
     R"(on(self, device)

@@ -19,6 +19,7 @@ from typing import Any as _Any, NamedTuple as _NamedTuple
 
 from ._morphray import (
     INVALID_ID,
+    Cancel,
     Comparison,
     Device,
     Error,
@@ -76,6 +77,7 @@ class Mesh(_NamedTuple):
 
 __all__ = [
     "INVALID_ID",
+    "Cancel",
     "Comparison",
     "Device",
     "Error",

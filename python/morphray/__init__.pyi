@@ -24,10 +24,19 @@ class _CastHits(TypedDict):
     primitive_uvs: NDArray[np.float32]
     primitive_normals: NDArray[np.float32]
 
+# That of the classes of pybind11.
+class _Type(type): ...
+
 class Error(RuntimeError):
     code: str
 
-class Device:
+class Cancel(metaclass=_Type):
+    def __init__(self) -> None: ...
+    def set(self) -> None: ...
+    def clear(self) -> None: ...
+    def is_set(self) -> bool: ...
+
+class Device(metaclass=_Type):
     @staticmethod
     def cpu(threads: int = 0, simd: str = "") -> Device: ...
     @staticmethod
@@ -39,7 +48,7 @@ class Device:
     @property
     def description(self) -> str: ...
 
-class VulkanDeviceInfo:
+class VulkanDeviceInfo(metaclass=_Type):
     @property
     def index(self) -> int: ...
     @property
@@ -58,7 +67,7 @@ class VulkanDeviceInfo:
 def vulkan_devices() -> list[VulkanDeviceInfo]: ...
 def simd_targets() -> list[str]: ...
 
-class Update:
+class Update(metaclass=_Type):
     @property
     def step(self) -> str: ...
     @property
@@ -82,7 +91,7 @@ class Update:
     @property
     def rebuild_ms(self) -> float: ...
 
-class TreeStatistics:
+class TreeStatistics(metaclass=_Type):
     @property
     def sah_cost(self) -> float: ...
     @property
@@ -122,7 +131,7 @@ _MeshLike = Union[
     Tuple[NDArray[np.float32], _Indices, bool, Optional[_Albedo], Optional[_TexturesLike]],
 ]
 
-class Scene:
+class Scene(metaclass=_Type):
     @overload
     def __init__(
         self,
@@ -195,6 +204,7 @@ class Scene:
         shading: Literal["plain", "lit", "normal", "depth", "prim", "steps", "sah"] = "plain",
         samples: int = 1,
         flat: bool = False,
+        cancel: Optional[Cancel] = None,
     ) -> Image: ...
     def on(self, device: _DeviceLike) -> Scene: ...
     def tree_statistics(self) -> TreeStatistics: ...
@@ -207,7 +217,7 @@ class Scene:
     @property
     def vertex_count(self) -> int: ...
 
-class Image:
+class Image(metaclass=_Type):
     @property
     def width(self) -> int: ...
     @property
@@ -230,12 +240,12 @@ class Image:
     def image_hash(self) -> int: ...
     def save(self, path: _Path) -> None: ...
 
-class HitsWriter:
+class HitsWriter(metaclass=_Type):
     def __init__(self, width: int, height: int) -> None: ...
     def add(self, image: Image) -> None: ...
     def write(self, path: _Path) -> None: ...
 
-class ImageHits:
+class ImageHits(metaclass=_Type):
     @property
     def width(self) -> int: ...
     @property
@@ -247,7 +257,7 @@ class ImageHits:
 
 def read_hits(path: _Path) -> list[ImageHits]: ...
 
-class Comparison:
+class Comparison(metaclass=_Type):
     @property
     def compared(self) -> int: ...
     @property

@@ -1,13 +1,14 @@
 """Arguments that do not fit are refused with a reason."""
 
 import copy
+import pickle
 import random
 
 import numpy as np
 import pytest
 
 import morphray
-from scenes import DOWN, grid, triangle
+from scenes import DOWN, assert_same_bits, grid, triangle
 
 POINTS, TRIANGLES = triangle()
 IMAGE = np.zeros((2, 2, 3), np.uint8)
@@ -284,8 +285,47 @@ def test_objects_that_were_not_initialised_are_refused(tmp_path):
         for work in [cls, lambda: cls.__new__(cls)]:
             with pytest.raises(TypeError, match="made by other calls"):
                 work()
-    with pytest.raises(TypeError):
-        copy.copy(morphray.Scene([]))
+
+
+def objects_of_each_class():
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    image = scene.render((4, 4))
+    return {
+        "Cancel": (morphray.Cancel(), "ends calls of its own process"),
+        "Comparison": (morphray.compare(image, image), "its array differences can"),
+        "Device": (scene.device, "make a device in each process"),
+        "HitsWriter": (morphray.HitsWriter(4, 4), "write its file"),
+        "Image": (image, "its arrays pixels, hits and occlusion can"),
+        "Scene": (scene, "build a scene in each process"),
+        "TreeStatistics": (scene.tree_statistics(), "take the values"),
+        "Update": (scene.last_update(), "take the values"),
+    }
+
+
+@pytest.mark.parametrize("name", objects_of_each_class())
+def test_objects_that_cannot_be_pickled_or_copied_say_what_to_do_instead(name):
+    item, instead = objects_of_each_class()[name]
+    works = [lambda n=n: pickle.dumps(item, n) for n in range(pickle.HIGHEST_PROTOCOL + 1)]
+    works += [item.__reduce__, lambda: copy.copy(item), lambda: copy.deepcopy(item)]
+    for work in works:
+        with pytest.raises(TypeError, match=f"{name}: cannot be pickled or copied; .*{instead}"):
+            work()
+
+
+def test_arrays_meshes_and_errors_are_pickled():
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    image = scene.render((4, 4), rays="shadow")
+    for array in [scene.intersect(DOWN), image.pixels, image.hits, image.occlusion]:
+        assert_same_bits(pickle.loads(pickle.dumps(array)), array)
+    assert pickle.loads(pickle.dumps(morphray.ray_dtype)) == morphray.ray_dtype
+    mesh = pickle.loads(pickle.dumps(morphray.Mesh(POINTS, TRIANGLES)))
+    assert isinstance(mesh, morphray.Mesh)
+    assert_same_bits(morphray.Scene([mesh]).intersect(DOWN), scene.intersect(DOWN))
+    with pytest.raises(morphray.Error) as caught:
+        morphray.Device.cpu(threads=-1)
+    error = pickle.loads(pickle.dumps(caught.value))
+    assert (type(error), str(error), error.code) == (
+        morphray.Error, str(caught.value), "bad_argument")
 
 
 @pytest.mark.filterwarnings("ignore:The truth value of an empty array")

@@ -101,6 +101,16 @@ def test_package_is_marked_as_typed():
     assert (FOLDER / "py.typed").exists()
 
 
+def test_stubtest_finds_nothing(tmp_path):
+    """It compares the stub with the module as mypy understands both."""
+    check = [sys.executable, "-m", "mypy.stubtest", "morphray"]
+    if subprocess.run(check + ["--help"], capture_output=True).returncode != 0:
+        # Without mypy, the tests above remain.
+        return
+    done = subprocess.run(check, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 USE = """
 import numpy as np
 import morphray
@@ -115,7 +125,9 @@ scene.update(0, 1, 2)
 rays = np.zeros((1, 6), np.float32)
 t = scene.cast_rays(rays)["t_hit"]
 hits = scene.intersect(rays, out=np.empty(1, morphray.hit_dtype))
-image = scene.render((4, 4), eye=(0, 0, 1), rays="ao")
+cancel = morphray.Cancel()
+image = scene.render((4, 4), eye=(0, 0, 1), rays="ao", cancel=cancel)
+ended: bool = cancel.is_set()
 assert not morphray.compare(scene, scene.on("brute"), rays)
 assert not morphray.compare(image, image)
 """
@@ -129,7 +141,8 @@ def test_type_checker_accepts_right_uses_and_rejects_wrong_ones(tmp_path):
     (tmp_path / "right.py").write_text(USE)
     done = subprocess.run(check + [str(tmp_path / "right.py")], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
-    wrong = ['scene.render((4, 4), rays="many")', "scene.updat()", 'scene.update("a")',
+    wrong = ['scene.render((4, 4), rays="many")', "scene.render((4, 4), cancel=True)",
+             "scene.updat()", 'scene.update("a")',
              "morphray.compare(scene, image, rays)", "morphray.Scene(points, triangles, 3)"]
     (tmp_path / "wrong.py").write_text(USE + "\n".join(wrong) + "\n")
     done = subprocess.run(check + [str(tmp_path / "wrong.py")], capture_output=True, text=True)

@@ -1,0 +1,260 @@
+"""Ctrl-C ends long calls, and Cancel ends images. Calls that nothing ends would take many minutes."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+
+import morphray
+from scenes import assert_same_bits, grid, random_rays
+
+# Each call is alone in a process, and would take several minutes. The tests wait for 90 seconds.
+PROGRAM = """
+import os, signal, sys, threading
+import numpy as np
+import morphray
+from scenes import assert_same_bits, grid, random_rays
+
+points, triangles = grid(100)
+slow = morphray.Scene(points, triangles, device=morphray.Device.brute_force(threads=1))
+fast = morphray.Scene(points, triangles, device=morphray.Device.cpu(threads=1))
+rays = random_rays(points, 2_000_000)
+six = np.ascontiguousarray(rays[:, [0, 1, 2, 4, 5, 6]])
+calls = {
+    "render": lambda: fast.render((4096, 4096), rays="ao", ao_count=256),
+    "render lit": lambda: fast.render((1024, 1024), shading="lit", samples=16, ao_count=256),
+    "intersect": lambda: slow.intersect(rays),
+    "intersect six": lambda: slow.intersect(six),
+    "occluded": lambda: slow.occluded(rays),
+    "cast_rays": lambda: slow.cast_rays(rays),
+    "test_occlusions": lambda: slow.test_occlusions(six),
+    "compare": lambda: morphray.compare(fast, slow, rays),
+}
+handled = []
+
+def interrupt_after(seconds):
+    threading.Timer(seconds, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+
+def expect_interrupt(call):
+    try:
+        call()
+    except KeyboardInterrupt:
+        return
+    sys.exit("no KeyboardInterrupt")
+
+def expect_usable():
+    few = rays[:20]
+    for scene in [slow, fast]:
+        assert not morphray.compare(scene, fast, few)
+        points[:, 2] += np.float32(0.01)
+        scene.update()
+        points[:, 2] -= np.float32(0.01)
+        scene.update()
+    assert_same_bits(slow.intersect(few), fast.intersect(few))
+    image = fast.render((8, 8))
+    assert image.image_hash == slow.render((8, 8)).image_hash
+"""
+
+
+def run(code):
+    done = subprocess.run([sys.executable, "-c", PROGRAM + code], cwd=os.path.dirname(__file__),
+                          capture_output=True, text=True, timeout=90)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["render", "render lit", "intersect", "intersect six", "occluded", "cast_rays", "test_occlusions",
+     "compare"],
+)
+def test_ctrl_c_ends_a_call_and_leaves_the_scene_usable(name):
+    run(f"""
+interrupt_after(0.3)
+expect_interrupt(calls[{name!r}])
+expect_usable()
+""")
+
+
+def test_ctrl_c_ends_a_short_batch_that_takes_long():
+    """Of few rays, which brute force tests with many triangles. The last ones are not traced."""
+    run("""
+hits = np.zeros(16_000, morphray.hit_dtype)
+hits["prim_id"] = 12345678
+interrupt_after(0.1)
+expect_interrupt(lambda: slow.intersect(rays[:16_000], out=hits))
+assert hits["prim_id"][0] != 12345678 and hits["prim_id"][-1] == 12345678
+""")
+
+
+def test_ctrl_c_from_outside_ends_a_program():
+    program = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM + "print('begins', flush=True)\ncalls['render']()"],
+        cwd=os.path.dirname(__file__), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    with program:
+        assert program.stdout.readline() == "begins\n"
+        program.send_signal(signal.SIGINT)
+        errors = program.communicate(timeout=90)[1]
+    assert program.returncode == -signal.SIGINT
+    assert errors.rstrip().endswith("KeyboardInterrupt")
+
+
+def test_handlers_run_during_a_call_which_goes_on_if_they_do_not_raise():
+    out = run("""
+def handler(number, frame):
+    # Calls of the scene that is rendered.
+    handled.append(fast.intersect(rays[:20000]).shape)
+    if len(handled) == 3:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.raise_signal(signal.SIGINT)
+
+signal.signal(signal.SIGALRM, handler)
+signal.setitimer(signal.ITIMER_REAL, 0.2, 0.2)
+expect_interrupt(calls["render"])
+expect_usable()
+print(handled)
+""")
+    assert out == "[(20000,), (20000,), (20000,)]\n"
+
+
+def test_exceptions_of_handlers_come_out_of_the_call():
+    run("""
+def handler(number, frame):
+    raise ValueError("enough")
+
+signal.signal(signal.SIGALRM, handler)
+signal.setitimer(signal.ITIMER_REAL, 0.2)
+try:
+    calls["intersect"]()
+    sys.exit("no exception")
+except ValueError as error:
+    assert str(error) == "enough"
+expect_usable()
+""")
+
+
+def test_handlers_may_cancel():
+    run("""
+cancel = morphray.Cancel()
+signal.signal(signal.SIGALRM, lambda *_: cancel.set())
+signal.setitimer(signal.ITIMER_REAL, 0.2)
+try:
+    fast.render((4096, 4096), rays="ao", ao_count=256, cancel=cancel)
+    sys.exit("no exception")
+except morphray.Error as error:
+    assert error.code == "cancelled"
+expect_usable()
+""")
+
+
+def test_long_calls_work_after_a_fork():
+    """On one thread, which is all that a fork leaves."""
+    run("""
+interrupt_after(0.3)
+expect_interrupt(calls["intersect"])
+child = os.fork()
+if child == 0:
+    interrupt_after(0.3)
+    expect_interrupt(calls["intersect"])
+    os._exit(0)
+assert os.waitpid(child, 0)[1] == 0
+""")
+
+
+def test_long_calls_of_the_main_thread_have_the_bits_of_other_threads():
+    points, triangles = grid(40)
+    scene = morphray.Scene(points, triangles)
+    rays = random_rays(points, 50_000)
+    out = []
+
+    def work():
+        out.append(scene.intersect(rays))
+        out.append(scene.occluded(rays))
+        out.append(scene.render((64, 64), shading="lit").hits)
+
+    work()
+    other = threading.Thread(target=work)
+    other.start()
+    other.join()
+    for a, b in zip(out[:3], out[3:]):
+        assert_same_bits(a, b)
+
+
+def test_errors_of_long_calls_come_out_of_them():
+    scene = morphray.Scene(*grid(10))
+    with pytest.raises(morphray.Error) as caught:
+        scene.render((4, 4), eye=(0, 0, 0), target=(0, 0, 0))
+    assert caught.value.code == "bad_input"
+    assert scene.render((4, 4)).width == 4
+
+
+def cancelled(work):
+    with pytest.raises(morphray.Error, match="cancelled") as caught:
+        work()
+    assert caught.value.code == "cancelled"
+
+
+@pytest.mark.parametrize("options", [{"rays": "ao", "ao_count": 256}, {"shading": "lit"}])
+def test_cancel_ends_images_in_any_thread(options):
+    scene = morphray.Scene(*grid(100))
+    size = (32, 32)
+    expected = scene.render(size, **options).image_hash
+    cancel = morphray.Cancel()
+    assert not cancel.is_set()
+    assert scene.render(size, cancel=cancel, **options).image_hash == expected
+    cancel.set()
+    assert cancel.is_set()
+    cancelled(lambda: scene.render(size, cancel=cancel, **options))
+    cancel.clear()
+    assert not cancel.is_set()
+    assert scene.render(size, cancel=cancel, **options).image_hash == expected
+
+    # Two calls at a time, in the main thread and in another one.
+    begun = threading.Barrier(3)
+
+    def render():
+        begun.wait()
+        cancelled(lambda: scene.render((2048, 2048), cancel=cancel, **options))
+
+    def end():
+        begun.wait()
+        cancel.set()
+
+    failures = []
+
+    def guarded():
+        try:
+            render()
+        except BaseException as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=guarded), threading.Thread(target=end)]
+    for thread in threads:
+        thread.start()
+    render()
+    for thread in threads:
+        thread.join()
+    assert not failures
+    # Calls that have another one, or none, go on.
+    other = morphray.Cancel()
+    assert scene.render(size, cancel=other, **options).image_hash == expected
+    assert scene.render(size, **options).image_hash == expected
+
+
+@pytest.mark.parametrize("cancel", [True, threading.Event(), "now", morphray.Cancel])
+def test_what_is_no_cancel_is_refused(cancel):
+    scene = morphray.Scene(*grid(2))
+    with pytest.raises(TypeError, match="cancel: a morphray.Cancel or None is needed"):
+        scene.render((4, 4), cancel=cancel)
+
+
+def test_cancel_that_was_not_initialised_is_refused():
+    scene = morphray.Scene(*grid(2))
+    cancel = morphray.Cancel.__new__(morphray.Cancel)
+    for work in [cancel.set, cancel.clear, cancel.is_set,
+                 lambda: scene.render((4, 4), cancel=cancel)]:
+        with pytest.raises(TypeError, match="Cancel: .* has not been called"):
+            work()
