@@ -43,7 +43,7 @@ public:
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [this] { return work_ == nullptr; });
     }
-    /// What the work has thrown, or null.
+    /// Returns the exception that ended the work, or null.
     std::exception_ptr take_error() { return std::exchange(error_, nullptr); }
 
 private:

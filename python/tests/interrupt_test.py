@@ -80,7 +80,7 @@ expect_usable()
 
 
 def test_ctrl_c_ends_a_short_batch_that_takes_long():
-    """Of few rays, which brute force tests with many triangles. The last ones are not traced."""
+    """Brute force tests 16,000 rays for seconds. The last ones are not traced."""
     run("""
 hits = np.zeros(16_000, morphray.hit_dtype)
 hits["prim_id"] = 12345678
