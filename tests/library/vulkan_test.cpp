@@ -1,6 +1,7 @@
 // Scenes on a Vulkan device answer as those on the CPU.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 
 #include "tests/library/scenes.h"
@@ -109,6 +110,21 @@ TEST(LibraryOnVulkan, ScenesAndThreadsShareADevice) {
         for (std::thread& thread : threads) thread.join();
         EXPECT_EQ(different[0] + different[1], 0u);
     }
+}
+
+TEST(LibraryOnVulkan, QueriesThatAreCancelledThrowAndTheNextAreWhole) {
+    const UserMesh mesh(torus(40, 24));
+    const Scene scene = Scene::build(mesh.view(), vulkan());
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 500, 32);
+    const std::vector<morphray::Hit> expected = hits_of(scene, rays);
+    std::vector<morphray::Hit> hits(rays.size());
+    std::vector<std::uint8_t> dark(rays.size());
+    std::atomic<bool> cancel = true;
+    EXPECT_EQ(error_of([&] { scene.intersect(rays, hits, &cancel); }), "cancelled");
+    EXPECT_EQ(error_of([&] { scene.occluded(rays, dark, &cancel); }), "cancelled");
+    cancel = false;
+    scene.intersect(rays, hits, &cancel);
+    expect_same_hits(hits, expected);
 }
 
 TEST(LibraryOnVulkan, UnknownDevicesAreRefused) {
