@@ -165,7 +165,7 @@ TEST(Usage, RefitOnWithoutARefitIsRefused) {
 }
 
 TEST(Usage, SeveralFramesAreRefusedWhereOneIsNeeded) {
-    for (const char* frames : {"0..4", "all"}) {
+    for (const char* frames : {"0..4", "0,4", "all"}) {
         for (const char* option : {"--frame", "--frames"}) {
             expect_refused({"probe", "builtin:cloth:500", option, frames, "--pixel", "0,0"}, 2,
                            "several frames; this command takes one");
@@ -341,12 +341,31 @@ TEST(Usage, NegativeCoordinatesAreValuesNotOptions) {
 
 TEST(Usage, MalformedFrameRangesAreRefused) {
     TemporaryFolder folder;
-    for (const char* frames : {"5..2", "0..4:0", "0..4:-1", "a..b", "0..", "nan", "0..inf", "99",
-                               "-1", "0..25", "0..4:1e-9"}) {
+    for (const char* frames :
+         {"5..2", "0..4:0", "0..4:-1", "a..b", "0..", "nan", "0..inf", "99", "-1", "0..25",
+          "0..4:1e-9", "0,", "7,0", "0,0", "0..8:4,8", "0,25", "0,all"}) {
         expect_refused({"render", "builtin:cloth:500", "--backend", "cpu", "--frames", frames,
                         "--out", folder.file("out")},
                        2, "frame");
         EXPECT_TRUE(folder.names().empty()) << frames;
+    }
+}
+
+TEST(Usage, ListsOfFramesGoWhereverSeveralFramesDo) {
+    const std::vector<std::string> scene = {
+        "builtin:cloth:500", "--backend", "cpu", "--size", "8x8", "--json", "-",
+        "--frames",          "0..4:4,7"};
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"crosscheck", "--rays", "primary", "--simd", "off"},
+          {"profile", "--repeat", "1"},
+          {"profile", "--repeat", "1", "--policies", "refit,rebuild"}}) {
+        std::vector<std::string> line = command;
+        line.insert(line.begin() + 1, scene.begin(), scene.end());
+        const Outcome outcome = run(line);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        for (const char* frame : {"\"frame\": 0", "\"frame\": 4", "\"frame\": 7"})
+            EXPECT_NE(outcome.out.find(frame), std::string::npos) << command[0] << ": " << frame;
+        EXPECT_EQ(outcome.out.find("\"frame\": 5"), std::string::npos);
     }
 }
 

@@ -35,7 +35,8 @@ OptionAdder::Setter finite(Number& target, double lower) {
 }
 
 double parse_one_frame(const std::string& option, const std::string& value) {
-    if (value == "all" || value.find("..") != std::string::npos) {
+    if (value == "all" || value.find("..") != std::string::npos ||
+        value.find(',') != std::string::npos) {
         throw Error(
             ErrorKind::kBadArgument,
             fmt::format("{}: '{}' are several frames; this command takes one", option, value));
@@ -110,10 +111,12 @@ void add_lenient(const OptionAdder& adder) {
 }
 
 void add_frames(const OptionAdder& adder, const char* otherwise) {
-    adder.add_text("--frames,--frame", "F|A..B[:STEP]|all",
-                   fmt::format("frames; fractions lie between whole frames ({})", otherwise),
-                   adder.options().frames);
-    adder.add_text("--time", "T|A..B[:STEP]",
+    adder.add_text(
+        "--frames,--frame", "F|A..B[:STEP],...|all",
+        fmt::format("frames, in increasing order; fractions lie between whole frames ({})",
+                    otherwise),
+        adder.options().frames);
+    adder.add_text("--time", "T|A..B[:STEP],...",
                    "seconds instead of frames; STEP is that of a frame unless given",
                    adder.options().time);
 }

@@ -37,6 +37,25 @@ TEST(Shards, WriteTheFilesOfOneRun) {
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "three/sheet.png"));
 }
 
+TEST(Shards, OfListsOfFramesAreMerged) {
+    const TemporaryFolder folder;
+    const auto shard = [&](const std::string& number, const char* frames) {
+        return run({"render", "builtin:cloth:300", "--backend", "cpu", "--size", "24x20",
+                    "--frames", frames, "--shard", number, "--out", folder.file("out")});
+    };
+    EXPECT_EQ(shard("1/2", "0..4:2,7,20.5").code, 0);
+    EXPECT_EQ(shard("2/2", "0..4:2,7,20.5").code, 0);
+    const Outcome merged = merge(folder, {"out", "--json", "-"});
+    EXPECT_EQ(merged.code, 0) << merged.out << merged.err;
+    std::vector<double> frames;
+    const Json report = Json::parse(merged.out);
+    for (const Json& frame : report["frames"]) frames.push_back(frame["frame"]);
+    EXPECT_EQ(frames, (std::vector<double>{0, 2, 4, 7, 20.5}));
+    // A shard of other frames does not fit.
+    EXPECT_EQ(shard("2/2", "0..4:2,7,20").code, 0);
+    EXPECT_NE(merge(folder, {"out"}).code, 0);
+}
+
 TEST(Shards, WriteTheHitsAndOpenExrFilesOfOneRun) {
     const TemporaryFolder folder;
     const auto with = [&](const std::string& hits) {

@@ -47,6 +47,18 @@ TEST(Render, OneFrameNeedsNoSheet) {
     EXPECT_EQ(folder.names(), (Names{"out", "out/frame_0007.png"}));
 }
 
+TEST(Render, ListsOfFramesAreTheImagesOfTheirFrames) {
+    TemporaryFolder list;
+    EXPECT_EQ(render("builtin:cloth:500", list, {"--frames", "0..4:2,7,20.5"}).code, 0);
+    EXPECT_EQ(list.names(),
+              (Names{"out", "out/frame_0000.0.png", "out/frame_0002.0.png", "out/frame_0004.0.png",
+                     "out/frame_0007.0.png", "out/frame_0020.5.png", "out/sheet.png"}));
+    TemporaryFolder one;
+    EXPECT_EQ(render("builtin:cloth:500", one, {"--frames", "7"}).code, 0);
+    EXPECT_EQ(read_file(list.path() / "out/frame_0007.0.png"),
+              read_file(one.path() / "out/frame_0007.png"));
+}
+
 TEST(Render, AllWholeFramesAreTheDefault) {
     TemporaryFolder folder;
     folder.write("s/f_3.obj", square_at(0));
