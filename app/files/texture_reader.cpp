@@ -26,7 +26,7 @@ constexpr ImageLimits kLimits = {
     .reduce_16_bits = true,
 };
 
-/// What an image is called in messages: "scene.gltf: images[0]" for a part of a file.
+/// The name of an image in messages: "scene.gltf: images[0]" for a part of a file.
 std::filesystem::path name_of(const TextureFile& file) {
     return file.place.empty() ? file.path : file.path + ": " + file.place;
 }

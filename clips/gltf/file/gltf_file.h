@@ -22,7 +22,7 @@ struct Buffer {
     /// Empty for a data: URI.
     std::filesystem::path file = {};
     std::uint64_t offset_in_file = 0;
-    /// What `bytes` are the first ones of, for a data: URI.
+    /// The content of a data: URI, in which `bytes` lie; otherwise null.
     std::shared_ptr<const std::string> data = {};
 };
 
