@@ -26,9 +26,14 @@ namespace mray::cpu {
 namespace HWY_NAMESPACE {
 using namespace simd::HWY_NAMESPACE;
 
+// Batches of at most this many rays are traced ray by ray: to make streams of them takes longer
+// than these gain (docs/lab/cpu_tracer.md has the figures).
+inline constexpr std::size_t kAloneIntersected = kTogetherAtNode;
+inline constexpr std::size_t kAloneOccluded = kLanes < 16 ? 4 : 6;
+
 void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hits) {
-    if (rays.size() == 1) {
-        hits[0] = intersect_one(bvh, rays[0]);
+    if (rays.size() <= kAloneIntersected) {
+        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = intersect_one(bvh, rays[i]);
         return;
     }
     for_each_stream(rays,
@@ -37,8 +42,8 @@ void intersect_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<Hit> hi
 }
 
 void occluded_rays(const Bvh& bvh, std::span<const Ray> rays, std::span<std::uint8_t> occluded) {
-    if (rays.size() == 1) {
-        occluded[0] = occluded_one(bvh, rays[0]);
+    if (rays.size() <= kAloneOccluded) {
+        for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = occluded_one(bvh, rays[i]);
         return;
     }
     for_each_stream(rays, [&](const Ray* batch, std::span<const std::uint16_t> order,

@@ -138,14 +138,16 @@ void HostQueries::intersect(std::span<const Ray> rays, std::span<Hit> hits,
 }
 
 Hit HostQueries::intersect(const Ray& ray) const {
-    mray::Ray scene;
-    const RayScale scale = space_.to_scene(ray, scene);
-    if (!scale.is_valid) return {};
-    mray::Hit found;
+    Hit hit;
     cost_.measure(1, [&] {
+        mray::Ray scene;
+        const RayScale scale = space_.to_scene(ray, scene);
+        if (!scale.is_valid) return;
+        mray::Hit found;
         scene_.intersect(std::span<const mray::Ray>(&scene, 1), std::span<mray::Hit>(&found, 1));
+        hit = space_.to_world(found, scale.t_exponent);
     });
-    return space_.to_world(found, scale.t_exponent);
+    return hit;
 }
 
 void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
@@ -165,10 +167,10 @@ void HostQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> oc
 }
 
 bool HostQueries::occluded(const Ray& ray) const {
-    mray::Ray scene;
-    if (!space_.to_scene(ray, scene).is_valid) return false;
     std::uint8_t found = 0;
     cost_.measure(1, [&] {
+        mray::Ray scene;
+        if (!space_.to_scene(ray, scene).is_valid) return;
         scene_.occluded(std::span<const mray::Ray>(&scene, 1), std::span<std::uint8_t>(&found, 1));
     });
     return found != 0;

@@ -66,6 +66,31 @@ TEST(Queries, AreTheSameForEachSizeOfBatch) {
     scene.intersect(std::span<const morphray::Ray>(), std::span<morphray::Hit>());
 }
 
+/// Few rays are traced one by one, more of them in streams.
+TEST(Queries, OfFewRaysAreThoseOfOneRayForEachInstructionSet) {
+    const UserMesh mesh(torus(60, 40));
+    const std::vector<morphray::Ray> rays = world_rays(mesh, 300, 8);
+    std::vector<std::string> targets = morphray::simd_targets();
+    targets.push_back("off");
+    const morphray::Hit untouched{-1, -2, -3, 77, 88};
+    for (const std::string& simd : targets) {
+        const Scene scene = Scene::build(mesh.view(), Device::cpu({.threads = 2, .simd = simd}));
+        for (std::size_t size = 0; size <= 70; ++size) {
+            const auto some = std::span(rays).subspan(size, size);
+            std::vector<morphray::Hit> hits(size + 1, untouched);
+            std::vector<std::uint8_t> occluded(size + 1, 7);
+            scene.intersect(some, std::span(hits).first(size));
+            scene.occluded(some, std::span(occluded).first(size));
+            for (std::size_t i = 0; i < size; ++i) {
+                ASSERT_EQ(hits[i], scene.intersect(some[i])) << simd << ", " << size;
+                ASSERT_EQ(occluded[i] != 0, scene.occluded(some[i])) << simd << ", " << size;
+            }
+            EXPECT_EQ(hits[size], untouched);
+            EXPECT_EQ(occluded[size], 7);
+        }
+    }
+}
+
 /// Rays of images, whose sides and lengths are of all kinds, are traced in packets where they can.
 TEST(Queries, OfImagesEqualBruteForce) {
     Random random(21);

@@ -330,6 +330,17 @@ TEST(SceneUpdate, DeterministicDecisionsCountEachScenesRays) {
                   for (const morphray::Ray& ray : rays.subspan(hits.size())) scene.occluded(ray);
               }),
               alone);
+    // In batches of all small sizes, whose times are taken from samples.
+    EXPECT_EQ(steps_of_poses([](const Scene& scene, std::span<const morphray::Ray> rays) {
+                  std::vector<morphray::Hit> hits(rays.size());
+                  std::size_t size = 0;
+                  for (std::size_t first = 0; first < rays.size(); first += size) {
+                      size = std::min(size % 70 + 1, rays.size() - first);
+                      scene.intersect(rays.subspan(first, size),
+                                      std::span(hits).subspan(first, size));
+                  }
+              }),
+              alone);
     // By threads with a few rays each, at the same time and one after the other.
     constexpr std::size_t kFew = 50;
     EXPECT_EQ(steps_of_poses([&](const Scene& scene, std::span<const morphray::Ray> rays) {
