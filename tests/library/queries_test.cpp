@@ -237,7 +237,7 @@ TEST(Queries, RaysFromATriangleHitItNowhereButNextToTheirOrigins) {
     Random random(31);
     std::size_t own_hits = 0;
     for (int i = 0; i < 1000; ++i) {
-        // Of every second triangle all coordinates are about 1000, so that origins are rounded.
+        // Coordinates of every second triangle are about 1000, so that its origins are rounded.
         const float place = i % 2 == 0 ? 0.0f : 1000.0f;
         const vec3 a = place + random.point(1);
         const vec3 b = place + random.point(1);
