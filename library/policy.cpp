@@ -7,7 +7,25 @@
 
 #include "library/scene/errors.h"
 
-namespace morphray::detail {
+namespace morphray {
+
+UpdatePolicy parse_update_policy(const std::string& text) {
+    return detail::with_public_errors([&]() -> UpdatePolicy {
+        const mray::PolicySpec spec = mray::parse_policy(text);
+        switch (spec.kind) {
+            case mray::PolicyKind::kRefit:
+                return Refit{};
+            case mray::PolicyKind::kRebuild:
+                return Rebuild{};
+            case mray::PolicyKind::kEvery:
+                return Every{spec.period};
+            default:
+                return Auto{};
+        }
+    });
+}
+
+namespace detail {
 namespace {
 
 template <class... Cases>
@@ -58,4 +76,5 @@ mray::UpdateConfig config_of(const UpdatePolicy& policy) {
             .budget_ms = automatic->budget_ms};
 }
 
-}  // namespace morphray::detail
+}  // namespace detail
+}  // namespace morphray

@@ -47,6 +47,11 @@ struct Auto {
 /// How the tree follows the meshes (Wald, Boulos, Shirley, TOG 26(1), 2007, section 5).
 using UpdatePolicy = std::variant<Auto, Refit, Rebuild, Every>;
 
+/// Reads the name of a policy, for programs whose users write it: "refit", "rebuild", "every:K"
+/// with K from 1 to 1000000, or "auto", which gives an Auto{}. Throws bad_argument, which lists
+/// these, for any other text. Threads may call it at the same time.
+MORPHRAY_API UpdatePolicy parse_update_policy(const std::string& text);
+
 /// How trees are built: in either case by the surface area heuristic.
 enum class Split {
     binned,  ///< Over bins of the centroids: fast.

@@ -1,45 +1,35 @@
 #include "python/module/options.h"
 
-#include <charconv>
 #include <limits>
-#include <string_view>
 
 #include "python/module/bindings.h"
 
 namespace morphray::python {
 namespace {
 
-constexpr std::string_view kEvery = "every:";
-
 [[noreturn]] void throw_choice(const std::string& name, const std::string& value,
                                const std::string& choices) {
     throw py::value_error(name + ": \"" + value + "\" is none of " + choices);
-}
-
-Every every_of(const std::string& update) {
-    Every every;
-    const char* const end = update.data() + update.size();
-    const auto [stop, error] = std::from_chars(update.data() + kEvery.size(), end, every.poses);
-    if (error != std::errc() || stop != end)
-        throw py::value_error("update: \"" + update + "\" has no number after every:");
-    return every;
 }
 
 }  // namespace
 
 UpdatePolicy policy_of(const std::string& update, double budget_ms, double budget,
                        bool deterministic) {
+    UpdatePolicy policy;
+    try {
+        policy = parse_update_policy(update);
+    } catch (const Error& error) {
+        throw py::value_error(std::string("update: ") + error.what());
+    }
     const Auto automatic{budget_ms, budget, deterministic};
-    if (update == "auto") return automatic;
+    if (std::holds_alternative<Auto>(policy)) return automatic;
     const Auto defaults;
     if (budget_ms != defaults.budget_ms || budget != defaults.budget || deterministic) {
         throw py::value_error("update: \"" + update +
                               "\" takes no budget_ms, budget or deterministic; \"auto\" does");
     }
-    if (update == "refit") return Refit{};
-    if (update == "rebuild") return Rebuild{};
-    if (std::string_view(update).starts_with(kEvery)) return every_of(update);
-    throw_choice("update", update, R"("auto", "refit", "rebuild" and "every:K")");
+    return policy;
 }
 
 Split split_of(const std::string& split) {

@@ -86,6 +86,19 @@ TEST(LibraryErrors, RefuseUnsuitableOptions) {
     EXPECT_EQ(error_of([] { Device::cpu({.simd = "mmx"}); }), "bad_argument");
 }
 
+TEST(LibraryErrors, ListThePoliciesForATextThatIsNone) {
+    using morphray::parse_update_policy;
+    EXPECT_TRUE(std::holds_alternative<morphray::Refit>(parse_update_policy("refit")));
+    EXPECT_TRUE(std::holds_alternative<morphray::Rebuild>(parse_update_policy("rebuild")));
+    EXPECT_TRUE(std::holds_alternative<morphray::Auto>(parse_update_policy("auto")));
+    EXPECT_EQ(std::get<morphray::Every>(parse_update_policy("every:12")).poses, 12u);
+    for (const char* text : {"", "every", "every:0", "every:-1", "every:1000001", "Auto"}) {
+        EXPECT_EQ(error_of([&] { parse_update_policy(text); }), "bad_argument") << text;
+        EXPECT_NE(message_of([&] { parse_update_policy(text); }).find("refit, rebuild, every:K"),
+                  std::string::npos);
+    }
+}
+
 TEST(LibraryErrors, NameTheBudgetThatIsNoFiniteNumberFromZeroOn) {
     const UserMesh mesh(icosphere(1));
     const auto with = [&](const morphray::Auto& update) {
