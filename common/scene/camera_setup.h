@@ -20,12 +20,12 @@ inline constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
 /// fill the image, seen from the front (+z) right and slightly from above, and lit from above the
 /// eye's left.
 struct ViewSpec {
-    std::optional<Point> eye;
-    std::optional<Point> target;
+    std::optional<Point> eye = {};
+    std::optional<Point> target = {};
     Point up = {0, 1, 0};
     /// Vertical, in degrees.
     double fov = 45;
-    std::optional<Point> light;
+    std::optional<Point> light = {};
     std::uint32_t width = 1024;
     std::uint32_t height = 1024;
     std::uint32_t rays = kRaysPrimary;
