@@ -22,7 +22,7 @@ constexpr double kFlySpeed = 0.6;
 /// As a part of the image's width, how near the pointer must be to the wipe to move it.
 constexpr float kWipeReach = 0.01f;
 
-double held(int key) { return ImGui::IsKeyDown(key) ? 1.0 : 0.0; }
+double held(int key) { return glfwGetKey(glfwGetCurrentContext(), key) == GLFW_PRESS ? 1.0 : 0.0; }
 
 template <class T, std::size_t N>
 void choose_next(const Choice<T> (&choices)[N], T& value) {
