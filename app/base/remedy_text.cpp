@@ -11,7 +11,7 @@ const char* remedy_text(Remedy remedy) {
         case Remedy::kReplaceMissing:
             return ", or use --missing hold or --missing skip";
         case Remedy::kIndexAgain:
-            return "; write it anew by `morphray index`";
+            return "; write it again by `morphray index`";
         case Remedy::kNone:
             break;
     }

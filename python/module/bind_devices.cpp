@@ -52,7 +52,7 @@ void bind_devices(py::module_& module) {
             R"(Where scenes live and rays are traced. Made by cpu(), vulkan() or brute_force().
 
 Threads may use a device at the same time, for any number of scenes. A scene keeps its device
-alive. Scenes that share a Device of Vulkan start it once; the string "vulkan" starts it anew.)")
+alive. Scenes that share a Device of Vulkan start it once; the string "vulkan" starts another one.)")
             .def_static(
                 "cpu",
                 [](int threads, const std::string& simd) {

@@ -204,7 +204,7 @@ void PyScene::detach(std::uint32_t geom_id) {
     next_meshes_.erase(geom_id);
 }
 
-/// Whether to trace so many rays may take more than some milliseconds.
+/// Whether tracing this many rays may take more than some milliseconds.
 bool PyScene::is_long(std::size_t rays) const {
     if (rays >= kManyRays) return true;
     return scene_->device().name() == "brute" && rays * scene_->triangle_count() >= kManyTests;

@@ -32,7 +32,7 @@ update:    how the tree follows the meshes: "auto", "refit", "rebuild", or "ever
 budget_ms: for "auto", the milliseconds that an update may add. 0: budget decides.
 budget:    for "auto", the same as a part of the time that refit and queries of a pose take. Both are
            finite and not negative.
-deterministic: for "auto", decide by counts instead of times, so that all runs decide alike.
+deterministic: for "auto", decide by counts instead of times, so that all runs decide the same.
 split:     how trees are built: "binned", or "sweep", which is slower and gives the best tree.
 deforms:   whether update() reads the points again.
 albedo:    for images, the colour of each triangle: (T, 3) uint8 or (T,) uint32 with red in bits 0

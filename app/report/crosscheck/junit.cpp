@@ -89,7 +89,7 @@ std::string suite_of(const CheckRun& run, const CheckReport& report, const std::
     }
     for (const TreeRow& row : report.trees) {
         suite.add(row.device.empty() ? "tree" : "tree on " + row.device,
-                  fmt::format("frame {} refits alike", row.frame), 0,
+                  fmt::format("frame {} refits equal", row.frame), 0,
                   row.equal() ? ""
                               : fmt::format("refitted on cpu: {}, on vulkan: {}",
                                             hash_text(row.cpu_hash), hash_text(row.vulkan_hash)));

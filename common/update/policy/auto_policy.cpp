@@ -125,7 +125,7 @@ void AutoPolicy::remember_trace(double sound_trace) {
 }
 
 /// Adds this frame's share and savings, and takes what its remedies cost.
-void AutoPolicy::settle_purse(const FrameCost& cost) {
+void AutoPolicy::balance_purse(const FrameCost& cost) {
     const bool swapped = cost.new_tree && cost.rebuild == 0;
     const double unavoidable = residual(cost.excess);
     const double saved =
@@ -151,7 +151,7 @@ void AutoPolicy::frame_done(const FrameCost& cost) {
         builds_.start_over(build_price());
         floor_ = 0;
     }
-    settle_purse(cost);
+    balance_purse(cost);
     wait_ = std::max(0, wait_ - 1);
     if (cost.build_pending) return;
     remember_trace(cost.trace / model_.slowdown(cost.excess));

@@ -51,7 +51,7 @@ private:
     void judge_restructuring(double excess);
     UpdateDecision rebuild_when_due(const RefittedTree& tree) const;
     std::string facts(double excess) const;
-    void settle_purse(const FrameCost& cost);
+    void balance_purse(const FrameCost& cost);
     void remember_trace(double sound_trace);
 
     UpdateConfig config_;

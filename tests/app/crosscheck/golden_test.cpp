@@ -59,7 +59,7 @@ TEST(ExpectedImages, HaveEveryBuiltInScene) {
     const Json info = Json::parse(run({"info", "--json", "-"}).out);
     for (const Json& scene : info["builtins"])
         builtins.push_back("builtin:" + scene["name"].get<std::string>() + ":200");
-    EXPECT_EQ(scenes, builtins) << "tests/app/crosscheck/bless writes them anew";
+    EXPECT_EQ(scenes, builtins) << "tests/app/crosscheck/bless writes them again";
 }
 
 TEST(ExpectedImages, AreThoseOfTheCpu) { expect_golden_images({"--backend", "cpu"}); }

@@ -96,7 +96,7 @@ TEST(Index, ThatIsStaleIsAWarningAndChangesNothing) {
     const std::vector<std::string> with = hashes(folder, {"clip"}, &err);
     EXPECT_EQ(err,
               "clip.mrindex: warning: the index is not used, and all frames are read: f_3.obj "
-              "has changed since; write it anew by `morphray index`\n");
+              "has changed since; write it again by `morphray index`\n");
     EXPECT_EQ(hashes(folder, {"clip", "--index", "none"}, &err), with);
     EXPECT_EQ(err, "");
     const Outcome info = call({"info", "clip", "--json", "-"}, folder);
