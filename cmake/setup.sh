@@ -93,11 +93,41 @@ configure() {
         show_log_and_exit 70 "configuring failed"
 }
 
+# show_steps: reads what ninja prints, appends it to the log, and says how many steps are done: on a
+# terminal in one line, elsewhere in a line every 15 s.
+show_steps() {
+    local line last=0 is_shown=no text steps='^\[([0-9]+)/([0-9]+)\]' begin=$SECONDS
+    while IFS= read -r line; do
+        printf '%s\n' "$line" >>"$log"
+        [[ $line =~ $steps ]] || continue
+        text="building: ${BASH_REMATCH[1]} of ${BASH_REMATCH[2]} steps, $((SECONDS - begin)) s"
+        if [ -t 2 ]; then
+            printf '\rmorphray: %s' "$text" >&2
+            is_shown=yes
+        elif [ $((SECONDS - begin - last)) -ge 15 ]; then
+            last=$((SECONDS - begin))
+            say "$text"
+        fi
+    done
+    # The line of a terminal ends, so that messages begin one of their own.
+    [ "$is_shown" = no ] || printf '\r\e[K' >&2
+}
+
+# run_ninja TARGET...: builds. Returns what ninja returns.
+run_ninja() {
+    if [ "$log" = /dev/stderr ]; then
+        ninja -C "$build" "$@" </dev/null >&2
+        return
+    fi
+    NINJA_STATUS='[%f/%t] ' ninja -C "$build" "$@" </dev/null 2>&1 | show_steps
+    return "${PIPESTATUS[0]}"
+}
+
 # set_up INSTALL TESTS KIND...: everything up to a program that is up to date. One at a time, so
 # that two calls do not build into each other. What is in the array build_targets is built; if that
 # is empty, all with tests, and the program without.
 set_up() {
-    local install=$1 tests=$2 targets=("${build_targets[@]}") quiet=(--quiet)
+    local install=$1 tests=$2 targets=("${build_targets[@]}")
     shift 2
     [ "$tests" = ON ] || [ ${#targets[@]} -gt 0 ] || targets=(morphray)
     if ! mkdir -p "$build"; then
@@ -109,11 +139,9 @@ set_up() {
     : >"$log"
     if [ "${MORPHRAY_VERBOSE:-0}" = 1 ]; then
         log=/dev/stderr
-        quiet=()
     fi
     install_missing "$install" "$@"
     configure "$tests"
-    ninja -C "$build" "${quiet[@]}" "${targets[@]}" </dev/null >>"$log" 2>&1 ||
-        show_log_and_exit 70 "the build failed"
+    run_ninja "${targets[@]}" || show_log_and_exit 70 "the build failed"
     exec 9>&-
 }
