@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "common/bvh/builder/bvh_builder.h"
+#include "cpu/image/image_tracer.h"
 #include "cpu/image/tile_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
@@ -15,22 +16,6 @@
 
 namespace mray::bench {
 namespace {
-
-/// ScalarTracer by the batch.
-class ScalarBatches {
-public:
-    explicit ScalarBatches(const Bvh& bvh) : tracer_(bvh) {}
-
-    void intersect(std::span<const Ray> rays, std::span<Hit> hits) const {
-        for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = tracer_.intersect(rays[i]);
-    }
-    void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded) const {
-        for (std::size_t i = 0; i < rays.size(); ++i) occluded[i] = tracer_.occluded(rays[i]);
-    }
-
-private:
-    cpu::ScalarTracer tracer_;
-};
 
 constexpr WorkKind kAllWorks[] = {WorkKind::kPrimary, WorkKind::kShadow, WorkKind::kDiffuse,
                                   WorkKind::kAo, WorkKind::kOneRay};
@@ -90,7 +75,8 @@ OurTracer packet_by_packet(const Bvh& bvh, const SimdTarget& target) {
 }
 
 OurTracer reference(const Bvh& bvh) {
-    return batch_by_batch("reference", "scalar", RaysAtOnce::kStream, ScalarBatches(bvh));
+    return batch_by_batch("reference", "scalar", RaysAtOnce::kStream,
+                          cpu::OneByOne{cpu::ScalarTracer(bvh)});
 }
 
 }  // namespace
