@@ -7,6 +7,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/text/ascii.h"
 #include "common/text/number_text.h"
 
 namespace mray::bench {
@@ -49,10 +50,9 @@ std::string microarchitecture(const Cpu& cpu) {
 // Lower case, one dash for each run of anything else.
 std::string slug(const std::string& text) {
     std::string result;
-    for (const char c : text) {
-        const char lower = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-        if ((lower >= 'a' && lower <= 'z') || (lower >= '0' && lower <= '9')) {
-            result.push_back(lower);
+    for (const char c : lower_case(text)) {
+        if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) {
+            result.push_back(c);
         } else if (!result.empty() && result.back() != '-') {
             result.push_back('-');
         }

@@ -26,6 +26,7 @@
 #include "app/files/image_limits.h"
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
+#include "common/text/ascii.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {
@@ -243,9 +244,7 @@ void ExrReader::File::check(const std::filesystem::path& path) {
 }
 
 bool is_exr_name(const std::filesystem::path& path) {
-    std::string end = path.extension().native();
-    for (char& c : end) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    return end == ".exr";
+    return lower_case(path.extension().native()) == ".exr";
 }
 
 const char* name_of(ExrType type) {

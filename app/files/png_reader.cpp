@@ -11,6 +11,7 @@
 
 #include "common/base/errors.h"
 #include "common/base/input_file.h"
+#include "common/text/ascii.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {
@@ -128,9 +129,7 @@ bool is_cut(std::string_view bytes) {
 }  // namespace
 
 bool is_png_name(const std::filesystem::path& path) {
-    std::string end = path.extension().native();
-    for (char& c : end) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    return end == ".png";
+    return lower_case(path.extension().native()) == ".png";
 }
 
 bool is_png(std::string_view bytes) { return bytes.starts_with("\x89PNG"); }

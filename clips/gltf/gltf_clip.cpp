@@ -15,6 +15,7 @@
 #include "clips/keyframes/given_bounds.h"
 #include "clips/keyframes/measure_positions.h"
 #include "common/base/errors.h"
+#include "common/text/ascii.h"
 #include "common/text/message_text.h"
 
 namespace mray {
@@ -100,9 +101,7 @@ private:
 }  // namespace
 
 bool has_gltf_name(const std::filesystem::path& path) {
-    std::string extension = path.extension().native();
-    for (char& c : extension)
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
+    const std::string extension = lower_case(path.extension().native());
     return extension == ".gltf" || extension == ".glb";
 }
 

@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
 
 #include "clips/obj/obj_reader.h"
 #include "clips/ply/ply_reader.h"
+#include "common/text/ascii.h"
 
 namespace mray {
 namespace {
@@ -19,16 +19,13 @@ constexpr std::array kFormats = {
                read_ply},
 };
 
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c; }
-
 }  // namespace
 
 std::span<const MeshFormat> mesh_formats() { return kFormats; }
 
 const MeshFormat* mesh_format_of(const std::filesystem::path& path,
                                  std::span<const MeshFormat> more_formats) {
-    std::string extension = path.extension().native();
-    std::transform(extension.begin(), extension.end(), extension.begin(), lower);
+    const std::string extension = lower_case(path.extension().native());
     for (const std::span<const MeshFormat> formats : {mesh_formats(), more_formats}) {
         for (const MeshFormat& format : formats)
             if (format.extension == extension) return &format;

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <optional>
 
+#include "common/text/ascii.h"
 #include "gpu/vulkan/result.h"
 
 namespace mray::gpu {
@@ -153,11 +154,6 @@ std::string listing(std::span<const DeviceInfo> devices) {
         text += fmt::format("{}{}: {}{}", text.empty() ? "" : ", ", d.index, d.name,
                             d.unusable.empty() ? "" : " (unusable)");
     }
-    return text;
-}
-
-std::string lower_case(std::string text) {
-    for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
     return text;
 }
 
