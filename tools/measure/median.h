@@ -1,8 +1,9 @@
-// The median of measured values.
+// Medians of measured values.
 #pragma once
 
 #include <algorithm>
 #include <cassert>
+#include <functional>
 #include <vector>
 
 namespace mray {
@@ -13,6 +14,17 @@ inline double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const std::size_t middle = values.size() / 2;
     return values.size() % 2 != 0 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+}
+
+/// The value with the middle key; of an even number of values the lower one in the middle, so that
+/// the result is a value that was measured. Requires at least one value.
+template <class T, class Key = std::identity>
+T lower_median(std::vector<T> values, Key key = {}) {
+    assert(!values.empty());
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
+    std::nth_element(values.begin(), middle, values.end(),
+                     [&](const T& a, const T& b) { return key(a) < key(b); });
+    return *middle;
 }
 
 }  // namespace mray

@@ -8,6 +8,7 @@
 #include "common/base/stopwatch.h"
 #include "common/text/number_text.h"
 #include "common/update/tree_updater.h"
+#include "tools/measure/median.h"
 
 namespace mray {
 namespace {
@@ -23,20 +24,6 @@ std::size_t ages(std::size_t frames, std::size_t built_at) {
     return std::min(frames - built_at, kOldest);
 }
 
-/// The median by a key; of an even number of values the lower one in the middle, so that the result
-/// is a value that was measured.
-template <class T, class Key>
-T median_of(std::vector<T> values, Key key) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
-    std::nth_element(values.begin(), middle, values.end(),
-                     [&](const T& a, const T& b) { return key(a) < key(b); });
-    return *middle;
-}
-
-double median_of(const std::vector<double>& values) {
-    return median_of(values, [](double x) { return x; });
-}
-
 /// The frames of the last round, each with the times of the round with its median cost.
 std::vector<PolicyFrame> merge_rounds(const std::vector<std::vector<PolicyFrame>>& rounds) {
     std::vector<PolicyFrame> merged = rounds.back();
@@ -44,7 +31,7 @@ std::vector<PolicyFrame> merge_rounds(const std::vector<std::vector<PolicyFrame>
         std::vector<PolicyFrame> played;
         for (const auto& round : rounds) played.push_back(round[f]);
         merged[f].times =
-            median_of(played, [](const PolicyFrame& frame) { return frame.cost_ms(); }).times;
+            lower_median(played, [](const PolicyFrame& frame) { return frame.cost_ms(); }).times;
     }
     return merged;
 }
@@ -62,7 +49,7 @@ double PolicyRun::total_ms() const {
 double PolicyRun::median_frame_ms() const {
     std::vector<double> values;
     for (const PolicyFrame& frame : frames) values.push_back(frame.cost_ms());
-    return median_of(values);
+    return lower_median(values);
 }
 
 double PolicyRun::worst_frame_ms() const {
@@ -197,7 +184,7 @@ PolicyComparison PolicyRunner::compare(std::span<const PolicySpec> policies,
     const auto median_over_rounds = [&costs](auto entry) {
         std::vector<double> values;
         for (const ScheduleCosts& c : costs) values.push_back(entry(c));
-        return median_of(values);
+        return lower_median(values);
     };
     result.costs = costs.front();
     for (std::size_t f = 0; f < frames_.size(); ++f) {
@@ -209,7 +196,7 @@ PolicyComparison PolicyRunner::compare(std::span<const PolicySpec> policies,
         }
         std::vector<double> values;
         for (const std::vector<double>& round : traces) values.push_back(round[f]);
-        trace_rebuilt_ms_[f] = median_of(values);
+        trace_rebuilt_ms_[f] = lower_median(values);
     }
     result.best = best_schedule(result.costs);
     for (std::size_t p = 0; p < policies.size(); ++p) {
