@@ -44,11 +44,6 @@ struct TraceCost {
     double ms = 0;
     std::uint64_t rays = 0;
 };
-/// The cost of a backend's last trace.
-inline TraceCost last_trace(Backend& backend) {
-    const BackendTimes& times = backend.finish();
-    return {times.trace_ms, times.rays};
-}
 
 /// Topology and backends must outlive it.
 class TreeUpdater {

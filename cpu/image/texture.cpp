@@ -196,9 +196,4 @@ TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSam
             level_of_texels(texels * covered / facing)};
 }
 
-uvec3 texture_colour(const TexturedTriangles& triangles, const TexturedSample& sample) {
-    const TexturePlace place = texture_place(triangles, sample);
-    return place.texture->colour_within(place.u, place.v, place.level);
-}
-
 }  // namespace mray::cpu

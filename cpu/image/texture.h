@@ -48,10 +48,6 @@ public:
     /// with weights of 8 bits, and mixed between them. u, v: from the left and from the top, 0
     /// to 1. level: 0 is the image, 256 its half, and so on; a fraction mixes.
     uvec3 colour_within(float u, float v, std::uint32_t level) const;
-    /// The same at any texture coordinates.
-    uvec3 colour_at(Texcoord at, std::uint32_t level) const {
-        return colour_within(into_image(at.u), into_image(1.0f - at.v), level);
-    }
 
 private:
     uvec3 bilinear(const Level& level, float u, float v) const;
@@ -96,8 +92,5 @@ struct TexturePlace {
 /// Where the sample shows its triangle's texture, at the level whose texels are as large as the
 /// part of the surface that the sample shows.
 TexturePlace texture_place(const TexturedTriangles& triangles, const TexturedSample& sample);
-
-/// The linear colour of the sample's texture.
-uvec3 texture_colour(const TexturedTriangles& triangles, const TexturedSample& sample);
 
 }  // namespace mray::cpu

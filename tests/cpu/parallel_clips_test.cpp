@@ -13,6 +13,7 @@
 #include "cpu/cpu_backend.h"
 #include "tests/support/backend_hashes.h"
 #include "tests/support/followed_clip.h"
+#include "tests/support/last_trace.h"
 
 namespace mray::test {
 namespace {

@@ -13,6 +13,7 @@
 #include "tests/gpu/test_scenes.h"
 #include "tests/gpu/validated_device.h"
 #include "tests/support/backend_hashes.h"
+#include "tests/support/last_trace.h"
 
 namespace mray::test {
 namespace {

@@ -7,6 +7,7 @@
 #include "clips/scene_frames.h"
 #include "common/backend.h"
 #include "common/update/tree_updater.h"
+#include "tests/support/last_trace.h"
 
 namespace mray::test {
 

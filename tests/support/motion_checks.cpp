@@ -10,6 +10,7 @@
 #include "common/interop/arithmetic.h"
 #include "common/update/tree_updater.h"
 #include "tests/support/backend_hashes.h"
+#include "tests/support/last_trace.h"
 #include "tests/support/same_bits.h"
 #include "tests/support/test_scene.h"
 

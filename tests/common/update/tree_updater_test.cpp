@@ -9,6 +9,7 @@
 
 #include "common/bvh/bvh_stats.h"
 #include "cpu/cpu_backend.h"
+#include "tests/support/last_trace.h"
 #include "tests/support/test_scene.h"
 
 namespace mray {

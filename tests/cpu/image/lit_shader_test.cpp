@@ -14,6 +14,7 @@
 #include "common/scene/vertex_normals.h"
 #include "cpu/cpu_backend.h"
 #include "tests/support/test_scene.h"
+#include "tests/support/texture_colours.h"
 
 namespace mray {
 namespace {
@@ -112,14 +113,14 @@ private:
         const uvec3 t = s_.topology.triangles[hit.prim_id];
         const vec3 du = s_.params.camera.du;
         const double spacing = double{du.x} * du.x + double{du.y} * du.y + double{du.z} * du.z;
-        const uvec3 colour = cpu::texture_colour(
-            s_.textures, {hit.prim_id,
-                          hit.u,
-                          hit.v,
-                          {s_.positions[t.x], s_.positions[t.y], s_.positions[t.z]},
-                          ray,
-                          depth,
-                          spacing});
+        const uvec3 colour =
+            texture_colour(s_.textures, {hit.prim_id,
+                                         hit.u,
+                                         hit.v,
+                                         {s_.positions[t.x], s_.positions[t.y], s_.positions[t.z]},
+                                         ray,
+                                         depth,
+                                         spacing});
         return textured_colour(base, vec3(colour));
     }
 

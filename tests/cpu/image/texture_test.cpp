@@ -10,8 +10,12 @@
 #include <span>
 #include <vector>
 
+#include "tests/support/texture_colours.h"
+
 namespace mray::cpu {
 namespace {
+
+using namespace test;
 
 std::vector<std::uint32_t> noise(std::uint32_t width, std::uint32_t height, unsigned seed = 1) {
     std::mt19937 random(seed);
@@ -43,7 +47,7 @@ TEST(Texture, ShowsATexelAtItsCentre) {
                     const Texcoord at{
                         (static_cast<float>(x) + 0.5f) / static_cast<float>(size.x),
                         1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(size.y)};
-                    const uvec3 colour = texture.colour_at(at, 0);
+                    const uvec3 colour = colour_at(texture, at, 0);
                     const uvec3 expected = squares(texels[y * size.x + x]);
                     const bool is_exact =
                         (size.x & (size.x - 1)) == 0 && (size.y & (size.y - 1)) == 0;
@@ -61,7 +65,7 @@ TEST(Texture, MixesFourTexelsInLinearLight) {
     const std::vector<std::uint32_t> texels = {0x000000, 0xFFFFFF, 0x0000FF, 0x00FF00};
     const Texture texture(texels, 2, 2, true);
     // A quarter to the right and half down between the centres.
-    const uvec3 colour = texture.colour_at({0.25f + 0.125f, 0.5f}, 0);
+    const uvec3 colour = colour_at(texture, {0.25f + 0.125f, 0.5f}, 0);
     const auto eighths = [](std::uint32_t count) { return (kTexelOne * count + 4) / 8; };
     EXPECT_EQ(colour, uvec3(eighths(4), eighths(2), eighths(1)));
 }
@@ -72,17 +76,18 @@ TEST(Texture, RepeatsOrClampsBeyondItsImage) {
     const Texture clamped(texels, 8, 4, true);
     for (float u = -2; u < 3; u += 0.03125f) {
         for (float v = -2; v < 3; v += 0.0625f) {
-            EXPECT_EQ(repeated.colour_at({u, v}, 0),
-                      repeated.colour_at({u - std::floor(u), v - std::floor(v)}, 0));
-            EXPECT_EQ(clamped.colour_at({u, v}, 0),
-                      clamped.colour_at({std::clamp(u, 0.0f, 1.0f), std::clamp(v, 0.0f, 1.0f)}, 0));
+            EXPECT_EQ(colour_at(repeated, {u, v}, 0),
+                      colour_at(repeated, {u - std::floor(u), v - std::floor(v)}, 0));
+            EXPECT_EQ(
+                colour_at(clamped, {u, v}, 0),
+                colour_at(clamped, {std::clamp(u, 0.0f, 1.0f), std::clamp(v, 0.0f, 1.0f)}, 0));
         }
     }
     // Between the last and the first column.
-    const uvec3 seam = repeated.colour_at({0, 1 - 0.125f}, 0);
+    const uvec3 seam = colour_at(repeated, {0, 1 - 0.125f}, 0);
     const uvec3 ends = squares(texels[0]) + squares(texels[7]);
     for (int k = 0; k < 3; ++k) EXPECT_EQ(seam[k], (ends[k] + 1) / 2);
-    EXPECT_EQ(clamped.colour_at({0, 1 - 0.125f}, 0), squares(texels[0]));
+    EXPECT_EQ(colour_at(clamped, {0, 1 - 0.125f}, 0), squares(texels[0]));
 }
 
 TEST(Texture, AnswersForAnyCoordinates) {
@@ -94,7 +99,7 @@ TEST(Texture, AnswersForAnyCoordinates) {
              {-kInfinity, -1e30f, -8388608.0f, -1e-30f, -0.0f, 1e-45f, 0.99999994f, 1.0f,
               8388607.5f, 3e38f, kInfinity, std::numeric_limits<float>::quiet_NaN()}) {
             for (const std::uint32_t level : {0u, 100u, 256u, 511u, 512u, 0xFFFFFFFFu}) {
-                const uvec3 colour = texture.colour_at({x, x}, level);
+                const uvec3 colour = colour_at(texture, {x, x}, level);
                 for (int k = 0; k < 3; ++k) EXPECT_LE(colour[k], kTexelOne);
             }
         }
@@ -105,7 +110,7 @@ TEST(Texture, WhiteStaysWhiteAtEveryLevel) {
     const std::vector<std::uint32_t> texels(std::size_t{37} * 12, 0xFFFFFFFF);
     const Texture texture(texels, 37, 12, false);
     for (std::uint32_t level = 0; level < 2000; level += 37)
-        EXPECT_EQ(texture.colour_at({0.3f, 0.7f}, level), uvec3(kTexelOne));
+        EXPECT_EQ(colour_at(texture, {0.3f, 0.7f}, level), uvec3(kTexelOne));
 }
 
 TEST(Texture, LevelsAreMeansOfIntensities) {
@@ -154,12 +159,12 @@ TEST(Texture, FractionsOfLevelsMixThem) {
     const auto texels = noise(16, 16);
     const Texture texture(texels, 16, 16, false);
     const Texcoord at{0.4f, 0.3f};
-    const uvec3 fine = texture.colour_at(at, 256);
-    const uvec3 coarse = texture.colour_at(at, 512);
-    EXPECT_EQ(texture.colour_at(at, 256 + 64), (fine * 192u + coarse * 64u + 128u) / 256u);
+    const uvec3 fine = colour_at(texture, at, 256);
+    const uvec3 coarse = colour_at(texture, at, 512);
+    EXPECT_EQ(colour_at(texture, at, 256 + 64), (fine * 192u + coarse * 64u + 128u) / 256u);
     // The last level is one texel.
-    EXPECT_EQ(texture.colour_at(at, 4 * 256), squares(level_of(texture, 4)[0]));
-    EXPECT_EQ(texture.colour_at(at, 4 * 256 + 99), squares(level_of(texture, 4)[0]));
+    EXPECT_EQ(colour_at(texture, at, 4 * 256), squares(level_of(texture, 4)[0]));
+    EXPECT_EQ(colour_at(texture, at, 4 * 256 + 99), squares(level_of(texture, 4)[0]));
 }
 
 TEST(Texture, LevelIsHalfTheLogarithmOfTexels) {
@@ -188,16 +193,16 @@ TEST(TextureColour, TakesTheLevelWhoseTexelsAreAsLargeAsTheSample) {
                           .depth = 8,
                           .spacing_squared = 0};
     const Texcoord at{0.25f, 0.375f};
-    EXPECT_EQ(texture_colour(triangles, sample), textures[0]->colour_at(at, 0));
+    EXPECT_EQ(texture_colour(triangles, sample), colour_at(*textures[0], at, 0));
     // Samples are 1/8 apart at depth 8, and 32 texels make a side of 1: 4 texels a side.
     for (vec3& corner : sample.corners) corner = {corner.x * 2, corner.y * 2, -8};
     sample.spacing_squared = 1.0 / 64 / 64;
-    EXPECT_EQ(texture_colour(triangles, sample), textures[0]->colour_at(at, 2 * 256));
+    EXPECT_EQ(texture_colour(triangles, sample), colour_at(*textures[0], at, 2 * 256));
     // A surface that faces the viewing direction has samples of one size everywhere.
     sample.through = {std::sqrt(3.0f), 0, -1};
-    EXPECT_EQ(texture_colour(triangles, sample), textures[0]->colour_at(at, 2 * 256));
+    EXPECT_EQ(texture_colour(triangles, sample), colour_at(*textures[0], at, 2 * 256));
     sample.depth = 16;
-    EXPECT_EQ(texture_colour(triangles, sample), textures[0]->colour_at(at, 3 * 256));
+    EXPECT_EQ(texture_colour(triangles, sample), colour_at(*textures[0], at, 3 * 256));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
 #include "common/ray_queries.h"
+#include "tests/support/last_trace.h"
 #include "tests/support/same_bits.h"
 
 namespace mray::fuzz {
@@ -156,7 +157,7 @@ std::unique_ptr<TreeUpdater> Referee::travel(Backend& backend) {
         const Ray ray = any_ray();
         Hit hit;
         backend.trace_rays(std::span(&ray, 1), std::span(&hit, 1));
-        updater->frame_done(last_trace(backend));
+        updater->frame_done(test::last_trace(backend));
     }
     return updater;
 }
