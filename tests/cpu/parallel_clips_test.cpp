@@ -125,17 +125,5 @@ TEST(ParallelUpdates, GiveTheSameBytesOnOneAndOnFourThreadsInEveryStep) {
         EXPECT_TRUE(std::ranges::count(steps, step) > 0) << step << testing::PrintToString(steps);
 }
 
-TEST(ParallelBuilds, GiveTheSameBytesOnOneAndOnFourThreads) {
-    SceneFrames frames(make_procedural("herd", 20000));
-    const std::span<const vec3> positions = frames.positions(3);
-    for (const SplitMethod split : {SplitMethod::kBinned, SplitMethod::kSweep}) {
-        const auto build = [&](int threads) {
-            return bvh_hash(build_bvh(frames.clip().topology(), positions,
-                                      {.split = split, .threads = threads}));
-        };
-        EXPECT_EQ(build(4), build(1));
-    }
-}
-
 }  // namespace
 }  // namespace mray::test

@@ -1,8 +1,6 @@
 // On the device, the image of a clip does not depend on the updates of its tree.
 #include <gtest/gtest.h>
 
-#include "common/base/errors.h"
-#include "common/update/tree_updater.h"
 #include "cpu/cpu_backend.h"
 #include "tests/gpu/validated_device.h"
 #include "tests/support/motion_checks.h"
@@ -26,15 +24,6 @@ TEST(HardMotionOnVulkan, TakesTheDecisionsOfTheCpu) {
 TEST(HardMotionOnVulkan, LeavesTheBytesOfAFreshRefit) {
     const auto vulkan = validated_device();
     for (const Motion& motion : hard_motions()) expect_no_drift(motion, *vulkan);
-}
-
-TEST(HardMotionOnVulkan, RefusesAPoseOfAnotherTopology) {
-    const Motion motion = hard_motions().front();
-    const auto vulkan = validated_device();
-    TreeUpdater updater(motion.topology, motion.poses[0], *vulkan, nullptr,
-                        make_update_policy({PolicyKind::kAuto}), {}, {});
-    EXPECT_THROW(updater.update(std::vector<vec3>(motion.poses[0].size() - 1)), Error);
-    EXPECT_EQ(updater.update(motion.poses[1]).step, TreeStep::kRefitted);
 }
 
 }  // namespace
