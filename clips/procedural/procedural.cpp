@@ -31,7 +31,6 @@ constexpr std::array kEntries = {
     Entry{{"wave", "a sheet that waves run over", 40000}, make_wave},
     Entry{{"orbits", "balls on crossing orbits", 40000}, make_orbits},
     Entry{{"gather", "chunks of a sphere flying apart and back", 60000}, make_gather},
-    Entry{{"mirror", "a closed mesh turning inside out", 20000}, make_mirror},
     Entry{{"teleport", "balls that jump elsewhere all at once", 40000}, make_teleport},
     Entry{{"swing", "balls that step aside and back", 40000}, make_swing},
     Entry{{"hall", "a hall from inside: columns, beams, cables, waving banners", 80000}, make_hall},

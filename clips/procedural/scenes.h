@@ -52,10 +52,6 @@ DeformingMesh make_teleport(std::uint64_t triangles);
 /// old tree is sound again a frame later.
 DeformingMesh make_swing(std::uint64_t triangles);
 
-/// A closed mesh without symmetry that becomes its mirror image, inside out, through a plane at
-/// frame 12.
-DeformingMesh make_mirror(std::uint64_t triangles);
-
 /// A closed hall with two rows of columns, long beams, thin cables and waving banners, to be seen
 /// from inside: x from -20 to 20, y from 0 to 9, z from -7 to 7.
 DeformingMesh make_hall(std::uint64_t triangles);

@@ -60,11 +60,11 @@ expect "morphray diff n" notes.txt
 expect "morphray render -o ''" frames
 expect "morphray crosscheck --backend ''" "all cpu vulkan"
 expect "morphray render buil" "builtin:cloth builtin:twist builtin:herd builtin:explode builtin:shuffle \
-builtin:soup builtin:spikes builtin:collapse builtin:wave builtin:orbits builtin:gather builtin:mirror \
+builtin:soup builtin:spikes builtin:collapse builtin:wave builtin:orbits builtin:gather \
 builtin:teleport builtin:swing builtin:hall builtin:room builtin:hair builtin:degenerate"
 expect "morphray render builtin : cl" cloth
 expect "morphray render builtin :" "cloth twist herd explode shuffle soup spikes collapse wave orbits \
-gather mirror teleport swing hall room hair degenerate"
+gather teleport swing hall room hair degenerate"
 expect "morphray info m" mesh.obj
 expect "morphray info fr" frames
 expect "morphray render --out ''" frames

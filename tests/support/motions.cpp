@@ -64,8 +64,8 @@ vec3 turned_about_y(vec3 p, double angle) {
 std::vector<Motion> hard_motions() {
     const std::vector<double> some = {0, 1, 2, 3, 5, 8, 12, 12, 18, 24};
     std::vector<Motion> motions;
-    for (const char* name : {"wave", "cloth", "twist", "herd", "orbits", "explode", "gather",
-                             "shuffle", "soup", "mirror"}) {
+    for (const char* name :
+         {"wave", "cloth", "twist", "herd", "orbits", "explode", "gather", "shuffle", "soup"}) {
         motions.push_back(of_builtin(name, some));
     }
     // Whole, plane, whole, point, whole.

@@ -19,7 +19,7 @@ struct Motion {
 };
 
 /// Waves, cloth, 4 and 8 turns of a column, walking animals, orbits, explosion, gathering, shuffle,
-/// collapse from the whole mesh and from a point, mirror, teleport, a swing around the point at
+/// collapse from the whole mesh and from a point, teleport, a swing around the point at
 /// which a build pays, many meshes that fall apart in one frame, vertices that become NaN for a
 /// while. Some hundred triangles and ten poses each.
 std::vector<Motion> hard_motions();

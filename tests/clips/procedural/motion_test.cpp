@@ -212,18 +212,6 @@ TEST(Gather, EndsAsItBeganAndIsApartBetween) {
     EXPECT_GT(farthest, 2);
 }
 
-TEST(Mirror, EndsAsItsMirrorImageThroughAPlane) {
-    const auto clip = make_procedural("mirror", 3000);
-    const std::vector<vec3> first = positions_of(*clip, 0);
-    const std::vector<vec3> last = positions_of(*clip, 24);
-    const auto volume = static_cast<double>(mesh_volume6(clip->topology().triangles, first));
-    EXPECT_GT(volume, 0);
-    const auto mirrored = static_cast<double>(mesh_volume6(clip->topology().triangles, last));
-    EXPECT_NEAR(mirrored, -volume, 1e-4 * volume);
-    for (const vec3& p : positions_of(*clip, 12)) EXPECT_EQ(p.x, 0);
-    for (std::size_t i = 0; i < first.size(); ++i) EXPECT_EQ(last[i].x, -first[i].x);
-}
-
 TEST(Orbits, KeepsItsBallsRigidAndMovesAllOfThem) {
     const DeformingMesh mesh = make_orbits(3000);
     const std::vector<vec3> before = moved(mesh, 0);

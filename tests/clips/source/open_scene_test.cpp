@@ -145,7 +145,7 @@ TEST(OpenScene, BuiltinWithoutANameIsToldAllNames) {
         const std::string message = message_of([&] { open_scene(spec); });
         EXPECT_NE(message.find("the name is missing; "), std::string::npos) << message;
         EXPECT_NE(message.find("cloth, twist, herd, explode, shuffle, soup, spikes, collapse, "
-                               "wave, orbits, gather, mirror, teleport, swing"),
+                               "wave, orbits, gather, teleport, swing"),
                   std::string::npos)
             << message;
     }
