@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <sstream>
+#include <variant>
 #include <vector>
 
 #include "app/cli/conflicts.h"
@@ -18,16 +19,87 @@
 namespace mray::app {
 namespace {
 
+/// The first long name in "-o,--out", or the name of an argument.
+std::string shown_name(const std::string& names) {
+    const std::size_t begin = names.find("--");
+    if (begin == std::string::npos) return names;
+    return names.substr(begin, names.find(',', begin) - begin);
+}
+
+/// Adds an option to the parser of a command.
+class OptionMaker {
+public:
+    OptionMaker(CLI::App& command, const OptionSpec& spec) : command_(command), spec_(spec) {}
+
+    void operator()(const Setter& set) const {
+        const auto set_value = [name = shown_name(spec_.names), set](const std::string& value) {
+            if (value.empty()) throw Error(ErrorKind::kBadArgument, name + ": the value is empty");
+            set(name, value);
+        };
+        describe(command_.add_option_function<std::string>(spec_.names, set_value, spec_.help));
+    }
+    void operator()(bool* target) const {
+        command_.add_flag(spec_.names, *target, spec_.help)
+            ->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+    }
+    void operator()(const ValueList& list) const {
+        CLI::Option* option = command_.add_option(spec_.names, *list.values, spec_.help);
+        describe(option);
+        if (list.count > 0) option->expected(list.count);
+    }
+
+private:
+    void describe(CLI::Option* option) const {
+        option->type_name(spec_.value_name)->required(spec_.required);
+    }
+
+    CLI::App& command_;
+    const OptionSpec& spec_;
+};
+
+void add_command(CLI::App& program, const CommandSpec& spec, Options& options) {
+    CLI::App& command = *program.add_subcommand(spec.name, spec.help);
+    for (const OptionSpec& option : spec.options)
+        std::visit(OptionMaker(command, option), option.target);
+    if (spec.set_defaults)
+        command.preparse_callback([set = spec.set_defaults](std::size_t) { set(); });
+    command.callback([&options, command = spec.command] { options.command = command; });
+}
+
+/// Gives CLI11 the help that it prints for --help.
+class HelpFormatter : public CLI::FormatterBase {
+public:
+    explicit HelpFormatter(const ProgramSpec& spec) : spec_(spec) {}
+
+    std::string make_help(const CLI::App* app, std::string, CLI::AppFormatMode) const override {
+        for (const CommandSpec& command : spec_.commands)
+            if (app->get_parent() && app->get_name() == command.name)
+                return help_of(spec_, command);
+        return help_of(spec_);
+    }
+
+private:
+    const ProgramSpec& spec_;
+};
+
+ProgramSpec program_spec(Options& options) {
+    return {"morphray",
+            "Ray tracer for triangle scenes that deform.",
+            {"-h,--help", "print this help"},
+            {"--version", "print the version"},
+            command_specs(options)};
+}
+
 /// The commands with their options, each of which writes into one Options.
 class CommandLine {
 public:
-    CommandLine() : app_("Ray tracer for triangle scenes that deform.", "morphray") {
+    CommandLine() : spec_(program_spec(options_)), app_(spec_.help, spec_.name) {
         app_.require_subcommand(1);
-        app_.formatter(std::make_shared<HelpFormatter>());
-        app_.set_help_flag("-h,--help", "print this help");
-        app_.set_version_flag("--version", fmt::format("morphray {}", kVersionDetail),
-                              "print the version");
-        add_commands(app_, options_);
+        app_.formatter(std::make_shared<HelpFormatter>(spec_));
+        app_.set_help_flag(spec_.help_flag.names, spec_.help_flag.help);
+        app_.set_version_flag(spec_.version_flag.names, fmt::format("morphray {}", kVersionDetail),
+                              spec_.version_flag.help);
+        for (const CommandSpec& command : spec_.commands) add_command(app_, command, options_);
     }
 
     ParsedCommandLine parse(std::span<const std::string> arguments);
@@ -39,12 +111,13 @@ private:
                          std::span<const std::string> arguments) const;
 
     Options options_;
+    ProgramSpec spec_;
     CLI::App app_;
 };
 
-std::vector<std::string> command_names(const CLI::App& app) {
+std::vector<std::string> command_names(const ProgramSpec& program) {
     std::vector<std::string> names;
-    for (const CLI::App* sub : app.get_subcommands({})) names.push_back(sub->get_name());
+    for (const CommandSpec& command : program.commands) names.push_back(command.name);
     return names;
 }
 
@@ -63,12 +136,11 @@ std::string CommandLine::help(std::span<const std::string> topics) const {
                     fmt::format("unexpected argument '{}'; see `morphray help`", topics[1]));
     }
     if (topics.empty() || topics[0] == "help" || topics[0] == "--help" || topics[0] == "-h") {
-        return app_.help();
+        return help_of(spec_);
     }
-    for (const CLI::App* sub : app_.get_subcommands({})) {
-        if (sub->get_name() == topics[0]) return sub->help(app_.get_name());
-    }
-    reject_command(topics[0], command_names(app_));
+    for (const CommandSpec& command : spec_.commands)
+        if (command.name == topics[0]) return help_of(spec_, command);
+    reject_command(topics[0], command_names(spec_));
 }
 
 std::vector<std::string> CommandLine::given_options() const {
@@ -89,7 +161,7 @@ FailedParse CommandLine::describe(const CLI::ParseError& error,
     const CLI::App& command = chosen.empty() ? app_ : *chosen.front();
     FailedParse parse;
     parse.arguments = arguments;
-    parse.commands = command_names(app_);
+    parse.commands = command_names(spec_);
     if (!chosen.empty()) parse.command = command.get_name();
     parse.program_options = option_names(app_);
     parse.options = option_names(command);

@@ -74,7 +74,7 @@ set(places
     # One place for JSON, which reports of the program and of the benchmark share.
     "^nlohmann/"                "^(clips/json/json\\.h$|tests/)"
     # The command lines of the program and of the benchmark.
-    "^CLI/"                     "^(app/cli/|bench/(two_builds/)?options\\.cpp$)"
+    "^CLI/"                     "^(app/cli/command_line\\.cpp$|bench/(two_builds/)?options\\.cpp$)"
     "stb_image\\.h$"            "^$")
 # Included by one .cpp each.
 set(one_source_each tiny_obj_loader stb_image_write)

@@ -1,7 +1,8 @@
 #include "app/cli/help/help_formatter.h"
 
 #include <algorithm>
-#include <vector>
+#include <span>
+#include <variant>
 
 #include "app/files/formats/optional_formats.h"
 #include "clips/mesh_files/mesh_file.h"
@@ -40,42 +41,24 @@ std::string entry(const std::string& left, const std::string& text) {
 }
 
 /// "-q,--quiet", "-o,--out DIR", "--rays FILE|- REQUIRED".
-std::string name_of(const CLI::Option& option) {
-    std::string names;
-    for (const std::string& name : option.get_snames()) names += ",-" + name;
-    for (const std::string& name : option.get_lnames()) names += ",--" + name;
-    std::string text = names.substr(1);
-    if (option.get_items_expected_max() > 0) text += ' ' + option.get_type_name();
-    return text + (option.get_required() ? " REQUIRED" : "");
+std::string name_of(const OptionSpec& option) {
+    std::string text = option.names;
+    if (!option.is_flag()) text += ' ' + option.value_name;
+    return text + (option.required ? " REQUIRED" : "");
 }
 
 /// "SCENE", "SCENE..." or "[SCENE]".
-std::string name_of_positional(const CLI::Option& option) {
-    std::string name = option.get_type_name();
-    if (option.get_items_expected_max() >= CLI::detail::expected_max_vector_size) name += "...";
-    return option.get_required() ? name : '[' + name + ']';
+std::string name_of_argument(const OptionSpec& option) {
+    std::string name = option.value_name;
+    const ValueList* list = std::get_if<ValueList>(&option.target);
+    if (list && list->count == 0) name += "...";
+    return option.required ? name : '[' + name + ']';
 }
 
-std::string usage(const CLI::App& app, const std::string& name) {
-    std::string line = "Usage: " + name;
-    if (!app.get_subcommands({}).empty()) return line + " COMMAND [OPTIONS]\n";
-    for (const CLI::Option* option : app.get_options())
-        if (option->get_positional()) line += ' ' + name_of_positional(*option);
-    return line + " [OPTIONS]\n";
-}
-
-bool takes_scene(const CLI::App& app) {
-    const std::vector<const CLI::Option*> options = app.get_options();
-    return std::any_of(options.begin(), options.end(), [](const CLI::Option* option) {
-        return option->get_positional() && option->get_type_name() == "SCENE";
+bool takes_scene(const CommandSpec& command) {
+    return std::ranges::any_of(command.options, [](const OptionSpec& option) {
+        return option.is_argument() && option.value_name == "SCENE";
     });
-}
-
-std::string notes(const CLI::App& app) {
-    std::string text;
-    if (!app.get_subcommands({}).empty()) text += wrapped(kCommandNote, 0) + "\n\n";
-    if (takes_scene(app)) text += wrapped(scene_note(), 0) + "\n\n";
-    return text + wrapped(kExitCodes, 0) + '\n';
 }
 
 std::string section(const char* title, const std::string& entries) {
@@ -93,16 +76,16 @@ std::size_t length_of_word(std::string_view text) {
     return end + length_of_word(text.substr(end));
 }
 
-}  // namespace
-
-void set_examples(CLI::App& command, std::span<const Example> examples) {
+std::string examples_text(std::span<const Example> examples) {
     std::string text;
     for (const Example& example : examples) {
         text += wrapped(std::string("  ") + example.does + ":", 2) + '\n';
         text += std::string("    ") + example.line + '\n';
     }
-    command.footer(text);
+    return text;
 }
+
+}  // namespace
 
 std::string wrapped(std::string_view text, std::size_t indent, std::size_t columns) {
     std::string result;
@@ -125,23 +108,34 @@ std::string wrapped(std::string_view text, std::size_t indent, std::size_t colum
     return result;
 }
 
-std::string HelpFormatter::make_help(const CLI::App* app, std::string name,
-                                     CLI::AppFormatMode) const {
-    std::string positionals;
-    std::string options;
-    for (const CLI::Option* option : app->get_options()) {
-        if (option->get_positional())
-            positionals += entry(name_of_positional(*option), option->get_description());
-        else
-            options += entry(name_of(*option), option->get_description());
-    }
+std::string help_of(const ProgramSpec& program) {
     std::string commands;
-    for (const CLI::App* command : app->get_subcommands({}))
-        commands += entry(command->get_name(), command->get_description());
-    return wrapped(app->get_description(), 0) + '\n' + usage(*app, name) +
-           section("Arguments", positionals) + section("Options", options) +
-           section("Commands", commands) + section("Examples", app->get_footer()) + '\n' +
-           notes(*app);
+    for (const CommandSpec& command : program.commands)
+        commands += entry(command.name, command.help);
+    return wrapped(program.help, 0) + "\nUsage: " + program.name + " COMMAND [OPTIONS]\n" +
+           section("Options", entry(program.help_flag.names, program.help_flag.help) +
+                                  entry(program.version_flag.names, program.version_flag.help)) +
+           section("Commands", commands) + '\n' + wrapped(kCommandNote, 0) + "\n\n" +
+           wrapped(kExitCodes, 0) + '\n';
+}
+
+std::string help_of(const ProgramSpec& program, const CommandSpec& command) {
+    std::string usage = "Usage: " + program.name + ' ' + command.name;
+    std::string arguments;
+    std::string options = entry(program.help_flag.names, program.help_flag.help);
+    for (const OptionSpec& option : command.options) {
+        if (option.is_argument()) {
+            usage += ' ' + name_of_argument(option);
+            arguments += entry(name_of_argument(option), option.help);
+        } else {
+            options += entry(name_of(option), option.help);
+        }
+    }
+    std::string text = wrapped(command.help, 0) + '\n' + usage + " [OPTIONS]\n" +
+                       section("Arguments", arguments) + section("Options", options) +
+                       section("Examples", examples_text(command.examples)) + '\n';
+    if (takes_scene(command)) text += wrapped(scene_note(), 0) + "\n\n";
+    return text + wrapped(kExitCodes, 0) + '\n';
 }
 
 }  // namespace mray::app

@@ -4,7 +4,6 @@
 
 #include "app/base/numbers.h"
 #include "app/base/update_options.h"
-#include "app/cli/help/help_formatter.h"
 #include "app/cli/options/option_groups.h"
 
 namespace mray::app {
@@ -76,18 +75,10 @@ constexpr Example kDevicesExamples[] = {
     {"All devices, for programs", "morphray devices --json -"},
 };
 
-OptionAdder add_command(CLI::App& program, Options& options, const char* name, const char* help,
-                        Command command, std::span<const Example> examples) {
-    CLI::App& app = *program.add_subcommand(name, help);
-    set_examples(app, examples);
-    app.callback([&options, command] { options.command = command; });
-    return {app, options};
-}
-
-void define_render(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(program, options, "render",
-                                          "Writes an image of each frame, and a contact sheet",
-                                          Command::kRender, kRenderExamples);
+CommandSpec define_render(Options& options) {
+    CommandSpec command{"render", "Writes an image of each frame, and a contact sheet",
+                        Command::kRender, kRenderExamples};
+    const OptionAdder adder(command, options);
     add_scene(adder, true);
     add_frames(adder, "all whole frames");
     add_view_options(adder, kWholeImage, "those of --shading lit",
@@ -101,16 +92,15 @@ void define_render(CLI::App& program, Options& options) {
                    "file of the raw hits of all frames, or a folder of a file each frame",
                    options.hits);
     add_report_options(adder, true);
+    return command;
 }
 
-void define_merge(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(
-        program, options, "merge", "Checks and puts together what the shards of a render wrote",
-        Command::kMerge, kMergeExamples);
-    adder.command()
-        .add_option("folders", options.part_folders, "the --out folders of all shards")
-        ->type_name("DIR")
-        ->required();
+CommandSpec define_merge(Options& options) {
+    CommandSpec command{"merge", "Checks and puts together what the shards of a render wrote",
+                        Command::kMerge, kMergeExamples};
+    const OptionAdder adder(command, options);
+    adder.add_arguments("folders", "DIR", "the --out folders of all shards",
+                        {&options.part_folders});
     adder.add_text("--sheet", "FILE.png", "file of a contact sheet, as render makes it",
                    options.sheet);
     adder.add_text("--video", "FILE", "video of all frames (needs ffmpeg)", options.video);
@@ -121,12 +111,13 @@ void define_merge(CLI::App& program, Options& options) {
               });
     adder.add_text("--json", "FILE|-", "a report for programs; - is stdout", options.json);
     adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
+    return command;
 }
 
-void define_view(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(
-        program, options, "view", "A window that shows the scene move, and how it is traced",
-        Command::kView, kViewExamples);
+CommandSpec define_view(Options& options) {
+    CommandSpec command{"view", "A window that shows the scene move, and how it is traced",
+                        Command::kView, kViewExamples};
+    const OptionAdder adder(command, options);
     add_scene(adder, true);
     add_frame(adder, "the frame that is shown first (the first)");
     adder.add_flag("--play", "begin to play at once", options.plays);
@@ -140,11 +131,11 @@ void define_view(CLI::App& program, Options& options) {
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, PolicySpec{PolicyKind::kAuto});
     // The defaults that are not those of Options, before the command line replaces them.
-    adder.command().preparse_callback([&options](std::size_t) {
+    command.set_defaults = [&options] {
         options.view.width = 1280;
         options.view.height = 720;
         options.tree.update = PolicySpec{PolicyKind::kAuto};
-    });
+    };
     adder.add_text("--screenshot", "FILE.png", "file of the first image that is complete",
                    options.screenshot);
     adder.add_flag("--exit", "end after the screenshot", options.exits);
@@ -154,13 +145,14 @@ void define_view(CLI::App& program, Options& options) {
               });
     adder.add_flag("-q,--quiet", "no text", options.quiet);
     adder.add_flag("-v,--verbose", "say what is used and decided", options.verbose);
+    return command;
 }
 
-void define_crosscheck(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "crosscheck",
-                    "Compares every backend and tree with a reference, bit by bit",
-                    Command::kCrosscheck, kCrosscheckExamples);
+CommandSpec define_crosscheck(Options& options) {
+    CommandSpec command{"crosscheck",
+                        "Compares every backend and tree with a reference, bit by bit",
+                        Command::kCrosscheck, kCrosscheckExamples};
+    const OptionAdder adder(command, options);
     add_scenes(adder, "what to trace, one scene after the other");
     add_scene_options(adder);
     add_frames(adder, kFewFrames);
@@ -180,29 +172,27 @@ void define_crosscheck(CLI::App& program, Options& options) {
                    options.expect);
     adder.add_flag("--strict", "a warning is a failure: exit code 1", options.strict);
     add_report_options(adder, true);
+    return command;
 }
 
-void define_diff(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "diff", "Compares two files bit by bit: hits, PNG or OpenEXR",
-                    Command::kDiff, kDiffExamples);
-    adder.command()
-        .add_option("files", options.compared_files, "the expected hits or image, and the other")
-        ->type_name("FILE FILE")
-        ->expected(2)
-        ->required();
+CommandSpec define_diff(Options& options) {
+    CommandSpec command{"diff", "Compares two files bit by bit: hits, PNG or OpenEXR",
+                        Command::kDiff, kDiffExamples};
+    const OptionAdder adder(command, options);
+    adder.add_arguments("files", "FILE FILE", "the expected hits or image, and the other",
+                        {&options.compared_files, 2});
     adder.add_text("-o,--out", "DIR", "folder of difference images (none)", options.out);
     adder.add_text("--json", "FILE|-", "a report for programs; - is stdout", options.json);
     adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
+    return command;
 }
 
-void define_probe(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "probe",
-                    "Describes one pixel: its ray, its hit, the triangles that it could hit",
-                    Command::kProbe, kProbeExamples);
-    add_scene(adder, true);
-    adder.command().get_option("scene")->description("what to trace, or a file of --bundle");
+CommandSpec define_probe(Options& options) {
+    CommandSpec command{"probe",
+                        "Describes one pixel: its ray, its hit, the triangles that it could hit",
+                        Command::kProbe, kProbeExamples};
+    const OptionAdder adder(command, options);
+    add_scene(adder, true, "what to trace, or a file of --bundle");
     add_frame(adder, "the frame; not for a bundle");
     adder.add("--pixel", "X,Y", "the pixel, from the upper left corner; not for a bundle",
               [&options](const std::string& option, const std::string& value) {
@@ -217,12 +207,13 @@ void define_probe(CLI::App& program, Options& options) {
     add_backend_options(adder, kBackends, kVulkanOrCpu);
     add_tree_options(adder, PolicySpec{PolicyKind::kRefit});
     add_report_options(adder, false);
+    return command;
 }
 
-void define_profile(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(program, options, "profile",
-                                          "Measures deforming, refitting, building and tracing",
-                                          Command::kProfile, kProfileExamples);
+CommandSpec define_profile(Options& options) {
+    CommandSpec command{"profile", "Measures deforming, refitting, building and tracing",
+                        Command::kProfile, kProfileExamples};
+    const OptionAdder adder(command, options);
     add_scene(adder, true);
     add_frames(adder, kFewFrames);
     add_view_options(adder, kWholeImage, "primary");
@@ -232,18 +223,15 @@ void define_profile(CLI::App& program, Options& options) {
               [&options](const std::string& option, const std::string& value) {
                   options.repeat = static_cast<int>(parse_count(option, value, 1, 10000));
               });
-    adder
-        .add("--policies", "", "update policies to compare, over all whole frames",
-             [&options](const std::string& option, const std::string& value) {
-                 options.policies = parse_updates(option, value);
-             })
-        ->type_name(update_forms() + ",...");
-    adder
-        .add("--update", "", "as --policies, for a single policy",
-             [&options](const std::string& option, const std::string& value) {
-                 options.tree.update = parse_update(option, value);
-             })
-        ->type_name(update_forms());
+    adder.add("--policies", update_forms() + ",...",
+              "update policies to compare, over all whole frames",
+              [&options](const std::string& option, const std::string& value) {
+                  options.policies = parse_updates(option, value);
+              });
+    adder.add("--update", update_forms(), "as --policies, for a single policy",
+              [&options](const std::string& option, const std::string& value) {
+                  options.tree.update = parse_update(option, value);
+              });
     add_update_limits(adder);
     adder.add_text("--trace-events", "FILE|-",
                    "with --policies, the stages in Chrome's trace format", options.trace_events);
@@ -262,45 +250,48 @@ void define_profile(CLI::App& program, Options& options) {
     adder.add_text("--csv", "FILE|-", "the table as comma-separated values; - is stdout",
                    options.csv);
     add_report_options(adder, true);
+    return command;
 }
 
-void define_trace(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(
-        program, options, "trace", "Traces the rays of a file, and writes their hits to a file",
-        Command::kTrace, kTraceExamples);
+CommandSpec define_trace(Options& options) {
+    CommandSpec command{"trace", "Traces the rays of a file, and writes their hits to a file",
+                        Command::kTrace, kTraceExamples};
+    const OptionAdder adder(command, options);
     add_scene(adder, true);
-    adder.command().get_option("--lenient")->description("no effect: trace always is lenient");
+    adder.added("--lenient").help = "no effect: trace always is lenient";
     add_frame(adder, kFirstFrame);
     adder
         .add_text("--rays", "FILE|-", "a line `ox oy oz dx dy dz [tnear tfar]` for each ray",
                   options.ray_file)
-        ->required();
+        .required = true;
     adder.add_text("-o,--out", "FILE|-", "a line `H t prim u v` or `M` for each ray", options.out)
-        ->required();
+        .required = true;
     adder.add_flag("--binary", "rays are 8 little-endian floats each", options.binary_rays);
     add_backend_options(adder, kBackends, "cpu; with --device or --validate vulkan");
     add_progress(adder);
     adder.add_flag("-q,--quiet", "no progress", options.quiet);
+    return command;
 }
 
-void define_chart(CLI::App& program, Options& options) {
-    const OptionAdder adder = add_command(
-        program, options, "chart", "Draws charts of speed against accuracy, as images and data",
-        Command::kChart, kChartExamples);
+CommandSpec define_chart(Options& options) {
+    CommandSpec command{"chart", "Draws charts of speed against accuracy, as images and data",
+                        Command::kChart, kChartExamples};
+    const OptionAdder adder(command, options);
     add_scenes(adder, "what to trace, at the middle frame");
     adder.add_text("-o,--out", "DIR", "a folder that does not exist yet or is empty", options.out)
-        ->required();
+        .required = true;
     adder.add_flag("--quick", "fewer rays and runs: a minute instead of ten", options.quick);
     add_lenient(adder);
     add_memory_limit(adder);
     add_progress(adder);
     adder.add_flag("-q,--quiet", "neither result nor progress", options.quiet);
+    return command;
 }
 
-void define_info(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "info", "Describes a scene; without a scene, this program",
-                    Command::kInfo, kInfoExamples);
+CommandSpec define_info(Options& options) {
+    CommandSpec command{"info", "Describes a scene; without a scene, this program", Command::kInfo,
+                        kInfoExamples};
+    const OptionAdder adder(command, options);
     add_scene(adder, false);
     add_frame(adder, kFirstFrame);
     adder.add_flag("--bvh", "build the tree both ways and describe it", options.tree_facts);
@@ -308,41 +299,35 @@ void define_info(CLI::App& program, Options& options) {
                    options.formats);
     add_threads(adder);
     add_report_options(adder, false);
+    return command;
 }
 
-void define_index(CLI::App& program, Options& options) {
-    const OptionAdder adder =
-        add_command(program, options, "index",
-                    "Writes an index of a clip's files, with which a clip opens at once",
-                    Command::kIndex, kIndexExamples);
-    adder.add_text("scene", "SCENE", "the clip", options.scene)->required();
+CommandSpec define_index(Options& options) {
+    CommandSpec command{"index",
+                        "Writes an index of a clip's files, with which a clip opens at once",
+                        Command::kIndex, kIndexExamples};
+    const OptionAdder adder(command, options);
+    adder.add_text("scene", "SCENE", "the clip", options.scene).required = true;
     add_file_options(adder);
     adder.add_text("-o,--out", "FILE", "the index file (SCENE.mrindex)", options.out);
     adder.add_flag("--verify", "read all files, and compare them with the index", options.verifies);
     adder.add_flag("-q,--quiet", "no result, only the exit code", options.quiet);
+    return command;
 }
 
-void define_devices(CLI::App& program, Options& options) {
-    add_report_options(add_command(program, options, "devices", "Lists the Vulkan devices",
-                                   Command::kDevices, kDevicesExamples),
-                       false);
+CommandSpec define_devices(Options& options) {
+    CommandSpec command{"devices", "Lists the Vulkan devices", Command::kDevices, kDevicesExamples};
+    add_report_options({command, options}, false);
+    return command;
 }
 
 }  // namespace
 
-void add_commands(CLI::App& program, Options& options) {
-    define_render(program, options);
-    define_view(program, options);
-    define_crosscheck(program, options);
-    define_merge(program, options);
-    define_diff(program, options);
-    define_probe(program, options);
-    define_profile(program, options);
-    define_trace(program, options);
-    define_chart(program, options);
-    define_info(program, options);
-    define_index(program, options);
-    define_devices(program, options);
+std::vector<CommandSpec> command_specs(Options& options) {
+    return {define_render(options),  define_view(options),  define_crosscheck(options),
+            define_merge(options),   define_diff(options),  define_probe(options),
+            define_profile(options), define_trace(options), define_chart(options),
+            define_info(options),    define_index(options), define_devices(options)};
 }
 
 }  // namespace mray::app

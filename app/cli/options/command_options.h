@@ -1,14 +1,15 @@
 // The commands of the program with their options.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <vector>
 
 #include "app/base/options.h"
+#include "app/cli/options/command_spec.h"
 
 namespace mray::app {
 
-/// Adds every command to `program`. A parse writes the command and its options into `options`,
-/// which outlives it.
-void add_commands(CLI::App& program, Options& options);
+/// Returns every command, in the order of the help. Their options write into `options`, which
+/// outlives them.
+std::vector<CommandSpec> command_specs(Options& options);
 
 }  // namespace mray::app

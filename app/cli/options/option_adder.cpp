@@ -5,45 +5,36 @@
 #include "common/base/errors.h"
 
 namespace mray::app {
-namespace {
 
-/// The first long name in "-o,--out", or the name of a positional.
-std::string shown_name(const std::string& names) {
-    const std::size_t begin = names.find("--");
-    if (begin == std::string::npos) return names;
-    return names.substr(begin, names.find(',', begin) - begin);
+OptionSpec& OptionAdder::add(const char* names, const std::string& value_name,
+                             const std::string& help, Setter set) const {
+    return command_.options.emplace_back(OptionSpec{names, value_name, help, std::move(set)});
 }
 
-}  // namespace
-
-CLI::Option* OptionAdder::add(const char* name, const char* type, const std::string& help,
-                              Setter set) const {
-    const std::string option = shown_name(name);
-    return command_
-        .add_option_function<std::string>(
-            name,
-            [option, set = std::move(set)](const std::string& value) {
-                if (value.empty()) {
-                    throw Error(ErrorKind::kBadArgument, option + ": the value is empty");
-                }
-                set(option, value);
-            },
-            help)
-        ->type_name(type);
-}
-
-CLI::Option* OptionAdder::add_text(const char* name, const char* type, const std::string& help,
-                                   std::string& target) const {
-    return add(name, type, help,
+OptionSpec& OptionAdder::add_text(const char* names, const char* value_name,
+                                  const std::string& help, std::string& target) const {
+    return add(names, value_name, help,
                [&target](const std::string&, const std::string& value) { target = value; });
 }
 
-void OptionAdder::add_flag(const char* name, const char* help, bool& target) const {
-    command_.add_flag(name, target, help)->multi_option_policy(CLI::MultiOptionPolicy::Throw);
+void OptionAdder::add_flag(const char* names, const char* help, bool& target) const {
+    command_.options.push_back({names, "", help, &target});
 }
 
-void OptionAdder::add_view(const char* name, const char* type, const char* help, Setter set) const {
-    add(name, type, help,
+void OptionAdder::add_arguments(const char* name, const char* value_name, const char* help,
+                                ValueList list) const {
+    command_.options.push_back({name, value_name, help, list, true});
+}
+
+OptionSpec& OptionAdder::added(std::string_view names) const {
+    for (OptionSpec& option : command_.options)
+        if (option.names == names) return option;
+    throw Error(ErrorKind::kInternal, "no such option");
+}
+
+void OptionAdder::add_view(const char* names, const char* value_name, const char* help,
+                           Setter set) const {
+    add(names, value_name, help,
         [&options = options_, set = std::move(set)](const std::string& option,
                                                     const std::string& value) {
             options.view_arguments.insert(options.view_arguments.end(), {option, value});

@@ -12,7 +12,7 @@ namespace {
 
 /// A setter that writes the value, parsed by `parse(option, value)`, to `target`.
 template <class Target, class Parse>
-OptionAdder::Setter parsed(Target& target, Parse parse) {
+Setter parsed(Target& target, Parse parse) {
     return [&target, parse](const std::string& option, const std::string& value) {
         target = static_cast<Target>(parse(option, value));
     };
@@ -20,7 +20,7 @@ OptionAdder::Setter parsed(Target& target, Parse parse) {
 
 /// A setter of a whole number in [lower, upper].
 template <class Count>
-OptionAdder::Setter counted(Count& target, std::uint64_t lower, std::uint64_t upper) {
+Setter counted(Count& target, std::uint64_t lower, std::uint64_t upper) {
     return parsed(target, [lower, upper](const std::string& option, const std::string& value) {
         return parse_count(option, value, lower, upper);
     });
@@ -28,7 +28,7 @@ OptionAdder::Setter counted(Count& target, std::uint64_t lower, std::uint64_t up
 
 /// A setter of a finite number of at least `lower`.
 template <class Number>
-OptionAdder::Setter finite(Number& target, double lower) {
+Setter finite(Number& target, double lower) {
     return parsed(target, [lower](const std::string& option, const std::string& value) {
         return parse_finite(option, value, lower);
     });
@@ -58,18 +58,14 @@ void add_camera(const OptionAdder& adder) {
 
 }  // namespace
 
-void add_scene(const OptionAdder& adder, bool required) {
+void add_scene(const OptionAdder& adder, bool required, const char* help) {
     Options& options = adder.options();
-    CLI::Option* scene = adder.add_text("scene", "SCENE", "what to trace", options.scene);
-    if (required) scene->required();
+    adder.add_text("scene", "SCENE", help, options.scene).required = required;
     add_scene_options(adder);
 }
 
 void add_scenes(const OptionAdder& adder, const char* help) {
-    adder.command()
-        .add_option("scenes", adder.options().scenes, help)
-        ->type_name("SCENE")
-        ->required();
+    adder.add_arguments("scenes", "SCENE", help, {&adder.options().scenes});
 }
 
 void add_scene_options(const OptionAdder& adder) {
@@ -170,23 +166,21 @@ void add_view_options(const OptionAdder& adder, const char* default_size, const 
 
 void add_shading_options(const OptionAdder& adder, const ShadingHelp& help) {
     ShadingOptions& shading = adder.options().shading;
-    adder
-        .add("--shading", "", "what colours show (lit; plain with --rays)",
-             [&shading](const std::string& option, const std::string& value) {
-                 shading.shading = parse_choice<morphray::Shading>(option, value, kShadings);
-             })
-        ->type_name(names_of<morphray::Shading>(kShadings));
+    adder.add("--shading", names_of<morphray::Shading>(kShadings),
+              "what colours show (lit; plain with --rays)",
+              [&shading](const std::string& option, const std::string& value) {
+                  shading.shading = parse_choice<morphray::Shading>(option, value, kShadings);
+              });
     adder.add("--samples", "1|4|16|64", help.samples,
               [&shading](const std::string& option, const std::string& value) {
                   shading.samples = parse_choice<std::uint32_t>(option, value, kSampleCounts);
               });
     if (help.has_exr) {
-        adder
-            .add("--exr", "", "also OpenEXR files, with linear colours and layers",
-                 [&shading](const std::string& option, const std::string& value) {
-                     shading.exr = parse_choice<const char*>(option, value, kExrColours);
-                 })
-            ->type_name(names_of<const char*>(kExrColours));
+        adder.add("--exr", names_of<const char*>(kExrColours),
+                  "also OpenEXR files, with linear colours and layers",
+                  [&shading](const std::string& option, const std::string& value) {
+                      shading.exr = parse_choice<const char*>(option, value, kExrColours);
+                  });
     }
     adder.add_flag("--flat", "without smooth normals", shading.flat);
     adder.add_flag("--ground", "with a plane below the scene that shows the background",
@@ -196,13 +190,12 @@ void add_shading_options(const OptionAdder& adder, const ShadingHelp& help) {
 void add_backend_options(const OptionAdder& adder, std::span<const Choice<BackendChoice>> choices,
                          const char* otherwise, const char* simd) {
     BackendOptions& backend = adder.options().backend;
-    adder
-        .add("--backend", "", fmt::format("what traces ({})", otherwise),
-             [&backend, choices](const std::string& option, const std::string& value) {
-                 backend.choice = parse_choice<BackendChoice>(option, value, choices);
-                 backend.choice_given = true;
-             })
-        ->type_name(names_of<BackendChoice>(choices));
+    adder.add("--backend", names_of<BackendChoice>(choices),
+              fmt::format("what traces ({})", otherwise),
+              [&backend, choices](const std::string& option, const std::string& value) {
+                  backend.choice = parse_choice<BackendChoice>(option, value, choices);
+                  backend.choice_given = true;
+              });
     adder.add_text("--device", "DEVICE",
                    "Vulkan device: its index, a part of its name, or its UUID (see `devices`)",
                    backend.device);
@@ -235,12 +228,10 @@ void add_threads(const OptionAdder& adder) {
 void add_tree_options(const OptionAdder& adder, std::optional<PolicySpec> update) {
     TreeOptions& tree = adder.options().tree;
     if (update) {
-        adder.command().preparse_callback([&tree, update](std::size_t) { tree.update = update; });
-        adder
-            .add("--update", "",
-                 fmt::format("how the tree follows the vertices ({})", text_of(*update)),
-                 parsed(tree.update, parse_update))
-            ->type_name(update_forms());
+        adder.command().set_defaults = [&tree, update] { tree.update = update; };
+        adder.add("--update", update_forms(),
+                  fmt::format("how the tree follows the vertices ({})", text_of(*update)),
+                  parsed(tree.update, parse_update));
         add_update_limits(adder);
         adder.add_choice("--refit-on", "which backend refits (the one that traces)", kRefitOn,
                          tree.refit_on);

@@ -10,7 +10,7 @@
 namespace mray::app {
 
 /// The scene and how strictly it is read.
-void add_scene(const OptionAdder& adder, bool required);
+void add_scene(const OptionAdder& adder, bool required, const char* help = "what to trace");
 /// One scene or several.
 void add_scenes(const OptionAdder& adder, const char* help);
 /// How strictly a scene is read.
