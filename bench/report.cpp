@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "clips/json/json.h"
 #include "common/text/number_text.h"
+#include "tools/text/json_writer.h"
 #include "tools/text/table.h"
 
 namespace mray::bench {

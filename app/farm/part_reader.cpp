@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "app/farm/part.h"
 #include "app/files/json_file.h"
@@ -18,51 +19,41 @@ constexpr std::size_t kMaxText = 65536;
 [[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument(what); }
 
 /// Ends the parse of a file that has more in it than a part may have, before it takes memory.
-class Limits {
-public:
-    bool operator()(int depth, JsonTree::parse_event_t event, const JsonTree& value) {
-        if (depth > kMaxDepth) refuse("is nested too deeply");
-        if (event != JsonTree::parse_event_t::object_end && ++values_ > kMaxValues)
-            refuse("has more than two million values");
-        if (value.is_string() && value.get_ref<const std::string&>().size() > kMaxText)
-            refuse("has a text of more than 64 KiB");
-        return true;
-    }
+void require_within_limits(const JsonProgress& parsed) {
+    if (parsed.depth > kMaxDepth) refuse("is nested too deeply");
+    if (parsed.values > kMaxValues) refuse("has more than two million values");
+    if (parsed.text_bytes > kMaxText) refuse("has a text of more than 64 KiB");
+}
 
-private:
-    std::size_t values_ = 0;
-};
-
-const JsonTree& member(const JsonTree& json, const char* name) {
-    const auto found = json.find(name);
-    if (!json.is_object() || found == json.end()) refuse(fmt::format("lacks the member {}", name));
+JsonAt member(const JsonAt& json, const char* name) {
+    const std::optional<JsonAt> found = json.is_object() ? json.find(name) : std::nullopt;
+    if (!found) refuse(fmt::format("lacks the member {}", name));
     return *found;
 }
 
-std::string text_of(const JsonTree& json, const char* name) {
-    const JsonTree& value = member(json, name);
-    if (!value.is_string()) refuse(fmt::format("{} is not a text", name));
-    return value.get<std::string>();
+std::string text_of(const JsonAt& json, const char* name) {
+    const JsonAt value = member(json, name);
+    if (!value.is_text()) refuse(fmt::format("{} is not a text", name));
+    return std::string(value.text());
 }
 
-double number_of(const JsonTree& value, const char* name) {
+double number_of(const JsonAt& value, const char* name) {
     if (!value.is_number()) refuse(fmt::format("{} is not a number", name));
-    const double number = value.get<double>();
+    const double number = value.number();
     if (!std::isfinite(number)) refuse(fmt::format("{} is not a finite number", name));
     return number;
 }
 
-std::uint64_t count_of(const JsonTree& json, const char* name, std::uint64_t least,
+std::uint64_t count_of(const JsonAt& json, const char* name, std::uint64_t least,
                        std::uint64_t most) {
-    const JsonTree& value = member(json, name);
-    if (!value.is_number_unsigned()) refuse(fmt::format("{} is not a whole number", name));
-    const auto count = value.get<std::uint64_t>();
-    if (count < least || count > most)
+    const std::optional<std::uint64_t> count = member(json, name).unsigned_integer();
+    if (!count) refuse(fmt::format("{} is not a whole number", name));
+    if (*count < least || *count > most)
         refuse(fmt::format("{} is not from {} to {}", name, least, most));
-    return count;
+    return *count;
 }
 
-std::uint64_t hash_of(const JsonTree& json, const char* name) {
+std::uint64_t hash_of(const JsonAt& json, const char* name) {
     const std::string text = text_of(json, name);
     constexpr std::size_t kDigits = 16;
     if (text.size() != kDigits || text.find_first_not_of("0123456789abcdef") != text.npos)
@@ -70,20 +61,19 @@ std::uint64_t hash_of(const JsonTree& json, const char* name) {
     return std::stoull(text, nullptr, 16);
 }
 
-std::vector<double> frames_of(const JsonTree& json, const char* name) {
-    const JsonTree& values = member(json, name);
+std::vector<double> frames_of(const JsonAt& json, const char* name) {
+    const JsonAt values = member(json, name);
     if (!values.is_array()) refuse(fmt::format("{} is not a list", name));
     std::vector<double> frames;
-    for (const JsonTree& value : values) {
-        frames.push_back(number_of(value, name));
-        if (frames.size() > 1 && !(frames[frames.size() - 2] < frames.back()))
-            refuse(fmt::format("{} is not in order", name));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        frames.push_back(number_of(values[i], name));
+        if (i > 0 && !(frames[i - 1] < frames[i])) refuse(fmt::format("{} is not in order", name));
     }
     return frames;
 }
 
 /// The name of a file in the folder of the part or below.
-std::string file_of(const JsonTree& json, bool may_be_outside) {
+std::string file_of(const JsonAt& json, bool may_be_outside) {
     const std::string text = text_of(json, "file");
     const std::filesystem::path path(text);
     bool is_outside = path.empty() || path.is_absolute() || text.find('\0') != text.npos;
@@ -92,20 +82,20 @@ std::string file_of(const JsonTree& json, bool may_be_outside) {
     return text;
 }
 
-PartImage image_of(const JsonTree& json) {
+PartImage image_of(const JsonAt& json) {
     PartImage image;
     image.frame = number_of(member(json, "frame"), "frame");
     image.file = file_of(json, false);
     image.scene_hash = hash_of(json, "scene_hash");
     image.hits_hash = hash_of(json, "hits_hash");
     image.image_hash = hash_of(json, "image_hash");
-    const JsonTree& outputs = member(json, "outputs");
+    const JsonAt outputs = member(json, "outputs");
     if (!outputs.is_array()) refuse("outputs is not a list");
-    for (const JsonTree& output : outputs)
-        image.outputs.push_back({file_of(output, true), hash_of(output, "hash")});
-    const JsonTree& kept = member(json, "kept");
+    for (std::size_t i = 0; i < outputs.size(); ++i)
+        image.outputs.push_back({file_of(outputs[i], true), hash_of(outputs[i], "hash")});
+    const JsonAt kept = member(json, "kept");
     if (!kept.is_boolean()) refuse("kept is neither true nor false");
-    image.is_kept = kept.get<bool>();
+    image.is_kept = kept.boolean();
     image.host = text_of(json, "host");
     image.backend = text_of(json, "backend");
     image.device = text_of(json, "device");
@@ -113,15 +103,15 @@ PartImage image_of(const JsonTree& json) {
     return image;
 }
 
-std::vector<PartImage> images_of(const JsonTree& json, const char* name) {
-    const JsonTree& values = member(json, name);
+std::vector<PartImage> images_of(const JsonAt& json, const char* name) {
+    const JsonAt values = member(json, name);
     if (!values.is_array()) refuse(fmt::format("{} is not a list", name));
     std::vector<PartImage> images;
-    for (const JsonTree& value : values) images.push_back(image_of(value));
+    for (std::size_t i = 0; i < values.size(); ++i) images.push_back(image_of(values[i]));
     return images;
 }
 
-PartState state_of(const JsonTree& json) {
+PartState state_of(const JsonAt& json) {
     const std::string text = text_of(json, "state");
     for (const PartState state : {PartState::kRunning, PartState::kDone, PartState::kPartial,
                                   PartState::kInterrupted, PartState::kFailed}) {
@@ -130,7 +120,7 @@ PartState state_of(const JsonTree& json) {
     refuse("state has an unknown name");
 }
 
-Part part_of(const JsonTree& json) {
+Part part_of(const JsonAt& json) {
     if (!json.is_object()) refuse("is not an object");
     if (text_of(json, "schema") != "morphray/1") refuse("has another schema than morphray/1");
     constexpr std::uint64_t kAny = std::numeric_limits<std::uint64_t>::max();
@@ -168,12 +158,13 @@ Part part_of(const JsonTree& json) {
 Part read_part(const std::filesystem::path& file) {
     const std::string text = read_input_file(file, kMaxPartBytes);
     try {
-        Part part = part_of(JsonTree::parse(text, Limits()));
+        const JsonTree tree = parse_json(text, require_within_limits);
+        Part part = part_of(JsonAt(tree, file.native()));
         part.folder = file.parent_path();
         return part;
-    } catch (const JsonTree::parse_error& error) {
-        refuse_json(line_of(file.native(), text, error.byte), "is not JSON", kCommand);
-    } catch (const JsonTree::exception&) {
+    } catch (const JsonSyntaxError& error) {
+        refuse_json(line_of(file.native(), text, error.byte()), error.what(), kCommand);
+    } catch (const JsonValueError&) {
         refuse_json(shown(file), "has a value that cannot be read", kCommand);
     } catch (const std::invalid_argument& error) {
         refuse_json(shown(file), error.what(), kCommand);

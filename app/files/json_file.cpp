@@ -18,4 +18,9 @@ std::string line_of(const std::string& file, const std::string& text, std::size_
     return fmt::format("{}:{}", shown(file), 1 + std::count(text.begin(), end, '\n'));
 }
 
+bool is_report_of(std::string_view command, const JsonAt& json) {
+    const JsonAt member = json.at("command");
+    return member.is_text() && member.text() == command;
+}
+
 }  // namespace mray::app

@@ -6,13 +6,14 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "app/files/json_file.h"
-#include "clips/json/json.h"
 #include "common/interop/camera.h"
 #include "common/scene/camera_setup.h"
 #include "common/version.h"
+#include "tools/text/json_writer.h"
 
 namespace mray::app {
 namespace {
@@ -35,8 +36,8 @@ Json of(const ImageParams& p) {
             {"width", p.width},        {"height", p.height}};
 }
 
-float float_of(const JsonTree& json) {
-    const auto value = json.get<double>();
+float float_of(const JsonAt& json) {
+    const double value = json.number();
     constexpr double kLargest = std::numeric_limits<float>::max();
     const auto rounded = static_cast<float>(std::clamp(value, -kLargest, kLargest));
     if (static_cast<double>(rounded) != value) throw std::invalid_argument("a float is not exact");
@@ -45,18 +46,17 @@ float float_of(const JsonTree& json) {
     return rounded;
 }
 
-std::uint32_t count_of(const JsonTree& json) {
-    // A conversion alone would take -1 and 1e30, too.
-    if (!json.is_number_unsigned() || json.get<std::uint64_t>() > 0xFFFFFFFF)
-        throw std::invalid_argument("a number is out of range");
-    return json.get<std::uint32_t>();
+std::uint32_t count_of(const JsonAt& json) {
+    const std::optional<std::uint64_t> count = json.unsigned_integer();
+    if (!count || *count > 0xFFFFFFFF) throw std::invalid_argument("a number is out of range");
+    return static_cast<std::uint32_t>(*count);
 }
 
-vec3 vec3_of(const JsonTree& json) {
-    return {float_of(json.at(0)), float_of(json.at(1)), float_of(json.at(2))};
+vec3 vec3_of(const JsonAt& json) {
+    return {float_of(json[0]), float_of(json[1]), float_of(json[2])};
 }
 
-Hit hit_of(const JsonTree& json) {
+Hit hit_of(const JsonAt& json) {
     if (json.is_null()) return no_hit();
     return {float_of(json.at("t")), float_of(json.at("u")), float_of(json.at("v")),
             count_of(json.at("prim_id"))};
@@ -75,8 +75,8 @@ bool is_scene_vertex(vec3 p) {
 
 bool same_bits(const Ray& a, const Ray& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 
-void read_image(const JsonTree& json, RayBundle& bundle) {
-    const JsonTree& image = json.at("image");
+void read_image(const JsonAt& json, RayBundle& bundle) {
+    const JsonAt image = json.at("image");
     ImageParams& params = bundle.image;
     params.camera.org = vec3_of(image.at("org"));
     params.camera.corner = vec3_of(image.at("corner"));
@@ -86,49 +86,51 @@ void read_image(const JsonTree& json, RayBundle& bundle) {
     params.height = count_of(image.at("height"));
     params.rays = kRaysPrimary;
     params.ao_count = 1;
-    bundle.pixel = {count_of(json.at("pixel").at(0)), count_of(json.at("pixel").at(1))};
+    bundle.pixel = {count_of(json.at("pixel")[0]), count_of(json.at("pixel")[1])};
     const bool fits = bundle.pixel.x < params.width && bundle.pixel.y < params.height &&
                       params.width <= kMaxImageSide && params.height <= kMaxImageSide &&
                       std::uint64_t{params.width} * params.height <= kMaxPixels;
     if (!fits) throw std::invalid_argument("the pixel is not in the image, or the image too large");
-    const JsonTree& ray = json.at("ray");
+    const JsonAt ray = json.at("ray");
     bundle.ray = {vec3_of(ray.at("org")), float_of(ray.at("tnear")), vec3_of(ray.at("dir")),
                   float_of(ray.at("tfar"))};
     if (!same_bits(bundle.ray, camera_ray(params.camera, bundle.pixel.x, bundle.pixel.y)))
         throw std::invalid_argument("the ray is not that of the pixel");
 }
 
-void read_mesh(const JsonTree& json, RayBundle& bundle) {
-    for (const JsonTree& position : json.at("positions")) {
-        bundle.positions.push_back(vec3_of(position));
+void read_mesh(const JsonAt& json, RayBundle& bundle) {
+    const JsonAt positions = json.at("positions");
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+        bundle.positions.push_back(vec3_of(positions[i]));
         if (!is_scene_vertex(bundle.positions.back()))
             throw std::invalid_argument("a position is not one of scene space");
     }
     bundle.topology.vertex_count = static_cast<std::uint32_t>(bundle.positions.size());
-    for (const JsonTree& triangle : json.at("triangles")) {
-        const uvec3 corners = {count_of(triangle.at(0)), count_of(triangle.at(1)),
-                               count_of(triangle.at(2))};
+    const JsonAt triangles = json.at("triangles");
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        const JsonAt triangle = triangles[i];
+        const uvec3 corners = {count_of(triangle[0]), count_of(triangle[1]), count_of(triangle[2])};
         if (std::max({corners.x, corners.y, corners.z}) >= bundle.positions.size())
             throw std::invalid_argument("a triangle names a position that is not there");
         bundle.topology.triangles.push_back(corners);
     }
     bundle.topology.albedo.assign(bundle.topology.triangles.size(), kDefaultAlbedo);
-    for (const JsonTree& id : json.at("prim_ids")) {
-        bundle.prim_ids.push_back(count_of(id));
-        const std::size_t last = bundle.prim_ids.size() - 1;
-        if (last > 0 && bundle.prim_ids[last - 1] >= bundle.prim_ids[last])
+    const JsonAt ids = json.at("prim_ids");
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        bundle.prim_ids.push_back(count_of(ids[i]));
+        if (i > 0 && bundle.prim_ids[i - 1] >= bundle.prim_ids[i])
             throw std::invalid_argument("the numbers of triangles do not ascend");
     }
     if (bundle.prim_ids.size() != bundle.topology.triangles.size())
         throw std::invalid_argument("not every triangle has a number");
 }
 
-RayBundle bundle_of(const JsonTree& json) {
-    if (json.at("command") != kCommand) throw std::invalid_argument("is another report");
+RayBundle bundle_of(const JsonAt& json) {
+    if (!is_report_of(kCommand, json)) throw std::invalid_argument("is another report");
     RayBundle bundle;
-    bundle.scene = json.at("scene").get<std::string>();
-    bundle.traced_by = json.at("traced_by").get<std::string>();
-    bundle.frame = json.at("frame").get<double>();
+    bundle.scene = json.at("scene").text();
+    bundle.traced_by = json.at("traced_by").text();
+    bundle.frame = json.at("frame").number();
     bundle.scene_triangles = count_of(json.at("scene_triangles"));
     read_image(json, bundle);
     read_mesh(json, bundle);

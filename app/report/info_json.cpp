@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include "app/report/json_parts.h"
 #include "common/text/number_text.h"
 #include "common/text/text_parts.h"
@@ -32,7 +34,8 @@ std::string to_json(const SceneReport& report) {
     if (report.bounds.empty()) {
         json["bounds"] = nullptr;
     } else {
-        json["bounds"] = {{"lower", report.bounds.lower}, {"upper", report.bounds.upper}};
+        json["bounds"] = {{"lower", std::to_array(report.bounds.lower)},
+                          {"upper", std::to_array(report.bounds.upper)}};
     }
     json["scene_exponent"] = report.exponent;
     json["not_finite"] = report.degenerate.not_finite;

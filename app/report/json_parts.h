@@ -7,10 +7,10 @@
 #include <string>
 
 #include "app/report/report_head.h"
-#include "clips/json/json.h"
 #include "common/bvh/bvh_stats.h"
 #include "common/frame_times.h"
 #include "tools/image/compare.h"
+#include "tools/text/json_writer.h"
 
 namespace mray::app {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "clips/json/json.h"
+#include "tools/text/json_writer.h"
 
 namespace mray::app {
 namespace {

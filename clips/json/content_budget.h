@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace mray::gltf {
+namespace mray {
 
 /// Bytes that may still be taken for JSON, nodes and accessors. At first 56 MiB, which with what
 /// the allocator adds stay below 64.
@@ -23,4 +23,4 @@ private:
     std::uint64_t left_ = kLeastBytes;
 };
 
-}  // namespace mray::gltf
+}  // namespace mray

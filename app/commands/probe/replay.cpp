@@ -10,7 +10,6 @@
 #include "app/base/memory_budget.h"
 #include "app/commands/crosscheck/cross_checker.h"
 #include "app/report/probe_report.h"
-#include "clips/json/json.h"
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/hit_rule.h"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "app/commands/profile/yardstick.h"
 #include "app/files/json_file.h"
@@ -35,41 +36,42 @@ constexpr std::array<Stage, 4> kStages = {
 
 [[noreturn]] void refuse(const std::string& why) { throw std::invalid_argument(why); }
 
-const JsonTree& member(const JsonTree& json, const char* name) {
-    if (!json.is_object() || !json.contains(name)) refuse(fmt::format("lacks the member {}", name));
-    return json.at(name);
+JsonAt member(const JsonAt& json, const char* name) {
+    const std::optional<JsonAt> found = json.is_object() ? json.find(name) : std::nullopt;
+    if (!found) refuse(fmt::format("lacks the member {}", name));
+    return *found;
 }
 
-std::string text_of(const JsonTree& json, const char* name) {
-    const JsonTree& value = member(json, name);
-    if (!value.is_string()) refuse(fmt::format("has a {} that is not a text", name));
-    return value.get<std::string>();
+std::string text_of(const JsonAt& json, const char* name) {
+    const JsonAt value = member(json, name);
+    if (!value.is_text()) refuse(fmt::format("has a {} that is not a text", name));
+    return std::string(value.text());
 }
 
-std::uint64_t count_of(const JsonTree& json, const char* name) {
-    const JsonTree& value = member(json, name);
-    if (!value.is_number_unsigned()) refuse(fmt::format("has a {} that is not a count", name));
-    return value.get<std::uint64_t>();
+std::uint64_t count_of(const JsonAt& json, const char* name) {
+    const std::optional<std::uint64_t> count = member(json, name).unsigned_integer();
+    if (!count) refuse(fmt::format("has a {} that is not a count", name));
+    return *count;
 }
 
-double number_of(const JsonTree& json, const char* name) {
-    const JsonTree& value = member(json, name);
-    if (!value.is_number() || !std::isfinite(value.get<double>()))
+double number_of(const JsonAt& json, const char* name) {
+    const JsonAt value = member(json, name);
+    if (!value.is_number() || !std::isfinite(value.number()))
         refuse(fmt::format("has a {} that is not a number", name));
-    return value.get<double>();
+    return value.number();
 }
 
-double time_of(const JsonTree& json, const char* name) {
+double time_of(const JsonAt& json, const char* name) {
     const double ms = number_of(json, name);
     if (ms < 0) refuse(fmt::format("has a {} below 0", name));
     return ms;
 }
 
-ProfileRow row_of(const JsonTree& json) {
+ProfileRow row_of(const JsonAt& json) {
     ProfileRow row;
     row.frame = number_of(json, "frame");
     row.backend = text_of(json, "backend");
-    const JsonTree& least = member(json, "least_ms");
+    const JsonAt least = member(json, "least_ms");
     row.least_update_ms = time_of(least, "update");
     row.least_rebuild_ms = time_of(least, "rebuild");
     row.least_trace_ms = time_of(least, "trace");
@@ -80,12 +82,12 @@ ProfileRow row_of(const JsonTree& json) {
 }
 
 /// The report without what only tables show.
-ProfileReport report_of(const JsonTree& json) {
+ProfileReport report_of(const JsonAt& json) {
     const std::string schema = text_of(json, "schema");
     if (schema != kSchema) refuse(fmt::format("has the schema {}, not {}", shown(schema), kSchema));
-    if (text_of(json, "command") != "profile" || json.contains("policies"))
+    if (text_of(json, "command") != "profile" || json.find("policies"))
         refuse("is another report than of the times of stages");
-    if (!json.contains("yardstick"))
+    if (!json.find("yardstick"))
         refuse("has no yardstick; measure the baseline again with this version");
     ProfileReport report;
     report.version = text_of(json, "version");
@@ -97,8 +99,11 @@ ProfileReport report_of(const JsonTree& json) {
     report.head.height = static_cast<std::uint32_t>(count_of(json, "height"));
     report.rays = text_of(json, "rays");
     report.options = text_of(json, "options");
-    if (member(json, "complete") != true) refuse("is of a run that was cut short");
-    for (const JsonTree& row : member(json, "frames")) report.rows.push_back(row_of(row));
+    const JsonAt complete = member(json, "complete");
+    if (!complete.is_boolean() || !complete.boolean()) refuse("is of a run that was cut short");
+    const JsonAt frames = member(json, "frames");
+    if (!frames.is_array()) refuse("lacks the member frame");
+    for (std::size_t i = 0; i < frames.size(); ++i) report.rows.push_back(row_of(frames[i]));
     return report;
 }
 
@@ -167,7 +172,7 @@ StageChange change_of(const Stage& stage, const std::string& backend, const Prof
 }  // namespace
 
 ProfileReport read_baseline(const std::string& file, const ProfileReport& report) {
-    return read_json_file(file, kMostBytes, kCommand, [&](const JsonTree& json) {
+    return read_json_file(file, kMostBytes, kCommand, [&](const JsonAt& json) {
         ProfileReport baseline = report_of(json);
         require_equal(file, baseline, report);
         return baseline;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "app/files/json_file.h"
@@ -40,37 +41,37 @@ Json json_of(const ReferenceImage& image) {
             {"image_hash", hash_text(image.image_hash)}};
 }
 
-std::uint64_t hash_of(const JsonTree& json) {
-    const auto text = json.get<std::string>();
+std::uint64_t hash_of(const JsonAt& json) {
+    const std::string text(json.text());
     if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
         throw std::invalid_argument("has a hash that is not 16 hexadecimal digits");
     return std::stoull(text, nullptr, 16);
 }
 
-/// A conversion alone would take -1 and 1e30, too.
-std::uint64_t count_of(const JsonTree& json, std::uint64_t most) {
-    if (!json.is_number_unsigned() || json.get<std::uint64_t>() > most)
-        throw std::invalid_argument("has a number that is not a count");
-    return json.get<std::uint64_t>();
+std::uint64_t count_of(const JsonAt& json, std::uint64_t most) {
+    const std::optional<std::uint64_t> count = json.unsigned_integer();
+    if (!count || *count > most) throw std::invalid_argument("has a number that is not a count");
+    return *count;
 }
 
-ReferenceImage image_of(const JsonTree& json) {
+ReferenceImage image_of(const JsonAt& json) {
     ReferenceImage image;
-    image.frame = json.at("frame").get<double>();
-    image.rays = json.at("rays").get<std::string>();
+    image.frame = json.at("frame").number();
+    image.rays = json.at("rays").text();
     image.hits = count_of(json.at("hits"), std::numeric_limits<std::uint64_t>::max());
     image.hits_hash = hash_of(json.at("hits_hash"));
     image.image_hash = hash_of(json.at("image_hash"));
     return image;
 }
 
-GoldenScene scene_of(const JsonTree& json) {
+GoldenScene scene_of(const JsonAt& json) {
     GoldenScene scene;
-    scene.scene = json.at("scene").get<std::string>();
+    scene.scene = json.at("scene").text();
     scene.width = static_cast<std::uint32_t>(count_of(json.at("width"), kMostSide));
     scene.height = static_cast<std::uint32_t>(count_of(json.at("height"), kMostSide));
-    scene.view = json.at("options").get<std::string>();
-    for (const JsonTree& image : json.at("images")) scene.images.push_back(image_of(image));
+    scene.view = json.at("options").text();
+    const JsonAt images = json.at("images");
+    for (std::size_t i = 0; i < images.size(); ++i) scene.images.push_back(image_of(images[i]));
     return scene;
 }
 
@@ -129,10 +130,12 @@ std::string golden_text(const Options& options, const CheckRun& run) {
 }
 
 GoldenImages read_golden(const std::string& file) {
-    return read_json_file(file, kMostBytes, kCommand, [&](const JsonTree& json) {
-        if (json.at("command") != kCommand) throw std::invalid_argument("is another report");
+    return read_json_file(file, kMostBytes, kCommand, [&](const JsonAt& json) {
+        if (!is_report_of(kCommand, json)) throw std::invalid_argument("is another report");
         GoldenImages golden{file, {}};
-        for (const JsonTree& scene : json.at("scenes")) golden.scenes.push_back(scene_of(scene));
+        const JsonAt scenes = json.at("scenes");
+        for (std::size_t i = 0; i < scenes.size(); ++i)
+            golden.scenes.push_back(scene_of(scenes[i]));
         return golden;
     });
 }

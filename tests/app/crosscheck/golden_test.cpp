@@ -137,6 +137,8 @@ TEST(ExpectedImages, AreReadFromAFileOfBlessAlone) {
     Json golden = Json::parse(read_file(bless_cloth(folder)));
     golden["scenes"][0]["images"][0]["hits_hash"] = "12";
     expect_refused(folder.write("hash", golden.dump()).native(), "16 hexadecimal digits");
+    golden["scenes"][0]["images"] = nullptr;
+    expect_refused(folder.write("images", golden.dump()).native(), "lacks a member");
 }
 
 TEST(ExpectedImages, AreBlessedOnlyIfAllAreThereAndEqual) {
