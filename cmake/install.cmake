@@ -2,7 +2,7 @@
 #
 #   library   the shared library
 #   dev       headers, the static library, the packages for CMake and pkg-config, examples
-#   program   the program, its man pages and completions
+#   program   the program and those that it starts, its man pages and completions
 #   python    the Python package, if it is built (python/CMakeLists.txt); otherwise an error
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -52,8 +52,13 @@ install(FILES ${package_build}/morphray.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/p
 
 if(TARGET morphray)
     install(TARGETS morphray RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+    if(TARGET morphray_chart)
+        # Users start it through `morphray chart`, so it is in no folder of PATH.
+        install(TARGETS morphray_chart
+            RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/morphray COMPONENT program)
+    endif()
     install(DIRECTORY share/slurm share/openjd
         DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/morphray COMPONENT program)
     include(cmake/manual/manual.cmake)
-    add_dependencies(morphray_install_files morphray morphray_manual)
+    add_dependencies(morphray_install_files morphray_programs morphray_manual)
 endif()

@@ -22,4 +22,7 @@ ExitCode run_info(const Options& options, const Messages& messages);
 ExitCode run_index(const Options& options, const Messages& messages);
 ExitCode run_devices(const Options& options, const Messages& messages);
 
+/// Runs the command that the options name.
+ExitCode run_command(const Options& options, const Messages& messages);
+
 }  // namespace mray::app

@@ -1,8 +1,12 @@
 // morphray chart: refused arguments, and charts of little effort.
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <algorithm>
+#include <chrono>
 #include <sstream>
+#include <thread>
+#include <utility>
 
 #include "accuracy/charts/charts.h"
 #include "accuracy/measure/measure.h"
@@ -219,6 +223,31 @@ TEST(ChartCommand, ReportsThatGnuplotIsMissing) {
             {.environment = {"PATH=" + folder.path().string()}});
     EXPECT_EQ(outcome.code, 4) << outcome.err;
     EXPECT_NE(outcome.err.find("gnuplot-nox"), std::string::npos) << outcome.err;
+}
+
+// morphray has become another program by then.
+TEST(ChartCommand, InterruptKeepsNoChart) {
+    for (const auto& [signal, code] : {std::pair{SIGINT, 130}, {SIGTERM, 143}, {SIGHUP, 129}}) {
+        const TemporaryFolder folder;
+        Started chart({"chart", "builtin:cloth:4000", "--out", folder.file("charts")});
+        for (int i = 0; i < 3000 && folder.names().empty(); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        ASSERT_FALSE(folder.names().empty());
+        chart.send(signal);
+        const Outcome outcome = chart.wait();
+        EXPECT_EQ(outcome.code, code);
+        EXPECT_EQ(outcome.err, "morphray: chart: interrupted; no chart is kept\n");
+        EXPECT_TRUE(folder.names().empty());
+    }
+}
+
+TEST(ChartCommand, ShowsProgressAndTakesItsLimitOfMemory) {
+    const TemporaryFolder folder;
+    const Outcome outcome = run({"chart", "builtin:cloth:500", "--quick", "--memory-limit", "1M",
+                                 "--progress", "plain", "--out", folder.file("charts")});
+    EXPECT_EQ(outcome.code, 6) << outcome.err;
+    EXPECT_NE(outcome.err.find("--memory-limit leaves 1 MiB"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(folder.names().empty());
 }
 
 TEST(ChartCommand, NeedsAFolderAndAScene) {

@@ -6,7 +6,7 @@ cmake_minimum_required(VERSION 3.25)
 
 # A file is in the longest of these rooms that its path begins with. may_see_X: the rooms whose
 # headers room X may include, besides its own.
-set(rooms common/interop common cpu gpu shaders include library clips tools accuracy app bench tests
+set(rooms common/interop common cpu gpu shaders include library clips tools accuracy app/chart app bench tests
     proofs examples python)
 set(may_see_common/interop)
 set(may_see_common common/interop)
@@ -18,7 +18,9 @@ set(may_see_library include cpu gpu common common/interop)
 set(may_see_clips common common/interop)
 set(may_see_tools clips common common/interop)
 set(may_see_accuracy tools clips cpu common common/interop)
-set(may_see_app include accuracy tools clips cpu gpu common common/interop)
+set(may_see_app include tools clips cpu gpu common common/interop)
+# The program morphray-chart.
+set(may_see_app/chart app accuracy tools clips common common/interop)
 set(may_see_bench include tools clips cpu gpu common common/interop)
 set(may_see_tests library include tools clips cpu gpu common common/interop)
 set(may_see_proofs cpu common common/interop)
@@ -44,6 +46,7 @@ set(app_report_sees base files)
 set(app_farm_sees base terminal files report clip)
 set(app_view_sees base terminal clip)
 set(app_commands_sees ${app_rooms})
+set(app_chart_sees base terminal clip backends)
 # Trees and tracers are for these files of the program; other ones may include these headers, which
 # hold plain data.
 set(engine "^(cpu/|gpu/|common/(backend|ray_queries)\\.h$|common/(bvh|update)/)")
@@ -169,7 +172,7 @@ foreach(file IN LISTS files)
         elseif(quote STREQUAL "\"" AND NOT is_library)
             violation(${file} ${include} "not a path from the root of the repository")
         endif()
-        if(from STREQUAL app AND path MATCHES "${engine}" AND NOT file MATCHES "${engine_users}"
+        if(from MATCHES "^app" AND path MATCHES "${engine}" AND NOT file MATCHES "${engine_users}"
                 AND NOT path MATCHES "${engine_data}")
             violation(${file} ${include} "only app/backends and some commands may see the engine")
         endif()

@@ -1,4 +1,5 @@
-// morphray chart: draws charts of speed against accuracy.
+#include "app/chart/chart.h"
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -11,7 +12,6 @@
 #include "app/backends/backends.h"
 #include "app/base/memory_budget.h"
 #include "app/clip/frames.h"
-#include "app/commands/commands.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/base/errors.h"
@@ -141,7 +141,7 @@ ExitCode write_charts(const Options& options, const Messages& messages) {
 
 }  // namespace
 
-ExitCode run_chart(const Options& options, const Messages& messages) {
+ExitCode draw_charts(const Options& options, const Messages& messages) {
     try {
         return write_charts(options, messages);
     } catch (const Error& error) {
