@@ -63,7 +63,8 @@ def test_component_python_is_installed_whole(tmp_path):
 
 
 def test_component_python_of_a_build_without_it_is_an_error(tmp_path):
-    done = cmake("-S", str(ROOT), "-B", str(tmp_path / "build"), "-DMORPHRAY_PYTHON=OFF",
+    done = cmake("-S", str(ROOT), "-B", str(tmp_path / "build"), "-G", "Ninja",
+                 "-DMORPHRAY_PYTHON=OFF",
                  "-DMORPHRAY_TESTS=OFF", "-DMORPHRAY_VULKAN=OFF", "-DMORPHRAY_PROGRAM=OFF")
     assert done.returncode == 0, done.stderr
     done = cmake("--install", str(tmp_path / "build"), "--component", "python", "--prefix",

@@ -24,7 +24,11 @@ public:
     /// Name and value.
     using Member = std::pair<std::string, Json>;
     using Array = std::vector<Json>;
-    using Object = std::vector<Member>;
+    /// A struct, since std::variant of libstdc++ 12 destroys values that were not made, if a copy
+    /// throws and all alternatives are known to it.
+    struct Object {
+        std::vector<Member> members = {};
+    };
     using Value = std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double,
                                std::string, Array, Object>;
 
