@@ -127,7 +127,6 @@ struct Options {
     /// Whether --rays was given; otherwise crosscheck takes all three kinds.
     bool rays_given = false;
     bool ao_samples_given = false;
-    bool ao_distance_given = false;
     ShadingOptions shading;
 
     BackendOptions backend;

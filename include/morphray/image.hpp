@@ -67,8 +67,9 @@ struct View {
     /// time and memory; its pixels are the same.
     bool hits = true;
     /// If it is given, render() throws cancelled soon after another thread has made it true: within
-    /// some milliseconds while rays are traced on the CPU, and at the latest where a device has
-    /// finished a region of 2^18 pixels.
+    /// some milliseconds while rays are traced on the CPU, by brute force once each thread has
+    /// finished a tile of 64 x 64 pixels, and at the latest where a device has finished a region of
+    /// 2^18 pixels.
     const std::atomic<bool>* cancel = nullptr;
 };
 

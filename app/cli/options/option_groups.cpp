@@ -160,7 +160,6 @@ void add_view_options(const OptionAdder& adder, const char* default_size, const 
                    "length of ambient-occlusion rays; 0: a quarter of the scene's diagonal",
                    [&options](const std::string& option, const std::string& value) {
                        options.view.ao_distance = parse_finite(option, value, 0);
-                       options.ao_distance_given = true;
                    });
 }
 
