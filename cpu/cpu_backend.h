@@ -16,9 +16,10 @@ struct CpuConfig {
     std::string simd = {};
 };
 
-/// The fastest CPU tracer for the instruction set. Its name is "cpu", and it has queries(), as all
-/// of these backends have. Throws Error: kBadArgument for
-/// an unknown instruction set, kUnavailable for one that this machine lacks.
+// All of these backends have queries().
+
+/// The fastest CPU tracer for the instruction set. Its name is "cpu". Throws Error: kBadArgument
+/// for an unknown instruction set, kUnavailable for one that this machine lacks.
 std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config = {});
 
 /// The scalar tracer, which every other tracer is compared with: single rays in portable C++.

@@ -289,7 +289,8 @@ SHARED Bool may_hit_triangle(ShearedRay s, Float3 a, Float3 b, Float3 c) {
     return may_be_inside(fast_edges(project_fast(s, a), project_fast(s, b), project_fast(s, c)));
 }
 
-/// Whether a hit at t counts for a ray from tnear to tfar: both ends do, its origin does not.
+/// Whether a hit at t counts for a ray from tnear to tfar: t = tnear and t = tfar do, t = 0 does
+/// not.
 SHARED Bool is_in_range(Float t, Float tnear, Float tfar) {
     return t > 0.0f && t >= tnear && t <= tfar;
 }
@@ -304,9 +305,9 @@ SHARED Bool is_closer(Float t, Uint prim_id, Float closest_t, Uint closest_prim)
 
 /// Whether the ray hits the triangle a, b, c (scene space), and where. Triangles with a vertex that
 /// is not finite are never hit; those without area only where their projected vertices are not
-/// collinear. A ray from a point of a triangle hits it only where displaced vertices move it ahead
-/// of the point; a ray that sees it edge-on (all three functions are 0) does not. On vectors:
-/// intersect_triangles (cpu/simd/hit_rule-inl.h).
+/// collinear. A ray that starts on a triangle hits it only if the rounding of the projected
+/// vertices moves the hit to t > 0. A ray that sees a triangle edge-on (all three functions are 0)
+/// does not hit it. On vectors: intersect_triangles (cpu/simd/hit_rule-inl.h).
 SHARED bool intersect_triangle(ShearedRay s, float tnear, float tfar, vec3 a, vec3 b, vec3 c,
                                OUT(TriangleHit) hit) {
     vec3 pa = project_fast(s, a);

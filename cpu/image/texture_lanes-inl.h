@@ -99,8 +99,8 @@ HWY_INLINE void store_colour(const TexturePlace& place, float* to) {
 #endif
 
 /// Returns the part of the light that triangles with these albedos reflect: the colours, multiplied
-/// by the texture where they have one. through, depth: as in TexturedSample; a sample with a depth
-/// of 0 or less has no hit, and any colour.
+/// by the texture where they have one. through, depth: as in TexturedSample. A sample without a hit
+/// has a depth of 0 or less, and its colour is unspecified.
 HWY_INLINE lanes::Float3 base_colours(const LitSamples& s, UintVec albedo, UintVec prim, FloatVec u,
                                       FloatVec v, const lanes::Float3& through, FloatVec depth) {
     const lanes::Float3 base = lanes::albedo_colour(albedo);

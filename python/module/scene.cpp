@@ -11,8 +11,9 @@ namespace {
 
 // Rays that are converted and traced together.
 constexpr std::size_t kBatch = std::size_t{1} << 18;
-// Queries below these take some milliseconds, in which nobody waits for an end. Above them they
-// take a hundred times as long as it takes to hand them to another thread and back (20 us).
+// Queries below both limits take some milliseconds at most: they run in the calling thread and
+// cannot be interrupted. Larger ones take a hundred times as long as handing them to another thread
+// and back (20 us).
 constexpr std::size_t kManyRays = std::size_t{1} << 14;
 constexpr std::size_t kManyTests = std::size_t{1} << 24;
 

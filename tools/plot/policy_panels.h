@@ -9,9 +9,10 @@
 
 namespace mray::plot {
 
-/// Four panels, for two columns: by frame the time of trace, the quality of the tree and the time
-/// of update and trace; the total by how long a tree is used, together with that of trees that are
-/// rebuilt every K frames. `frames` is the title of the axis of frames.
+/// Four panels, for two columns. Three show a value by frame: trace time, cost ratio of the tree,
+/// and update and trace time together. The fourth shows the total time by the number of frames that
+/// a tree is used for, with that of rebuilding every K frames. `frames` is the title of the axis of
+/// frames.
 std::vector<Panel> policy_panels(const PolicyComparison& comparison, const std::string& frames);
 
 }  // namespace mray::plot

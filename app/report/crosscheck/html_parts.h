@@ -34,8 +34,8 @@ struct ScenePart {
 /// The id of a row's description.
 std::string row_id(const ScenePart& scene, std::size_t row);
 
-/// Describes the differences row after row. Takes from the room what it uses, and adds the indices
-/// of the rows that it describes.
+/// Describes the differences row after row. Subtracts what it uses from `room`, and adds the
+/// indices of described rows to `shown`.
 std::string differences_html(const ScenePart& scene, PageRoom& room, std::set<std::size_t>& shown);
 
 /// The table of variants, frames and kinds of rays, with links to the rows that are described.
