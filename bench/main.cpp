@@ -104,8 +104,14 @@ void run(std::span<const std::string> arguments) {
     for (const std::string& file : {options.json, options.csv}) {
         if (!file.empty()) check_writable(file);
     }
-    const ReportHead head{machine_name(), machine_isa(), EmbreeDevice::version(),
-                          std::string(kVersionDetail), command_line(arguments)};
+    const ReportHead head{machine_name(),
+                          machine_isa(),
+                          EmbreeDevice::version(),
+                          EmbreeDevice::left_out(),
+                          std::string(kVersionDetail),
+                          command_line(arguments)};
+    if (!head.left_out.empty())
+        fmt::print("Embree {} has no {}: they are left out\n", head.embree, head.left_out);
     std::vector<Row> rows;
     // Files are written with each row, so that a run that is ended leaves what it has measured.
     const auto report = [&](const Row& row) {

@@ -113,7 +113,7 @@ double parse_fov(const std::string& option, const std::string& text) {
 class BenchParser {
 public:
     BenchParser()
-        : app_(fmt::format("Measures morphray side by side with Embree 3.13 on {} (or another "
+        : app_(fmt::format("Measures morphray side by side with Embree on {} (or another "
                            "--set), and on each SCENE given.",
                            fmt::join(options_.scenes, ", ")),
                "bench/run") {

@@ -63,9 +63,9 @@ std::string table_line(const Row& row) {
 
 std::string to_json(const ReportHead& head, std::span<const Row> rows) {
     Json json = {
-        {"schema", "morphray-bench/2"}, {"machine", head.machine}, {"isa", head.isa},
-        {"embree", head.embree},        {"version", head.version}, {"command", head.command},
-        {"rows", Json::array()}};
+        {"schema", "morphray-bench/2"}, {"machine", head.machine},   {"isa", head.isa},
+        {"embree", head.embree},        {"left_out", head.left_out}, {"version", head.version},
+        {"command", head.command},      {"rows", Json::array()}};
     for (const Row& row : rows) json["rows"].push_back(to_json(row));
     return json_text(json);
 }
@@ -99,8 +99,10 @@ std::string to_csv(const ReportHead& head, std::span<const Row> rows) {
                    short_text(row.ratio.max),
                    text(row.mismatches.total())});
     }
-    return fmt::format("# {}, {}; morphray {}, Embree {}\n# {}\n{}", head.machine, head.isa,
-                       head.version, head.embree, head.command, table.csv());
+    const std::string left_out =
+        head.left_out.empty() ? "" : fmt::format(", which has no {}", head.left_out);
+    return fmt::format("# {}, {}; morphray {}, Embree {}{}\n# {}\n{}", head.machine, head.isa,
+                       head.version, head.embree, left_out, head.command, table.csv());
 }
 
 }  // namespace mray::bench

@@ -13,6 +13,8 @@ struct ReportHead {
     std::string machine;
     std::string isa;
     std::string embree;
+    /// Ways to trace that this Embree lacks, as EmbreeDevice::left_out.
+    std::string left_out;
     std::string version;
     /// The shell command that repeats the run.
     std::string command;
@@ -21,10 +23,10 @@ struct ReportHead {
 std::string table_header();
 std::string table_line(const Row& row);
 
-/// {"schema": "morphray-bench/2", "machine", "isa", "embree", "version", "command", "rows": [...]};
-/// a row has scene, triangles, view, work, threads, rays, hit_share, tracer, target, unit, ours,
-/// peer, peer_value, ratio, ours_at_best, peer_at_best, ratio_at_best, ratio_min, ratio_max,
-/// mismatches (rays) and mismatch_kinds (hit, prim_id, t).
+/// {"schema": "morphray-bench/2", "machine", "isa", "embree", "left_out", "version", "command",
+/// "rows": [...]}; a row has scene, triangles, view, work, threads, rays, hit_share, tracer,
+/// target, unit, ours, peer, peer_value, ratio, ours_at_best, peer_at_best, ratio_at_best,
+/// ratio_min, ratio_max, mismatches (rays) and mismatch_kinds (hit, prim_id, t).
 std::string to_json(const ReportHead& head, std::span<const Row> rows);
 
 /// The head as lines that begin with #, then RFC 4180 with \n.

@@ -1,9 +1,8 @@
 // Embree, if it was found when the program was built.
-#include <embree3/rtcore.h>
-
 #include <memory>
 
 #include "accuracy/methods/method.h"
+#include "tools/embree/embree.h"
 
 namespace mray::accuracy {
 namespace {
@@ -40,9 +39,7 @@ public:
     }
 
     void trace(std::span<const Ray> rays, std::span<Hit> hits) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        embree::Query query(embree::Coherence::kCoherent);
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const Ray& ray = rays[i];
             RTCRayHit record{};
@@ -56,7 +53,7 @@ public:
             record.ray.tfar = ray.tfar;
             record.ray.mask = 0xFFFFFFFFu;
             record.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-            rtcIntersect1(scene_.get(), &context, &record);
+            query.intersect1(scene_.get(), record);
             hits[i] = record.hit.geomID == RTC_INVALID_GEOMETRY_ID
                           ? no_hit()
                           : Hit{record.ray.tfar, record.hit.u, record.hit.v, record.hit.primID};
@@ -68,7 +65,7 @@ private:
     Owned<RTCScene> scene_;
 };
 
-Method embree(const char* name, const ChartScene& scene, RTCSceneFlags flags) {
+Method embree_method(const char* name, const ChartScene& scene, RTCSceneFlags flags) {
     Method method;
     method.name = name;
     method.family = Family::kPeer;
@@ -82,8 +79,8 @@ Method embree(const char* name, const ChartScene& scene, RTCSceneFlags flags) {
 }  // namespace
 
 std::vector<Method> embree_methods(const ChartScene& scene) {
-    return {embree("Embree fast", scene, RTC_SCENE_FLAG_NONE),
-            embree("Embree robust", scene, RTC_SCENE_FLAG_ROBUST)};
+    return {embree_method("Embree fast", scene, RTC_SCENE_FLAG_NONE),
+            embree_method("Embree robust", scene, RTC_SCENE_FLAG_ROBUST)};
 }
 
 }  // namespace mray::accuracy

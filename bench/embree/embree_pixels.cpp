@@ -8,15 +8,15 @@
 namespace mray::bench {
 namespace {
 
-bool occluded(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
+bool occluded(RTCScene scene, embree::Query& query, const Ray& ray) {
     RTCRay record;
     set_ray(record, 0, ray);
-    rtcOccluded1(scene, &context, &record);
+    query.occluded1(scene, record);
     return record.tfar < 0;
 }
 
 void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPart& part) {
-    RTCIntersectContext context = make_context(RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
+    embree::Query query(embree::Coherence::kCoherent);
     cpu::SharedOriginRays rays[cpu::kSquareBlocks];
     float lit[cpu::kSquareRays];
     shader.make_shadow_rays(part, rays, lit);
@@ -28,14 +28,14 @@ void trace_shadows(RTCScene scene, const cpu::PixelShader& shader, const cpu::Pi
             const cpu::SharedOriginRays& block = rays[i / cpu::kBlockRays];
             const std::uint32_t lane = i % cpu::kBlockRays;
             part.frame.occlusion[pixel] =
-                !block.has(lane) || occluded(scene, context, block.ray(part.params.light, lane));
+                !block.has(lane) || occluded(scene, query, block.ray(part.params.light, lane));
         }
     }
 }
 
 /// Traces a row of blocks.
 void trace_ao(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPart& part) {
-    RTCIntersectContext context = make_context(RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT);
+    embree::Query query(embree::Coherence::kIncoherent);
     std::vector<Ray> rays;
     shader.make_ao_rays(part, rays);
     auto ray = rays.begin();
@@ -48,7 +48,7 @@ void trace_ao(RTCScene scene, const cpu::PixelShader& shader, const cpu::PixelPa
             std::uint32_t& count = part.frame.occlusion[pixel];
             count = 0;
             for (std::uint32_t k = 0; k < part.params.ao_count; ++k)
-                count += occluded(scene, context, *ray++);
+                count += occluded(scene, query, *ray++);
         }
     }
 }

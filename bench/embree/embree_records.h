@@ -1,7 +1,6 @@
 // Ray records of Embree, and its mode for denormals.
 #pragma once
 
-#include <embree3/rtcore.h>
 #ifdef __SSE2__
 #include <pmmintrin.h>
 #include <xmmintrin.h>
@@ -11,6 +10,7 @@
 
 #include "bench/trace_work.h"
 #include "common/interop/ray.h"
+#include "tools/embree/embree.h"
 
 namespace mray::bench {
 
@@ -75,17 +75,10 @@ void set_ray(RayRecord& record, std::size_t i, const Ray& ray) {
 }
 
 /// Coherent rays are those that start at one point.
-inline RTCIntersectContextFlags context_flags(const TraceWork& work) {
+inline embree::Coherence coherence_of(const TraceWork& work) {
     return work.kind == WorkKind::kDiffuse || work.kind == WorkKind::kAo
-               ? RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT
-               : RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-}
-
-inline RTCIntersectContext make_context(RTCIntersectContextFlags flags) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = flags;
-    return context;
+               ? embree::Coherence::kIncoherent
+               : embree::Coherence::kCoherent;
 }
 
 }  // namespace mray::bench

@@ -1,6 +1,5 @@
 #include "bench/embree/embree_scene.h"
 
-#include <embree3/rtcore.h>
 #include <fmt/format.h>
 
 #include <limits>
@@ -9,6 +8,7 @@
 #include "bench/machine.h"
 #include "common/base/errors.h"
 #include "common/bvh/box.h"
+#include "tools/embree/embree.h"
 
 namespace mray::bench {
 namespace {
@@ -63,6 +63,10 @@ void EmbreeDevice::check(const char* action) const {
 }
 
 std::string EmbreeDevice::version() { return RTC_VERSION_STRING; }
+
+std::string EmbreeDevice::left_out() {
+    return embree::kHasStreams ? "" : "streams (Intersect1M, Occluded1M)";
+}
 
 EmbreeMesh::EmbreeMesh(const Topology& topology, std::span<const vec3> positions)
     : topology_(&topology) {

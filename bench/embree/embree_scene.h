@@ -32,6 +32,9 @@ public:
 
     /// "3.13.5"
     static std::string version();
+    /// The ways to trace of other versions that this one is not measured by, for a person; "" if
+    /// there are none.
+    static std::string left_out();
 
 private:
     struct Release {

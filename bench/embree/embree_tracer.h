@@ -28,8 +28,7 @@ public:
 /// Where Embree's ray records come from.
 enum class RecordSource {
     /// Each is made within the time where it stays in the cache, from what our tracers read too:
-    /// the
-    /// camera, blocks of shadow rays, or rays of 32 bytes. Answers are stored, as ours are.
+    /// the camera, blocks of shadow rays, or rays of 32 bytes. Answers are stored, as ours are.
     kMade,
     /// All have been made before, and are streamed from memory. Answers stay in them.
     kMemory,
@@ -46,8 +45,8 @@ struct EmbreeWay {
 
 /// All ways to trace such a work. Primary and shadow rays, all with the flag for coherent rays:
 /// packets of 16, and single rays. Diffuse rays and ambient occlusion, with the flag for incoherent
-/// ones: single rays, packets of 4, 8 and 16, and streams; of diffuse rays none from memory. A work
-/// of single rays: those.
+/// ones: single rays, packets of 4, 8 and 16, and streams if Embree has them; of diffuse rays none
+/// from memory. A work of single rays: those.
 std::vector<EmbreeWay> embree_ways(WorkKind kind);
 
 /// The way of one ray a call with records in memory.

@@ -1,5 +1,6 @@
 #include "bench/embree/embree_tracer.h"
 #include "bench/embree/record_ways.h"
+#include "tools/embree/embree.h"
 
 namespace mray::bench {
 namespace {
@@ -23,7 +24,7 @@ std::vector<EmbreeWay> embree_ways(WorkKind kind) {
     add<1>(ways, any ? "Occluded1" : "Intersect1", in_memory);
     add<4>(ways, any ? "Occluded4" : "Intersect4", in_memory);
     add<8>(ways, any ? "Occluded8" : "Intersect8", in_memory);
-    add<kStream>(ways, any ? "Occluded1M" : "Intersect1M", in_memory);
+    if (embree::kHasStreams) add<kStream>(ways, any ? "Occluded1M" : "Intersect1M", in_memory);
     return ways;
 }
 

@@ -93,7 +93,7 @@ public:
     void trace(const EmbreeScene& scene, const WorkPart& part) override {
         for_each_tile(*work_, part, [&](const TileRays& tile) {
             const FlushedDenormals flushed;
-            RTCIntersectContext context = make_context(context_flags(*work_));
+            embree::Query query(coherence_of(*work_));
             RecordOf<N, kAnyHit> record;
             set_constants<N>(ray_of(record), *work_);
             for (std::size_t first = tile.begin; first < tile.end; first += N) {
@@ -106,7 +106,7 @@ public:
                         lane(record.hit.primID, i) = RTC_INVALID_GEOMETRY_ID;
                     }
                 }
-                call_embree<N, kAnyHit>(mask.data(), scene.handle(), context, record);
+                call_embree<N, kAnyHit>(mask.data(), scene.handle(), query, record);
                 store(first, record);
             }
         });
@@ -173,13 +173,13 @@ public:
     void trace(const EmbreeScene& scene, const WorkPart& part) override {
         for_each_tile(*work_, part, [&](const TileRays& tile) {
             const FlushedDenormals flushed;
-            RTCIntersectContext context = make_context(context_flags(*work_));
+            embree::Query query(coherence_of(*work_));
             std::array<RecordOf<1, kAnyHit>, kMost> records;
             for_each_active_run(*work_, tile, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t count = 0; begin < end; begin += count) {
                     count = std::min(kMost, end - begin);
                     for (std::size_t i = 0; i < count; ++i) make(begin + i, records[i]);
-                    call_embree_stream(scene.handle(), context, records.data(), count);
+                    call_embree_stream<kAnyHit>(scene.handle(), query, records.data(), count);
                     for (std::size_t i = 0; i < count; ++i) store(begin + i, records[i]);
                 }
             });
@@ -214,12 +214,14 @@ private:
 
 template <int N>
 std::unique_ptr<EmbreeTracer> trace_made(const TraceWork& work) {
-    if constexpr (N == kStream) {
+    if constexpr (N != kStream) {
+        if (work.any_hit()) return std::make_unique<MadeTracer<N, true>>(work);
+        return std::make_unique<MadeTracer<N, false>>(work);
+    } else if constexpr (embree::kHasStreams) {
         if (work.any_hit()) return std::make_unique<MadeStreamTracer<true>>(work);
         return std::make_unique<MadeStreamTracer<false>>(work);
     } else {
-        if (work.any_hit()) return std::make_unique<MadeTracer<N, true>>(work);
-        return std::make_unique<MadeTracer<N, false>>(work);
+        return nullptr;
     }
 }
 

@@ -19,7 +19,7 @@ protected:
                                       typename EmbreeCalls<N>::HitRecord>;
 
 public:
-    explicit PacketTracer(const TraceWork& work) : flags_(context_flags(work)), work_(&work) {
+    explicit PacketTracer(const TraceWork& work) : work_(&work) {
         for (const TileRays& tile : work.tiles) {
             const std::size_t begin = records_.size();
             for (std::size_t first = tile.begin; first < tile.end; first += N) add_packet(first);
@@ -36,9 +36,9 @@ public:
     void trace(const EmbreeScene& scene, const WorkPart& part) override {
         for_each_range(part, [&](std::size_t begin, std::size_t end) {
             const FlushedDenormals flushed;
-            RTCIntersectContext context = make_context(flags_);
+            embree::Query query(coherence_of(*work_));
             for (std::size_t i = begin; i < end; ++i) {
-                call_embree<N, kAnyHit>(masks_[i].data(), scene.handle(), context, records_[i]);
+                call_embree<N, kAnyHit>(masks_[i].data(), scene.handle(), query, records_[i]);
             }
         });
     }
@@ -70,7 +70,7 @@ protected:
     }
 
     std::vector<Record> records_;
-    RTCIntersectContextFlags flags_;
+    const TraceWork* work_;
 
 private:
     struct Range {
@@ -112,7 +112,6 @@ private:
         }
     }
 
-    const TraceWork* work_;
     std::vector<Mask> masks_;
     std::vector<std::size_t> first_ray_;
     std::vector<Range> ranges_;
@@ -127,8 +126,9 @@ public:
     void trace(const EmbreeScene& scene, const WorkPart& part) override {
         this->for_each_range(part, [&](std::size_t begin, std::size_t end) {
             const FlushedDenormals flushed;
-            RTCIntersectContext context = make_context(this->flags_);
-            call_embree_stream(scene.handle(), context, this->records_.data() + begin, end - begin);
+            embree::Query query(coherence_of(*this->work_));
+            call_embree_stream<kAnyHit>(scene.handle(), query, this->records_.data() + begin,
+                                        end - begin);
         });
     }
 };
@@ -137,12 +137,14 @@ public:
 
 template <int N>
 std::unique_ptr<EmbreeTracer> trace_from_memory(const TraceWork& work) {
-    if constexpr (N == kStream) {
+    if constexpr (N != kStream) {
+        if (work.any_hit()) return std::make_unique<PacketTracer<N, true>>(work);
+        return std::make_unique<PacketTracer<N, false>>(work);
+    } else if constexpr (embree::kHasStreams) {
         if (work.any_hit()) return std::make_unique<StreamTracer<true>>(work);
         return std::make_unique<StreamTracer<false>>(work);
     } else {
-        if (work.any_hit()) return std::make_unique<PacketTracer<N, true>>(work);
-        return std::make_unique<PacketTracer<N, false>>(work);
+        return nullptr;
     }
 }
 

@@ -11,7 +11,7 @@ namespace mray::bench {
 inline constexpr int kStream = 0;
 
 /// Packets of N rays (1, 4, 8, 16 or kStream; 1: single rays) from records that have all been made
-/// before.
+/// before. Null for a stream if Embree has none.
 template <int N>
 std::unique_ptr<EmbreeTracer> trace_from_memory(const TraceWork& work);
 

@@ -2,11 +2,10 @@
 #include "bench/tinybvh/tinybvh_peer.h"
 
 #define TINYBVH_IMPLEMENTATION
+#include <fmt/format.h>
 #include <tiny_bvh.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <memory>
 
 #include "common/bvh/box.h"
@@ -29,6 +28,18 @@ std::vector<tinybvh::bvhvec4> corners_of(const BenchScene& scene) {
     return corners;
 }
 
+/// The members are set one by one, because the constructor makes directions have length 1 up to
+/// version 1.8 and leaves them as they are from 1.9 on.
+tinybvh::Ray ray_of(const Ray& ray) {
+    tinybvh::Ray theirs;
+    theirs.O = {ray.org.x, ray.org.y, ray.org.z};
+    theirs.D = {ray.dir.x, ray.dir.y, ray.dir.z};
+    theirs.rD = tinybvh::tinybvh_rcp(theirs.D);
+    theirs.hit.t = std::min(BVH_FAR, ray.tfar);
+    theirs.hit.prim = kNoPrim;
+    return theirs;
+}
+
 class TinyBvhTracer {
 public:
     TinyBvhTracer(const BenchScene& scene, const TraceWork& work)
@@ -48,21 +59,15 @@ public:
 
 private:
     void trace(std::size_t i) {
-        const Ray& ray = work_->rays[i];
-        const vec3 d = ray.dir;
-        const float length = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-        tinybvh::Ray theirs({ray.org.x, ray.org.y, ray.org.z}, {d.x, d.y, d.z},
-                            std::min(BVH_FAR, ray.tfar * length));
+        tinybvh::Ray ray = ray_of(work_->rays[i]);
         if (work_->any_hit()) {
-            answers_.occluded[i] = bvh_.IsOccluded(theirs) ? 1 : 0;
+            answers_.occluded[i] = bvh_.IsOccluded(ray) ? 1 : 0;
             return;
         }
-        theirs.hit.prim = kNoPrim;
-        bvh_.Intersect(theirs);
-        const tinybvh::Intersection& hit = theirs.hit;
-        answers_.hits[i] = hit.t < BVH_FAR && hit.prim != kNoPrim
-                               ? Hit{hit.t / length, hit.u, hit.v, hit.prim}
-                               : no_hit();
+        bvh_.Intersect(ray);
+        const tinybvh::Intersection& hit = ray.hit;
+        answers_.hits[i] =
+            hit.t < BVH_FAR && hit.prim != kNoPrim ? Hit{hit.t, hit.u, hit.v, hit.prim} : no_hit();
     }
 
     std::vector<tinybvh::bvhvec4> corners_;
@@ -75,7 +80,8 @@ private:
 
 std::vector<Peer> tinybvh_peers(const BenchScene& scene, const TraceWork& work) {
     const auto tracer = std::make_shared<TinyBvhTracer>(scene, work);
-    return {{.name = "tinybvh BVH8",
+    return {{.name = fmt::format("tinybvh {}.{}.{} BVH8_CPU", TINY_BVH_VERSION_MAJOR,
+                                 TINY_BVH_VERSION_MINOR, TINY_BVH_VERSION_SUB),
              .group = "tinybvh",
              .one_ray = true,
              .prepare = [] {},

@@ -1,4 +1,5 @@
-// tinybvh's BVH of width 8 as a peer, if its header was given when the benchmark was built.
+// tinybvh's BVH8_CPU, its fastest tree for single rays, as a peer, if its header was given when the
+// benchmark was built.
 #pragma once
 
 #include <vector>
@@ -10,7 +11,7 @@ namespace mray::bench {
 
 /// One peer of one ray a call, a group of its own; none without the header. The tree is built here,
 /// with spatial splits; work and scene outlive the peer. tinybvh has rays of its own kind, which
-/// are made within the time, with directions of length 1 and reciprocals, from rays of 32 bytes.
+/// are made within the time, with reciprocals of directions, from rays of 32 bytes.
 std::vector<Peer> tinybvh_peers(const BenchScene& scene, const TraceWork& work);
 
 }  // namespace mray::bench

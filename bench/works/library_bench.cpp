@@ -10,6 +10,7 @@
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
 #include "common/interop/camera.h"
+#include "common/ray_queries.h"
 #include "cpu/cpu_backend.h"
 #include "morphray/morphray.hpp"
 
