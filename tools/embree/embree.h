@@ -11,11 +11,12 @@
 
 namespace mray::embree {
 
-/// What Embree may expect of rays that are traced one after the other.
+/// Whether rays that are traced one after the other are alike, for which Embree has other ways.
 enum class Coherence { kCoherent, kIncoherent };
 
-/// What Embree takes beside the rays: the context of version 3, the arguments of version 4. A query
-/// belongs to one thread at a time; packets name the active rays by -1 in `valid`, the others by 0.
+/// All that Embree takes beside the rays: the context of version 3, the arguments of version 4. A
+/// query belongs to one thread at a time; packets name the active rays by -1 in `valid`, the others
+/// by 0.
 class Query {
 public:
     explicit Query(Coherence coherence);
