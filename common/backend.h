@@ -49,6 +49,7 @@ struct BackendInfo {
 };
 
 class RayQueries;
+class SceneQueries;
 
 /// A backend holds one scene at a time: topology, positions, and a BVH of its own. Not thread-safe;
 /// it uses threads or a device inside. Calls throw Error: kUnavailable, kLimit (before any work),
@@ -101,6 +102,9 @@ public:
     /// The queries of this scene that threads may ask at the same time; null for a backend that
     /// answers one call at a time. They live as long as the backend.
     virtual const RayQueries* queries() const { return nullptr; }
+    /// Questions about all triangles of this scene. Where queries() is null they are calls of the
+    /// backend, one at a time. They live as long as the backend.
+    virtual const SceneQueries& scene_queries() const = 0;
 
 protected:
     bool is_cancelled() const {

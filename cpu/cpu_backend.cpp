@@ -12,10 +12,13 @@
 #include "common/base/stopwatch.h"
 #include "common/base/thread_arena.h"
 #include "common/ray_queries.h"
+#include "common/scene_queries.h"
 #include "common/simd/simd_target.h"
 #include "common/update/refit_plan.h"
 #include "cpu/image/image_tracer.h"
 #include "cpu/image/tile_tracer.h"
+#include "cpu/queries/tree_queries.h"
+#include "cpu/reference/brute_queries.h"
 #include "cpu/reference/brute_tracer.h"
 #include "cpu/reference/scalar_tracer.h"
 #include "cpu/refit/refit.h"
@@ -39,17 +42,20 @@ std::uint64_t count_hits(const Frame& frame, const Tile& tile) {
 }
 
 /// Scene, threads, refits and timing, the same for every CPU tracer; `MakeTracer` gives the tracer
-/// for a scene.
-template <class MakeTracer>
+/// for a scene and `MakeQueries` its SceneQueries.
+template <class MakeTracer, class MakeQueries>
 class TracerBackend final : public Backend, private RayQueries {
 public:
     TracerBackend(std::string name, const std::string& how, const SimdTarget& target,
-                  std::unique_ptr<ThreadArena> arena, MakeTracer make_tracer)
+                  std::unique_ptr<ThreadArena> arena, MakeTracer make_tracer,
+                  MakeQueries make_queries)
         : Backend({std::move(name), fmt::format("{}, {} threads", how, arena->threads())}),
           target_(target),
           arena_(std::move(arena)),
           make_tracer_(std::move(make_tracer)),
-          tracer_(make_tracer_(topology_, planner_.pose().positions(), bvh_)) {}
+          make_queries_(std::move(make_queries)),
+          tracer_(make_tracer_(topology_, planner_.pose().positions(), bvh_)),
+          scene_queries_(make_queries_(topology_, planner_.pose().positions(), bvh_)) {}
 
     void set_scene(const Topology& topology, std::span<const vec3> positions,
                    const Bvh& bvh) override {
@@ -60,6 +66,7 @@ public:
         // Until the next scene the arrays of topology, pose and tree may change, but not their
         // places.
         tracer_ = make_tracer_(topology_, planner_.pose().positions(), bvh_);
+        scene_queries_ = make_queries_(topology_, planner_.pose().positions(), bvh_);
         times_ = {.update = {.upload_ms = watch.ms()}};
     }
 
@@ -136,6 +143,7 @@ public:
     const BackendTimes& finish() override { return times_; }
 
     const RayQueries* queries() const override { return this; }
+    const SceneQueries& scene_queries() const override { return *scene_queries_; }
 
 private:
     using Tracer =
@@ -163,28 +171,37 @@ private:
     SimdTarget target_;
     std::unique_ptr<ThreadArena> arena_;
     MakeTracer make_tracer_;
+    MakeQueries make_queries_;
     Topology topology_;
     RefitPlanner planner_;
     Bvh bvh_;
     Tracer tracer_;
+    std::unique_ptr<SceneQueries> scene_queries_;
     BackendTimes times_;
 };
 
-template <class MakeTracer>
+template <class MakeTracer, class MakeQueries>
 std::unique_ptr<Backend> make_backend(std::string name, const std::string& how,
                                       const SimdTarget& target, const CpuConfig& config,
-                                      MakeTracer make_tracer) {
-    return std::make_unique<TracerBackend<MakeTracer>>(
+                                      MakeTracer make_tracer, MakeQueries make_queries) {
+    return std::make_unique<TracerBackend<MakeTracer, MakeQueries>>(
         std::move(name), how, target, std::make_unique<ThreadArena>(config.threads),
-        std::move(make_tracer));
+        std::move(make_tracer), std::move(make_queries));
 }
 
 /// A backend without SIMD.
-template <class MakeTracer>
+template <class MakeTracer, class MakeQueries>
 std::unique_ptr<Backend> make_portable(std::string name, const CpuConfig& config,
-                                       MakeTracer make_tracer) {
+                                       MakeTracer make_tracer, MakeQueries make_queries) {
     return make_backend(std::move(name), "portable C++", find_simd_target("scalar"), config,
-                        std::move(make_tracer));
+                        std::move(make_tracer), std::move(make_queries));
+}
+
+/// Makes TreeQueries of a target.
+auto tree_queries(const SimdTarget& target) {
+    return [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
+        return std::make_unique<TreeQueries>(bvh, target);
+    };
 }
 
 }  // namespace
@@ -195,14 +212,14 @@ std::unique_ptr<Backend> make_cpu_backend(const CpuConfig& config) {
     const auto make = [target](const Topology&, std::span<const vec3>, const Bvh& bvh) {
         return std::make_unique<TileTracer>(bvh, target);
     };
-    return make_backend("cpu", target.name, target, config, make);
+    return make_backend("cpu", target.name, target, config, make, tree_queries(target));
 }
 
 std::unique_ptr<Backend> make_scalar_backend(const CpuConfig& config) {
     const auto make = [](const Topology&, std::span<const vec3>, const Bvh& bvh) {
         return std::make_unique<BatchTiles<OneByOne<ScalarTracer>>>(OneByOne(ScalarTracer(bvh)));
     };
-    return make_portable("cpu", config, make);
+    return make_portable("cpu", config, make, tree_queries(find_simd_target("scalar")));
 }
 
 std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
@@ -210,7 +227,11 @@ std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
         return std::make_unique<BatchTiles<OneByOne<BruteTracer>>>(
             OneByOne(BruteTracer(topology, positions)));
     };
-    return make_portable("brute", config, make);
+    const auto queries = [](const Topology& topology, std::span<const vec3> positions,
+                            const Bvh&) {
+        return std::make_unique<BruteQueries>(topology, positions);
+    };
+    return make_portable("brute", config, make, queries);
 }
 
 }  // namespace mray::cpu

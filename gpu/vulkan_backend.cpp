@@ -111,6 +111,7 @@ void VulkanBackend::keep_links(const Bvh& bvh) {
     links_.leaf_parents = bvh.leaf_parents;
     links_.node_parents = bvh.node_parents;
     links_.level_begin = bvh.level_begin;
+    links_.repeated = bvh.repeated;
     links_.triangle_count = bvh.triangle_count;
 }
 

@@ -1,6 +1,8 @@
 // A BVH in the shared layout, with the links that refits and checks follow.
 #pragma once
 
+#include <algorithm>
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,6 +11,15 @@
 #include "common/interop/bvh_layout.h"
 
 namespace mray {
+
+/// A triangle that has the vertices of another one in the same order, which stands for it in the
+/// tree: the one of lowest prim_id.
+struct RepeatedTriangle {
+    std::uint32_t first;
+    std::uint32_t prim_id;
+
+    auto operator<=>(const RepeatedTriangle&) const = default;
+};
 
 /// nodes[0] is the root, present even for no triangles. Nodes are in breadth-first order: level l
 /// is nodes[level_begin[l] .. level_begin[l + 1]), and depth() levels exist. Leaves are in the
@@ -22,12 +33,25 @@ struct Bvh {
     std::vector<std::uint32_t> node_parents;
     std::vector<std::uint32_t> leaf_parents;
     std::vector<std::uint32_t> level_begin;
+    /// Those that are in no leaf, ascending.
+    std::vector<RepeatedTriangle> repeated;
     std::uint32_t triangle_count = 0;
 
     std::uint32_t depth() const { return static_cast<std::uint32_t>(level_begin.size()) - 1; }
 };
 
 inline constexpr std::uint32_t kNoParent = 0xFFFFFFFFu;
+
+/// The triangles that `first` stands for besides itself.
+inline std::span<const RepeatedTriangle> repeats_of(const Bvh& bvh, std::uint32_t first) {
+    const auto [begin, end] = std::equal_range(
+        bvh.repeated.begin(), bvh.repeated.end(), RepeatedTriangle{first, 0},
+        [](const RepeatedTriangle& a, const RepeatedTriangle& b) { return a.first < b.first; });
+    return {begin, end};
+}
+
+/// Adds triangles to those that a tree has in no leaf.
+void add_repeated(Bvh& bvh, std::vector<RepeatedTriangle> more);
 
 /// XXH3 (64 bits) of the node array and the leaf array.
 std::uint64_t bvh_hash(const Bvh& bvh);

@@ -61,6 +61,16 @@ SHARED_CONST float kDepthMargin = 0.0001220703125f;
 // point (docs/design/arithmetic.md, "Secondary rays"): 2^-16.
 SHARED_CONST float kSurfaceOffset = 1.52587890625e-05f;
 
+// The error of an edge function of the winding rule, by the square of the sum of |x| + |y| over the
+// vertices: 2^-23; and of a height by the sum of the edge functions: 2^-21.
+SHARED_CONST float kWindingEdgeError = 1.1920928955078125e-07f;
+SHARED_CONST float kWindingHeightError = 4.76837158203125e-07f;
+
+// Components of offsets below this are taken for 0 by the rule of closest points, 2^-60; and parts
+// of what is scaled to 1, 2^-50.
+SHARED_CONST float kTiny = 8.673617379884035e-19f;
+SHARED_CONST float kTinyPart = 8.881784197001252e-16f;
+
 // 2^100, the tfar of rays without an end.
 SHARED_CONST float kInfiniteT = 1.2676506002282294e+30f;
 

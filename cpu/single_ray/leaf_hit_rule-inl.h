@@ -19,8 +19,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "common/interop/hit_rule.h"
+#include "common/interop/owner_rule.h"
 #include "common/interop/packet_bounds.h"
+#include "common/scene_queries.h"
 #include "cpu/simd/lanes-inl.h"
 #include "cpu/single_ray/certain_occluders-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
@@ -35,7 +36,7 @@ using namespace simd::HWY_NAMESPACE;
 
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
 /// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
-template <int kAxis = kAnyAxis, class Visit>
+template <int kAxis = kAnyAxis, Crossing kCrossing = Crossing::kEach, class Visit>
 HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
                                const Leaf& leaf, Visit visit) {
     ShearedRay s;
@@ -51,10 +52,11 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         const vec3 b = leaf_position(leaf, slot, 1);
         const vec3 c = leaf_position(leaf, slot, 2);
         TriangleHit hit;
-        if (may_hit_triangle(s, a, b, c) &&
-            intersect_triangle(s, stream.tnear[ray], tfar, a, b, c, hit) && visit(slot, hit)) {
-            return true;
-        }
+        if (!may_hit_triangle(s, a, b, c)) continue;
+        const bool is_hit = kCrossing == Crossing::kOwner
+                                ? cross_triangle(s, stream.tnear[ray], tfar, a, b, c, hit)
+                                : intersect_triangle(s, stream.tnear[ray], tfar, a, b, c, hit);
+        if (is_hit && visit(slot, hit)) return true;
     }
     return false;
 }
@@ -153,7 +155,7 @@ HWY_INLINE bool visit_lanes(std::size_t v, Mask visited, const lanes::TriangleHi
 }
 
 /// The exact path for the triangles that are uncertain, as bits.
-template <class Visit>
+template <Crossing kCrossing, class Visit>
 HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ray, float tfar,
                                          const Leaf& leaf, std::uint32_t uncertain, Visit visit) {
     const LeafLanes vertices = load_leaf<kAnyAxis>(leaf, stream.axis[ray]);
@@ -170,7 +172,10 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
         const lanes::Float3 b = points.look_up(at.b);
         const lanes::Float3 c = points.look_up(at.c);
         lanes::TriangleHit hit;
-        Mask hits = lanes::exact_hit(s, lanes::exact_edges(a, b, c), a.z, b.z, c.z, hit);
+        const lanes::Edges edges = lanes::exact_edges(a, b, c);
+        Mask hits = lanes::exact_hit(s, edges, a.z, b.z, c.z, hit);
+        if constexpr (kCrossing == Crossing::kOwner)
+            hits = hits & lanes::owns_ray(edges, a, b, c);
         hits = hits & lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
         hits = hits & mask_of(bits);
         if (none(hits)) continue;
@@ -213,7 +218,7 @@ HWY_INLINE bool any_possible_vector(const RayStream& stream, std::size_t ray,
 
 /// Calls visit(slot, hit) for the triangles that the ray hits no later than tfar, until it returns
 /// true; whether it did. kAxis is the ray's main axis, or kAnyAxis.
-template <int kAxis = kAnyAxis, class Visit>
+template <int kAxis = kAnyAxis, Crossing kCrossing = Crossing::kEach, class Visit>
 HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float tfar,
                                const Leaf& leaf, Visit visit) {
     const LeafLanes vertices = load_leaf<kAxis>(leaf, stream.axis[ray]);
@@ -230,7 +235,8 @@ HWY_INLINE bool intersect_leaf(const RayStream& stream, std::size_t ray, float t
         return !none(hits) && visit_lanes(v, hits & finite_lanes(vertices, at), hit, visit);
     };
     if (any_possible_vector(stream, ray, s, vertices, visit_hits)) return true;
-    return uncertain != 0 && intersect_leaf_exactly(stream, ray, tfar, leaf, uncertain, visit);
+    return uncertain != 0 &&
+           intersect_leaf_exactly<kCrossing>(stream, ray, tfar, leaf, uncertain, visit);
 }
 
 /// Whether the ray hits any triangle.

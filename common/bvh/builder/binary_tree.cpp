@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -86,7 +87,7 @@ private:
             left_size = split_by_cost(refs, out);
             coincide = left_size == 0;
             if (coincide && !is_part(refs.back())) {
-                const std::size_t count = remove_repeated(topology_, refs);
+                const std::size_t count = take_repeated(refs);
                 if (count < refs.size()) {
                     end = begin + static_cast<std::uint32_t>(count);
                     return build(node_index, begin, end, depth, block, true);
@@ -111,6 +112,16 @@ private:
         node.box.extend(tree_.nodes[left + 1].box);
         node.children = left;
         node.height = 1 + std::max(tree_.nodes[left].height, tree_.nodes[left + 1].height);
+    }
+
+    /// Removes the repeated triangles of a set; returns how many are left.
+    std::size_t take_repeated(std::span<PrimRef> refs) {
+        std::vector<RepeatedTriangle> repeated;
+        const std::size_t count = remove_repeated(topology_, refs, repeated);
+        if (repeated.empty()) return count;
+        const std::scoped_lock lock(repeated_mutex_);
+        tree_.repeated.insert(tree_.repeated.end(), repeated.begin(), repeated.end());
+        return count;
     }
 
     NodeBlock& own_block() {
@@ -156,6 +167,8 @@ private:
     BinaryTree& tree_;
     PrimRef* refs_[2];
     std::vector<NodeBlock> blocks_;
+    /// Guards tree_.repeated.
+    std::mutex repeated_mutex_;
     std::atomic<std::uint32_t> node_count_ = 1;
 };
 

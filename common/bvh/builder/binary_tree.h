@@ -4,12 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "common/base/aligned_vector.h"
 #include "common/bvh/box.h"
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/bvh/builder/meshlet.h"
 #include "common/bvh/builder/prim_ref.h"
+#include "common/bvh/bvh.h"
 #include "common/scene/mesh.h"
 
 namespace mray {
@@ -56,6 +58,8 @@ public:
     /// The refs that the build began with. Leaves keep their shapes in the memory of their refs,
     /// which are not read any more.
     AlignedVector<PrimRef> refs;
+    /// The triangles that no node has, in no order.
+    std::vector<RepeatedTriangle> repeated;
     /// Memory of the build, used again for the costs of the collapse and then for leaves: the
     /// system takes as long to clear fresh memory as a split takes to fill it.
     AlignedVector<Leaf> spare;

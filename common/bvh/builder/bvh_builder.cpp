@@ -29,6 +29,7 @@ public:
 
     Bvh build() {
         bvh_.triangle_count = static_cast<std::uint32_t>(topology_.triangles.size());
+        add_repeated(bvh_, std::move(tree_.repeated));
         add_places();
         fill();
         return std::move(bvh_);

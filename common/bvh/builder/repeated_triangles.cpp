@@ -9,7 +9,8 @@
 
 namespace mray {
 
-std::size_t remove_repeated(const Topology& topology, std::span<PrimRef> refs) {
+std::size_t remove_repeated(const Topology& topology, std::span<PrimRef> refs,
+                            std::vector<RepeatedTriangle>& repeated) {
     constexpr std::size_t kMostPlaces = std::size_t{1} << 16;
     constexpr std::uint32_t kNone = 0xFFFFFFFFu;
     // For each hash the last triangle that was kept with it.
@@ -18,7 +19,10 @@ std::size_t remove_repeated(const Topology& topology, std::span<PrimRef> refs) {
     for (const PrimRef& ref : refs) {
         const uvec3& triangle = topology.triangles[ref.prim_id()];
         std::uint32_t& place = kept[hash_of(triangle) & (kept.size() - 1)];
-        if (place != kNone && topology.triangles[place] == triangle) continue;
+        if (place != kNone && topology.triangles[place] == triangle) {
+            repeated.push_back({place, ref.prim_id()});
+            continue;
+        }
         place = ref.prim_id();
         refs[count++] = ref;
     }

@@ -1,0 +1,165 @@
+// The point of a triangle that is closest to a point: a pure function of the two, which rounds in
+// the same way everywhere.
+//
+// Vertices are taken relative to the point, rounded once. The closest points of the three edges and
+// of the triangle's inside are found in floats (C. Ericson. Real-Time Collision Detection, 2005,
+// 5.1.5, with other arithmetic), and the nearest of them is the answer. Each is a mean of vertices
+// under weights that are not negative, so errors of the weights move it along the triangle, and it
+// is no nearer than the triangle is, up to rounding of the mean (docs/design/arithmetic.md,
+// "Distances").
+//
+// - An edge gives the same bits in all triangles that share it, and so does a vertex: the lowest
+//   prim_id of them is the answer.
+// - A point stays within the box of its edge or triangle. Rounding is monotone, so the distance is
+//   not below that of any box around the triangle, bit for bit: a tree gives the answer of brute
+//   force, without an epsilon.
+// - No denormal decides anything: components below kTiny are taken for 0.
+#if !defined(COMMON_INTEROP_CLOSEST_RULE_H) || defined(SHARED_LANES)
+#ifndef COMMON_INTEROP_CLOSEST_RULE_H
+#define COMMON_INTEROP_CLOSEST_RULE_H
+
+#include "common/interop/arithmetic.h"
+#include "common/interop/constants.h"
+
+#endif
+
+SHARED_BEGIN
+
+/// A point of a triangle, relative to the point asked about: its squared distance, and the weights
+/// u of b and v of c.
+struct NearPoint {
+    Float d2;
+    Float u;
+    Float v;
+    Float3 offset;
+};
+
+SHARED Float zero_if_tiny(Float x, Float tiny) { return select(abs(x) < tiny, 0.0f, x); }
+
+SHARED Float3 zero_if_tiny(Float3 p, Float tiny) {
+    return Float3(zero_if_tiny(p.x, tiny), zero_if_tiny(p.y, tiny), zero_if_tiny(p.z, tiny));
+}
+
+SHARED Float3 scaled_by(Float3 p, Float scale) {
+    PRECISE Float3 scaled = Float3(p.x * scale, p.y * scale, p.z * scale);
+    return scaled;
+}
+
+SHARED Float3 lesser3(Float3 a, Float3 b) {
+    return Float3(lesser(a.x, b.x), lesser(a.y, b.y), lesser(a.z, b.z));
+}
+
+SHARED Float3 greater3(Float3 a, Float3 b) {
+    return Float3(greater(a.x, b.x), greater(a.y, b.y), greater(a.z, b.z));
+}
+
+/// The squared distance of a point from the box of lower and upper; all relative to each other as
+/// floats round. Not above that of any answer in the box.
+SHARED Float box_distance2(Float3 p, Float3 lower, Float3 upper) {
+    PRECISE Float3 below = lower - p;
+    PRECISE Float3 above = p - upper;
+    Float3 zero3 = Float3(broadcast(0.0f), broadcast(0.0f), broadcast(0.0f));
+    Float3 d = greater3(greater3(below, above), zero3);
+    return dot3(d, d);
+}
+
+/// The point of the edge from a to b, with the weight of b in `u`; `v` is 0.
+SHARED NearPoint closest_on_edge(Float3 a, Float3 b) {
+    // In one direction for all triangles.
+    Bool is_swapped = b.x < a.x || (b.x == a.x && (b.y < a.y || (b.y == a.y && b.z < a.z)));
+    Float3 p = select(is_swapped, b, a);
+    Float3 q = select(is_swapped, a, b);
+    PRECISE Float3 e = q - p;
+    Float length2 = dot3(e, e);
+    Float along = dot3(p, e);
+    Bool is_edge = length2 > 0.0f;
+    PRECISE Float at = -along * rcp_of_positive(select(is_edge, length2, 1.0f));
+    Float clamped = lesser(greater(zero_if_tiny(at, broadcast(kTiny)), 0.0f), 1.0f);
+    Float s = select(is_edge, clamped, 0.0f);
+    PRECISE Float rest = 1.0f - s;
+    PRECISE Float3 from_p = p + scaled_by(e, s);
+    PRECISE Float3 from_q = q - scaled_by(e, rest);
+    Float3 mean = select(s <= 0.5f, from_p, from_q);
+    NearPoint point;
+    point.offset = zero_if_tiny(lesser3(greater3(mean, lesser3(p, q)), greater3(p, q)),
+                                broadcast(kTiny));
+    point.d2 = dot3(point.offset, point.offset);
+    point.u = select(is_swapped, rest, s);
+    point.v = broadcast(0.0f);
+    return point;
+}
+
+/// Whether the plane's closest point is inside the triangle a, b, c, and that point.
+SHARED Bool closest_inside(Float3 a, Float3 b, Float3 c, OUT(NearPoint) point) {
+    Float tiny = broadcast(kTinyPart);
+    PRECISE Float3 ab = b - a;
+    PRECISE Float3 bc = c - b;
+    PRECISE Float3 ca = a - c;
+    Float length = greater(largest_component(ab),
+                           greater(largest_component(bc), largest_component(ca)));
+    Float size = greater(largest_component(a), greater(largest_component(b), largest_component(c)));
+    Bool is_any = length > 0.0f;
+    // Both at least 1, so that no product of parts of at least kTinyPart is a denormal.
+    Float by_length = scale_to_unit(select(is_any, length, 1.0f));
+    Float by_size = scale_to_unit(select(size > 0.0f, size, 1.0f));
+    Float3 e = zero_if_tiny(scaled_by(ab, by_length), tiny);
+    Float3 f = zero_if_tiny(scaled_by(bc, by_length), tiny);
+    Float3 g = zero_if_tiny(scaled_by(ca, by_length), tiny);
+    Float3 n = cross3(e, f);
+    Float normal_size = largest_component(n);
+    is_any = is_any && normal_size >= kTinyPart;
+    n = zero_if_tiny(scaled_by(n, scale_to_unit(select(is_any, normal_size, 1.0f))), tiny);
+    Float wa = dot3(n, zero_if_tiny(cross3(zero_if_tiny(scaled_by(b, by_size), tiny), f), tiny));
+    Float wb = dot3(n, zero_if_tiny(cross3(zero_if_tiny(scaled_by(c, by_size), tiny), g), tiny));
+    Float wc = dot3(n, zero_if_tiny(cross3(zero_if_tiny(scaled_by(a, by_size), tiny), e), tiny));
+    Bool is_inside = is_any && lesser(wa, lesser(wb, wc)) > 0.0f;
+    PRECISE Float sum = (wa + wb) + wc;
+    Float scale = rcp_of_positive(select(is_inside, sum, 1.0f));
+    PRECISE Float u = wb * scale;
+    PRECISE Float v = wc * scale;
+    point.u = zero_if_tiny(u, tiny);
+    point.v = zero_if_tiny(v, tiny);
+    PRECISE Float rest = 1.0f - (point.u + point.v);
+    Float first = greater(rest, 0.0f);
+    PRECISE Float3 mean = (scaled_by(a, first) + scaled_by(b, point.u)) + scaled_by(c, point.v);
+    Float3 lower = lesser3(a, lesser3(b, c));
+    Float3 upper = greater3(a, greater3(b, c));
+    point.offset = zero_if_tiny(lesser3(greater3(mean, lower), upper), broadcast(kTiny));
+    point.d2 = dot3(point.offset, point.offset);
+    return is_inside;
+}
+
+SHARED NearPoint nearer_of(NearPoint a, NearPoint b, Bool is_b) {
+    NearPoint point;
+    point.d2 = select(is_b, b.d2, a.d2);
+    point.u = select(is_b, b.u, a.u);
+    point.v = select(is_b, b.v, a.v);
+    point.offset = select(is_b, b.offset, a.offset);
+    return point;
+}
+
+/// The point of the triangle a, b, c (scene space, finite) that is closest to p.
+/// Error of its distance: proofs/closest.g.
+SHARED NearPoint closest_on_triangle(Float3 p, Float3 a, Float3 b, Float3 c) {
+    PRECISE Float3 ra = a - p;
+    PRECISE Float3 rb = b - p;
+    PRECISE Float3 rc = c - p;
+    NearPoint nearest = closest_on_edge(ra, rb);
+    NearPoint on_bc = closest_on_edge(rb, rc);
+    on_bc.v = on_bc.u;
+    PRECISE Float of_b = 1.0f - on_bc.v;
+    on_bc.u = of_b;
+    nearest = nearer_of(nearest, on_bc, on_bc.d2 < nearest.d2);
+    NearPoint on_ca = closest_on_edge(rc, ra);
+    PRECISE Float of_c = 1.0f - on_ca.u;
+    on_ca.v = of_c;
+    on_ca.u = broadcast(0.0f);
+    nearest = nearer_of(nearest, on_ca, on_ca.d2 < nearest.d2);
+    NearPoint inside;
+    Bool is_inside = closest_inside(ra, rb, rc, inside);
+    return nearer_of(nearest, inside, is_inside && inside.d2 < nearest.d2);
+}
+
+SHARED_END
+
+#endif  // per Float type

@@ -1,0 +1,149 @@
+// All hits of a ray, one node after the other, with the 16 boxes of a node or the triangles of a
+// leaf for lanes.
+#if defined(MORPHRAY_CPU_QUERIES_ALL_HITS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_QUERIES_ALL_HITS_INL_H
+#undef MORPHRAY_CPU_QUERIES_ALL_HITS_INL_H
+#else
+#define MORPHRAY_CPU_QUERIES_ALL_HITS_INL_H
+#endif
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/bvh/bvh.h"
+#include "common/scene_queries.h"
+#include "cpu/single_ray/leaf_hit_rule-inl.h"
+#include "cpu/single_ray/node_lanes-inl.h"
+#include "cpu/single_ray/one_ray-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+/// Calls visit(prim_id, hit) for a triangle and those that it stands for.
+template <class Visit>
+HWY_INLINE void visit_repeats(const Bvh& bvh, std::uint32_t prim_id, const TriangleHit& hit,
+                              Visit& visit) {
+    visit(prim_id, hit);
+    if (bvh.repeated.empty()) [[likely]]
+        return;
+    for (const RepeatedTriangle& repeated : repeats_of(bvh, prim_id)) visit(repeated.prim_id, hit);
+}
+
+/// Calls visit(prim_id, hit) for all triangles that ray 0 of the stream hits, in any order.
+template <Crossing kCrossing, class Visit>
+HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, Visit visit) {
+    std::uint32_t stack[kMaxStack];
+    stack[0] = 0;
+    for (std::size_t size = 1; size > 0;) {
+        const Node& node = bvh.nodes[stack[--size]];
+        const std::uint32_t met = met_slots(stream, 0, node);
+        const std::uint32_t leaves = leaf_slots(node);
+        for (std::uint32_t slots = met & leaves; slots != 0; slots &= slots - 1) {
+            const Leaf& leaf = bvh.leaves[node.child[std::countr_zero(slots)] & ~kLeafBit];
+            intersect_leaf<kAnyAxis, kCrossing>(stream, 0, stream.tfar[0], leaf,
+                                                [&](std::uint32_t slot, const TriangleHit& hit) {
+                                                    visit_repeats(bvh, leaf.prim_id[slot], hit,
+                                                                  visit);
+                                                    return false;
+                                                });
+        }
+        for (std::uint32_t slots = met & ~leaves; slots != 0; slots &= slots - 1) {
+            assert(size < kMaxStack);
+            stack[size++] = node.child[std::countr_zero(slots)];
+        }
+    }
+}
+
+template <Crossing kCrossing>
+HWY_INLINE std::uint64_t count_hits_of(const Bvh& bvh, const Ray& ray) {
+    RayStream stream;
+    prepare_one(stream, ray);
+    std::uint64_t count = 0;
+    for_each_hit<kCrossing>(bvh, stream, [&](std::uint32_t, const TriangleHit&) { ++count; });
+    return count;
+}
+
+inline bool comes_before(const Hit& a, const Hit& b) {
+    return is_closer(a.t, a.prim_id, b.t, b.prim_id);
+}
+
+/// Keeps the first `most` of the hits from `first` on, in any order.
+inline void keep_first(std::vector<Hit>& hits, std::size_t first, std::size_t most) {
+    if (hits.size() - first <= most) return;
+    const auto begin = hits.begin() + static_cast<std::ptrdiff_t>(first);
+    std::nth_element(begin, begin + static_cast<std::ptrdiff_t>(most), hits.end(), comes_before);
+    hits.resize(first + most);
+}
+
+template <Crossing kCrossing>
+HWY_INLINE void list_hits_of(const Bvh& bvh, const Ray& ray, std::uint32_t most, HitLists& lists) {
+    RayStream stream;
+    prepare_one(stream, ray);
+    const std::size_t first = lists.hits.size();
+    // So that a list that is full costs little: twice as many are kept before the rest is dropped.
+    const std::size_t room = 2 * std::size_t{most} + 16;
+    std::uint64_t total = 0;
+    for_each_hit<kCrossing>(bvh, stream, [&](std::uint32_t prim_id, const TriangleHit& hit) {
+        ++total;
+        if (lists.hits.size() - first == room) keep_first(lists.hits, first, most);
+        lists.hits.push_back(make_hit(hit, prim_id));
+    });
+    keep_first(lists.hits, first, most);
+    std::sort(lists.hits.begin() + static_cast<std::ptrdiff_t>(first), lists.hits.end(),
+              comes_before);
+    lists.listed.push_back(static_cast<std::uint32_t>(lists.hits.size() - first));
+    lists.total.push_back(total);
+}
+
+/// The first hit after the cursor: the nearest boxes first, as for closest hits.
+template <Crossing kCrossing>
+HWY_INLINE Hit next_hit_of(const Bvh& bvh, const Ray& ray, const HitCursor& after) {
+    RayStream stream;
+    Ray rest = ray;
+    rest.tnear = std::max(ray.tnear, after.t);
+    if (!(rest.tnear <= rest.tfar)) return no_hit();
+    prepare_one(stream, rest);
+    Hit next = no_hit();
+    next.t = ray.tfar;
+    const auto keep = [&](std::uint32_t prim_id, const TriangleHit& hit) {
+        if (!is_closer(after.t, after.prim_id, hit.t, prim_id)) return;
+        if (is_closer(hit.t, prim_id, next.t, next.prim_id)) next = make_hit(hit, prim_id);
+    };
+    StackEntry stack[kMaxStack];
+    std::size_t size = 1;
+    stack[0] = {0, 0};
+    while (size > 0) {
+        const StackEntry entry = stack[--size];
+        const float last = last_depth(next.t);
+        if (entry.t_least > last) continue;
+        if ((entry.child & kLeafBit) != 0) {
+            const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
+            intersect_leaf<kAnyAxis, kCrossing>(stream, 0, next.t, leaf,
+                                                [&](std::uint32_t slot, const TriangleHit& hit) {
+                                                    visit_repeats(bvh, leaf.prim_id[slot], hit,
+                                                                  keep);
+                                                    return false;
+                                                });
+            continue;
+        }
+        const Node& node = bvh.nodes[entry.child];
+        FloatVec least[kVectors];
+        const std::uint32_t met = near_slots(stream, 0, last, node, least);
+        HWY_ALIGN float t_least[kWidth];
+        for (std::size_t v = 0; v < kVectors; ++v) store(least[v], t_least + v * kLanes);
+        size = push_sorted(node, met, t_least, stack, size);
+    }
+    return next.prim_id == kNoPrim ? no_hit() : next;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

@@ -1,0 +1,226 @@
+// Points against nodes and leaves, with the 16 boxes or triangles for lanes: windings and closest
+// triangles. Control flow alone; all arithmetic is the shared text of the rules.
+#if defined(MORPHRAY_CPU_QUERIES_POINTS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_QUERIES_POINTS_INL_H
+#undef MORPHRAY_CPU_QUERIES_POINTS_INL_H
+#else
+#define MORPHRAY_CPU_QUERIES_POINTS_INL_H
+#endif
+
+#include <bit>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+
+#include "common/bvh/box.h"
+#include "common/bvh/bvh.h"
+#include "common/scene_queries.h"
+#include "cpu/queries/rule_lanes-inl.h"
+#include "cpu/single_ray/leaf_hit_rule-inl.h"
+#include "cpu/single_ray/leaf_lanes-inl.h"
+#include "cpu/single_ray/one_ray-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+// ---- The triangles of a leaf
+
+#if HWY_TARGET == HWY_SCALAR
+
+/// Calls visit(lanes of slots, a, b, c) for the triangles with finite vertices, one a time.
+template <class Visit>
+HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
+    const std::uint32_t count = corner_triangle_count(leaf.vertex[0].corners);
+    for (std::uint32_t slot = 0; slot < count; ++slot) {
+        const vec3 a = leaf_position(leaf, slot, 0);
+        const vec3 b = leaf_position(leaf, slot, 1);
+        const vec3 c = leaf_position(leaf, slot, 2);
+        if (!finite_vertices(a, b, c)) continue;
+        visit([slot](std::uint32_t) { return slot; }, mask_of(1), lanes::Float3(a),
+              lanes::Float3(b), lanes::Float3(c));
+    }
+}
+
+#else
+
+/// Calls visit(slot_of, mask, a, b, c) for each vector of triangles: lane i of those in the mask
+/// holds the triangle in slot_of(i), whose vertices are finite.
+template <class Visit>
+HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
+    const LeafLanes vertices = load_leaf<2>(leaf, 2);
+    VertexValues x, y, z;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        x.set(v, vertices.x[v]);
+        y.set(v, vertices.y[v]);
+        z.set(v, vertices.z[v]);
+    }
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const VertexLookups at(vertices.local_vertices[v]);
+        const auto position = [&](const LaneLookup& places) HWY_ATTR {
+            return lanes::Float3(x.look_up(places), y.look_up(places), z.look_up(places));
+        };
+        const lanes::Float3 a = position(at.a);
+        const lanes::Float3 b = position(at.b);
+        const lanes::Float3 c = position(at.c);
+        const Mask used = used_lanes(vertices.local_vertices[v], v) &
+                          lanes::finite_vertices(a, b, c);
+        const auto slot_of = [v](std::uint32_t lane) {
+            return slot_of_lane(static_cast<std::uint32_t>(v * kLanes) + lane);
+        };
+        if (!none(used)) visit(slot_of, used, a, b, c);
+    }
+}
+
+#endif  // HWY_TARGET
+
+// ---- Windings
+
+/// The slots whose boxes the half-line from p upwards meets, as bits.
+HWY_INLINE std::uint32_t slots_above(const Node& node, const lanes::Float3& p) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const std::size_t i = v * kLanes;
+        const Mask met =
+            ((load_unaligned(node.lower_x + i) <= p.x) & (p.x <= load_unaligned(node.upper_x + i))) &
+            ((load_unaligned(node.lower_y + i) <= p.y) & (p.y <= load_unaligned(node.upper_y + i))) &
+            (p.z <= load_unaligned(node.upper_z + i));
+        slots |= bits_of(met) << i;
+    }
+    return slots;
+}
+
+HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, vec3 point,
+                                 const lanes::Float3& p, PointWinding& winding) {
+    const auto add = [&](std::uint32_t slot, std::uint32_t crossed) {
+        const std::size_t repeats = repeats_of(bvh, leaf.prim_id[slot]).size();
+        winding.add(crossed, 1 + static_cast<std::uint32_t>(repeats));
+    };
+    for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
+                                const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
+        const lanes::FloatCrossing crossing = lanes::float_crossing(p, a, b, c);
+        const Mask is_up = crossing.is_up & used;
+        const Mask is_down = crossing.is_down & used;
+        if (bvh.repeated.empty()) [[likely]] {
+            const auto up = static_cast<std::int32_t>(count(is_up));
+            const auto down = static_cast<std::int32_t>(count(is_down));
+            winding.winding += up - down;
+            winding.crossings += static_cast<std::uint32_t>(up + down);
+        } else {
+            for (std::uint32_t bits = bits_of(is_up); bits != 0; bits &= bits - 1)
+                add(slot_of(static_cast<std::uint32_t>(std::countr_zero(bits))), kCrossesUp);
+            for (std::uint32_t bits = bits_of(is_down); bits != 0; bits &= bits - 1)
+                add(slot_of(static_cast<std::uint32_t>(std::countr_zero(bits))), kCrossesDown);
+        }
+        const Mask uncertain = crossing.is_uncertain & used;
+        if (none(uncertain)) return;
+        for (std::uint32_t bits = bits_of(uncertain); bits != 0; bits &= bits - 1) {
+            const std::uint32_t slot =
+                slot_of(static_cast<std::uint32_t>(std::countr_zero(bits)));
+            add(slot, exact_crossing(point, leaf_position(leaf, slot, 0),
+                                     leaf_position(leaf, slot, 1), leaf_position(leaf, slot, 2)));
+        }
+    });
+}
+
+/// `bounds` are those of the tree.
+HWY_INLINE PointWinding wind_around(const Bvh& bvh, const Box& bounds, vec3 point) {
+    PointWinding winding;
+    if (!clip_point(bounds.lower, bounds.upper, point)) return winding;
+    const lanes::Float3 p(point);
+    std::uint32_t stack[kMaxStack];
+    stack[0] = 0;
+    for (std::size_t size = 1; size > 0;) {
+        const Node& node = bvh.nodes[stack[--size]];
+        const std::uint32_t met = slots_above(node, p);
+        const std::uint32_t leaves = leaf_slots(node);
+        for (std::uint32_t slots = met & leaves; slots != 0; slots &= slots - 1) {
+            const std::uint32_t leaf = node.child[std::countr_zero(slots)] & ~kLeafBit;
+            wind_around_leaf(bvh, bvh.leaves[leaf], point, p, winding);
+        }
+        for (std::uint32_t slots = met & ~leaves; slots != 0; slots &= slots - 1) {
+            assert(size < kMaxStack);
+            stack[size++] = node.child[std::countr_zero(slots)];
+        }
+    }
+    return winding;
+}
+
+// ---- Closest triangles
+
+/// The slots whose boxes are no farther than `most_d2`, as bits, and the squared distances of all.
+HWY_INLINE std::uint32_t slots_within(const Node& node, const lanes::Float3& p, float most_d2,
+                                      float* HWY_RESTRICT d2) {
+    std::uint32_t slots = 0;
+    for (std::size_t v = 0; v < kVectors; ++v) {
+        const std::size_t i = v * kLanes;
+        const FloatVec distance2 = lanes::box_distance2(
+            p,
+            {load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
+             load_unaligned(node.lower_z + i)},
+            {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
+             load_unaligned(node.upper_z + i)});
+        store(distance2, d2 + i);
+        slots |= bits_of(distance2 <= splat(most_d2)) << i;
+    }
+    return slots;
+}
+
+HWY_INLINE void find_closest_in(const Leaf& leaf, const lanes::Float3& p,
+                                ClosestTriangle& closest) {
+    for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
+                                const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
+        const FloatVec most = splat(closest.d2);
+        const FloatVec box = lanes::box_distance2(p, lanes::lesser3(a, lanes::lesser3(b, c)),
+                                                  lanes::greater3(a, lanes::greater3(b, c)));
+        const Mask near = used & (box <= most);
+        if (none(near)) return;
+        const FloatVec d2 = lanes::closest_on_triangle(p, a, b, c).d2;
+        const Mask nearer = near & (d2 <= most);
+        if (none(nearer)) return;
+        HWY_ALIGN float distances2[kLanes];
+        store(d2, distances2);
+        for (std::uint32_t bits = bits_of(nearer); bits != 0; bits &= bits - 1) {
+            const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
+            const std::uint32_t prim_id = leaf.prim_id[slot_of(i)];
+            if (is_closer(distances2[i], prim_id, closest.d2, closest.prim_id))
+                closest = {distances2[i], prim_id};
+        }
+    });
+}
+
+/// `near_leaf` is a leaf to begin with, in which the last point had its answer; returns that of
+/// this point in it.
+HWY_INLINE ClosestTriangle find_closest(const Bvh& bvh, vec3 point, float most_d2,
+                                        std::uint32_t& near_leaf) {
+    const lanes::Float3 p(point);
+    ClosestTriangle closest{most_d2, kNoPrim};
+    const std::uint32_t first_leaf = near_leaf;
+    if (first_leaf < bvh.leaves.size()) find_closest_in(bvh.leaves[first_leaf], p, closest);
+    StackEntry stack[kMaxStack];
+    stack[0] = {0, 0};
+    for (std::size_t size = 1; size > 0;) {
+        const StackEntry entry = stack[--size];
+        if (entry.t_least > closest.d2) continue;
+        if ((entry.child & kLeafBit) != 0) {
+            const std::uint32_t leaf = entry.child & ~kLeafBit;
+            if (leaf == first_leaf) continue;
+            const std::uint32_t before = closest.prim_id;
+            find_closest_in(bvh.leaves[leaf], p, closest);
+            if (closest.prim_id != before) near_leaf = leaf;
+            continue;
+        }
+        HWY_ALIGN float d2[kWidth];
+        const Node& node = bvh.nodes[entry.child];
+        const std::uint32_t slots = slots_within(node, p, closest.d2, d2);
+        size = push_sorted(node, slots, d2, stack, size);
+    }
+    return closest;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

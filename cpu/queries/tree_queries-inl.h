@@ -1,0 +1,69 @@
+// The entries of cpu/queries/tree_queries.h, compiled once for each target.
+#if defined(MORPHRAY_CPU_QUERIES_TREE_QUERIES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_QUERIES_TREE_QUERIES_INL_H
+#undef MORPHRAY_CPU_QUERIES_TREE_QUERIES_INL_H
+#else
+#define MORPHRAY_CPU_QUERIES_TREE_QUERIES_INL_H
+#endif
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "common/bvh/bvh.h"
+#include "common/scene_queries.h"
+#include "cpu/queries/all_hits-inl.h"
+#include "cpu/queries/points-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+void count_hits(const Bvh& bvh, std::span<const Ray> rays, Crossing crossing,
+                std::span<std::uint64_t> counts) {
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        counts[i] = crossing == Crossing::kOwner
+                        ? count_hits_of<Crossing::kOwner>(bvh, rays[i])
+                        : count_hits_of<Crossing::kEach>(bvh, rays[i]);
+    }
+}
+
+void list_hits(const Bvh& bvh, std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
+               HitLists& lists) {
+    for (const Ray& ray : rays) {
+        if (crossing == Crossing::kOwner) {
+            list_hits_of<Crossing::kOwner>(bvh, ray, most, lists);
+        } else {
+            list_hits_of<Crossing::kEach>(bvh, ray, most, lists);
+        }
+    }
+}
+
+void find_next_hits(const Bvh& bvh, std::span<const Ray> rays, std::span<const HitCursor> after,
+                    Crossing crossing, std::span<Hit> hits) {
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        hits[i] = crossing == Crossing::kOwner
+                      ? next_hit_of<Crossing::kOwner>(bvh, rays[i], after[i])
+                      : next_hit_of<Crossing::kEach>(bvh, rays[i], after[i]);
+    }
+}
+
+void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<PointWinding> windings) {
+    const Box bounds = node_box(bvh.nodes[0]);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        windings[i] = wind_around(bvh, bounds, points[i]);
+}
+
+void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points, float most_d2,
+                            std::span<ClosestTriangle> closest) {
+    std::uint32_t near_leaf = kNoPrim;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        closest[i] = find_closest(bvh, points[i], most_d2, near_leaf);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

@@ -1,0 +1,65 @@
+#include "cpu/queries/tree_queries.h"
+
+#include <cassert>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "cpu/queries/tree_queries.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "cpu/queries/tree_queries-inl.h"
+
+#if HWY_ONCE
+
+#include "common/simd/simd_dispatch-inl.h"
+
+namespace mray::cpu {
+namespace {
+
+HWY_EXPORT(count_hits);
+HWY_EXPORT(list_hits);
+HWY_EXPORT(find_next_hits);
+HWY_EXPORT(wind_points);
+HWY_EXPORT(find_closest_triangles);
+
+}  // namespace
+
+TreeQueries::TreeQueries(const Bvh& bvh, SimdTarget target)
+    : bvh_(&bvh),
+      count_(SIMD_FUNCTION(count_hits, target)),
+      list_(SIMD_FUNCTION(list_hits, target)),
+      after_(SIMD_FUNCTION(find_next_hits, target)),
+      wind_(SIMD_FUNCTION(wind_points, target)),
+      closest_(SIMD_FUNCTION(find_closest_triangles, target)) {}
+
+void TreeQueries::count(std::span<const Ray> rays, Crossing crossing,
+                        std::span<std::uint64_t> counts) const {
+    assert(rays.size() == counts.size());
+    count_(*bvh_, rays, crossing, counts);
+}
+
+void TreeQueries::list(std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
+                       HitLists& lists) const {
+    list_(*bvh_, rays, crossing, most, lists);
+}
+
+void TreeQueries::intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
+                                  Crossing crossing, std::span<Hit> hits) const {
+    assert(rays.size() == hits.size() && rays.size() == after.size());
+    after_(*bvh_, rays, after, crossing, hits);
+}
+
+void TreeQueries::wind(std::span<const vec3> points, std::span<PointWinding> windings) const {
+    assert(points.size() == windings.size());
+    wind_(*bvh_, points, windings);
+}
+
+void TreeQueries::closest(std::span<const vec3> points, float most_d2,
+                          std::span<ClosestTriangle> closest) const {
+    assert(points.size() == closest.size());
+    closest_(*bvh_, points, most_d2, closest);
+}
+
+}  // namespace mray::cpu
+
+#endif  // HWY_ONCE
