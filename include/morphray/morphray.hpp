@@ -21,5 +21,6 @@
 #include "morphray/hits.hpp"
 #include "morphray/image.hpp"
 #include "morphray/mesh.hpp"
+#include "morphray/queries.hpp"
 #include "morphray/scene.hpp"
 #include "morphray/version.hpp"

@@ -17,6 +17,7 @@
 #include "morphray/geometry.hpp"
 #include "morphray/image.hpp"
 #include "morphray/mesh.hpp"
+#include "morphray/queries.hpp"
 
 namespace morphray {
 
@@ -192,6 +193,65 @@ public:
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                   const std::atomic<bool>* cancel = nullptr) const;
     bool occluded(const Ray& ray) const;
+
+    /// Finds all hits of rays, each once: none is lost, and hits at one t are all there. Memory: 20
+    /// bytes a hit and 16 bytes a ray, twice while the answer is made; at most 2 * max_hits + 16
+    /// hits a ray and thread besides. Throws and is cancelled as intersect(); limit if the memory
+    /// does not suffice.
+    AllHits intersect_all(std::span<const Ray> rays, const AllHitsOptions& options = {}) const;
+    /// The next hit of a ray after one of its hits: the first one that is greater in the order of
+    /// (t, geom_id, prim_id). After a miss there is none. To step through the hits that
+    /// intersect() and occluded() know:
+    ///
+    ///     for (Hit hit = scene.intersect(ray); hit; hit = scene.intersect(ray, hit)) ...
+    ///
+    /// `after` need not be a hit of the scene: any t, geom_id and prim_id do. Throws bad_argument
+    /// if its t is NaN.
+    Hit intersect(const Ray& ray, const Hit& after, Crossing crossing = Crossing::each) const;
+    /// Counts all hits: counts[i] is the number of those of rays[i]. Throws and is cancelled as
+    /// intersect().
+    void count(std::span<const Ray> rays, std::span<std::uint64_t> counts,
+               Crossing crossing = Crossing::owner,
+               const std::atomic<bool>* cancel = nullptr) const;
+
+    /// Finds how often the meshes wind around points: windings[i] answers points[i]. 1 inside a
+    /// closed mesh whose triangles are counter-clockwise as seen from outside, 0 outside; nested
+    /// and overlapping meshes add up. It is the number of times that a half-line from the point
+    /// along +z leaves the meshes, less that of entering them (Crossing::owner), and exact for the
+    /// coordinates given: no rounding decides, however close to the surface a point lies.
+    ///
+    /// - A point on the surface has the winding of one of its neighbours, that of
+    ///   p + (e, e^2, e^3) for e -> 0; contains() tells it apart.
+    /// - The half-line of a mesh with holes may leave through one: then the number is that of the
+    ///   crossings, and says nothing about inside. T-joints that no triangle closes are holes
+    ///   without a width, and self-intersections are overlaps.
+    /// - Triangles with a corner that is not finite do not count; a point that is not finite is
+    ///   outside. Coordinates below 2^-37 of the scene's extent are rounded to 2^-60 of it.
+    ///
+    /// Throws and is cancelled as intersect().
+    void winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
+                 const std::atomic<bool>* cancel = nullptr) const;
+    /// Finds which points are inside: inside[i] is 1 if points[i] is inside by the rule or lies on
+    /// a triangle, exactly, else 0. As winding() otherwise.
+    void contains(std::span<const Vec3> points, std::span<std::uint8_t> inside,
+                  FillRule rule = FillRule::nonzero,
+                  const std::atomic<bool>* cancel = nullptr) const;
+
+    /// Finds the closest points of the meshes no farther than max_distance: closest[i] answers
+    /// points[i]. Distances are those of vertices that are moved by up to 2^-24 of their distance
+    /// from the point, up to 2^-20 of it (docs/design/arithmetic.md, "Distances"); which triangle
+    /// is closest is decided by these distances, the same everywhere. None is found for a point
+    /// that is not finite or more than a million scene sizes away. Throws bad_argument for a
+    /// max_distance that is negative or NaN; otherwise throws and is cancelled as intersect().
+    void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
+                        float max_distance = std::numeric_limits<float>::infinity(),
+                        const std::atomic<bool>* cancel = nullptr) const;
+    /// The distances of closest_points() from points to the meshes, negative inside by the rule of
+    /// contains(), 0 for a point that lies on a triangle. Infinity if nothing is found, NaN for a
+    /// point that is not finite. Throws and is cancelled as intersect().
+    void signed_distance(std::span<const Vec3> points, std::span<float> distances,
+                         FillRule rule = FillRule::nonzero,
+                         const std::atomic<bool>* cancel = nullptr) const;
 
     /// Renders an image. Throws bad_input for an impossible view (eye and target coincide, up is
     /// parallel to the view, a number is not finite), bad_argument for a width, height or ao_count

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "common/base/stopwatch.h"
 #include "library/queries/ray_runs.h"
 
 namespace morphray::detail {
@@ -68,5 +69,15 @@ void DeviceQueries::occluded(std::span<const Ray> rays, std::span<std::uint8_t> 
 }
 
 bool DeviceQueries::occluded(const Ray& ray) const { return bool{intersect(ray)}; }
+
+void DeviceQueries::ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const {
+    const mray::Stopwatch watch;
+    for (std::size_t first = 0; first < total; first += kMostAsked) {
+        throw_if_cancelled(cancel);
+        const std::scoped_lock lock(mutex_);
+        ask(backend_.scene_queries(), first, std::min(kMostAsked, total - first));
+    }
+    cost_.add(watch.ms(), total);
+}
 
 }  // namespace morphray::detail

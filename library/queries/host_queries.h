@@ -1,6 +1,7 @@
 // Queries that the processors of this machine answer.
 #pragma once
 
+#include "common/backend.h"
 #include "common/base/thread_arena.h"
 #include "common/ray_queries.h"
 #include "library/queries/queries.h"
@@ -12,9 +13,9 @@ namespace morphray::detail {
 /// All arguments of the constructor must outlive it.
 class HostQueries final : public Queries {
 public:
-    HostQueries(const mray::RayQueries& scene, const RaySpace& space, mray::ThreadArena& arena,
-                QueryCost& cost)
-        : scene_(scene), space_(space), arena_(arena), cost_(cost) {}
+    HostQueries(const mray::RayQueries& scene, const mray::Backend& backend, const RaySpace& space,
+                mray::ThreadArena& arena, QueryCost& cost)
+        : scene_(scene), backend_(backend), space_(space), arena_(arena), cost_(cost) {}
 
     void intersect(std::span<const Ray> rays, std::span<Hit> hits,
                    const std::atomic<bool>* cancel) const override;
@@ -22,6 +23,7 @@ public:
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                   const std::atomic<bool>* cancel) const override;
     bool occluded(const Ray& ray) const override;
+    void ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const override;
 
 private:
     void intersect_run(std::span<const Ray> rays, std::span<Hit> hits) const;
@@ -34,6 +36,7 @@ private:
                    Run run, const std::atomic<bool>* cancel) const;
 
     const mray::RayQueries& scene_;
+    const mray::Backend& backend_;
     const RaySpace& space_;
     mray::ThreadArena& arena_;
     QueryCost& cost_;

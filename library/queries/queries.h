@@ -2,9 +2,12 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 
+#include "common/scene_queries.h"
 #include "morphray/geometry.hpp"
 
 namespace morphray::detail {
@@ -22,6 +25,13 @@ public:
     virtual void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                           const std::atomic<bool>* cancel) const = 0;
     virtual bool occluded(const Ray& ray) const = 0;
+
+    /// Asks about the questions [0, total) in parts: calls ask(queries, first, count), in many
+    /// threads or in this one, where `queries` are those of the scene. Parts have at most
+    /// kMostAsked questions. Throws Error(kCancelled).
+    static constexpr std::size_t kMostAsked = std::size_t{1} << 16;
+    using Ask = std::function<void(const mray::SceneQueries&, std::size_t, std::size_t)>;
+    virtual void ask(std::size_t total, const std::atomic<bool>* cancel, const Ask& ask) const = 0;
 };
 
 }  // namespace morphray::detail

@@ -281,4 +281,15 @@ const MeshPlace* MeshList::find(std::uint32_t geom_id) const {
     return geom_id < places_.size() && places_[geom_id].used ? &places_[geom_id] : nullptr;
 }
 
+std::uint32_t MeshList::count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const {
+    const auto after = std::upper_bound(geometry_ids_.begin(), geometry_ids_.end(), geom_id);
+    if (after == geometry_ids_.begin()) return 0;
+    const auto i = static_cast<std::size_t>(after - geometry_ids_.begin()) - 1;
+    const std::size_t end =
+        i + 1 < first_prims_.size() ? first_prims_[i + 1] : topology_.triangles.size();
+    if (geometry_ids_[i] != geom_id) return static_cast<std::uint32_t>(end);
+    const std::uint64_t last = std::uint64_t{first_prims_[i]} + prim_id + 1;
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(last, end));
+}
+
 }  // namespace morphray::detail

@@ -69,6 +69,9 @@ public:
         return {t, u, v, prim_id - first_prims_[i], geometry_ids_[i]};
     }
 
+    /// The number of triangles of the topology up to (geom_id, prim_id), which need not exist.
+    std::uint32_t count_up_to(std::uint32_t geom_id, std::uint32_t prim_id) const;
+
 private:
     struct Change {
         std::uint32_t geom_id = 0;

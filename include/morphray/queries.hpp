@@ -1,0 +1,82 @@
+// Questions about all triangles of a scene: all hits of rays, inside or outside, closest points.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "morphray/geometry.hpp"
+
+namespace morphray {
+
+/// Which triangles a ray hits that goes through an edge or a vertex.
+enum class Crossing {
+    /// Each triangle there, as the closest hit of intersect() does.
+    each,
+    /// One of those that it passes through, so that a closed mesh is entered as often as it is left
+    /// (Edelsbrunner, Mücke, Simulation of Simplicity, TOG 9(1), 1990). A ray that touches an edge
+    /// or a vertex without passing through the surface hits none of the triangles there, or two.
+    owner,
+};
+
+struct AllHitsOptions {
+    Crossing crossing = Crossing::owner;
+    /// The most hits that are listed for a ray: the first ones. More are counted.
+    std::uint32_t max_hits = std::numeric_limits<std::uint32_t>::max();
+    /// As for Scene::intersect().
+    const std::atomic<bool>* cancel = nullptr;
+};
+
+/// The hits of some rays.
+struct AllHits {
+    /// One more number than rays: the hits of ray i are hits[offsets[i]] to hits[offsets[i + 1]],
+    /// without the last.
+    std::vector<std::uint64_t> offsets = {0};
+    /// By ray, and then in the order of (t, geom_id, prim_id).
+    std::vector<Hit> hits = {};
+    /// For each ray, the hits beyond max_hits that are not listed.
+    std::vector<std::uint64_t> left_out = {};
+
+    std::size_t ray_count() const { return offsets.size() - 1; }
+    /// The hits of a ray; ray < ray_count().
+    std::span<const Hit> of_ray(std::size_t ray) const {
+        return std::span(hits).subspan(offsets[ray], offsets[ray + 1] - offsets[ray]);
+    }
+};
+
+/// Which windings are inside, as the fill rules of drawing programs.
+enum class FillRule {
+    /// Those that are not 0: the union of closed meshes whose triangles are counter-clockwise as
+    /// seen from outside. A mesh that is turned inside out lies inside, too.
+    nonzero,
+    /// Those with an odd number of crossings, whichever way triangles are turned. Where two meshes
+    /// overlap is outside.
+    odd,
+};
+
+enum class Feature : std::uint8_t { face, edge, vertex };
+
+/// The point of a scene that is closest to a point asked about, or none: {{0, 0, 0}, infinity, 0,
+/// 0, kNoPrim, kNoGeometry, Feature::face}.
+struct ClosestPoint {
+    Vec3 point = {};
+    float distance = std::numeric_limits<float>::infinity();
+    /// The weights of the triangle's corners p1 and p2, as in Hit. Where `feature` is edge one of
+    /// u, v and 1 - (u + v) is 0, and two of them are where it is vertex.
+    float u = 0;
+    float v = 0;
+    /// Of equally close triangles the lowest (geom_id, prim_id).
+    std::uint32_t prim_id = kNoPrim;
+    std::uint32_t geom_id = kNoGeometry;
+    /// The part of the triangle that the point lies on.
+    Feature feature = Feature::face;
+
+    /// Whether there is one.
+    explicit operator bool() const { return prim_id != kNoPrim; }
+    bool operator==(const ClosestPoint&) const = default;
+};
+
+}  // namespace morphray

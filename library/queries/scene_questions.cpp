@@ -1,0 +1,300 @@
+#include "library/queries/scene_questions.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <mutex>
+
+#include "common/base/errors.h"
+#include "common/interop/closest_rule.h"
+#include "library/queries/point_order.h"
+#include "library/scene/errors.h"
+
+namespace morphray::detail {
+namespace {
+
+// More than any squared distance in scene space.
+constexpr float kAnyDistance2 = 0x1p+90f;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr std::size_t kMostPoints = std::numeric_limits<std::uint32_t>::max();
+// Points up to this number are asked about in the order given.
+constexpr std::size_t kFewPoints = 64;
+
+mray::Crossing crossing_of(Crossing crossing) {
+    return crossing == Crossing::each ? mray::Crossing::kEach : mray::Crossing::kOwner;
+}
+
+bool is_finite(const Vec3& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+bool is_inside(const mray::PointWinding& winding, FillRule rule) {
+    if (winding.is_on_surface) return true;
+    return rule == FillRule::nonzero ? winding.winding != 0 : (winding.crossings & 1) != 0;
+}
+
+/// At most RaySpace::kMost rays in scene space.
+struct SceneRun {
+    mray::cpu::SceneRays scene;
+    std::span<const mray::Ray> rays;
+
+    SceneRun(const RaySpace& space, std::span<const Ray> world) {
+        space.to_scene(world, scene);
+        rays = std::span(scene.rays).first(world.size());
+    }
+    int t_exponent(std::size_t ray) const { return scene.t_exponents[2 * ray + 1]; }
+};
+
+/// Calls work(first, count) for runs of [0, total) that SceneRun takes.
+template <class Work>
+void for_runs(std::size_t total, Work work) {
+    for (std::size_t first = 0; first < total; first += RaySpace::kMost)
+        work(first, std::min(RaySpace::kMost, total - first));
+}
+
+}  // namespace
+
+// ---- Rays
+
+void SceneQuestions::count(std::span<const Ray> rays, std::span<std::uint64_t> counts,
+                           Crossing crossing, const std::atomic<bool>* cancel) const {
+    queries_.ask(rays.size(), cancel,
+                 [&](const mray::SceneQueries& scene, std::size_t begin, std::size_t size) {
+                     std::vector<mray::Ray> part;
+                     part.reserve(size);
+                     for_runs(size, [&](std::size_t first, std::size_t count) {
+                         const SceneRun run(rays_, rays.subspan(begin + first, count));
+                         part.insert(part.end(), run.rays.begin(), run.rays.end());
+                     });
+                     scene.count(part, crossing_of(crossing), counts.subspan(begin, size));
+                 });
+}
+
+AllHits SceneQuestions::intersect_all(std::span<const Ray> rays,
+                                      const AllHitsOptions& options) const {
+    /// The answers of rays from `first` on.
+    struct Part {
+        std::size_t first;
+        std::vector<std::uint32_t> listed;
+        std::vector<std::uint64_t> total;
+        std::vector<Hit> hits;
+    };
+    std::mutex mutex;
+    std::vector<Part> parts;
+    queries_.ask(rays.size(), options.cancel,
+                 [&](const mray::SceneQueries& scene, std::size_t begin, std::size_t size) {
+                     std::vector<mray::Ray> asked;
+                     std::vector<int> t_exponents;
+                     for_runs(size, [&](std::size_t first, std::size_t count) {
+                         const SceneRun run(rays_, rays.subspan(begin + first, count));
+                         asked.insert(asked.end(), run.rays.begin(), run.rays.end());
+                         for (std::size_t i = 0; i < count; ++i)
+                             t_exponents.push_back(run.t_exponent(i));
+                     });
+                     mray::HitLists lists;
+                     scene.list(asked, crossing_of(options.crossing), options.max_hits, lists);
+                     Part part{begin, std::move(lists.listed), std::move(lists.total), {}};
+                     part.hits.reserve(lists.hits.size());
+                     auto hit = lists.hits.begin();
+                     for (std::size_t i = 0; i < size; ++i) {
+                         for (std::uint32_t k = 0; k < part.listed[i]; ++k)
+                             part.hits.push_back(rays_.to_world(*hit++, t_exponents[i]));
+                     }
+                     const std::scoped_lock lock(mutex);
+                     parts.push_back(std::move(part));
+                 });
+    std::sort(parts.begin(), parts.end(),
+              [](const Part& a, const Part& b) { return a.first < b.first; });
+    AllHits all;
+    all.offsets.reserve(rays.size() + 1);
+    all.left_out.reserve(rays.size());
+    std::size_t hit_count = 0;
+    for (const Part& part : parts) hit_count += part.hits.size();
+    all.hits.reserve(hit_count);
+    for (Part& part : parts) {
+        for (std::size_t i = 0; i < part.listed.size(); ++i) {
+            all.offsets.push_back(all.offsets.back() + part.listed[i]);
+            all.left_out.push_back(part.total[i] - part.listed[i]);
+        }
+        all.hits.insert(all.hits.end(), part.hits.begin(), part.hits.end());
+        part = {};
+    }
+    return all;
+}
+
+Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
+    if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
+    if (!after) return {};
+    Hit hit;
+    queries_.ask(1, nullptr, [&](const mray::SceneQueries& scene, std::size_t, std::size_t) {
+        mray::Ray asked;
+        const RayScale scale = rays_.to_scene(ray, asked);
+        if (!scale.is_valid) return;
+        mray::HitCursor cursor;
+        cursor.t = static_cast<float>(std::ldexp(static_cast<double>(after.t), -scale.t_exponent));
+        const std::uint32_t passed = meshes_.count_up_to(after.geom_id, after.prim_id);
+        if (passed != 0) {
+            cursor.prim_id = passed - 1;
+        } else {  // All hits at this t come after it.
+            cursor.t = std::nextafter(cursor.t, -kInfinity);
+            cursor.prim_id = mray::kNoPrim;
+        }
+        mray::Hit found;
+        scene.intersect_after({&asked, 1}, {&cursor, 1}, crossing_of(crossing), {&found, 1});
+        hit = rays_.to_world(found, scale.t_exponent);
+    });
+    return hit;
+}
+
+// ---- Points
+
+SceneQuestions::ScenePoints SceneQuestions::to_scene(std::span<const Vec3> points) const {
+    if (points.size() > kMostPoints) {
+        throw mray::Error(mray::ErrorKind::kLimit,
+                          "more than 4294967295 points; ask about fewer at a time");
+    }
+    const mray::SceneSpace& space = pose_.space();
+    ScenePoints result;
+    result.points.resize(points.size());
+    result.is_within.resize(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const float world[3] = {points[i].x, points[i].y, points[i].z};
+        bool is_within = is_finite(points[i]);
+        for (int axis = 0; axis < 3; ++axis) {
+            const double scaled = space.length_to_scene(static_cast<double>(world[axis]) -
+                                                        space.centre(axis));
+            is_within = is_within && std::abs(scaled) <= double{mray::kOriginExtent};
+            if (!is_within) break;
+            result.points[i][axis] = std::abs(scaled) < 0x1p-60
+                                         ? 0.0f
+                                         : mray::snap_coordinate(static_cast<float>(scaled));
+        }
+        if (!is_within) result.points[i] = {0, 0, 0};
+        result.is_within[i] = is_within ? 1 : 0;
+    }
+    if (points.size() > kFewPoints) result.order = order_points(result.points);
+    return result;
+}
+
+/// Asks find(scene, points, answers) about the points in their order, and calls visit(i, answer)
+/// for each of them that is within reach.
+template <class Answer, class Find, class Visit>
+void SceneQuestions::ask_points(const ScenePoints& points, const std::atomic<bool>* cancel,
+                                Find find, Visit visit) const {
+    queries_.ask(points.points.size(), cancel,
+                 [&](const mray::SceneQueries& scene, std::size_t begin, std::size_t size) {
+                     std::vector<mray::vec3> asked(size);
+                     std::vector<Answer> answers(size);
+                     const auto index = [&](std::size_t i) {
+                         return points.order.empty() ? begin + i : points.order[begin + i];
+                     };
+                     for (std::size_t i = 0; i < size; ++i) asked[i] = points.points[index(i)];
+                     find(scene, std::span<const mray::vec3>(asked), std::span(answers));
+                     for (std::size_t i = 0; i < size; ++i)
+                         if (points.is_within[index(i)] != 0) visit(index(i), answers[i]);
+                 });
+}
+
+template <class Visit>
+void SceneQuestions::wind(const ScenePoints& points, const std::atomic<bool>* cancel,
+                          Visit visit) const {
+    ask_points<mray::PointWinding>(
+        points, cancel,
+        [](const mray::SceneQueries& scene, auto asked, auto answers) {
+            scene.wind(asked, answers);
+        },
+        visit);
+}
+
+template <class Visit>
+void SceneQuestions::find_closest(const ScenePoints& points, float most_d2,
+                                  const std::atomic<bool>* cancel, Visit visit) const {
+    ask_points<mray::ClosestTriangle>(
+        points, cancel,
+        [most_d2](const mray::SceneQueries& scene, auto asked, auto answers) {
+            scene.closest(asked, most_d2, answers);
+        },
+        visit);
+}
+
+void SceneQuestions::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
+                             const std::atomic<bool>* cancel) const {
+    std::fill(windings.begin(), windings.end(), 0);
+    wind(to_scene(points), cancel, [&](std::size_t i, const mray::PointWinding& winding) {
+        windings[i] = winding.winding;
+    });
+}
+
+void SceneQuestions::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside,
+                              FillRule rule, const std::atomic<bool>* cancel) const {
+    std::fill(inside.begin(), inside.end(), std::uint8_t{0});
+    wind(to_scene(points), cancel, [&](std::size_t i, const mray::PointWinding& winding) {
+        inside[i] = is_inside(winding, rule) ? 1 : 0;
+    });
+}
+
+/// In world space.
+double SceneQuestions::distance_of(float d2) const {
+    return pose_.space().length_to_world(std::sqrt(static_cast<double>(d2)));
+}
+
+ClosestPoint SceneQuestions::place_of(mray::vec3 point,
+                                      const mray::ClosestTriangle& closest) const {
+    const mray::uvec3 t = meshes_.topology().triangles[closest.prim_id];
+    const std::span<const mray::vec3> positions = pose_.positions();
+    const mray::NearPoint near = mray::closest_on_triangle(point, positions[t.x], positions[t.y],
+                                                           positions[t.z]);
+    const mray::SceneSpace& space = pose_.space();
+    float world[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const double scene = static_cast<double>(point[axis]) + double{near.offset[axis]};
+        world[axis] = static_cast<float>(space.length_to_world(scene) + space.centre(axis));
+    }
+    const int zeros = (near.u == 0) + (near.v == 0) + (1.0f - (near.u + near.v) <= 0);
+    const Hit hit = meshes_.locate(0, near.u, near.v, closest.prim_id);
+    return {.point = {world[0], world[1], world[2]},
+            .distance = static_cast<float>(distance_of(closest.d2)),
+            .u = near.u,
+            .v = near.v,
+            .prim_id = hit.prim_id,
+            .geom_id = hit.geom_id,
+            .feature = zeros == 0 ? Feature::face : zeros == 1 ? Feature::edge : Feature::vertex};
+}
+
+void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
+                                    float max_distance, const std::atomic<bool>* cancel) const {
+    const double most = pose_.space().length_to_scene(max_distance);
+    // A little more than the square, because the distance itself decides.
+    const double most_d2 = std::min(most * most * (1 + 0x1p-20), double{kAnyDistance2});
+    std::fill(closest.begin(), closest.end(), ClosestPoint{});
+    const ScenePoints asked = to_scene(points);
+    find_closest(asked, static_cast<float>(most_d2), cancel,
+                 [&](std::size_t i, const mray::ClosestTriangle& found) {
+                     if (found.prim_id == mray::kNoPrim) return;
+                     const ClosestPoint place = place_of(asked.points[i], found);
+                     if (place.distance <= max_distance) closest[i] = place;
+                 });
+}
+
+void SceneQuestions::signed_distance(std::span<const Vec3> points, std::span<float> distances,
+                                     FillRule rule, const std::atomic<bool>* cancel) const {
+    for (std::size_t i = 0; i < points.size(); ++i)
+        distances[i] = is_finite(points[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
+    const ScenePoints asked = to_scene(points);
+    find_closest(asked, kAnyDistance2, cancel,
+                 [&](std::size_t i, const mray::ClosestTriangle& found) {
+                     if (found.prim_id != mray::kNoPrim)
+                         distances[i] = static_cast<float>(distance_of(found.d2));
+                 });
+    wind(asked, cancel, [&](std::size_t i, const mray::PointWinding& winding) {
+        if (winding.is_on_surface) {
+            distances[i] = 0;
+        } else if (is_inside(winding, rule)) {
+            distances[i] = -distances[i];
+        }
+    });
+}
+
+}  // namespace morphray::detail

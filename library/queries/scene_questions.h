@@ -1,0 +1,65 @@
+// Questions in world space about all triangles of a scene.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "library/queries/queries.h"
+#include "library/queries/ray_space.h"
+#include "library/scene/mesh_list.h"
+#include "library/scene/pose_reader.h"
+#include "morphray/queries.hpp"
+
+namespace morphray::detail {
+
+/// Answers as the members of Scene of these names, at the current pose. All arguments of the
+/// constructor must outlive it. Threads may call at the same time.
+class SceneQuestions {
+public:
+    SceneQuestions(const Queries& queries, const RaySpace& rays, const PoseReader& pose,
+                   const MeshList& meshes)
+        : queries_(queries), rays_(rays), pose_(pose), meshes_(meshes) {}
+
+    AllHits intersect_all(std::span<const Ray> rays, const AllHitsOptions& options) const;
+    Hit intersect(const Ray& ray, const Hit& after, Crossing crossing) const;
+    void count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
+               const std::atomic<bool>* cancel) const;
+    void winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
+                 const std::atomic<bool>* cancel) const;
+    void contains(std::span<const Vec3> points, std::span<std::uint8_t> inside, FillRule rule,
+                  const std::atomic<bool>* cancel) const;
+    void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
+                        float max_distance, const std::atomic<bool>* cancel) const;
+    void signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
+                         const std::atomic<bool>* cancel) const;
+
+private:
+    /// Points in scene space; those that are not finite or too far away have is_within 0 and some
+    /// place.
+    struct ScenePoints {
+        std::vector<mray::vec3> points;
+        std::vector<std::uint8_t> is_within;
+        /// The order to ask in.
+        std::vector<std::uint32_t> order;
+    };
+    ScenePoints to_scene(std::span<const Vec3> points) const;
+    template <class Answer, class Find, class Visit>
+    void ask_points(const ScenePoints& points, const std::atomic<bool>* cancel, Find find,
+                    Visit visit) const;
+    template <class Visit>
+    void wind(const ScenePoints& points, const std::atomic<bool>* cancel, Visit visit) const;
+    template <class Visit>
+    void find_closest(const ScenePoints& points, float most_d2, const std::atomic<bool>* cancel,
+                      Visit visit) const;
+    ClosestPoint place_of(mray::vec3 point, const mray::ClosestTriangle& closest) const;
+    double distance_of(float d2) const;
+
+    const Queries& queries_;
+    const RaySpace& rays_;
+    const PoseReader& pose_;
+    const MeshList& meshes_;
+};
+
+}  // namespace morphray::detail
