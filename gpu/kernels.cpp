@@ -16,6 +16,9 @@
 #include "shaders/packet/light_packet_8_spirv.h"
 #include "shaders/packet/light_packet_spirv.h"
 #include "shaders/packet/tall_light_packet_8_spirv.h"
+#include "shaders/queries/closest_spirv.h"
+#include "shaders/queries/hits_spirv.h"
+#include "shaders/queries/winding_spirv.h"
 #include "shaders/refit/refit_leaves_spirv.h"
 #include "shaders/refit/refit_nodes_spirv.h"
 #include "shaders/shade/compact_spirv.h"
@@ -41,6 +44,10 @@ RegionArguments no_region() {
 Constants single_ray_constants(const Tuning& tuning) {
     static_assert(kConstantStepBudget == 0);
     return {tuning.step_budget};
+}
+
+Constants question_constants(const Tuning& tuning) {
+    return {std::min(tuning.step_budget, kQuestionStepBudget)};
 }
 
 /// Constants of packets of `lanes` lanes; none if the device cannot trace packets.
@@ -83,14 +90,17 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
       occlusion_packet("occlusion packets", k_occlusion_packet_spirv,
                        packet_constants(context, tuning, packet_lanes), OcclusionArguments{}),
       resume("resume", k_resume_spirv, single_ray_constants(tuning), ResumeArguments{}),
+      hits("hits", k_hits_spirv, question_constants(tuning), QuestionArguments{}),
+      winding("winding", k_winding_spirv, question_constants(tuning), QuestionArguments{}),
+      closest("closest", k_closest_spirv, question_constants(tuning), QuestionArguments{}),
       shade("shade", k_shade_spirv, {}, no_region()),
       refit_leaves("refit leaves", k_refit_leaves_spirv, {}, RefitArguments{}),
       refit_nodes("refit nodes", k_refit_nodes_spirv, {}, RefitArguments{}) {}
 
-std::array<Kernel*, 12> Kernels::all() {
-    return {&primary, &camera_packet, &light_packet, &tall_light_packet,
-            &rays,    &compact,       &occlusion,    &occlusion_packet,
-            &resume,  &shade,         &refit_leaves, &refit_nodes};
+std::array<Kernel*, 15> Kernels::all() {
+    return {&primary,   &camera_packet,    &light_packet, &tall_light_packet, &rays,
+            &compact,   &occlusion,        &occlusion_packet, &resume,        &hits,
+            &winding,   &closest,          &shade,        &refit_leaves,      &refit_nodes};
 }
 
 void Kernels::bind(const Bindings& bindings) {

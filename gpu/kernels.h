@@ -50,12 +50,15 @@ public:
     Kernel occlusion;
     Kernel occlusion_packet;
     Kernel resume;
+    Kernel hits;
+    Kernel winding;
+    Kernel closest;
     Kernel shade;
     Kernel refit_leaves;
     Kernel refit_nodes;
 
 private:
-    std::array<Kernel*, 12> all();
+    std::array<Kernel*, 15> all();
     void make_ready(Kernel& kernel);
 
     /// Kernels that have been dispatched.

@@ -145,4 +145,31 @@ double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_h
     return device_ms;
 }
 
+double RayPasses::ask(const char* what, const SceneBuffers& scene, QuestionArguments& arguments,
+                      const Record& dispatch) {
+    double device_ms = context_.submit(
+        what, [&](VkCommandBuffer commands) { record_part(commands, 0, dispatch, 0); });
+    const std::uint32_t count = header(what, 0).suspended_count;
+    // A question visits each node and each triangle at most once, and a round takes a step.
+    const std::uint64_t max_rounds =
+        2 + 64 * (scene.node_count() + kLeafTriangles * std::uint64_t{scene.leaf_count()});
+    for (std::uint32_t first = 0; first < count; first += size_.resume_slots) {
+        arguments.first = first;
+        arguments.count = std::min(size_.resume_slots, count - first);
+        arguments.round = kAskAnew;
+        std::uint64_t rounds = 0;
+        for (bool unfinished = true; unfinished; arguments.round = kAskAgain) {
+            if (++rounds > max_rounds) {
+                throw Error(ErrorKind::kInternal,
+                            "Vulkan: a traversal does not end; the tree is not sound");
+            }
+            device_ms += context_.submit(what, [&](VkCommandBuffer commands) {
+                record_part(commands, offsetof(WorkHeader, unfinished_count), dispatch, 0);
+            });
+            unfinished = header(what, 0).unfinished_count != 0;
+        }
+    }
+    return device_ms;
+}
+
 }  // namespace mray::gpu

@@ -33,6 +33,7 @@ public:
     const Buffer& occlusion() const { return occlusion_.buffer; }
     const Buffer& pixels() const { return pixels_; }
     const Buffer& rays() const { return rays_.buffer; }
+    const Buffer& visible_pixels() const { return visible_pixels_.buffer; }
     void add_to(Bindings& bindings) const;
 
     /// Records a pass. The first pass of a submission is number 0.
@@ -46,6 +47,12 @@ public:
                     const SceneBuffers& scene);
     /// Submits a pass by itself and completes it. Returns milliseconds on the device.
     double run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene);
+
+    /// Submits `dispatch`, which asks as `arguments` say, and again, with arguments of its own, until
+    /// all questions have answers. Returns milliseconds on the device. Throws Error(kInternal) if a
+    /// tree is broken.
+    double ask(const char* what, const SceneBuffers& scene, QuestionArguments& arguments,
+               const Record& dispatch);
 
     /// Submits a dispatch of `compact`. Returns milliseconds on the device, and the number of
     /// visible pixels in `visible_count`.

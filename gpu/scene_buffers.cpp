@@ -81,6 +81,8 @@ SceneBuffers::Tree::Tree(Context& context, Transfer& transfer, const Bvh& bvh, d
           filled(context, transfer, "leaf vertices", bvh.leaf_vertices, kFourWords, kRead, room)),
       leaf_parents(filled(context, transfer, "leaf parents", bvh.leaf_parents, kWord, kRead, room)),
       node_parents(filled(context, transfer, "node parents", bvh.node_parents, kWord, kRead, room)),
+      repeated(bvh.repeated),
+      repeated_texels(filled(context, transfer, "repeated triangles", bvh.repeated)),
       nodes_out(texel_view(context, "nodes, written", nodes.buffer, kWord)),
       leaves_out(texel_view(context, "leaves, written", leaves.buffer, kWord)) {
     assert(level_begin.back() == bvh.nodes.size());
@@ -140,7 +142,7 @@ std::optional<std::uint64_t> SceneBuffers::change_tree(Transfer& transfer, const
     for_each_part([&](const auto&, const auto& values, const TexelBuffer& texels) {
         has_room = has_room && bytes_of(values).size() <= texels.buffer.size();
     });
-    if (!has_room) return std::nullopt;
+    if (!has_room || after.repeated != tree_.repeated) return std::nullopt;
     for_each_part([&](const auto& old_values, const auto& values, const TexelBuffer& texels) {
         written += transfer.upload_changes(bytes_of(old_values), bytes_of(values), texels.buffer);
     });
@@ -178,6 +180,7 @@ void SceneBuffers::add_to(Bindings& bindings) const {
     bindings.views[kBindLeafVertices] = tree_.leaf_vertices.view.get();
     bindings.views[kBindLeafParents] = tree_.leaf_parents.view.get();
     bindings.views[kBindNodeParents] = tree_.node_parents.view.get();
+    bindings.views[kBindRepeated] = tree_.repeated_texels.view.get();
     bindings.views[kBindNodesOut] = tree_.nodes_out.get();
     bindings.views[kBindLeavesOut] = tree_.leaves_out.get();
 }

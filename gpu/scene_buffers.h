@@ -28,6 +28,10 @@ public:
     std::uint32_t triangle_count() const { return triangle_count_; }
     std::uint32_t node_count() const { return tree_.level_begin.back(); }
     std::uint32_t leaf_count() const { return tree_.leaf_count; }
+    /// The number of triangles that are in no leaf (Bvh::repeated).
+    std::uint32_t repeated_count() const {
+        return static_cast<std::uint32_t>(tree_.repeated.size());
+    }
     /// Bvh::level_begin.
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 
@@ -65,6 +69,8 @@ private:
         TexelBuffer leaf_vertices;
         TexelBuffer leaf_parents;
         TexelBuffer node_parents;
+        std::vector<RepeatedTriangle> repeated;
+        TexelBuffer repeated_texels;
         UniqueBufferView nodes_out;
         UniqueBufferView leaves_out;
     };

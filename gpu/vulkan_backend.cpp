@@ -12,6 +12,7 @@
 #include "common/update/refit_plan.h"
 #include "gpu/image_tracer.h"
 #include "gpu/kernels.h"
+#include "gpu/questions.h"
 #include "gpu/ray_passes.h"
 #include "gpu/refit_pass.h"
 #include "gpu/vulkan/limits.h"
@@ -25,7 +26,8 @@ namespace {
 constexpr double kRoom = 0.5;
 
 SceneSize size_of(std::uint64_t vertices, std::uint64_t triangles, const Bvh& bvh) {
-    return {vertices, triangles, bvh.nodes.size(), bvh.leaves.size(), bvh.depth()};
+    return {vertices,          triangles,   bvh.nodes.size(),
+            bvh.leaves.size(), bvh.depth(), bvh.repeated.size()};
 }
 
 /// `size` with a tree that has used up its room.
@@ -50,7 +52,8 @@ public:
           kernels_(context_, tuning),
           passes_(context_, pass_size(context_.limits(), tuning), tuning.step_budget),
           scene_(context_, transfer_, Topology{}, {}, empty_tree()),
-          images_(context_, transfer_, kernels_, passes_, scene_) {
+          images_(context_, transfer_, kernels_, passes_, scene_),
+          questions_(transfer_, kernels_, passes_, scene_, [this] { finish_refit(); }) {
         assert(tuning.step_budget >= 1 && tuning.step_budget <= kStepBudget);
         bind();
         // A device that is lost or does not answer fails here instead of at the first image.
@@ -68,6 +71,7 @@ public:
     void trace_image(const ImageParams& params, Frame& frame) override;
     void trace_rays(std::span<const Ray> rays, std::span<Hit> hits) override;
     const BackendTimes& finish() override;
+    const SceneQueries& scene_queries() const override { return questions_; }
 
 private:
     void bind();
@@ -89,6 +93,7 @@ private:
     /// The scene of nothing while scene_ is another, so that dropping that one cannot fail.
     std::optional<SceneBuffers> no_scene_;
     ImageTracer images_;
+    Questions questions_;
     RefitPlanner planner_;
     /// Whether the device's tree is not, or not yet, that of the planner's pose.
     bool is_behind_ = false;

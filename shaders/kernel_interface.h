@@ -42,7 +42,9 @@ SHARED_CONST uint kBindPixels = 17u;
 SHARED_CONST uint kBindWork = 18u;
 SHARED_CONST uint kBindStates = 19u;
 SHARED_CONST uint kBindVisiblePixelsOut = 20u;
-SHARED_CONST uint kBindingCount = 21u;
+// A uniform texel buffer: Bvh::repeated, two words a triangle.
+SHARED_CONST uint kBindRepeated = 21u;  // R32UI
+SHARED_CONST uint kBindingCount = 22u;
 
 // Every kernel runs in workgroups of 64 lanes; images in tiles of 8x8 pixels.
 SHARED_CONST uint kGroupSize = 64u;
@@ -63,6 +65,14 @@ SHARED_CONST uint kMostShadedTileBits = 8u;
 // 4. 16 * (3500 + 400) + 1000 < 65,535.
 SHARED_CONST uint kConstantStepBudget = 0u;
 SHARED_CONST uint kStepBudget = 3500u;
+
+// The same for questions about all triangles. A test in exact integers takes fewer than
+// kExactCrossingSteps iterations (common/interop/exact_integer.h: some 1,210), a search among
+// repeated triangles fewer than kRepeatsSteps, and loading and saving a state some 490:
+// 16 * (1800 + 1300 + 70 + 490) + 300 < 65,535.
+SHARED_CONST uint kQuestionStepBudget = 1800u;
+SHARED_CONST uint kExactCrossingSteps = 1300u;
+SHARED_CONST uint kRepeatsSteps = 70u;
 
 // Lanes of the cluster that traces a packet (specialisation constant 1): 4, 8 or 16. The clusters
 // of a subgroup share the budget. A cluster does not count the loops over its vectors of rays,
@@ -165,6 +175,24 @@ struct PacketArguments {
 /// Push constants of `rays`.
 struct RaysArguments {
     uint ray_count;
+};
+
+// Values of QuestionArguments.round.
+SHARED_CONST uint kAskAll = 0u;    // each question; those without an answer are listed
+SHARED_CONST uint kAskAgain = 1u;  // listed questions, from their saved states on
+SHARED_CONST uint kAskAnew = 2u;   // listed questions, from the root on
+// Bits of QuestionArguments.flags.
+SHARED_CONST uint kAskOwner = 1u;  // by cross_triangle()
+SHARED_CONST uint kAskCount = 2u;  // the number of hits
+
+/// Push constants of the kernels of questions: `winding`, `closest`, `hits`.
+struct QuestionArguments {
+    /// Of the listed questions.
+    uint first;
+    uint count;
+    uint round;
+    uint flags;
+    uint repeated_count;
 };
 
 /// Push constants of `resume`.

@@ -163,13 +163,12 @@ SHARED uint cross_upwards(vec3 p, vec3 a, vec3 b, vec3 c) {
     return crossing.is_up ? kCrossesUp : crossing.is_down ? kCrossesDown : 0u;
 }
 
-/// A point as cross_upwards() takes it, for triangles within lower and upper: the same crossings
-/// for a point that is far below. Whether the half-line can meet them at all; p must be a number.
-SHARED bool clip_point(vec3 lower, vec3 upper, INOUT(vec3) p) {
-    if (!(p.x >= lower.x && p.x <= upper.x && p.y >= lower.y && p.y <= upper.y && p.z <= upper.z))
-        return false;
-    p.z = greater(p.z, -2.0f * kSceneExtent);
-    return true;
+/// A point as cross_upwards() takes it: one outside of scene space becomes one nearer to it that
+/// has the same crossings, since none of its components lies between those of a vertex and p's.
+SHARED vec3 clipped_point(vec3 p) {
+    const float most = 2.0f * kSceneExtent;
+    return vec3(lesser(greater(p.x, -most), most), lesser(greater(p.y, -most), most),
+                lesser(greater(p.z, -most), most));
 }
 
 #endif

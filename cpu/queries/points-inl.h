@@ -12,7 +12,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "common/bvh/box.h"
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
 #include "cpu/queries/rule_lanes-inl.h"
@@ -124,10 +123,9 @@ HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, vec3 point,
     });
 }
 
-/// `bounds` are those of the tree.
-HWY_INLINE PointWinding wind_around(const Bvh& bvh, const Box& bounds, vec3 point) {
+HWY_INLINE PointWinding wind_around(const Bvh& bvh, vec3 any_point) {
     PointWinding winding;
-    if (!clip_point(bounds.lower, bounds.upper, point)) return winding;
+    const vec3 point = clipped_point(any_point);
     const lanes::Float3 p(point);
     std::uint32_t stack[kMaxStack];
     stack[0] = 0;

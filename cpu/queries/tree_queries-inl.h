@@ -50,9 +50,7 @@ void find_next_hits(const Bvh& bvh, std::span<const Ray> rays, std::span<const H
 }
 
 void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<PointWinding> windings) {
-    const Box bounds = node_box(bvh.nodes[0]);
-    for (std::size_t i = 0; i < points.size(); ++i)
-        windings[i] = wind_around(bvh, bounds, points[i]);
+    for (std::size_t i = 0; i < points.size(); ++i) windings[i] = wind_around(bvh, points[i]);
 }
 
 void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points, float most_d2,

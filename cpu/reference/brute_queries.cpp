@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "common/bvh/box.h"
 #include "common/interop/closest_rule.h"
 #include "common/interop/owner_rule.h"
 #include "common/interop/winding_rule.h"
@@ -70,16 +69,9 @@ void BruteQueries::intersect_after(std::span<const Ray> rays, std::span<const Hi
 }
 
 void BruteQueries::wind(std::span<const vec3> points, std::span<PointWinding> windings) const {
-    Box bounds;
-    for (const uvec3& t : topology_->triangles) {
-        const vec3 corners[3] = {positions_[t.x], positions_[t.y], positions_[t.z]};
-        if (!finite_vertices(corners[0], corners[1], corners[2])) continue;
-        for (const vec3& corner : corners) bounds.extend(corner);
-    }
     for (std::size_t i = 0; i < points.size(); ++i) {
         windings[i] = {};
-        vec3 p = points[i];
-        if (!clip_point(bounds.lower, bounds.upper, p)) continue;
+        const vec3 p = clipped_point(points[i]);
         for (const uvec3& t : topology_->triangles) {
             const uint crossed =
                 cross_upwards(p, positions_[t.x], positions_[t.y], positions_[t.z]);

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/base/errors.h"
+#include "common/bvh/bvh.h"
 
 namespace mray::gpu {
 namespace {
@@ -48,7 +49,8 @@ SceneBytes bytes_of(const SceneSize& scene) {
     const std::uint64_t leaves = sizeof(Leaf) * scene.leaves;
     const std::uint64_t vertices = 16 * scene.vertices;
     const std::uint64_t triangles = 16 * scene.triangles;
-    const std::uint64_t rest = 4 * scene.nodes + (4 * kLeafVertices + 4) * scene.leaves;
+    const std::uint64_t rest = 4 * scene.nodes + (4 * kLeafVertices + 4) * scene.leaves +
+                               sizeof(RepeatedTriangle) * scene.repeated;
     return {std::max({nodes, leaves, vertices, triangles, rest}),
             nodes + leaves + vertices + triangles + rest};
 }
@@ -63,6 +65,7 @@ void check_scene(const PhysicalDevice& device, const SceneSize& scene) {
     check_elements(device, "vertices", scene.vertices);
     check_elements(device, "triangles", scene.triangles);
     // The refit writes planes and coordinates one by one.
+    check_elements(device, "repeated triangles", 2 * scene.repeated);
     check_elements(device, "nodes", 4 * kNodeVec4s * scene.nodes);
     check_elements(device, "leaves", 4 * kLeafVec4s * scene.leaves);
     const SceneBytes bytes = bytes_of(scene);

@@ -15,6 +15,8 @@ struct SceneSize {
     std::uint64_t nodes = 0;
     std::uint64_t leaves = 0;
     std::uint64_t depth = 0;
+    /// Triangles that are in no leaf (Bvh::repeated).
+    std::uint64_t repeated = 0;
 };
 
 /// Throws Error(kLimit), with the numbers, if the device cannot hold such a scene.

@@ -1,0 +1,170 @@
+#include "gpu/questions.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "common/interop/winding_rule.h"
+
+namespace mray::gpu {
+namespace {
+
+std::uint32_t flags_of(Crossing crossing) { return crossing == Crossing::kOwner ? kAskOwner : 0; }
+
+Hit hit_of(const uvec4& answer) {
+    if (answer.w == kNoPrim) return no_hit();
+    return {uintBitsToFloat(answer.x), uintBitsToFloat(answer.y), uintBitsToFloat(answer.z),
+            answer.w};
+}
+
+/// Calls work(first, count) for parts of at most `most`.
+template <class Work>
+void for_parts(std::size_t total, std::size_t most, Work work) {
+    for (std::size_t first = 0; first < total; first += most)
+        work(first, std::min(most, total - first));
+}
+
+/// A ray from a cursor on, and the lowest prim_id of the hits at its tnear that count.
+std::uint32_t start_after(const HitCursor& after, Ray& ray) {
+    if (after.t < ray.tnear) return 0;
+    if (after.prim_id == kNoPrim) {
+        ray.tnear = std::nextafter(after.t, std::numeric_limits<float>::infinity());
+        return 0;
+    }
+    ray.tnear = after.t;
+    return after.prim_id + 1;
+}
+
+}  // namespace
+
+/// Answers the questions that have been uploaded, as many as there are answers.
+void Questions::ask(const char* what, Kernel& kernel, std::uint32_t flags,
+                    std::span<uvec4> answers) const {
+    kernels_.prepare({&kernel});
+    QuestionArguments arguments = {.first = 0,
+                                   .count = static_cast<std::uint32_t>(answers.size()),
+                                   .round = kAskAll,
+                                   .flags = flags,
+                                   .repeated_count = scene_.repeated_count()};
+    passes_.ask(what, scene_, arguments, [&](VkCommandBuffer commands) {
+        kernel.dispatch(commands, arguments, groups_of(arguments.count));
+    });
+    transfer_.download(passes_.hits(), std::as_writable_bytes(answers));
+}
+
+void Questions::count(std::span<const Ray> rays, Crossing crossing,
+                      std::span<std::uint64_t> counts) const {
+    start_();
+    std::vector<uvec4> answers;
+    for_parts(rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
+        transfer_.upload(std::as_bytes(rays.subspan(first, size)), passes_.rays());
+        answers.resize(size);
+        ask("count hits", kernels_.hits, kAskCount | flags_of(crossing), answers);
+        for (std::size_t i = 0; i < size; ++i) counts[first + i] = answers[i].x;
+    });
+}
+
+void Questions::intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
+                                Crossing crossing, std::span<Hit> hits) const {
+    start_();
+    std::vector<Ray> rest;
+    std::vector<std::uint32_t> first_prims;
+    std::vector<uvec4> answers;
+    for_parts(rays.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
+        rest.assign(rays.begin() + static_cast<std::ptrdiff_t>(first),
+                    rays.begin() + static_cast<std::ptrdiff_t>(first + size));
+        first_prims.resize(size);
+        for (std::size_t i = 0; i < size; ++i)
+            first_prims[i] = start_after(after[first + i], rest[i]);
+        transfer_.upload(std::as_bytes(std::span(rest)), passes_.rays());
+        transfer_.upload(std::as_bytes(std::span(first_prims)), passes_.visible_pixels());
+        answers.resize(size);
+        ask("find next hits", kernels_.hits, flags_of(crossing), answers);
+        for (std::size_t i = 0; i < size; ++i) hits[first + i] = hit_of(answers[i]);
+    });
+}
+
+/// Hit after hit of the rays that have more, and then their numbers.
+void Questions::list(std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
+                     HitLists& lists) const {
+    std::vector<std::vector<Hit>> found(rays.size());
+    std::vector<std::size_t> left(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) left[i] = i;
+    std::vector<Ray> asked(rays.begin(), rays.end());
+    std::vector<HitCursor> after(rays.size());
+    std::vector<Hit> hits(rays.size());
+    for (std::uint32_t step = 0; step < most && !left.empty(); ++step) {
+        asked.resize(left.size());
+        after.resize(left.size());
+        hits.resize(left.size());
+        intersect_after(asked, after, crossing, hits);
+        std::size_t kept = 0;
+        for (std::size_t k = 0; k < left.size(); ++k) {
+            if (hits[k].prim_id == kNoPrim) continue;
+            found[left[k]].push_back(hits[k]);
+            asked[kept] = asked[k];
+            after[kept] = {hits[k].t, hits[k].prim_id};
+            left[kept++] = left[k];
+        }
+        left.resize(kept);
+    }
+    // Those that have as many as are listed may have more.
+    asked.clear();
+    for (const std::size_t i : left) asked.push_back(rays[i]);
+    std::vector<std::uint64_t> counts(left.size());
+    if (!left.empty()) count(asked, crossing, counts);
+    std::size_t counted = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        lists.hits.insert(lists.hits.end(), found[i].begin(), found[i].end());
+        lists.listed.push_back(static_cast<std::uint32_t>(found[i].size()));
+        const bool has_more = counted < left.size() && left[counted] == i;
+        lists.total.push_back(has_more ? counts[counted++] : found[i].size());
+    }
+}
+
+void Questions::wind(std::span<const vec3> points, std::span<PointWinding> windings) const {
+    start_();
+    std::vector<uvec4> asked;
+    std::vector<uvec4> answers;
+    for_parts(points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
+        asked.resize(size);
+        answers.resize(size);
+        for (std::size_t i = 0; i < size; ++i) {
+            const vec3 p = clipped_point(points[first + i]);
+            asked[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), 0};
+        }
+        transfer_.upload(std::as_bytes(std::span(asked)), passes_.rays());
+        ask("wind around points", kernels_.winding, 0, answers);
+        for (std::size_t i = 0; i < size; ++i) {
+            windings[first + i] = {.winding = static_cast<std::int32_t>(answers[i].x),
+                                   .crossings = answers[i].y,
+                                   .is_on_surface = answers[i].z != 0};
+        }
+    });
+}
+
+void Questions::closest(std::span<const vec3> points, float most_d2,
+                        std::span<ClosestTriangle> closest) const {
+    start_();
+    std::vector<uvec4> asked;
+    std::vector<uvec4> answers;
+    for_parts(points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
+        asked.resize(size);
+        answers.resize(size);
+        for (std::size_t i = 0; i < size; ++i) {
+            const vec3 p = points[first + i];
+            asked[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z),
+                        floatBitsToUint(most_d2)};
+        }
+        transfer_.upload(std::as_bytes(std::span(asked)), passes_.rays());
+        ask("find closest triangles", kernels_.closest, 0, answers);
+        for (std::size_t i = 0; i < size; ++i)
+            closest[first + i] = {uintBitsToFloat(answers[i].x), answers[i].y};
+    });
+}
+
+}  // namespace mray::gpu

@@ -1,0 +1,49 @@
+// Questions about all triangles of a scene on the device.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+
+#include "common/scene_queries.h"
+#include "gpu/kernels.h"
+#include "gpu/ray_passes.h"
+#include "gpu/scene_buffers.h"
+#include "gpu/vulkan/transfer.h"
+
+namespace mray::gpu {
+
+/// Answers one call at a time. All arguments of the constructor must outlive it; `start` is called
+/// before each question and brings the tree to its pose.
+class Questions final : public SceneQueries {
+public:
+    Questions(Transfer& transfer, Kernels& kernels, RayPasses& passes, const SceneBuffers& scene,
+              std::function<void()> start)
+        : transfer_(transfer),
+          kernels_(kernels),
+          passes_(passes),
+          scene_(scene),
+          start_(std::move(start)) {}
+
+    void count(std::span<const Ray> rays, Crossing crossing,
+               std::span<std::uint64_t> counts) const override;
+    void list(std::span<const Ray> rays, Crossing crossing, std::uint32_t most,
+              HitLists& lists) const override;
+    void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
+                         Crossing crossing, std::span<Hit> hits) const override;
+    void wind(std::span<const vec3> points, std::span<PointWinding> windings) const override;
+    void closest(std::span<const vec3> points, float most_d2,
+                 std::span<ClosestTriangle> closest) const override;
+
+private:
+    void ask(const char* what, Kernel& kernel, std::uint32_t flags,
+             std::span<uvec4> answers) const;
+
+    Transfer& transfer_;
+    Kernels& kernels_;
+    RayPasses& passes_;
+    const SceneBuffers& scene_;
+    std::function<void()> start_;
+};
+
+}  // namespace mray::gpu

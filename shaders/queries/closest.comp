@@ -1,0 +1,45 @@
+// The triangles closest to points (common/interop/closest_rule.h), one point a lane. The answer:
+// the bits of the squared distance, and the triangle; kNoPrim if there is none within the point's
+// fourth word, which has the bits of a squared distance.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/base/exact.glsl"
+
+#include "common/interop/closest_rule.h"
+#include "common/interop/hit_rule.h"
+#include "shaders/kernel_interface.h"
+
+layout(binding = kBindRays) uniform usamplerBuffer points;
+
+uvec4 answer;
+vec3 point;
+
+// Bits of floats that are not negative order as these do.
+
+bool meets(vec3 lower, vec3 upper, out uint key) {
+    key = floatBitsToUint(box_distance2(point, lower, upper));
+    return key <= answer.x;
+}
+
+bool is_over(uint key) { return key > answer.x; }
+
+uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
+    if (!finite_vertices(a, b, c)) return 0u;
+    uint d2 = floatBitsToUint(closest_on_triangle(point, a, b, c).d2);
+    if (d2 < answer.x || (d2 == answer.x && prim_id < answer.y)) {
+        answer.x = d2;
+        answer.y = prim_id;
+    }
+    return 0u;
+}
+
+#include "shaders/queries/visits.glsl"
+
+void main() {
+    uint question;
+    if (!find_question(question)) return;
+    uvec4 words = texelFetch(points, int(question));
+    point = uintBitsToFloat(words.xyz);
+    answer = uvec4(words.w, kNoPrim, 0u, 0u);
+    ask(question);
+}

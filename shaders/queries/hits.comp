@@ -1,0 +1,73 @@
+// Hits of rays, one ray a lane: their number, in the answer's first word; or the first hit after a
+// cursor, whose t is the ray's tnear. Each ray's word of kBindVisiblePixels is the lowest prim_id of
+// those hits at tnear that count.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "shaders/base/exact.glsl"
+
+#include "common/interop/owner_rule.h"
+#include "common/interop/slab.h"
+#include "shaders/kernel_interface.h"
+#include "shaders/queries/question.glsl"
+
+layout(binding = kBindRays) uniform usamplerBuffer rays;
+layout(binding = kBindVisiblePixels) uniform usamplerBuffer first_prims;
+
+uvec4 answer;
+Ray ray;
+uint first_prim;
+SlabRay slab;
+ShearedRay sheared;
+
+/// Hits beyond it do not count.
+float least_t() {
+    bool is_first = (args.flags & kAskCount) == 0u && answer.w != kNoPrim;
+    return is_first ? uintBitsToFloat(answer.x) : ray.tfar;
+}
+
+bool meets(vec3 lower, vec3 upper, out uint key) {
+    float t_least;
+    bool is_met = hits_box(slab, lower, upper, t_least);
+    key = floatBitsToUint(t_least);
+    return is_met && t_least <= last_depth(least_t());
+}
+
+bool is_over(uint key) { return uintBitsToFloat(key) > last_depth(least_t()); }
+
+uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
+    TriangleHit hit;
+    bool is_hit = (args.flags & kAskOwner) != 0u
+                      ? cross_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit)
+                      : intersect_triangle(sheared, ray.tnear, ray.tfar, a, b, c, hit);
+    if (!is_hit) return 0u;
+    if ((args.flags & kAskCount) != 0u) {
+        answer.x += 1u + count_repeats(prim_id);
+        return kRepeatsSteps;
+    }
+    // The lowest of the equal triangles that counts.
+    if (hit.t == ray.tnear && prim_id < first_prim) prim_id = first_repeat(prim_id, first_prim);
+    if (prim_id != kNoPrim && is_closer(hit.t, prim_id, least_t(), answer.w)) {
+        answer = uvec4(floatBitsToUint(hit.t), floatBitsToUint(hit.u), floatBitsToUint(hit.v),
+                       prim_id);
+    }
+    return kRepeatsSteps;
+}
+
+#include "shaders/queries/visits.glsl"
+
+void main() {
+    uint question;
+    if (!find_question(question)) return;
+    vec4 first = uintBitsToFloat(texelFetch(rays, int(2u * question)));
+    vec4 second = uintBitsToFloat(texelFetch(rays, int(2u * question + 1u)));
+    ray.org = first.xyz;
+    ray.tnear = first.w;
+    ray.dir = second.xyz;
+    ray.tfar = second.w;
+    first_prim = texelFetch(first_prims, int(question)).x;
+    slab = slab_ray(ray.org, ray.dir);
+    sheared = shear_ray(ray.org, ray.dir);
+    answer = uvec4(0u);
+    if ((args.flags & kAskCount) == 0u) answer.w = kNoPrim;
+    ask(question);
+}
