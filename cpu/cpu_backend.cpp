@@ -227,8 +227,7 @@ std::unique_ptr<Backend> make_brute_backend(const CpuConfig& config) {
         return std::make_unique<BatchTiles<OneByOne<BruteTracer>>>(
             OneByOne(BruteTracer(topology, positions)));
     };
-    const auto queries = [](const Topology& topology, std::span<const vec3> positions,
-                            const Bvh&) {
+    const auto queries = [](const Topology& topology, std::span<const vec3> positions, const Bvh&) {
         return std::make_unique<BruteQueries>(topology, positions);
     };
     return make_portable("brute", config, make, queries);

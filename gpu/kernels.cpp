@@ -98,9 +98,10 @@ Kernels::Kernels(Context& context, const Tuning& tuning)
       refit_nodes("refit nodes", k_refit_nodes_spirv, {}, RefitArguments{}) {}
 
 std::array<Kernel*, 15> Kernels::all() {
-    return {&primary,   &camera_packet,    &light_packet, &tall_light_packet, &rays,
-            &compact,   &occlusion,        &occlusion_packet, &resume,        &hits,
-            &winding,   &closest,          &shade,        &refit_leaves,      &refit_nodes};
+    return {&primary, &camera_packet, &light_packet, &tall_light_packet,
+            &rays,    &compact,       &occlusion,    &occlusion_packet,
+            &resume,  &hits,          &winding,      &closest,
+            &shade,   &refit_leaves,  &refit_nodes};
 }
 
 void Kernels::bind(const Bindings& bindings) {

@@ -36,8 +36,7 @@ public:
                  std::span<ClosestTriangle> closest) const override;
 
 private:
-    void ask(const char* what, Kernel& kernel, std::uint32_t flags,
-             std::span<uvec4> answers) const;
+    void ask(const char* what, Kernel& kernel, std::uint32_t flags, std::span<uvec4> answers) const;
 
     Transfer& transfer_;
     Kernels& kernels_;

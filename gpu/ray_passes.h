@@ -48,9 +48,9 @@ public:
     /// Submits a pass by itself and completes it. Returns milliseconds on the device.
     double run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene);
 
-    /// Submits `dispatch`, which asks as `arguments` say, and again, with arguments of its own, until
-    /// all questions have answers. Returns milliseconds on the device. Throws Error(kInternal) if a
-    /// tree is broken.
+    /// Submits `dispatch`, which asks as `arguments` say, and again, with arguments of its own,
+    /// until all questions have answers. Returns milliseconds on the device. Throws
+    /// Error(kInternal) if a tree is broken.
     double ask(const char* what, const SceneBuffers& scene, QuestionArguments& arguments,
                const Record& dispatch);
 

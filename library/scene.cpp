@@ -118,8 +118,8 @@ void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint>
         [&] { require(impl_).closest_points(points, closest, max_distance, cancel); });
 }
 
-void Scene::signed_distance(std::span<const Vec3> points, std::span<float> distances,
-                            FillRule rule, const std::atomic<bool>* cancel) const {
+void Scene::signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
+                            const std::atomic<bool>* cancel) const {
     with_public_errors([&] { require(impl_).signed_distance(points, distances, rule, cancel); });
 }
 

@@ -258,8 +258,8 @@ Hit SceneImpl::intersect(const Ray& ray, const Hit& after, Crossing crossing) co
     return questions().intersect(ray, after, crossing);
 }
 
-void SceneImpl::count(std::span<const Ray> rays, std::span<std::uint64_t> counts,
-                      Crossing crossing, const std::atomic<bool>* cancel) const {
+void SceneImpl::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
+                      const std::atomic<bool>* cancel) const {
     require_usable();
     require_room(rays.size(), "rays", counts.size());
     questions().count(rays, counts, crossing, cancel);

@@ -81,8 +81,8 @@ SHARED NearPoint closest_on_edge(Float3 a, Float3 b) {
     PRECISE Float3 from_q = q - scaled_by(e, rest);
     Float3 mean = select(s <= 0.5f, from_p, from_q);
     NearPoint point;
-    point.offset = zero_if_tiny(lesser3(greater3(mean, lesser3(p, q)), greater3(p, q)),
-                                broadcast(kTiny));
+    point.offset =
+        zero_if_tiny(lesser3(greater3(mean, lesser3(p, q)), greater3(p, q)), broadcast(kTiny));
     point.d2 = dot3(point.offset, point.offset);
     point.u = select(is_swapped, rest, s);
     point.v = broadcast(0.0f);
@@ -95,8 +95,8 @@ SHARED Bool closest_inside(Float3 a, Float3 b, Float3 c, OUT(NearPoint) point) {
     PRECISE Float3 ab = b - a;
     PRECISE Float3 bc = c - b;
     PRECISE Float3 ca = a - c;
-    Float length = greater(largest_component(ab),
-                           greater(largest_component(bc), largest_component(ca)));
+    Float length =
+        greater(largest_component(ab), greater(largest_component(bc), largest_component(ca)));
     Float size = greater(largest_component(a), greater(largest_component(b), largest_component(c)));
     Bool is_any = length > 0.0f;
     // Both at least 1, so that no product of parts of at least kTinyPart is a denormal.

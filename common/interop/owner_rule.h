@@ -30,10 +30,10 @@ SHARED Bool is_left_of_edge(Float e, Float3 a, Float3 b) {
 /// Whether the moved ray goes through the triangle of three vertices from project(), with their
 /// edge functions from exact_edges().
 SHARED Bool owns_ray(Edges e, Float3 a, Float3 b, Float3 c) {
-    Bool all_left = is_left_of_edge(e.u, b, c) && is_left_of_edge(e.v, c, a) &&
-                    is_left_of_edge(e.w, a, b);
-    Bool all_right = is_left_of_edge(-e.u, c, b) && is_left_of_edge(-e.v, a, c) &&
-                     is_left_of_edge(-e.w, b, a);
+    Bool all_left =
+        is_left_of_edge(e.u, b, c) && is_left_of_edge(e.v, c, a) && is_left_of_edge(e.w, a, b);
+    Bool all_right =
+        is_left_of_edge(-e.u, c, b) && is_left_of_edge(-e.v, a, c) && is_left_of_edge(-e.w, b, a);
     return all_left || all_right;
 }
 

@@ -46,12 +46,11 @@ HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, Visit visi
         const std::uint32_t leaves = leaf_slots(node);
         for (std::uint32_t slots = met & leaves; slots != 0; slots &= slots - 1) {
             const Leaf& leaf = bvh.leaves[node.child[std::countr_zero(slots)] & ~kLeafBit];
-            intersect_leaf<kAnyAxis, kCrossing>(stream, 0, stream.tfar[0], leaf,
-                                                [&](std::uint32_t slot, const TriangleHit& hit) {
-                                                    visit_repeats(bvh, leaf.prim_id[slot], hit,
-                                                                  visit);
-                                                    return false;
-                                                });
+            intersect_leaf<kAnyAxis, kCrossing>(
+                stream, 0, stream.tfar[0], leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
+                    visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
+                    return false;
+                });
         }
         for (std::uint32_t slots = met & ~leaves; slots != 0; slots &= slots - 1) {
             assert(size < kMaxStack);
@@ -124,12 +123,11 @@ HWY_INLINE Hit next_hit_of(const Bvh& bvh, const Ray& ray, const HitCursor& afte
         if (entry.t_least > last) continue;
         if ((entry.child & kLeafBit) != 0) {
             const Leaf& leaf = bvh.leaves[entry.child & ~kLeafBit];
-            intersect_leaf<kAnyAxis, kCrossing>(stream, 0, next.t, leaf,
-                                                [&](std::uint32_t slot, const TriangleHit& hit) {
-                                                    visit_repeats(bvh, leaf.prim_id[slot], hit,
-                                                                  keep);
-                                                    return false;
-                                                });
+            intersect_leaf<kAnyAxis, kCrossing>(
+                stream, 0, next.t, leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
+                    visit_repeats(bvh, leaf.prim_id[slot], hit, keep);
+                    return false;
+                });
             continue;
         }
         const Node& node = bvh.nodes[entry.child];

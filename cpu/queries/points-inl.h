@@ -63,8 +63,8 @@ HWY_INLINE void for_each_triangle(const Leaf& leaf, Visit visit) {
         const lanes::Float3 a = position(at.a);
         const lanes::Float3 b = position(at.b);
         const lanes::Float3 c = position(at.c);
-        const Mask used = used_lanes(vertices.local_vertices[v], v) &
-                          lanes::finite_vertices(a, b, c);
+        const Mask used =
+            used_lanes(vertices.local_vertices[v], v) & lanes::finite_vertices(a, b, c);
         const auto slot_of = [v](std::uint32_t lane) {
             return slot_of_lane(static_cast<std::uint32_t>(v * kLanes) + lane);
         };
@@ -81,10 +81,11 @@ HWY_INLINE std::uint32_t slots_above(const Node& node, const lanes::Float3& p) {
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
         const std::size_t i = v * kLanes;
-        const Mask met =
-            ((load_unaligned(node.lower_x + i) <= p.x) & (p.x <= load_unaligned(node.upper_x + i))) &
-            ((load_unaligned(node.lower_y + i) <= p.y) & (p.y <= load_unaligned(node.upper_y + i))) &
-            (p.z <= load_unaligned(node.upper_z + i));
+        const Mask met = ((load_unaligned(node.lower_x + i) <= p.x) &
+                          (p.x <= load_unaligned(node.upper_x + i))) &
+                         ((load_unaligned(node.lower_y + i) <= p.y) &
+                          (p.y <= load_unaligned(node.upper_y + i))) &
+                         (p.z <= load_unaligned(node.upper_z + i));
         slots |= bits_of(met) << i;
     }
     return slots;
@@ -115,8 +116,7 @@ HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, vec3 point,
         const Mask uncertain = crossing.is_uncertain & used;
         if (none(uncertain)) return;
         for (std::uint32_t bits = bits_of(uncertain); bits != 0; bits &= bits - 1) {
-            const std::uint32_t slot =
-                slot_of(static_cast<std::uint32_t>(std::countr_zero(bits)));
+            const std::uint32_t slot = slot_of(static_cast<std::uint32_t>(std::countr_zero(bits)));
             add(slot, exact_crossing(point, leaf_position(leaf, slot, 0),
                                      leaf_position(leaf, slot, 1), leaf_position(leaf, slot, 2)));
         }

@@ -23,9 +23,8 @@ using namespace simd::HWY_NAMESPACE;
 void count_hits(const Bvh& bvh, std::span<const Ray> rays, Crossing crossing,
                 std::span<std::uint64_t> counts) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        counts[i] = crossing == Crossing::kOwner
-                        ? count_hits_of<Crossing::kOwner>(bvh, rays[i])
-                        : count_hits_of<Crossing::kEach>(bvh, rays[i]);
+        counts[i] = crossing == Crossing::kOwner ? count_hits_of<Crossing::kOwner>(bvh, rays[i])
+                                                 : count_hits_of<Crossing::kEach>(bvh, rays[i]);
     }
 }
 

@@ -32,8 +32,7 @@ private:
     using After = void (*)(const Bvh&, std::span<const Ray>, std::span<const HitCursor>, Crossing,
                            std::span<Hit>);
     using Wind = void (*)(const Bvh&, std::span<const vec3>, std::span<PointWinding>);
-    using Closest = void (*)(const Bvh&, std::span<const vec3>, float,
-                             std::span<ClosestTriangle>);
+    using Closest = void (*)(const Bvh&, std::span<const vec3>, float, std::span<ClosestTriangle>);
 
     const Bvh* bvh_;
     Count count_;

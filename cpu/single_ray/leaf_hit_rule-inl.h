@@ -174,8 +174,7 @@ HWY_NOINLINE bool intersect_leaf_exactly(const RayStream& stream, std::size_t ra
         lanes::TriangleHit hit;
         const lanes::Edges edges = lanes::exact_edges(a, b, c);
         Mask hits = lanes::exact_hit(s, edges, a.z, b.z, c.z, hit);
-        if constexpr (kCrossing == Crossing::kOwner)
-            hits = hits & lanes::owns_ray(edges, a, b, c);
+        if constexpr (kCrossing == Crossing::kOwner) hits = hits & lanes::owns_ray(edges, a, b, c);
         hits = hits & lanes::is_in_range(hit.t, splat(stream.tnear[ray]), splat(tfar));
         hits = hits & mask_of(bits);
         if (none(hits)) continue;

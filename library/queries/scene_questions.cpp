@@ -163,8 +163,8 @@ SceneQuestions::ScenePoints SceneQuestions::to_scene(std::span<const Vec3> point
         const float world[3] = {points[i].x, points[i].y, points[i].z};
         bool is_within = is_finite(points[i]);
         for (int axis = 0; axis < 3; ++axis) {
-            const double scaled = space.length_to_scene(static_cast<double>(world[axis]) -
-                                                        space.centre(axis));
+            const double scaled =
+                space.length_to_scene(static_cast<double>(world[axis]) - space.centre(axis));
             is_within = is_within && std::abs(scaled) <= double{mray::kOriginExtent};
             if (!is_within) break;
             result.points[i][axis] = std::abs(scaled) < 0x1p-60
@@ -222,9 +222,8 @@ void SceneQuestions::find_closest(const ScenePoints& points, float most_d2,
 void SceneQuestions::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
                              const std::atomic<bool>* cancel) const {
     std::fill(windings.begin(), windings.end(), 0);
-    wind(to_scene(points), cancel, [&](std::size_t i, const mray::PointWinding& winding) {
-        windings[i] = winding.winding;
-    });
+    wind(to_scene(points), cancel,
+         [&](std::size_t i, const mray::PointWinding& winding) { windings[i] = winding.winding; });
 }
 
 void SceneQuestions::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside,
@@ -244,8 +243,8 @@ ClosestPoint SceneQuestions::place_of(mray::vec3 point,
                                       const mray::ClosestTriangle& closest) const {
     const mray::uvec3 t = meshes_.topology().triangles[closest.prim_id];
     const std::span<const mray::vec3> positions = pose_.positions();
-    const mray::NearPoint near = mray::closest_on_triangle(point, positions[t.x], positions[t.y],
-                                                           positions[t.z]);
+    const mray::NearPoint near =
+        mray::closest_on_triangle(point, positions[t.x], positions[t.y], positions[t.z]);
     const mray::SceneSpace& space = pose_.space();
     float world[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -260,7 +259,9 @@ ClosestPoint SceneQuestions::place_of(mray::vec3 point,
             .v = near.v,
             .prim_id = hit.prim_id,
             .geom_id = hit.geom_id,
-            .feature = zeros == 0 ? Feature::face : zeros == 1 ? Feature::edge : Feature::vertex};
+            .feature = zeros == 0   ? Feature::face
+                       : zeros == 1 ? Feature::edge
+                                    : Feature::vertex};
 }
 
 void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,

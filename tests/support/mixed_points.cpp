@@ -20,9 +20,9 @@ vec3 mean(vec3 a, vec3 b, vec3 c, double u, double v) {
     const double w = 1 - u - v;
     vec3 p;
     for (int axis = 0; axis < 3; ++axis) {
-        p[axis] = static_cast<float>(w * static_cast<double>(a[axis]) +
-                                     u * static_cast<double>(b[axis]) +
-                                     v * static_cast<double>(c[axis]));
+        p[axis] =
+            static_cast<float>(w * static_cast<double>(a[axis]) + u * static_cast<double>(b[axis]) +
+                               v * static_cast<double>(c[axis]));
     }
     return snap_point(p);
 }

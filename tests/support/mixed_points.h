@@ -1,5 +1,5 @@
-// Points in scene space on which questions about meshes fail: in the room around a mesh, at and next
-// to its vertices, edges and triangles, on its planes and lines.
+// Points in scene space on which questions about meshes fail: in the room around a mesh, at and
+// next to its vertices, edges and triangles, on its planes and lines.
 #pragma once
 
 #include <cstdint>

@@ -1,0 +1,48 @@
+// Questions about all triangles on the device, compared with brute force.
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/bvh/builder/bvh_builder.h"
+#include "cpu/reference/brute_queries.h"
+#include "gpu/vulkan_backend_internal.h"
+#include "tests/gpu/validated_device.h"
+#include "tests/support/query_answers.h"
+
+namespace mray::test {
+namespace {
+
+constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
+
+/// `step_budget` is that of kernels, and `size` the number of rays and of points a scene.
+void compare_with_brute_force(std::uint32_t step_budget, std::size_t size) {
+    gpu::Tuning tuning;
+    tuning.step_budget = step_budget;
+    tuning.resume_slots = 64;
+    const std::unique_ptr<Backend> device = validated_device(tuning);
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const cpu::BruteQueries brute(scene.topology(), scene.positions());
+        device->set_scene(scene.topology(), scene.positions(),
+                          build_bvh(scene.topology(), scene.positions()));
+        for (const Crossing crossing : {Crossing::kEach, Crossing::kOwner}) {
+            const Questions questions = mixed_questions(scene, brute, crossing, size, 7);
+            for (const std::uint32_t most : {1u, kAllHits}) {
+                if (most == kAllHits && named.name == "repeated")
+                    continue;  // thousands of hits a ray
+                EXPECT_EQ(count_differences(
+                              answers_of(device->scene_queries(), questions, crossing, most),
+                              answers_of(brute, questions, crossing, most)),
+                          0u)
+                    << named.name << ", " << most;
+            }
+        }
+    }
+}
+
+TEST(Questions, HaveTheBitsOfBruteForce) { compare_with_brute_force(kStepBudget, 150); }
+
+TEST(Questions, HaveThemWhenTheyAreSuspendedAllTheTime) { compare_with_brute_force(150, 8); }
+
+}  // namespace
+}  // namespace mray::test

@@ -1,0 +1,39 @@
+// The answers to all questions about a scene's triangles, to be compared bit by bit.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/scene_queries.h"
+#include "tests/support/test_scene.h"
+
+namespace mray::test {
+
+/// Rays, each with a cursor, and points.
+struct Questions {
+    std::vector<Ray> rays;
+    std::vector<HitCursor> after;
+    std::vector<vec3> points;
+};
+
+/// Questions on which answers fail; cursors are at hits that `reference` finds, or before all.
+Questions mixed_questions(const TestScene& scene, const SceneQueries& reference, Crossing crossing,
+                          std::size_t count, std::uint64_t seed);
+
+struct Answers {
+    std::vector<std::uint64_t> counts;
+    HitLists lists;
+    std::vector<Hit> next;
+    std::vector<PointWinding> windings;
+    std::vector<ClosestTriangle> closest;
+    std::vector<ClosestTriangle> near;
+};
+
+/// Lists have at most `most` hits a ray.
+Answers answers_of(const SceneQueries& queries, const Questions& questions, Crossing crossing,
+                   std::uint32_t most);
+
+/// The number of answers that differ.
+std::size_t count_differences(const Answers& a, const Answers& b);
+
+}  // namespace mray::test
