@@ -2,12 +2,12 @@
 // closest points. Answers are pure functions of question and triangles, the same bits everywhere.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "common/interop/ray.h"
-#include "common/interop/winding_rule.h"
 
 namespace mray {
 
@@ -37,24 +37,23 @@ struct HitLists {
     }
 };
 
-/// How a closed mesh lies around a point.
-struct PointWinding {
-    /// Crossings of a half-line, each with the sign of its side. On the surface, that of a
-    /// neighbour of the point.
+/// Crossings of the half-line from a point along +z with the triangles that floats can decide
+/// (common/interop/winding_rule.h).
+struct FloatWinding {
+    /// Each crossing with the sign of its side.
     std::int32_t winding = 0;
     std::uint32_t crossings = 0;
-    /// Whether the point lies on a triangle.
-    bool is_on_surface = false;
 
-    /// Adds what exact_crossing() or cross_upwards() returned, for this many equal triangles.
-    void add(std::uint32_t crossed, std::uint32_t triangles = 1) {
-        const auto times = static_cast<std::int32_t>(triangles);
-        winding += (crossed & kCrossesUp) != 0 ? times : (crossed & kCrossesDown) != 0 ? -times : 0;
-        crossings += (crossed & (kCrossesUp | kCrossesDown)) != 0 ? triangles : 0;
-        is_on_surface |= (crossed & kIsOnTriangle) != 0;
-    }
+    bool operator==(const FloatWinding&) const = default;
+};
 
-    bool operator==(const PointWinding&) const = default;
+/// A triangle that floats cannot decide on for a point.
+struct UncertainCrossing {
+    /// Of the points of the call.
+    std::uint32_t point;
+    std::uint32_t prim_id;
+
+    auto operator<=>(const UncertainCrossing&) const = default;
 };
 
 /// The triangle closest to a point, the lowest prim_id of equally close ones; kNoPrim if there is
@@ -81,7 +80,10 @@ public:
     /// Finds the first hit of each ray after its cursor.
     virtual void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
                                  Crossing crossing, std::span<Hit> hits) const = 0;
-    virtual void wind(std::span<const vec3> points, std::span<PointWinding> windings) const = 0;
+    /// Finds the crossings that floats can decide, and appends the others to `uncertain`, in any
+    /// order: exact_crossing() decides on those.
+    virtual void wind(std::span<const vec3> points, std::span<FloatWinding> windings,
+                      std::vector<UncertainCrossing>& uncertain) const = 0;
     /// Finds the closest triangles whose squared distance is at most `most_d2`.
     virtual void closest(std::span<const vec3> points, float most_d2,
                          std::span<ClosestTriangle> closest) const = 0;

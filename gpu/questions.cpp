@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "common/base/errors.h"
 #include "common/interop/winding_rule.h"
 
 namespace mray::gpu {
@@ -41,19 +42,21 @@ std::uint32_t start_after(const HitCursor& after, Ray& ray) {
 
 }  // namespace
 
-/// Answers the questions that have been uploaded, as many as there are answers.
-void Questions::ask(const char* what, Kernel& kernel, std::uint32_t flags,
-                    std::span<uvec4> answers) const {
+/// Answers the questions that have been uploaded, as many as there are answers. Returns the number of
+/// pairs that the kernel has written to the pixels, or would have if there were room.
+std::uint32_t Questions::ask(const char* what, Kernel& kernel, std::uint32_t flags,
+                             std::span<uvec4> answers) const {
     kernels_.prepare({&kernel});
     QuestionArguments arguments = {.first = 0,
                                    .count = static_cast<std::uint32_t>(answers.size()),
                                    .round = kAskAll,
                                    .flags = flags,
                                    .repeated_count = scene_.repeated_count()};
-    passes_.ask(what, scene_, arguments, [&](VkCommandBuffer commands) {
+    const std::uint32_t found = passes_.ask(what, scene_, arguments, [&](VkCommandBuffer commands) {
         kernel.dispatch(commands, arguments, groups_of(arguments.count));
     });
     transfer_.download(passes_.hits(), std::as_writable_bytes(answers));
+    return found;
 }
 
 void Questions::count(std::span<const Ray> rays, Crossing crossing,
@@ -126,25 +129,52 @@ void Questions::list(std::span<const Ray> rays, Crossing crossing, std::uint32_t
     }
 }
 
-void Questions::wind(std::span<const vec3> points, std::span<PointWinding> windings) const {
+/// One part of the points. If there is no room for all uncertain crossings, it is divided.
+void Questions::wind(std::span<const vec3> points, std::span<FloatWinding> windings,
+                     std::vector<UncertainCrossing>& uncertain) const {
     start_();
-    std::vector<uvec4> asked;
-    std::vector<uvec4> answers;
     for_parts(points.size(), passes_.size().rays(), [&](std::size_t first, std::size_t size) {
-        asked.resize(size);
-        answers.resize(size);
-        for (std::size_t i = 0; i < size; ++i) {
-            const vec3 p = clipped_point(points[first + i]);
-            asked[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), 0};
-        }
-        transfer_.upload(std::as_bytes(std::span(asked)), passes_.rays());
-        ask("wind around points", kernels_.winding, 0, answers);
-        for (std::size_t i = 0; i < size; ++i) {
-            windings[first + i] = {.winding = static_cast<std::int32_t>(answers[i].x),
-                                   .crossings = answers[i].y,
-                                   .is_on_surface = answers[i].z != 0};
-        }
+        wind_part(points, first, size, windings, uncertain);
     });
+}
+
+void Questions::wind_part(std::span<const vec3> points, std::size_t first, std::size_t size,
+                          std::span<FloatWinding> windings,
+                          std::vector<UncertainCrossing>& uncertain) const {
+    std::vector<uvec4> asked(size);
+    std::vector<uvec4> answers(size);
+    for (std::size_t i = 0; i < size; ++i) {
+        const vec3 p = clipped_point(points[first + i]);
+        asked[i] = {floatBitsToUint(p.x), floatBitsToUint(p.y), floatBitsToUint(p.z), 0};
+    }
+    transfer_.upload(std::as_bytes(std::span(asked)), passes_.rays());
+    const std::uint32_t found = ask("wind around points", kernels_.winding, 0, answers);
+    const std::size_t room = passes_.size().rays() / 2;
+    if (found > room && size > 1) {
+        wind_part(points, first, size / 2, windings, uncertain);
+        wind_part(points, first + size / 2, size - size / 2, windings, uncertain);
+        return;
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+        windings[first + i] = {.winding = static_cast<std::int32_t>(answers[i].x),
+                               .crossings = answers[i].y};
+    }
+    if (found > room) {
+        throw Error(ErrorKind::kLimit,
+                    "Vulkan: more triangles meet in one place than the device has room for; ask "
+                    "the CPU backend");
+    }
+    std::vector<UncertainCrossing> pairs(found);
+    transfer_.download(passes_.pixels(), std::as_writable_bytes(std::span(pairs)));
+    // A question that was asked anew has found its triangles twice.
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    for (UncertainCrossing pair : pairs) {
+        pair.point += static_cast<std::uint32_t>(first);
+        uncertain.push_back(pair);
+        for (const RepeatedTriangle& repeat : scene_.repeats_of(pair.prim_id))
+            uncertain.push_back({pair.point, repeat.prim_id});
+    }
 }
 
 void Questions::closest(std::span<const vec3> points, float most_d2,

@@ -31,12 +31,17 @@ public:
               HitLists& lists) const override;
     void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
                          Crossing crossing, std::span<Hit> hits) const override;
-    void wind(std::span<const vec3> points, std::span<PointWinding> windings) const override;
+    void wind(std::span<const vec3> points, std::span<FloatWinding> windings,
+              std::vector<UncertainCrossing>& uncertain) const override;
     void closest(std::span<const vec3> points, float most_d2,
                  std::span<ClosestTriangle> closest) const override;
 
 private:
-    void ask(const char* what, Kernel& kernel, std::uint32_t flags, std::span<uvec4> answers) const;
+    std::uint32_t ask(const char* what, Kernel& kernel, std::uint32_t flags,
+                      std::span<uvec4> answers) const;
+    void wind_part(std::span<const vec3> points, std::size_t first, std::size_t size,
+                   std::span<FloatWinding> windings,
+                   std::vector<UncertainCrossing>& uncertain) const;
 
     Transfer& transfer_;
     Kernels& kernels_;

@@ -51,7 +51,7 @@ void RayPasses::add_to(Bindings& bindings) const {
 }
 
 void RayPasses::record(VkCommandBuffer commands, const RayPass& pass, std::uint32_t number) const {
-    record_part(commands, 0, pass.dispatch, number);
+    record_part(commands, Reset::kAll, pass.dispatch, number);
 }
 
 bool RayPasses::is_incomplete(const RayPass& pass, std::uint32_t number) const {
@@ -78,14 +78,16 @@ double RayPasses::run(const RayPass& pass, Kernels& kernels, const SceneBuffers&
 double RayPasses::compact(const Record& dispatch, std::uint32_t& visible_count) {
     const char* const what = "list visible pixels";
     const double device_ms = context_.submit(
-        what, [&](VkCommandBuffer commands) { record_part(commands, 0, dispatch, 0); });
+        what, [&](VkCommandBuffer commands) { record_part(commands, Reset::kAll, dispatch, 0); });
     visible_count = header(what, 0).visible_count;
     return device_ms;
 }
 
-void RayPasses::record_part(VkCommandBuffer commands, VkDeviceSize reset_offset,
-                            const Record& dispatch, std::uint32_t number) const {
-    vkCmdFillBuffer(commands, work_.get(), reset_offset, sizeof(WorkHeader) - reset_offset, 0);
+void RayPasses::record_part(VkCommandBuffer commands, Reset reset, const Record& dispatch,
+                            std::uint32_t number) const {
+    const bool is_all = reset == Reset::kAll;
+    vkCmdFillBuffer(commands, work_.get(), is_all ? 0 : offsetof(WorkHeader, unfinished_count),
+                    is_all ? sizeof(WorkHeader) : sizeof(WorkHeader::unfinished_count), 0);
     // Writer: the fill; reader and writer: the kernel's counters.
     barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
             VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
@@ -137,7 +139,7 @@ double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_h
                 kernels.resume.dispatch(commands, arguments, groups);
             };
             device_ms += context_.submit(what, [&](VkCommandBuffer commands) {
-                record_part(commands, offsetof(WorkHeader, unfinished_count), round, 0);
+                record_part(commands, Reset::kUnfinished, round, 0);
             });
             unfinished = header(what, 0).unfinished_count != 0;
         }
@@ -145,10 +147,10 @@ double RayPasses::resume(Kernels& kernels, const SceneBuffers& scene, bool any_h
     return device_ms;
 }
 
-double RayPasses::ask(const char* what, const SceneBuffers& scene, QuestionArguments& arguments,
-                      const Record& dispatch) {
-    double device_ms = context_.submit(
-        what, [&](VkCommandBuffer commands) { record_part(commands, 0, dispatch, 0); });
+std::uint32_t RayPasses::ask(const char* what, const SceneBuffers& scene,
+                             QuestionArguments& arguments, const Record& dispatch) {
+    context_.submit(
+        what, [&](VkCommandBuffer commands) { record_part(commands, Reset::kAll, dispatch, 0); });
     const std::uint32_t count = header(what, 0).suspended_count;
     // A question visits each node and each triangle at most once, and a round takes a step.
     const std::uint64_t max_rounds =
@@ -163,13 +165,13 @@ double RayPasses::ask(const char* what, const SceneBuffers& scene, QuestionArgum
                 throw Error(ErrorKind::kInternal,
                             "Vulkan: a traversal does not end; the tree is not sound");
             }
-            device_ms += context_.submit(what, [&](VkCommandBuffer commands) {
-                record_part(commands, offsetof(WorkHeader, unfinished_count), dispatch, 0);
+            context_.submit(what, [&](VkCommandBuffer commands) {
+                record_part(commands, Reset::kUnfinished, dispatch, 0);
             });
             unfinished = header(what, 0).unfinished_count != 0;
         }
     }
-    return device_ms;
+    return header(what, 0).visible_count;
 }
 
 }  // namespace mray::gpu

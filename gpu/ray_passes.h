@@ -49,10 +49,10 @@ public:
     double run(const RayPass& pass, Kernels& kernels, const SceneBuffers& scene);
 
     /// Submits `dispatch`, which asks as `arguments` say, and again, with arguments of its own,
-    /// until all questions have answers. Returns milliseconds on the device. Throws
-    /// Error(kInternal) if a tree is broken.
-    double ask(const char* what, const SceneBuffers& scene, QuestionArguments& arguments,
-               const Record& dispatch);
+    /// until all questions have answers. Returns the pairs that it found
+    /// (WorkHeader::visible_count). Throws Error(kInternal) if a tree is broken.
+    std::uint32_t ask(const char* what, const SceneBuffers& scene, QuestionArguments& arguments,
+                      const Record& dispatch);
 
     /// Submits a dispatch of `compact`. Returns milliseconds on the device, and the number of
     /// visible pixels in `visible_count`.
@@ -62,7 +62,9 @@ public:
     static constexpr std::uint32_t kMostPasses = 2;
 
 private:
-    void record_part(VkCommandBuffer commands, VkDeviceSize reset_offset, const Record& dispatch,
+    /// The counters that a dispatch begins with at 0.
+    enum class Reset { kAll, kUnfinished };
+    void record_part(VkCommandBuffer commands, Reset reset, const Record& dispatch,
                      std::uint32_t number) const;
     WorkHeader header(const char* what, std::uint32_t number) const;
     double resume(Kernels& kernels, const SceneBuffers& scene, bool any_hit, std::uint32_t count);

@@ -32,6 +32,10 @@ public:
     std::uint32_t repeated_count() const {
         return static_cast<std::uint32_t>(tree_.repeated.size());
     }
+    /// The triangles that `first` stands for besides itself.
+    std::span<const RepeatedTriangle> repeats_of(std::uint32_t first) const {
+        return mray::repeats_of(tree_.repeated, first);
+    }
     /// Bvh::level_begin.
     const std::vector<std::uint32_t>& level_begin() const { return tree_.level_begin; }
 

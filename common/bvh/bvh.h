@@ -43,11 +43,15 @@ struct Bvh {
 inline constexpr std::uint32_t kNoParent = 0xFFFFFFFFu;
 
 /// The triangles that `first` stands for besides itself.
-inline std::span<const RepeatedTriangle> repeats_of(const Bvh& bvh, std::uint32_t first) {
+inline std::span<const RepeatedTriangle> repeats_of(std::span<const RepeatedTriangle> repeated,
+                                                    std::uint32_t first) {
     const auto [begin, end] = std::equal_range(
-        bvh.repeated.begin(), bvh.repeated.end(), RepeatedTriangle{first, 0},
+        repeated.begin(), repeated.end(), RepeatedTriangle{first, 0},
         [](const RepeatedTriangle& a, const RepeatedTriangle& b) { return a.first < b.first; });
     return {begin, end};
+}
+inline std::span<const RepeatedTriangle> repeats_of(const Bvh& bvh, std::uint32_t first) {
+    return repeats_of(std::span(bvh.repeated), first);
 }
 
 /// Adds triangles to those that a tree has in no leaf.

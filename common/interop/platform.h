@@ -56,12 +56,6 @@ inline uint to_uint(float x) { return static_cast<uint>(x); }
 inline uint floatBitsToUint(float x) { return std::bit_cast<uint>(x); }
 inline float uintBitsToFloat(uint x) { return std::bit_cast<float>(x); }
 inline float abs(float x) { return std::fabs(x); }
-/// a * b = high * 2^32 + low.
-inline void multiply_extended(uint a, uint b, uint& high, uint& low) {
-    const std::uint64_t product = std::uint64_t{a} * b;
-    high = static_cast<uint>(product >> 32);
-    low = static_cast<uint>(product);
-}
 }  // namespace mray
 
 #else
@@ -82,7 +76,6 @@ inline void multiply_extended(uint a, uint b, uint& high, uint& low) {
 #define broadcast(x) (x)
 #define to_float(x) float(x)
 #define to_uint(x) uint(x)
-#define multiply_extended(a, b, high, low) umulExtended(a, b, high, low)
 
 #endif
 

@@ -81,52 +81,57 @@ HWY_INLINE std::uint32_t slots_above(const Node& node, const lanes::Float3& p) {
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
         const std::size_t i = v * kLanes;
-        const Mask met = ((load_unaligned(node.lower_x + i) <= p.x) &
-                          (p.x <= load_unaligned(node.upper_x + i))) &
-                         ((load_unaligned(node.lower_y + i) <= p.y) &
-                          (p.y <= load_unaligned(node.upper_y + i))) &
-                         (p.z <= load_unaligned(node.upper_z + i));
+        const Mask met = lanes::may_cross_in(
+            p,
+            {load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
+             load_unaligned(node.lower_z + i)},
+            {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
+             load_unaligned(node.upper_z + i)});
         slots |= bits_of(met) << i;
     }
     return slots;
 }
 
-HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, vec3 point,
-                                 const lanes::Float3& p, PointWinding& winding) {
-    const auto add = [&](std::uint32_t slot, std::uint32_t crossed) {
-        const std::size_t repeats = repeats_of(bvh, leaf.prim_id[slot]).size();
-        winding.add(crossed, 1 + static_cast<std::uint32_t>(repeats));
-    };
+/// Counts the crossings of a point with a leaf's triangles; uncertain(prim_id) is called for those
+/// that floats cannot decide on.
+template <class Uncertain>
+HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::Float3& p,
+                                 FloatWinding& winding, Uncertain uncertain) {
     for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
                                 const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
         const lanes::FloatCrossing crossing = lanes::float_crossing(p, a, b, c);
-        const Mask is_up = crossing.is_up & used;
-        const Mask is_down = crossing.is_down & used;
+        const auto for_each_prim = [&](Mask of, auto visit) HWY_ATTR {
+            for (std::uint32_t bits = bits_of(of & used); bits != 0; bits &= bits - 1) {
+                const auto lane = static_cast<std::uint32_t>(std::countr_zero(bits));
+                const std::uint32_t prim_id = leaf.prim_id[slot_of(lane)];
+                visit(prim_id);
+                for (const RepeatedTriangle& repeat : repeats_of(bvh, prim_id))
+                    visit(repeat.prim_id);
+            }
+        };
         if (bvh.repeated.empty()) [[likely]] {
-            const auto up = static_cast<std::int32_t>(count(is_up));
-            const auto down = static_cast<std::int32_t>(count(is_down));
+            const auto up = static_cast<std::int32_t>(count(crossing.is_up & used));
+            const auto down = static_cast<std::int32_t>(count(crossing.is_down & used));
             winding.winding += up - down;
             winding.crossings += static_cast<std::uint32_t>(up + down);
         } else {
-            for (std::uint32_t bits = bits_of(is_up); bits != 0; bits &= bits - 1)
-                add(slot_of(static_cast<std::uint32_t>(std::countr_zero(bits))), kCrossesUp);
-            for (std::uint32_t bits = bits_of(is_down); bits != 0; bits &= bits - 1)
-                add(slot_of(static_cast<std::uint32_t>(std::countr_zero(bits))), kCrossesDown);
+            for_each_prim(crossing.is_up, [&](std::uint32_t) {
+                ++winding.winding;
+                ++winding.crossings;
+            });
+            for_each_prim(crossing.is_down, [&](std::uint32_t) {
+                --winding.winding;
+                ++winding.crossings;
+            });
         }
-        const Mask uncertain = crossing.is_uncertain & used;
-        if (none(uncertain)) return;
-        for (std::uint32_t bits = bits_of(uncertain); bits != 0; bits &= bits - 1) {
-            const std::uint32_t slot = slot_of(static_cast<std::uint32_t>(std::countr_zero(bits)));
-            add(slot, exact_crossing(point, leaf_position(leaf, slot, 0),
-                                     leaf_position(leaf, slot, 1), leaf_position(leaf, slot, 2)));
-        }
+        for_each_prim(crossing.is_uncertain, uncertain);
     });
 }
 
-HWY_INLINE PointWinding wind_around(const Bvh& bvh, vec3 any_point) {
-    PointWinding winding;
-    const vec3 point = clipped_point(any_point);
-    const lanes::Float3 p(point);
+template <class Uncertain>
+HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, Uncertain uncertain) {
+    FloatWinding winding;
+    const lanes::Float3 p(clipped_point(point));
     std::uint32_t stack[kMaxStack];
     stack[0] = 0;
     for (std::size_t size = 1; size > 0;) {
@@ -135,7 +140,7 @@ HWY_INLINE PointWinding wind_around(const Bvh& bvh, vec3 any_point) {
         const std::uint32_t leaves = leaf_slots(node);
         for (std::uint32_t slots = met & leaves; slots != 0; slots &= slots - 1) {
             const std::uint32_t leaf = node.child[std::countr_zero(slots)] & ~kLeafBit;
-            wind_around_leaf(bvh, bvh.leaves[leaf], point, p, winding);
+            wind_around_leaf(bvh, bvh.leaves[leaf], p, winding, uncertain);
         }
         for (std::uint32_t slots = met & ~leaves; slots != 0; slots &= slots - 1) {
             assert(size < kMaxStack);

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
@@ -48,8 +49,13 @@ void find_next_hits(const Bvh& bvh, std::span<const Ray> rays, std::span<const H
     }
 }
 
-void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<PointWinding> windings) {
-    for (std::size_t i = 0; i < points.size(); ++i) windings[i] = wind_around(bvh, points[i]);
+void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<FloatWinding> windings,
+                 std::vector<UncertainCrossing>& uncertain) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        windings[i] = wind_around(bvh, points[i], [&](std::uint32_t prim_id) {
+            uncertain.push_back({static_cast<std::uint32_t>(i), prim_id});
+        });
+    }
 }
 
 void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points, float most_d2,

@@ -49,9 +49,10 @@ void TreeQueries::intersect_after(std::span<const Ray> rays, std::span<const Hit
     after_(*bvh_, rays, after, crossing, hits);
 }
 
-void TreeQueries::wind(std::span<const vec3> points, std::span<PointWinding> windings) const {
+void TreeQueries::wind(std::span<const vec3> points, std::span<FloatWinding> windings,
+                       std::vector<UncertainCrossing>& uncertain) const {
     assert(points.size() == windings.size());
-    wind_(*bvh_, points, windings);
+    wind_(*bvh_, points, windings, uncertain);
 }
 
 void TreeQueries::closest(std::span<const vec3> points, float most_d2,

@@ -22,7 +22,8 @@ public:
               HitLists& lists) const override;
     void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
                          Crossing crossing, std::span<Hit> hits) const override;
-    void wind(std::span<const vec3> points, std::span<PointWinding> windings) const override;
+    void wind(std::span<const vec3> points, std::span<FloatWinding> windings,
+              std::vector<UncertainCrossing>& uncertain) const override;
     void closest(std::span<const vec3> points, float most_d2,
                  std::span<ClosestTriangle> closest) const override;
 
@@ -31,7 +32,8 @@ private:
     using List = void (*)(const Bvh&, std::span<const Ray>, Crossing, std::uint32_t, HitLists&);
     using After = void (*)(const Bvh&, std::span<const Ray>, std::span<const HitCursor>, Crossing,
                            std::span<Hit>);
-    using Wind = void (*)(const Bvh&, std::span<const vec3>, std::span<PointWinding>);
+    using Wind = void (*)(const Bvh&, std::span<const vec3>, std::span<FloatWinding>,
+                          std::vector<UncertainCrossing>&);
     using Closest = void (*)(const Bvh&, std::span<const vec3>, float, std::span<ClosestTriangle>);
 
     const Bvh* bvh_;

@@ -68,14 +68,24 @@ void BruteQueries::intersect_after(std::span<const Ray> rays, std::span<const Hi
     }
 }
 
-void BruteQueries::wind(std::span<const vec3> points, std::span<PointWinding> windings) const {
+void BruteQueries::wind(std::span<const vec3> points, std::span<FloatWinding> windings,
+                        std::vector<UncertainCrossing>& uncertain) const {
     for (std::size_t i = 0; i < points.size(); ++i) {
         windings[i] = {};
         const vec3 p = clipped_point(points[i]);
+        std::uint32_t prim_id = 0;
         for (const uvec3& t : topology_->triangles) {
-            const uint crossed =
-                cross_upwards(p, positions_[t.x], positions_[t.y], positions_[t.z]);
-            windings[i].add(crossed);
+            const vec3 a = positions_[t.x];
+            const vec3 b = positions_[t.y];
+            const vec3 c = positions_[t.z];
+            if (finite_vertices(a, b, c)) {
+                const FloatCrossing crossing = float_crossing(p, a, b, c);
+                windings[i].winding += crossing.is_up - crossing.is_down;
+                windings[i].crossings += crossing.is_up || crossing.is_down;
+                if (crossing.is_uncertain)
+                    uncertain.push_back({static_cast<std::uint32_t>(i), prim_id});
+            }
+            ++prim_id;
         }
     }
 }

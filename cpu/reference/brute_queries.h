@@ -20,7 +20,8 @@ public:
               HitLists& lists) const override;
     void intersect_after(std::span<const Ray> rays, std::span<const HitCursor> after,
                          Crossing crossing, std::span<Hit> hits) const override;
-    void wind(std::span<const vec3> points, std::span<PointWinding> windings) const override;
+    void wind(std::span<const vec3> points, std::span<FloatWinding> windings,
+              std::vector<UncertainCrossing>& uncertain) const override;
     void closest(std::span<const vec3> points, float most_d2,
                  std::span<ClosestTriangle> closest) const override;
 

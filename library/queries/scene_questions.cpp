@@ -9,6 +9,7 @@
 
 #include "common/base/errors.h"
 #include "common/interop/closest_rule.h"
+#include "common/scene/exact_crossing.h"
 #include "library/queries/point_order.h"
 #include "library/scene/errors.h"
 
@@ -30,10 +31,22 @@ bool is_finite(const Vec3& p) {
     return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-bool is_inside(const mray::PointWinding& winding, FillRule rule) {
-    if (winding.is_on_surface) return true;
-    return rule == FillRule::nonzero ? winding.winding != 0 : (winding.crossings & 1) != 0;
-}
+/// The crossings of a half-line from a point.
+struct PointWinding {
+    std::int32_t winding = 0;
+    std::uint32_t crossings = 0;
+    bool is_on_surface = false;
+
+    void add(const mray::ExactCrossing& crossing) {
+        winding += crossing.sign;
+        crossings += crossing.sign != 0;
+        is_on_surface |= crossing.is_on_triangle;
+    }
+    bool is_inside(FillRule rule) const {
+        if (is_on_surface) return true;
+        return rule == FillRule::nonzero ? winding != 0 : (crossings & 1) != 0;
+    }
+};
 
 /// At most RaySpace::kMost rays in scene space.
 struct SceneRun {
@@ -178,8 +191,8 @@ SceneQuestions::ScenePoints SceneQuestions::to_scene(std::span<const Vec3> point
     return result;
 }
 
-/// Asks find(scene, points, answers) about the points in their order, and calls visit(i, answer)
-/// for each of them that is within reach.
+/// Asks find(scene, points, answers, index) about the points in their order, where index(i) is the
+/// number of points[i] among all, and calls visit(i, answer) for each of them that is within reach.
 template <class Answer, class Find, class Visit>
 void SceneQuestions::ask_points(const ScenePoints& points, const std::atomic<bool>* cancel,
                                 Find find, Visit visit) const {
@@ -191,19 +204,33 @@ void SceneQuestions::ask_points(const ScenePoints& points, const std::atomic<boo
                          return points.order.empty() ? begin + i : points.order[begin + i];
                      };
                      for (std::size_t i = 0; i < size; ++i) asked[i] = points.points[index(i)];
-                     find(scene, std::span<const mray::vec3>(asked), std::span(answers));
+                     find(scene, std::span<const mray::vec3>(asked), std::span(answers), index);
                      for (std::size_t i = 0; i < size; ++i)
                          if (points.is_within[index(i)] != 0) visit(index(i), answers[i]);
                  });
 }
 
+/// Finds the crossings of points, exactly, and calls visit(i, winding) for each of them that is
+/// within reach.
 template <class Visit>
-void SceneQuestions::wind(const ScenePoints& points, const std::atomic<bool>* cancel,
-                          Visit visit) const {
-    ask_points<mray::PointWinding>(
+void SceneQuestions::wind(std::span<const Vec3> world, const ScenePoints& points,
+                          const std::atomic<bool>* cancel, Visit visit) const {
+    ask_points<PointWinding>(
         points, cancel,
-        [](const mray::SceneQueries& scene, auto asked, auto answers) {
-            scene.wind(asked, answers);
+        [&](const mray::SceneQueries& scene, auto asked, auto answers, auto index) {
+            std::vector<mray::FloatWinding> windings(asked.size());
+            std::vector<mray::UncertainCrossing> uncertain;
+            scene.wind(asked, windings, uncertain);
+            for (std::size_t i = 0; i < answers.size(); ++i)
+                answers[i] = {windings[i].winding, windings[i].crossings, false};
+            for (const mray::UncertainCrossing& one : uncertain) {
+                const std::size_t at = index(one.point);
+                if (points.is_within[at] == 0) continue;
+                const mray::uvec3 t = meshes_.topology().triangles[one.prim_id];
+                answers[one.point].add(mray::exact_crossing(
+                    {world[at].x, world[at].y, world[at].z}, pose_.world_position(t.x),
+                    pose_.world_position(t.y), pose_.world_position(t.z)));
+            }
         },
         visit);
 }
@@ -213,7 +240,7 @@ void SceneQuestions::find_closest(const ScenePoints& points, float most_d2,
                                   const std::atomic<bool>* cancel, Visit visit) const {
     ask_points<mray::ClosestTriangle>(
         points, cancel,
-        [most_d2](const mray::SceneQueries& scene, auto asked, auto answers) {
+        [most_d2](const mray::SceneQueries& scene, auto asked, auto answers, auto) {
             scene.closest(asked, most_d2, answers);
         },
         visit);
@@ -222,15 +249,15 @@ void SceneQuestions::find_closest(const ScenePoints& points, float most_d2,
 void SceneQuestions::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
                              const std::atomic<bool>* cancel) const {
     std::fill(windings.begin(), windings.end(), 0);
-    wind(to_scene(points), cancel,
-         [&](std::size_t i, const mray::PointWinding& winding) { windings[i] = winding.winding; });
+    wind(points, to_scene(points), cancel,
+         [&](std::size_t i, const PointWinding& winding) { windings[i] = winding.winding; });
 }
 
 void SceneQuestions::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside,
                               FillRule rule, const std::atomic<bool>* cancel) const {
     std::fill(inside.begin(), inside.end(), std::uint8_t{0});
-    wind(to_scene(points), cancel, [&](std::size_t i, const mray::PointWinding& winding) {
-        inside[i] = is_inside(winding, rule) ? 1 : 0;
+    wind(points, to_scene(points), cancel, [&](std::size_t i, const PointWinding& winding) {
+        inside[i] = winding.is_inside(rule) ? 1 : 0;
     });
 }
 
@@ -289,10 +316,10 @@ void SceneQuestions::signed_distance(std::span<const Vec3> points, std::span<flo
                      if (found.prim_id != mray::kNoPrim)
                          distances[i] = static_cast<float>(distance_of(found.d2));
                  });
-    wind(asked, cancel, [&](std::size_t i, const mray::PointWinding& winding) {
+    wind(points, asked, cancel, [&](std::size_t i, const PointWinding& winding) {
         if (winding.is_on_surface) {
             distances[i] = 0;
-        } else if (is_inside(winding, rule)) {
+        } else if (winding.is_inside(rule)) {
             distances[i] = -distances[i];
         }
     });

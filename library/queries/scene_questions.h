@@ -49,7 +49,8 @@ private:
     void ask_points(const ScenePoints& points, const std::atomic<bool>* cancel, Find find,
                     Visit visit) const;
     template <class Visit>
-    void wind(const ScenePoints& points, const std::atomic<bool>* cancel, Visit visit) const;
+    void wind(std::span<const Vec3> world, const ScenePoints& points,
+              const std::atomic<bool>* cancel, Visit visit) const;
     template <class Visit>
     void find_closest(const ScenePoints& points, float most_d2, const std::atomic<bool>* cancel,
                       Visit visit) const;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 
 #include "cpu/scene_space/scene_positions.h"
 
@@ -236,6 +237,15 @@ std::vector<mray::IndexRange> PoseReader::read(const MeshList& meshes, const Mes
                                                mray::ThreadArena& arena) {
     const Piece piece{&mesh, first, count};
     return read_pieces(meshes, {&piece, 1}, arena);
+}
+
+mray::vec3 PoseReader::world_position(std::uint32_t vertex) const {
+    const auto after = kept_.upper_bound(vertex);
+    if (after != kept_.begin()) {
+        const auto& [first, positions] = *std::prev(after);
+        if (vertex - first < positions.size()) return positions[vertex - first];
+    }
+    return space_.to_world(positions_[vertex]);
 }
 
 }  // namespace morphray::detail

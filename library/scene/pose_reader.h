@@ -34,6 +34,9 @@ public:
     /// The bounds that the space follows; empty before there is a position.
     const mray::WorldBounds& bounds() const { return bounds_; }
     std::span<const mray::vec3> positions() const { return positions_; }
+    /// The position of a vertex in world space, as it was read; its position in scene space is
+    /// finite.
+    mray::vec3 world_position(std::uint32_t vertex) const;
 
     /// Reads the positions of a list of meshes that was made by changes of the list `before`, or of
     /// a first list (null). Meshes that do not deform and were in the list before are not read.

@@ -1,5 +1,6 @@
-// How meshes wind around points (common/interop/winding_rule.h), one point a lane. The answer:
-// winding, number of crossings, 1 for a point on the surface.
+// Crossings of half-lines that floats can decide (common/interop/winding_rule.h), one point a lane.
+// The answer: winding, number of crossings. The triangles that they cannot decide on are listed as
+// pairs of a point and a triangle, as long as there is room for them.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shaders/base/exact.glsl"
@@ -9,41 +10,43 @@
 #include "shaders/queries/question.glsl"
 
 layout(binding = kBindRays) uniform usamplerBuffer points;
+layout(std430, binding = kBindPixels) writeonly buffer Pairs { uvec2 pairs[]; };
 
 uvec4 answer;
 vec3 point;
+uint point_index;
 
 bool meets(vec3 lower, vec3 upper, out uint key) {
     key = 0u;
-    return lower.x <= point.x && point.x <= upper.x && lower.y <= point.y && point.y <= upper.y &&
-           point.z <= upper.z;
+    return may_cross_in(point, lower, upper);
 }
 
 bool is_over(uint key) { return false; }
 
+void list_uncertain(uint prim_id);
+
 uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
     if (!finite_vertices(a, b, c)) return 0u;
     FloatCrossing crossing = float_crossing(point, a, b, c);
-    uint crossed = crossing.is_up ? kCrossesUp : crossing.is_down ? kCrossesDown : 0u;
-    uint steps = 0u;
-    if (crossing.is_uncertain) {
-        crossed = exact_crossing(point, a, b, c);
-        steps = kExactCrossingSteps;
-    }
-    if (crossed == 0u) return steps;
-    uint times = (crossed & (kCrossesUp | kCrossesDown)) != 0u ? 1u + count_repeats(prim_id) : 0u;
-    answer.x += (crossed & kCrossesUp) != 0u ? times : 0u - times;
+    if (crossing.is_uncertain) list_uncertain(prim_id);
+    if (!crossing.is_up && !crossing.is_down) return 0u;
+    uint times = 1u + count_repeats(prim_id);
+    answer.x += crossing.is_up ? times : 0u - times;
     answer.y += times;
-    answer.z |= (crossed & kIsOnTriangle) != 0u ? 1u : 0u;
-    return steps + kRepeatsSteps;
+    return kRepeatsSteps;
 }
 
 #include "shaders/queries/visits.glsl"
 
+/// The order of the list depends on the schedule; what is in it does not.
+void list_uncertain(uint prim_id) {
+    uint place = atomicAdd(work.header.visible_count, 1u);
+    if (place < uint(pairs.length())) pairs[place] = uvec2(point_index, prim_id);
+}
+
 void main() {
-    uint question;
-    if (!find_question(question)) return;
-    point = uintBitsToFloat(texelFetch(points, int(question)).xyz);
+    if (!find_question(point_index)) return;
+    point = uintBitsToFloat(texelFetch(points, int(point_index)).xyz);
     answer = uvec4(0u);
-    ask(question);
+    ask(point_index);
 }

@@ -34,7 +34,8 @@ Answers answers_of(const SceneQueries& queries, const Questions& questions, Cros
     a.next.resize(questions.rays.size());
     queries.intersect_after(questions.rays, questions.after, crossing, a.next);
     a.windings.resize(questions.points.size());
-    queries.wind(questions.points, a.windings);
+    queries.wind(questions.points, a.windings, a.uncertain);
+    std::sort(a.uncertain.begin(), a.uncertain.end());
     a.closest.resize(questions.points.size());
     queries.closest(questions.points, kAny, a.closest);
     a.near.resize(questions.points.size());
@@ -44,6 +45,7 @@ Answers answers_of(const SceneQueries& queries, const Questions& questions, Cros
 
 std::size_t count_differences(const Answers& a, const Answers& b) {
     std::size_t different = a.lists.hits.size() != b.lists.hits.size();
+    different += a.uncertain != b.uncertain;
     for (std::size_t i = 0; i < a.counts.size(); ++i) {
         different += a.counts[i] != b.counts[i];
         different += a.lists.listed[i] != b.lists.listed[i] || a.lists.total[i] != b.lists.total[i];

@@ -24,7 +24,9 @@ struct Answers {
     std::vector<std::uint64_t> counts;
     HitLists lists;
     std::vector<Hit> next;
-    std::vector<PointWinding> windings;
+    std::vector<FloatWinding> windings;
+    /// Ascending.
+    std::vector<UncertainCrossing> uncertain;
     std::vector<ClosestTriangle> closest;
     std::vector<ClosestTriangle> near;
 };
