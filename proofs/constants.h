@@ -9,6 +9,7 @@
 #include "common/interop/constants.h"
 #include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
+#include "common/interop/winding_rule.h"
 #include "cpu/single_ray/slab_bounds.h"
 #include "proofs/bounds.h"
 
@@ -36,6 +37,9 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kProjectedSnap),
     PROOFS_CONSTANT(kFastProjectionError),
     PROOFS_CONSTANT(kFastProjectionFloor),
+    PROOFS_CONSTANT(kCoordinateError),
+    PROOFS_CONSTANT(kWindingEdgeError),
+    PROOFS_CONSTANT(kWindingHeightError),
     PROOFS_CONSTANT(kWeightRounding),
     PROOFS_CONSTANT(kMeanRounding),
     PROOFS_CONSTANT(kHugeReciprocal),

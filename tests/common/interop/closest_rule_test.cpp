@@ -1,0 +1,137 @@
+#include "common/interop/closest_rule.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include "common/bvh/box.h"
+#include "tests/support/same_bits.h"
+#include "tests/support/test_scene.h"
+
+namespace mray::test {
+namespace {
+
+using glm::dvec3;
+
+double exact_distance_to_edge(dvec3 a, dvec3 b) {
+    const dvec3 e = b - a;
+    const double length2 = glm::dot(e, e);
+    const double s = length2 > 0 ? std::clamp(-glm::dot(a, e) / length2, 0.0, 1.0) : 0;
+    return glm::length(a + s * e);
+}
+
+/// The distance of a triangle, in doubles: exact for the floats that are compared with it.
+double exact_distance(vec3 p, vec3 pa, vec3 pb, vec3 pc) {
+    const dvec3 a = dvec3(pa) - dvec3(p);
+    const dvec3 b = dvec3(pb) - dvec3(p);
+    const dvec3 c = dvec3(pc) - dvec3(p);
+    double least = std::min(
+        {exact_distance_to_edge(a, b), exact_distance_to_edge(b, c), exact_distance_to_edge(c, a)});
+    const dvec3 n = glm::cross(b - a, c - a);
+    const double size = glm::length(n);
+    if (size > 0 && glm::dot(n, glm::cross(b, c)) > 0 && glm::dot(n, glm::cross(c, a)) > 0 &&
+        glm::dot(n, glm::cross(a, b)) > 0)
+        least = std::min(least, std::abs(glm::dot(n, a)) / size);
+    return least;
+}
+
+/// A triangle of some shape and size, and a point somewhere around it.
+struct Case {
+    vec3 p, a, b, c;
+};
+
+vec3 snapped(dvec3 p) { return snap_point(vec3(p)); }
+
+Case random_case(Random& random) {
+    const auto some = [&](double size) {
+        return dvec3(random.real(-size, size), random.real(-size, size), random.real(-size, size));
+    };
+    const dvec3 centre = some(std::exp2(random.real(-10, 19)));
+    const double size = std::exp2(random.real(-10, 18));
+    dvec3 a = centre + some(size);
+    dvec3 b = centre + some(size);
+    dvec3 c = centre + some(size);
+    // Needles and caps, down to no area.
+    const double thin = std::exp2(random.real(-40, 0));
+    const double at = random.real(-0.2, 1.2);
+    if (random.below(2) == 0) c = a + at * (b - a) + thin * (c - a);
+    const double u = random.real(-0.5, 1.5);
+    const double v = random.real(-0.5, 1.5);
+    dvec3 p = a + u * (b - a) + v * (c - a) + some(size * std::exp2(random.real(-30, 4)));
+    if (random.below(8) == 0) p = some(0x1p+21);
+    return {snapped(p), snapped(a), snapped(b), snapped(c)};
+}
+
+TEST(ClosestRule, IsWithinItsBoundOfTheExactDistance) {
+    Random random(3);
+    double largest = 0;
+    for (int i = 0; i < 2000000; ++i) {
+        const Case one = random_case(random);
+        const double found = std::sqrt(double{closest_on_triangle(one.p, one.a, one.b, one.c).d2});
+        const double exact = exact_distance(one.p, one.a, one.b, one.c);
+        const double size = std::max({glm::length(dvec3(one.a) - dvec3(one.p)),
+                                      glm::length(dvec3(one.b) - dvec3(one.p)),
+                                      glm::length(dvec3(one.c) - dvec3(one.p))});
+        if (size > 0) largest = std::max(largest, std::abs(found - exact) / size);
+    }
+    EXPECT_LT(largest, 0x1p-21);
+    RecordProperty("largest_error_in_2^-24", std::to_string(largest * 0x1p+24));
+}
+
+TEST(ClosestRule, IsNotNearerThanAnyBoxAroundTheTriangle) {
+    Random random(4);
+    std::size_t nearer = 0;
+    for (int i = 0; i < 500000; ++i) {
+        const Case one = random_case(random);
+        Box box;
+        for (const vec3& corner : {one.a, one.b, one.c}) box.extend(corner);
+        const float least = box_distance2(one.p, box.lower, box.upper);
+        nearer += closest_on_triangle(one.p, one.a, one.b, one.c).d2 < least;
+        const Box larger = padded(box);
+        nearer += least < box_distance2(one.p, larger.lower, larger.upper);
+    }
+    EXPECT_EQ(nearer, 0u);
+}
+
+TEST(ClosestRule, GivesAnEdgeTheSameBitsInAllTriangles) {
+    Random random(5);
+    std::size_t different = 0;
+    for (int i = 0; i < 200000; ++i) {
+        const Case one = random_case(random);
+        const vec3 a = one.a - one.p;
+        const vec3 b = one.b - one.p;
+        const NearPoint there = closest_on_edge(a, b);
+        const NearPoint back = closest_on_edge(b, a);
+        different +=
+            std::bit_cast<std::uint32_t>(there.d2) != std::bit_cast<std::uint32_t>(back.d2);
+        different += !(there.offset == back.offset);
+    }
+    EXPECT_EQ(different, 0u);
+}
+
+TEST(ClosestRule, TellsFacesEdgesAndVertices) {
+    const vec3 a(0, 0, 0);
+    const vec3 b(4, 0, 0);
+    const vec3 c(0, 4, 0);
+    const NearPoint face = closest_on_triangle({1, 1, 3}, a, b, c);
+    EXPECT_EQ(face.d2, 9);
+    EXPECT_EQ(face.u, 0.25f);
+    EXPECT_EQ(face.v, 0.25f);
+    const NearPoint edge = closest_on_triangle({1, -2, 0}, a, b, c);
+    EXPECT_EQ(edge.d2, 4);
+    EXPECT_EQ(edge.u, 0.25f);
+    EXPECT_EQ(edge.v, 0);
+    const NearPoint hypotenuse = closest_on_triangle({4, 4, 0}, a, b, c);
+    EXPECT_EQ(hypotenuse.u + hypotenuse.v, 1);
+    const NearPoint vertex = closest_on_triangle({-1, 7, 0}, a, b, c);
+    EXPECT_EQ(vertex.v, 1);
+    EXPECT_EQ(vertex.d2, 10);
+    EXPECT_EQ(closest_on_triangle({3, 0, 4}, a, a, a).d2, 25);
+}
+
+}  // namespace
+}  // namespace mray::test

@@ -1,0 +1,114 @@
+#include "common/scene/exact_crossing.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "common/interop/winding_rule.h"
+#include "tests/support/mixed_points.h"
+#include "tests/support/test_scene.h"
+
+namespace mray::test {
+namespace {
+
+/// The winding number of closed triangles around a point.
+int winding(const std::vector<uvec3>& triangles, const std::vector<vec3>& positions, vec3 p) {
+    int sum = 0;
+    for (const uvec3& t : triangles)
+        sum += exact_crossing(p, positions[t.x], positions[t.y], positions[t.z]).sign;
+    return sum;
+}
+
+const std::vector<vec3> kTetrahedron = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}};
+const std::vector<uvec3> kFaces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+
+TEST(ExactCrossing, WindsOnceAroundWhatIsInsideATetrahedron) {
+    for (int x = -2; x <= 10; ++x) {
+        for (int y = -2; y <= 10; ++y) {
+            for (int z = -2; z <= 10; ++z) {
+                const vec3 p = vec3(x, y, z) * 0.5f;
+                const float sum = p.x + p.y + p.z;
+                const bool inside = p.x > 0 && p.y > 0 && p.z > 0 && sum < 4;
+                const bool outside = p.x < 0 || p.y < 0 || p.z < 0 || sum > 4;
+                const int n = winding(kFaces, kTetrahedron, p);
+                bool on_triangle = false;
+                for (const uvec3& t : kFaces) {
+                    on_triangle |=
+                        exact_crossing(p, kTetrahedron[t.x], kTetrahedron[t.y], kTetrahedron[t.z])
+                            .is_on_triangle;
+                }
+                EXPECT_EQ(on_triangle, !inside && !outside) << x << " " << y << " " << z;
+                // On the surface: that of p + (e, e^2, e^3).
+                const bool moved_inside = p.x >= 0 && p.y >= 0 && p.z >= 0 && sum < 4;
+                EXPECT_EQ(n, moved_inside ? 1 : 0) << x << " " << y << " " << z;
+            }
+        }
+    }
+}
+
+TEST(ExactCrossing, TakesCoordinatesOfAllSizes) {
+    const float tiny = std::numeric_limits<float>::denorm_min();
+    const float huge = std::numeric_limits<float>::max();
+    const std::vector<vec3> far = {{-huge, -huge, tiny}, {huge, -huge, tiny}, {0, huge, tiny}};
+    const auto at = [&](float z) { return exact_crossing({0, 0, z}, far[0], far[1], far[2]); };
+    EXPECT_EQ(at(0).sign, 1);
+    EXPECT_EQ(at(2 * tiny).sign, 0);
+    EXPECT_TRUE(at(tiny).is_on_triangle);
+    EXPECT_FALSE(at(0).is_on_triangle);
+    // Planes that a float cannot tell apart.
+    const float third = 1.0f / 3;
+    const float above = std::nextafter(third, 1.0f);
+    EXPECT_EQ(
+        exact_crossing({third, third, third}, {0, 0, above}, {1, 0, above}, {0, 1, above}).sign, 1);
+    EXPECT_EQ(
+        exact_crossing({third, third, above}, {0, 0, third}, {1, 0, third}, {0, 1, third}).sign, 0);
+}
+
+TEST(ExactCrossing, FindsPointsOnTrianglesWithoutArea) {
+    const vec3 a(0, 0, 0);
+    const vec3 b(2, 2, 2);
+    EXPECT_TRUE(exact_crossing({1, 1, 1}, a, b, a).is_on_triangle);
+    EXPECT_TRUE(exact_crossing({1, 1, 1}, a, {1, 1, 1}, b).is_on_triangle);
+    EXPECT_FALSE(exact_crossing({3, 3, 3}, a, b, a).is_on_triangle);
+    EXPECT_FALSE(exact_crossing({1, 1, std::nextafter(1.0f, 2.0f)}, a, b, a).is_on_triangle);
+    EXPECT_TRUE(exact_crossing(a, a, a, a).is_on_triangle);
+    EXPECT_FALSE(exact_crossing(b, a, a, a).is_on_triangle);
+    // Upright.
+    EXPECT_TRUE(exact_crossing({0, 1, 1}, a, {0, 3, 0}, {0, 0, 3}).is_on_triangle);
+    EXPECT_FALSE(exact_crossing({0, 2, 2}, a, {0, 3, 0}, {0, 0, 3}).is_on_triangle);
+}
+
+TEST(FloatCrossing, IsThatOfTheWorldWhereItIsCertain) {
+    std::size_t certain = 0;
+    std::size_t wrong = 0;
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const auto& triangles = scene.topology().triangles;
+        if (triangles.empty()) continue;
+        Random random(8);
+        for (const vec3& point : mixed_points(triangles, scene.positions(), 4000, 9)) {
+            // Tiny coordinates, too, which scene space rounds.
+            vec3 world = scene.space().to_world(point);
+            if (random.below(4) == 0) world.x *= 0x1p-45f;
+            const double at[3] = {world.x, world.y, world.z};
+            const vec3 p = clipped_point(scene.space().point_to_scene(at, "point"));
+            const uvec3 t = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))];
+            const auto& scene_at = scene.positions();
+            if (!finite_vertices(scene_at[t.x], scene_at[t.y], scene_at[t.z])) continue;
+            const FloatCrossing found =
+                float_crossing(p, scene_at[t.x], scene_at[t.y], scene_at[t.z]);
+            if (found.is_uncertain) continue;
+            const auto& world_at = scene.world_positions();
+            const ExactCrossing exact =
+                exact_crossing(world, world_at[t.x], world_at[t.y], world_at[t.z]);
+            ++certain;
+            wrong += found.is_up - found.is_down != exact.sign || exact.is_on_triangle;
+        }
+    }
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_GT(certain, 50000u);
+}
+
+}  // namespace
+}  // namespace mray::test
