@@ -1,9 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <map>
 
 #include "common/bvh/box.h"
 #include "common/bvh/bvh_stats.h"
@@ -166,23 +164,21 @@ private:
         }
     }
 
+    /// Each triangle is in one leaf, or repeats one that is.
     void check_all_seen() {
-        // For each three vertices the lowest triangle in a leaf.
-        std::map<std::array<std::uint32_t, 3>, std::size_t> first;
-        const auto key = [&](std::size_t prim) {
-            const uvec3& t = topology_.triangles[prim];
-            return std::array{t.x, t.y, t.z};
-        };
-        if (std::find(seen_.begin(), seen_.end(), 0u) != seen_.end()) {
-            for (std::size_t prim = 0; prim < seen_.size(); ++prim)
-                if (seen_[prim] != 0) first.emplace(key(prim), prim);
+        for (const RepeatedTriangle& repeated : bvh_.repeated) {
+            if (repeated.prim_id >= seen_.size() || repeated.first >= repeated.prim_id ||
+                seen_[repeated.first] == 0 ||
+                topology_.triangles[repeated.first] != topology_.triangles[repeated.prim_id]) {
+                report("triangle {} does not repeat triangle {}", repeated.prim_id,
+                       repeated.first);
+                continue;
+            }
+            ++seen_[repeated.prim_id];
         }
         for (std::size_t prim = 0; prim < seen_.size(); ++prim) {
             if (seen_[prim] > 1) report("triangle {} is in {} leaves", prim, seen_[prim]);
-            if (seen_[prim] != 0) continue;
-            const auto equal = first.find(key(prim));
-            if (equal == first.end() || equal->second > prim)
-                report("triangle {} is in no leaf", prim);
+            if (seen_[prim] == 0) report("triangle {} is in no leaf", prim);
         }
     }
 

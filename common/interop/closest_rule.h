@@ -4,9 +4,8 @@
 // Vertices are taken relative to the point, rounded once. The closest points of the three edges and
 // of the triangle's inside are found in floats (C. Ericson. Real-Time Collision Detection, 2005,
 // 5.1.5, with other arithmetic), and the nearest of them is the answer. Each is a mean of vertices
-// under weights that are not negative, so errors of the weights move it along the triangle, and it
-// is no nearer than the triangle is, up to rounding of the mean (docs/design/arithmetic.md,
-// "Distances").
+// under weights that are not negative: it is on the triangle, up to rounding of the mean, and so no
+// nearer than the triangle is (docs/design/arithmetic.md, "Distances").
 //
 // - An edge gives the same bits in all triangles that share it, and so does a vertex: the lowest
 //   prim_id of them is the answer.
@@ -89,38 +88,43 @@ SHARED NearPoint closest_on_edge(Float3 a, Float3 b) {
     return point;
 }
 
-/// Whether the plane's closest point is inside the triangle a, b, c, and that point.
+/// Whether the plane's closest point is inside the triangle a, b, c, and that point. It is found
+/// along the longest edge and across it: so however thin the triangle is, errors move it by parts
+/// of the edge along, and by parts of the distance across.
 SHARED Bool closest_inside(Float3 a, Float3 b, Float3 c, OUT(NearPoint) point) {
-    Float tiny = broadcast(kTinyPart);
     PRECISE Float3 ab = b - a;
     PRECISE Float3 bc = c - b;
     PRECISE Float3 ca = a - c;
-    Float length =
-        greater(largest_component(ab), greater(largest_component(bc), largest_component(ca)));
-    Float size = greater(largest_component(a), greater(largest_component(b), largest_component(c)));
-    Bool is_any = length > 0.0f;
-    // Both at least 1, so that no product of parts of at least kTinyPart is a denormal.
-    Float by_length = scale_to_unit(select(is_any, length, 1.0f));
-    Float by_size = scale_to_unit(select(size > 0.0f, size, 1.0f));
-    Float3 e = zero_if_tiny(scaled_by(ab, by_length), tiny);
-    Float3 f = zero_if_tiny(scaled_by(bc, by_length), tiny);
-    Float3 g = zero_if_tiny(scaled_by(ca, by_length), tiny);
-    Float3 n = cross3(e, f);
-    Float normal_size = largest_component(n);
-    is_any = is_any && normal_size >= kTinyPart;
-    n = zero_if_tiny(scaled_by(n, scale_to_unit(select(is_any, normal_size, 1.0f))), tiny);
-    Float wa = dot3(n, zero_if_tiny(cross3(zero_if_tiny(scaled_by(b, by_size), tiny), f), tiny));
-    Float wb = dot3(n, zero_if_tiny(cross3(zero_if_tiny(scaled_by(c, by_size), tiny), g), tiny));
-    Float wc = dot3(n, zero_if_tiny(cross3(zero_if_tiny(scaled_by(a, by_size), tiny), e), tiny));
-    Bool is_inside = is_any && lesser(wa, lesser(wb, wc)) > 0.0f;
-    PRECISE Float sum = (wa + wb) + wc;
-    Float scale = rcp_of_positive(select(is_inside, sum, 1.0f));
-    PRECISE Float u = wb * scale;
-    PRECISE Float v = wc * scale;
-    point.u = zero_if_tiny(u, tiny);
-    point.v = zero_if_tiny(v, tiny);
-    PRECISE Float rest = 1.0f - (point.u + point.v);
-    Float first = greater(rest, 0.0f);
+    Float ab2 = dot3(ab, ab);
+    Float bc2 = dot3(bc, bc);
+    Float ca2 = dot3(ca, ca);
+    Bool is_ab = ab2 >= bc2 && ab2 >= ca2;
+    Bool is_bc = bc2 >= ca2;
+    // The edge goes from p to q; r is the third corner.
+    Float3 p = select(is_ab, a, select(is_bc, b, c));
+    Float3 r = select(is_ab, c, select(is_bc, a, b));
+    Float3 e = select(is_ab, ab, select(is_bc, bc, ca));
+    Float length2 = select(is_ab, ab2, select(is_bc, bc2, ca2));
+    PRECISE Float3 f = r - p;
+    Float by_length2 = rcp_of_positive(select(length2 > 0.0f, length2, 1.0f));
+    PRECISE Float along = -dot3(p, e) * by_length2;
+    PRECISE Float r_along = dot3(f, e) * by_length2;
+    PRECISE Float3 rest = f - scaled_by(e, r_along);
+    Float3 height = zero_if_tiny(rest, broadcast(kTinyHeight));
+    Float height2 = dot3(height, height);
+    Bool is_any = height2 > 0.0f;
+    PRECISE Float3 foot = p + scaled_by(e, along);
+    PRECISE Float across = -dot3(zero_if_tiny(foot, broadcast(kTiny)), height) *
+                           rcp_of_positive(select(is_any, height2, 1.0f));
+    Float of_r = zero_if_tiny(across, broadcast(kTiny));
+    PRECISE Float beyond = along - of_r * r_along;
+    Float of_q = zero_if_tiny(beyond, broadcast(kTiny));
+    PRECISE Float of_p = 1.0f - (of_q + of_r);
+    Bool is_inside = is_any && lesser(of_r, lesser(of_q, of_p)) > 0.0f;
+    // What is not inside may be too large to go on with.
+    Float first = select(is_inside, select(is_ab, of_p, select(is_bc, of_r, of_q)), 1.0f);
+    point.u = select(is_inside, select(is_ab, of_q, select(is_bc, of_p, of_r)), 0.0f);
+    point.v = select(is_inside, select(is_ab, of_r, select(is_bc, of_q, of_p)), 0.0f);
     PRECISE Float3 mean = (scaled_by(a, first) + scaled_by(b, point.u)) + scaled_by(c, point.v);
     Float3 lower = lesser3(a, lesser3(b, c));
     Float3 upper = greater3(a, greater3(b, c));

@@ -69,10 +69,10 @@ SHARED_CONST float kCoordinateError = 3.637978807091713e-12f;  // 2^-38
 SHARED_CONST float kWindingEdgeError = 1.1920928955078125e-07f;
 SHARED_CONST float kWindingHeightError = 4.76837158203125e-07f;
 
-// Components of offsets below this are taken for 0 by the rule of closest points, 2^-60; and parts
-// of what is scaled to 1, 2^-50.
+// The rule of closest points takes weights and components of offsets below this for 0, 2^-60; and
+// components of the height of a triangle below a quarter of the coordinate grid, 2^-42.
 SHARED_CONST float kTiny = 8.673617379884035e-19f;
-SHARED_CONST float kTinyPart = 8.881784197001252e-16f;
+SHARED_CONST float kTinyHeight = 2.2737367544323206e-13f;
 
 // 2^100, the tfar of rays without an end.
 SHARED_CONST float kInfiniteT = 1.2676506002282294e+30f;

@@ -91,8 +91,7 @@ TEST(FloatCrossing, IsThatOfTheWorldWhereItIsCertain) {
             // Tiny coordinates, too, which scene space rounds.
             vec3 world = scene.space().to_world(point);
             if (random.below(4) == 0) world.x *= 0x1p-45f;
-            const double at[3] = {world.x, world.y, world.z};
-            const vec3 p = clipped_point(scene.space().point_to_scene(at, "point"));
+            const vec3 p = clipped_point(scene.space().to_scene(world));
             const uvec3 t = triangles[random.below(static_cast<std::uint32_t>(triangles.size()))];
             const auto& scene_at = scene.positions();
             if (!finite_vertices(scene_at[t.x], scene_at[t.y], scene_at[t.z])) continue;

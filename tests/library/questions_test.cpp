@@ -1,0 +1,356 @@
+// All hits, windings and closest points through the public interface.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "tests/library/scenes.h"
+#include "tests/support/mixed_points.h"
+
+namespace mray::test {
+namespace {
+
+using morphray::AllHits;
+using morphray::ClosestPoint;
+using morphray::Crossing;
+using morphray::Device;
+using morphray::ErrorCode;
+using morphray::Feature;
+using morphray::FillRule;
+using morphray::Hit;
+using morphray::Ray;
+using morphray::Scene;
+using morphray::Vec3;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+/// A cube of side 2 around `centre`, counter-clockwise as seen from outside unless it is turned.
+UserMesh cube(Vec3 centre = {}, bool is_turned = false, float half = 1) {
+    UserMesh mesh;
+    for (int i = 0; i < 8; ++i) {
+        mesh.points.push_back({centre.x + ((i & 1) != 0 ? half : -half),
+                               centre.y + ((i & 2) != 0 ? half : -half),
+                               centre.z + ((i & 4) != 0 ? half : -half)});
+    }
+    const std::uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    for (const auto& q : quads) {
+        const std::uint32_t corners[6] = {q[0], q[1], q[2], q[0], q[2], q[3]};
+        for (int i = 0; i < 6; ++i) {
+            const int k = is_turned && i % 3 != 0 ? i / 3 * 3 + 3 - i % 3 : i;
+            mesh.triangles.push_back(corners[k]);
+        }
+    }
+    return mesh;
+}
+
+std::vector<Vec3> points_of(const UserMesh& mesh, const TestScene& scene, std::size_t count) {
+    std::vector<Vec3> points;
+    for (const vec3& p : mixed_points(scene.topology().triangles, scene.positions(), count, 3)) {
+        const vec3 world = scene.space().to_world(p);
+        points.push_back({world.x, world.y, world.z});
+    }
+    points.push_back(mesh.points.front());
+    return points;
+}
+
+struct PointAnswers {
+    std::vector<std::int32_t> windings;
+    std::vector<std::uint8_t> inside;
+    std::vector<ClosestPoint> closest;
+    std::vector<float> distances;
+
+    PointAnswers(const Scene& scene, const std::vector<Vec3>& points)
+        : windings(points.size()),
+          inside(points.size()),
+          closest(points.size()),
+          distances(points.size()) {
+        scene.winding(points, windings);
+        scene.contains(points, inside);
+        scene.closest_points(points, closest);
+        scene.signed_distance(points, distances);
+    }
+    bool operator==(const PointAnswers&) const = default;
+};
+
+void expect_same(const AllHits& a, const AllHits& b, const std::string& what) {
+    EXPECT_EQ(a.offsets, b.offsets) << what;
+    EXPECT_EQ(a.left_out, b.left_out) << what;
+    EXPECT_EQ(a.hits, b.hits) << what;
+}
+
+TEST(AllHits, AreInOrderAndThoseOfTheCursor) {
+    const UserMesh mesh(star(3, 4));
+    const Scene scene = Scene::build(mesh.view());
+    const std::vector<Ray> rays = world_rays(mesh, 500, 6);
+    for (const Crossing crossing : {Crossing::each, Crossing::owner}) {
+        const AllHits all = scene.intersect_all(rays, {.crossing = crossing});
+        ASSERT_EQ(all.ray_count(), rays.size());
+        std::vector<std::uint64_t> counts(rays.size());
+        scene.count(rays, counts, crossing);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            EXPECT_EQ(counts[i], all.of_ray(i).size());
+            EXPECT_EQ(all.left_out[i], 0u);
+            std::vector<Hit> stepped;
+            // Before all hits: a cursor that is no hit.
+            for (Hit hit =
+                     scene.intersect(rays[i], Hit{.t = -1, .prim_id = 0, .geom_id = 0}, crossing);
+                 hit; hit = scene.intersect(rays[i], hit, crossing))
+                stepped.push_back(hit);
+            EXPECT_TRUE(std::equal(stepped.begin(), stepped.end(), all.of_ray(i).begin(),
+                                   all.of_ray(i).end()));
+            if (crossing == Crossing::each) {
+                const Hit first = stepped.empty() ? Hit{} : stepped.front();
+                EXPECT_EQ(first, scene.intersect(rays[i]));
+            }
+        }
+    }
+}
+
+TEST(AllHits, SayHowManyAreLeftOut) {
+    const UserMesh mesh(star(3, 4));
+    const Scene scene = Scene::build(mesh.view());
+    const std::vector<Ray> rays = world_rays(mesh, 500, 6);
+    const AllHits all = scene.intersect_all(rays);
+    for (const std::uint32_t most : {0u, 1u, 2u}) {
+        const AllHits some = scene.intersect_all(rays, {.max_hits = most});
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const auto hits = all.of_ray(i);
+            const std::size_t listed = std::min<std::size_t>(most, hits.size());
+            EXPECT_EQ(some.left_out[i], hits.size() - listed);
+            EXPECT_TRUE(std::equal(hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(listed),
+                                   some.of_ray(i).begin(), some.of_ray(i).end()));
+        }
+    }
+}
+
+TEST(AllHits, EnterAClosedMeshAsOftenAsTheyLeaveIt) {
+    for (const char* const name : {"sphere", "cube"}) {
+        const UserMesh mesh = name[0] == 's' ? UserMesh(icosphere(3)) : cube();
+        const Scene scene = Scene::build(mesh.view());
+        std::vector<Ray> from_inside;
+        std::vector<Ray> from_outside;
+        Random random(2);
+        for (std::size_t i = 0; i < 6000; ++i) {  // At vertices, and at points of edges.
+            const auto triangle =
+                3 * random.below(static_cast<std::uint32_t>(mesh.triangles.size() / 3));
+            const Vec3 a = mesh.points[mesh.triangles[triangle]];
+            const Vec3 b = mesh.points[mesh.triangles[triangle + 1]];
+            const float s = i % 2 == 0 ? 0 : static_cast<float>(random.real(0, 1));
+            const Vec3 at = {a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), a.z + s * (b.z - a.z)};
+            from_inside.push_back({.org = {0, 0, 0}, .dir = at});
+            from_outside.push_back(
+                {.org = {8 * at.x, 8 * at.y, 8 * at.z}, .dir = {-at.x, -at.y, -at.z}});
+        }
+        std::vector<std::uint64_t> counts(from_inside.size());
+        scene.count(from_inside, counts);
+        for (const std::uint64_t count : counts) EXPECT_EQ(count, 1u) << name;
+        scene.count(from_outside, counts);
+        for (const std::uint64_t count : counts) EXPECT_TRUE(count == 0 || count == 2) << name;
+    }
+}
+
+TEST(AllHits, HaveCoincidentTrianglesAllOfThem) {
+    UserMesh mesh = cube();
+    const std::vector<std::uint32_t> once = mesh.triangles;
+    for (int i = 0; i < 40; ++i)
+        mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());
+    const Scene scene = Scene::build(std::vector<morphray::MeshView>{mesh.view(), mesh.view()});
+    const Ray ray = {.org = {0.25f, 0.5f, 5}, .dir = {0, 0, -1}};
+    const AllHits all = scene.intersect_all({&ray, 1});
+    ASSERT_EQ(all.hits.size(), 2u * 41 * 2);
+    for (std::size_t i = 1; i < all.hits.size(); ++i) {
+        const Hit& a = all.hits[i - 1];
+        const Hit& b = all.hits[i];
+        EXPECT_TRUE(std::tie(a.t, a.geom_id, a.prim_id) < std::tie(b.t, b.geom_id, b.prim_id));
+    }
+    const Vec3 inside = {0.1f, 0.2f, 0.3f};
+    std::int32_t winding = 0;
+    scene.winding({&inside, 1}, {&winding, 1});
+    EXPECT_EQ(winding, 82);
+}
+
+TEST(Windings, AddUpWhereMeshesAreNestedOrOverlap) {
+    const UserMesh outer = cube({}, false, 4);
+    const UserMesh inner = cube();
+    const UserMesh hole = cube({}, true);
+    const UserMesh beside = cube({1, 0, 0});
+    const std::vector<Vec3> points = {{0, 0, 0}, {3, 3, 3}, {5, 0, 0}, {0.5f, 0, 0}, {1.5f, 0, 0}};
+    const auto windings = [&](std::initializer_list<const UserMesh*> meshes) {
+        std::vector<morphray::MeshView> views;
+        for (const UserMesh* const mesh : meshes) views.push_back(mesh->view());
+        std::vector<std::int32_t> result(points.size());
+        Scene::build(views).winding(points, result);
+        return result;
+    };
+    EXPECT_EQ(windings({&inner}), (std::vector{1, 0, 0, 1, 0}));
+    EXPECT_EQ(windings({&hole}), (std::vector{-1, 0, 0, -1, 0}));
+    EXPECT_EQ(windings({&outer, &inner}), (std::vector{2, 1, 0, 2, 1}));
+    EXPECT_EQ(windings({&outer, &hole}), (std::vector{0, 1, 0, 0, 1}));
+    EXPECT_EQ(windings({&inner, &beside}), (std::vector{1, 0, 0, 2, 1}));
+    const Scene overlap =
+        Scene::build(std::vector<morphray::MeshView>{inner.view(), beside.view()});
+    std::vector<std::uint8_t> inside(points.size());
+    overlap.contains(points, inside);
+    EXPECT_EQ(inside, (std::vector<std::uint8_t>{1, 0, 0, 1, 1}));
+    overlap.contains(points, inside, FillRule::odd);
+    EXPECT_EQ(inside, (std::vector<std::uint8_t>{1, 0, 0, 0, 1}));
+}
+
+TEST(Windings, ContainTheSurfaceExactly) {
+    const UserMesh mesh = cube();
+    const Scene scene = Scene::build(mesh.view());
+    const float above = std::nextafter(1.0f, 2.0f);
+    const float below = std::nextafter(1.0f, 0.0f);
+    // On faces, edges and vertices, a float farther, a float nearer.
+    for (const Vec3 p : {Vec3{1, 0.3f, 0.1f}, Vec3{0.3f, -0.3f, 1}, Vec3{1, 1, 0.2f},
+                         Vec3{1, 0.1f, 1}, Vec3{1, 1, 1}, Vec3{-1, 1, 1}, Vec3{0, 0, -1}}) {
+        const auto moved = [&](float size) {
+            const auto along = [&](float x) { return std::abs(x) == 1 ? x * size : x; };
+            return Vec3{along(p.x), along(p.y), along(p.z)};
+        };
+        const Vec3 points[3] = {p, moved(above), moved(below)};
+        std::uint8_t inside[3];
+        float distances[3];
+        scene.contains(points, inside);
+        scene.signed_distance(points, distances);
+        EXPECT_EQ(inside[0], 1);
+        EXPECT_EQ(inside[1], 0);
+        EXPECT_EQ(inside[2], 1);
+        EXPECT_EQ(distances[0], 0);
+        EXPECT_GT(distances[1], 0);
+        EXPECT_LT(distances[2], 0);
+    }
+}
+
+TEST(Windings, AreExactForCoordinatesThatSceneSpaceRounds) {
+    UserMesh mesh = cube();
+    for (Vec3& p : mesh.points)
+        if (p.y < 0) p.y = 3e-17f;
+    const Scene scene = Scene::build(mesh.view());
+    const Vec3 points[4] = {
+        {0.3f, 2e-17f, 0.1f}, {0.3f, 4e-17f, 0.1f}, {0.3f, 3e-17f, 0.1f}, {0.3f, 0, 0.1f}};
+    std::uint8_t inside[4];
+    scene.contains(points, inside);
+    EXPECT_EQ(inside[0], 0);
+    EXPECT_EQ(inside[1], 1);
+    EXPECT_EQ(inside[2], 1);
+    EXPECT_EQ(inside[3], 0);
+}
+
+TEST(ClosestPoints, TellPlaceFeatureAndTriangle) {
+    const UserMesh mesh = cube();
+    const Scene scene = Scene::build(mesh.view());
+    const std::vector<Vec3> points = {{0.5f, 0.25f, 3}, {2, 2, 0.5f}, {4, 5, 1}, {0, 0, 0.5f}};
+    std::vector<ClosestPoint> closest(points.size());
+    scene.closest_points(points, closest);
+    EXPECT_EQ(closest[0].point, (Vec3{0.5f, 0.25f, 1}));
+    EXPECT_EQ(closest[0].distance, 2);
+    EXPECT_EQ(closest[0].feature, Feature::face);
+    EXPECT_EQ(closest[1].point, (Vec3{1, 1, 0.5f}));
+    EXPECT_EQ(closest[1].distance, std::sqrt(2.0f));
+    EXPECT_EQ(closest[1].feature, Feature::edge);
+    EXPECT_EQ(closest[2].point, (Vec3{1, 1, 1}));
+    EXPECT_EQ(closest[2].distance, 5);
+    EXPECT_EQ(closest[2].feature, Feature::vertex);
+    EXPECT_EQ(closest[3].distance, 0.5f);
+    // Of the triangles around the edge and the vertex the first in the mesh.
+    EXPECT_EQ(closest[1].prim_id, 6u);
+    EXPECT_EQ(closest[2].prim_id, 2u);
+    scene.closest_points(points, closest, 1);
+    EXPECT_FALSE(closest[0]);
+    EXPECT_EQ(closest[0].distance, kInfinity);
+    EXPECT_FALSE(closest[1]);
+    EXPECT_TRUE(closest[3]);
+    scene.closest_points(points, closest, 2);
+    EXPECT_TRUE(closest[0]);
+}
+
+TEST(ClosestPoints, HaveDefinedAnswersForBadPointsAndEmptyScenes) {
+    const std::vector<Vec3> points = {{kNan, 0, 0}, {kInfinity, 0, 0}, {1e30f, 0, 0}, {0, 0, 0}};
+    const UserMesh mesh = cube();
+    const UserMesh none;
+    for (const UserMesh* const one : {&mesh, &none}) {
+        const Scene scene = Scene::build(one->view());
+        const PointAnswers answers(scene, points);
+        for (std::size_t i = 0; i < 3; ++i) {
+            EXPECT_FALSE(answers.closest[i]);
+            EXPECT_EQ(answers.inside[i], 0);
+            EXPECT_EQ(answers.windings[i], 0);
+        }
+        EXPECT_TRUE(std::isnan(answers.distances[0]));
+        EXPECT_TRUE(std::isnan(answers.distances[1]));
+        EXPECT_EQ(answers.distances[2], kInfinity);
+        EXPECT_EQ(answers.distances[3], one == &none ? kInfinity : -1.0f);
+        EXPECT_EQ(answers.inside[3], one == &none ? 0 : 1);
+        EXPECT_EQ(scene.intersect_all({}).ray_count(), 0u);
+    }
+}
+
+TEST(ClosestPoints, RefuseWhatCannotBeMeant) {
+    const UserMesh mesh = cube();
+    const Scene scene = Scene::build(mesh.view());
+    const std::vector<Vec3> points(2);
+    std::vector<ClosestPoint> closest(2);
+    std::vector<ClosestPoint> fewer(1);
+    const auto code_of = [](auto work) {
+        try {
+            work();
+        } catch (const morphray::Error& error) {
+            return error.code();
+        }
+        return ErrorCode::internal;
+    };
+    EXPECT_EQ(code_of([&] { scene.closest_points(points, fewer); }), ErrorCode::bad_argument);
+    EXPECT_EQ(code_of([&] { scene.closest_points(points, closest, kNan); }),
+              ErrorCode::bad_argument);
+    EXPECT_EQ(code_of([&] { scene.closest_points(points, closest, -1); }), ErrorCode::bad_argument);
+    const Ray ray = {.org = {0, 0, 0}, .dir = {0, 0, 1}};
+    EXPECT_EQ(code_of([&] { scene.intersect(ray, Hit{.t = kNan, .prim_id = 0, .geom_id = 0}); }),
+              ErrorCode::bad_argument);
+    EXPECT_FALSE(scene.intersect(ray, Hit{}));
+    const std::atomic<bool> cancelled = true;
+    const std::vector<Vec3> many(100000);
+    std::vector<float> distances(many.size());
+    EXPECT_EQ(
+        code_of([&] { scene.signed_distance(many, distances, FillRule::nonzero, &cancelled); }),
+        ErrorCode::cancelled);
+}
+
+TEST(Questions, AreTheSameForEachDeviceAndAfterEachUpdate) {
+    const TestScene shape = star(4, 8);
+    UserMesh mesh(shape);
+    const std::vector<Vec3> points = points_of(mesh, shape, 3000);
+    const std::vector<Ray> rays = world_rays(mesh, 300, 6);
+    morphray::SceneOptions options;
+    options.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}};
+    options.update = morphray::Refit{};
+    Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
+    std::vector<Scene> others;
+    others.push_back(scene.on(Device::cpu({.threads = 1, .simd = "scalar"})));
+    others.push_back(scene.on(Device::cpu({.threads = 3, .simd = "off"})));
+    if (!morphray::vulkan_devices().empty()) others.push_back(scene.on(Device::vulkan()));
+    Random random(1);
+    for (int pose = 0; pose < 3; ++pose) {
+        for (Vec3& p : mesh.points) {
+            const auto size = static_cast<float>(random.real(0.8, 1.25));
+            p = {p.x * size, p.y * size, p.z * size};
+        }
+        scene.update();
+        const PointAnswers expected(scene, points);
+        const AllHits hits = scene.intersect_all(rays);
+        for (Scene& other : others) {
+            other.update();
+            EXPECT_TRUE(PointAnswers(other, points) == expected) << other.device().description();
+            expect_same(other.intersect_all(rays), hits, other.device().description());
+        }
+        const Scene built = Scene::build(mesh.view(), Device::brute_force(), options);
+        const std::vector<Vec3> some(points.begin(), points.begin() + 200);
+        EXPECT_TRUE(PointAnswers(built, some) == PointAnswers(scene, some));
+    }
+}
+
+}  // namespace
+}  // namespace mray::test
