@@ -49,7 +49,7 @@ struct FloatWinding {
 
 /// A triangle that floats cannot decide on for a point.
 struct UncertainCrossing {
-    /// Of the points of the call.
+    /// Its place among the points of the call.
     std::uint32_t point;
     std::uint32_t prim_id;
 

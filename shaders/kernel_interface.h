@@ -185,7 +185,7 @@ SHARED_CONST uint kAskCount = 2u;  // the number of hits
 
 /// Push constants of the kernels of questions: `winding`, `closest`, `hits`.
 struct QuestionArguments {
-    /// Of the listed questions.
+    /// A place among the listed questions.
     uint first;
     uint count;
     uint round;

@@ -170,8 +170,7 @@ private:
             if (repeated.prim_id >= seen_.size() || repeated.first >= repeated.prim_id ||
                 seen_[repeated.first] == 0 ||
                 topology_.triangles[repeated.first] != topology_.triangles[repeated.prim_id]) {
-                report("triangle {} does not repeat triangle {}", repeated.prim_id,
-                       repeated.first);
+                report("triangle {} does not repeat triangle {}", repeated.prim_id, repeated.first);
                 continue;
             }
             ++seen_[repeated.prim_id];

@@ -121,7 +121,7 @@ SHARED Bool closest_inside(Float3 a, Float3 b, Float3 c, OUT(NearPoint) point) {
     Float of_q = zero_if_tiny(beyond, broadcast(kTiny));
     PRECISE Float of_p = 1.0f - (of_q + of_r);
     Bool is_inside = is_any && lesser(of_r, lesser(of_q, of_p)) > 0.0f;
-    // What is not inside may be too large to go on with.
+    // Weights that are not inside may be too large to go on with.
     Float first = select(is_inside, select(is_ab, of_p, select(is_bc, of_r, of_q)), 1.0f);
     point.u = select(is_inside, select(is_ab, of_q, select(is_bc, of_p, of_r)), 0.0f);
     point.v = select(is_inside, select(is_ab, of_r, select(is_bc, of_q, of_p)), 0.0f);

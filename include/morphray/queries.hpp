@@ -68,7 +68,7 @@ struct ClosestPoint {
     /// u, v and 1 - (u + v) is 0, and two of them are where it is vertex.
     float u = 0;
     float v = 0;
-    /// Of equally close triangles the lowest (geom_id, prim_id).
+    /// The lowest (geom_id, prim_id) of equally close triangles.
     std::uint32_t prim_id = kNoPrim;
     std::uint32_t geom_id = kNoGeometry;
     /// The part of the triangle that the point lies on.

@@ -8,7 +8,7 @@
 namespace morphray::detail {
 namespace {
 
-// Of each coordinate, so that two passes over 2^11 places sort by all bits.
+// Bits of each coordinate, so that two passes over 2^11 places sort by all of them.
 constexpr std::uint32_t kBits = 7;
 constexpr std::uint32_t kDigitBits = 11;
 

@@ -177,7 +177,8 @@ TEST(Windings, AddUpWhereMeshesAreNestedOrOverlap) {
     const UserMesh inner = cube();
     const UserMesh hole = cube({}, true);
     const UserMesh beside = cube({1, 0, 0});
-    const std::vector<Vec3> points = {{0, 0, 0}, {3, 3, 3}, {5, 0, 0}, {0.5f, 0, 0}, {1.5f, 0, 0}};
+    const std::vector<Vec3> points = {
+        {-0.5f, 0, 0}, {3, 3, 3}, {5, 0, 0}, {0.5f, 0, 0}, {1.5f, 0, 0}};
     const auto windings = [&](std::initializer_list<const UserMesh*> meshes) {
         std::vector<morphray::MeshView> views;
         for (const UserMesh* const mesh : meshes) views.push_back(mesh->view());
@@ -256,8 +257,8 @@ TEST(ClosestPoints, TellPlaceFeatureAndTriangle) {
     EXPECT_EQ(closest[2].distance, 5);
     EXPECT_EQ(closest[2].feature, Feature::vertex);
     EXPECT_EQ(closest[3].distance, 0.5f);
-    // Of the triangles around the edge and the vertex the first in the mesh.
-    EXPECT_EQ(closest[1].prim_id, 6u);
+    // The first of the triangles around the edge and the vertex.
+    EXPECT_EQ(closest[1].prim_id, 7u);
     EXPECT_EQ(closest[2].prim_id, 2u);
     scene.closest_points(points, closest, 1);
     EXPECT_FALSE(closest[0]);
