@@ -42,16 +42,16 @@ py::array require_array(const py::object& object, const std::string& name) {
                          text_of(array.dtype().attr("str")) + "; astype() makes a copy");
 }
 
-/// Whether 4-byte numbers can be read from here on. numpy's own flag is set for any address of an
-/// array with fields.
-bool is_aligned(const py::array& array) {
-    return reinterpret_cast<std::uintptr_t>(array.data()) % alignof(float) == 0;
+/// Whether numbers of this alignment can be read from here on. numpy's own flag is set for any
+/// address of an array with fields.
+bool is_aligned(const py::array& array, std::size_t alignment) {
+    return reinterpret_cast<std::uintptr_t>(array.data()) % alignment == 0;
 }
 
 bool is_contiguous(const py::array& array) { return (array.flags() & py::array::c_style) != 0; }
 
 py::array contiguous(const py::array& array) {
-    if (is_contiguous(array) && is_aligned(array)) return array;
+    if (is_contiguous(array) && is_aligned(array, alignof(float))) return array;
     return array.attr("copy")("C");
 }
 
@@ -84,6 +84,17 @@ py::dtype dtype_of(const char* fields) {
     return py::reinterpret_borrow<py::dtype>(numpy.attr("dtype")(py::eval(fields)));
 }
 
+Shape shape_of(const py::array& array) { return {array.shape(), array.shape() + array.ndim()}; }
+
+/// The data of queries whose shape is known.
+void read(const py::array& array, QueryArray& queries) {
+    queries.count = 1;
+    for (const py::ssize_t size : queries.shape) queries.count *= static_cast<std::size_t>(size);
+    const py::array packed = contiguous(array);
+    queries.pin = Pinned(packed);
+    queries.data = static_cast<const float*>(packed.data());
+}
+
 std::pair<std::uintptr_t, std::uintptr_t> bytes_of(const void* data, std::size_t size) {
     const auto begin = reinterpret_cast<std::uintptr_t>(data);
     return {begin, begin + size};
@@ -101,6 +112,13 @@ const py::dtype& ray_dtype() {
 const py::dtype& hit_dtype() {
     static const auto* const dtype = new py::dtype(
         dtype_of("[('t', 'f4'), ('u', 'f4'), ('v', 'f4'), ('prim_id', 'u4'), ('geom_id', 'u4')]"));
+    return *dtype;
+}
+
+const py::dtype& closest_dtype() {
+    static const auto* const dtype = new py::dtype(
+        dtype_of("[('point', 'f4', (3,)), ('distance', 'f4'), ('u', 'f4'), ('v', 'f4'), "
+                 "('prim_id', 'u4'), ('geom_id', 'u4'), ('feature', 'u4')]"));
     return *dtype;
 }
 
@@ -179,10 +197,9 @@ std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string
     return colours;
 }
 
-RayArray rays_of(const py::object& object) {
+QueryArray rays_of(const py::object& object) {
     const py::array array = require_array(object, "rays");
-    RayArray rays;
-    rays.shape = Shape(array.shape(), array.shape() + array.ndim());
+    QueryArray rays{.name = "rays", .shape = shape_of(array)};
     if (!has_dtype(array, ray_dtype())) {
         if (!has_dtype<float>(array)) throw_dtype(array, "rays", "float32 or morphray.ray_dtype");
         if (array.ndim() < 2 || (rays.shape.back() != 6 && rays.shape.back() != 8)) {
@@ -192,33 +209,46 @@ RayArray rays_of(const py::object& object) {
         rays.columns = static_cast<std::size_t>(rays.shape.back());
         rays.shape.pop_back();
     }
-    rays.count = 1;
-    for (const py::ssize_t size : rays.shape) rays.count *= static_cast<std::size_t>(size);
-    const py::array packed = contiguous(array);
-    rays.pin = Pinned(packed);
-    rays.data = static_cast<const float*>(packed.data());
+    read(array, rays);
     return rays;
 }
 
-py::array results_for(const RayArray& rays, const py::object& out, const py::dtype& dtype) {
-    if (out.is_none()) return py::array(dtype, rays.shape);
+QueryArray query_points_of(const py::object& object) {
+    const py::array array = require_array(object, "points");
+    QueryArray points{.name = "points", .columns = 3, .shape = shape_of(array)};
+    if (!has_dtype<float>(array)) throw_dtype(array, "points", "float32");
+    if (array.ndim() < 2 || points.shape.back() != 3)
+        throw py::value_error("points: a shape of (N, 3) is needed, not " + text_of_shape(array));
+    points.shape.pop_back();
+    read(array, points);
+    return points;
+}
+
+py::array results_for(const QueryArray& queries, const py::object& out, const py::dtype& dtype) {
+    if (out.is_none()) return py::array(dtype, queries.shape);
     py::array array = require_array(out, "out");
     if (!has_dtype(array, dtype)) {
         throw py::type_error("out: dtype " + text_of(dtype) + " is needed, not " +
                              text_of(array.dtype()));
     }
-    const Shape shape(array.shape(), array.shape() + array.ndim());
-    if (shape != rays.shape) {
-        throw py::value_error("out: a shape of " + text_of(py::tuple(py::cast(rays.shape))) +
-                              " is needed, as the rays have, not " + text_of_shape(array));
+    if (shape_of(array) != queries.shape) {
+        throw py::value_error("out: a shape of " + text_of(py::tuple(py::cast(queries.shape))) +
+                              " is needed, as the " + queries.name + " have, not " +
+                              text_of_shape(array));
     }
     if (!array.writeable()) throw py::value_error("out: the array is read-only");
-    if (!is_contiguous(array) || (dtype.itemsize() > 1 && !is_aligned(array)))
-        throw py::value_error("out: the array must be C-contiguous and aligned to 4 bytes");
+    // That of the bools, the numbers of 8 bytes, or the 4-byte numbers in fields.
+    const std::size_t alignment = dtype.itemsize() == 1 ? 1 : dtype.itemsize() == 8 ? 8 : 4;
+    if (!is_contiguous(array) || !is_aligned(array, alignment)) {
+        throw py::value_error("out: the array must be C-contiguous and aligned to " +
+                              std::to_string(alignment) + " bytes");
+    }
     const auto [begin, end] = bytes_of(array.data(), static_cast<std::size_t>(array.nbytes()));
-    const auto [first, last] = bytes_of(rays.data, rays.count * rays.columns * sizeof(float));
-    if (begin < last && first < end)
-        throw py::value_error("out: the array shares memory with the rays");
+    const auto [first, last] =
+        bytes_of(queries.data, queries.count * queries.columns * sizeof(float));
+    if (begin < last && first < end) {
+        throw py::value_error(std::string("out: the array shares memory with the ") + queries.name);
+    }
     return array;
 }
 

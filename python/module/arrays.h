@@ -16,9 +16,10 @@ namespace morphray::python {
 
 namespace py = pybind11;
 
-/// The structured dtypes of arrays of Ray and Hit.
+/// The structured dtypes of arrays of Ray, Hit and ClosestPoint; `feature` of the last is a uint32.
 const py::dtype& ray_dtype();
 const py::dtype& hit_dtype();
+const py::dtype& closest_dtype();
 
 /// Keeps the memory of an array, and of the arrays that it is a view of, where it is. numpy refuses
 /// to resize an array that has a weak reference, even where `refcheck=False` lets it pass over
@@ -52,9 +53,11 @@ std::vector<std::uint32_t> indices_of(const py::object& triangles, const std::st
 /// The colours of an array of shape (T,) of uint32, or (T, 3) of uint8. None: no colours.
 std::vector<std::uint32_t> albedo_of(const py::object& albedo, const std::string& name);
 
-/// Rays of the caller: `columns` floats each, one after the other.
-struct RayArray {
-    Pinned pin;
+/// Rays or points of the caller: `columns` floats each, one after the other.
+struct QueryArray {
+    /// "rays" or "points".
+    const char* name = "";
+    Pinned pin = {};
     const float* data = nullptr;
     std::size_t count = 0;
     std::size_t columns = 8;
@@ -64,10 +67,12 @@ struct RayArray {
 
 /// An array of shape (..., 6) or (..., 8) of float32, or of any shape of ray_dtype(). It is read in
 /// place if it is C-contiguous and aligned, and copied otherwise.
-RayArray rays_of(const py::object& rays);
+QueryArray rays_of(const py::object& rays);
+/// An array of shape (..., 3) of float32, read or copied as rays are.
+QueryArray query_points_of(const py::object& points);
 
-/// `out`, checked to be writable, C-contiguous and of the dtype, the shape of the rays and memory
-/// of its own; a new array if it is None.
-py::array results_for(const RayArray& rays, const py::object& out, const py::dtype& dtype);
+/// `out`, checked to be writable, C-contiguous and of the dtype, the shape of the queries and
+/// memory of its own; a new array if it is None.
+py::array results_for(const QueryArray& queries, const py::object& out, const py::dtype& dtype);
 
 }  // namespace morphray::python

@@ -82,14 +82,14 @@ Update update(PyScene& scene, const py::object& geom_id, const py::object& first
 }
 
 py::array intersect(PyScene& scene, const py::object& rays, const py::object& out) {
-    const RayArray array = rays_of(rays);
+    const QueryArray array = rays_of(rays);
     py::array hits = results_for(array, out, hit_dtype());
     const Pinned pin(hits);
     scene.intersect(array, {static_cast<Hit*>(hits.mutable_data()), array.count});
     return hits;
 }
 
-py::array occluded_in(PyScene& scene, const RayArray& rays, float tnear, float tfar,
+py::array occluded_in(PyScene& scene, const QueryArray& rays, float tnear, float tfar,
                       const py::object& out) {
     // 0 and 1 in a byte.
     py::array results = results_for(rays, out, py::dtype::of<bool>());
@@ -105,7 +105,7 @@ py::array occluded(PyScene& scene, const py::object& rays, const py::object& out
 
 py::array test_occlusions(PyScene& scene, const py::object& rays, float tnear,
                           std::optional<float> tfar) {
-    const RayArray array = rays_of(rays);
+    const QueryArray array = rays_of(rays);
     if (array.columns == 8 && (tnear != 0 || tfar)) {
         throw py::value_error(
             "test_occlusions: tnear and tfar are for rays of six numbers; these have their own");
@@ -115,7 +115,7 @@ py::array test_occlusions(PyScene& scene, const py::object& rays, float tnear,
 }
 
 py::dict cast_rays(PyScene& scene, const py::object& rays) {
-    const RayArray array = rays_of(rays);
+    const QueryArray array = rays_of(rays);
     const auto with_axis = [&](py::ssize_t size) {
         std::vector<py::ssize_t> shape = array.shape;
         shape.push_back(size);
@@ -135,14 +135,6 @@ py::dict cast_rays(PyScene& scene, const py::object& rays) {
     result["primitive_uvs"] = uvs;
     result["primitive_normals"] = normals;
     return result;
-}
-
-/// None is null.
-Cancel* cancel_of(const py::object& cancel) {
-    if (cancel.is_none()) return nullptr;
-    if (!py::isinstance<Cancel>(cancel))
-        throw py::type_error("cancel: a morphray.Cancel or None is needed");
-    return &cancel.cast<Cancel&>();
 }
 
 Image render(PyScene& scene, const py::object& size, const py::object& eye,
@@ -300,6 +292,7 @@ void bind_scene(py::module_& module) {
         .def("__repr__", [](const PyScene& scene) {
             return "<morphray.Scene on " + scene.device().name() + ">";
         });
+    bind_questions(scene_class);
     forbid_pickling(scene_class,
                     "its points are borrowed and its tree is on a device: build a scene in each "
                     "process, or call on() for another one in this process");

@@ -14,6 +14,7 @@ PYBIND11_MODULE(_morphray, module) {
     module.attr("INVALID_ID") = morphray::kNoPrim;
     module.attr("ray_dtype") = mp::ray_dtype();
     module.attr("hit_dtype") = mp::hit_dtype();
+    module.attr("closest_dtype") = mp::closest_dtype();
     mp::bind_errors(module);
     mp::bind_devices(module);
     mp::bind_images(module);

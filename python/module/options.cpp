@@ -67,6 +67,18 @@ Shading shading_named(const std::string& shading) {
                  R"("plain", "lit", "normal", "depth", "prim", "steps" and "sah")");
 }
 
+Crossing crossing_named(const std::string& crossing) {
+    if (crossing == "owner") return Crossing::owner;
+    if (crossing == "each") return Crossing::each;
+    throw_choice("crossing", crossing, R"("owner" and "each")");
+}
+
+FillRule rule_named(const std::string& rule) {
+    if (rule == "nonzero") return FillRule::nonzero;
+    if (rule == "odd") return FillRule::odd;
+    throw_choice("rule", rule, R"("nonzero" and "odd")");
+}
+
 std::uint32_t uint32_of(const py::handle& number, const std::string& name) {
     const py::object index = py::reinterpret_steal<py::object>(PyNumber_Index(number.ptr()));
     if (!index) {

@@ -23,6 +23,10 @@ std::optional<Box> bounds_of(const py::object& bounds);
 /// "primary", "shadow" or "ao".
 Rays rays_named(const std::string& rays);
 Shading shading_named(const std::string& shading);
+/// "owner" or "each".
+Crossing crossing_named(const std::string& crossing);
+/// "nonzero" or "odd".
+FillRule rule_named(const std::string& rule);
 /// A number of the range of uint32.
 std::uint32_t uint32_of(const py::handle& number, const std::string& name);
 

@@ -19,7 +19,7 @@ constexpr std::size_t kManyTests = std::size_t{1} << 24;
 
 /// Calls `work(first, rays)` for batches of the rays as those of C++.
 template <class Work>
-void for_each_batch(const RayArray& rays, std::size_t batch_size, float tnear, float tfar,
+void for_each_batch(const QueryArray& rays, std::size_t batch_size, float tnear, float tfar,
                     Work work) {
     std::vector<Ray> converted;
     for (std::size_t first = 0; first < rays.count; first += batch_size) {
@@ -40,16 +40,22 @@ void for_each_batch(const RayArray& rays, std::size_t batch_size, float tnear, f
 }
 
 /// All rays in one batch where nothing has to be converted.
-std::size_t batch_size(const RayArray& rays) {
+std::size_t batch_size(const QueryArray& rays) {
     return rays.columns == 8 ? std::max<std::size_t>(rays.count, 1) : kBatch;
 }
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Calls `work(cancel)`, without the GIL. Handlers of signals can end what is long.
+std::span<const Vec3> points_in(const QueryArray& array) {
+    return {reinterpret_cast<const Vec3*>(array.data), array.count};
+}
+
+/// Calls `work(cancel)`, without the GIL. Handlers of signals can end what is long, and `owner` can
+/// end anything if it is not null.
 template <class Work>
-void trace(bool is_long, Work work) {
+void trace(bool is_long, Cancel* owner, Work work) {
     std::atomic<bool> cancel = false;
+    const Cancel::Use use(owner, cancel);
     if (is_long) {
         run_interruptibly(cancel, [&] { work(&cancel); });
         return;
@@ -211,10 +217,10 @@ bool PyScene::is_long(std::size_t rays) const {
     return scene_->device().name() == "brute" && rays * scene_->triangle_count() >= kManyTests;
 }
 
-void PyScene::intersect(const RayArray& rays, std::span<Hit> hits) {
+void PyScene::intersect(const QueryArray& rays, std::span<Hit> hits) {
     require_initialised();
     const QueryUse use(uses_);
-    trace(is_long(rays.count), [&](const std::atomic<bool>* cancel) {
+    trace(is_long(rays.count), nullptr, [&](const std::atomic<bool>* cancel) {
         for_each_batch(rays, batch_size(rays), 0, kInfinity,
                        [&](std::size_t first, std::span<const Ray> batch) {
                            scene_->intersect(batch, hits.subspan(first, batch.size()), cancel);
@@ -222,11 +228,11 @@ void PyScene::intersect(const RayArray& rays, std::span<Hit> hits) {
     });
 }
 
-void PyScene::occluded(const RayArray& rays, float tnear, float tfar,
+void PyScene::occluded(const QueryArray& rays, float tnear, float tfar,
                        std::span<std::uint8_t> occluded) {
     require_initialised();
     const QueryUse use(uses_);
-    trace(is_long(rays.count), [&](const std::atomic<bool>* cancel) {
+    trace(is_long(rays.count), nullptr, [&](const std::atomic<bool>* cancel) {
         for_each_batch(rays, batch_size(rays), tnear, tfar,
                        [&](std::size_t first, std::span<const Ray> batch) {
                            scene_->occluded(batch, occluded.subspan(first, batch.size()), cancel);
@@ -234,14 +240,14 @@ void PyScene::occluded(const RayArray& rays, float tnear, float tfar,
     });
 }
 
-void PyScene::cast(const RayArray& rays, const CastHits& out) {
+void PyScene::cast(const QueryArray& rays, const CastHits& out) {
     require_initialised();
     const QueryUse use(uses_);
     require_in_place(meshes_);
     // By geom_id.
     std::vector<Corners> meshes(meshes_.empty() ? 0 : std::size_t{meshes_.rbegin()->first} + 1);
     for (const auto& [geom_id, mesh] : meshes_) meshes[geom_id] = {mesh.positions, *mesh.triangles};
-    trace(is_long(rays.count), [&](const std::atomic<bool>* cancel) {
+    trace(is_long(rays.count), nullptr, [&](const std::atomic<bool>* cancel) {
         std::vector<Hit> hits;
         for_each_batch(rays, kBatch, 0, kInfinity,
                        [&](std::size_t first, std::span<const Ray> batch) {
@@ -252,7 +258,68 @@ void PyScene::cast(const RayArray& rays, const CastHits& out) {
     });
 }
 
-Comparison PyScene::compare(PyScene& other, const RayArray& rays, std::size_t keep) {
+/// Calls `work(cancel)` for questions that any triangle may have a part in the answer of.
+template <class Work>
+void PyScene::ask(const QueryArray& queries, Cancel* cancel, Work work) {
+    require_initialised();
+    const QueryUse use(uses_);
+    const bool is_long =
+        queries.count >= kManyRays || queries.count * scene_->triangle_count() >= kManyTests;
+    trace(is_long, cancel, work);
+}
+
+AllHits PyScene::intersect_all(const QueryArray& rays, AllHitsOptions options, Cancel* cancel) {
+    AllHits all;
+    ask(rays, cancel, [&](const std::atomic<bool>* cancelled) {
+        options.cancel = cancelled;
+        // One batch: the answer takes as much memory as converted rays.
+        for_each_batch(rays, std::max<std::size_t>(rays.count, 1), 0, kInfinity,
+                       [&](std::size_t, std::span<const Ray> batch) {
+                           all = scene_->intersect_all(batch, options);
+                       });
+    });
+    return all;
+}
+
+void PyScene::count(const QueryArray& rays, Crossing crossing, std::span<std::uint64_t> counts,
+                    Cancel* cancel) {
+    ask(rays, cancel, [&](const std::atomic<bool>* cancelled) {
+        for_each_batch(rays, batch_size(rays), 0, kInfinity,
+                       [&](std::size_t first, std::span<const Ray> batch) {
+                           scene_->count(batch, counts.subspan(first, batch.size()), crossing,
+                                         cancelled);
+                       });
+    });
+}
+
+void PyScene::winding(const QueryArray& points, std::span<std::int32_t> windings, Cancel* cancel) {
+    ask(points, cancel, [&](const std::atomic<bool>* cancelled) {
+        scene_->winding(points_in(points), windings, cancelled);
+    });
+}
+
+void PyScene::contains(const QueryArray& points, FillRule rule, std::span<std::uint8_t> inside,
+                       Cancel* cancel) {
+    ask(points, cancel, [&](const std::atomic<bool>* cancelled) {
+        scene_->contains(points_in(points), inside, rule, cancelled);
+    });
+}
+
+void PyScene::closest_points(const QueryArray& points, float max_distance,
+                             std::span<ClosestPoint> closest, Cancel* cancel) {
+    ask(points, cancel, [&](const std::atomic<bool>* cancelled) {
+        scene_->closest_points(points_in(points), closest, max_distance, cancelled);
+    });
+}
+
+void PyScene::signed_distance(const QueryArray& points, FillRule rule, std::span<float> distances,
+                              Cancel* cancel) {
+    ask(points, cancel, [&](const std::atomic<bool>* cancelled) {
+        scene_->signed_distance(points_in(points), distances, rule, cancelled);
+    });
+}
+
+Comparison PyScene::compare(PyScene& other, const QueryArray& rays, std::size_t keep) {
     require_initialised();
     const QueryUse use(uses_);
     other.require_initialised();
@@ -269,12 +336,13 @@ Comparison PyScene::compare(PyScene& other, const RayArray& rays, std::size_t ke
             result.differences.push_back(difference);
         }
     };
-    trace(is_long(rays.count) || other.is_long(rays.count), [&](const std::atomic<bool>* cancel) {
-        for_each_batch(rays, batch_size(rays), 0, kInfinity,
-                       [&](std::size_t first, std::span<const Ray> batch) {
-                           compare_batch(first, batch, cancel);
-                       });
-    });
+    trace(is_long(rays.count) || other.is_long(rays.count), nullptr,
+          [&](const std::atomic<bool>* cancel) {
+              for_each_batch(rays, batch_size(rays), 0, kInfinity,
+                             [&](std::size_t first, std::span<const Ray> batch) {
+                                 compare_batch(first, batch, cancel);
+                             });
+          });
     return result;
 }
 

@@ -67,10 +67,24 @@ public:
     std::uint32_t attach(BorrowedMesh mesh);
     void detach(std::uint32_t geom_id);
 
-    void intersect(const RayArray& rays, std::span<Hit> hits);
-    void occluded(const RayArray& rays, float tnear, float tfar, std::span<std::uint8_t> occluded);
-    void cast(const RayArray& rays, const CastHits& out);
-    Comparison compare(PyScene& other, const RayArray& rays, std::size_t keep);
+    void intersect(const QueryArray& rays, std::span<Hit> hits);
+    void occluded(const QueryArray& rays, float tnear, float tfar,
+                  std::span<std::uint8_t> occluded);
+    void cast(const QueryArray& rays, const CastHits& out);
+
+    /// Questions: long ones end early when `cancel`, which may be null, is set.
+    AllHits intersect_all(const QueryArray& rays, AllHitsOptions options, Cancel* cancel);
+    void count(const QueryArray& rays, Crossing crossing, std::span<std::uint64_t> counts,
+               Cancel* cancel);
+    void winding(const QueryArray& points, std::span<std::int32_t> windings, Cancel* cancel);
+    void contains(const QueryArray& points, FillRule rule, std::span<std::uint8_t> inside,
+                  Cancel* cancel);
+    void closest_points(const QueryArray& points, float max_distance,
+                        std::span<ClosestPoint> closest, Cancel* cancel);
+    void signed_distance(const QueryArray& points, FillRule rule, std::span<float> distances,
+                         Cancel* cancel);
+
+    Comparison compare(PyScene& other, const QueryArray& rays, std::size_t keep);
     std::unique_ptr<PyScene> on(const Device& device);
 
     Image render(View view, Cancel* cancel);
@@ -96,6 +110,8 @@ private:
     void require_initialised() const;
     static void require_in_place(const Meshes& meshes);
     bool is_long(std::size_t rays) const;
+    template <class Work>
+    void ask(const QueryArray& queries, Cancel* cancel, Work work);
 
     /// Those of the last update(), and those that the next one will have.
     Meshes meshes_;

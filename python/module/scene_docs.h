@@ -191,7 +191,8 @@ inline constexpr const char* kCancelDoc =
     R"(Cancel()
 --
 
-Ends calls of Scene.render(), as View::cancel does in C++:
+Ends calls that take one: Scene.render(), as View::cancel does in C++, and Scene's intersect_all(),
+count(), winding(), contains(), closest_points() and signed_distance():
 
     cancel = morphray.Cancel()
     threading.Timer(10, cancel.set).start()
@@ -205,8 +206,8 @@ inline constexpr const char* kCancelSetDoc =
 
 Ends all calls that have this Cancel, and lets later ones end at once, each by Error "cancelled".
 
-On the CPU a call ends within some milliseconds, by brute force after 64 x 64 pixels, and on a
-Vulkan device after 2^18 pixels. The scene is as it was before the call.)";
+On the CPU a call ends within some milliseconds, by brute force after 64 x 64 pixels or 1024 rays or
+points a thread, and on a Vulkan device after 2^18 of them. The scene is as it was before the call.)";
 inline constexpr const char* kCancelClearDoc =
     R"(clear(self)
 --

@@ -1,4 +1,4 @@
-"""Closest hits, any hits and images of deforming triangle meshes, with the same bits on every
+"""Hits, insides, distances and images of deforming triangle meshes, with the same bits on every
 machine, thread count, instruction set and Vulkan device.
 
     import numpy as np
@@ -11,11 +11,15 @@ machine, thread count, instruction set and Vulkan device.
     image = scene.render((640, 480))
     image.save("image.png")
 
+morphray.open3d and morphray.trimesh have classes of these two libraries, for scripts that use them.
+
 Arrays and arguments of a wrong type raise TypeError, arrays that do not fit ValueError, and all
 else Error with a code. docs/guide/python.md is the guide.
 """
 
 from typing import Any as _Any, NamedTuple as _NamedTuple
+
+import numpy as _np
 
 from ._morphray import (
     INVALID_ID,
@@ -31,6 +35,7 @@ from ._morphray import (
     Update,
     VulkanDeviceInfo,
     __version__,
+    closest_dtype,
     compare,
     hit_dtype,
     ray_dtype,
@@ -75,8 +80,33 @@ class Mesh(_NamedTuple):
     textures: _Any = None
 
 
+class AllHits(_NamedTuple):
+    """The hits of some rays, from Scene.intersect_all().
+
+    offsets:  (N + 1,) int64: the hits of ray i are hits[offsets[i]:offsets[i + 1]]
+    hits:     (H,) hit_dtype, by ray, and then in the order of (t, geom_id, prim_id)
+    left_out: (N,) int64: for each ray, the hits beyond max_hits that are not listed
+    """
+
+    offsets: _Any
+    hits: _Any
+    left_out: _Any
+
+    def of_ray(self, ray):
+        """The hits of a ray, a view of hits. Raises IndexError if there is no such ray."""
+        if not 0 <= ray < len(self.left_out):
+            raise IndexError(f"of_ray: there is no ray {ray} among {len(self.left_out)}")
+        return self.hits[self.offsets[ray]:self.offsets[ray + 1]]
+
+    @property
+    def ray_ids(self):
+        """(H,) int64: the ray of each hit, made anew by each use."""
+        return _np.repeat(_np.arange(len(self.left_out)), _np.diff(self.offsets))
+
+
 __all__ = [
     "INVALID_ID",
+    "AllHits",
     "Cancel",
     "Comparison",
     "Device",
@@ -91,6 +121,7 @@ __all__ = [
     "Update",
     "VulkanDeviceInfo",
     "__version__",
+    "closest_dtype",
     "compare",
     "hit_dtype",
     "ray_dtype",

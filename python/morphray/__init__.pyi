@@ -8,6 +8,7 @@ __version__: str
 INVALID_ID: int
 ray_dtype: np.dtype[np.void]
 hit_dtype: np.dtype[np.void]
+closest_dtype: np.dtype[np.void]
 
 _Path = Union[str, "PathLike[str]"]
 _Point = Union[Sequence[float], NDArray[Any]]
@@ -15,6 +16,8 @@ _Bounds = Union[Sequence[_Point], NDArray[Any]]
 _Indices = Union[NDArray[np.uint32], NDArray[np.int32], NDArray[np.int64], NDArray[np.uint64]]
 _Albedo = Union[NDArray[np.uint8], NDArray[np.uint32]]
 _Rays = Union[NDArray[np.float32], NDArray[np.void]]
+_Crossing = Literal["owner", "each"]
+_FillRule = Literal["nonzero", "odd"]
 _DeviceLike = Union["Device", Literal["cpu", "vulkan", "brute"]]
 
 class _CastHits(TypedDict):
@@ -123,6 +126,14 @@ class Mesh(NamedTuple):
     albedo: Optional[_Albedo] = None
     textures: Optional[_TexturesLike] = None
 
+class AllHits(NamedTuple):
+    offsets: NDArray[np.int64]
+    hits: NDArray[np.void]
+    left_out: NDArray[np.int64]
+    def of_ray(self, ray: int) -> NDArray[np.void]: ...
+    @property
+    def ray_ids(self) -> NDArray[np.int64]: ...
+
 _MeshLike = Union[
     Mesh,
     Tuple[NDArray[np.float32], _Indices],
@@ -189,6 +200,53 @@ class Scene(metaclass=_Type):
     def test_occlusions(
         self, rays: _Rays, tnear: float = 0.0, tfar: Optional[float] = None
     ) -> NDArray[np.bool_]: ...
+    def intersect_all(
+        self,
+        rays: _Rays,
+        *,
+        crossing: _Crossing = "owner",
+        max_hits: Optional[int] = None,
+        cancel: Optional[Cancel] = None,
+    ) -> AllHits: ...
+    def count(
+        self,
+        rays: _Rays,
+        out: Optional[NDArray[np.int64]] = None,
+        *,
+        crossing: _Crossing = "owner",
+        cancel: Optional[Cancel] = None,
+    ) -> NDArray[np.int64]: ...
+    def winding(
+        self,
+        points: NDArray[np.float32],
+        out: Optional[NDArray[np.int32]] = None,
+        *,
+        cancel: Optional[Cancel] = None,
+    ) -> NDArray[np.int32]: ...
+    def contains(
+        self,
+        points: NDArray[np.float32],
+        out: Optional[NDArray[np.bool_]] = None,
+        *,
+        rule: _FillRule = "nonzero",
+        cancel: Optional[Cancel] = None,
+    ) -> NDArray[np.bool_]: ...
+    def closest_points(
+        self,
+        points: NDArray[np.float32],
+        max_distance: float = ...,
+        out: Optional[NDArray[np.void]] = None,
+        *,
+        cancel: Optional[Cancel] = None,
+    ) -> NDArray[np.void]: ...
+    def signed_distance(
+        self,
+        points: NDArray[np.float32],
+        out: Optional[NDArray[np.float32]] = None,
+        *,
+        rule: _FillRule = "nonzero",
+        cancel: Optional[Cancel] = None,
+    ) -> NDArray[np.float32]: ...
     def render(
         self,
         size: Tuple[int, int] = (1024, 1024),

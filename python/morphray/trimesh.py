@@ -1,0 +1,482 @@
+"""trimesh's queries of rays and distances over morphray, with its arguments and results.
+
+    import morphray.trimesh
+
+    mesh.ray = morphray.trimesh.RayMeshIntersector(mesh)
+    mesh.nearest = morphray.trimesh.ProximityQuery(mesh)
+    mesh.contains(points)
+
+A mesh is any object with `vertices`, (V, 3) numbers, and `faces`, (F, 3) integers; trimesh itself is
+not imported. Numbers are float64, as trimesh's are. Which triangles are hit, inside and closest is
+decided for coordinates that are rounded to float32, relative to the mesh; locations, distances and
+the sides of rays are then computed in float64 from the mesh as it is.
+
+A mesh that moved is updated, not built anew.
+"""
+
+import threading as _threading
+from typing import Any, NamedTuple, Optional, Tuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import morphray as _morphray
+
+_Floats = NDArray[np.float64]
+_Ints = NDArray[np.int64]
+
+# trimesh's tol.merge: distances that it does not tell apart.
+_MERGE = 1e-8
+# The meshes fill this box after _Frame.
+_BOUNDS = ((-1, -1, -1), (1, 1, 1))
+# Rays are cast from this far before their origins, in a frame: more than positions are rounded by
+# (2^-24), so that what lies on the origin is met. float64 decides then which hits lie before it.
+_BACK = 2.0**-18
+# Below this sine of the angle between ray and triangle the location is taken from the triangle, and
+# from the ray above it: either is then within 2^-14 of the other one in a frame.
+_GRAZING = 2.0**-10
+
+
+def _rows(array: ArrayLike, name: str) -> _Floats:
+    rows = np.asarray(array, np.float64)
+    if rows.shape == (0,):
+        return rows.reshape(0, 3)
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f"{name}: a shape of (n, 3) is needed, not {rows.shape}")
+    return rows
+
+
+def _faces_of(mesh: Any) -> _Ints:
+    faces = np.asarray(mesh.faces)
+    if faces.size > 0 and faces.dtype.kind not in "iu":
+        raise TypeError(f"faces: integers are needed, not {faces.dtype}")
+    return _rows(faces, "faces").astype(np.int64)
+
+
+def _dot(a: _Floats, b: _Floats) -> _Floats:
+    return np.einsum("ij,ij->i", a, b)
+
+
+class _Frame(NamedTuple):
+    """Maps a mesh into [-1, 1] on all axes: by a shift, where it is farther from 0 than it is large,
+    and by a power of two. Vertices that are float32 keep all of their bits."""
+
+    origin: _Floats
+    scale: float
+
+    @staticmethod
+    def of(points: _Floats) -> "_Frame":
+        finite = points[np.isfinite(points).all(axis=1)]
+        if len(finite) == 0:
+            return _Frame(np.zeros(3), 1.0)
+        lower, upper = finite.min(axis=0), finite.max(axis=0)
+        # Halves, since differences may be infinite.
+        centre, extent = lower / 2 + upper / 2, (upper / 2 - lower / 2).max() * 2
+        with np.errstate(over="ignore"):
+            near = centre.astype(np.float32).astype(np.float64)
+        origin = np.where((np.abs(centre) > extent) & np.isfinite(near), near, 0.0)
+        size = np.maximum(np.abs(lower - origin), np.abs(upper - origin)).max()
+        exponent = np.frexp(size)[1] if size > 0 else 0
+        return _Frame(origin, float(2.0 ** -np.clip(exponent, -1022, 1022)))
+
+    def points(self, points: _Floats) -> NDArray[np.float32]:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return ((points - self.origin) * self.scale).astype(np.float32)
+
+
+class _MeshScene:
+    """A scene that follows a mesh: what the queries of one mesh share."""
+
+    def __init__(self, mesh: Any, device: Any) -> None:
+        self.mesh = mesh
+        self.device = device
+        self._lock = _threading.Lock()
+        self._key: Optional[int] = None
+        self._scene: Optional[_morphray.Scene] = None
+
+    def update(self) -> None:
+        """Brings all members to the mesh. Where its class has a hash of its own, as trimesh's have,
+        that tells whether the mesh has changed; otherwise the arrays are compared."""
+        has_hash = type(self.mesh).__hash__ not in (None, object.__hash__)
+        with self._lock:
+            key = hash(self.mesh) if has_hash else None
+            if key is not None and key == self._key:
+                return
+            self._read(_rows(np.array(self.mesh.vertices), "vertices"), _faces_of(self.mesh))
+            self._key = key
+
+    def _read(self, vertices: _Floats, faces: _Ints) -> None:
+        same_faces = self._scene is not None and np.array_equal(faces, self.faces)
+        if same_faces and np.array_equal(vertices, self.vertices, equal_nan=True):
+            return
+        frame = _Frame.of(vertices)
+        points = frame.points(vertices)
+        if same_faces and vertices.shape == self.vertices.shape:
+            self._points[:] = points
+            self.scene.update()
+        else:
+            self._scene = _morphray.Scene(points, faces, device=self.device, bounds=_BOUNDS)
+            self._points = points
+        self.vertices, self.faces, self.frame = vertices, faces, frame
+        finite = vertices[np.unique(faces)]
+        finite = finite[np.isfinite(finite).all(axis=1)]
+        self.lower = finite.min(axis=0, initial=np.inf)
+        self.upper = finite.max(axis=0, initial=-np.inf)
+        corners = vertices[faces]
+        with np.errstate(invalid="ignore", over="ignore"):
+            self.normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            length = np.linalg.norm(self.normals, axis=1, keepdims=True)
+            self.normals = np.divide(self.normals, length, out=np.zeros_like(self.normals),
+                                     where=length > 0)
+        self._vertex_scene: Optional[_morphray.Scene] = None
+        self._fans: Optional[Tuple[_Ints, _Ints]] = None
+
+    @property
+    def scene(self) -> _morphray.Scene:
+        assert self._scene is not None
+        return self._scene
+
+    @property
+    def vertex_scene(self) -> _morphray.Scene:
+        """A triangle for each vertex, which has its three corners there."""
+        with self._lock:
+            if self._vertex_scene is None:
+                corners = np.repeat(np.arange(len(self._points))[:, None], 3, axis=1)
+                self._vertex_scene = _morphray.Scene(self._points.copy(), corners, bounds=_BOUNDS,
+                                                     device=self.device)
+            return self._vertex_scene
+
+    @property
+    def fans(self) -> Tuple[_Ints, _Ints]:
+        """The faces at each vertex v: faces[first[v]:first[v + 1]]."""
+        if self._fans is None:
+            corners = self.faces.ravel()
+            count = np.bincount(corners, minlength=len(self.vertices))
+            self._fans = (np.concatenate([[0], np.cumsum(count)]),
+                          np.argsort(corners, kind="stable") // 3)
+        return self._fans
+
+    def contains(self, points: _Floats) -> NDArray[np.bool_]:
+        """No point outside of the bounds is inside, also of a mesh with holes."""
+        in_bounds = ((points >= self.lower) & (points <= self.upper)).all(axis=1)
+        inside = np.zeros(len(points), bool)
+        inside[in_bounds] = self.scene.contains(self.frame.points(points[in_bounds]), rule="odd")
+        return inside
+
+    def closest_on(self, faces: _Ints, points: _Floats) -> _Floats:
+        """For each point the closest one of its face, by the region of the triangle that it projects
+        to (Ericson, Real-Time Collision Detection, 2005, section 5.1.5)."""
+        p0, p1, p2 = np.moveaxis(self.vertices[self.faces[faces]], 1, 0)
+        best = p0.copy()
+        best_distance = np.full(len(points), np.inf)
+        for start, end in ((p0, p1), (p1, p2), (p2, p0)):
+            edge = end - start
+            length = _dot(edge, edge)
+            s = np.divide(_dot(points - start, edge), length, out=np.zeros_like(length),
+                          where=length > 0)
+            on_edge = start + np.clip(s, 0, 1)[:, None] * edge
+            # An end is taken as it is.
+            on_edge[s >= 1] = end[s >= 1]
+            distance = _dot(points - on_edge, points - on_edge)
+            closer = distance < best_distance
+            best[closer], best_distance[closer] = on_edge[closer], distance[closer]
+        # Inside of all edges, the projection is closer.
+        normals = self.normals[faces]
+        projected = points - _dot(points - p0, normals)[:, None] * normals
+        inside = normals.any(axis=1)
+        for start, end in ((p0, p1), (p1, p2), (p2, p0)):
+            inside &= _dot(np.cross(end - start, projected - start), normals) >= 0
+        best[inside] = projected[inside]
+        return best
+
+
+class _Hits(NamedTuple):
+    triangles: _Ints
+    rays: _Ints
+    locations: _Floats
+
+
+_NO_HITS = _Hits(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3)))
+
+
+class RayMeshIntersector:
+    """Rays against a mesh, as trimesh.ray.ray_pyembree.RayMeshIntersector.
+
+    geometry:     the mesh
+    scale_to_box: has no effect: answers depend neither on the scale nor on the place of a mesh
+    device:       what morphray.Scene takes: "cpu", "vulkan", "brute" or a Device
+
+    ray_origins and ray_directions are (n, 3) numbers; directions have any length but 0. A ray hits
+    what it starts on, as in trimesh. Where it goes through an edge or a vertex, the closest hit is
+    one of the triangles there, and among all hits are those by which it passes through the surface:
+    one, in a closed mesh, where trimesh lists up to one a triangle. A ray with a NaN, and one in the
+    plane of a triangle, hits nothing there.
+
+    Results are numpy arrays: int64 for indices, float64 for locations, bool. The hits of a ray follow
+    each other, the closest one first.
+
+    Any number of threads may ask at the same time; nothing may change the mesh meanwhile. Ctrl-C ends
+    long questions. Raises ValueError for other shapes, or origins and directions that differ in
+    number, and what morphray.Scene raises for the mesh.
+    """
+
+    def __init__(self, geometry: Any, scale_to_box: bool = True, *, device: Any = "cpu") -> None:
+        self.mesh = geometry
+        self._scale_to_box = scale_to_box
+        self._device = device
+        self._followed = _MeshScene(geometry, device)
+
+    def intersects_id(
+        self,
+        ray_origins: ArrayLike,
+        ray_directions: ArrayLike,
+        multiple_hits: bool = True,
+        max_hits: Optional[int] = None,
+        return_locations: bool = False,
+    ) -> Any:
+        """Finds the triangles that rays hit.
+
+        multiple_hits:    all hits of each ray, or the closest one
+        max_hits:         the most hits of a ray; None: all. (trimesh stops at 100.)
+        return_locations: whether locations are returned
+
+        Returns (index_tri, index_ray), or (index_tri, index_ray, locations): (h,) int64 each, and
+        (h, 3) float64.
+        """
+        hits = self._hits(ray_origins, ray_directions, multiple_hits, max_hits)
+        if return_locations:
+            return hits.triangles, hits.rays, hits.locations
+        return hits.triangles, hits.rays
+
+    def intersects_location(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True
+    ) -> Tuple[_Floats, _Ints, _Ints]:
+        """Finds the places where rays hit. Returns (locations, index_ray, index_tri)."""
+        hits = self._hits(ray_origins, ray_directions, multiple_hits, None)
+        return hits.locations, hits.rays, hits.triangles
+
+    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> _Ints:
+        """Finds the first triangle of each ray: (n,) int64, -1 for a miss."""
+        origins = _rows(ray_origins, "ray_origins")
+        hits = self._hits(origins, ray_directions, False, None)
+        first = np.full(len(origins), -1, np.int64)
+        first[hits.rays] = hits.triangles
+        return first
+
+    def intersects_any(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike
+    ) -> NDArray[np.bool_]:
+        """Finds whether rays hit anything: (n,) bool."""
+        return self.intersects_first(ray_origins, ray_directions) >= 0
+
+    def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Finds which points are inside: (n,) bool.
+
+        A point is inside if a half-line from it crosses the mesh an odd number of times, exactly for
+        float32; one that lies on a triangle is inside. A mesh with holes has no inside: any answer
+        may come for a point within its bounds, and none outside of them is inside.
+        """
+        rows = _rows(points, "points")
+        self._followed.update()
+        return self._followed.contains(rows)
+
+    def _hits(self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool,
+              max_hits: Optional[int]) -> _Hits:
+        origins, directions = _rows(ray_origins, "ray_origins"), _rows(ray_directions, "ray_directions")
+        if origins.shape != directions.shape:
+            raise ValueError(f"ray_origins, ray_directions: {len(origins)} and {len(directions)} rows "
+                             "are not the same rays")
+        if max_hits is not None and max_hits < 0:
+            raise ValueError(f"max_hits: {max_hits} is below 0")
+        self._followed.update()
+        rays = self._cast_from(origins, directions)
+        if multiple_hits:
+            return _first_of_each(self._all(rays, origins, directions), max_hits)
+        if max_hits == 0:
+            return _NO_HITS
+        found = self._followed.scene.intersect(rays)
+        hit = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
+        hits, ahead = self._locate(found[hit], hit, origins, directions)
+        # What is met before the origin hides what lies behind it.
+        again = hits.rays[~ahead]
+        if len(again) == 0:
+            return hits
+        rest = self._all(rays[again], origins[again], directions[again], "each")
+        rest = _first_of_each(rest._replace(rays=again[rest.rays]), 1)
+        merged = [np.concatenate([a[ahead], b]) for a, b in zip(hits, rest)]
+        order = np.argsort(merged[1], kind="stable")
+        return _Hits(*(array[order] for array in merged))
+
+    def _cast_from(self, origins: _Floats, directions: _Floats) -> NDArray[np.float32]:
+        """Rays in the frame. Those that start far away are moved up to the mesh: the nearer, the
+        less an origin is rounded. Directions keep their bits: they are scaled by powers of two."""
+        frame = self._followed.frame
+        with np.errstate(all="ignore"):
+            exponents = np.frexp(np.abs(directions).max(axis=1, initial=0))[1]
+            step = np.ldexp(directions, -exponents[:, None])
+            from_centre = (origins - frame.origin) * frame.scale
+            # All of the mesh is within 2 of the centre; |step| is at least 1/2.
+            to_mesh = -_dot(from_centre, step) / _dot(step, step) - 4
+            begin = np.where(to_mesh > 0, to_mesh, 0) - _BACK
+            rays = np.empty((len(origins), 6), np.float32)
+            rays[:, :3] = from_centre + begin[:, None] * step
+            rays[:, 3:] = step
+        return rays
+
+    def _all(self, rays: NDArray[np.float32], origins: _Floats, directions: _Floats,
+             crossing: Any = "owner") -> _Hits:
+        found = self._followed.scene.intersect_all(rays, crossing=crossing)
+        hits, ahead = self._locate(found.hits, found.ray_ids, origins, directions)
+        return _Hits(*(array[ahead] for array in hits))
+
+    def _locate(self, found: NDArray[np.void], rays: _Ints, origins: _Floats,
+                directions: _Floats) -> Tuple[_Hits, NDArray[np.bool_]]:
+        """Hits with their places, and whether each lies at the origin of its ray or ahead of it."""
+        triangles = found["prim_id"].astype(np.int64)
+        p0, p1, p2 = np.moveaxis(self._followed.vertices[self._followed.faces[triangles]], 1, 0)
+        normals = self._followed.normals[triangles]
+        origin, direction = origins[rays], directions[rays]
+        with np.errstate(all="ignore"):
+            slope = _dot(normals, direction)
+            t = _dot(normals, p0 - origin) / slope
+            locations = origin + t[:, None] * direction
+            grazing = np.abs(slope) < _GRAZING * np.linalg.norm(direction, axis=1)
+            u, v = found["u"].astype(np.float64)[:, None], found["v"].astype(np.float64)[:, None]
+            on_triangle = p0 + u * (p1 - p0) + v * (p2 - p0)
+            locations[grazing] = on_triangle[grazing]
+            t = np.where(grazing, _dot(on_triangle - origin, direction), t)
+        return _Hits(triangles, rays.astype(np.int64), locations), t >= 0
+
+    def __getstate__(self) -> Any:
+        return self.mesh, self._scale_to_box, self._device
+
+    def __setstate__(self, state: Any) -> None:
+        self.__init__(*state[:2], device=state[2])  # type: ignore[misc]
+
+    def __copy__(self) -> "RayMeshIntersector":
+        return RayMeshIntersector(self.mesh, self._scale_to_box, device=self._device)
+
+    def __deepcopy__(self, memo: Any) -> "RayMeshIntersector":
+        return self.__copy__()
+
+
+def _first_of_each(hits: _Hits, count: Optional[int]) -> _Hits:
+    """The first `count` hits of each ray, whose hits follow each other; None: all."""
+    if count is None or len(hits.rays) == 0:
+        return hits
+    begins = np.flatnonzero(np.diff(hits.rays, prepend=hits.rays[0] - 1))
+    number = np.arange(len(hits.rays)) - np.repeat(begins, np.diff(begins, append=len(hits.rays)))
+    return _Hits(*(array[number < count] for array in hits))
+
+
+class ProximityQuery:
+    """Distances from a mesh, as trimesh.proximity.ProximityQuery.
+
+    mesh:   the mesh
+    device: what morphray.Scene takes
+
+    points are (n, 3) numbers, in units of the mesh. Results are numpy arrays. Threads, Ctrl-C and
+    errors are as for RayMeshIntersector.
+    """
+
+    def __init__(self, mesh: Any, *, device: Any = "cpu") -> None:
+        self._mesh = mesh
+        self._device = device
+        self._followed = _MeshScene(mesh, device)
+
+    def on_surface(self, points: ArrayLike) -> Tuple[_Floats, _Floats, _Ints]:
+        """Finds the closest points of the mesh.
+
+        Returns (closest, distance, triangle_id): (n, 3) and (n,) float64, (n,) int64. Where the
+        closest point lies on an edge or a vertex, triangle_id is the triangle there that faces the
+        point most, as in trimesh; then the lowest. Where there is none, for a point that is not
+        finite or in an empty mesh, they are NaN, inf and -1.
+        """
+        rows = _rows(points, "points")
+        followed = self._followed
+        followed.update()
+        found = followed.scene.closest_points(followed.frame.points(rows))
+        there = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
+        closest = np.full(rows.shape, np.nan)
+        distance = np.full(len(rows), np.inf)
+        triangle_id = np.full(len(rows), -1, np.int64)
+        triangle_id[there] = found["prim_id"][there]
+        closest[there] = followed.closest_on(triangle_id[there], rows[there])
+        distance[there] = np.linalg.norm(rows[there] - closest[there], axis=1)
+        at_edge = there[(found["feature"][there] != 0) & (distance[there] > _MERGE)]
+        self._face_points(found[at_edge], rows, closest, distance, triangle_id, at_edge)
+        return closest, distance, triangle_id
+
+    def _face_points(self, found: NDArray[np.void], points: _Floats, closest: _Floats,
+                     distance: _Floats, triangle_id: _Ints, chosen: _Ints) -> None:
+        """Lets each chosen point have the triangle, of those around a corner, that faces it most."""
+        followed = self._followed
+        first, fan = followed.fans
+        # A corner that the closest point is at, or whose edge it is on: that of the largest weight.
+        u, v = found["u"].astype(np.float64), found["v"].astype(np.float64)
+        corner = np.argmax(np.stack([1 - u - v, u, v], axis=-1), axis=1)
+        vertex = followed.faces[triangle_id[chosen], corner]
+        count = first[vertex + 1] - first[vertex]
+        owner = np.repeat(np.arange(len(chosen)), count)
+        within = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+        faces = fan[first[vertex][owner] + within]
+        point = points[chosen][owner]
+        on_face = followed.closest_on(faces, point)
+        apart = np.linalg.norm(point - on_face, axis=1)
+        equal = apart <= distance[chosen][owner] + _MERGE
+        owner, faces, on_face, apart = owner[equal], faces[equal], on_face[equal], apart[equal]
+        facing = _dot(followed.normals[faces], point[equal] - on_face) / apart
+        # By owner, then by -facing, then by number.
+        order = np.lexsort((faces, -facing, owner))
+        best = order[np.flatnonzero(np.diff(owner[order], prepend=-1))]
+        at = chosen[owner[best]]
+        triangle_id[at], closest[at], distance[at] = faces[best], on_face[best], apart[best]
+
+    def vertex(self, points: ArrayLike) -> Tuple[_Floats, _Ints]:
+        """Finds the closest vertices, also those that no face has.
+
+        Returns (distance, vertex_id): (n,) float64 and int64; inf and the number of vertices where
+        there is none, as scipy's trees answer.
+        """
+        rows = _rows(points, "points")
+        followed = self._followed
+        followed.update()
+        found = followed.vertex_scene.closest_points(followed.frame.points(rows))
+        vertex_id = found["prim_id"].astype(np.int64)
+        there = found["prim_id"] != _morphray.INVALID_ID
+        distance = np.full(len(rows), np.inf)
+        distance[there] = np.linalg.norm(rows[there] - followed.vertices[vertex_id[there]], axis=1)
+        vertex_id[~there] = len(followed.vertices)
+        return distance, vertex_id
+
+    def signed_distance(self, points: ArrayLike) -> _Floats:
+        """The distances to the mesh: (n,) float64, positive inside and negative outside, and positive
+        within 1e-8 of it, as in trimesh. Inside is that of RayMeshIntersector.contains_points().
+        """
+        rows = _rows(points, "points")
+        distance = self.on_surface(rows)[1]
+        outside = ~self._followed.contains(rows) & (distance > _MERGE)
+        distance[outside] *= -1
+        return distance
+
+    def __getstate__(self) -> Any:
+        return self._mesh, self._device
+
+    def __setstate__(self, state: Any) -> None:
+        self.__init__(state[0], device=state[1])  # type: ignore[misc]
+
+    def __copy__(self) -> "ProximityQuery":
+        return ProximityQuery(self._mesh, device=self._device)
+
+    def __deepcopy__(self, memo: Any) -> "ProximityQuery":
+        return self.__copy__()
+
+
+def closest_point(mesh: Any, points: ArrayLike) -> Tuple[_Floats, _Floats, _Ints]:
+    """ProximityQuery(mesh).on_surface(points), as trimesh.proximity.closest_point()."""
+    return ProximityQuery(mesh).on_surface(points)
+
+
+def signed_distance(mesh: Any, points: ArrayLike) -> _Floats:
+    """ProximityQuery(mesh).signed_distance(points), as trimesh.proximity.signed_distance()."""
+    return ProximityQuery(mesh).signed_distance(points)
