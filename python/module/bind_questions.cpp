@@ -1,8 +1,12 @@
 // The questions about all triangles of a scene, as methods of morphray.Scene.
+#include <pybind11/stl.h>
+
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <optional>
 
 #include "morphray/queries.hpp"
 #include "python/module/arrays.h"
@@ -86,13 +90,15 @@ void widen_features(std::span<ClosestPoint> closest) {
         std::memset(reinterpret_cast<std::byte*>(&point.feature) + 1, 0, 3);
 }
 
-py::array closest_points(PyScene& scene, const py::object& points, float max_distance,
-                         const py::object& out, const py::object& cancel) {
+py::array closest_points(PyScene& scene, const py::object& points,
+                         std::optional<float> max_distance, const py::object& out,
+                         const py::object& cancel) {
     const QueryArray array = query_points_of(points);
     py::array results = results_for(array, out, closest_dtype());
     const Pinned pin(results);
     const std::span closest(static_cast<ClosestPoint*>(results.mutable_data()), array.count);
-    scene.closest_points(array, max_distance, closest, cancel_of(cancel));
+    scene.closest_points(array, max_distance.value_or(std::numeric_limits<float>::infinity()),
+                         closest, cancel_of(cancel));
     widen_features(closest);
     return results;
 }
@@ -116,7 +122,6 @@ Cancel* cancel_of(const py::object& cancel) {
 }
 
 void bind_questions(py::class_<PyScene>& scene_class) {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
     scene_class
         .def("intersect_all", &intersect_all, kIntersectAllDoc, arg("rays"), py::kw_only(),
              arg("crossing") = "owner", arg("max_hits") = py::none(), arg("cancel") = py::none())
@@ -127,7 +132,7 @@ void bind_questions(py::class_<PyScene>& scene_class) {
         .def("contains", &contains, kContainsDoc, arg("points"), arg("out") = py::none(),
              py::kw_only(), arg("rule") = "nonzero", arg("cancel") = py::none())
         .def("closest_points", &closest_points, kClosestPointsDoc, arg("points"),
-             arg("max_distance") = kInfinity, arg("out") = py::none(), py::kw_only(),
+             arg("max_distance") = py::none(), arg("out") = py::none(), py::kw_only(),
              arg("cancel") = py::none())
         .def("signed_distance", &signed_distance, kSignedDistanceDoc, arg("points"),
              arg("out") = py::none(), py::kw_only(), arg("rule") = "nonzero",

@@ -82,13 +82,13 @@ Returns an array of bool, one a point; `out` if it is given. A point that is NaN
 outside. Raises what winding() raises, ValueError for another rule.)";
 
 inline constexpr const char* kClosestPointsDoc =
-    R"(closest_points(self, points, max_distance=inf, out=None, *, cancel=None)
+    R"(closest_points(self, points, max_distance=None, out=None, *, cancel=None)
 --
 
 Finds the closest points of the meshes.
 
 points, cancel: those of winding()
-max_distance:   the farthest that is looked for, in units of the points; not negative
+max_distance:   the farthest that is looked for, in units of the points; not negative. None: infinite
 out:            an array of closest_dtype to write to, one element a point: C-contiguous and writable
 
 Returns an array of closest_dtype with the fields

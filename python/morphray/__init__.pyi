@@ -234,7 +234,7 @@ class Scene(metaclass=_Type):
     def closest_points(
         self,
         points: NDArray[np.float32],
-        max_distance: float = ...,
+        max_distance: Optional[float] = None,
         out: Optional[NDArray[np.void]] = None,
         *,
         cancel: Optional[Cancel] = None,

@@ -11,42 +11,38 @@ Arrays are numpy's; tensors of Open3D are accepted, and so are its meshes. Open3
 
 import operator as _operator
 import threading as _threading
-from typing import Any, Dict, List, Optional, Tuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 import morphray as _morphray
 
-_Result = Dict[str, NDArray[Any]]
 
-
-def _array(tensor: Any) -> Any:
+def _array(tensor):
     """A tensor of Open3D as an array; all else as it is."""
     if isinstance(tensor, np.ndarray) or not hasattr(tensor, "numpy"):
         return tensor
     return (tensor.cpu() if hasattr(tensor, "cpu") else tensor).numpy()
 
 
-def _require_count(number: Any, name: str, least: int) -> int:
+def _require_count(number, name, least):
     count = _operator.index(number)
     if count < least:
         raise ValueError(f"{name}: {count} is below {least}")
     return count
 
 
-def _require_samples(nsamples: Any) -> None:
+def _require_samples(nsamples):
     if _require_count(nsamples, "nsamples", 1) % 2 == 0:
         raise ValueError(f"nsamples: an odd number is needed, not {nsamples}")
 
 
-def _device_of(device: Any, nthreads: int) -> Any:
+def _device_of(device, nthreads):
     if device is None or str(device).upper().startswith("CPU"):
         return _morphray.Device.cpu(threads=nthreads)
     return device
 
 
-def _matrix(array: Any, name: str, shape: Tuple[int, ...]) -> NDArray[np.float64]:
+def _matrix(array, name, shape):
     matrix = np.asarray(_array(array), np.float64)
     if matrix.shape != shape:
         raise ValueError(f"{name}: a shape of {shape} is needed, not {matrix.shape}")
@@ -75,15 +71,17 @@ class RaycastingScene:
     what the library finds.
     """
 
-    INVALID_ID: int = _morphray.INVALID_ID
+    INVALID_ID = _morphray.INVALID_ID
 
-    def __init__(self, nthreads: int = 0, device: Any = None) -> None:
-        self._device = _device_of(device, _require_count(nthreads, "nthreads", 0))
-        self._meshes: List[_morphray.Mesh] = []
-        self._scene: Optional[_morphray.Scene] = None
+    def __init__(self, nthreads=0, device=None):
+        device = _device_of(device, _require_count(nthreads, "nthreads", 0))
+        # One device for all scenes that are to be built.
+        self._device = _morphray.Scene([], device=device).device
+        self._meshes = []
+        self._scene = None
         self._lock = _threading.Lock()
 
-    def add_triangles(self, vertex_positions: Any, triangle_indices: Any = None) -> int:
+    def add_triangles(self, vertex_positions, triangle_indices=None):
         """Adds a mesh, which is copied, and returns its geometry ID: 0, 1, ... in order.
 
         vertex_positions: (V, 3) float32; or, alone, a TriangleMesh of o3d.t.geometry
@@ -111,30 +109,28 @@ class RaycastingScene:
             self._scene = None
             return len(self._meshes) - 1
 
-    def _built(self) -> _morphray.Scene:
+    def _built(self):
         with self._lock:
             if self._scene is None:
                 self._scene = _morphray.Scene(self._meshes, device=self._device, update="refit")
             return self._scene
 
-    def cast_rays(self, rays: Any, nthreads: int = 0) -> _Result:
+    def cast_rays(self, rays, nthreads=0):
         """Finds the closest hits. Returns the dict of morphray.Scene.cast_rays()."""
         _require_count(nthreads, "nthreads", 0)
-        return cast(_Result, self._built().cast_rays(_array(rays)))
+        return self._built().cast_rays(_array(rays))
 
-    def test_occlusions(
-        self, rays: Any, tnear: float = 0.0, tfar: float = np.inf, nthreads: int = 0
-    ) -> NDArray[np.bool_]:
+    def test_occlusions(self, rays, tnear=0.0, tfar=np.inf, nthreads=0):
         """Finds whether rays hit anything at tnear <= t <= tfar: bool, one a ray."""
         _require_count(nthreads, "nthreads", 0)
         return self._built().test_occlusions(_array(rays), tnear, tfar)
 
-    def count_intersections(self, rays: Any, nthreads: int = 0) -> NDArray[np.int32]:
+    def count_intersections(self, rays, nthreads=0):
         """Counts all hits of rays: int32, one a ray."""
         _require_count(nthreads, "nthreads", 0)
         return self._built().count(_array(rays)).astype(np.int32)
 
-    def list_intersections(self, rays: Any, nthreads: int = 0) -> _Result:
+    def list_intersections(self, rays, nthreads=0):
         """Finds all hits of rays. Returns a dict of
 
         ray_splits:    (N + 1,) uint32: those of ray i have the numbers from ray_splits[i] on, up to
@@ -160,7 +156,7 @@ class RaycastingScene:
             "primitive_uvs": np.stack([hits["u"], hits["v"]], axis=-1),
         }
 
-    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> _Result:
+    def compute_closest_points(self, query_points, nthreads=0):
         """Finds the closest points of the meshes. Returns a dict of
 
         points:            (..., 3) float32
@@ -183,9 +179,7 @@ class RaycastingScene:
             "primitive_normals": self._normals(closest["geom_id"], closest["prim_id"]),
         }
 
-    def _normals(
-        self, geom_ids: NDArray[np.uint32], prim_ids: NDArray[np.uint32]
-    ) -> NDArray[np.float32]:
+    def _normals(self, geom_ids, prim_ids):
         normals = np.zeros(geom_ids.shape + (3,), np.float32)
         for geom_id, mesh in enumerate(self._meshes):
             here = geom_ids == geom_id
@@ -197,14 +191,12 @@ class RaycastingScene:
             normals[here] = np.divide(n, length, out=np.zeros_like(n), where=length > 0)
         return normals
 
-    def compute_distance(self, query_points: Any, nthreads: int = 0) -> NDArray[np.float32]:
+    def compute_distance(self, query_points, nthreads=0):
         """Finds the distances to the meshes: float32, one a point. inf where there is none."""
         _require_count(nthreads, "nthreads", 0)
         return self._built().closest_points(_array(query_points))["distance"].copy()
 
-    def compute_signed_distance(
-        self, query_points: Any, nthreads: int = 0, nsamples: int = 1
-    ) -> NDArray[np.float32]:
+    def compute_signed_distance(self, query_points, nthreads=0, nsamples=1):
         """The distances to the meshes, negative inside, as compute_occupancy() says: float32.
 
         inf where there is none, NaN for a point that is NaN or infinite.
@@ -213,9 +205,7 @@ class RaycastingScene:
         _require_samples(nsamples)
         return self._built().signed_distance(_array(query_points), rule="odd")
 
-    def compute_occupancy(
-        self, query_points: Any, nthreads: int = 0, nsamples: int = 1
-    ) -> NDArray[np.float32]:
+    def compute_occupancy(self, query_points, nthreads=0, nsamples=1):
         """Finds which points are inside: float32, 1 inside and 0 outside.
 
         A point is inside if a half-line from it crosses the meshes an odd number of times, exactly,
@@ -227,7 +217,7 @@ class RaycastingScene:
         return self._built().contains(_array(query_points), rule="odd").astype(np.float32)
 
     @staticmethod
-    def create_rays_pinhole(*args: Any, **kwargs: Any) -> NDArray[np.float32]:
+    def create_rays_pinhole(*args, **kwargs):
         """The rays of a pinhole camera through the middles of pixels: (height_px, width_px, 6).
 
         create_rays_pinhole(intrinsic_matrix, extrinsic_matrix, width_px, height_px): (3, 3), upper
@@ -243,9 +233,7 @@ class RaycastingScene:
         return _rays_of_view(*args, **kwargs)
 
 
-def _rays_of_matrices(
-    intrinsic_matrix: Any, extrinsic_matrix: Any, width_px: int, height_px: int
-) -> NDArray[np.float32]:
+def _rays_of_matrices(intrinsic_matrix, extrinsic_matrix, width_px, height_px):
     intrinsic = _matrix(intrinsic_matrix, "intrinsic_matrix", (3, 3))
     extrinsic = _matrix(extrinsic_matrix, "extrinsic_matrix", (4, 4))
     width = _require_count(width_px, "width_px", 0)
@@ -259,9 +247,7 @@ def _rays_of_matrices(
     return rays
 
 
-def _rays_of_view(
-    fov_deg: float, center: Any, eye: Any, up: Any, width_px: int, height_px: int
-) -> NDArray[np.float32]:
+def _rays_of_view(fov_deg, center, eye, up, width_px, height_px):
     centre, origin = _matrix(center, "center", (3,)), _matrix(eye, "eye", (3,))
     down, ahead = _matrix(up, "up", (3,)), centre - origin
     right = np.cross(down, ahead)

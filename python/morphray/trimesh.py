@@ -7,23 +7,21 @@
     mesh.contains(points)
 
 A mesh is any object with `vertices`, (V, 3) numbers, and `faces`, (F, 3) integers; trimesh itself is
-not imported. Numbers are float64, as trimesh's are. Which triangles are hit, inside and closest is
-decided for coordinates that are rounded to float32, relative to the mesh; locations, distances and
-the sides of rays are then computed in float64 from the mesh as it is.
+not imported. Coordinates are below 1e100, and a mesh is 0 or at least 1e-100 large.
+
+Numbers are float64, as trimesh's are. Which triangles are hit and closest, and which points are
+inside, is decided for coordinates that are rounded to float32 relative to the mesh; locations,
+distances and which hits lie behind an origin are then computed in float64 from the mesh as it is.
 
 A mesh that moved is updated, not built anew.
 """
 
 import threading as _threading
-from typing import Any, NamedTuple, Optional, Tuple
+from typing import Any as _Any, NamedTuple as _NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 import morphray as _morphray
-
-_Floats = NDArray[np.float64]
-_Ints = NDArray[np.int64]
 
 # trimesh's tol.merge: distances that it does not tell apart.
 _MERGE = 1e-8
@@ -37,7 +35,7 @@ _BACK = 2.0**-18
 _GRAZING = 2.0**-10
 
 
-def _rows(array: ArrayLike, name: str) -> _Floats:
+def _rows(array, name):
     rows = np.asarray(array, np.float64)
     if rows.shape == (0,):
         return rows.reshape(0, 3)
@@ -46,26 +44,26 @@ def _rows(array: ArrayLike, name: str) -> _Floats:
     return rows
 
 
-def _faces_of(mesh: Any) -> _Ints:
+def _faces_of(mesh):
     faces = np.asarray(mesh.faces)
     if faces.size > 0 and faces.dtype.kind not in "iu":
         raise TypeError(f"faces: integers are needed, not {faces.dtype}")
     return _rows(faces, "faces").astype(np.int64)
 
 
-def _dot(a: _Floats, b: _Floats) -> _Floats:
+def _dot(a, b):
     return np.einsum("ij,ij->i", a, b)
 
 
-class _Frame(NamedTuple):
+class _Frame(_NamedTuple):
     """Maps a mesh into [-1, 1] on all axes: by a shift, where it is farther from 0 than it is large,
     and by a power of two. Vertices that are float32 keep all of their bits."""
 
-    origin: _Floats
+    origin: _Any
     scale: float
 
     @staticmethod
-    def of(points: _Floats) -> "_Frame":
+    def of(points):
         finite = points[np.isfinite(points).all(axis=1)]
         if len(finite) == 0:
             return _Frame(np.zeros(3), 1.0)
@@ -79,7 +77,7 @@ class _Frame(NamedTuple):
         exponent = np.frexp(size)[1] if size > 0 else 0
         return _Frame(origin, float(2.0 ** -np.clip(exponent, -1022, 1022)))
 
-    def points(self, points: _Floats) -> NDArray[np.float32]:
+    def points(self, points):
         with np.errstate(over="ignore", invalid="ignore"):
             return ((points - self.origin) * self.scale).astype(np.float32)
 
@@ -87,14 +85,14 @@ class _Frame(NamedTuple):
 class _MeshScene:
     """A scene that follows a mesh: what the queries of one mesh share."""
 
-    def __init__(self, mesh: Any, device: Any) -> None:
+    def __init__(self, mesh, device):
         self.mesh = mesh
         self.device = device
         self._lock = _threading.Lock()
-        self._key: Optional[int] = None
-        self._scene: Optional[_morphray.Scene] = None
+        self._key = None
+        self.scene = None
 
-    def update(self) -> None:
+    def update(self):
         """Brings all members to the mesh. Where its class has a hash of its own, as trimesh's have,
         that tells whether the mesh has changed; otherwise the arrays are compared."""
         has_hash = type(self.mesh).__hash__ not in (None, object.__hash__)
@@ -105,8 +103,8 @@ class _MeshScene:
             self._read(_rows(np.array(self.mesh.vertices), "vertices"), _faces_of(self.mesh))
             self._key = key
 
-    def _read(self, vertices: _Floats, faces: _Ints) -> None:
-        same_faces = self._scene is not None and np.array_equal(faces, self.faces)
+    def _read(self, vertices, faces):
+        same_faces = self.scene is not None and np.array_equal(faces, self.faces)
         if same_faces and np.array_equal(vertices, self.vertices, equal_nan=True):
             return
         frame = _Frame.of(vertices)
@@ -115,29 +113,25 @@ class _MeshScene:
             self._points[:] = points
             self.scene.update()
         else:
-            self._scene = _morphray.Scene(points, faces, device=self.device, bounds=_BOUNDS)
+            self.scene = _morphray.Scene(points, faces, device=self.device, bounds=_BOUNDS)
             self._points = points
         self.vertices, self.faces, self.frame = vertices, faces, frame
         finite = vertices[np.unique(faces)]
         finite = finite[np.isfinite(finite).all(axis=1)]
         self.lower = finite.min(axis=0, initial=np.inf)
         self.upper = finite.max(axis=0, initial=-np.inf)
-        corners = vertices[faces]
+        # Scaled, so that products neither overflow nor vanish.
+        corners = vertices[faces] * frame.scale
         with np.errstate(invalid="ignore", over="ignore"):
             self.normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
             length = np.linalg.norm(self.normals, axis=1, keepdims=True)
             self.normals = np.divide(self.normals, length, out=np.zeros_like(self.normals),
                                      where=length > 0)
-        self._vertex_scene: Optional[_morphray.Scene] = None
-        self._fans: Optional[Tuple[_Ints, _Ints]] = None
+        self._vertex_scene = None
+        self._fans = None
 
     @property
-    def scene(self) -> _morphray.Scene:
-        assert self._scene is not None
-        return self._scene
-
-    @property
-    def vertex_scene(self) -> _morphray.Scene:
+    def vertex_scene(self):
         """A triangle for each vertex, which has its three corners there."""
         with self._lock:
             if self._vertex_scene is None:
@@ -147,7 +141,7 @@ class _MeshScene:
             return self._vertex_scene
 
     @property
-    def fans(self) -> Tuple[_Ints, _Ints]:
+    def fans(self):
         """The faces at each vertex v: faces[first[v]:first[v + 1]]."""
         if self._fans is None:
             corners = self.faces.ravel()
@@ -156,14 +150,14 @@ class _MeshScene:
                           np.argsort(corners, kind="stable") // 3)
         return self._fans
 
-    def contains(self, points: _Floats) -> NDArray[np.bool_]:
+    def contains(self, points):
         """No point outside of the bounds is inside, also of a mesh with holes."""
         in_bounds = ((points >= self.lower) & (points <= self.upper)).all(axis=1)
         inside = np.zeros(len(points), bool)
         inside[in_bounds] = self.scene.contains(self.frame.points(points[in_bounds]), rule="odd")
         return inside
 
-    def closest_on(self, faces: _Ints, points: _Floats) -> _Floats:
+    def closest_on(self, faces, points):
         """For each point the closest one of its face, by the region of the triangle that it projects
         to (Ericson, Real-Time Collision Detection, 2005, section 5.1.5)."""
         p0, p1, p2 = np.moveaxis(self.vertices[self.faces[faces]], 1, 0)
@@ -190,10 +184,10 @@ class _MeshScene:
         return best
 
 
-class _Hits(NamedTuple):
-    triangles: _Ints
-    rays: _Ints
-    locations: _Floats
+class _Hits(_NamedTuple):
+    triangles: _Any
+    rays: _Any
+    locations: _Any
 
 
 _NO_HITS = _Hits(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3)))
@@ -220,20 +214,14 @@ class RayMeshIntersector:
     number, and what morphray.Scene raises for the mesh.
     """
 
-    def __init__(self, geometry: Any, scale_to_box: bool = True, *, device: Any = "cpu") -> None:
+    def __init__(self, geometry, scale_to_box=True, *, device="cpu"):
         self.mesh = geometry
         self._scale_to_box = scale_to_box
         self._device = device
         self._followed = _MeshScene(geometry, device)
 
-    def intersects_id(
-        self,
-        ray_origins: ArrayLike,
-        ray_directions: ArrayLike,
-        multiple_hits: bool = True,
-        max_hits: Optional[int] = None,
-        return_locations: bool = False,
-    ) -> Any:
+    def intersects_id(self, ray_origins, ray_directions, multiple_hits=True, max_hits=None,
+                      return_locations=False):
         """Finds the triangles that rays hit.
 
         multiple_hits:    all hits of each ray, or the closest one
@@ -248,14 +236,12 @@ class RayMeshIntersector:
             return hits.triangles, hits.rays, hits.locations
         return hits.triangles, hits.rays
 
-    def intersects_location(
-        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True
-    ) -> Tuple[_Floats, _Ints, _Ints]:
+    def intersects_location(self, ray_origins, ray_directions, multiple_hits=True):
         """Finds the places where rays hit. Returns (locations, index_ray, index_tri)."""
         hits = self._hits(ray_origins, ray_directions, multiple_hits, None)
         return hits.locations, hits.rays, hits.triangles
 
-    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> _Ints:
+    def intersects_first(self, ray_origins, ray_directions):
         """Finds the first triangle of each ray: (n,) int64, -1 for a miss."""
         origins = _rows(ray_origins, "ray_origins")
         hits = self._hits(origins, ray_directions, False, None)
@@ -263,13 +249,11 @@ class RayMeshIntersector:
         first[hits.rays] = hits.triangles
         return first
 
-    def intersects_any(
-        self, ray_origins: ArrayLike, ray_directions: ArrayLike
-    ) -> NDArray[np.bool_]:
+    def intersects_any(self, ray_origins, ray_directions):
         """Finds whether rays hit anything: (n,) bool."""
         return self.intersects_first(ray_origins, ray_directions) >= 0
 
-    def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
+    def contains_points(self, points):
         """Finds which points are inside: (n,) bool.
 
         A point is inside if a half-line from it crosses the mesh an odd number of times, exactly for
@@ -280,12 +264,12 @@ class RayMeshIntersector:
         self._followed.update()
         return self._followed.contains(rows)
 
-    def _hits(self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool,
-              max_hits: Optional[int]) -> _Hits:
-        origins, directions = _rows(ray_origins, "ray_origins"), _rows(ray_directions, "ray_directions")
+    def _hits(self, ray_origins, ray_directions, multiple_hits, max_hits):
+        origins = _rows(ray_origins, "ray_origins")
+        directions = _rows(ray_directions, "ray_directions")
         if origins.shape != directions.shape:
-            raise ValueError(f"ray_origins, ray_directions: {len(origins)} and {len(directions)} rows "
-                             "are not the same rays")
+            raise ValueError(f"ray_origins, ray_directions: {len(origins)} and {len(directions)} "
+                             "rows are not the same rays")
         if max_hits is not None and max_hits < 0:
             raise ValueError(f"max_hits: {max_hits} is below 0")
         self._followed.update()
@@ -307,7 +291,7 @@ class RayMeshIntersector:
         order = np.argsort(merged[1], kind="stable")
         return _Hits(*(array[order] for array in merged))
 
-    def _cast_from(self, origins: _Floats, directions: _Floats) -> NDArray[np.float32]:
+    def _cast_from(self, origins, directions):
         """Rays in the frame. Those that start far away are moved up to the mesh: the nearer, the
         less an origin is rounded. Directions keep their bits: they are scaled by powers of two."""
         frame = self._followed.frame
@@ -323,14 +307,12 @@ class RayMeshIntersector:
             rays[:, 3:] = step
         return rays
 
-    def _all(self, rays: NDArray[np.float32], origins: _Floats, directions: _Floats,
-             crossing: Any = "owner") -> _Hits:
+    def _all(self, rays, origins, directions, crossing="owner"):
         found = self._followed.scene.intersect_all(rays, crossing=crossing)
         hits, ahead = self._locate(found.hits, found.ray_ids, origins, directions)
         return _Hits(*(array[ahead] for array in hits))
 
-    def _locate(self, found: NDArray[np.void], rays: _Ints, origins: _Floats,
-                directions: _Floats) -> Tuple[_Hits, NDArray[np.bool_]]:
+    def _locate(self, found, rays, origins, directions):
         """Hits with their places, and whether each lies at the origin of its ray or ahead of it."""
         triangles = found["prim_id"].astype(np.int64)
         p0, p1, p2 = np.moveaxis(self._followed.vertices[self._followed.faces[triangles]], 1, 0)
@@ -347,20 +329,20 @@ class RayMeshIntersector:
             t = np.where(grazing, _dot(on_triangle - origin, direction), t)
         return _Hits(triangles, rays.astype(np.int64), locations), t >= 0
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self):
         return self.mesh, self._scale_to_box, self._device
 
-    def __setstate__(self, state: Any) -> None:
-        self.__init__(*state[:2], device=state[2])  # type: ignore[misc]
+    def __setstate__(self, state):
+        self.__init__(*state[:2], device=state[2])
 
-    def __copy__(self) -> "RayMeshIntersector":
+    def __copy__(self):
         return RayMeshIntersector(self.mesh, self._scale_to_box, device=self._device)
 
-    def __deepcopy__(self, memo: Any) -> "RayMeshIntersector":
+    def __deepcopy__(self, memo):
         return self.__copy__()
 
 
-def _first_of_each(hits: _Hits, count: Optional[int]) -> _Hits:
+def _first_of_each(hits, count):
     """The first `count` hits of each ray, whose hits follow each other; None: all."""
     if count is None or len(hits.rays) == 0:
         return hits
@@ -379,18 +361,19 @@ class ProximityQuery:
     errors are as for RayMeshIntersector.
     """
 
-    def __init__(self, mesh: Any, *, device: Any = "cpu") -> None:
+    def __init__(self, mesh, *, device="cpu"):
         self._mesh = mesh
         self._device = device
         self._followed = _MeshScene(mesh, device)
 
-    def on_surface(self, points: ArrayLike) -> Tuple[_Floats, _Floats, _Ints]:
+    def on_surface(self, points):
         """Finds the closest points of the mesh.
 
         Returns (closest, distance, triangle_id): (n, 3) and (n,) float64, (n,) int64. Where the
         closest point lies on an edge or a vertex, triangle_id is the triangle there that faces the
         point most, as in trimesh; then the lowest. Where there is none, for a point that is not
-        finite or in an empty mesh, they are NaN, inf and -1.
+        finite or a million times as far away as the mesh is large, or in an empty mesh, they are
+        NaN, inf and -1.
         """
         rows = _rows(points, "points")
         followed = self._followed
@@ -407,8 +390,7 @@ class ProximityQuery:
         self._face_points(found[at_edge], rows, closest, distance, triangle_id, at_edge)
         return closest, distance, triangle_id
 
-    def _face_points(self, found: NDArray[np.void], points: _Floats, closest: _Floats,
-                     distance: _Floats, triangle_id: _Ints, chosen: _Ints) -> None:
+    def _face_points(self, found, points, closest, distance, triangle_id, chosen):
         """Lets each chosen point have the triangle, of those around a corner, that faces it most."""
         followed = self._followed
         first, fan = followed.fans
@@ -432,7 +414,7 @@ class ProximityQuery:
         at = chosen[owner[best]]
         triangle_id[at], closest[at], distance[at] = faces[best], on_face[best], apart[best]
 
-    def vertex(self, points: ArrayLike) -> Tuple[_Floats, _Ints]:
+    def vertex(self, points):
         """Finds the closest vertices, also those that no face has.
 
         Returns (distance, vertex_id): (n,) float64 and int64; inf and the number of vertices where
@@ -449,7 +431,7 @@ class ProximityQuery:
         vertex_id[~there] = len(followed.vertices)
         return distance, vertex_id
 
-    def signed_distance(self, points: ArrayLike) -> _Floats:
+    def signed_distance(self, points):
         """The distances to the mesh: (n,) float64, positive inside and negative outside, and positive
         within 1e-8 of it, as in trimesh. Inside is that of RayMeshIntersector.contains_points().
         """
@@ -459,24 +441,24 @@ class ProximityQuery:
         distance[outside] *= -1
         return distance
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self):
         return self._mesh, self._device
 
-    def __setstate__(self, state: Any) -> None:
-        self.__init__(state[0], device=state[1])  # type: ignore[misc]
+    def __setstate__(self, state):
+        self.__init__(state[0], device=state[1])
 
-    def __copy__(self) -> "ProximityQuery":
+    def __copy__(self):
         return ProximityQuery(self._mesh, device=self._device)
 
-    def __deepcopy__(self, memo: Any) -> "ProximityQuery":
+    def __deepcopy__(self, memo):
         return self.__copy__()
 
 
-def closest_point(mesh: Any, points: ArrayLike) -> Tuple[_Floats, _Floats, _Ints]:
+def closest_point(mesh, points):
     """ProximityQuery(mesh).on_surface(points), as trimesh.proximity.closest_point()."""
     return ProximityQuery(mesh).on_surface(points)
 
 
-def signed_distance(mesh: Any, points: ArrayLike) -> _Floats:
+def signed_distance(mesh, points):
     """ProximityQuery(mesh).signed_distance(points), as trimesh.proximity.signed_distance()."""
     return ProximityQuery(mesh).signed_distance(points)

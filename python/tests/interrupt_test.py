@@ -1,4 +1,4 @@
-"""Ctrl-C ends long calls, and Cancel ends images. Calls that nothing ends would take many minutes."""
+"""Ctrl-C ends long calls, and Cancel ends images and questions. Calls that nothing ends would take many minutes."""
 
 import os
 import signal
@@ -23,6 +23,7 @@ slow = morphray.Scene(points, triangles, device=morphray.Device.brute_force(thre
 fast = morphray.Scene(points, triangles, device=morphray.Device.cpu(threads=1))
 rays = random_rays(points, 2_000_000)
 six = np.ascontiguousarray(rays[:, [0, 1, 2, 4, 5, 6]])
+where = np.ascontiguousarray(rays[:, :3]) * np.float32(0.3)
 calls = {
     "render": lambda: fast.render((4096, 4096), rays="ao", ao_count=256),
     "render lit": lambda: fast.render((1024, 1024), shading="lit", samples=16, ao_count=256),
@@ -32,6 +33,13 @@ calls = {
     "cast_rays": lambda: slow.cast_rays(rays),
     "test_occlusions": lambda: slow.test_occlusions(six),
     "compare": lambda: morphray.compare(fast, slow, rays),
+    "intersect_all": lambda: slow.intersect_all(rays),
+    "intersect_all six": lambda: slow.intersect_all(six),
+    "count": lambda: slow.count(rays),
+    "winding": lambda: slow.winding(where),
+    "contains": lambda: slow.contains(where),
+    "closest_points": lambda: slow.closest_points(where),
+    "signed_distance": lambda: slow.signed_distance(where),
 }
 handled = []
 
@@ -69,7 +77,8 @@ def run(code):
 @pytest.mark.parametrize(
     "name",
     ["render", "render lit", "intersect", "intersect six", "occluded", "cast_rays", "test_occlusions",
-     "compare"],
+     "compare", "intersect_all", "intersect_all six", "count", "winding", "contains",
+     "closest_points", "signed_distance"],
 )
 def test_ctrl_c_ends_a_call_and_leaves_the_scene_usable(name):
     run(f"""
@@ -244,17 +253,63 @@ def test_cancel_ends_images_in_any_thread(options):
     assert scene.render(size, **options).image_hash == expected
 
 
+def questions(scene):
+    rays = random_rays(grid(100)[0], 500_000)
+    where = rays[:, :3].copy() * 0.3
+    return {"intersect_all": lambda cancel: scene.intersect_all(rays, cancel=cancel),
+            "count": lambda cancel: scene.count(rays, cancel=cancel),
+            "winding": lambda cancel: scene.winding(where, cancel=cancel),
+            "contains": lambda cancel: scene.contains(where, cancel=cancel),
+            "closest_points": lambda cancel: scene.closest_points(where, cancel=cancel),
+            "signed_distance": lambda cancel: scene.signed_distance(where, cancel=cancel)}
+
+
+@pytest.mark.parametrize("name", questions(None))
+def test_cancel_ends_questions_in_any_thread(name):
+    """Brute force would take minutes."""
+    points, triangles = grid(100)
+    slow = morphray.Scene(points, triangles, device=morphray.Device.brute_force(threads=1))
+    ask = questions(slow)[name]
+    cancel = morphray.Cancel()
+    timer = threading.Timer(0.2, cancel.set)
+    timer.start()
+    cancelled(lambda: ask(cancel))
+    timer.join()
+    cancelled(lambda: ask(cancel))
+    failures = []
+
+    def guarded():
+        try:
+            cancelled(lambda: ask(cancel))
+        except BaseException as error:
+            failures.append(error)
+
+    cancel.clear()
+    thread = threading.Thread(target=guarded)
+    thread.start()
+    cancel.set()
+    thread.join()
+    assert not failures
+    twin = slow.on("cpu")
+    for answer in [twin.count(random_rays(points, 10), cancel=morphray.Cancel()),
+                   twin.winding(points[:10], cancel=None)]:
+        assert answer.shape == (10,)
+
+
 @pytest.mark.parametrize("cancel", [True, threading.Event(), "now", morphray.Cancel])
 def test_what_is_no_cancel_is_refused(cancel):
     scene = morphray.Scene(*grid(2))
-    with pytest.raises(TypeError, match="cancel: a morphray.Cancel or None is needed"):
-        scene.render((4, 4), cancel=cancel)
+    for ask in [lambda: scene.render((4, 4), cancel=cancel), *(
+            lambda ask=ask: ask(cancel) for ask in questions(scene).values())]:
+        with pytest.raises(TypeError, match="cancel: a morphray.Cancel or None is needed"):
+            ask()
 
 
 def test_cancel_that_was_not_initialised_is_refused():
     scene = morphray.Scene(*grid(2))
     cancel = morphray.Cancel.__new__(morphray.Cancel)
     for work in [cancel.set, cancel.clear, cancel.is_set,
-                 lambda: scene.render((4, 4), cancel=cancel)]:
+                 lambda: scene.render((4, 4), cancel=cancel),
+                 *(lambda ask=ask: ask(cancel) for ask in questions(scene).values())]:
         with pytest.raises(TypeError, match="Cancel: .* has not been called"):
             work()

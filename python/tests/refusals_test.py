@@ -85,11 +85,64 @@ def test_bad_triangles(triangles, error, reason):
 )
 def test_bad_rays(rays, error, reason):
     scene = morphray.Scene(POINTS, TRIANGLES)
-    for call in [scene.intersect, scene.occluded, scene.cast_rays, scene.test_occlusions]:
+    for call in [scene.intersect, scene.occluded, scene.cast_rays, scene.test_occlusions,
+                 scene.intersect_all, scene.count]:
         with pytest.raises(error, match=reason):
             call(rays)
     with pytest.raises(error, match=reason):
         morphray.compare(scene, scene, rays)
+
+
+@pytest.mark.parametrize(
+    "points, error, reason",
+    [
+        ([[0, 0, 1]], TypeError, "points: a numpy.ndarray is needed, not list"),
+        (POINTS.astype(np.float64), TypeError, "points: dtype float32 .* not <f8"),
+        (POINTS.astype(">f4"), TypeError, "not >f4"),
+        (POINTS[0], ValueError, r"points: a shape of \(N, 3\) is needed, not \(3,\)"),
+        (np.zeros((4, 2), np.float32), ValueError, r"\(4, 2\)"),
+        (np.zeros((3, 4), np.float32), ValueError, r"\(3, 4\)"),
+        (np.array(1, np.float32), ValueError, r"\(\)"),
+    ],
+)
+def test_bad_points_to_ask_about(points, error, reason):
+    scene = morphray.Scene(POINTS, TRIANGLES)
+    for call in [scene.winding, scene.contains, scene.closest_points, scene.signed_distance]:
+        with pytest.raises(error, match=reason):
+            call(points)
+
+
+@pytest.mark.parametrize(
+    "ask, error, reason",
+    [
+        (lambda s: s.count(DOWN, crossing="all"), ValueError, '"all" is none of "owner" and "each"'),
+        (lambda s: s.intersect_all(DOWN, crossing=""), ValueError, "crossing: "),
+        (lambda s: s.intersect_all(DOWN, max_hits=-1), ValueError, "max_hits: -1 is out of range"),
+        (lambda s: s.intersect_all(DOWN, max_hits=2**32), ValueError, "max_hits: 4294967296"),
+        (lambda s: s.intersect_all(DOWN, max_hits=0.5), TypeError, "max_hits: a whole number"),
+        (lambda s: s.contains(POINTS, rule="even"), ValueError, '"even" is none of "nonzero" and'),
+        (lambda s: s.signed_distance(POINTS, rule="any"), ValueError, "rule: "),
+        (lambda s: s.closest_points(POINTS, -0.5), morphray.Error, "max_distance"),
+        (lambda s: s.closest_points(POINTS, np.nan), morphray.Error, "max_distance"),
+        (lambda s: s.closest_points(POINTS, "far"), TypeError, ""),
+        (lambda s: s.count(DOWN, np.empty(1, np.uint64)), TypeError, "out: dtype int64"),
+        (lambda s: s.winding(POINTS, np.empty(3, np.int64)), TypeError, "out: dtype int32"),
+        (lambda s: s.winding(POINTS, np.empty(4, np.int32)), ValueError,
+         r"\(3,\) is needed, as the points have, not \(4,\)"),
+        (lambda s: s.contains(POINTS, np.empty((3, 1), bool)), ValueError, "as the points have"),
+        (lambda s: s.count(DOWN, np.empty(12, np.uint8)[4:].view(np.int64)), ValueError,
+         "aligned to 8 bytes"),
+        (lambda s: s.closest_points(POINTS, out=np.empty(3, morphray.hit_dtype)), TypeError,
+         "out: dtype"),
+        (lambda s: s.signed_distance(POINTS, POINTS.ravel()[:3]), ValueError,
+         "shares memory with the points"),
+    ],
+)
+def test_bad_questions(ask, error, reason):
+    with pytest.raises(error, match=reason) as caught:
+        ask(morphray.Scene(POINTS, TRIANGLES))
+    if error is morphray.Error:
+        assert caught.value.code == "bad_argument"
 
 
 def test_bad_out():
@@ -272,6 +325,9 @@ def test_objects_that_were_not_initialised_are_refused(tmp_path):
     for work in [
         scene.update, scene.tree_statistics, scene.last_update, scene.render,
         lambda: scene.intersect(DOWN), lambda: scene.cast_rays(DOWN), lambda: scene.device,
+        lambda: scene.intersect_all(DOWN), lambda: scene.count(DOWN), lambda: scene.winding(POINTS),
+        lambda: scene.contains(POINTS), lambda: scene.closest_points(POINTS),
+        lambda: scene.signed_distance(POINTS),
         lambda: scene.on("cpu"), lambda: scene.detach(0),
         lambda: scene.attach(POINTS, TRIANGLES), lambda: repr(scene),
         lambda: morphray.compare(morphray.Scene([]), scene, DOWN),
@@ -315,9 +371,11 @@ def test_objects_that_cannot_be_pickled_or_copied_say_what_to_do_instead(name):
 def test_arrays_meshes_and_errors_are_pickled():
     scene = morphray.Scene(POINTS, TRIANGLES)
     image = scene.render((4, 4), rays="shadow")
-    for array in [scene.intersect(DOWN), image.pixels, image.hits, image.occlusion]:
+    for array in [scene.intersect(DOWN), *scene.intersect_all(DOWN), image.pixels, image.hits, image.occlusion]:
         assert_same_bits(pickle.loads(pickle.dumps(array)), array)
     assert pickle.loads(pickle.dumps(morphray.ray_dtype)) == morphray.ray_dtype
+    all_hits = pickle.loads(pickle.dumps(scene.intersect_all(DOWN)))
+    assert isinstance(all_hits, morphray.AllHits) and len(all_hits.of_ray(0)) == 1
     mesh = pickle.loads(pickle.dumps(morphray.Mesh(POINTS, TRIANGLES)))
     assert isinstance(mesh, morphray.Mesh)
     assert_same_bits(morphray.Scene([mesh]).intersect(DOWN), scene.intersect(DOWN))
@@ -343,7 +401,8 @@ def test_any_arguments_are_refused_or_accepted():
         np.zeros((3, 3), "S3"), np.zeros((1, 3), object),
     ]
     methods = ["update", "intersect", "occluded", "cast_rays", "test_occlusions", "on", "attach",
-               "detach", "last_update", "tree_statistics"]
+               "intersect_all", "count", "winding", "contains", "closest_points",
+               "signed_distance", "detach", "last_update", "tree_statistics"]
     keywords = ["device", "bounds", "update", "budget_ms", "split", "albedo", "refit_on", "deforms",
                 "textures"]
     calls = [getattr(scene, name) for name in methods]

@@ -40,6 +40,42 @@ def triangle():
     return points, np.array([[0, 1, 2]], np.uint32)
 
 
+def sphere(rings=16, radius=1.0, centre=(0, 0, 0)):
+    """A closed mesh around a centre, whose triangles are counter-clockwise as seen from outside."""
+    theta = np.linspace(0, np.pi, rings + 1)[1:-1, None]
+    phi = np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False)
+    ring = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi),
+                     np.cos(theta) * np.ones_like(phi)], axis=-1).reshape(-1, 3)
+    points = np.concatenate([ring, [[0, 0, 1], [0, 0, -1]]]) * radius + centre
+    side = 2 * rings
+    here = np.arange(len(ring)).reshape(-1, side)
+    right = np.roll(here, -1, axis=1)
+    top, bottom = np.full(side, len(ring)), np.full(side, len(ring) + 1)
+    triangles = [(top, here[0], right[0]), (bottom, right[-1], here[-1]),
+                 (here[:-1].ravel(), here[1:].ravel(), right[:-1].ravel()),
+                 (right[:-1].ravel(), here[1:].ravel(), right[1:].ravel())]
+    return (points.astype(np.float32),
+            np.concatenate([np.stack(t, axis=-1) for t in triangles]).astype(np.uint32))
+
+
+def cube():
+    """[0, 1] on all axes, with two triangles a side."""
+    points = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
+    triangles = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+                 [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    return points, np.array(triangles, np.uint32)
+
+
+def devices():
+    """Of all kinds that are here; brute force is the last."""
+    found = [morphray.Device.cpu(threads=2, simd=simd) for simd in morphray.simd_targets() + ["off"]]
+    try:
+        found.append(morphray.Device.vulkan())
+    except morphray.Error as error:
+        assert error.code == "unavailable"
+    return found + [morphray.Device.brute_force()]
+
+
 DOWN = np.array([[0.2, 0.3, 1, 0, 0, -1]], np.float32)
 
 

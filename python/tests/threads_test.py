@@ -75,6 +75,11 @@ def test_queries_release_the_gil(brute):
     rays = random_rays(grid(100)[0], 3000)
     for call in [brute.intersect, brute.occluded, brute.cast_rays]:
         assert_gil_is_released(lambda: call(rays))
+    for call in [brute.intersect_all, brute.count]:
+        assert_gil_is_released(lambda: call(rays))
+    where = random_rays(grid(100)[0], 20_000)[:, :3].copy()
+    for call in [brute.winding, brute.contains, brute.closest_points, brute.signed_distance]:
+        assert_gil_is_released(lambda: call(where))
     assert_gil_is_released(lambda: morphray.compare(brute, brute, rays))
     assert_gil_is_released(lambda: brute.render((64, 64)))
 
@@ -84,6 +89,8 @@ def test_many_threads_may_query_one_scene():
     scene = morphray.Scene(points, triangles)
     rays = random_rays(points, 5000)
     expected = scene.intersect(rays)
+    all_hits = scene.intersect_all(rays, crossing="each").hits
+    closest = scene.closest_points(rays[:, :3])
     failures = []
 
     def query():
@@ -91,6 +98,8 @@ def test_many_threads_may_query_one_scene():
             for _ in range(10):
                 assert_same_bits(scene.intersect(rays), expected)
                 scene.cast_rays(rays[:100])
+                assert_same_bits(scene.intersect_all(rays, crossing="each").hits, all_hits)
+                assert_same_bits(scene.closest_points(rays[:, :3]), closest)
                 scene.render((8, 8))
         except BaseException as error:
             failures.append(error)

@@ -11,12 +11,8 @@ import pytest
 import morphray.open3d
 import morphray.trimesh
 
-# Why a test does not pass: where our answer is the right one.
-EXPLAINED = {
-    "test_proximity.py::NearestTest::test_returns_correct_point_in_ambiguous_cases":
-        "The test asks for the farther of two triangles, by 1e-9, since the point faces it. Ours is "
-        "the closest one.",
-}
+# By name, as the table has them: why tests do not pass whose answer is wrong, where ours is right.
+EXPLAINED = {}
 # Compares two engines: ours with trimesh's own.
 BOTH_ENGINES = "test_issue_1919_engines_agree_simple_mesh"
 

@@ -1,0 +1,56 @@
+from typing import Any, Literal, Optional, Tuple, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from morphray import _DeviceLike
+
+_Floats = NDArray[np.float64]
+_Ints = NDArray[np.int64]
+
+class RayMeshIntersector:
+    # trimesh.Trimesh, or any object with `vertices` and `faces`.
+    mesh: Any
+    def __init__(
+        self, geometry: Any, scale_to_box: bool = True, *, device: _DeviceLike = "cpu"
+    ) -> None: ...
+    @overload
+    def intersects_id(
+        self,
+        ray_origins: ArrayLike,
+        ray_directions: ArrayLike,
+        multiple_hits: bool = True,
+        max_hits: Optional[int] = None,
+        return_locations: Literal[False] = False,
+    ) -> Tuple[_Ints, _Ints]: ...
+    @overload
+    def intersects_id(
+        self,
+        ray_origins: ArrayLike,
+        ray_directions: ArrayLike,
+        multiple_hits: bool = True,
+        max_hits: Optional[int] = None,
+        *,
+        return_locations: Literal[True],
+    ) -> Tuple[_Ints, _Ints, _Floats]: ...
+    def intersects_location(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True
+    ) -> Tuple[_Floats, _Ints, _Ints]: ...
+    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> _Ints: ...
+    def intersects_any(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike
+    ) -> NDArray[np.bool_]: ...
+    def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]: ...
+    def __copy__(self) -> RayMeshIntersector: ...
+    def __deepcopy__(self, memo: Any) -> RayMeshIntersector: ...
+
+class ProximityQuery:
+    def __init__(self, mesh: Any, *, device: _DeviceLike = "cpu") -> None: ...
+    def on_surface(self, points: ArrayLike) -> Tuple[_Floats, _Floats, _Ints]: ...
+    def vertex(self, points: ArrayLike) -> Tuple[_Floats, _Ints]: ...
+    def signed_distance(self, points: ArrayLike) -> _Floats: ...
+    def __copy__(self) -> ProximityQuery: ...
+    def __deepcopy__(self, memo: Any) -> ProximityQuery: ...
+
+def closest_point(mesh: Any, points: ArrayLike) -> Tuple[_Floats, _Floats, _Ints]: ...
+def signed_distance(mesh: Any, points: ArrayLike) -> _Floats: ...

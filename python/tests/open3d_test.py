@@ -1,0 +1,168 @@
+"""morphray.open3d answers with the keys and dtypes of Open3D, which is not needed."""
+
+import subprocess
+import sys
+import types
+
+import numpy as np
+import pytest
+
+import morphray
+import morphray.open3d
+from scenes import assert_same_bits, cube, grid, random_rays, six, sphere
+
+RAYS = np.array([[0.5, 0.25, -1, 0, 0, 1], [0.5, 0.25, 0.5, 0, 0, 1], [10, 10, 10, 1, 0, 0]],
+                np.float32)
+POINTS = np.array([[0.5, 0.5, 0.5], [-0.5, -0.5, -0.5], [0, 0, 0], [0.5, 0.75, 3]], np.float32)
+
+
+class Tensor:
+    """What a tensor of Open3D has, and no more."""
+
+    def __init__(self, array):
+        self._array = array
+
+    def cpu(self):
+        return self
+
+    def numpy(self):
+        return self._array
+
+
+def cube_scene(**options):
+    scene = morphray.open3d.RaycastingScene(**options)
+    assert scene.add_triangles(*cube()) == 0
+    return scene
+
+
+def test_neither_open3d_nor_trimesh_is_imported():
+    code = ("import sys; sys.modules['open3d'] = sys.modules['trimesh'] = None; "
+            "import morphray, morphray.open3d, morphray.trimesh")
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_rays_have_the_keys_and_dtypes_of_open3d():
+    scene = cube_scene()
+    cast = scene.cast_rays(RAYS)
+    assert cast["t_hit"].tolist() == [1, 0.5, np.inf]
+    assert cast["geometry_ids"].tolist() == [0, 0, scene.INVALID_ID]
+    assert scene.test_occlusions(RAYS).tolist() == [True, True, False]
+    assert scene.test_occlusions(RAYS, tnear=0.75, tfar=1.5).tolist() == [True, False, False]
+    counts = scene.count_intersections(RAYS)
+    assert counts.tolist() == [2, 1, 0] and counts.dtype == np.int32
+    lists = scene.list_intersections(RAYS)
+    assert {key: array.dtype for key, array in lists.items()} == {
+        "ray_splits": "u4", "ray_ids": "u4", "t_hit": "f4", "geometry_ids": "u4",
+        "primitive_ids": "u4", "primitive_uvs": "f4"}
+    assert lists["ray_splits"].tolist() == [0, 2, 3, 3] and lists["ray_ids"].tolist() == [0, 0, 1]
+    assert lists["t_hit"].tolist() == [1, 2, 0.5] and lists["primitive_uvs"].shape == (3, 2)
+
+
+def test_points_have_the_keys_and_dtypes_of_open3d():
+    scene = cube_scene()
+    closest = scene.compute_closest_points(POINTS)
+    assert {key: array.dtype for key, array in closest.items()} == {
+        "points": "f4", "geometry_ids": "u4", "primitive_ids": "u4", "primitive_uvs": "f4",
+        "primitive_normals": "f4"}
+    assert closest["points"][1:].tolist() == [[0, 0, 0], [0, 0, 0], [0.5, 0.75, 1]]
+    assert closest["primitive_normals"][3].tolist() == [0, 0, 1]
+    assert (scene.compute_distance(POINTS) == np.float32([0.5, 0.75**0.5, 0, 2])).all()
+    signed = scene.compute_signed_distance(POINTS, nsamples=3)
+    assert (signed == np.float32([-0.5, 0.75**0.5, 0, 2])).all()
+    inside = scene.compute_occupancy(POINTS)
+    assert inside.tolist() == [1, 0, 1, 0] and inside.dtype == np.float32
+
+
+def test_answers_are_those_of_the_scene():
+    points, triangles = grid(10)
+    rays = six(random_rays(points, 600)).reshape(20, 30, 6)
+    own = morphray.open3d.RaycastingScene()
+    own.add_triangles(points, triangles)
+    own.add_triangles(*sphere())
+    scene = morphray.Scene([(points, triangles), sphere()])
+    for key, array in scene.cast_rays(rays).items():
+        assert_same_bits(own.cast_rays(rays)[key], array)
+    assert np.array_equal(own.count_intersections(rays, nthreads=2), scene.count(rays))
+    where = rays[..., :3]
+    closest = own.compute_closest_points(where)
+    assert closest["points"].shape == closest["primitive_normals"].shape == (20, 30, 3)
+    assert closest["primitive_uvs"].shape == (20, 30, 2)
+    assert set(closest["geometry_ids"].ravel()) == {0, 1}
+    meshes = [(points, triangles), sphere()]
+    for geom_id, prim_id, normal in zip(closest["geometry_ids"].ravel(),
+                                        closest["primitive_ids"].ravel(),
+                                        closest["primitive_normals"].reshape(-1, 3)):
+        p0, p1, p2 = meshes[geom_id][0][meshes[geom_id][1][prim_id]].astype(np.float64)
+        n = np.cross(p1 - p0, p2 - p0)
+        assert np.abs(normal - n / np.linalg.norm(n)).max() < 1e-6
+    assert_same_bits(own.compute_distance(where), scene.closest_points(where)["distance"].copy())
+
+
+def test_meshes_are_copied_and_may_be_tensors():
+    points, triangles = cube()
+    scene = morphray.open3d.RaycastingScene(nthreads=1, device="CPU:0")
+    mesh = types.SimpleNamespace(
+        vertex=types.SimpleNamespace(positions=Tensor(points)),
+        triangle=types.SimpleNamespace(indices=Tensor(triangles.astype(np.int64))))
+    assert scene.add_triangles(mesh) == 0
+    points += np.float32(5)
+    assert scene.count_intersections(Tensor(RAYS)).tolist() == [2, 1, 0]
+    assert scene.add_triangles(Tensor(points), Tensor(triangles)) == 1
+    assert scene.compute_occupancy(Tensor(POINTS + np.float32(5))).tolist() == [1, 0, 1, 0]
+    assert scene.compute_closest_points(POINTS + np.float32(5))["geometry_ids"][0] == 1
+
+
+def test_an_empty_scene_has_answers():
+    scene = morphray.open3d.RaycastingScene()
+    assert scene.count_intersections(RAYS).tolist() == [0, 0, 0]
+    assert scene.list_intersections(RAYS)["ray_splits"].tolist() == [0, 0, 0, 0]
+    assert (scene.compute_distance(POINTS) == np.inf).all()
+    assert not scene.compute_occupancy(POINTS).any()
+    closest = scene.compute_closest_points(POINTS)
+    assert (closest["primitive_ids"] == scene.INVALID_ID).all()
+    assert not closest["primitive_normals"].any()
+
+
+def test_other_devices_answer_alike():
+    expected = cube_scene().compute_signed_distance(POINTS)
+    assert_same_bits(cube_scene(device="brute").compute_signed_distance(POINTS), expected)
+
+
+def test_rays_of_a_pinhole_camera_pass_through_the_middles_of_pixels():
+    rays = morphray.open3d.RaycastingScene.create_rays_pinhole(
+        fov_deg=90, center=[0, 0, 0], eye=[0, 0, -4], up=[0, 1, 0], width_px=4, height_px=2)
+    assert rays.shape == (2, 4, 6) and rays.dtype == np.float32
+    assert (rays[..., :3] == [0, 0, -4]).all() and np.allclose(rays[..., 5], 1)
+    assert np.allclose(rays[0, :, 3], [-0.75, -0.25, 0.25, 0.75])
+    assert np.allclose(rays[:, 0, 4], [-0.25, 0.25])
+    intrinsic = [[2, 0, 2], [0, 2, 1], [0, 0, 1]]
+    extrinsic = np.eye(4)
+    extrinsic[2, 3] = 4
+    twins = morphray.open3d.RaycastingScene.create_rays_pinhole(intrinsic, extrinsic, 4, 2)
+    assert np.allclose(twins, rays)
+
+
+@pytest.mark.parametrize(
+    "ask, error, reason",
+    [
+        (lambda s: s.cast_rays(RAYS.astype(np.float64)), TypeError, "rays: dtype float32"),
+        (lambda s: s.count_intersections(RAYS[0]), ValueError, "rays: a shape of"),
+        (lambda s: s.compute_distance(RAYS), ValueError, "points: a shape of"),
+        (lambda s: s.compute_occupancy(POINTS, nsamples=2), ValueError, "an odd number is needed"),
+        (lambda s: s.compute_signed_distance(POINTS, nsamples=-1), ValueError, "-1 is below 1"),
+        (lambda s: s.compute_distance(POINTS, nthreads=-1), ValueError, "nthreads: -1 is below 0"),
+        (lambda s: s.compute_distance(POINTS, nthreads=0.5), TypeError, ""),
+        (lambda s: s.add_triangles(POINTS), TypeError, "not ndarray"),
+        (lambda s: s.add_triangles(POINTS.astype(np.float64), cube()[1]), TypeError, "float32"),
+        (lambda s: s.add_triangles(POINTS, cube()[1]), morphray.Error, "has vertex"),
+        (lambda s: morphray.open3d.RaycastingScene(device="SYCL:0"), ValueError, "SYCL:0"),
+        (lambda s: s.create_rays_pinhole(np.eye(3), np.eye(3), 4, 4), ValueError,
+         r"extrinsic_matrix: a shape of \(4, 4\)"),
+        (lambda s: s.create_rays_pinhole(np.eye(3), np.eye(4), 4, -4), ValueError, "height_px"),
+    ],
+)
+def test_bad_arguments(ask, error, reason):
+    scene = cube_scene()
+    with pytest.raises(error, match=reason):
+        ask(scene)
+    assert scene.count_intersections(RAYS).tolist() == [2, 1, 0]

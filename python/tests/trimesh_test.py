@@ -1,0 +1,253 @@
+"""morphray.trimesh answers as trimesh does, in float64, for any mesh with vertices and faces."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import morphray
+import morphray.trimesh
+from scenes import cube, grid, sphere
+
+
+class Mesh:
+    """Not trimesh's: the arrays are all that it has."""
+
+    def __init__(self, vertices, faces):
+        self.vertices = np.asarray(vertices, np.float64)
+        self.faces = faces
+
+
+class HashedMesh(Mesh):
+    """With a hash of its contents, as trimesh.Trimesh has."""
+
+    hashes = 0
+
+    def __hash__(self):
+        HashedMesh.hashes += 1
+        return hash(self.vertices.tobytes())
+
+
+def queries(mesh):
+    return morphray.trimesh.RayMeshIntersector(mesh), morphray.trimesh.ProximityQuery(mesh)
+
+
+UP = [[0.5, 0.25, -1], [0.5, 0.25, 0.5], [9, 9, 9]], [[0, 0, 1], [0, 0, 4], [0, 0, 1]]
+
+
+def test_rays_hit_triangles():
+    rays, _ = queries(Mesh(*cube()))
+    triangles, ray_ids, locations = rays.intersects_id(*UP, return_locations=True)
+    assert triangles.dtype == ray_ids.dtype == np.int64 and locations.dtype == np.float64
+    assert ray_ids.tolist() == [0, 0, 1]
+    assert locations.tolist() == [[0.5, 0.25, 0], [0.5, 0.25, 1], [0.5, 0.25, 1]]
+    assert [a.tolist() for a in rays.intersects_id(*UP)] == [triangles.tolist(), [0, 0, 1]]
+    where, ray_ids, again = rays.intersects_location(*UP, multiple_hits=False)
+    assert ray_ids.tolist() == [0, 1] and where.tolist() == locations[[0, 2]].tolist()
+    assert again.tolist() == triangles[[0, 2]].tolist()
+    assert rays.intersects_first(*UP).tolist() == [*triangles[[0, 2]], -1]
+    assert rays.intersects_any(*UP).tolist() == [True, True, False]
+    for max_hits, count in [(0, 0), (1, 2), (2, 3), (100, 3)]:
+        assert len(rays.intersects_id(*UP, max_hits=max_hits)[0]) == count
+        assert len(rays.intersects_id(*UP, False, max_hits)[0]) == min(count, 2)
+
+
+def test_a_ray_hits_what_it_starts_on_and_nothing_behind():
+    rays, _ = queries(Mesh(*cube()))
+    origins, directions = [[0.5, 0.25, 0], [0.5, 0.25, 1e-9]], [[0, 0, 1], [0, 0, 1]]
+    assert rays.intersects_id(origins, directions)[1].tolist() == [0, 0, 1]
+    where, ray_ids, _ = rays.intersects_location(origins, directions, multiple_hits=False)
+    assert ray_ids.tolist() == [0, 1] and where[:, 2].tolist() == [0, 1]
+    # Next to each of many triangles, on either side.
+    points, faces = sphere()
+    rays, _ = queries(Mesh(points, faces))
+    corners = points.astype(np.float64)[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    middle = corners.mean(axis=1)
+    assert not rays.intersects_any(middle + 1e-12 * normals, normals).any()
+    assert (rays.intersects_first(middle - 1e-12 * normals, normals) == np.arange(len(faces))).all()
+    inwards = rays.intersects_first(middle - 1e-12 * normals, -normals)
+    assert (inwards >= 0).all() and not (inwards == np.arange(len(faces))).any()
+
+
+def test_a_closed_mesh_is_left_once_through_each_vertex_and_edge():
+    points, faces = sphere()
+    rays, _ = queries(Mesh(points, faces))
+    ends = np.concatenate([points, points[faces[:, 0]] + points[faces[:, 1]]]).astype(np.float64)
+    origins = np.zeros_like(ends)
+    assert (np.bincount(rays.intersects_id(origins, ends)[1], minlength=len(ends)) == 1).all()
+    assert rays.intersects_any(origins, ends).all()
+
+
+@pytest.mark.parametrize("scale", [1e-90, 1e-5, 1, 1e8, 1e90])
+@pytest.mark.parametrize("place", [0, 1e6])
+def test_neither_scale_nor_place_matters(scale, place):
+    points, faces = sphere()
+    vertices = (points.astype(np.float64) + place) * scale
+    rays, nearest = queries(Mesh(vertices, faces))
+    centre = np.full(3, place * scale)
+    directions = np.random.default_rng(1).normal(size=(200, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    origins = centre + 3 * scale * directions
+    for length in (scale, 1):
+        where, ray_ids, _ = rays.intersects_location(origins, -directions * length)
+        assert np.bincount(ray_ids).tolist() == [2] * 200
+    apart = np.linalg.norm(where - centre, axis=1) / scale
+    assert (apart > 0.97).all() and (apart < 1 + 1e-6).all()
+    assert not rays.intersects_any(origins, directions).any()
+    assert rays.contains_points(centre + 0.9 * scale * directions).all()
+    assert not rays.contains_points(origins).any()
+    distance = nearest.on_surface(origins)[1] / scale
+    assert (distance > 2 - 1e-6).all() and (distance < 2.03).all()
+
+
+def test_far_origins_lose_nothing():
+    points, faces = sphere()
+    rays, _ = queries(Mesh(points, faces))
+    targets = points[faces].mean(axis=1).astype(np.float64)
+    directions = -targets
+    near = rays.intersects_first(targets - 3 * directions, directions)
+    assert (near == np.arange(len(faces))).all()
+    far = rays.intersects_first(targets - 1e7 * directions, directions)
+    assert np.array_equal(far, near)
+
+
+def test_closest_points_are_those_of_float64():
+    points, faces = grid(8)
+    _, nearest = queries(Mesh(points, faces))
+    random = np.random.default_rng(3)
+    # Above the middles of triangles, and beyond the edge of the sheet.
+    corners = points.astype(np.float64)[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    height = random.uniform(1e-7, 1e-3, len(faces))
+    closest, distance, triangle_id = nearest.on_surface(
+        corners.mean(axis=1) + height[:, None] * normals)
+    assert np.array_equal(triangle_id, np.arange(len(faces))) and triangle_id.dtype == np.int64
+    assert np.abs(distance - height).max() < 1e-14
+    assert np.abs(closest - corners.mean(axis=1)).max() < 1e-14
+    outside = [[-3, 0.5, points[4 * 9, 2]]]
+    assert nearest.on_surface(outside)[1] == pytest.approx(3, abs=1e-14)
+    distance, vertex_id = nearest.vertex(points + 1e-4 * random.normal(size=points.shape))
+    assert np.array_equal(vertex_id, np.arange(len(points))) and (distance < 1e-3).all()
+
+
+def test_of_equally_close_triangles_the_one_that_faces_the_point_is_chosen():
+    # A wedge with its edge along x at y = 0.5.
+    vertices = [[-1, 0.5, 0], [1, 0.5, 0], [0, -1, -0.5], [0, -1, 0.5]]
+    _, nearest = queries(Mesh(vertices, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]])))
+    points = [[0, 1, z] for z in (-1, -0.5, 0.5, 1)]
+    closest, _, triangle_id = nearest.on_surface(points)
+    assert (closest == [0, 0.5, 0]).all() and triangle_id.tolist() == [0, 0, 2, 2]
+
+
+def test_distances_are_positive_inside():
+    rays, nearest = queries(Mesh(*cube()))
+    points = [[0.5, 0.5, 0.75], [0.5, 0.5, 2], [1, 1, 1], [0, 0, -5e-9]]
+    signed = nearest.signed_distance(points)
+    assert signed[:3].tolist() == [0.25, -1, 0] and 0 < signed[3] < 1e-8
+    assert rays.contains_points(points).tolist() == [True, False, True, False]
+    assert morphray.trimesh.signed_distance(Mesh(*cube()), points).tolist() == signed.tolist()
+    apart = morphray.trimesh.closest_point(Mesh(*cube()), points)[1]
+    assert apart.tolist() == np.abs(signed).tolist()
+
+
+def test_no_point_outside_of_the_bounds_is_inside_a_mesh_with_holes():
+    points, faces = cube()
+    rays, _ = queries(Mesh(points, faces[2:]))
+    assert not rays.contains_points([[0.5, 0.4, -0.5], [0.5, 0.4, 1.5]]).any()
+
+
+@pytest.mark.parametrize("mesh_class", [Mesh, HashedMesh])
+def test_a_mesh_that_changes_is_followed(mesh_class):
+    mesh = mesh_class(*cube())
+    rays, nearest = queries(mesh)
+    inside = [[0.5, 0.5, 0.5]]
+    assert rays.contains_points(inside).all() and nearest.vertex(inside)[1].tolist() == [0]
+    mesh.vertices[:, 0] += 1
+    assert not rays.contains_points(inside).any()
+    assert nearest.on_surface(inside)[1].tolist() == [0.5]
+    assert nearest.vertex([[2, 1, 1]])[0].tolist() == [0]
+    mesh.vertices = mesh.vertices * 1e3
+    assert rays.contains_points([[1500, 500, 500]]).all()
+    mesh.faces, mesh.vertices = sphere()[1], np.asarray(sphere()[0], np.float64)
+    assert rays.contains_points([[0, 0, -0.5]]).all()
+
+
+def test_contents_are_not_read_again_while_their_hash_stays():
+    mesh = HashedMesh(*cube())
+    rays, _ = queries(mesh)
+    assert rays.intersects_any(*UP)[0]
+    mesh.vertices = None  # not read
+    mesh.__class__ = type("Same", (HashedMesh,), {"__hash__": lambda self: rays._followed._key})
+    assert rays.intersects_any(*UP)[0]
+
+
+def test_meshes_without_triangles_and_no_questions_have_answers():
+    for mesh in [Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)), Mesh([[1, 2, 3]], [])]:
+        rays, nearest = queries(mesh)
+        assert rays.intersects_first(*UP).tolist() == [-1, -1, -1]
+        assert rays.intersects_location(*UP)[0].shape == (0, 3)
+        assert not rays.contains_points(UP[0]).any()
+        closest, distance, triangle_id = nearest.on_surface(UP[0])
+        assert np.isnan(closest).all() and (distance == np.inf).all() and (triangle_id == -1).all()
+    assert nearest.vertex([[1, 2, 5]])[0] == 2
+    rays, nearest = queries(Mesh(*cube()))
+    for none in [[], np.zeros((0, 3))]:
+        assert rays.intersects_first(none, none).shape == (0,)
+        assert rays.intersects_id(none, none, return_locations=True)[2].shape == (0, 3)
+        assert rays.contains_points(none).shape == nearest.signed_distance(none).shape == (0,)
+        assert nearest.on_surface(none)[0].shape == (0, 3)
+
+
+def test_numbers_that_are_not_finite_have_answers():
+    vertices, faces = cube()
+    rays, nearest = queries(Mesh(vertices, faces))
+    nan, inf = np.nan, np.inf
+    bad = [[nan, 0, 0], [inf, 0, 0], [0, -inf, 0], [1e300, 0, 0]]
+    forward = [[0, 0, 1.0]] * 4
+    assert not rays.intersects_any(bad, forward).any() and not rays.contains_points(bad).any()
+    assert not rays.intersects_any([[0.5, 0.4, -1]] * 4, [*bad[:3], [0, 0, 0]]).any()
+    assert np.isnan(nearest.on_surface(bad)[0]).all() and nearest.vertex(bad)[1].tolist() == [8] * 4
+    vertices[7] = np.nan
+    rays, _ = queries(Mesh(vertices, faces))
+    assert rays.intersects_id([[0.25, 0.3, -1]], [[0, 0, 1]])[1].tolist() == [0]
+
+
+@pytest.mark.parametrize(
+    "ask, error, reason",
+    [
+        (lambda r, n: r.intersects_any([[0, 0, 0]], [[0, 0]]), ValueError,
+         r"ray_directions: .* \(1, 2\)"),
+        (lambda r, n: r.intersects_any([0, 0, 0], [0, 0, 1]), ValueError, "ray_origins: a shape"),
+        (lambda r, n: r.intersects_id([[0, 0, 0]] * 2, [[0, 0, 1]]), ValueError, "2 and 1 rows"),
+        (lambda r, n: r.intersects_id(*UP, max_hits=-1), ValueError, "max_hits: -1 is below 0"),
+        (lambda r, n: r.contains_points([[0, 0]]), ValueError, "points: a shape"),
+        (lambda r, n: n.on_surface("here"), ValueError, ""),
+        (lambda r, n: n.vertex([[[0, 0, 0]]]), ValueError, "points: a shape"),
+        (lambda r, n: queries(Mesh(cube()[0], [[0, 1, 8]]))[0].contains_points([[0, 0, 0]]),
+         morphray.Error, "vertex 8"),
+        (lambda r, n: queries(Mesh(cube()[0], [[0, 1.5, 2]]))[0].contains_points([[0, 0, 0]]),
+         TypeError, "faces: integers"),
+        (lambda r, n: queries(Mesh(cube()[0][:, :2], cube()[1]))[0].contains_points([[0, 0, 0]]),
+         ValueError, "vertices: a shape"),
+        (lambda r, n: morphray.trimesh.ProximityQuery(Mesh(*cube()), device="x").vertex([[0, 0, 0]]),
+         ValueError, "device: "),
+    ],
+)
+def test_bad_arguments(ask, error, reason):
+    rays, nearest = queries(Mesh(*cube()))
+    with pytest.raises(error, match=reason):
+        ask(rays, nearest)
+    assert rays.contains_points([[0.5, 0.5, 0.5]]).all()
+
+
+def test_queries_are_copied_and_pickled_without_their_scene():
+    rays, nearest = queries(Mesh(*cube()))
+    assert rays.intersects_any(*UP)[0] and nearest.on_surface([[0, 0, 2]])[1] == 1
+    for twin in [pickle.loads(pickle.dumps(rays)), copy.copy(rays), copy.deepcopy(rays)]:
+        assert twin.intersects_first(*UP).tolist() == rays.intersects_first(*UP).tolist()
+    for twin in [pickle.loads(pickle.dumps(nearest)), copy.copy(nearest), copy.deepcopy(nearest)]:
+        assert twin.on_surface([[0, 0, 2]])[1] == 1
