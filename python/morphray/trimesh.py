@@ -70,9 +70,10 @@ class _Frame(_NamedTuple):
         lower, upper = finite.min(axis=0), finite.max(axis=0)
         # Halves, since differences may be infinite.
         centre, extent = lower / 2 + upper / 2, (upper / 2 - lower / 2).max() * 2
-        with np.errstate(over="ignore"):
-            near = centre.astype(np.float32).astype(np.float64)
-        origin = np.where((np.abs(centre) > extent) & np.isfinite(near), near, 0.0)
+        # As many bits as a float32 has: differences with float32 from there on are exact.
+        part, exponent = np.frexp(centre)
+        near = np.ldexp(part.astype(np.float32).astype(np.float64), exponent)
+        origin = np.where(np.abs(centre) > extent, near, 0.0)
         size = np.maximum(np.abs(lower - origin), np.abs(upper - origin)).max()
         exponent = np.frexp(size)[1] if size > 0 else 0
         return _Frame(origin, float(2.0 ** -np.clip(exponent, -1022, 1022)))

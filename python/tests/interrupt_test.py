@@ -1,4 +1,4 @@
-"""Ctrl-C ends long calls, and Cancel ends images and questions. Calls that nothing ends would take many minutes."""
+"""Ctrl-C ends long calls, and Cancel images and questions. What nothing ends would take many minutes."""
 
 import os
 import signal
