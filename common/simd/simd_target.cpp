@@ -10,17 +10,23 @@
 namespace mray {
 namespace {
 
-constexpr std::int64_t kWithoutSimd = HWY_SCALAR | HWY_EMU128;
-
 // Best first.
 constexpr SimdTarget kTargets[] = {
     {"avx512", HWY_AVX3}, {"avx2", HWY_AVX2}, {"sse4", HWY_SSE4},
-    {"ssse3", HWY_SSSE3}, {"neon", HWY_NEON}, {"scalar", HWY_TARGETS& kWithoutSimd},
+    {"ssse3", HWY_SSSE3}, {"neon", HWY_NEON}, {"scalar", HWY_SCALAR},
 };
+
+constexpr std::int64_t named_bits() {
+    std::int64_t bits = 0;
+    for (const SimdTarget& target : kTargets) bits |= target.bit;
+    return bits;
+}
+
+static_assert((HWY_TARGETS & ~named_bits()) == 0, "a target is compiled that no name leads to");
 
 bool is_supported(const SimdTarget& target) {
     if ((target.bit & HWY_TARGETS) == 0) return false;
-    return (target.bit & (hwy::SupportedTargets() | kWithoutSimd)) != 0;
+    return (target.bit & (hwy::SupportedTargets() | HWY_SCALAR)) != 0;
 }
 
 }  // namespace
