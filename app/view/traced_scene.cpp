@@ -20,7 +20,6 @@ bool TracedScene::follow(const ImageRequest& request) {
     clip_.set(request.edit);
     if (!is_same) {
         const bool is_first = !scene_;
-        scene_.reset();
         options_.tree.update = request.scene.update;
         options_.shading.ground = request.scene.ground;
         // --build-at is for the first tree; a change of settings builds where one is.

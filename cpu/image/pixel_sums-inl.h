@@ -64,7 +64,7 @@ public:
                     lanes::to_float(load_unaligned(sums_[k].data() + x)) * share);
             }
             const UintVec colour = lanes::pack_rgb(channels[0], channels[1], channels[2]);
-            if (x + kLanes <= width) {
+            if (width - x >= kLanes) {
                 store_unaligned(colour, pixels + x);
             } else {
                 alignas(64) std::uint32_t last[kLanes];

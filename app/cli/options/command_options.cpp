@@ -324,10 +324,12 @@ CommandSpec define_devices(Options& options) {
 }  // namespace
 
 std::vector<CommandSpec> command_specs(Options& options) {
-    return {define_render(options),  define_view(options),  define_crosscheck(options),
-            define_merge(options),   define_diff(options),  define_probe(options),
-            define_profile(options), define_trace(options), define_chart(options),
-            define_info(options),    define_index(options), define_devices(options)};
+    std::vector<CommandSpec> commands;
+    for (const auto define :
+         {define_render, define_view, define_crosscheck, define_merge, define_diff, define_probe,
+          define_profile, define_trace, define_chart, define_info, define_index, define_devices})
+        commands.push_back(define(options));
+    return commands;
 }
 
 }  // namespace mray::app

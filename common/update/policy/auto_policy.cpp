@@ -117,11 +117,11 @@ double AutoPolicy::build_frames() const {
 
 void AutoPolicy::remember_trace(double sound_trace) {
     last_traces_[traces_++ % last_traces_.size()] = sound_trace;
-    std::array<double, 5> sorted = last_traces_;
-    const auto end =
-        sorted.begin() + static_cast<std::ptrdiff_t>(std::min(traces_, last_traces_.size()));
-    std::sort(sorted.begin(), end);
-    sound_trace_ = sorted[static_cast<std::size_t>(end - sorted.begin() - 1) / 2];
+    std::array<double, 5> traces = last_traces_;
+    const auto end = traces.begin() + static_cast<std::ptrdiff_t>(std::min(traces_, traces.size()));
+    const auto middle = traces.begin() + (end - traces.begin() - 1) / 2;
+    std::nth_element(traces.begin(), middle, end);
+    sound_trace_ = *middle;
 }
 
 /// Adds this frame's share and savings, and takes what its remedies cost.
