@@ -2,6 +2,7 @@
 // of updates gives the trees and images of the CPU.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 
 #include "common/base/errors.h"
