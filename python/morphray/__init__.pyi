@@ -4,6 +4,30 @@ from typing import Any, Literal, NamedTuple, Optional, Sequence, Tuple, TypedDic
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "INVALID_ID",
+    "Cancel",
+    "Comparison",
+    "Device",
+    "Error",
+    "HitsWriter",
+    "Image",
+    "ImageHits",
+    "Mesh",
+    "Scene",
+    "Textures",
+    "TreeStatistics",
+    "Update",
+    "VulkanDeviceInfo",
+    "__version__",
+    "compare",
+    "hit_dtype",
+    "ray_dtype",
+    "read_hits",
+    "simd_targets",
+    "vulkan_devices",
+]
+
 __version__: str
 INVALID_ID: int
 ray_dtype: np.dtype[np.void]
