@@ -15,8 +15,8 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
     throw Error(ErrorKind::kUnavailable, "Vulkan: " + text);
 }
 
-/// A loader reports these two, at the first call, for a driver that it cannot start and a manifest
-/// that it cannot parse.
+/// A loader reports these two, at the first call, for a driver that it cannot start and, as version
+/// 1.3.239 does and 1.4.309 does not, for a manifest that it cannot parse.
 void check_loader(VkResult result, const char* action) {
     const bool has_memory = result != VK_ERROR_OUT_OF_HOST_MEMORY;
     if (!has_memory || result == VK_ERROR_INITIALIZATION_FAILED) {
@@ -73,8 +73,9 @@ VkInstance create_instance(const VkInstanceCreateInfo& info) {
     const VkResult result = vkCreateInstance(&info, nullptr, &instance);
     if (result == VK_ERROR_INCOMPATIBLE_DRIVER) {
         unavailable(
-            "no driver on this machine (VK_ERROR_INCOMPATIBLE_DRIVER); install one, for example "
-            "mesa-vulkan-drivers");
+            "no driver on this machine, or none whose manifest can be read "
+            "(VK_ERROR_INCOMPATIBLE_DRIVER); install one, for example mesa-vulkan-drivers, or see "
+            "VK_DRIVER_FILES and VK_ICD_FILENAMES");
     }
     check_loader(result, "create an instance");
     return instance;
@@ -102,9 +103,27 @@ Instance::Instance(bool validate, PFN_vkGetInstanceProcAddr loader, ValidationLo
     const VkValidationFeatureEnableEXT enabled[] = {
         VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT,
     };
+    const void* chain = &messenger;
+#ifdef VK_EXT_layer_settings
+    // Layers that have settings look into shaders, and find missing barriers between them, only if
+    // asked.
+    const VkBool32 is_on = VK_TRUE;
+    const VkLayerSettingEXT setting = {.pLayerName = kValidationLayer,
+                                       .pSettingName = "syncval_shader_accesses_heuristic",
+                                       .type = VK_LAYER_SETTING_TYPE_BOOL32_EXT,
+                                       .valueCount = 1,
+                                       .pValues = &is_on};
+    const VkLayerSettingsCreateInfoEXT settings = {
+        .sType = VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT,
+        .pNext = chain,
+        .settingCount = 1,
+        .pSettings = &setting,
+    };
+    chain = &settings;
+#endif
     const VkValidationFeaturesEXT features = {
         .sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
-        .pNext = &messenger,
+        .pNext = chain,
         .enabledValidationFeatureCount = 1,
         .pEnabledValidationFeatures = enabled,
     };

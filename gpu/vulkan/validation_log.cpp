@@ -1,5 +1,7 @@
 #include "gpu/vulkan/validation_log.h"
 
+#include <utility>
+
 #include "common/base/errors.h"
 
 namespace mray::gpu {
@@ -9,15 +11,20 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
                                           VkDebugUtilsMessageTypeFlagsEXT,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data,
                                           void* user_data) {
-    static_cast<ValidationLog*>(user_data)->add(data->pMessage);
+    std::string text = data->pMessage != nullptr ? data->pMessage : "(no text)";
+    // Some versions of the layer leave the name of the rule out of the text.
+    const char* rule = data->pMessageIdName;
+    if (rule != nullptr && text.find(rule) == std::string::npos)
+        text = std::string(rule) + ": " + text;
+    static_cast<ValidationLog*>(user_data)->add(std::move(text));
     return VK_FALSE;
 }
 
 }  // namespace
 
-void ValidationLog::add(const char* message) {
+void ValidationLog::add(std::string message) {
     const std::lock_guard lock(mutex_);
-    messages_.emplace_back(message != nullptr ? message : "(no text)");
+    messages_.push_back(std::move(message));
 }
 
 std::size_t ValidationLog::size() const {

@@ -12,7 +12,7 @@ namespace mray::gpu {
 /// Collects messages of error severity, from any thread.
 class ValidationLog {
 public:
-    void add(const char* message);
+    void add(std::string message);
     /// The number of messages so far.
     std::size_t size() const;
     std::vector<std::string> messages() const;

@@ -151,10 +151,15 @@ TEST(Installation, WithoutADriverSaysSo) {
     EXPECT_TRUE(contains(error_text([] { gpu::list_devices(); }), "no driver"));
 }
 
-TEST(Installation, WithAMalformedManifestSaysThatADriverIsBroken) {
+TEST(Installation, WithAMalformedManifestSaysThatItCannotBeRead) {
     const Environment broken("VK_ICD_FILENAMES", written("malformed.json", "{ \"file_format"));
-    EXPECT_TRUE(
-        contains(error_text([] { gpu::list_devices(); }), "a driver on this machine is broken"));
+    const std::string text = error_text([] { gpu::list_devices(); });
+    // The loader of Debian 12 says that there is such a driver, that of Debian 13 leaves it out.
+    EXPECT_TRUE(contains(text, "a driver on this machine is broken") ||
+                contains(text, "no driver on this machine"))
+        << text;
+    EXPECT_TRUE(contains(text, "manifest can")) << text;
+    EXPECT_TRUE(contains(text, "VK_ICD_FILENAMES")) << text;
 }
 
 TEST(Installation, WithADriverThatIsNoLibrarySaysThatThereIsNone) {
