@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
 #include <cstring>
 #include <optional>
 
@@ -68,6 +69,17 @@ std::string hex(std::span<const std::uint8_t> bytes) {
     return text;
 }
 
+/// Whether results of shuffles are wrong: of lavapipe with vectors of 512 bits, which Mesa 25.0.7
+/// makes only if LP_NATIVE_VECTOR_WIDTH says so. Without LLVM's optimisations (GALLIVM_PERF=nopt)
+/// they are right, as they are with Mesa 22.3.6, and with 4 or 8 lanes.
+bool has_broken_shuffle(const VkPhysicalDeviceDriverProperties& driver,
+                        std::uint32_t subgroup_size) {
+    // Lavapipe's number of a version is always 1.
+    unsigned mesa = 0;
+    return driver.driverID == VK_DRIVER_ID_MESA_LLVMPIPE && subgroup_size > 8 &&
+           std::sscanf(driver.driverInfo, "Mesa %u", &mesa) == 1 && mesa > 22;
+}
+
 /// Reads the properties of Vulkan 1.1. Returns the reason why the device is unusable, or nothing.
 std::string describe_1_1(PhysicalDevice& device) {
     const std::vector<std::string> extensions = device_extensions(device.handle);
@@ -100,7 +112,8 @@ std::string describe_1_1(PhysicalDevice& device) {
     device.info.uuid = hex(id.deviceUUID);
     device.info.subgroup_size = subgroup.subgroupSize;
     device.has_shuffle = (subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0 &&
-                         (subgroup.supportedOperations & VK_SUBGROUP_FEATURE_SHUFFLE_BIT) != 0;
+                         (subgroup.supportedOperations & VK_SUBGROUP_FEATURE_SHUFFLE_BIT) != 0 &&
+                         !has_broken_shuffle(driver, subgroup.subgroupSize);
     if (has_driver) {
         device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
     }
