@@ -282,7 +282,7 @@ class RayMeshIntersector:
         found = self._followed.scene.intersect(rays)
         hit = np.flatnonzero(found["prim_id"] != _morphray.INVALID_ID)
         hits, ahead = self._locate(found[hit], hit, origins, directions)
-        # What is met before the origin hides what lies behind it.
+        # Hits before the origin hide those behind it.
         again = hits.rays[~ahead]
         if len(again) == 0:
             return hits

@@ -17,7 +17,7 @@ POINTS = np.array([[0.5, 0.5, 0.5], [-0.5, -0.5, -0.5], [0, 0, 0], [0.5, 0.75, 3
 
 
 class Tensor:
-    """What a tensor of Open3D has, and no more."""
+    """Has the methods of Open3D's tensors that are called, and no more."""
 
     def __init__(self, array):
         self._array = array

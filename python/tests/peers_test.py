@@ -12,7 +12,7 @@ import morphray
 RUN = pathlib.Path(__file__).with_name("peers") / "run"
 PACKAGE = pathlib.Path(morphray.__file__).resolve().parents[1]
 
-# What the substitution touches of the two libraries.
+# The parts of the two libraries that the substitution touches.
 FILES = {
     "modules/open3d.py": """
 import types

@@ -67,7 +67,7 @@ def cube():
 
 
 def devices():
-    """Of all kinds that are here; brute force is the last."""
+    """One of each kind that is here; brute force is the last."""
     found = [morphray.Device.cpu(threads=2, simd=simd) for simd in morphray.simd_targets() + ["off"]]
     try:
         found.append(morphray.Device.vulkan())

@@ -60,7 +60,7 @@ def substitute_trimesh():
 
 
 def difference_of_nested(meshes, **_):
-    """Of a mesh and others that lie inside of it, for which no library is needed."""
+    """Takes meshes from one that they lie inside of, for which no library is needed."""
     import trimesh
 
     outer, *inner = meshes
