@@ -17,6 +17,7 @@
 #include "app/terminal/interrupt.h"
 #include "common/base/output_file.h"
 #include "common/text/message_text.h"
+#include "common/text/number_text.h"
 #include "morphray/hits.hpp"
 #include "tools/image/compare.h"
 
@@ -90,8 +91,8 @@ void require_same_kind(const std::vector<std::string>& names) {
 
 std::string describe_hit(const Hit& hit, std::uint32_t occlusion) {
     if (hit.prim_id == kNoPrim) return "miss";
-    return fmt::format("t {:a} u {:a} v {:a} prim {} occluded {}", hit.t, hit.u, hit.v, hit.prim_id,
-                       occlusion);
+    return fmt::format("t {} u {} v {} prim {} occluded {}", hex_text(hit.t), hex_text(hit.u),
+                       hex_text(hit.v), hit.prim_id, occlusion);
 }
 
 std::string describe_images(const DiffReport& report) {

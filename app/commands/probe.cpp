@@ -12,14 +12,12 @@
 namespace mray::app {
 namespace {
 
-std::string hex(float x) { return fmt::format("{:a}", x); }
-
 // Every bit, and a number to read.
-std::string both(float x) { return fmt::format("{:a} ({:.6g})", x, x); }
+std::string both(float x) { return fmt::format("{} ({:.6g})", hex_text(x), x); }
 
 std::string point(vec3 p) {
-    return fmt::format("{}  {}  {}   ({:.6g}, {:.6g}, {:.6g})", hex(p.x), hex(p.y), hex(p.z), p.x,
-                       p.y, p.z);
+    return fmt::format("{}  {}  {}   ({:.6g}, {:.6g}, {:.6g})", hex_text(p.x), hex_text(p.y),
+                       hex_text(p.z), p.x, p.y, p.z);
 }
 
 std::string hit_text(const Hit& hit, double world_depth) {
@@ -47,12 +45,14 @@ std::string secondary_text(const ProbeReport& report) {
     }
     for (std::size_t i = 0; i < report.secondary.size(); ++i) {
         const ProbeReport::Secondary& s = report.secondary[i];
-        const std::string hit = s.hit.prim_id == kNoPrim
-                                    ? std::string("free")
-                                    : fmt::format("prim {} at t {}", s.hit.prim_id, hex(s.hit.t));
+        const std::string hit =
+            s.hit.prim_id == kNoPrim
+                ? std::string("free")
+                : fmt::format("prim {} at t {}", s.hit.prim_id, hex_text(s.hit.t));
         text += fmt::format("  {:<3}  org {} {} {}  dir {} {} {}  tfar {}  {}\n", i,
-                            hex(s.ray.org.x), hex(s.ray.org.y), hex(s.ray.org.z), hex(s.ray.dir.x),
-                            hex(s.ray.dir.y), hex(s.ray.dir.z), hex(s.ray.tfar), hit);
+                            hex_text(s.ray.org.x), hex_text(s.ray.org.y), hex_text(s.ray.org.z),
+                            hex_text(s.ray.dir.x), hex_text(s.ray.dir.y), hex_text(s.ray.dir.z),
+                            hex_text(s.ray.tfar), hit);
     }
     return text;
 }
@@ -68,9 +68,9 @@ std::string candidates_text(const ProbeReport& report) {
                    !c.is_hit ? "no hit"
                    : first   ? "wins"
                              : "hit",
-                   hex(c.t), hex(c.u), hex(c.v), hex(c.edge_u), hex(c.edge_v), hex(c.edge_w),
-                   mark(c.inside), mark(c.has_area), mark(c.in_range), mark(c.finite),
-                   mark(c.meets_box), mark(c.may_hit)});
+                   hex_text(c.t), hex_text(c.u), hex_text(c.v), hex_text(c.edge_u),
+                   hex_text(c.edge_v), hex_text(c.edge_w), mark(c.inside), mark(c.has_area),
+                   mark(c.in_range), mark(c.finite), mark(c.meets_box), mark(c.may_hit)});
     }
     return "triangles by brute force, the answer first\n" + table.text();
 }

@@ -3,6 +3,7 @@
 #include "app/report/diff_report.h"
 #include "app/report/exr_diff_report.h"
 #include "app/report/json_parts.h"
+#include "common/text/number_text.h"
 
 namespace mray::app {
 namespace {
@@ -14,9 +15,9 @@ Json of(const Hit& hit, std::uint32_t occlusion) {
         return json;
     }
     json["prim_id"] = hit.prim_id;
-    json["t"] = fmt::format("{:a}", hit.t);
-    json["u"] = fmt::format("{:a}", hit.u);
-    json["v"] = fmt::format("{:a}", hit.v);
+    json["t"] = hex_text(hit.t);
+    json["u"] = hex_text(hit.u);
+    json["v"] = hex_text(hit.v);
     return json;
 }
 

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <string_view>
 
+#include "common/text/number_text.h"
+
 namespace mray::app {
 namespace {
 
@@ -52,7 +54,7 @@ std::string value_text(ExrType type, std::uint32_t bits) {
     const double value = value_of(type, bits);
     // Not all of them have the same bits.
     if (std::isnan(value)) return fmt::format("nan {:#x}", bits);
-    return fmt::format("{:a}", value);
+    return hex_text(value);
 }
 
 }  // namespace mray::app

@@ -9,7 +9,7 @@ namespace mray::app {
 namespace {
 
 /// Every bit as text, and a number to read.
-Json of(float x) { return {{"hex", fmt::format("{:a}", x)}, {"value", x}}; }
+Json of(float x) { return {{"hex", hex_text(x)}, {"value", x}}; }
 
 Json of(vec3 p) { return {of(p.x), of(p.y), of(p.z)}; }
 

@@ -4,6 +4,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "common/text/number_text.h"
+
 namespace mray::app {
 namespace {
 
@@ -21,7 +23,7 @@ vec3 position_of(const TracedScene::PixelHit& hit) {
 std::string hit_text(const TracedScene::PixelHit& hit) {
     if (!hit.hit) return "  miss\n";
     const auto number = [](const char* name, float x) {
-        return fmt::format("  {:<4} {:<17} {:.9g}\n", name, fmt::format("{:a}", x), x);
+        return fmt::format("  {:<4} {:<17} {:.9g}\n", name, hex_text(x), x);
     };
     std::string text =
         is_on_mesh(hit) ? fmt::format("  prim {}\n", hit.hit.prim_id) : std::string("  ground\n");

@@ -95,6 +95,12 @@ std::optional<std::uint64_t> parse_unsigned(std::string_view text) {
     return value;
 }
 
+std::string hex_text(double x) {
+    // fmt 10 writes 0x0p-1022.
+    if (x == 0) return std::signbit(x) ? "-0x0p+0" : "0x0p+0";
+    return fmt::format("{:a}", x);
+}
+
 std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 }  // namespace mray

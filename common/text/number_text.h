@@ -1,4 +1,4 @@
-// Numbers from text, the same in every locale.
+// Numbers from text and as text, the same in every locale.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +26,9 @@ std::optional<std::int64_t> parse_integer(std::string_view text);
 
 /// A number in decimal digits alone that is the whole of `text`; 2^64 - 1 for larger ones.
 std::optional<std::uint64_t> parse_unsigned(std::string_view text);
+
+/// All bits of a number as text, as printf's %a writes them: "0x1.8p+1". NaNs are "nan" or "-nan".
+std::string hex_text(double x);
 
 /// A hash as reports show it: 16 hexadecimal digits.
 std::string hash_text(std::uint64_t hash);

@@ -14,6 +14,7 @@
 #include "common/bvh/builder/bvh_builder.h"
 #include "common/interop/hit_rule.h"
 #include "common/text/message_text.h"
+#include "common/text/number_text.h"
 #include "cpu/cpu_backend.h"
 #include "tools/text/table.h"
 
@@ -117,8 +118,8 @@ void add_answer(Table& table, const std::string& tracer, const Hit& hit, const H
     if (hit.prim_id == kNoPrim) {
         table.add({tracer, "miss", "", "", "", verdict});
     } else {
-        table.add({tracer, fmt::format("{}", hit.prim_id), fmt::format("{:a}", hit.t),
-                   fmt::format("{:a}", hit.u), fmt::format("{:a}", hit.v), verdict});
+        table.add({tracer, fmt::format("{}", hit.prim_id), hex_text(hit.t), hex_text(hit.u),
+                   hex_text(hit.v), verdict});
     }
 }
 

@@ -22,8 +22,8 @@ std::string describe_hit(const Hit& hit, std::uint32_t occlusion, std::uint32_t 
         fmt::format("occluded {} colour #{:02x}{:02x}{:02x}", occlusion, pixel & 0xFF,
                     (pixel >> 8) & 0xFF, (pixel >> 16) & 0xFF);
     if (hit.prim_id == kNoPrim) return "miss " + shading;
-    return fmt::format("t {:a} u {:a} v {:a} prim {} {}", hit.t, hit.u, hit.v, hit.prim_id,
-                       shading);
+    return fmt::format("t {} u {} v {} prim {} {}", hex_text(hit.t), hex_text(hit.u),
+                       hex_text(hit.v), hit.prim_id, shading);
 }
 
 std::string verdict(std::size_t differing, std::size_t all) {

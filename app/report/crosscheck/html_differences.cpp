@@ -5,6 +5,7 @@
 #include "app/report/crosscheck/html_parts.h"
 #include "app/report/crosscheck/probe_command.h"
 #include "common/text/base64.h"
+#include "common/text/number_text.h"
 #include "tools/text/xml_text.h"
 
 namespace mray::app {
@@ -36,9 +37,9 @@ PixelValues values_of(const Hit& hit, std::uint32_t occlusion, std::uint32_t pix
         fmt::format("#{:02x}{:02x}{:02x}", pixel & 0xFF, (pixel >> 8) & 0xFF, (pixel >> 16) & 0xFF);
     if (hit.prim_id == kNoPrim) return {"miss", "none", "none", "none", occluded, colour};
     return {fmt::format("{}", hit.prim_id),
-            fmt::format("{:a}", hit.t),
-            fmt::format("{:a}", hit.u),
-            fmt::format("{:a}", hit.v),
+            hex_text(hit.t),
+            hex_text(hit.u),
+            hex_text(hit.v),
             occluded,
             colour};
 }

@@ -109,5 +109,14 @@ TEST(ParseInteger, SaturatesInsteadOfWrapping) {
     }
 }
 
+TEST(HexText, HasAllBits) {
+    EXPECT_EQ(hex_text(0), "0x0p+0");
+    EXPECT_EQ(hex_text(-0.0), "-0x0p+0");
+    EXPECT_EQ(hex_text(3), "0x1.8p+1");
+    EXPECT_EQ(hex_text(-0.1f), "-0x1.99999ap-4");
+    EXPECT_EQ(hex_text(std::numeric_limits<float>::denorm_min()), "0x1p-149");
+    EXPECT_EQ(hex_text(-kInfinity), "-inf");
+}
+
 }  // namespace
 }  // namespace mray

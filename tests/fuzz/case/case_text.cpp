@@ -12,6 +12,7 @@
 
 #include "app/base/options.h"
 #include "common/base/errors.h"
+#include "common/text/number_text.h"
 
 namespace mray::fuzz {
 namespace {
@@ -22,7 +23,7 @@ using BitsOf = std::conditional_t<sizeof(Float) == 4, std::uint32_t, std::uint64
 template <class Float>
 std::string number(Float x) {
     if (std::isnan(x)) return fmt::format("bits:{:x}", std::bit_cast<BitsOf<Float>>(x));
-    return fmt::format("{:a}", x);
+    return hex_text(x);
 }
 
 template <class Vector>

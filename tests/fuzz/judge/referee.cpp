@@ -13,6 +13,7 @@
 #include "common/base/errors.h"
 #include "common/interop/arithmetic.h"
 #include "common/ray_queries.h"
+#include "common/text/number_text.h"
 #include "tests/support/last_trace.h"
 #include "tests/support/same_bits.h"
 
@@ -28,9 +29,9 @@ bool same(const Frame& a, const Frame& b) {
 
 std::string hit_text(const Hit& hit) {
     if (hit.prim_id == kNoPrim && hit.t == 0) return "miss";
-    return fmt::format("prim {} t {:a} (0x{:08x}) u {:a} (0x{:08x}) v {:a} (0x{:08x})", hit.prim_id,
-                       hit.t, std::bit_cast<std::uint32_t>(hit.t), hit.u,
-                       std::bit_cast<std::uint32_t>(hit.u), hit.v,
+    return fmt::format("prim {} t {} (0x{:08x}) u {} (0x{:08x}) v {} (0x{:08x})", hit.prim_id,
+                       hex_text(hit.t), std::bit_cast<std::uint32_t>(hit.t), hex_text(hit.u),
+                       std::bit_cast<std::uint32_t>(hit.u), hex_text(hit.v),
                        std::bit_cast<std::uint32_t>(hit.v));
 }
 
