@@ -6,6 +6,11 @@ set -euo pipefail
 root=$1 scratch=$2 cmake=$3 cxx=$4 build=$5
 first=$scratch/first prefix=$scratch/moved/here
 fail() { echo "install: $*" >&2; exit 1; }
+# CMakeLists.txt alone has it; what users see has to agree.
+version=$(sed -n 's/^project(morphray VERSION \([0-9.]*\) .*/\1/p' "$root/CMakeLists.txt")
+major=${version%%.*} minor=${version#*.}
+minor=${minor%%.*}
+series=$major.$minor later=$major.$((minor + 1))
 
 rm -rf "$first" "$scratch/moved"
 for component in library dev program; do
@@ -25,8 +30,11 @@ for file in bin/morphray include/morphray/morphray.hpp include/morphray/version.
     [ -e "$prefix/$file" ] || fail "$file is not installed"
 done
 library=$(dirname "$(find "$prefix" -name libmorphray.so)")
-[ "$(readlink "$library/libmorphray.so")" = libmorphray.so.0 ] || fail "no link to the soname"
-"$prefix/bin/morphray" --version
+[ "$(readlink "$library/libmorphray.so")" = "libmorphray.so.$major" ] || fail "no link to the soname"
+[[ $("$prefix/bin/morphray" --version) == "morphray $version"* ]] || fail "the program is not $version"
+for file in docs/guide/library.md cmake/morphrayConfig.cmake.in; do
+    grep -q "find_package(morphray $series " "$root/$file" || fail "$file does not look for $series"
+done
 # The build has no charts without GMP.
 if [ -e "$build/bin/morphray-chart" ]; then
     # expect_chart CODE TEXT: how `morphray chart` into a folder that is not empty ends.
@@ -52,18 +60,18 @@ for source in "$root"/examples/*.cpp; do
 done
 
 # A version that it is not, and a component that there is none of.
-cat >"$scratch/refused.cmake" <<'END'
-find_package(morphray 0.2 CONFIG QUIET)
+cat >"$scratch/refused.cmake" <<END
+find_package(morphray $later CONFIG QUIET)
 if(morphray_FOUND)
-    message(FATAL_ERROR "0.1 is taken for 0.2")
+    message(FATAL_ERROR "$version is taken for $later")
 endif()
 END
 "$cmake" -DCMAKE_PREFIX_PATH="$prefix" -P "$scratch/refused.cmake" 2>/dev/null ||
-    fail "version 0.1 satisfies 0.2"
+    fail "version $version satisfies $later"
 
 echo "== first_ray with pkg-config"
 export PKG_CONFIG_PATH=$library/pkgconfig
-pkg-config --print-errors --exact-version=0.1.0 morphray
+pkg-config --print-errors --exact-version="$version" morphray
 # shellcheck disable=SC2046  # flags are words
 "$cxx" -std=c++20 "$root/examples/first_ray.cpp" -o "$scratch/first_ray" \
     $(pkg-config --cflags --libs morphray) -Wl,-rpath,"$(pkg-config --variable=libdir morphray)"
