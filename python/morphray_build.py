@@ -202,7 +202,8 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     tag = _tag(libraries.values())
     info = _dist_info()
     files = {f"morphray/{name}": (package / name).read_bytes()
-             for name in ("__init__.py", "__init__.pyi", "py.typed")}
+             for name in ("__init__.py", "__init__.pyi", "open3d.py", "open3d.pyi", "trimesh.py",
+                          "trimesh.pyi", "py.typed")}
     files.update({f"morphray/{name}": bytes(library.data) for name, library in libraries.items()})
     files[f"{info}/METADATA"] = _metadata().encode()
     files[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: morphray_build\n"

@@ -55,6 +55,7 @@ public:
             if (is_cursed(hit)) hit = no_hit();
     }
     const BackendTimes& finish() override { return inner_->finish(); }
+    const SceneQueries& scene_queries() const override { return inner_->scene_queries(); }
 
 private:
     bool is_cursed(const Hit& hit) const {

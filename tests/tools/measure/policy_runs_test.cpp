@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "clips/procedural/procedural.h"
+#include "common/base/errors.h"
 
 namespace mray {
 namespace {
@@ -43,6 +44,9 @@ public:
     void trace_image(const ImageParams&, Frame&) override { times_.trace_ms = 1 + refits_; }
     void trace_rays(std::span<const Ray>, std::span<Hit>) override {}
     const BackendTimes& finish() override { return times_; }
+    const SceneQueries& scene_queries() const override {
+        throw Error(ErrorKind::kInternal, "no questions are expected");
+    }
 
 private:
     void take(const Bvh& bvh) {
