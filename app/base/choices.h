@@ -32,6 +32,12 @@ std::string names_of(std::span<const Choice<T>> choices) {
     return names;
 }
 
+/// The name of a value that is one of the choices.
+template <class T>
+std::string name_in(std::type_identity_t<std::span<const Choice<T>>> choices, T value) {
+    return std::ranges::find(choices, value, &Choice<T>::value)->name;
+}
+
 /// The value of the name; throws Error(kBadArgument) with a similar name for any other text.
 template <class T>
 T parse_choice(const std::string& option, const std::string& text,
@@ -80,6 +86,16 @@ inline constexpr Choice<ProgressChoice> kProgress[] = {{"auto", ProgressChoice::
                                                        {"plain", ProgressChoice::kPlain},
                                                        {"json", ProgressChoice::kJson},
                                                        {"off", ProgressChoice::kOff}};
+inline constexpr Choice<AnswerForm> kAnswerForms[] = {
+    {"text", AnswerForm::kText}, {"json", AnswerForm::kJson}, {"npy", AnswerForm::kNpy}};
+inline constexpr Choice<morphray::Crossing> kCrossings[] = {{"each", morphray::Crossing::each},
+                                                            {"owner", morphray::Crossing::owner}};
+inline constexpr Choice<morphray::FillRule> kFillRules[] = {
+    {"nonzero", morphray::FillRule::nonzero}, {"odd", morphray::FillRule::odd}};
+inline constexpr Choice<Question> kQuestions[] = {{"inside", Question::kInside},
+                                                  {"winding", Question::kWinding},
+                                                  {"distance", Question::kDistance},
+                                                  {"closest", Question::kClosest}};
 inline constexpr Choice<bool> kCheckedDevices[] = {{"one", false}, {"all", true}};
 inline constexpr Choice<Reference> kReferences[] = {
     {"auto", Reference::kAuto}, {"brute", Reference::kBrute}, {"cpu", Reference::kCpu}};

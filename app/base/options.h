@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,6 +16,7 @@
 #include "common/scene/camera_setup.h"
 #include "common/update/policy/update_policy.h"
 #include "morphray/image.hpp"
+#include "morphray/queries.hpp"
 
 namespace mray::app {
 
@@ -25,6 +27,7 @@ enum class Command {
     kProbe,
     kProfile,
     kTrace,
+    kQuery,
     kChart,
     kInfo,
     kIndex,
@@ -46,7 +49,7 @@ enum class Reference { kAuto, kBrute, kCpu };
 
 struct BackendOptions {
     BackendChoice choice = BackendChoice::kAuto;
-    /// Whether --backend was given; otherwise trace takes the CPU.
+    /// Whether --backend was given; otherwise trace and query take the CPU.
     bool choice_given = false;
     std::string device;
     /// Whether crosscheck compares every usable device.
@@ -57,6 +60,12 @@ struct BackendOptions {
     std::string simd;
     bool validate = false;
 };
+
+/// The form of the answers of trace and query.
+enum class AnswerForm { kText, kJson, kNpy };
+
+/// Questions about a point.
+enum class Question { kInside, kWinding, kDistance, kClosest };
 
 /// How view shows the images of two backends.
 enum class Comparison { kOff, kSide, kWipe, kDifference };
@@ -187,6 +196,18 @@ struct Options {
     // trace
     std::string ray_file;
     bool binary_rays = false;
+    bool all_hits = false;
+    morphray::AllHitsOptions hit_lists;
+
+    // trace and query
+    AnswerForm format = AnswerForm::kText;
+
+    // query
+    std::string point_file;
+    /// Each at most once, in the order of the answers.
+    std::vector<Question> questions;
+    morphray::FillRule rule = morphray::FillRule::nonzero;
+    float max_distance = std::numeric_limits<float>::infinity();
 
     // chart and crosscheck
     std::vector<std::string> scenes;

@@ -58,6 +58,14 @@ bool has_seconds(const Options& o) {
     return !o.time.empty() || (has_gltf_name(o.scene) && o.cache.empty());
 }
 bool describes_trees(const Options& o) { return o.tree_facts; }
+bool takes_all_hits(const Options& o) { return o.all_hits; }
+bool asks(const Options& o, Question question) {
+    return std::ranges::count(o.questions, question) > 0;
+}
+bool asks_inside(const Options& o) {
+    return asks(o, Question::kInside) || asks(o, Question::kDistance);
+}
+bool asks_closest(const Options& o) { return asks(o, Question::kClosest); }
 bool is_no_bundle(const Options& o) { return !is_bundle_name(o.scene); }
 
 /// Options that have an effect only if `has_effect`, and why not otherwise.
@@ -74,6 +82,7 @@ constexpr auto kCrosscheck = Command::kCrosscheck;
 constexpr auto kProbe = Command::kProbe;
 constexpr auto kProfile = Command::kProfile;
 constexpr auto kTrace = Command::kTrace;
+constexpr auto kQuery = Command::kQuery;
 constexpr auto kInfo = Command::kInfo;
 
 const Rule kRules[] = {
@@ -82,11 +91,11 @@ const Rule kRules[] = {
       "--fps", "--animation", "--bvh", "--threads"},
      has_scene,
      "is about a scene; give one, too"},
-    {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kInfo},
+    {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kQuery, kInfo},
      {"--index"},
      has_no_bounds,
      "the bounds are given, so that no index is read; leave out one of them"},
-    {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kInfo},
+    {{kRender, kView, kCrosscheck, kProbe, kProfile, kTrace, kQuery, kInfo},
      {"--fps"},
      has_seconds,
      "only glTF files have seconds; choose frames of other scenes by --time, or leave it out"},
@@ -136,14 +145,20 @@ const Rule kRules[] = {
      {"--light"},
      has_light,
      "only --rays shadow has a point light"},
-    {{kRender, kCrosscheck, kProbe, kProfile, kTrace},
+    {{kRender, kCrosscheck, kProbe, kProfile, kTrace, kQuery},
      {"--device", "--validate"},
      may_use_vulkan,
      "nothing runs on a Vulkan device; choose another --backend, or leave it out"},
-    {{kRender, kCrosscheck, kProbe, kProfile, kTrace},
+    {{kRender, kCrosscheck, kProbe, kProfile, kTrace, kQuery},
      {"--simd"},
      may_use_cpu,
      "nothing is traced on the CPU; choose another --backend, or leave it out"},
+    {{kTrace},
+     {"--max-hits", "--crossing"},
+     takes_all_hits,
+     "is about all hits of a ray; give --all, too"},
+    {{kQuery}, {"--rule"}, asks_inside, "only --ask inside and distance tell inside from outside"},
+    {{kQuery}, {"--max-distance"}, asks_closest, "only --ask closest has one"},
     {{kProfile},
      {"--trace-events", "--plot"},
      compares_policies,

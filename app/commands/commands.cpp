@@ -22,6 +22,8 @@ ExitCode run_command(const Options& options, const Messages& messages) {
             return run_profile(options, messages);
         case Command::kTrace:
             return run_trace(options, messages);
+        case Command::kQuery:
+            return run_query(options, messages);
         case Command::kChart:
             return run_chart(options, messages);
         case Command::kInfo:

@@ -17,6 +17,7 @@ ExitCode run_diff(const Options& options, const Messages& messages);
 ExitCode run_probe(const Options& options, const Messages& messages);
 ExitCode run_profile(const Options& options, const Messages& messages);
 ExitCode run_trace(const Options& options, const Messages& messages);
+ExitCode run_query(const Options& options, const Messages& messages);
 ExitCode run_chart(const Options& options, const Messages& messages);
 ExitCode run_info(const Options& options, const Messages& messages);
 ExitCode run_index(const Options& options, const Messages& messages);

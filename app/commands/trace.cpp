@@ -3,20 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <string_view>
 
-#include "app/backends/backends.h"
 #include "app/base/library_calls.h"
-#include "app/base/memory_budget.h"
-#include "app/clip/clip_scene.h"
-#include "app/clip/frames.h"
+#include "app/clip/posed_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/ray_reader.h"
+#include "app/report/ray_hits.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
-#include "common/base/output_file.h"
-#include "common/scene/degenerate_count.h"
 #include "common/text/message_text.h"
 
 namespace mray::app {
@@ -25,15 +20,15 @@ namespace {
 // Rays that are converted, traced and written together.
 constexpr std::size_t kBatch = std::size_t{1} << 16;
 
-/// Traces rays in batches and writes a line for each.
+/// Traces rays in batches and gathers their hits.
 class RayTracer {
 public:
-    RayTracer(const SceneSpace& space, const morphray::Scene& scene)
-        : space_(space), scene_(scene) {}
+    RayTracer(const Options& options, const PosedScene& scene)
+        : options_(options), scene_(scene), answers_(options.format, options.all_hits) {}
 
     /// The numbers of the ray are floats.
     void add(const WorldRay& ray) {
-        if (!to_scene(space_, ray).valid) ++invalid_;
+        if (!to_scene(scene_.space(), ray).valid) ++invalid_;
         // t may be beyond floats, and t of a ray whose direction is scaled to a length of about 1
         // is not. A power of two changes no other bit.
         const double largest =
@@ -51,41 +46,37 @@ public:
 
     void flush() {
         throw_if_interrupted();
-        hits_.resize(rays_.size());
-        call_library([&] {
-            scene_.intersect(std::span<const morphray::Ray>(rays_),
-                             std::span<morphray::Hit>(hits_));
-        });
-        for (std::size_t i = 0; i < hits_.size(); ++i) write(hits_[i], exponents_[i]);
-        total_ += rays_.size();
+        call_library([&] { options_.all_hits ? add_all_hits() : add_closest_hits(); });
         rays_.clear();
         exponents_.clear();
     }
 
-    const std::string& text() const { return text_; }
+    const RayHits& answers() const { return answers_; }
     std::uint64_t invalid() const { return invalid_; }
-    std::uint64_t total() const { return total_; }
 
 private:
-    void write(const morphray::Hit& hit, int exponent) {
-        if (!hit) {
-            text_ += "M\n";
-            return;
-        }
-        const double t = std::ldexp(static_cast<double>(hit.t), -exponent);
-        fmt::format_to(std::back_inserter(text_), "H {:.9g} {} {:.9g} {:.9g}\n", t, hit.prim_id,
-                       hit.u, hit.v);
+    void add_closest_hits() {
+        hits_.resize(rays_.size());
+        scene_.scene().intersect(std::span<const morphray::Ray>(rays_),
+                                 std::span<morphray::Hit>(hits_));
+        for (std::size_t i = 0; i < hits_.size(); ++i)
+            answers_.add(std::span(&hits_[i], hits_[i] ? 1 : 0), exponents_[i]);
     }
 
-    const SceneSpace& space_;
-    const morphray::Scene& scene_;
+    void add_all_hits() {
+        const morphray::AllHits all = scene_.scene().intersect_all(rays_, options_.hit_lists);
+        for (std::size_t i = 0; i < rays_.size(); ++i)
+            answers_.add(all.of_ray(i), exponents_[i], all.left_out[i]);
+    }
+
+    const Options& options_;
+    const PosedScene& scene_;
     std::vector<morphray::Ray> rays_;
     /// The power of two that each ray's direction was divided by.
     std::vector<int> exponents_;
     std::vector<morphray::Hit> hits_;
-    std::string text_;
+    RayHits answers_;
     std::uint64_t invalid_ = 0;
-    std::uint64_t total_ = 0;
 };
 
 template <class Reader>
@@ -93,8 +84,8 @@ void trace_all(Reader reader, RayTracer& tracer, Progress& progress) {
     std::uint64_t traced = 0;
     for (WorldRay ray; reader.next(ray);) {
         tracer.add(ray);
-        if (tracer.total() == traced) continue;
-        traced = tracer.total();
+        if (tracer.answers().ray_count() == traced) continue;
+        traced = tracer.answers().ray_count();
         progress.update(reader.position());
     }
     tracer.flush();
@@ -104,18 +95,7 @@ void trace_all(Reader reader, RayTracer& tracer, Progress& progress) {
 /// The number of rays, or of the lines of a text.
 std::uint64_t count_rays(const Options& options, std::string_view rays) {
     constexpr std::size_t kRayBytes = 32;
-    if (options.binary_rays) return rays.size() / kRayBytes;
-    const auto ends = static_cast<std::uint64_t>(std::ranges::count(rays, '\n'));
-    return ends + (rays.empty() || rays.ends_with('\n') ? 0 : 1);
-}
-
-// Rays from a file come in any order, for which the CPU is fast. A device is used if --backend,
-// --device or --validate asks for one.
-BackendOptions backend_of(const Options& options) {
-    BackendOptions backend = options.backend;
-    const bool device = !backend.device.empty() || backend.validate;
-    if (!backend.choice_given && !device) backend.choice = BackendChoice::kCpu;
-    return backend;
+    return options.binary_rays ? rays.size() / kRayBytes : count_lines(rays);
 }
 
 }  // namespace
@@ -124,46 +104,33 @@ ExitCode run_trace(const Options& given, const Messages& messages) {
     Options options = given;
     options.lenient = true;
     check_reports({options.out});
-    const std::string rays = read_rays(options.ray_file);
-    SceneFrames scene = open_frames(options, messages);
-    const Topology& topology = scene.clip().topology();
-    require_memory({.triangles = topology.triangles.size(),
-                    .vertices = topology.vertex_count,
-                    .devices = named_devices(options),
-                    .kept_bytes = 2 * rays.size() + kBatch * 128},
-                   options.scene);
-    const double frame = select_frames(options, scene.clip(), DefaultFrames::kFirst).front();
-    warn_of_damage(options, scene.clip(), {&frame, 1}, messages);
-    const std::span<const vec3> positions = scene.positions(frame);
-    if (const std::uint64_t bad = count_degenerate(topology, positions).not_finite) {
-        messages.warn({shown(options.scene),
-                       fmt::format("{} of {} triangles are not finite; they are never hit", bad,
-                                   topology.triangles.size())});
-    }
-    std::vector<vec3> world(topology.vertex_count);
-    scene.clip().positions(frame, world);
-    const morphray::Device device = open_device(backend_of(options), messages);
-    const morphray::Scene traced = call_library([&] {
-        return morphray::Scene::build(
-            mesh_of(topology, world), device,
-            {.bounds = bounds_of(scene.clip()), .update = morphray::Refit{}});
-    });
-
-    const std::string name = options.ray_file == "-" ? "<stdin>" : options.ray_file;
-    RayTracer tracer(scene.space(), traced);
+    const std::string rays = read_input(options.ray_file, "rays");
+    const PosedScene scene(options, 2 * rays.size() + kBatch * 128, messages);
+    const std::string name = input_name(options.ray_file);
+    RayTracer tracer(options, scene);
     Progress progress("tracing", count_rays(options, rays), progress_mode(options));
     if (options.binary_rays) {
         trace_all(RayBinaryReader(name, rays), tracer, progress);
     } else {
         trace_all(RayTextReader(name, rays), tracer, progress);
     }
+    const RayHits& answers = tracer.answers();
     if (tracer.invalid() > 0) {
         messages.warn({shown(name),
                        fmt::format("{} of {} rays are not finite, have no direction or no length, "
                                    "or start too far away; they hit nothing",
-                                   tracer.invalid(), tracer.total())});
+                                   tracer.invalid(), answers.ray_count())});
     }
-    write_report(options.out, tracer.text());
+    if (answers.cut_rays() > 0) {
+        messages.warn(
+            {shown(name),
+             fmt::format("{} of {} rays have more hits than --max-hits {}; {} hits are left out",
+                         answers.cut_rays(), answers.ray_count(), options.hit_lists.max_hits,
+                         answers.left_out())});
+    }
+    const Topology& topology = scene.topology();
+    const ReportHead head{"trace", scene.name(), topology.triangles.size(), topology.vertex_count};
+    write_report(options.out, answers.file(head, scene.frame(), options.hit_lists.crossing));
     return ExitCode::kOk;
 }
 

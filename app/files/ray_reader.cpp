@@ -1,26 +1,18 @@
 #include "app/files/ray_reader.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <cstring>
 #include <limits>
-#include <optional>
-#include <system_error>
 
 #include "common/base/errors.h"
-#include "common/base/input_file.h"
-#include "common/text/message_text.h"
-#include "common/text/number_text.h"
 
 namespace mray::app {
 namespace {
 
-constexpr std::string_view kBlank = " \t\r";
 constexpr std::size_t kMostNumbers = 8;
 
 WorldRay to_ray(const std::array<double, kMostNumbers>& n) {
@@ -30,36 +22,13 @@ WorldRay to_ray(const std::array<double, kMostNumbers>& n) {
 }  // namespace
 
 bool RayTextReader::next(WorldRay& ray) {
-    const auto fail = [&](const std::string& what) {
-        throw Error(
-            ErrorKind::kBadInput,
-            fmt::format("{}:{}: {}; write `ox oy oz dx dy dz [tnear tfar]`", name_, line_, what));
-    };
-    while (!rest_.empty()) {
-        ++line_;
-        const std::size_t end = std::min(rest_.find('\n'), rest_.size());
-        std::string_view line = rest_.substr(0, end);
-        rest_.remove_prefix(std::min(end + 1, rest_.size()));
-        line = line.substr(0, line.find('#'));
-        std::array<double, kMostNumbers> numbers = {
-            0, 0, 0, 0, 0, 0, 0, std::numeric_limits<double>::infinity()};
-        std::size_t count = 0;
-        for (;;) {
-            line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
-            if (line.empty()) break;
-            const std::string_view word = line.substr(0, line.find_first_of(kBlank));
-            line.remove_prefix(word.size());
-            const std::optional<float> number = parse_float(word);
-            if (!number) fail(in_quotes(word) + " is not a number");
-            if (count == kMostNumbers) fail("more than 8 numbers");
-            numbers[count++] = *number;
-        }
-        if (count == 0) continue;
-        if (count != 6 && count != kMostNumbers) fail(fmt::format("{} numbers", count));
-        ray = to_ray(numbers);
-        return true;
-    }
-    return false;
+    std::array<double, kMostNumbers> numbers = {0, 0, 0, 0,
+                                                0, 0, 0, std::numeric_limits<double>::infinity()};
+    const std::size_t count = lines_.next(numbers);
+    if (count == 0) return false;
+    if (count != 6 && count != kMostNumbers) lines_.fail(fmt::format("{} numbers", count));
+    ray = to_ray(numbers);
+    return true;
 }
 
 RayBinaryReader::RayBinaryReader(std::string_view name, std::string_view bytes) : rest_(bytes) {
@@ -83,26 +52,6 @@ bool RayBinaryReader::next(WorldRay& ray) {
     ray = to_ray(numbers);
     ++count_;
     return true;
-}
-
-std::string read_rays(const std::string& file) {
-    if (file != "-") return read_input_file(file);
-    std::string text;
-    std::array<char, 1 << 16> buffer;
-    for (;;) {
-        const ssize_t got = ::read(STDIN_FILENO, buffer.data(), buffer.size());
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) {
-            throw Error(ErrorKind::kBadInput,
-                        fmt::format("<stdin>: cannot be read ({}); give a file of rays",
-                                    std::generic_category().message(errno)));
-        }
-        if (got == 0) return text;
-        text.append(buffer.data(), static_cast<std::size_t>(got));
-        if (text.size() > kMaxInputBytes) {
-            throw Error(ErrorKind::kLimit, "<stdin>: more than 4 GiB of rays; give them in parts");
-        }
-    }
 }
 
 }  // namespace mray::app

@@ -2,31 +2,28 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <string_view>
 
+#include "app/files/number_lines.h"
 #include "common/scene/scene_space.h"
 
 namespace mray::app {
 
 /// Reads the rays of a text one by one. Each is a line `ox oy oz dx dy dz [tnear tfar]`; tnear
-/// defaults to 0 and tfar to inf. Numbers are rounded to float, like vertices, so that a float
-/// printed with 9 digits is read back exactly; inf and nan are numbers. '#' begins a comment; empty
-/// lines are skipped.
+/// defaults to 0 and tfar to inf.
 class RayTextReader {
 public:
     /// `name` is the file in messages. Both views must outlive the reader.
-    RayTextReader(std::string_view name, std::string_view text) : name_(name), rest_(text) {}
+    RayTextReader(std::string_view name, std::string_view text)
+        : lines_(name, text, "ox oy oz dx dy dz [tnear tfar]") {}
 
     /// Returns false at the end. Throws Error(kBadInput) with the line.
     bool next(WorldRay& ray);
     /// The number of lines that were read.
-    std::uint64_t position() const { return line_; }
+    std::uint64_t position() const { return lines_.line(); }
 
 private:
-    std::string_view name_;
-    std::string_view rest_;
-    std::uint64_t line_ = 0;
+    NumberLines lines_;
 };
 
 /// Reads rays of 8 little-endian floats each.
@@ -43,8 +40,5 @@ private:
     std::string_view rest_;
     std::uint64_t count_ = 0;
 };
-
-/// The content of a file, or of stdin for "-". Throws Error(kBadInput), kLimit.
-std::string read_rays(const std::string& file);
 
 }  // namespace mray::app

@@ -1,5 +1,7 @@
 #include "app/report/json_parts.h"
 
+#include <fmt/format.h>
+
 #include "common/version.h"
 
 namespace mray::app {
@@ -18,6 +20,12 @@ Json head_of(const ReportHead& head) {
         json["height"] = head.height;
     }
     return json;
+}
+
+std::string json_with_rows(const Json& object, std::string_view name, std::string_view rows) {
+    std::string text = json_text(object);
+    text.resize(text.rfind("\n}"));
+    return fmt::format("{},\n  \"{}\": [{}\n  ]\n}}\n", text, name, rows);
 }
 
 void add_times(Json& json, const FrameTimes& times) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "app/report/report_head.h"
 #include "common/bvh/bvh_stats.h"
@@ -18,6 +19,10 @@ namespace mray::app {
 Json head_of(const std::string& command);
 /// As above, then the scene, its size and, if there is one, the image's size.
 Json head_of(const ReportHead& head);
+
+/// The text of an object with a last member `name`, an array of many values whose texts are given,
+/// each on a line of its own with a comma before all but the first.
+std::string json_with_rows(const Json& object, std::string_view name, std::string_view rows);
 
 /// Adds a member for each stage of a frame.
 void add_times(Json& json, const FrameTimes& times);

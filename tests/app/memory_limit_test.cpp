@@ -116,12 +116,15 @@ TEST(MemoryLimit, OfTheOptionIsNamedWithTheSceneAndTheNeed) {
     const std::string out = folder.file("out");
     const std::string rays = folder.file("rays");
     std::ofstream(rays) << "0 9 0 0 -1 0\n";
+    const std::string points = folder.file("points");
+    std::ofstream(points) << "0 9 0\n";
     for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
              {"render", "--out", out},
              {"crosscheck", "--out", out},
              {"profile"},
              {"probe", "--frame", "0", "--pixel", "1,1"},
              {"trace", "--rays", rays, "--out", out},
+             {"query", "--points", points, "--ask", "inside", "--out", out},
              {"info"},
              {"index", "--out", out},
          }) {
@@ -135,7 +138,7 @@ TEST(MemoryLimit, OfTheOptionIsNamedWithTheSceneAndTheNeed) {
         EXPECT_NE(outcome.err.find("but --memory-limit leaves 30 MiB"), std::string::npos)
             << outcome.err;
     }
-    EXPECT_EQ(folder.names(), std::vector<std::string>{"rays"});
+    EXPECT_EQ(folder.names(), (std::vector<std::string>{"points", "rays"}));
 }
 
 // Triangles that overlap fill leaves badly, so that a tree takes several times the estimate.

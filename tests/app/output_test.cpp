@@ -56,6 +56,8 @@ TEST(Output, ReportInAMissingFolderIsRefusedBeforeTheScene) {
                                    name},
           std::vector<std::string>{"info", "none.obj", "--json", name},
           std::vector<std::string>{"devices", "--json", name},
+          std::vector<std::string>{"query", "none.obj", "--points", "none", "--ask", "inside",
+                                   "--out", name},
           std::vector<std::string>{"trace", "none.obj", "--rays", "none", "--out", name}}) {
         expect_output_error(run(arguments, {.folder = folder.path()}), name + ": ");
         EXPECT_TRUE(folder.names().empty()) << arguments[0];

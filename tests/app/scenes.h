@@ -18,6 +18,15 @@ inline std::string square_at(double x) {
                        x + 1);
 }
 
+/// The cube from -1 to 1, each coordinate times `scale`: closed, with normals that point outside.
+inline std::string cube(double scale = 1) {
+    std::string text;
+    for (int i = 0; i < 8; ++i)
+        text += fmt::format("v {} {} {}\n", (i & 1) != 0 ? scale : -scale,
+                            (i & 2) != 0 ? scale : -scale, (i & 4) != 0 ? scale : -scale);
+    return text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
 /// Poses of a square of which one, with as many vertices and faces, is split along the other
 /// diagonal.
 inline std::string square_of_frame(int frame, int other_frame) {

@@ -4,13 +4,24 @@
 
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/app/npy_data.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 
 namespace mray::test {
 namespace {
+
+using Json = nlohmann::json;
+
+/// The square of square_at(0) at another z; its vertices are numbered from `first` on.
+std::string square_below(double z, int first) {
+    return fmt::format(
+        "v -1 -1 {0}\nv 1 -1 {0}\nv 1 1 {0}\nv -1 1 {0}\nf {1} {2} {3}\nf {1} {3} {4}\n", z, first,
+        first + 1, first + 2, first + 3);
+}
 
 struct Answer {
     bool hit = false;
@@ -192,6 +203,83 @@ TEST(Trace, FrameOfASequenceIsChosen) {
     EXPECT_EQ(hits({}), "HMM");
     EXPECT_EQ(hits({"--frames", "0.5"}), "MHM");
     EXPECT_EQ(hits({"--frames", "1"}), "MMH");
+}
+
+TEST(Trace, AllHitsOfARayFollowItsCount) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", square_at(0) + square_below(-2, 5));
+    const std::string rays = "0.5 0.25 3 0 0 -1\n9 9 9 0 0 -1\n0.5 0.25 3 0 0 -4\n";
+    for (const char* backend : {"cpu", "brute"}) {
+        const Outcome outcome = trace(scene, rays, {"--all", "--backend", backend});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        EXPECT_EQ(outcome.err, "");
+        EXPECT_EQ(outcome.out,
+                  "R 2 0\nH 3 0 0.125 0.625\nH 5 2 0.125 0.625\nR 0 0\n"
+                  "R 2 0\nH 0.75 0 0.125 0.625\nH 1.25 2 0.125 0.625\n");
+    }
+}
+
+TEST(Trace, HitsBeyondTheMostAreCountedAndWarnedAbout) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", square_at(0) + square_below(-2, 5));
+    const Outcome outcome = trace(scene, "0.5 0.25 3 0 0 -1\n9 9 9 0 0 -1\n0.5 0.25 -1 0 0 -1\n",
+                                  {"--all", "--max-hits", "1"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.out, "R 1 1\nH 3 0 0.125 0.625\nR 0 0\nR 1 0\nH 1 2 0.125 0.625\n");
+    ASSERT_EQ(lines(outcome.err).size(), 1u) << outcome.err;
+    EXPECT_NE(outcome.err.find("1 of 3 rays have more hits than --max-hits 1; 1 hits are left out"),
+              std::string::npos)
+        << outcome.err;
+}
+
+TEST(Trace, EdgeBelongsToOneTriangleUnlessEachIsAsked) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", square_at(0));
+    const auto hits = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), "--all");
+        return lines(trace(scene, "0 0 1 0 0 -1\n", more).out).at(0);
+    };
+    EXPECT_EQ(hits({}), "R 1 0");
+    EXPECT_EQ(hits({"--crossing", "owner"}), "R 1 0");
+    EXPECT_EQ(hits({"--crossing", "each"}), "R 2 0");
+}
+
+TEST(Trace, JsonListsTheHitsOfEachRay) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", square_at(0) + square_below(-2, 5));
+    const std::string rays = "0.5 0.25 3 0 0 -1\n9 9 9 0 0 -1\n";
+    const Json all = Json::parse(trace(scene, rays, {"--all", "--format", "json"}).out);
+    EXPECT_EQ(all["schema"], "morphray/1");
+    EXPECT_EQ(all["command"], "trace");
+    EXPECT_EQ(all["triangles"], 4);
+    EXPECT_EQ(all["crossing"], "owner");
+    EXPECT_EQ(
+        all["rays"],
+        Json::parse(R"([{"left_out": 0, "hits": [{"t": 3, "prim_id": 0, "u": 0.125, "v": 0.625},
+                                          {"t": 5, "prim_id": 2, "u": 0.125, "v": 0.625}]},
+                   {"left_out": 0, "hits": []}])"));
+    const Json closest = Json::parse(trace(scene, rays, {"--format", "json"}).out);
+    EXPECT_FALSE(closest.contains("crossing"));
+    EXPECT_EQ(closest["rays"],
+              Json::parse(R"([{"hits": [{"t": 3, "prim_id": 0, "u": 0.125, "v": 0.625}]},
+                              {"hits": []}])"));
+}
+
+TEST(Trace, NumpyFileHasARecordForEachHit) {
+    TemporaryFolder folder;
+    const std::string scene = folder.write("t.obj", square_at(0) + square_below(-2, 5));
+    const std::string file =
+        trace(scene, "9 9 9 0 0 -1\n0.5 0.25 3 0 0 -1\n", {"--all", "--format", "npy"}).out;
+    const std::string data = npy_data(
+        file,
+        "{'descr': [('ray', '<u8'), ('t', '<f8'), ('prim_id', '<u4'), ('u', '<f4'), ('v', '<f4')], "
+        "'fortran_order': False, 'shape': (2,), }");
+    ASSERT_EQ(data.size(), 2u * 28);
+    EXPECT_EQ(value_at<std::uint64_t>(data, 28), 1u);
+    EXPECT_EQ(value_at<double>(data, 28 + 8), 5);
+    EXPECT_EQ(value_at<std::uint32_t>(data, 28 + 16), 2u);
+    EXPECT_EQ(value_at<float>(data, 28 + 20), 0.125f);
+    EXPECT_EQ(value_at<float>(data, 28 + 24), 0.625f);
 }
 
 TEST(Trace, PipesAndDevicesAreNotReadAsRays) {

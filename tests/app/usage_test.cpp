@@ -26,8 +26,8 @@ std::vector<std::string> render(std::vector<std::string> more) {
 TEST(Usage, NoCommandListsTheCommands) {
     expect_refused(
         {}, 2,
-        "choose one of render, view, crosscheck, merge, diff, probe, profile, trace, chart, info, "
-        "index, devices");
+        "choose one of render, view, crosscheck, merge, diff, probe, profile, trace, query, chart, "
+        "info, index, devices");
 }
 
 TEST(Usage, ViewRefusesWhatHasNoEffect) {
@@ -54,7 +54,7 @@ TEST(Usage, HelpGoesToStdout) {
 
 TEST(Usage, EveryCommandHasHelp) {
     for (const char* command : {"render", "crosscheck", "diff", "probe", "profile", "trace",
-                                "chart", "info", "devices"}) {
+                                "query", "chart", "info", "devices"}) {
         const Outcome outcome = run({command, "--help"});
         EXPECT_EQ(outcome.code, 0) << command;
         EXPECT_NE(outcome.out.find(std::string("Usage: morphray ") + command), std::string::npos)
@@ -102,7 +102,7 @@ TEST(Usage, HelpIsACommandToo) {
     EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
     EXPECT_EQ(run({"help", "help"}).out, run({"--help"}).out);
     for (const char* command : {"render", "crosscheck", "diff", "probe", "profile", "trace",
-                                "chart", "info", "devices"}) {
+                                "query", "chart", "info", "devices"}) {
         const Outcome outcome = run({"help", command});
         EXPECT_EQ(outcome.code, 0) << command;
         EXPECT_EQ(outcome.err, "");
@@ -223,6 +223,12 @@ TEST(Usage, MissingValueIsRefused) {
     expect_refused(render({"--eye"}), 2, "--eye");
     expect_refused({"render"}, 2, "scene");
     expect_refused({"trace", "builtin:cloth", "--rays", "-"}, 2, "--out");
+    expect_refused({"query", "builtin:cloth", "--points", "-"}, 2, "--ask");
+    expect_refused({"query", "builtin:cloth", "--ask", "inside"}, 2, "--points");
+    expect_refused({"query", "builtin:cloth", "--points", "-", "--ask", "insid"}, 2,
+                   "did you mean inside?");
+    expect_refused({"query", "builtin:cloth", "--points", "-", "--ask", "inside,inside"}, 2,
+                   "--ask: inside is given twice");
 }
 
 TEST(Usage, SecondSceneIsRefused) {
@@ -431,9 +437,11 @@ TEST(Usage, OptionsWithoutEffectAreRefusedByEveryCommand) {
     }
     expect_refused(with("profile", {"--ao-samples", "3"}), 2, "--ao-samples: only --rays ao");
     expect_refused(render({"--shading", "depth", "--light", "1,2,3"}), 2, "--light: only");
-    for (const char* command : {"render", "crosscheck", "profile", "probe", "trace"}) {
+    for (const char* command : {"render", "crosscheck", "profile", "probe", "trace", "query"}) {
         std::vector<std::string> more = {"--backend", "cpu", "--device", "0"};
         if (command == std::string("trace")) more.insert(more.end(), {"--rays", "-", "-o", "-"});
+        if (command == std::string("query"))
+            more.insert(more.end(), {"--points", "-", "--ask", "inside"});
         expect_refused(with(command, more), 2, "--device: nothing runs on a Vulkan device");
         more[2] = "--validate";
         more.erase(more.begin() + 3);
@@ -443,6 +451,12 @@ TEST(Usage, OptionsWithoutEffectAreRefusedByEveryCommand) {
         more.insert(more.begin() + 3, "scalar");
         expect_refused(with(command, more), 2, "--simd: nothing is traced on the CPU");
     }
+    for (const char* option : {"--max-hits=3", "--crossing=each"})
+        expect_refused(with("trace", {"--rays", "-", "-o", "-", option}), 2, "give --all, too");
+    expect_refused(with("query", {"--points", "-", "--ask", "winding", "--rule", "odd"}), 2,
+                   "--rule: only --ask inside and distance");
+    expect_refused(with("query", {"--points", "-", "--ask", "distance", "--max-distance", "1"}), 2,
+                   "--max-distance: only --ask closest");
     expect_refused(with("profile", {"--update-budget", "3ms"}), 2, "only the update policy auto");
     expect_refused(with("profile", {"--policies", "refit", "--deterministic-updates"}), 2,
                    "--deterministic-updates: only the update policy auto");

@@ -268,6 +268,11 @@ void add_farm_options(const OptionAdder& adder) {
               counted(farm.verify_every, 1, 1'000'000));
 }
 
+void add_answer_form(const OptionAdder& adder) {
+    adder.add_choice("--format", "the form of the answers; npy: records of numpy (text)",
+                     kAnswerForms, adder.options().format);
+}
+
 void add_progress(const OptionAdder& adder) {
     adder.add_choice("--progress",
                      "progress on stderr: plain lines, an object a line as JSON, or none (auto: a "

@@ -54,6 +54,9 @@ void add_threads(const OptionAdder& adder);
 void add_tree_options(const OptionAdder& adder, std::optional<PolicySpec> update);
 void add_update_limits(const OptionAdder& adder);
 
+/// --format, of the answers of trace and query.
+void add_answer_form(const OptionAdder& adder);
+
 /// How render shares its frames with other machines.
 void add_farm_options(const OptionAdder& adder);
 

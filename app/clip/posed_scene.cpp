@@ -1,0 +1,53 @@
+#include "app/clip/posed_scene.h"
+
+#include <fmt/format.h>
+
+#include "app/backends/backends.h"
+#include "app/base/library_calls.h"
+#include "app/base/memory_budget.h"
+#include "app/clip/clip_scene.h"
+#include "app/clip/frames.h"
+#include "common/scene/degenerate_count.h"
+#include "common/text/message_text.h"
+
+namespace mray::app {
+namespace {
+
+BackendOptions backend_of(const Options& options) {
+    BackendOptions backend = options.backend;
+    const bool device = !backend.device.empty() || backend.validate;
+    if (!backend.choice_given && !device) backend.choice = BackendChoice::kCpu;
+    return backend;
+}
+
+}  // namespace
+
+PosedScene::PosedScene(const Options& options, std::uint64_t kept_bytes, const Messages& messages)
+    : frames_(open_frames(options, messages)), scene_(pose(options, kept_bytes, messages)) {}
+
+morphray::Scene PosedScene::pose(const Options& options, std::uint64_t kept_bytes,
+                                 const Messages& messages) {
+    require_memory({.triangles = topology().triangles.size(),
+                    .vertices = topology().vertex_count,
+                    .devices = named_devices(options),
+                    .kept_bytes = kept_bytes},
+                   options.scene);
+    const Clip& clip = frames_.clip();
+    frame_ = select_frames(options, clip, DefaultFrames::kFirst).front();
+    warn_of_damage(options, clip, {&frame_, 1}, messages);
+    if (const std::uint64_t bad =
+            count_degenerate(topology(), frames_.positions(frame_)).not_finite) {
+        messages.warn({shown(options.scene),
+                       fmt::format("{} of {} triangles are not finite; they are never hit", bad,
+                                   topology().triangles.size())});
+    }
+    positions_.resize(topology().vertex_count);
+    clip.positions(frame_, positions_);
+    const morphray::Device device = open_device(backend_of(options), messages);
+    return call_library([&] {
+        return morphray::Scene::build(mesh_of(topology(), positions_), device,
+                                      {.bounds = bounds_of(clip), .update = morphray::Refit{}});
+    });
+}
+
+}  // namespace mray::app

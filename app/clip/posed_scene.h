@@ -1,0 +1,41 @@
+// A scene of the library at one frame of a clip, for questions that a file asks.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "app/base/options.h"
+#include "app/terminal/messages.h"
+#include "clips/scene_frames.h"
+#include "morphray/scene.hpp"
+
+namespace mray::app {
+
+class PosedScene {
+public:
+    /// Opens options.scene at options.frames on the device of options.backend, which is the CPU
+    /// unless --backend, --device or --validate asks for another one: questions from a file come in
+    /// any order, for which it is fast. Warns of triangles that are not finite. `kept_bytes` are
+    /// those of Workload. Throws Error.
+    PosedScene(const Options& options, std::uint64_t kept_bytes, const Messages& messages);
+    PosedScene(const PosedScene&) = delete;
+
+    const SceneSpace& space() const { return frames_.space(); }
+    const morphray::Scene& scene() const { return scene_; }
+    const Topology& topology() const { return frames_.clip().topology(); }
+    double frame() const { return frame_; }
+    const std::string& name() const { return frames_.clip().name(); }
+
+private:
+    /// Sets frame_ and positions_, too.
+    morphray::Scene pose(const Options& options, std::uint64_t kept_bytes,
+                         const Messages& messages);
+
+    SceneFrames frames_;
+    double frame_ = 0;
+    /// In world space; the scene borrows them.
+    std::vector<vec3> positions_;
+    morphray::Scene scene_;
+};
+
+}  // namespace mray::app
