@@ -157,6 +157,8 @@ struct Options {
     std::string bless;
     std::string expect;
     bool strict = false;
+    /// The number of rays and of points a frame that the backends are asked about.
+    std::uint32_t query_count = 0;
 
     // diff: the file that is expected, and the other one
     std::vector<std::string> compared_files;

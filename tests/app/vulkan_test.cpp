@@ -17,10 +17,11 @@ TEST(WithVulkan, CrosscheckFindsAllVariantsEqual) {
     TemporaryFolder folder;
     const Outcome outcome =
         run({"crosscheck", "builtin:cloth:400", "--size", "24x24", "--frames", "0..24:12", "--simd",
-             "off", "--json", "-", "--validate", "--out", folder.file("out")});
+             "off", "--queries", "60", "--json", "-", "--validate", "--out", folder.file("out")});
     ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
     const Json json = Json::parse(outcome.out);
     EXPECT_EQ(json["rows"].size(), 6u * 3 * 3);
+    EXPECT_EQ(json["queries"].size(), 6u * 3);
     std::set<std::string> variants;
     for (const Json& row : json["rows"]) variants.insert(row["variant"]);
     EXPECT_EQ(variants, (std::set<std::string>{"cpu, refit on cpu", "cpu, refit on vulkan",

@@ -40,6 +40,8 @@ constexpr Example kCrosscheckExamples[] = {
      "morphray crosscheck builtin:cloth:500 --html crosscheck.html"},
     {"The CPU alone, with hashes that another machine can compare",
      "morphray crosscheck builtin:herd --backend cpu --bless hashes.json"},
+    {"Also the answers to questions about all triangles",
+     "morphray crosscheck builtin:spikes --backend cpu --queries 100"},
 };
 constexpr Example kMergeExamples[] = {
     {"The frames of all shards, with a contact sheet",
@@ -176,6 +178,12 @@ CommandSpec define_crosscheck(Options& options) {
     add_tree_options(adder, std::nullopt);
     adder.add_choice("--reference", "reference of the comparison (auto)", kReferences,
                      options.reference);
+    adder.add("--queries", "N",
+              "also compare all hits, windings and closest triangles of N rays and points a frame",
+              [&options](const std::string& option, const std::string& value) {
+                  options.query_count =
+                      static_cast<std::uint32_t>(parse_count(option, value, 1, 1'000'000));
+              });
     adder.add_text("-o,--out", "DIR", "folder of difference images (out/crosscheck)", options.out);
     adder.add_text("--junit", "FILE|-", "a JUnit report; - is stdout", options.junit);
     adder.add_text("--html", "FILE|-", "a page that needs no network; - is stdout", options.html);

@@ -118,28 +118,57 @@ void CrossChecker::trace_reference(std::span<const vec3> positions, const Bvh& r
     }
 }
 
+bool CrossChecker::queries_use_brute() const {
+    if (options_.reference != Reference::kAuto) return options_.reference == Reference::kBrute;
+    // Two kinds of hit lists, windings and closest triangles.
+    constexpr double kTests = 4;
+    const auto triangles = static_cast<double>(scene_.clip().topology().triangles.size());
+    return kTests * options_.query_count * triangles <= kAffordableTests;
+}
+
+void CrossChecker::ask_reference(std::span<const vec3> positions, double frame) {
+    query_rows_.clear();
+    if (options_.query_count == 0) return;
+    questions_ = pseudo_random_questions(scene_.clip().topology(), positions, options_.query_count);
+    const Backend& reference = queries_use_brute() ? *backends_.brute : *backends_.cpu.given;
+    expected_answers_ = answers_of(reference.scene_queries(), questions_);
+    query_row_ = {frame, "", queries_use_brute() ? "brute" : "cpu", options_.query_count};
+}
+
+void CrossChecker::compare_queries(const Variant& variant, const std::string& name) {
+    query_row_.variant = name;
+    query_row_.difference = compare_answers(
+        expected_answers_, answers_of(variant.backend->scene_queries(), questions_));
+    query_rows_.push_back(query_row_);
+}
+
 void CrossChecker::compare_variant(const Variant& variant, double frame, const OnRow& on_row) {
+    CheckRow row;
+    row.frame = frame;
+    row.backend = variant.backend->info().name;
+    row.simd = variant.simd;
+    row.update = variant.update;
+    row.refit_on = variant.refit_on;
+    if (variant.device != nullptr) {
+        row.device = variant.device->device;
+        row.device_name = variant.device->device_name;
+    }
+    // The CPU without SIMD over the rebuilt tree is the reference itself.
+    const auto is_reference = [&row](const std::string& reference) {
+        return reference == row.backend && row.simd.empty() && row.update == "rebuild";
+    };
     Frame actual;
     for (const Expected& expected : expected_) {
-        CheckRow row;
-        row.frame = frame;
-        row.backend = variant.backend->info().name;
-        row.simd = variant.simd;
-        row.update = variant.update;
-        row.refit_on = variant.refit_on;
         row.rays = name_of_rays(expected.rays);
         row.reference = expected.reference;
-        if (variant.device != nullptr) {
-            row.device = variant.device->device;
-            row.device_name = variant.device->device_name;
-        }
-        // The CPU without SIMD over the rebuilt tree is the reference itself.
-        if (row.reference == row.backend && row.simd.empty() && row.update == "rebuild") continue;
+        if (is_reference(row.reference)) continue;
         variant.backend->trace_image(params_for(expected.rays), actual);
         row.trace_ms = variant.backend->finish().trace_ms;
         compare(expected.frame, actual, row);
         on_row(row, expected.frame, actual);
     }
+    if (options_.query_count > 0 && !is_reference(query_row_.reference))
+        compare_queries(variant, row.variant());
 }
 
 void CrossChecker::check_vulkan(BackendPair& pair, std::span<const vec3> positions,
@@ -180,6 +209,7 @@ CheckedFrame CrossChecker::check(double frame, const std::vector<std::uint32_t>&
         build_bvh(scene_.clip().topology(), positions,
                   {.split = options_.tree.split, .threads = options_.backend.threads});
     trace_reference(positions, rebuilt, rays);
+    ask_reference(positions, frame);
     CheckedFrame checked;
     for (const Expected& expected : expected_) {
         checked.references.push_back({frame, name_of_rays(expected.rays), expected.reference,
@@ -193,6 +223,7 @@ CheckedFrame CrossChecker::check(double frame, const std::vector<std::uint32_t>&
         check_vulkan(pair, positions, rebuilt, frame, on_row);
     }
     if (checks_cpu()) check_cpu(positions, rebuilt, frame, on_row);
+    checked.queries = query_rows_;
     return checked;
 }
 

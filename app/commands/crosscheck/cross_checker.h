@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/base/options.h"
+#include "app/commands/crosscheck/query_check.h"
 #include "app/report/crosscheck/check_report.h"
 #include "app/terminal/messages.h"
 #include "clips/scene_frames.h"
@@ -50,6 +51,8 @@ CheckedBackends make_checked_backends(const BackendOptions& options,
 struct CheckedFrame {
     /// One for each device.
     std::vector<TreeRow> trees;
+    /// One for each variant, if queries are compared.
+    std::vector<QueryRow> queries;
     /// One for each kind of rays.
     std::vector<ReferenceImage> references;
 };
@@ -96,6 +99,8 @@ private:
 
     void trace_reference(std::span<const vec3> positions, const Bvh& rebuilt,
                          const std::vector<std::uint32_t>& rays);
+    /// Asks the reference, if queries are compared.
+    void ask_reference(std::span<const vec3> positions, double frame);
     void compare_variant(const Variant& variant, double frame, const OnRow& on_row);
     void check_vulkan(BackendPair& pair, std::span<const vec3> positions, const Bvh& rebuilt,
                       double frame, const OnRow& on_row);
@@ -103,7 +108,9 @@ private:
                    const OnRow& on_row);
     void check_simd(const std::string& simd, std::span<const vec3> positions, const Bvh& rebuilt,
                     double frame, const OnRow& on_row);
+    void compare_queries(const Variant& variant, const std::string& name);
     bool uses_brute(std::uint32_t rays) const;
+    bool queries_use_brute() const;
     /// Whether the CPU's images are compared; otherwise the CPU only refits and traces the
     /// reference.
     bool checks_cpu() const;
@@ -117,6 +124,12 @@ private:
     std::vector<std::string> simd_;
     CheckedBackends& backends_;
     std::vector<Expected> expected_;
+    /// Without questions none are compared.
+    Questions questions_;
+    Answers expected_answers_;
+    /// Belongs to the frame that is being checked.
+    QueryRow query_row_;
+    std::vector<QueryRow> query_rows_;
 };
 
 }  // namespace mray::app

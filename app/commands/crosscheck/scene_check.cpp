@@ -67,6 +67,8 @@ public:
                 progress.update(report_.rows.size());
             });
         report_.trees.insert(report_.trees.end(), checked.trees.begin(), checked.trees.end());
+        report_.queries.insert(report_.queries.end(), checked.queries.begin(),
+                               checked.queries.end());
         for (const ReferenceImage& image : checked.references) {
             report_.references.push_back(image);
             if (context_.expected != nullptr)

@@ -1,5 +1,7 @@
 #include "app/report/crosscheck/check_report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "common/image/png.h"
@@ -54,6 +56,19 @@ void compare(const Frame& expected, const Frame& actual, CheckRow& row) {
     row.image_hash = image_hash(actual);
 }
 
+std::string describe(const QueryDifference& difference) {
+    std::string text;
+    const auto add = [&text](std::size_t count, const char* kind, const char* in) {
+        if (count == 0) return;
+        text += fmt::format("{}{} {}{} in {}", text.empty() ? "" : ", ", count, kind,
+                            count == 1 ? " differs" : "s differ", in);
+    };
+    add(difference.all_hits, "ray", "all hits");
+    add(difference.winding, "point", "the winding");
+    add(difference.closest, "point", "the closest triangle");
+    return text;
+}
+
 RowImages images_of(std::size_t row_index, const CheckRow& row, const Frame& expected,
                     const Frame& actual) {
     RowImages images;
@@ -72,7 +87,8 @@ RowImages images_of(std::size_t row_index, const CheckRow& row, const Frame& exp
 }
 
 std::size_t CheckReport::differing() const {
-    return count_differing(rows) + count_differing(trees) + count_differing(expected);
+    return count_differing(rows) + count_differing(trees) + count_differing(queries) +
+           count_differing(expected);
 }
 
 bool CheckRun::complete() const {

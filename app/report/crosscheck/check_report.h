@@ -67,6 +67,29 @@ struct ReferenceImage {
     std::uint64_t image_hash = 0;
 };
 
+/// The numbers of rays and points whose answers differ.
+struct QueryDifference {
+    std::size_t all_hits = 0;
+    std::size_t winding = 0;
+    std::size_t closest = 0;
+    std::size_t total() const { return all_hits + winding + closest; }
+};
+/// "3 rays differ in all hits, 1 point differs in the winding"; empty if nothing differs.
+std::string describe(const QueryDifference& difference);
+
+/// The answers of one variant of one frame to the questions of --queries, against the reference.
+struct QueryRow {
+    double frame = 0;
+    /// CheckRow::variant().
+    std::string variant;
+    /// "brute" or "cpu".
+    std::string reference;
+    /// The number of rays, and of points.
+    std::uint32_t count = 0;
+    QueryDifference difference = {};
+    bool equal() const { return difference.total() == 0; }
+};
+
 /// A reference image and the hashes that --expect has for it.
 struct ExpectedRow {
     double frame = 0;
@@ -110,13 +133,17 @@ struct CheckReport {
     std::vector<std::string> warnings;
     std::vector<CheckRow> rows;
     std::vector<TreeRow> trees;
+    /// For --queries.
+    std::vector<QueryRow> queries;
     std::vector<ReferenceImage> references;
     /// For --expect.
     std::vector<ExpectedRow> expected;
     /// Images of the first rows that differ, for a page.
     std::vector<RowImages> images;
 
-    std::size_t comparisons() const { return rows.size() + trees.size() + expected.size(); }
+    std::size_t comparisons() const {
+        return rows.size() + trees.size() + queries.size() + expected.size();
+    }
     std::size_t differing() const;
     bool equal() const { return differing() == 0; }
 };

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "app/report/crosscheck/crosscheck_json.h"
+#include "app/report/crosscheck/crosscheck_text.h"
 #include "app/report/crosscheck/html_parts.h"
 #include "common/text/message_text.h"
 #include "common/version.h"
@@ -40,10 +41,11 @@ struct Verdict {
 };
 
 Verdict verdict_of(const CheckRun& run) {
-    Tally images, trees, expected;
+    Tally images, trees, queries, expected;
     for (const CheckReport& scene : run.scenes) {
         images.add(scene.rows);
         trees.add(scene.trees);
+        queries.add(scene.queries);
         expected.add(scene.expected);
     }
     Verdict verdict;
@@ -60,6 +62,7 @@ Verdict verdict_of(const CheckRun& run) {
     };
     add(images, "image", "images");
     add(trees, "pair of refitted trees", "pairs of refitted trees");
+    add(queries, "set of answers to queries", "sets of answers to queries");
     add(expected, "comparison with expected hashes", "comparisons with expected hashes");
     verdict.word = "Equal";
     if (!run.equal()) verdict.word = "Different";
@@ -125,6 +128,10 @@ std::string scene_html(const ScenePart& scene, PageRoom& room) {
             problems.push_back(fmt::format("frame {}, {}: {}", row.frame, row.rays, row.problem));
     }
     html += list_html("Other hashes than expected", problems);
+    std::vector<std::string> answers;
+    for (const QueryRow& row : report.queries)
+        if (!row.equal()) answers.push_back(query_text(row));
+    html += list_html("Other answers to queries", answers);
     return html + list_html("Warnings", report.warnings);
 }
 

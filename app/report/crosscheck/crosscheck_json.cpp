@@ -38,6 +38,17 @@ Json of(const TreeRow& row) {
     return json;
 }
 
+Json of(const QueryRow& row) {
+    return {{"variant", row.variant},
+            {"frame", row.frame},
+            {"reference", row.reference},
+            {"count", row.count},
+            {"equal", row.equal()},
+            {"differences", Json{{"all_hits", row.difference.all_hits},
+                                 {"winding", row.difference.winding},
+                                 {"closest", row.difference.closest}}}};
+}
+
 Json of(const ReferenceImage& image) {
     return {{"frame", image.frame},
             {"rays", image.rays},
@@ -69,6 +80,7 @@ Json scene_json(const CheckReport& report) {
     json["frames"] = report.frames;
     json["rows"] = list_of(report.rows);
     json["trees"] = list_of(report.trees);
+    json["queries"] = list_of(report.queries);
     json["references"] = list_of(report.references);
     json["expected"] = list_of(report.expected);
     return json;

@@ -64,6 +64,20 @@ std::string compared_trees(const CheckReport& report) {
     return text + table.text();
 }
 
+/// The answers that differ, after a line about all.
+std::string compared_queries(const CheckReport& report) {
+    if (report.queries.empty()) return "";
+    const auto differing = static_cast<std::size_t>(
+        std::ranges::count_if(report.queries, [](const QueryRow& row) { return !row.equal(); }));
+    std::string text = fmt::format(
+        "\nall hits, windings and closest triangles of {} rays and points a frame, {}: {}\n",
+        report.queries.front().count, report.queries.size(),
+        verdict(differing, report.queries.size()));
+    for (const QueryRow& row : report.queries)
+        if (!row.equal()) text += fmt::format("  {}\n", query_text(row));
+    return text;
+}
+
 /// The images that --expect finds different.
 std::string unexpected_images(const CheckReport& report) {
     if (report.expected.empty()) return "";
@@ -97,6 +111,11 @@ std::string describe_row(const Options& options, const CheckRow& row, double bui
     return text;
 }
 
+std::string query_text(const QueryRow& row) {
+    return fmt::format("frame {}, {}, against {}: {}", row.frame, row.variant, row.reference,
+                       describe(row.difference));
+}
+
 std::string table_text(const CheckReport& report) {
     Table table({"variant", "images", "result", "trace ms"});
     for (const Variant& variant : variants_of(report)) {
@@ -105,7 +124,7 @@ std::string table_text(const CheckReport& report) {
                    fmt::format("{:.2f}", variant.trace_ms())});
     }
     return table.text() + differing_images(report) + compared_trees(report) +
-           unexpected_images(report);
+           compared_queries(report) + unexpected_images(report);
 }
 
 std::string summary_text(const CheckReport& report) {

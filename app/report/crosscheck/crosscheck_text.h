@@ -13,7 +13,11 @@ namespace mray::app {
 /// tree was built at.
 std::string describe_row(const Options& options, const CheckRow& row, double build_at);
 
-/// A line for each variant, one for each image and each pair of trees that differ.
+/// "frame 3, vulkan, rebuild, against brute: 3 rays differ in all hits".
+std::string query_text(const QueryRow& row);
+
+/// A line for each variant, one for each image, each pair of trees and each set of answers that
+/// differ.
 std::string table_text(const CheckReport& report);
 
 /// "all 12 comparisons are equal bit by bit", or how many differ.

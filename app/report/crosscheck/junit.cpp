@@ -94,6 +94,10 @@ std::string suite_of(const CheckRun& run, const CheckReport& report, const std::
                               : fmt::format("refitted on cpu: {}, on vulkan: {}",
                                             hash_text(row.cpu_hash), hash_text(row.vulkan_hash)));
     }
+    for (const QueryRow& row : report.queries) {
+        suite.add(row.variant, fmt::format("frame {} queries equal {}", row.frame, row.reference),
+                  0, describe(row.difference));
+    }
     for (const ExpectedRow& row : report.expected) {
         suite.add("expected", fmt::format("frame {} {} is as expected", row.frame, row.rays), 0,
                   row.problem);

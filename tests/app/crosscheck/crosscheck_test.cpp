@@ -69,6 +69,27 @@ TEST(Crosscheck, ComparesAllWholeFramesOnRequest) {
     EXPECT_EQ(*frames.rbegin(), 24);
 }
 
+TEST(Crosscheck, AnswersToQueriesAreCompared) {
+    for (const char* reference : {"brute", "cpu"}) {
+        TemporaryFolder folder;
+        const Outcome outcome =
+            crosscheck(folder, {"--frames", "0..24:12", "--rays", "primary", "--queries", "60",
+                                "--reference", reference, "--json", "-"});
+        ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+        const Json json = Json::parse(outcome.out);
+        // As many variants as of images.
+        EXPECT_EQ(json["queries"].size(), json["rows"].size());
+        for (const Json& row : json["queries"]) {
+            EXPECT_EQ(row["equal"], true);
+            EXPECT_EQ(row["count"], 60);
+            EXPECT_EQ(row["reference"], reference);
+        }
+    }
+    TemporaryFolder folder;
+    const Outcome text = crosscheck(folder, {"--frames", "0", "--queries", "60"});
+    EXPECT_NE(text.out.find("of 60 rays and points a frame"), std::string::npos) << text.out;
+}
+
 TEST(Crosscheck, JsonNamesEveryVariant) {
     TemporaryFolder folder;
     const Outcome outcome =

@@ -1,0 +1,40 @@
+// Questions about all triangles of a scene, and how the answers of backends differ.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "app/report/crosscheck/check_report.h"
+#include "common/scene/mesh.h"
+#include "common/scene_queries.h"
+
+namespace mray::app {
+
+/// Rays and points in scene space, as many of the one as of the other.
+struct Questions {
+    std::vector<Ray> rays;
+    std::vector<vec3> points;
+};
+
+/// The same questions for the same triangles on every machine: rays to, and points in, the room
+/// around the mesh, its vertices, its edges and its triangles.
+Questions pseudo_random_questions(const Topology& topology, std::span<const vec3> positions,
+                                  std::uint32_t count);
+
+struct Answers {
+    /// For Crossing::kEach and kOwner.
+    std::array<HitLists, 2> hits;
+    std::vector<FloatWinding> windings;
+    /// Ascending.
+    std::vector<UncertainCrossing> uncertain;
+    std::vector<ClosestTriangle> closest;
+};
+
+Answers answers_of(const SceneQueries& queries, const Questions& questions);
+
+/// Counts the rays and points with other answers, bit by bit.
+QueryDifference compare_answers(const Answers& expected, const Answers& actual);
+
+}  // namespace mray::app
