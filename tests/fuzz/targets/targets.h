@@ -26,6 +26,8 @@ std::string mdd_failure(std::string_view bytes);
 std::string index_failure(std::string_view bytes);
 /// The file of `trace --rays`, as text and as an array of floats.
 std::string rays_failure(std::string_view bytes);
+/// The file of `query --points`.
+std::string points_failure(std::string_view bytes);
 /// The arguments of the program, each ended by a NUL. The command is not run.
 std::string options_failure(std::string_view bytes);
 /// A file of `render --hits`.
