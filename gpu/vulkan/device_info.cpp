@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <optional>
 
@@ -69,14 +70,15 @@ std::string hex(std::span<const std::uint8_t> bytes) {
     return text;
 }
 
-/// Whether results of shuffles are wrong: of lavapipe with vectors of 512 bits, which Mesa 25.0.7
-/// makes only if LP_NATIVE_VECTOR_WIDTH says so. Without LLVM's optimisations (GALLIVM_PERF=nopt)
-/// they are right, as they are with Mesa 22.3.6, and with 4 or 8 lanes.
-bool has_broken_shuffle(const VkPhysicalDeviceDriverProperties& driver,
-                        std::uint32_t subgroup_size) {
+/// Whether lavapipe was told to use vectors of another width than most machines have. Mesa 25.0.7,
+/// unlike 22.3.6, then crashes (4 lanes: it stores vectors of 8 to places that are aligned for 4)
+/// or gives wrong results (16 lanes: right ones without LLVM's optimisations, GALLIVM_PERF=nopt).
+bool has_unsound_width(const VkPhysicalDeviceDriverProperties& driver,
+                       std::uint32_t subgroup_size) {
     // Lavapipe's number of a version is always 1.
     unsigned mesa = 0;
-    return driver.driverID == VK_DRIVER_ID_MESA_LLVMPIPE && subgroup_size > 8 &&
+    return driver.driverID == VK_DRIVER_ID_MESA_LLVMPIPE && subgroup_size != 8 &&
+           std::getenv("LP_NATIVE_VECTOR_WIDTH") != nullptr &&
            std::sscanf(driver.driverInfo, "Mesa %u", &mesa) == 1 && mesa > 22;
 }
 
@@ -112,10 +114,13 @@ std::string describe_1_1(PhysicalDevice& device) {
     device.info.uuid = hex(id.deviceUUID);
     device.info.subgroup_size = subgroup.subgroupSize;
     device.has_shuffle = (subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0 &&
-                         (subgroup.supportedOperations & VK_SUBGROUP_FEATURE_SHUFFLE_BIT) != 0 &&
-                         !has_broken_shuffle(driver, subgroup.subgroupSize);
+                         (subgroup.supportedOperations & VK_SUBGROUP_FEATURE_SHUFFLE_BIT) != 0;
     if (has_driver) {
         device.info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
+    }
+    if (has_unsound_width(driver, subgroup.subgroupSize)) {
+        return "it crashes or gives wrong results with such a width of vectors; unset "
+               "LP_NATIVE_VECTOR_WIDTH";
     }
     if (!has_float_controls) return "it lacks VK_KHR_shader_float_controls";
     if (floats.shaderRoundingModeRTEFloat32 == VK_FALSE) {

@@ -18,7 +18,7 @@ struct PhysicalDevice {
     VkPhysicalDeviceMemoryProperties memory = {};
     VkDeviceSize max_allocation = 0;
     std::uint32_t queue_family = 0;
-    /// Whether kernels have shuffles within a subgroup, and right ones.
+    /// Whether kernels have shuffles within a subgroup.
     bool has_shuffle = false;
     /// 0: no timestamps.
     std::uint32_t timestamp_bits = 0;

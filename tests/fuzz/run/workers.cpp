@@ -13,6 +13,9 @@
 #include "app/base/exit_code.h"
 #include "common/base/errors.h"
 #include "tools/process/guarded_run.h"
+#ifdef MORPHRAY_HAS_VULKAN
+#include "gpu/vulkan_backend.h"
+#endif
 
 namespace mray::fuzz {
 namespace {
@@ -26,9 +29,33 @@ struct Shared {
 };
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free);  // required between processes
 
+void set_width(int width) { setenv("LP_NATIVE_VECTOR_WIDTH", std::to_string(width).c_str(), 1); }
+
+/// Whether lavapipe is refused for the width of its vectors. A process has one width.
+bool is_refused([[maybe_unused]] int width) {
+#ifdef MORPHRAY_HAS_VULKAN
+    const pid_t child = fork();
+    if (child == 0) {
+        set_width(width);
+        bool is_so = false;
+        try {
+            const std::string why = gpu::list_devices().front().unusable;
+            is_so = why.find("LP_NATIVE_VECTOR_WIDTH") != std::string::npos;
+        } catch (const Error&) {
+            // The worker will say it.
+        }
+        _exit(is_so ? 1 : 0);
+    }
+    int status = 0;
+    return child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) &&
+           WEXITSTATUS(status) == 1;
+#else
+    return false;
+#endif
+}
+
 [[noreturn]] void work_in_child(const Worker& worker, Shared& shared, const WorkerTask& work) {
-    if (worker.width != 0)
-        setenv("LP_NATIVE_VECTOR_WIDTH", std::to_string(worker.width).c_str(), 1);
+    if (worker.width != 0) set_width(worker.width);
     const WorkerState& state = shared.workers[worker.index];
     const auto complain = [&](const char* what) {
         std::fprintf(stderr, "fuzz: %s, case %llu: %s\n", worker.name().c_str(),
@@ -61,10 +88,10 @@ std::vector<Worker> make_workers(bool vulkan, std::uint32_t jobs) {
         for (std::uint32_t i = 0; i < jobs; ++i) workers.push_back({i, jobs, false, 0});
         return workers;
     }
-    for (const int width : kWidths) {
-        const auto index = static_cast<std::uint32_t>(workers.size());
-        workers.push_back({index, static_cast<std::uint32_t>(kWidths.size()), true, width});
-    }
+    std::vector<int> widths(kWidths.begin(), kWidths.end());
+    std::erase_if(widths, is_refused);
+    const auto count = static_cast<std::uint32_t>(widths.size());
+    for (std::uint32_t i = 0; i < count; ++i) workers.push_back({i, count, true, widths[i]});
     return workers;
 }
 

@@ -24,7 +24,8 @@ struct Worker {
     std::string name() const;
 };
 
-/// `jobs` workers of the CPU, or one for each of the widths 128, 256 and 512 of a Vulkan device.
+/// `jobs` workers of the CPU, or one for each of the widths 128, 256 and 512 of a Vulkan device
+/// that is not refused with it.
 std::vector<Worker> make_workers(bool vulkan, std::uint32_t jobs);
 
 /// The state of a worker, in memory that all processes share.
