@@ -42,8 +42,8 @@ std::uint32_t start_after(const HitCursor& after, Ray& ray) {
 
 }  // namespace
 
-/// Answers the questions that have been uploaded, as many as there are answers. Returns the number of
-/// pairs that the kernel has written to the pixels, or would have if there were room.
+/// Answers the questions that have been uploaded, as many as there are answers. Returns the number
+/// of pairs that the kernel has written to the pixels, or would have if there were room.
 std::uint32_t Questions::ask(const char* what, Kernel& kernel, std::uint32_t flags,
                              std::span<uvec4> answers) const {
     kernels_.prepare({&kernel});

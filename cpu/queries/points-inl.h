@@ -81,12 +81,12 @@ HWY_INLINE std::uint32_t slots_above(const Node& node, const lanes::Float3& p) {
     std::uint32_t slots = 0;
     for (std::size_t v = 0; v < kVectors; ++v) {
         const std::size_t i = v * kLanes;
-        const Mask met = lanes::may_cross_in(
-            p,
-            {load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
-             load_unaligned(node.lower_z + i)},
-            {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
-             load_unaligned(node.upper_z + i)});
+        const Mask met =
+            lanes::may_cross_in(p,
+                                {load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
+                                 load_unaligned(node.lower_z + i)},
+                                {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
+                                 load_unaligned(node.upper_z + i)});
         slots |= bits_of(met) << i;
     }
     return slots;

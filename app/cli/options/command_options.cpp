@@ -408,10 +408,9 @@ CommandSpec define_devices(Options& options) {
 
 std::vector<CommandSpec> command_specs(Options& options) {
     std::vector<CommandSpec> commands;
-    for (const auto define :
-         {define_render, define_view, define_crosscheck, define_merge, define_diff, define_probe,
-          define_profile, define_trace, define_query, define_chart, define_info, define_index,
-          define_devices})
+    for (const auto define : {define_render, define_view, define_crosscheck, define_merge,
+                              define_diff, define_probe, define_profile, define_trace, define_query,
+                              define_chart, define_info, define_index, define_devices})
         commands.push_back(define(options));
     return commands;
 }
