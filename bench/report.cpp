@@ -36,7 +36,8 @@ Json to_json(const Row& row) {
             {"ratio_min", rounded(row.ratio.min, 6)},
             {"ratio_max", rounded(row.ratio.max, 6)},
             {"mismatches", m.total()},
-            {"mismatch_kinds", {{"hit", m.hit}, {"prim_id", m.prim_id}, {"t", m.t}}}};
+            {"mismatch_kinds", {{"hit", m.hit}, {"prim_id", m.prim_id}, {"t", m.t}}},
+            {"largest_difference", rounded(row.largest_difference, 4)}};
 }
 
 constexpr const char* kTableFormat =
@@ -71,10 +72,13 @@ std::string to_json(const ReportHead& head, std::span<const Row> rows) {
 }
 
 std::string to_csv(const ReportHead& head, std::span<const Row> rows) {
-    Table table({"scene",        "triangles",     "view",       "work",      "threads",
-                 "rays",         "hit_share",     "tracer",     "target",    "unit",
-                 "ours",         "peer",          "peer_value", "ratio",     "ours_at_best",
-                 "peer_at_best", "ratio_at_best", "ratio_min",  "ratio_max", "mismatches"});
+    Table table({"scene",        "triangles",     "view",
+                 "work",         "threads",       "rays",
+                 "hit_share",    "tracer",        "target",
+                 "unit",         "ours",          "peer",
+                 "peer_value",   "ratio",         "ours_at_best",
+                 "peer_at_best", "ratio_at_best", "ratio_min",
+                 "ratio_max",    "mismatches",    "largest_difference"});
     const auto text = [](const auto& value) { return fmt::format("{}", value); };
     const auto short_text = [](double value) { return fmt::format("{:.4g}", value); };
     for (const Row& row : rows) {
@@ -97,7 +101,8 @@ std::string to_csv(const ReportHead& head, std::span<const Row> rows) {
                    short_text(row.ratio.least),
                    short_text(row.ratio.min),
                    short_text(row.ratio.max),
-                   text(row.mismatches.total())});
+                   text(row.mismatches.total()),
+                   short_text(row.largest_difference)});
     }
     const std::string left_out =
         head.left_out.empty() ? "" : fmt::format(", which has no {}", head.left_out);

@@ -9,6 +9,7 @@ double in_unit(double ms, Unit unit, std::uint64_t count) {
         case Unit::kMrayPerSecond:
             return n / (ms * 1e3);
         case Unit::kNsPerTriangle:
+        case Unit::kNsPerQuery:
             return ms * 1e6 / n;
         case Unit::kMs:
             break;
@@ -24,6 +25,8 @@ const char* name_of(Unit unit) {
             return "Mray/s";
         case Unit::kNsPerTriangle:
             return "ns/triangle";
+        case Unit::kNsPerQuery:
+            return "ns/query";
         case Unit::kMs:
             break;
     }

@@ -10,19 +10,20 @@
 namespace mray::bench {
 
 /// The unit of a figure. More is better for kMrayPerSecond, less for the others.
-enum class Unit { kMrayPerSecond, kNsPerTriangle, kMs };
+enum class Unit { kMrayPerSecond, kNsPerTriangle, kNsPerQuery, kMs };
 
 struct Row {
     std::string scene;
     std::uint64_t triangles = 0;
     /// fill, whole or given
     std::string view;
-    /// primary, shadow, diffuse, ao-N, one-ray, refit, build or library
+    /// primary, shadow, diffuse, ao-N, one-ray, refit, build, library or queries
     std::string work;
     int threads = 0;
-    /// Rays that were traced; 0 for refits and builds.
+    /// Rays that were traced, or points asked about; 0 for refits and builds.
     std::uint64_t rays = 0;
-    /// The share of rays that hit something, from 0 to 1.
+    /// The share of rays that hit something, or of points that have an answer or are inside, from 0
+    /// to 1.
     double hit_share = 0;
     std::string tracer;
     std::string target;
@@ -37,12 +38,15 @@ struct Row {
     /// Above 1 if morphray is faster, in any unit.
     Ratio ratio = {};
     Mismatches mismatches;
+    /// The largest difference of distances to closest points, as a part of the scene's extent; 0 in
+    /// other rows.
+    double largest_difference = 0;
 };
 
-/// "Mray/s", "ns/triangle", "ms"
+/// "Mray/s", "ns/triangle", "ns/query", "ms"
 const char* name_of(Unit unit);
 
-/// Fills in the figures. `count` is the number of rays or triangles of a run.
+/// Fills in the figures. `count` is the number of rays, triangles or queries of a run.
 void set_times(Row& row, const Times& ours, const Times& peer, Unit unit, std::uint64_t count);
 
 }  // namespace mray::bench

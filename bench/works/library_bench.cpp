@@ -7,9 +7,10 @@
 #include <span>
 #include <utility>
 
+#include "bench/works/question_work.h"
+#include "bench/works/user_scene.h"
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"
-#include "common/interop/camera.h"
 #include "common/ray_queries.h"
 #include "cpu/cpu_backend.h"
 #include "morphray/morphray.hpp"
@@ -19,31 +20,6 @@ namespace {
 
 using UserRays = std::vector<morphray::Ray>;
 using UserHits = std::vector<morphray::Hit>;
-
-/// Scene space as the world of the library's users, with bounds that make both the same.
-constexpr double kExtent = kSceneExtent;
-const morphray::Box kBounds{{-kExtent, -kExtent, -kExtent}, {kExtent, kExtent, kExtent}};
-
-morphray::Vec3 to_user(vec3 p) { return {p.x, p.y, p.z}; }
-
-/// The camera rays of an image, row by row.
-std::vector<Ray> camera_rays(const ImageParams& params) {
-    std::vector<Ray> rays;
-    rays.reserve(std::size_t{params.width} * params.height);
-    for (std::uint32_t y = 0; y < params.height; ++y) {
-        for (std::uint32_t x = 0; x < params.width; ++x)
-            rays.push_back(camera_ray(params.camera, x, y));
-    }
-    return rays;
-}
-
-UserRays to_user(const std::vector<Ray>& rays) {
-    UserRays result;
-    result.reserve(rays.size());
-    for (const Ray& ray : rays)
-        result.push_back({.org = to_user(ray.org), .dir = to_user(ray.dir)});
-    return result;
-}
 
 /// The rays in an order in which neighbours have nothing in common.
 std::vector<Ray> shuffled(std::vector<Ray> rays) {
@@ -86,7 +62,7 @@ public:
             {.positions = morphray::packed(points_),
              .triangles = {&triangles.data()->x, 3 * triangles.size()}},
             morphray::Device::cpu({.threads = rig.threads, .simd = target.name}),
-            {.bounds = kBounds, .update = morphray::Refit{}}));
+            {.bounds = kUserBounds, .update = morphray::Refit{}}));
         backend_ = cpu::make_cpu_backend({.threads = rig.threads, .simd = target.name});
         backend_->set_scene(scene.topology(), scene.positions, scene.bvh);
     }

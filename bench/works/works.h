@@ -58,4 +58,11 @@ void bench_packet(const Rig& rig, const BenchScene& scene, const TraceWork& work
 /// rays, rays in any order in calls of several sizes, and updates.
 void bench_library(const Rig& rig, const BenchScene& scene);
 
+/// Asks the public interface about all triangles, as many times as an image has pixels: closest
+/// points, against Embree's point queries and, if the build has it, CGAL's AABB_tree; the number of
+/// hits of camera rays and random rays, and which points are inside, against Embree's single rays
+/// whose filter counts and rejects each hit. Every peer is the fastest over Embree's instruction
+/// sets, robust and fast scenes apart.
+void bench_queries(const Rig& rig, const BenchScene& scene);
+
 }  // namespace mray::bench

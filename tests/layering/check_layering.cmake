@@ -72,6 +72,7 @@ set(places
     "^embree[0-9]*/"            "^tools/embree/"
     "^tools/embree/"            "^(tools/embree|bench/embree|accuracy/methods)/"
     "^tiny_bvh\\.h$"            "^bench/tinybvh/"
+    "^CGAL/"                    "^bench/cgal/"
     "^pybind11/"                "^python/module/"
     "^gmp(xx)?\\.h$"            "^accuracy/"
     "^xxhash\\.h$"              "^common/base/hash\\.h$"
