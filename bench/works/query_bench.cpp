@@ -80,6 +80,8 @@ public:
         const std::vector<vec3> in_box = points_in_box(scene_, query_count());
         ask_closest(scene, target, "near", near);
         ask_closest(scene, target, "in box", in_box);
+        ask_closest(scene, target, "near, sorted", sorted_by_place(near));
+        ask_closest(scene, target, "in box, sorted", sorted_by_place(in_box));
         ask_count(scene, target, "camera", camera_rays(scene_.params), true);
         ask_count(scene, target, "random", random_rays(scene_, query_count()), false);
         ask_contains(scene, target, "near", near);

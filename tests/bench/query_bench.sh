@@ -19,7 +19,7 @@ expect() {
     [ "$rows" = 1 ] || fail "$rows rows of $1 against $2"
 }
 
-for points in near 'in box'; do
+for points in near 'in box' 'near, sorted' 'in box, sorted'; do
     for peer in 'Embree PointQuery robust' 'Embree PointQuery fast'; do
         expect "closest_points, $points" "$peer"
     done

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <tuple>
 
 #include "bench/works/ericson.h"
 #include "common/interop/closest_rule.h"
@@ -56,6 +57,27 @@ TEST(QuestionWork, PointsAreTheSameOnEachCallAndWhereTheyAreSaidToBe) {
     }
     EXPECT_GT(far_in_box, 100);
     for (const vec3& p : near) EXPECT_LE(distance_from(scene, p), 0.0174f * longest);
+}
+
+TEST(QuestionWork, SortedPointsAreTheSameAndNearTheirNeighbours) {
+    const BenchScene scene = open("builtin:spikes:500");
+    const auto path = [](const std::vector<vec3>& points) {
+        double length = 0;
+        for (std::size_t i = 1; i < points.size(); ++i)
+            length += glm::distance(points[i - 1], points[i]);
+        return length;
+    };
+    const auto by_coordinates = [](std::vector<vec3> points) {
+        std::sort(points.begin(), points.end(),
+                  [](vec3 a, vec3 b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); });
+        return points;
+    };
+    const std::vector<vec3> points = points_in_box(scene, 1000);
+    const std::vector<vec3> sorted = sorted_by_place(points);
+    EXPECT_EQ(by_coordinates(sorted), by_coordinates(points));
+    EXPECT_LT(path(sorted), 0.3 * path(points));
+    const std::vector<vec3> flat(3, vec3(1, 2, 3));
+    EXPECT_EQ(sorted_by_place(flat), flat);
 }
 
 TEST(QuestionWork, VerticesThatAreNotFiniteLeavePointsAndRaysFinite) {
