@@ -1,4 +1,4 @@
-// What peers are given that leave the distance of a triangle to their callers.
+// The closest point of a triangle, for peers that leave it to their callers.
 #pragma once
 
 #include <glm/geometric.hpp>

@@ -1,4 +1,4 @@
-#include "bench/works/question_work.h"
+#include "bench/question_work.h"
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +56,7 @@ struct VertexBox {
     }
 };
 
-/// Of 10 bits of each coordinate, 0 to 1023, those of x in every third place from the lowest on.
+/// Interleaves the 10 bits of each coordinate, which is 0 to 1023; x has the lowest bit.
 std::uint32_t morton_code(vec3 cell) {
     std::uint32_t code = 0;
     for (int axis = 0; axis < 3; ++axis) {
