@@ -51,7 +51,8 @@ std::uint32_t Questions::ask(const char* what, Kernel& kernel, std::uint32_t fla
                                    .count = static_cast<std::uint32_t>(answers.size()),
                                    .round = kAskAll,
                                    .flags = flags,
-                                   .repeated_count = scene_.repeated_count()};
+                                   .repeated_count = scene_.repeated_count(),
+                                   .pair_room = pair_room()};
     const std::uint32_t found = passes_.ask(what, scene_, arguments, [&](VkCommandBuffer commands) {
         kernel.dispatch(commands, arguments, groups_of(arguments.count));
     });
@@ -149,7 +150,7 @@ void Questions::wind_part(std::span<const vec3> points, std::size_t first, std::
     }
     transfer_.upload(std::as_bytes(std::span(asked)), passes_.rays());
     const std::uint32_t found = ask("wind around points", kernels_.winding, 0, answers);
-    const std::size_t room = passes_.size().rays() / 2;
+    const std::size_t room = pair_room();
     if (found > room && size > 1) {
         wind_part(points, first, size / 2, windings, uncertain);
         wind_part(points, first + size / 2, size - size / 2, windings, uncertain);

@@ -37,6 +37,8 @@ public:
                  std::span<ClosestTriangle> closest) const override;
 
 private:
+    /// The pairs that the pixels have room for.
+    std::uint32_t pair_room() const { return passes_.size().rays() / 2; }
     std::uint32_t ask(const char* what, Kernel& kernel, std::uint32_t flags,
                       std::span<uvec4> answers) const;
     void wind_part(std::span<const vec3> points, std::size_t first, std::size_t size,

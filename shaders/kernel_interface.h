@@ -191,6 +191,8 @@ struct QuestionArguments {
     uint round;
     uint flags;
     uint repeated_count;
+    /// Pairs that there is room for.
+    uint pair_room;
 };
 
 /// Push constants of `resume`.

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "INVALID_ID",
+    "AllHits",
     "Cancel",
     "Comparison",
     "Device",
@@ -20,6 +21,7 @@ __all__ = [
     "Update",
     "VulkanDeviceInfo",
     "__version__",
+    "closest_dtype",
     "compare",
     "hit_dtype",
     "ray_dtype",

@@ -41,7 +41,7 @@ uint test_triangle(vec3 a, vec3 b, vec3 c, uint prim_id) {
 /// The order of the list depends on the schedule; what is in it does not.
 void list_uncertain(uint prim_id) {
     uint place = atomicAdd(work.header.visible_count, 1u);
-    if (place < uint(pairs.length())) pairs[place] = uvec2(point_index, prim_id);
+    if (place < args.pair_room) pairs[place] = uvec2(point_index, prim_id);
 }
 
 void main() {

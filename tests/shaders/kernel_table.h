@@ -13,6 +13,9 @@
 #include "shaders/packet/light_packet_8_spirv.h"
 #include "shaders/packet/light_packet_spirv.h"
 #include "shaders/packet/tall_light_packet_8_spirv.h"
+#include "shaders/queries/closest_spirv.h"
+#include "shaders/queries/hits_spirv.h"
+#include "shaders/queries/winding_spirv.h"
 #include "shaders/refit/refit_leaves_spirv.h"
 #include "shaders/refit/refit_nodes_spirv.h"
 #include "shaders/shade/compact_spirv.h"
@@ -36,7 +39,9 @@ struct Kernel {
 inline const Kernel kKernels[] = {
     {"camera_packet", k_camera_packet_spirv, sizeof(PacketArguments), true},
     {"camera_packet_8", k_camera_packet_8_spirv, sizeof(PacketArguments), true},
+    {"closest", k_closest_spirv, sizeof(QuestionArguments)},
     {"compact", k_compact_spirv, sizeof(RegionArguments)},
+    {"hits", k_hits_spirv, sizeof(QuestionArguments)},
     {"light_packet", k_light_packet_spirv, sizeof(RegionArguments), true},
     {"light_packet_8", k_light_packet_8_spirv, sizeof(RegionArguments), true},
     {"occlusion", k_occlusion_spirv, sizeof(OcclusionArguments)},
@@ -48,6 +53,7 @@ inline const Kernel kKernels[] = {
     {"resume", k_resume_spirv, sizeof(ResumeArguments)},
     {"shade", k_shade_spirv, sizeof(RegionArguments)},
     {"tall_light_packet_8", k_tall_light_packet_8_spirv, sizeof(RegionArguments), true},
+    {"winding", k_winding_spirv, sizeof(QuestionArguments)},
 };
 
 }  // namespace mray::test

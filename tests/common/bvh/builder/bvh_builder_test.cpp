@@ -239,11 +239,20 @@ TEST(CheckBvh, FindsATriangleThatIsInNoLeafThoughALaterOneHasItsVertices) {
     for (auto& vertex : leaf.vertex) vertex.corners = (vertex.corners & 0x00FFFFFFu) | 2u << 24;
     EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()),
               std::vector<std::string>{"triangle 0 is in no leaf"});
-    // Without the last it is sound.
+    // A later triangle does not stand for an earlier one.
+    bvh.repeated = {{2, 0}};
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()).size(), 2u);
+    // Without the last it is sound if the tree says that the first one stands for it.
     leaf.prim_id[0] = 0;
     leaf.prim_id[1] = 1;
     std::swap(leaf.vertex[0].corners, leaf.vertex[1].corners);
+    bvh.repeated = {{0, 2}};
     EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()), std::vector<std::string>{});
+    bvh.repeated.clear();
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()),
+              std::vector<std::string>{"triangle 2 is in no leaf"});
+    bvh.repeated = {{1, 2}};
+    EXPECT_EQ(check_bvh(bvh, scene.topology(), scene.positions()).size(), 2u);
 }
 
 TEST_F(BrokenBvh, IsFoundByAWrongCorner) {
