@@ -107,7 +107,7 @@ private:
     }
 
     void ignore(std::string_view option) {
-        if (result_.ignored.empty()) result_.ignored = option;
+        if (result_.ignored.empty()) result_.ignored = std::string(option);
     }
 
     std::string_view rest_;
