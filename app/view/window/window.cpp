@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include <cstdlib>
 #include <utility>
 
 #include "app/view/window/style.h"
@@ -48,6 +49,11 @@ void Window::watch_input(GLFWwindow* window) {
 }
 
 Window::Library::Library() {
+#ifdef GLFW_PLATFORM
+    // GLFW 3.4 prefers Wayland. There a window has no frame without a plugin of libdecor, and
+    // glfwTerminate() crashes.
+    if (std::getenv("DISPLAY") != nullptr) glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+#endif
     if (glfwInit() != GLFW_TRUE) fail("no display can be opened");
 }
 

@@ -43,6 +43,10 @@ same_as_render ground $scene --frame 5 --size 97x61 --backend cpu --ground --fla
 for shading in normal depth prim steps sah; do
     same_as_render $shading $scene --frame 9 --size 64x48 --backend cpu --shading $shading
 done
+# A Wayland desktop with XWayland gets a window of X11.
+export XDG_SESSION_TYPE=wayland WAYLAND_DISPLAY=no-such-display
+same_as_render wayland $scene --frame 8 --size 64x48 --backend cpu
+unset XDG_SESSION_TYPE WAYLAND_DISPLAY
 if "$program" devices >/dev/null 2>&1; then
     same_as_render vulkan $scene --frame 8 --size 80x60 --backend vulkan --samples 1
 fi
