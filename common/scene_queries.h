@@ -56,6 +56,9 @@ struct UncertainCrossing {
     auto operator<=>(const UncertainCrossing&) const = default;
 };
 
+/// More than any squared distance in scene space.
+inline constexpr float kAnyDistance2 = 0x1p+90f;
+
 /// The triangle closest to a point, the lowest prim_id of equally close ones; kNoPrim if there is
 /// none within reach. closest_on_triangle() gives the place.
 struct ClosestTriangle {

@@ -43,7 +43,7 @@ std::uint32_t start_after(const HitCursor& after, Ray& ray) {
 }  // namespace
 
 /// Answers the questions that have been uploaded, as many as there are answers. Returns the number
-/// of pairs that the kernel has written to the pixels, or would have if there were room.
+/// of pairs that the kernel has found; those beyond pair_room() are not in the pixels.
 std::uint32_t Questions::ask(const char* what, Kernel& kernel, std::uint32_t flags,
                              std::span<uvec4> answers) const {
     kernels_.prepare({&kernel});
@@ -167,7 +167,7 @@ void Questions::wind_part(std::span<const vec3> points, std::size_t first, std::
     }
     std::vector<UncertainCrossing> pairs(found);
     transfer_.download(passes_.pixels(), std::as_writable_bytes(std::span(pairs)));
-    // A question that was asked anew has found its triangles twice.
+    // Pairs are there twice for questions that began again at the root.
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     for (UncertainCrossing pair : pairs) {

@@ -90,37 +90,40 @@ bool Scene::occluded(const Ray& ray) const {
 }
 
 AllHits Scene::intersect_all(std::span<const Ray> rays, const AllHitsOptions& options) const {
-    return with_public_errors([&] { return require(impl_).intersect_all(rays, options); });
+    return with_public_errors(
+        [&] { return require(impl_).questions().intersect_all(rays, options); });
 }
 
 Hit Scene::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
-    return with_public_errors([&] { return require(impl_).intersect(ray, after, crossing); });
+    return with_public_errors(
+        [&] { return require(impl_).questions().intersect(ray, after, crossing); });
 }
 
 void Scene::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
                   const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).count(rays, counts, crossing, cancel); });
+    with_public_errors([&] { require(impl_).questions().count(rays, counts, crossing, cancel); });
 }
 
 void Scene::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
                     const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).winding(points, windings, cancel); });
+    with_public_errors([&] { require(impl_).questions().winding(points, windings, cancel); });
 }
 
 void Scene::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside, FillRule rule,
                      const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).contains(points, inside, rule, cancel); });
+    with_public_errors([&] { require(impl_).questions().contains(points, inside, rule, cancel); });
 }
 
 void Scene::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                            float max_distance, const std::atomic<bool>* cancel) const {
     with_public_errors(
-        [&] { require(impl_).closest_points(points, closest, max_distance, cancel); });
+        [&] { require(impl_).questions().closest_points(points, closest, max_distance, cancel); });
 }
 
 void Scene::signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
                             const std::atomic<bool>* cancel) const {
-    with_public_errors([&] { require(impl_).signed_distance(points, distances, rule, cancel); });
+    with_public_errors(
+        [&] { require(impl_).questions().signed_distance(points, distances, rule, cancel); });
 }
 
 Image Scene::render(const View& view) const {

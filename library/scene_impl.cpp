@@ -29,11 +29,6 @@ void check(const std::optional<Box>& bounds) {
     }
 }
 
-void require_room(std::size_t questions, const char* what, std::size_t answers) {
-    if (questions == answers) return;
-    throw_bad_argument(fmt::format("{} {}, but room for {} answers", questions, what, answers));
-}
-
 Step step_of(mray::TreeStep step) {
     switch (step) {
         case mray::TreeStep::kBuilt:
@@ -239,60 +234,16 @@ Hit SceneImpl::intersect(const Ray& ray) const {
 void SceneImpl::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                          const std::atomic<bool>* cancel) const {
     require_usable();
-    require_room(rays.size(), "rays", occluded.size());
+    if (rays.size() != occluded.size()) {
+        throw_bad_argument(
+            fmt::format("{} rays, but room for {} answers", rays.size(), occluded.size()));
+    }
     queries_->occluded(rays, occluded, cancel);
 }
 
 bool SceneImpl::occluded(const Ray& ray) const {
     require_usable();
     return queries_->occluded(ray);
-}
-
-AllHits SceneImpl::intersect_all(std::span<const Ray> rays, const AllHitsOptions& options) const {
-    require_usable();
-    return questions().intersect_all(rays, options);
-}
-
-Hit SceneImpl::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
-    require_usable();
-    return questions().intersect(ray, after, crossing);
-}
-
-void SceneImpl::count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
-                      const std::atomic<bool>* cancel) const {
-    require_usable();
-    require_room(rays.size(), "rays", counts.size());
-    questions().count(rays, counts, crossing, cancel);
-}
-
-void SceneImpl::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
-                        const std::atomic<bool>* cancel) const {
-    require_usable();
-    require_room(points.size(), "points", windings.size());
-    questions().winding(points, windings, cancel);
-}
-
-void SceneImpl::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside,
-                         FillRule rule, const std::atomic<bool>* cancel) const {
-    require_usable();
-    require_room(points.size(), "points", inside.size());
-    questions().contains(points, inside, rule, cancel);
-}
-
-void SceneImpl::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
-                               float max_distance, const std::atomic<bool>* cancel) const {
-    require_usable();
-    require_room(points.size(), "points", closest.size());
-    if (!(max_distance >= 0))
-        throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
-    questions().closest_points(points, closest, max_distance, cancel);
-}
-
-void SceneImpl::signed_distance(std::span<const Vec3> points, std::span<float> distances,
-                                FillRule rule, const std::atomic<bool>* cancel) const {
-    require_usable();
-    require_room(points.size(), "points", distances.size());
-    questions().signed_distance(points, distances, rule, cancel);
 }
 
 Update SceneImpl::last_update() const {

@@ -43,18 +43,11 @@ public:
     void occluded(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                   const std::atomic<bool>* cancel) const;
     bool occluded(const Ray& ray) const;
-    AllHits intersect_all(std::span<const Ray> rays, const AllHitsOptions& options) const;
-    Hit intersect(const Ray& ray, const Hit& after, Crossing crossing) const;
-    void count(std::span<const Ray> rays, std::span<std::uint64_t> counts, Crossing crossing,
-               const std::atomic<bool>* cancel) const;
-    void winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
-                 const std::atomic<bool>* cancel) const;
-    void contains(std::span<const Vec3> points, std::span<std::uint8_t> inside, FillRule rule,
-                  const std::atomic<bool>* cancel) const;
-    void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
-                        float max_distance, const std::atomic<bool>* cancel) const;
-    void signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
-                         const std::atomic<bool>* cancel) const;
+    /// The questions at the current pose.
+    SceneQuestions questions() const {
+        require_usable();
+        return {*queries_, rays_, pose_, meshes_};
+    }
     void render(const View& view, Image& image) const;
 
     TreeStatistics tree_statistics() const;
@@ -70,8 +63,6 @@ private:
     void follow(std::span<const mray::IndexRange> changed, double read_ms);
     std::unique_ptr<const Queries> make_queries();
     void require_usable() const;
-    /// The questions at the current pose.
-    SceneQuestions questions() const { return {*queries_, rays_, pose_, meshes_}; }
     /// An image of one sample a pixel in the colours of the backend; mutex_ is locked.
     void render_plain(const View& view, TracedImage& traced, Image& image) const;
     mray::ThreadArena& arena() const { return DeviceImpl::of(device_).arena(); }

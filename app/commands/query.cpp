@@ -8,7 +8,7 @@
 #include "app/clip/posed_scene.h"
 #include "app/commands/commands.h"
 #include "app/files/point_reader.h"
-#include "app/report/point_answers.h"
+#include "app/report/answers/point_answers.h"
 #include "app/terminal/interrupt.h"
 #include "app/terminal/progress.h"
 #include "common/text/message_text.h"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "bench/bench_scene.h"
-#include "bench/question_work.h"
+#include "bench/questions/question_work.h"
 
 namespace mray::bench {
 

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "bench/embree/embree_records.h"
-#include "bench/ericson.h"
+#include "bench/questions/ericson.h"
 #include "tools/embree/embree.h"
 
 namespace mray::bench {

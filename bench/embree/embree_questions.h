@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "bench/embree/embree_scene.h"
-#include "bench/question_work.h"
+#include "bench/questions/question_work.h"
 
 namespace mray::bench {
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "bench/question_work.h"
+#include "bench/questions/question_work.h"
 #include "bench/works/user_scene.h"
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"

@@ -10,7 +10,7 @@
 
 #include "bench/cgal/cgal_tree.h"
 #include "bench/embree/embree_questions.h"
-#include "bench/question_work.h"
+#include "bench/questions/question_work.h"
 #include "bench/works/user_scene.h"
 #include "bench/works/works.h"
 #include "common/base/thread_arena.h"

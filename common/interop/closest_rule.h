@@ -1,11 +1,12 @@
 // The point of a triangle that is closest to a point: a pure function of the two, which rounds in
 // the same way everywhere.
 //
-// Vertices are taken relative to the point, rounded once. The closest points of the three edges and
-// of the triangle's inside are found in floats (C. Ericson. Real-Time Collision Detection, 2005,
-// 5.1.5, with other arithmetic), and the nearest of them is the answer. Each is a mean of vertices
-// under weights that are not negative: it is on the triangle, up to rounding of the mean, and so no
-// nearer than the triangle is (docs/design/arithmetic.md, "Distances").
+// Vertices are taken relative to the point, rounded once. Floats give the closest point of each
+// edge and that of the triangle's inside, and the nearest of these four is the answer. The regions
+// are those of C. Ericson (Real-Time Collision Detection, 2005, 5.1.5); the arithmetic is not. Each
+// of the four is a mean of vertices under weights that are not negative: it lies on the triangle,
+// up to rounding of the mean, and so no nearer than the triangle does (docs/design/arithmetic.md,
+// "Distances").
 //
 // - An edge gives the same bits in all triangles that share it, and so does a vertex: the lowest
 //   prim_id of them is the answer.
@@ -88,9 +89,9 @@ SHARED NearPoint closest_on_edge(Float3 a, Float3 b) {
     return point;
 }
 
-/// Whether the plane's closest point is inside the triangle a, b, c, and that point. It is found
-/// along the longest edge and across it: so however thin the triangle is, errors move it by parts
-/// of the edge along, and by parts of the distance across.
+/// Whether the plane's closest point is inside the triangle a, b, c, and that point. Its place is
+/// computed along the longest edge and, apart from that, along the triangle's height on that edge.
+/// This keeps errors small for thin triangles ("Distances").
 SHARED Bool closest_inside(Float3 a, Float3 b, Float3 c, OUT(NearPoint) point) {
     PRECISE Float3 ab = b - a;
     PRECISE Float3 bc = c - b;

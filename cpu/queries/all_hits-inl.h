@@ -16,6 +16,7 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
+#include "cpu/queries/tree_walk-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/node_lanes-inl.h"
 #include "cpu/single_ray/one_ray-inl.h"
@@ -38,25 +39,14 @@ HWY_INLINE void visit_repeats(const Bvh& bvh, std::uint32_t prim_id, const Trian
 /// Calls visit(prim_id, hit) for all triangles that ray 0 of the stream hits, in any order.
 template <Crossing kCrossing, class Visit>
 HWY_INLINE void for_each_hit(const Bvh& bvh, const RayStream& stream, Visit visit) {
-    std::uint32_t stack[kMaxStack];
-    stack[0] = 0;
-    for (std::size_t size = 1; size > 0;) {
-        const Node& node = bvh.nodes[stack[--size]];
-        const std::uint32_t met = met_slots(stream, 0, node);
-        const std::uint32_t leaves = leaf_slots(node);
-        for (std::uint32_t slots = met & leaves; slots != 0; slots &= slots - 1) {
-            const Leaf& leaf = bvh.leaves[node.child[std::countr_zero(slots)] & ~kLeafBit];
-            intersect_leaf<kAnyAxis, kCrossing>(
-                stream, 0, stream.tfar[0], leaf, [&](std::uint32_t slot, const TriangleHit& hit) {
-                    visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
-                    return false;
-                });
-        }
-        for (std::uint32_t slots = met & ~leaves; slots != 0; slots &= slots - 1) {
-            assert(size < kMaxStack);
-            stack[size++] = node.child[std::countr_zero(slots)];
-        }
-    }
+    const auto met = [&](const Node& node) HWY_ATTR { return met_slots(stream, 0, node); };
+    for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
+        intersect_leaf<kAnyAxis, kCrossing>(stream, 0, stream.tfar[0], leaf,
+                                            [&](std::uint32_t slot, const TriangleHit& hit) {
+                                                visit_repeats(bvh, leaf.prim_id[slot], hit, visit);
+                                                return false;
+                                            });
+    });
 }
 
 template <Crossing kCrossing>

@@ -15,6 +15,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
 #include "cpu/queries/rule_lanes-inl.h"
+#include "cpu/queries/tree_walk-inl.h"
 #include "cpu/single_ray/leaf_hit_rule-inl.h"
 #include "cpu/single_ray/leaf_lanes-inl.h"
 #include "cpu/single_ray/one_ray-inl.h"
@@ -132,21 +133,10 @@ template <class Uncertain>
 HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, Uncertain uncertain) {
     FloatWinding winding;
     const lanes::Float3 p(clipped_point(point));
-    std::uint32_t stack[kMaxStack];
-    stack[0] = 0;
-    for (std::size_t size = 1; size > 0;) {
-        const Node& node = bvh.nodes[stack[--size]];
-        const std::uint32_t met = slots_above(node, p);
-        const std::uint32_t leaves = leaf_slots(node);
-        for (std::uint32_t slots = met & leaves; slots != 0; slots &= slots - 1) {
-            const std::uint32_t leaf = node.child[std::countr_zero(slots)] & ~kLeafBit;
-            wind_around_leaf(bvh, bvh.leaves[leaf], p, winding, uncertain);
-        }
-        for (std::uint32_t slots = met & ~leaves; slots != 0; slots &= slots - 1) {
-            assert(size < kMaxStack);
-            stack[size++] = node.child[std::countr_zero(slots)];
-        }
-    }
+    const auto met = [&](const Node& node) HWY_ATTR { return slots_above(node, p); };
+    for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
+        wind_around_leaf(bvh, leaf, p, winding, uncertain);
+    });
     return winding;
 }
 

@@ -77,6 +77,7 @@ void DeviceQueries::ask(std::size_t total, const std::atomic<bool>* cancel, cons
         const std::scoped_lock lock(mutex_);
         ask(backend_.scene_queries(), first, std::min(kMostAsked, total - first));
     }
+    throw_if_cancelled(cancel);
     cost_.add(watch.ms(), total);
 }
 

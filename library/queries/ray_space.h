@@ -30,6 +30,10 @@ public:
     RayScale to_scene(const Ray& ray, mray::Ray& scene) const {
         return converter_->to_scene(ray, scene);
     }
+    /// RayConverter::to_scene() of a point.
+    bool to_scene(const Vec3& point, mray::vec3& scene) const {
+        return converter_->to_scene(point, scene);
+    }
     /// Converts at most kMost rays. Those that cannot hit anything become rays without an interval.
     void to_scene(std::span<const Ray> rays, mray::cpu::SceneRays& scene) const;
     /// RayScale::t_exponent of a ray with a direction that is finite and not 0.

@@ -1,7 +1,8 @@
 #include "library/queries/scene_questions.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -16,8 +17,6 @@
 namespace morphray::detail {
 namespace {
 
-// More than any squared distance in scene space.
-constexpr float kAnyDistance2 = 0x1p+90f;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t kMostPoints = std::numeric_limits<std::uint32_t>::max();
 // Points up to this number are asked about in the order given.
@@ -27,8 +26,9 @@ mray::Crossing crossing_of(Crossing crossing) {
     return crossing == Crossing::each ? mray::Crossing::kEach : mray::Crossing::kOwner;
 }
 
-bool is_finite(const Vec3& p) {
-    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+void require_room(std::size_t questions, const char* what, std::size_t answers) {
+    if (questions == answers) return;
+    throw_bad_argument(fmt::format("{} {}, but room for {} answers", questions, what, answers));
 }
 
 /// The crossings of a half-line from a point.
@@ -73,6 +73,7 @@ void for_runs(std::size_t total, Work work) {
 
 void SceneQuestions::count(std::span<const Ray> rays, std::span<std::uint64_t> counts,
                            Crossing crossing, const std::atomic<bool>* cancel) const {
+    require_room(rays.size(), "rays", counts.size());
     queries_.ask(rays.size(), cancel,
                  [&](const mray::SceneQueries& scene, std::size_t begin, std::size_t size) {
                      std::vector<mray::Ray> part;
@@ -168,25 +169,11 @@ SceneQuestions::ScenePoints SceneQuestions::to_scene(std::span<const Vec3> point
         throw mray::Error(mray::ErrorKind::kLimit,
                           "more than 4294967295 points; ask about fewer at a time");
     }
-    const mray::SceneSpace& space = pose_.space();
     ScenePoints result;
-    result.points.resize(points.size());
+    result.points.resize(points.size(), mray::vec3(0, 0, 0));
     result.is_within.resize(points.size());
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const float world[3] = {points[i].x, points[i].y, points[i].z};
-        bool is_within = is_finite(points[i]);
-        for (int axis = 0; axis < 3; ++axis) {
-            const double scaled =
-                space.length_to_scene(static_cast<double>(world[axis]) - space.centre(axis));
-            is_within = is_within && std::abs(scaled) <= double{mray::kOriginExtent};
-            if (!is_within) break;
-            result.points[i][axis] = std::abs(scaled) < 0x1p-60
-                                         ? 0.0f
-                                         : mray::snap_coordinate(static_cast<float>(scaled));
-        }
-        if (!is_within) result.points[i] = {0, 0, 0};
-        result.is_within[i] = is_within ? 1 : 0;
-    }
+    for (std::size_t i = 0; i < points.size(); ++i)
+        result.is_within[i] = rays_.to_scene(points[i], result.points[i]) ? 1 : 0;
     if (points.size() > kFewPoints) result.order = order_points(result.points);
     return result;
 }
@@ -248,6 +235,7 @@ void SceneQuestions::find_closest(const ScenePoints& points, float most_d2,
 
 void SceneQuestions::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
                              const std::atomic<bool>* cancel) const {
+    require_room(points.size(), "points", windings.size());
     std::fill(windings.begin(), windings.end(), 0);
     wind(points, to_scene(points), cancel,
          [&](std::size_t i, const PointWinding& winding) { windings[i] = winding.winding; });
@@ -255,6 +243,7 @@ void SceneQuestions::winding(std::span<const Vec3> points, std::span<std::int32_
 
 void SceneQuestions::contains(std::span<const Vec3> points, std::span<std::uint8_t> inside,
                               FillRule rule, const std::atomic<bool>* cancel) const {
+    require_room(points.size(), "points", inside.size());
     std::fill(inside.begin(), inside.end(), std::uint8_t{0});
     wind(points, to_scene(points), cancel, [&](std::size_t i, const PointWinding& winding) {
         inside[i] = winding.is_inside(rule) ? 1 : 0;
@@ -293,9 +282,12 @@ ClosestPoint SceneQuestions::place_of(mray::vec3 point,
 
 void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                                     float max_distance, const std::atomic<bool>* cancel) const {
+    require_room(points.size(), "points", closest.size());
+    if (!(max_distance >= 0))
+        throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
     const double most = pose_.space().length_to_scene(max_distance);
     // A little more than the square, because the distance itself decides.
-    const double most_d2 = std::min(most * most * (1 + 0x1p-20), double{kAnyDistance2});
+    const double most_d2 = std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2});
     std::fill(closest.begin(), closest.end(), ClosestPoint{});
     const ScenePoints asked = to_scene(points);
     find_closest(asked, static_cast<float>(most_d2), cancel,
@@ -308,10 +300,14 @@ void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<Clos
 
 void SceneQuestions::signed_distance(std::span<const Vec3> points, std::span<float> distances,
                                      FillRule rule, const std::atomic<bool>* cancel) const {
+    require_room(points.size(), "points", distances.size());
+    const auto is_finite = [](const Vec3& p) {
+        return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+    };
     for (std::size_t i = 0; i < points.size(); ++i)
         distances[i] = is_finite(points[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
     const ScenePoints asked = to_scene(points);
-    find_closest(asked, kAnyDistance2, cancel,
+    find_closest(asked, mray::kAnyDistance2, cancel,
                  [&](std::size_t i, const mray::ClosestTriangle& found) {
                      if (found.prim_id != mray::kNoPrim)
                          distances[i] = static_cast<float>(distance_of(found.d2));

@@ -42,19 +42,27 @@ RayConverter::RayConverter(const mray::SceneSpace& space)
       centre_{space.centre(0), space.centre(1), space.centre(2)},
       scale_(std::ldexp(1.0, space.exponent())) {}
 
+bool RayConverter::to_scene(const Vec3& world, mray::vec3& scene) const {
+    if (!is_finite(world)) return false;
+    const float point[3] = {world.x, world.y, world.z};
+    mray::vec3 placed;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double scaled = (static_cast<double>(point[axis]) - centre_[axis]) * scale_;
+        if (!(std::abs(scaled) <= mray::kOriginExtent)) return false;
+        placed[axis] = mray::snap_coordinate(rounded(scaled));
+    }
+    scene = placed;
+    return true;
+}
+
 RayScale RayConverter::to_scene(const Ray& world, mray::Ray& scene) const {
-    if (!is_finite(world.org) || !is_finite(world.dir)) return {};
-    const float org[3] = {world.org.x, world.org.y, world.org.z};
+    if (!to_scene(world.org, scene.org) || !is_finite(world.dir)) return {};
     const float dir[3] = {world.dir.x, world.dir.y, world.dir.z};
     const float largest = std::max({std::abs(dir[0]), std::abs(dir[1]), std::abs(dir[2])});
     if (largest == 0 || !(world.tnear <= world.tfar) || !(world.tfar >= 0)) return {};
     const int exponent = exponent_of(largest);
     const double dir_scale = power_of_two(-exponent);
     for (int axis = 0; axis < 3; ++axis) {
-        const double scaled = (static_cast<double>(org[axis]) - centre_[axis]) * scale_;
-        if (!(std::abs(scaled) <= mray::kOriginExtent)) return {};
-        scene.org[axis] =
-            std::abs(scaled) < 0x1p-60 ? 0.0f : mray::snap_coordinate(static_cast<float>(scaled));
         scene.dir[axis] =
             mray::snap_direction_component(rounded(static_cast<double>(dir[axis]) * dir_scale));
     }

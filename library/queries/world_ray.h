@@ -1,4 +1,4 @@
-// Rays of the caller, brought into scene space.
+// Rays and points of the caller, brought into scene space.
 #pragma once
 
 #include "common/interop/ray.h"
@@ -22,6 +22,9 @@ public:
     explicit RayConverter(const mray::SceneSpace& space);
 
     RayScale to_scene(const Ray& world, mray::Ray& scene) const;
+    /// Brings a point into scene space. Returns whether it is finite and within the reach of
+    /// origins; if not, `scene` is not set.
+    bool to_scene(const Vec3& world, mray::vec3& scene) const;
     /// RayScale::t_exponent of a ray with a direction that is finite and not 0.
     int t_exponent(const Vec3& dir) const;
 

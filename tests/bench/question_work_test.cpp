@@ -1,4 +1,4 @@
-#include "bench/question_work.h"
+#include "bench/questions/question_work.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <tuple>
 
-#include "bench/ericson.h"
+#include "bench/questions/ericson.h"
 #include "common/interop/closest_rule.h"
 #include "tests/support/test_scene.h"
 

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/library/scenes.h"
-#include "tests/support/mixed_points.h"
+#include "tests/library/answers.h"
 
 namespace mray::test {
 namespace {
@@ -44,41 +43,6 @@ UserMesh cube(Vec3 centre = {}, bool is_turned = false, float half = 1) {
         }
     }
     return mesh;
-}
-
-std::vector<Vec3> points_of(const UserMesh& mesh, const TestScene& scene, std::size_t count) {
-    std::vector<Vec3> points;
-    for (const vec3& p : mixed_points(scene.topology().triangles, scene.positions(), count, 3)) {
-        const vec3 world = scene.space().to_world(p);
-        points.push_back({world.x, world.y, world.z});
-    }
-    points.push_back(mesh.points.front());
-    return points;
-}
-
-struct PointAnswers {
-    std::vector<std::int32_t> windings;
-    std::vector<std::uint8_t> inside;
-    std::vector<ClosestPoint> closest;
-    std::vector<float> distances;
-
-    PointAnswers(const Scene& scene, const std::vector<Vec3>& points)
-        : windings(points.size()),
-          inside(points.size()),
-          closest(points.size()),
-          distances(points.size()) {
-        scene.winding(points, windings);
-        scene.contains(points, inside);
-        scene.closest_points(points, closest);
-        scene.signed_distance(points, distances);
-    }
-    bool operator==(const PointAnswers&) const = default;
-};
-
-void expect_same(const AllHits& a, const AllHits& b, const std::string& what) {
-    EXPECT_EQ(a.offsets, b.offsets) << what;
-    EXPECT_EQ(a.left_out, b.left_out) << what;
-    EXPECT_EQ(a.hits, b.hits) << what;
 }
 
 TEST(AllHits, AreInOrderAndThoseOfTheCursor) {
@@ -320,37 +284,9 @@ TEST(ClosestPoints, RefuseWhatCannotBeMeant) {
         ErrorCode::cancelled);
 }
 
-TEST(Questions, AreTheSameForEachDeviceAndAfterEachUpdate) {
-    const TestScene shape = star(4, 8);
-    UserMesh mesh(shape);
-    const std::vector<Vec3> points = points_of(mesh, shape, 3000);
-    const std::vector<Ray> rays = world_rays(mesh, 300, 6);
-    morphray::SceneOptions options;
-    options.bounds = morphray::Box{{-4, -4, -4}, {4, 4, 4}};
-    options.update = morphray::Refit{};
-    Scene scene = Scene::build(mesh.view(), Device::cpu(), options);
-    std::vector<Scene> others;
-    others.push_back(scene.on(Device::cpu({.threads = 1, .simd = "scalar"})));
-    others.push_back(scene.on(Device::cpu({.threads = 3, .simd = "off"})));
-    if (!morphray::vulkan_devices().empty()) others.push_back(scene.on(Device::vulkan()));
-    Random random(1);
-    for (int pose = 0; pose < 3; ++pose) {
-        for (Vec3& p : mesh.points) {
-            const auto size = static_cast<float>(random.real(0.8, 1.25));
-            p = {p.x * size, p.y * size, p.z * size};
-        }
-        scene.update();
-        const PointAnswers expected(scene, points);
-        const AllHits hits = scene.intersect_all(rays);
-        for (Scene& other : others) {
-            other.update();
-            EXPECT_TRUE(PointAnswers(other, points) == expected) << other.device().description();
-            expect_same(other.intersect_all(rays), hits, other.device().description());
-        }
-        const Scene built = Scene::build(mesh.view(), Device::brute_force(), options);
-        const std::vector<Vec3> some(points.begin(), points.begin() + 200);
-        EXPECT_TRUE(PointAnswers(built, some) == PointAnswers(scene, some));
-    }
+TEST(Questions, AreTheSameOnEachCpuDeviceAndAfterEachUpdate) {
+    expect_same_answers_on({Device::cpu({.threads = 1, .simd = "scalar"}),
+                            Device::cpu({.threads = 3, .simd = "off"})});
 }
 
 }  // namespace

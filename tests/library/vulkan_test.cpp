@@ -4,7 +4,7 @@
 #include <atomic>
 #include <thread>
 
-#include "tests/library/scenes.h"
+#include "tests/library/answers.h"
 
 namespace mray::test {
 namespace {
@@ -49,6 +49,10 @@ TEST(LibraryOnVulkan, AnswersAsTheCpu) {
     }
     scene.intersect(rays[0]);
     EXPECT_GT(scene.last_update().refit_ms, 0);
+}
+
+TEST(LibraryOnVulkan, AnswersQuestionsAsTheCpuAfterEachUpdate) {
+    expect_same_answers_on({vulkan()});
 }
 
 TEST(LibraryOnVulkan, LitImagesAreThoseOfTheCpu) {

@@ -24,8 +24,7 @@ Questions mixed_questions(const TestScene& scene, const SceneQueries& reference,
 
 Answers answers_of(const SceneQueries& queries, const Questions& questions, Crossing crossing,
                    std::uint32_t most) {
-    // More than any squared distance, and one that reaches a part of the scene.
-    constexpr float kAny = 0x1p+90f;
+    // It reaches a part of the scene.
     constexpr float kNear = 0x1p+34f;
     Answers a;
     a.counts.resize(questions.rays.size());
@@ -37,7 +36,7 @@ Answers answers_of(const SceneQueries& queries, const Questions& questions, Cros
     queries.wind(questions.points, a.windings, a.uncertain);
     std::sort(a.uncertain.begin(), a.uncertain.end());
     a.closest.resize(questions.points.size());
-    queries.closest(questions.points, kAny, a.closest);
+    queries.closest(questions.points, kAnyDistance2, a.closest);
     a.near.resize(questions.points.size());
     queries.closest(questions.points, kNear, a.near);
     return a;

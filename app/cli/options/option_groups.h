@@ -20,6 +20,9 @@ void add_lenient(const OptionAdder& adder);
 
 /// --frames and --time; `otherwise` says which frames are the default.
 void add_frames(const OptionAdder& adder, const char* otherwise);
+/// The help of --frame where the first one is the default.
+inline constexpr const char* kFirstFrame =
+    "the frame; fractions lie between whole frames (the first)";
 /// --frame and --time, of a command that takes one.
 void add_frame(const OptionAdder& adder, const char* help);
 

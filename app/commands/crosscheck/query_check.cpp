@@ -15,8 +15,6 @@ namespace mray::app {
 namespace {
 
 constexpr std::uint32_t kAllHits = std::numeric_limits<std::uint32_t>::max();
-// More than any squared distance in scene space.
-constexpr float kAnyDistance2 = 0x1p+90f;
 
 /// Places around a mesh. Distributions of the standard library differ between libraries, so it
 /// makes its own numbers.

@@ -1,5 +1,5 @@
-// A report whose memory does not suffice ends with bad_alloc, whichever allocation fails. A program
-// of its own, since it replaces operator new.
+// A report whose memory does not suffice ends with bad_alloc, whichever allocation fails. This test
+// replaces operator new, so it has a program to itself.
 #include <gtest/gtest.h>
 
 #include <cstddef>

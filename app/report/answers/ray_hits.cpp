@@ -1,4 +1,4 @@
-#include "app/report/ray_hits.h"
+#include "app/report/answers/ray_hits.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 
 #include "app/base/choices.h"
 #include "app/files/npy.h"
+#include "app/report/answers/record_bytes.h"
 #include "app/report/json_parts.h"
-#include "app/report/record_bytes.h"
 
 namespace mray::app {
 namespace {

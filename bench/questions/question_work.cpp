@@ -1,4 +1,4 @@
-#include "bench/question_work.h"
+#include "bench/questions/question_work.h"
 
 #include <algorithm>
 #include <cmath>
