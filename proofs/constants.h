@@ -10,6 +10,7 @@
 #include "common/interop/hit_rule.h"
 #include "common/interop/packet_bounds.h"
 #include "common/interop/winding_rule.h"
+#include "cpu/queries/side_bounds.h"
 #include "cpu/single_ray/slab_bounds.h"
 #include "proofs/bounds.h"
 
@@ -40,6 +41,14 @@ inline const std::array kConstants = {
     PROOFS_CONSTANT(kCoordinateError),
     PROOFS_CONSTANT(kWindingEdgeError),
     PROOFS_CONSTANT(kWindingHeightError),
+    Constant{"kSideError", cpu::kSideError},
+    Constant{"kLeastSideError", cpu::kLeastSideError},
+    Constant{"kSideRounding", cpu::kSideRounding},
+    Constant{"kSideSlant", cpu::kSideSlant},
+    Constant{"kLongestDirection2", cpu::kLongestDirection2},
+    Constant{"kNearestVertexRounding", cpu::kNearestVertexRounding},
+    Constant{"kNearestVertexErrorSquare", cpu::kNearestVertexErrorSquare},
+    Constant{"kLeastNearestVertexErrorSquare", cpu::kLeastNearestVertexErrorSquare},
     PROOFS_CONSTANT(kWeightRounding),
     PROOFS_CONSTANT(kMeanRounding),
     PROOFS_CONSTANT(kHugeReciprocal),

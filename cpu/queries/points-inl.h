@@ -183,12 +183,13 @@ HWY_INLINE void find_closest_in(const Leaf& leaf, const lanes::Float3& p,
     });
 }
 
-/// `near_leaf` is a leaf to begin with, in which the last point had its answer; returns that of
-/// this point in it.
-HWY_INLINE ClosestTriangle find_closest(const Bvh& bvh, vec3 point, float most_d2,
-                                        std::uint32_t& near_leaf) {
+/// Looks for a triangle that is closer than `closest`. `near_leaf` is a leaf to begin with, in
+/// which the last point had its answer; becomes that of this point. Returns how many others it
+/// visited.
+HWY_NOINLINE inline std::size_t find_closest(const Bvh& bvh, vec3 point, std::uint32_t& near_leaf,
+                                             ClosestTriangle& closest) {
     const lanes::Float3 p(point);
-    ClosestTriangle closest{most_d2, kNoPrim};
+    std::size_t leaves = 0;
     const std::uint32_t first_leaf = near_leaf;
     if (first_leaf < bvh.leaves.size()) find_closest_in(bvh.leaves[first_leaf], p, closest);
     StackEntry stack[kMaxStack];
@@ -199,6 +200,7 @@ HWY_INLINE ClosestTriangle find_closest(const Bvh& bvh, vec3 point, float most_d
         if ((entry.child & kLeafBit) != 0) {
             const std::uint32_t leaf = entry.child & ~kLeafBit;
             if (leaf == first_leaf) continue;
+            ++leaves;
             const std::uint32_t before = closest.prim_id;
             find_closest_in(bvh.leaves[leaf], p, closest);
             if (closest.prim_id != before) near_leaf = leaf;
@@ -209,7 +211,7 @@ HWY_INLINE ClosestTriangle find_closest(const Bvh& bvh, vec3 point, float most_d
         const std::uint32_t slots = slots_within(node, p, closest.d2, d2);
         size = push_sorted(node, slots, d2, stack, size);
     }
-    return closest;
+    return leaves;
 }
 
 }  // namespace HWY_NAMESPACE

@@ -6,6 +6,7 @@
 #define MORPHRAY_CPU_QUERIES_TREE_QUERIES_INL_H
 #endif
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -14,6 +15,7 @@
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
 #include "cpu/queries/all_hits-inl.h"
+#include "cpu/queries/point_bundle-inl.h"
 #include "cpu/queries/points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -58,11 +60,46 @@ void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<FloatWi
     }
 }
 
+/// Looks for closer triangles than `closest`, one point after the other. Returns the leaves
+/// visited.
+HWY_INLINE std::size_t find_closest_of_each(const Bvh& bvh, std::span<const vec3> points,
+                                            std::uint32_t& near_leaf,
+                                            std::span<ClosestTriangle> closest) {
+    std::size_t leaves = 0;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        leaves += find_closest(bvh, points[i], near_leaf, closest[i]);
+    return leaves;
+}
+
 void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points, float most_d2,
                             std::span<ClosestTriangle> closest) {
+    std::fill(closest.begin(), closest.end(), ClosestTriangle{most_d2, kNoPrim});
     std::uint32_t near_leaf = kNoPrim;
-    for (std::size_t i = 0; i < points.size(); ++i)
-        closest[i] = find_closest(bvh, points[i], most_d2, near_leaf);
+#if HWY_TARGET != HWY_SCALAR
+    // Fewer are asked about in any order.
+    constexpr std::size_t kManyPoints = 256;
+    if (points.size() >= kManyPoints) {
+        BundleChoice choice;
+        for (std::size_t first = 0; first < points.size(); first += kLanes) {
+            const std::size_t count = std::min<std::size_t>(kLanes, points.size() - first);
+            const std::span<const vec3> asked = points.subspan(first, count);
+            const std::span<ClosestTriangle> found = closest.subspan(first, count);
+            if (choice.tries()) {
+                PointBundle bundle(bvh, asked, most_d2);
+                const bool is_done = bundle.search(choice.most_leaves(), near_leaf);
+                bundle.store_closest(found);
+                if (is_done) {
+                    choice.succeeded();
+                    continue;
+                }
+                choice.gave_up();
+            }
+            choice.add(count, find_closest_of_each(bvh, asked, near_leaf, found));
+        }
+        return;
+    }
+#endif
+    find_closest_of_each(bvh, points, near_leaf, closest);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -26,6 +26,8 @@ public:
     /// Follows the scene space of a pose. To be called before the others.
     void set(const mray::SceneSpace& space);
 
+    const mray::SimdTarget& target() const { return target_; }
+
     /// Converts one ray.
     RayScale to_scene(const Ray& ray, mray::Ray& scene) const {
         return converter_->to_scene(ray, scene);

@@ -11,6 +11,7 @@
 #include "common/base/errors.h"
 #include "common/interop/closest_rule.h"
 #include "common/scene/exact_crossing.h"
+#include "cpu/queries/closest_places.h"
 #include "library/queries/point_order.h"
 #include "library/scene/errors.h"
 
@@ -47,6 +48,17 @@ struct PointWinding {
         return rule == FillRule::nonzero ? winding != 0 : (crossings & 1) != 0;
     }
 };
+
+/// The closest triangle of a point, and the place on it.
+struct PlacedTriangle {
+    std::uint32_t prim_id = mray::kNoPrim;
+    mray::NearPoint place;
+};
+
+/// In world space, where 1 in scene space is `scale` long.
+float distance_of(float d2, double scale) {
+    return static_cast<float>(std::sqrt(static_cast<double>(d2)) * scale);
+}
 
 /// At most RaySpace::kMost rays in scene space.
 struct SceneRun {
@@ -222,17 +234,6 @@ void SceneQuestions::wind(std::span<const Vec3> world, const ScenePoints& points
         visit);
 }
 
-template <class Visit>
-void SceneQuestions::find_closest(const ScenePoints& points, float most_d2,
-                                  const std::atomic<bool>* cancel, Visit visit) const {
-    ask_points<mray::ClosestTriangle>(
-        points, cancel,
-        [most_d2](const mray::SceneQueries& scene, auto asked, auto answers, auto) {
-            scene.closest(asked, most_d2, answers);
-        },
-        visit);
-}
-
 void SceneQuestions::winding(std::span<const Vec3> points, std::span<std::int32_t> windings,
                              const std::atomic<bool>* cancel) const {
     require_room(points.size(), "points", windings.size());
@@ -250,27 +251,18 @@ void SceneQuestions::contains(std::span<const Vec3> points, std::span<std::uint8
     });
 }
 
-/// In world space.
-double SceneQuestions::distance_of(float d2) const {
-    return pose_.space().length_to_world(std::sqrt(static_cast<double>(d2)));
-}
-
-ClosestPoint SceneQuestions::place_of(mray::vec3 point,
-                                      const mray::ClosestTriangle& closest) const {
-    const mray::uvec3 t = meshes_.topology().triangles[closest.prim_id];
-    const std::span<const mray::vec3> positions = pose_.positions();
-    const mray::NearPoint near =
-        mray::closest_on_triangle(point, positions[t.x], positions[t.y], positions[t.z]);
-    const mray::SceneSpace& space = pose_.space();
+/// `scale` is the length in world space of 1 in scene space.
+ClosestPoint SceneQuestions::to_world(mray::vec3 point, std::uint32_t prim_id,
+                                      const mray::NearPoint& near, double scale) const {
     float world[3];
     for (int axis = 0; axis < 3; ++axis) {
         const double scene = static_cast<double>(point[axis]) + double{near.offset[axis]};
-        world[axis] = static_cast<float>(space.length_to_world(scene) + space.centre(axis));
+        world[axis] = static_cast<float>(scene * scale + pose_.space().centre(axis));
     }
     const int zeros = (near.u == 0) + (near.v == 0) + (1.0f - (near.u + near.v) <= 0);
-    const Hit hit = meshes_.locate(0, near.u, near.v, closest.prim_id);
+    const Hit hit = meshes_.locate(0, near.u, near.v, prim_id);
     return {.point = {world[0], world[1], world[2]},
-            .distance = static_cast<float>(distance_of(closest.d2)),
+            .distance = distance_of(near.d2, scale),
             .u = near.u,
             .v = near.v,
             .prim_id = hit.prim_id,
@@ -289,13 +281,23 @@ void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<Clos
     // A little more than the square, because the distance itself decides.
     const double most_d2 = std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2});
     std::fill(closest.begin(), closest.end(), ClosestPoint{});
+    const double scale = pose_.space().length_to_world(1);
     const ScenePoints asked = to_scene(points);
-    find_closest(asked, static_cast<float>(most_d2), cancel,
-                 [&](std::size_t i, const mray::ClosestTriangle& found) {
-                     if (found.prim_id == mray::kNoPrim) return;
-                     const ClosestPoint place = place_of(asked.points[i], found);
-                     if (place.distance <= max_distance) closest[i] = place;
-                 });
+    ask_points<PlacedTriangle>(
+        asked, cancel,
+        [&](const mray::SceneQueries& scene, std::span<const mray::vec3> run, auto answers, auto) {
+            std::vector<mray::ClosestTriangle> found(run.size());
+            std::vector<mray::NearPoint> places(run.size());
+            scene.closest(run, static_cast<float>(most_d2), found);
+            mray::cpu::find_places(rays_.target(), run, found, meshes_.topology().triangles,
+                                   pose_.positions(), places);
+            for (std::size_t i = 0; i < run.size(); ++i) answers[i] = {found[i].prim_id, places[i]};
+        },
+        [&](std::size_t i, const PlacedTriangle& found) {
+            if (found.prim_id == mray::kNoPrim) return;
+            const ClosestPoint place = to_world(asked.points[i], found.prim_id, found.place, scale);
+            if (place.distance <= max_distance) closest[i] = place;
+        });
 }
 
 void SceneQuestions::signed_distance(std::span<const Vec3> points, std::span<float> distances,
@@ -307,11 +309,15 @@ void SceneQuestions::signed_distance(std::span<const Vec3> points, std::span<flo
     for (std::size_t i = 0; i < points.size(); ++i)
         distances[i] = is_finite(points[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
     const ScenePoints asked = to_scene(points);
-    find_closest(asked, mray::kAnyDistance2, cancel,
-                 [&](std::size_t i, const mray::ClosestTriangle& found) {
-                     if (found.prim_id != mray::kNoPrim)
-                         distances[i] = static_cast<float>(distance_of(found.d2));
-                 });
+    const double scale = pose_.space().length_to_world(1);
+    ask_points<mray::ClosestTriangle>(
+        asked, cancel,
+        [](const mray::SceneQueries& scene, auto run, auto answers, auto) {
+            scene.closest(run, mray::kAnyDistance2, answers);
+        },
+        [&](std::size_t i, const mray::ClosestTriangle& found) {
+            if (found.prim_id != mray::kNoPrim) distances[i] = distance_of(found.d2, scale);
+        });
     wind(points, asked, cancel, [&](std::size_t i, const PointWinding& winding) {
         if (winding.is_on_surface) {
             distances[i] = 0;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "common/interop/closest_rule.h"
 #include "library/queries/queries.h"
 #include "library/queries/ray_space.h"
 #include "library/scene/mesh_list.h"
@@ -51,11 +52,8 @@ private:
     template <class Visit>
     void wind(std::span<const Vec3> world, const ScenePoints& points,
               const std::atomic<bool>* cancel, Visit visit) const;
-    template <class Visit>
-    void find_closest(const ScenePoints& points, float most_d2, const std::atomic<bool>* cancel,
-                      Visit visit) const;
-    ClosestPoint place_of(mray::vec3 point, const mray::ClosestTriangle& closest) const;
-    double distance_of(float d2) const;
+    ClosestPoint to_world(mray::vec3 point, std::uint32_t prim_id, const mray::NearPoint& near,
+                          double scale) const;
 
     const Queries& queries_;
     const RaySpace& rays_;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "cpu/reference/brute_queries.h"
 #include "cpu/refit/refit.h"
 #include "tests/support/closed_poses.h"
+#include "tests/support/mixed_points.h"
 #include "tests/support/query_answers.h"
 #include "tests/support/test_scene.h"
 
@@ -52,6 +54,44 @@ TEST(TreeQueries, DoNotDependOnTheTree) {
         EXPECT_EQ(count_differences(answers_of(tree, questions, Crossing::kOwner, kAllHits),
                                     answers_of(other, questions, Crossing::kOwner, kAllHits)),
                   0u);
+    }
+}
+
+/// Groups of 16 points within some ulp, or within parts of the scene, of mixed points.
+std::vector<vec3> grouped_points(const TestScene& scene, std::size_t groups) {
+    Random random(11);
+    std::vector<vec3> points;
+    for (const vec3& centre :
+         mixed_points(scene.topology().triangles, scene.positions(), groups, 7)) {
+        const double size = std::ldexp(1.0, -static_cast<int>(random.below(40)));
+        for (int i = 0; i < 16; ++i) {
+            vec3 p;
+            for (int axis = 0; axis < 3; ++axis) {
+                const double extent = std::abs(static_cast<double>(centre[axis])) + 1;
+                p[axis] = static_cast<float>(static_cast<double>(centre[axis]) +
+                                             extent * size * random.real(-1, 1));
+            }
+            points.push_back(p);
+        }
+    }
+    return points;
+}
+
+TEST(TreeQueries, FindTheClosestOfPointsNearEachOtherOnEveryTarget) {
+    for (const NamedScene& named : adversarial_scenes()) {
+        const TestScene& scene = named.scene;
+        const Bvh bvh = build_bvh(scene.topology(), scene.positions());
+        const std::vector<vec3> points = grouped_points(scene, 50);
+        const cpu::BruteQueries brute(scene.topology(), scene.positions());
+        for (const float most_d2 : {kAnyDistance2, 1.0f}) {
+            std::vector<ClosestTriangle> expected(points.size());
+            brute.closest(points, most_d2, expected);
+            for (const SimdTarget& target : supported_simd_targets()) {
+                std::vector<ClosestTriangle> found(points.size());
+                cpu::TreeQueries(bvh, target).closest(points, most_d2, found);
+                EXPECT_TRUE(found == expected) << named.name << ", " << target.name;
+            }
+        }
     }
 }
 

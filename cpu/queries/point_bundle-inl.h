@@ -1,0 +1,351 @@
+// Closest triangles of points that are near each other, one in each lane. They share nodes and
+// leaves, and the rule is asked about those pairs of a point and a triangle alone that a lower
+// bound leaves open, kLanes of them at a time.
+#if defined(MORPHRAY_CPU_QUERIES_POINT_BUNDLE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MORPHRAY_CPU_QUERIES_POINT_BUNDLE_INL_H
+#undef MORPHRAY_CPU_QUERIES_POINT_BUNDLE_INL_H
+#else
+#define MORPHRAY_CPU_QUERIES_POINT_BUNDLE_INL_H
+#endif
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "common/bvh/bvh.h"
+#include "common/scene_queries.h"
+#include "cpu/queries/points-inl.h"
+#include "cpu/queries/triangle_sides-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace mray::cpu {
+namespace HWY_NAMESPACE {
+using namespace simd::HWY_NAMESPACE;
+
+#if HWY_TARGET != HWY_SCALAR
+
+/// Pairs of a point of a bundle and a triangle that wait until bounds are better.
+struct PointPairs {
+    static constexpr std::size_t kMost = 512;
+    // A whole vector is written for a few pairs.
+    float bound[kMost + kLanes];
+    /// The point's lane, and the triangle's slot times kMaxLanes.
+    std::uint32_t lane_and_slot[kMost + kLanes];
+    std::uint32_t leaf[kMost + kLanes];
+    std::size_t count = 0;
+};
+
+/// Points and triangles in lanes, to ask the rule about.
+struct AskedPairs {
+    enum { kPoint = 3 };
+    /// The vertices, and the point.
+    HWY_ALIGN float corners[4][3][kLanes] = {};
+    std::uint32_t lane[kLanes];
+    std::uint32_t prim_id[kLanes];
+    std::uint32_t leaf[kLanes];
+    std::uint32_t count = 0;
+
+    HWY_INLINE void set(int corner, const vec3& p) {
+        for (int axis = 0; axis < 3; ++axis) corners[corner][axis][count] = p[axis];
+    }
+    HWY_INLINE lanes::Float3 get(int corner) const {
+        return {load(corners[corner][0]), load(corners[corner][1]), load(corners[corner][2])};
+    }
+};
+
+/// At most kLanes points, and the closest triangle of each so far.
+class PointBundle {
+public:
+    HWY_INLINE PointBundle(const Bvh& bvh, std::span<const vec3> points, float most_d2)
+        : bvh_(bvh), points_(points) {
+        HWY_ALIGN float p[3][kLanes];
+        for (std::uint32_t i = 0; i < kLanes; ++i) {
+            // Lanes without a point have the last one.
+            const vec3& point = points[std::min<std::size_t>(i, points.size() - 1)];
+            for (int axis = 0; axis < 3; ++axis) p[axis][i] = point[axis];
+        }
+        p_ = {load(p[0]), load(p[1]), load(p[2])};
+        lower_ = {hn::MinOfLanes(kFloats, p_.x), hn::MinOfLanes(kFloats, p_.y),
+                  hn::MinOfLanes(kFloats, p_.z)};
+        upper_ = {hn::MaxOfLanes(kFloats, p_.x), hn::MaxOfLanes(kFloats, p_.y),
+                  hn::MaxOfLanes(kFloats, p_.z)};
+        centre_ = lanes::Float3(points[0]);
+        from_centre_ = p_ - centre_;
+        extent_ = hn::MaxOfLanes(kFloats, lanes::largest_component(from_centre_));
+        // Nothing is near enough to lanes without a point.
+        const FloatVec most = splat(most_d2);
+        set_closest(select(mask_of((1u << points.size()) - 1), most, splat(-1.0f)), splat(kNoPrim));
+    }
+
+    /// Looks for closer triangles in all leaves, or gives up after `most_leaves`. `near_leaf` is a
+    /// leaf to begin with, in which points nearby had their answer; becomes one of these points.
+    /// Returns whether all is found.
+    HWY_INLINE bool search(std::size_t most_leaves, std::uint32_t& near_leaf) {
+        const std::uint32_t first_leaf = near_leaf;
+        near_leaf_ = near_leaf;
+        if (first_leaf < bvh_.leaves.size()) ask_leaf(first_leaf);
+        std::size_t leaves = 0;
+        Entry stack[kMaxStack];
+        std::size_t size = push_near(0, stack, 0);
+        while (size > 0) {
+            const Entry entry = stack[--size];
+            if (entry.t_least > hn::GetLane(most_d2_)) continue;
+            const Node& node = bvh_.nodes[entry.node];
+            if (!is_near(node, entry.slot)) continue;
+            const std::uint32_t child = node.child[entry.slot];
+            if ((child & kLeafBit) == 0) {
+                size = push_near(child, stack, size);
+            } else if (const std::uint32_t leaf = child & ~kLeafBit; leaf != first_leaf) {
+                if (++leaves > most_leaves) return false;
+                ask_leaf(leaf);
+            }
+        }
+        ask_pairs();
+        near_leaf = near_leaf_;
+        return true;
+    }
+
+    /// Sets the closest triangles found.
+    HWY_INLINE void store_closest(std::span<ClosestTriangle> closest) const {
+        for (std::size_t i = 0; i < closest.size(); ++i)
+            closest[i] = {closest_d2_[i], closest_prim_id_[i]};
+    }
+
+private:
+    /// A child that waits: its place, and the squared distance of its box from those of all points.
+    struct Entry {
+        float t_least;
+        std::uint32_t node;
+        std::uint32_t slot;
+    };
+
+    HWY_INLINE void set_closest(FloatVec d2, UintVec prim_id) {
+        d2_ = d2;
+        prim_id_ = prim_id;
+        most_d2_ = hn::MaxOfLanes(kFloats, d2);
+        store(d2, closest_d2_);
+        store(prim_id, closest_prim_id_);
+    }
+
+    /// The squared distances of boxes from the box of all points: not above that of any point.
+    HWY_INLINE FloatVec box_distance2(const lanes::Float3& lower,
+                                      const lanes::Float3& upper) const {
+        const lanes::Float3 zero3(zero(), zero(), zero());
+        const lanes::Float3 d =
+            lanes::greater3(lanes::greater3(lower - upper_, lower_ - upper), zero3);
+        return lanes::dot3(d, d);
+    }
+
+    /// Whether a child's box is near enough to a point.
+    HWY_INLINE bool is_near(const Node& node, std::uint32_t slot) const {
+        const lanes::Float3 lower(vec3(node.lower_x[slot], node.lower_y[slot], node.lower_z[slot]));
+        const lanes::Float3 upper(vec3(node.upper_x[slot], node.upper_y[slot], node.upper_z[slot]));
+        return !none(lanes::box_distance2(p_, lower, upper) <= d2_);
+    }
+
+    /// Pushes the children that may be near enough; returns the new size.
+    HWY_INLINE std::size_t push_near(std::uint32_t index, Entry* stack, std::size_t size) const {
+        const Node& node = bvh_.nodes[index];
+        HWY_ALIGN float d2[kWidth];
+        std::uint32_t slots = 0;
+        for (std::size_t v = 0; v < kVectors; ++v) {
+            const std::size_t i = v * kLanes;
+            const FloatVec distance2 =
+                box_distance2({load_unaligned(node.lower_x + i), load_unaligned(node.lower_y + i),
+                               load_unaligned(node.lower_z + i)},
+                              {load_unaligned(node.upper_x + i), load_unaligned(node.upper_y + i),
+                               load_unaligned(node.upper_z + i)});
+            store(distance2, d2 + i);
+            slots |= bits_of(distance2 <= most_d2_) << i;
+        }
+        const std::size_t base = size;
+        for (; slots != 0; slots &= slots - 1) {
+            const auto slot = static_cast<std::uint32_t>(std::countr_zero(slots));
+            insert_sorted(stack, base, size++, Entry{d2[slot], index, slot});
+        }
+        return size;
+    }
+
+    /// Asks about the triangles of a leaf.
+    HWY_INLINE void ask_leaf(std::uint32_t index) {
+        const Leaf& leaf = bvh_.leaves[index];
+        for_each_triangle(leaf, [&](auto slot_of, Mask used, const lanes::Float3& a,
+                                    const lanes::Float3& b, const lanes::Float3& c) HWY_ATTR {
+            const FloatVec box = box_distance2(lanes::lesser3(a, lanes::lesser3(b, c)),
+                                               lanes::greater3(a, lanes::greater3(b, c)));
+            const std::uint32_t near = bits_of(used & (box <= most_d2_));
+            if (near != 0) ask_triangles(index, slot_of, near, a, b, c);
+        });
+    }
+
+    /// Asks about the triangles `near` of a vector: each point about that with the least bound.
+    /// The others whose bounds are not above the distances found wait.
+    template <class SlotOf>
+    HWY_INLINE void ask_triangles(std::uint32_t index, SlotOf slot_of, std::uint32_t near,
+                                  const lanes::Float3& a, const lanes::Float3& b,
+                                  const lanes::Float3& c) {
+        const TriangleSides sides(a - centre_, b - centre_, c - centre_, extent_);
+        HWY_ALIGN float bounds[kLanes][kLanes];
+        FloatVec least = splat(kAnyDistance2);
+        UintVec nearest = splat(0u);
+        for (std::uint32_t bits = near; bits != 0; bits &= bits - 1) {
+            const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
+            const FloatVec bound = sides.distance2(i, from_centre_);
+            store(bound, bounds[i]);
+            const Mask is_less = bound < least;
+            least = select(is_less, bound, least);
+            nearest = select(uint_mask(is_less), splat(i), nearest);
+        }
+        const Mask is_open = least <= d2_;
+        if (none(is_open)) return;
+        const Leaf& leaf = bvh_.leaves[index];
+        HWY_ALIGN std::uint32_t prim_ids[kLanes];
+        for (std::uint32_t i = 0; i < kLanes; ++i) prim_ids[i] = leaf.prim_id[slot_of(i)];
+        const auto lookup = hn::IndicesFromVec(kFloats, nearest);
+        const auto of_nearest = [&](const lanes::Float3& v) HWY_ATTR {
+            return lanes::Float3(hn::TableLookupLanes(v.x, lookup),
+                                 hn::TableLookupLanes(v.y, lookup),
+                                 hn::TableLookupLanes(v.z, lookup));
+        };
+        const FloatVec d2 = distances2(p_, of_nearest(a), of_nearest(b), of_nearest(c));
+        const UintVec prim_id = as_uint(hn::TableLookupLanes(as_float(load(prim_ids)), lookup));
+        const Mask is_closer =
+            is_open & ((d2 < d2_) | ((d2 == d2_) & float_mask(prim_id < prim_id_)));
+        if (!none(is_closer)) {
+            set_closest(select(is_closer, d2, d2_),
+                        select(uint_mask(is_closer), prim_id, prim_id_));
+            near_leaf_ = index;
+        }
+        for (std::uint32_t bits = near; bits != 0; bits &= bits - 1) {
+            const auto i = static_cast<std::uint32_t>(std::countr_zero(bits));
+            const FloatVec bound = load(bounds[i]);
+            Mask is_left = (bound <= d2_) & !float_mask(nearest == splat(i));
+            if (none(is_left)) continue;
+            is_left = is_left & sides.may_be_within(i, from_centre_, d2_);
+            if (none(is_left)) continue;
+            if (pairs_.count > PointPairs::kMost - kLanes) ask_pairs();
+            const std::size_t n = pairs_.count;
+            const UintVec place = hn::Iota(kUints, 0u) + splat(slot_of(i) * kMaxLanes);
+            hn::CompressStore(bound, is_left, kFloats, pairs_.bound + n);
+            hn::CompressStore(place, uint_mask(is_left), kUints, pairs_.lane_and_slot + n);
+            store_unaligned(splat(index), pairs_.leaf + n);
+            pairs_.count += simd::HWY_NAMESPACE::count(is_left);
+        }
+    }
+
+    /// The rule.
+    HWY_NOINLINE static FloatVec distances2(const lanes::Float3& p, const lanes::Float3& a,
+                                            const lanes::Float3& b, const lanes::Float3& c) {
+        return lanes::closest_on_triangle(p, a, b, c).d2;
+    }
+
+    /// Asks about the pairs that wait and are still open.
+    HWY_NOINLINE void ask_pairs() {
+        AskedPairs asked;
+        for (std::size_t first = 0; first < pairs_.count; first += kLanes) {
+            const UintVec lane = load_unaligned(pairs_.lane_and_slot + first) & splat(kLanes - 1);
+            const FloatVec most = hn::TableLookupLanes(d2_, hn::IndicesFromVec(kFloats, lane));
+            std::uint32_t open = bits_of(load_unaligned(pairs_.bound + first) <= most);
+            if (pairs_.count - first < kLanes) open &= (1u << (pairs_.count - first)) - 1;
+            for (; open != 0; open &= open - 1) {
+                add_pair(first + static_cast<std::size_t>(std::countr_zero(open)), asked);
+                if (asked.count == kLanes) ask(asked);
+            }
+        }
+        if (asked.count > 0) ask(asked);
+        pairs_.count = 0;
+    }
+
+    HWY_INLINE void add_pair(std::size_t pair, AskedPairs& asked) const {
+        const std::uint32_t lane = pairs_.lane_and_slot[pair] % kMaxLanes;
+        const std::uint32_t slot = pairs_.lane_and_slot[pair] / kMaxLanes;
+        const Leaf& leaf = bvh_.leaves[pairs_.leaf[pair]];
+        for (int corner = 0; corner < 3; ++corner)
+            asked.set(corner, leaf_position(leaf, slot, static_cast<uint>(corner)));
+        asked.set(AskedPairs::kPoint, points_[lane]);
+        asked.lane[asked.count] = lane;
+        asked.prim_id[asked.count] = leaf.prim_id[slot];
+        asked.leaf[asked.count] = pairs_.leaf[pair];
+        ++asked.count;
+    }
+
+    HWY_INLINE void ask(AskedPairs& asked) {
+        HWY_ALIGN float d2[kLanes];
+        store(distances2(asked.get(AskedPairs::kPoint), asked.get(0), asked.get(1), asked.get(2)),
+              d2);
+        for (std::uint32_t i = 0; i < asked.count; ++i) {
+            const std::uint32_t lane = asked.lane[i];
+            if (!is_closer(d2[i], asked.prim_id[i], closest_d2_[lane], closest_prim_id_[lane]))
+                continue;
+            closest_d2_[lane] = d2[i];
+            closest_prim_id_[lane] = asked.prim_id[i];
+            near_leaf_ = asked.leaf[i];
+        }
+        set_closest(load(closest_d2_), load(closest_prim_id_));
+        asked.count = 0;
+    }
+
+    const Bvh& bvh_;
+    std::span<const vec3> points_;
+    lanes::Float3 p_;
+    lanes::Float3 lower_;
+    lanes::Float3 upper_;
+    /// The points relative to a place among them, and their largest coordinate.
+    lanes::Float3 centre_;
+    lanes::Float3 from_centre_;
+    FloatVec extent_;
+    /// The closest triangles, and the largest of their squared distances.
+    FloatVec d2_;
+    UintVec prim_id_;
+    FloatVec most_d2_;
+    /// The leaf in which the last closer triangle was.
+    std::uint32_t near_leaf_ = kNoPrim;
+    HWY_ALIGN float closest_d2_[kLanes];
+    HWY_ALIGN std::uint32_t closest_prim_id_[kLanes];
+    PointPairs pairs_;
+};
+
+/// Whether bundles pay, by what they and single points have taken so far.
+class BundleChoice {
+public:
+    /// Whether the next points are to be tried as a bundle.
+    HWY_INLINE bool tries() {
+        if (wait_ == 0) return true;
+        --wait_;
+        return false;
+    }
+    /// A bundle takes as long as its points would one after the other if it visits about as many
+    /// leaves as kPointsOfLeaf points do.
+    HWY_INLINE std::size_t most_leaves() const {
+        return static_cast<std::size_t>(kPointsOfLeaf * leaves_of_point_);
+    }
+    HWY_INLINE void succeeded() { next_wait_ = kFirstWait; }
+    HWY_INLINE void gave_up() {
+        wait_ = next_wait_;
+        next_wait_ = std::min(2 * next_wait_, kLastWait);
+    }
+    /// After `points` without a bundle that visited so many leaves.
+    HWY_INLINE void add(std::size_t points, std::size_t leaves) {
+        const float now = static_cast<float>(leaves) / static_cast<float>(points);
+        leaves_of_point_ += 0.5f * (now - leaves_of_point_);
+    }
+
+private:
+    static constexpr float kPointsOfLeaf = 7;
+    static constexpr std::size_t kFirstWait = 3;
+    static constexpr std::size_t kLastWait = 48;
+
+    float leaves_of_point_ = 4;
+    std::size_t wait_ = 0;
+    std::size_t next_wait_ = kFirstWait;
+};
+
+#endif  // HWY_TARGET
+
+}  // namespace HWY_NAMESPACE
+}  // namespace mray::cpu
+HWY_AFTER_NAMESPACE();
+
+#endif  // per target

@@ -1,0 +1,21 @@
+// Constants of cpu/queries/triangle_sides-inl.h (proofs/closest.g).
+#pragma once
+
+namespace mray::cpu {
+
+/// The errors of separations and of the rule, as a part of the largest coordinate; and the least,
+/// for kTiny.
+inline constexpr float kSideError = 0x1p-18f;
+inline constexpr float kLeastSideError = 0x1p-58f;
+/// The roundings of squares, and of the angles between directions.
+inline constexpr float kSideRounding = 1 + 0x1p-16f;
+inline constexpr float kSideSlant = 0x1p-18f;
+/// More than the squared length of any direction.
+inline constexpr float kLongestDirection2 = 1.5f;
+/// The roundings of the bound by the nearest vertex; its squared error, as a part of that of the
+/// largest coordinate, and the least.
+inline constexpr float kNearestVertexRounding = 1 + 0x1p-14f;
+inline constexpr float kNearestVertexErrorSquare = 0x1p-20f;
+inline constexpr float kLeastNearestVertexErrorSquare = 0x1p-60f;
+
+}  // namespace mray::cpu
