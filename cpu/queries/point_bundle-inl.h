@@ -16,6 +16,7 @@
 
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
+#include "cpu/queries/point_lanes-inl.h"
 #include "cpu/queries/points-inl.h"
 #include "cpu/queries/triangle_sides-inl.h"
 
@@ -60,17 +61,10 @@ class PointBundle {
 public:
     HWY_INLINE PointBundle(const Bvh& bvh, std::span<const vec3> points, float most_d2)
         : bvh_(bvh), points_(points) {
-        HWY_ALIGN float p[3][kLanes];
-        for (std::uint32_t i = 0; i < kLanes; ++i) {
-            // Lanes without a point have the last one.
-            const vec3& point = points[std::min<std::size_t>(i, points.size() - 1)];
-            for (int axis = 0; axis < 3; ++axis) p[axis][i] = point[axis];
-        }
-        p_ = {load(p[0]), load(p[1]), load(p[2])};
-        lower_ = {hn::MinOfLanes(kFloats, p_.x), hn::MinOfLanes(kFloats, p_.y),
-                  hn::MinOfLanes(kFloats, p_.z)};
-        upper_ = {hn::MaxOfLanes(kFloats, p_.x), hn::MaxOfLanes(kFloats, p_.y),
-                  hn::MaxOfLanes(kFloats, p_.z)};
+        const PointLanes lanes(points);
+        p_ = lanes.p;
+        lower_ = lanes.lower;
+        upper_ = lanes.upper;
         centre_ = lanes::Float3(points[0]);
         from_centre_ = p_ - centre_;
         extent_ = hn::MaxOfLanes(kFloats, lanes::largest_component(from_centre_));
@@ -305,41 +299,6 @@ private:
     HWY_ALIGN float closest_d2_[kLanes];
     HWY_ALIGN std::uint32_t closest_prim_id_[kLanes];
     PointPairs pairs_;
-};
-
-/// Whether bundles pay, by what they and single points have taken so far.
-class BundleChoice {
-public:
-    /// Whether the next points are to be tried as a bundle.
-    HWY_INLINE bool tries() {
-        if (wait_ == 0) return true;
-        --wait_;
-        return false;
-    }
-    /// A bundle takes as long as its points would one after the other if it visits about as many
-    /// leaves as kPointsOfLeaf points do.
-    HWY_INLINE std::size_t most_leaves() const {
-        return static_cast<std::size_t>(kPointsOfLeaf * leaves_of_point_);
-    }
-    HWY_INLINE void succeeded() { next_wait_ = kFirstWait; }
-    HWY_INLINE void gave_up() {
-        wait_ = next_wait_;
-        next_wait_ = std::min(2 * next_wait_, kLastWait);
-    }
-    /// After `points` without a bundle that visited so many leaves.
-    HWY_INLINE void add(std::size_t points, std::size_t leaves) {
-        const float now = static_cast<float>(leaves) / static_cast<float>(points);
-        leaves_of_point_ += 0.5f * (now - leaves_of_point_);
-    }
-
-private:
-    static constexpr float kPointsOfLeaf = 7;
-    static constexpr std::size_t kFirstWait = 3;
-    static constexpr std::size_t kLastWait = 48;
-
-    float leaves_of_point_ = 4;
-    std::size_t wait_ = 0;
-    std::size_t next_wait_ = kFirstWait;
 };
 
 #endif  // HWY_TARGET

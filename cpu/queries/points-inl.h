@@ -129,12 +129,15 @@ HWY_INLINE void wind_around_leaf(const Bvh& bvh, const Leaf& leaf, const lanes::
     });
 }
 
+/// Adds the number of leaves visited to `leaves`.
 template <class Uncertain>
-HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, Uncertain uncertain) {
+HWY_INLINE FloatWinding wind_around(const Bvh& bvh, vec3 point, std::size_t& leaves,
+                                    Uncertain uncertain) {
     FloatWinding winding;
     const lanes::Float3 p(clipped_point(point));
     const auto met = [&](const Node& node) HWY_ATTR { return slots_above(node, p); };
     for_each_leaf(bvh, met, [&](const Leaf& leaf) HWY_ATTR {
+        ++leaves;
         wind_around_leaf(bvh, leaf, p, winding, uncertain);
     });
     return winding;

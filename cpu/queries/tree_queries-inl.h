@@ -15,8 +15,10 @@
 #include "common/bvh/bvh.h"
 #include "common/scene_queries.h"
 #include "cpu/queries/all_hits-inl.h"
+#include "cpu/queries/bundle_choice.h"
 #include "cpu/queries/point_bundle-inl.h"
 #include "cpu/queries/points-inl.h"
+#include "cpu/queries/winding_bundle-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace mray::cpu {
@@ -51,55 +53,85 @@ void find_next_hits(const Bvh& bvh, std::span<const Ray> rays, std::span<const H
     }
 }
 
-void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<FloatWinding> windings,
-                 std::vector<UncertainCrossing>& uncertain) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        windings[i] = wind_around(bvh, points[i], [&](std::uint32_t prim_id) {
-            uncertain.push_back({static_cast<std::uint32_t>(i), prim_id});
-        });
+/// Calls bundle(first, count, most_leaves) for up to kLanes points of [0, total), which returns
+/// whether it has answers, and each(first, count) for those without, which returns the leaves that
+/// it has visited.
+template <class Bundle, class Each>
+HWY_INLINE void ask_in_bundles(std::size_t total, Bundle bundle, Each each) {
+    // Fewer are asked about in any order.
+    constexpr std::size_t kManyPoints = 256;
+    if (HWY_TARGET == HWY_SCALAR || total < kManyPoints) {
+        each(0, total);
+        return;
+    }
+    BundleChoice choice;
+    for (std::size_t first = 0; first < total; first += kLanes) {
+        const std::size_t count = std::min<std::size_t>(kLanes, total - first);
+        if (choice.tries()) {
+            if (bundle(first, count, choice.most_leaves())) {
+                choice.succeeded();
+                continue;
+            }
+            choice.gave_up();
+        }
+        choice.add(count, each(first, count));
     }
 }
 
-/// Looks for closer triangles than `closest`, one point after the other. Returns the leaves
-/// visited.
-HWY_INLINE std::size_t find_closest_of_each(const Bvh& bvh, std::span<const vec3> points,
-                                            std::uint32_t& near_leaf,
-                                            std::span<ClosestTriangle> closest) {
-    std::size_t leaves = 0;
-    for (std::size_t i = 0; i < points.size(); ++i)
-        leaves += find_closest(bvh, points[i], near_leaf, closest[i]);
-    return leaves;
+void wind_points(const Bvh& bvh, std::span<const vec3> points, std::span<FloatWinding> windings,
+                 std::vector<UncertainCrossing>& uncertain) {
+    const auto add_uncertain = [&](std::size_t point, std::uint32_t prim_id) {
+        uncertain.push_back({static_cast<std::uint32_t>(point), prim_id});
+    };
+    const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
+                            [[maybe_unused]] std::size_t most_leaves) {
+#if HWY_TARGET != HWY_SCALAR
+        vec3 clipped[kLanes];
+        for (std::size_t i = 0; i < count; ++i) clipped[i] = clipped_point(points[first + i]);
+        const std::size_t before = uncertain.size();
+        WindingBundle search(std::span<const vec3>(clipped, count));
+        if (search.search(bvh, most_leaves, [&](std::size_t i, std::uint32_t prim_id) {
+                add_uncertain(first + i, prim_id);
+            })) {
+            search.store_windings(windings.subspan(first, count));
+            return true;
+        }
+        uncertain.resize(before);
+#endif
+        return false;
+    };
+    ask_in_bundles(points.size(), bundle, [&](std::size_t first, std::size_t count) {
+        std::size_t leaves = 0;
+        for (std::size_t i = first; i < first + count; ++i) {
+            windings[i] = wind_around(bvh, points[i], leaves,
+                                      [&](std::uint32_t prim_id) { add_uncertain(i, prim_id); });
+        }
+        return leaves;
+    });
 }
 
 void find_closest_triangles(const Bvh& bvh, std::span<const vec3> points, float most_d2,
                             std::span<ClosestTriangle> closest) {
     std::fill(closest.begin(), closest.end(), ClosestTriangle{most_d2, kNoPrim});
     std::uint32_t near_leaf = kNoPrim;
+    const auto bundle = [&]([[maybe_unused]] std::size_t first, [[maybe_unused]] std::size_t count,
+                            [[maybe_unused]] std::size_t most_leaves) {
 #if HWY_TARGET != HWY_SCALAR
-    // Fewer are asked about in any order.
-    constexpr std::size_t kManyPoints = 256;
-    if (points.size() >= kManyPoints) {
-        BundleChoice choice;
-        for (std::size_t first = 0; first < points.size(); first += kLanes) {
-            const std::size_t count = std::min<std::size_t>(kLanes, points.size() - first);
-            const std::span<const vec3> asked = points.subspan(first, count);
-            const std::span<ClosestTriangle> found = closest.subspan(first, count);
-            if (choice.tries()) {
-                PointBundle bundle(bvh, asked, most_d2);
-                const bool is_done = bundle.search(choice.most_leaves(), near_leaf);
-                bundle.store_closest(found);
-                if (is_done) {
-                    choice.succeeded();
-                    continue;
-                }
-                choice.gave_up();
-            }
-            choice.add(count, find_closest_of_each(bvh, asked, near_leaf, found));
-        }
-        return;
-    }
+        PointBundle search(bvh, points.subspan(first, count), most_d2);
+        const bool is_done = search.search(most_leaves, near_leaf);
+        // Those found before it gave up are a beginning.
+        search.store_closest(closest.subspan(first, count));
+        return is_done;
+#else
+        return false;
 #endif
-    find_closest_of_each(bvh, points, near_leaf, closest);
+    };
+    ask_in_bundles(points.size(), bundle, [&](std::size_t first, std::size_t count) {
+        std::size_t leaves = 0;
+        for (std::size_t i = first; i < first + count; ++i)
+            leaves += find_closest(bvh, points[i], near_leaf, closest[i]);
+        return leaves;
+    });
 }
 
 }  // namespace HWY_NAMESPACE

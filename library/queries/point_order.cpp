@@ -8,17 +8,25 @@
 namespace morphray::detail {
 namespace {
 
-// Bits of each coordinate, so that two passes over 2^11 places sort by all of them.
-constexpr std::uint32_t kBits = 7;
+// Bits of all coordinates together: two passes over 2^11 places.
 constexpr std::uint32_t kDigitBits = 11;
+constexpr std::uint32_t kBits = 2 * kDigitBits;
 
 struct Item {
     std::uint32_t key;
     std::uint32_t index;
 };
 
+/// x with a zero between its bits, for x < 2^16.
+std::uint32_t spread_by_2(std::uint32_t x) {
+    x = (x | (x << 8)) & 0x00FF00FFu;
+    x = (x | (x << 4)) & 0x0F0F0F0Fu;
+    x = (x | (x << 2)) & 0x33333333u;
+    return (x | (x << 1)) & 0x55555555u;
+}
+
 /// x with two zeros between its bits, for x < 2^10.
-std::uint32_t spread(std::uint32_t x) {
+std::uint32_t spread_by_3(std::uint32_t x) {
     x = (x | (x << 16)) & 0x030000FFu;
     x = (x | (x << 8)) & 0x0300F00Fu;
     x = (x | (x << 4)) & 0x030C30C3u;
@@ -36,7 +44,8 @@ void sort_by_digit(std::span<const Item> from, std::span<Item> to, std::uint32_t
 
 }  // namespace
 
-std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points) {
+std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points, PointOrder by) {
+    const int axes = by == PointOrder::columns ? 2 : 3;
     constexpr float kMost = std::numeric_limits<float>::max();
     float lower[3] = {kMost, kMost, kMost};
     float upper[3] = {-kMost, -kMost, -kMost};
@@ -46,20 +55,21 @@ std::vector<std::uint32_t> order_points(std::span<const mray::vec3> points) {
             upper[axis] = std::max(upper[axis], p[axis]);
         }
     }
-    constexpr float kCells = 1u << kBits;
+    const auto cells = static_cast<float>(1u << (kBits / static_cast<std::uint32_t>(axes)));
     float scale[3];
     for (int axis = 0; axis < 3; ++axis) {
         const float extent = upper[axis] - lower[axis];
-        scale[axis] = extent > 0 && extent <= kMost ? kCells / extent : 0;
+        scale[axis] = extent > 0 && extent <= kMost ? cells / extent : 0;
     }
     std::vector<Item> items(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
         std::uint32_t key = 0;
-        for (int axis = 0; axis < 3; ++axis) {
+        for (int axis = 0; axis < axes; ++axis) {
             const float cell = (points[i][axis] - lower[axis]) * scale[axis];
             // Comparisons that are false for NaN.
-            const float clamped = cell >= 0 ? (cell < kCells ? cell : kCells - 1) : 0;
-            key |= spread(static_cast<std::uint32_t>(clamped)) << axis;
+            const float clamped = cell >= 0 ? (cell < cells ? cell : cells - 1) : 0;
+            const auto number = static_cast<std::uint32_t>(clamped);
+            key |= (axes == 2 ? spread_by_2(number) : spread_by_3(number)) << axis;
         }
         items[i] = {key, static_cast<std::uint32_t>(i)};
     }

@@ -176,7 +176,8 @@ Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossin
 
 // ---- Points
 
-SceneQuestions::ScenePoints SceneQuestions::to_scene(std::span<const Vec3> points) const {
+SceneQuestions::ScenePoints SceneQuestions::to_scene(std::span<const Vec3> points,
+                                                     PointOrder order) const {
     if (points.size() > kMostPoints) {
         throw mray::Error(mray::ErrorKind::kLimit,
                           "more than 4294967295 points; ask about fewer at a time");
@@ -186,7 +187,7 @@ SceneQuestions::ScenePoints SceneQuestions::to_scene(std::span<const Vec3> point
     result.is_within.resize(points.size());
     for (std::size_t i = 0; i < points.size(); ++i)
         result.is_within[i] = rays_.to_scene(points[i], result.points[i]) ? 1 : 0;
-    if (points.size() > kFewPoints) result.order = order_points(result.points);
+    if (points.size() > kFewPoints) result.order = order_points(result.points, order);
     return result;
 }
 
@@ -238,7 +239,7 @@ void SceneQuestions::winding(std::span<const Vec3> points, std::span<std::int32_
                              const std::atomic<bool>* cancel) const {
     require_room(points.size(), "points", windings.size());
     std::fill(windings.begin(), windings.end(), 0);
-    wind(points, to_scene(points), cancel,
+    wind(points, to_scene(points, PointOrder::columns), cancel,
          [&](std::size_t i, const PointWinding& winding) { windings[i] = winding.winding; });
 }
 
@@ -246,9 +247,10 @@ void SceneQuestions::contains(std::span<const Vec3> points, std::span<std::uint8
                               FillRule rule, const std::atomic<bool>* cancel) const {
     require_room(points.size(), "points", inside.size());
     std::fill(inside.begin(), inside.end(), std::uint8_t{0});
-    wind(points, to_scene(points), cancel, [&](std::size_t i, const PointWinding& winding) {
-        inside[i] = winding.is_inside(rule) ? 1 : 0;
-    });
+    wind(points, to_scene(points, PointOrder::columns), cancel,
+         [&](std::size_t i, const PointWinding& winding) {
+             inside[i] = winding.is_inside(rule) ? 1 : 0;
+         });
 }
 
 /// `scale` is the length in world space of 1 in scene space.
@@ -282,7 +284,7 @@ void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<Clos
     const double most_d2 = std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2});
     std::fill(closest.begin(), closest.end(), ClosestPoint{});
     const double scale = pose_.space().length_to_world(1);
-    const ScenePoints asked = to_scene(points);
+    const ScenePoints asked = to_scene(points, PointOrder::places);
     ask_points<PlacedTriangle>(
         asked, cancel,
         [&](const mray::SceneQueries& scene, std::span<const mray::vec3> run, auto answers, auto) {
@@ -308,7 +310,7 @@ void SceneQuestions::signed_distance(std::span<const Vec3> points, std::span<flo
     };
     for (std::size_t i = 0; i < points.size(); ++i)
         distances[i] = is_finite(points[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
-    const ScenePoints asked = to_scene(points);
+    const ScenePoints asked = to_scene(points, PointOrder::places);
     const double scale = pose_.space().length_to_world(1);
     ask_points<mray::ClosestTriangle>(
         asked, cancel,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/interop/closest_rule.h"
+#include "library/queries/point_order.h"
 #include "library/queries/queries.h"
 #include "library/queries/ray_space.h"
 #include "library/scene/mesh_list.h"
@@ -45,7 +46,7 @@ private:
         /// The order to ask in.
         std::vector<std::uint32_t> order;
     };
-    ScenePoints to_scene(std::span<const Vec3> points) const;
+    ScenePoints to_scene(std::span<const Vec3> points, PointOrder order) const;
     template <class Answer, class Find, class Visit>
     void ask_points(const ScenePoints& points, const std::atomic<bool>* cancel, Find find,
                     Visit visit) const;

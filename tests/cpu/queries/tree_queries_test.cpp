@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -77,12 +78,24 @@ std::vector<vec3> grouped_points(const TestScene& scene, std::size_t groups) {
     return points;
 }
 
-TEST(TreeQueries, FindTheClosestOfPointsNearEachOtherOnEveryTarget) {
+TEST(TreeQueries, AnswerAboutPointsNearEachOtherAsBruteForceOnEveryTarget) {
     for (const NamedScene& named : adversarial_scenes()) {
         const TestScene& scene = named.scene;
         const Bvh bvh = build_bvh(scene.topology(), scene.positions());
         const std::vector<vec3> points = grouped_points(scene, 50);
         const cpu::BruteQueries brute(scene.topology(), scene.positions());
+        std::vector<FloatWinding> expected_windings(points.size());
+        std::vector<UncertainCrossing> expected_uncertain;
+        brute.wind(points, expected_windings, expected_uncertain);
+        std::sort(expected_uncertain.begin(), expected_uncertain.end());
+        for (const SimdTarget& target : supported_simd_targets()) {
+            std::vector<FloatWinding> windings(points.size());
+            std::vector<UncertainCrossing> uncertain;
+            cpu::TreeQueries(bvh, target).wind(points, windings, uncertain);
+            std::sort(uncertain.begin(), uncertain.end());
+            EXPECT_TRUE(windings == expected_windings) << named.name << ", " << target.name;
+            EXPECT_TRUE(uncertain == expected_uncertain) << named.name << ", " << target.name;
+        }
         for (const float most_d2 : {kAnyDistance2, 1.0f}) {
             std::vector<ClosestTriangle> expected(points.size());
             brute.closest(points, most_d2, expected);
