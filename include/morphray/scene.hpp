@@ -205,6 +205,8 @@ public:
     ///
     ///     for (Hit hit = scene.intersect(ray); hit; hit = scene.intersect(ray, hit)) ...
     ///
+    /// Each is found once, also where t is rounded: a denormal, or too large for a float.
+    ///
     /// `after` need not be a hit of the scene: any t, geom_id and prim_id do. Throws bad_argument
     /// if its t is NaN.
     Hit intersect(const Ray& ray, const Hit& after, Crossing crossing = Crossing::each) const;

@@ -10,6 +10,7 @@
 
 #include "common/base/errors.h"
 #include "common/interop/closest_rule.h"
+#include "common/interop/hit_rule.h"
 #include "common/scene/exact_crossing.h"
 #include "library/queries/point_order.h"
 #include "library/scene/errors.h"
@@ -138,6 +139,24 @@ AllHits SceneQuestions::intersect_all(std::span<const Ray> rays,
     return all;
 }
 
+/// The t in scene space of a hit of the last one of `passed` triangles. A power of two gives it
+/// exactly, unless t is rounded in world space: where it is a denormal, or too large for a float.
+/// Then the triangle is asked again.
+float SceneQuestions::scene_t(const mray::Ray& ray, int t_exponent, float world_t,
+                              std::uint32_t passed) const {
+    using Limits = std::numeric_limits<float>;
+    const auto t = static_cast<float>(std::ldexp(static_cast<double>(world_t), -t_exponent));
+    const bool is_exact = world_t >= Limits::min() && world_t < Limits::max();
+    if (is_exact || passed == 0) return t;
+    const mray::uvec3 corners = meshes_.topology().triangles[passed - 1];
+    const std::span<const mray::vec3> positions = pose_.positions();
+    mray::TriangleHit hit;
+    const bool is_hit = mray::intersect_triangle(mray::shear_ray(ray.org, ray.dir), ray.tnear,
+                                                 ray.tfar, positions[corners.x],
+                                                 positions[corners.y], positions[corners.z], hit);
+    return is_hit && to_world_t(hit.t, t_exponent) == world_t ? hit.t : t;
+}
+
 Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossing) const {
     if (std::isnan(after.t)) throw_bad_argument("after: its t is NaN");
     if (!after) return {};
@@ -147,8 +166,8 @@ Hit SceneQuestions::intersect(const Ray& ray, const Hit& after, Crossing crossin
         const RayScale scale = rays_.to_scene(ray, asked);
         if (!scale.is_valid) return;
         mray::HitCursor cursor;
-        cursor.t = static_cast<float>(std::ldexp(static_cast<double>(after.t), -scale.t_exponent));
         const std::uint32_t passed = meshes_.count_up_to(after.geom_id, after.prim_id);
+        cursor.t = scene_t(asked, scale.t_exponent, after.t, passed);
         if (passed != 0) {
             cursor.prim_id = passed - 1;
         } else {  // All hits at this t come after it.
@@ -285,8 +304,9 @@ void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<Clos
     require_room(points.size(), "points", closest.size());
     if (!(max_distance >= 0))
         throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
-    const double most = pose_.space().length_to_scene(max_distance);
-    // A little more than the square, because the distance itself decides.
+    // The next float, and a little more than its square, because the distance itself decides, which
+    // is rounded; by up to a half of it where it is a denormal.
+    const double most = pose_.space().length_to_scene(std::nextafter(max_distance, kInfinity));
     const double most_d2 = std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2});
     std::fill(closest.begin(), closest.end(), ClosestPoint{});
     const ScenePoints asked = to_scene(points);

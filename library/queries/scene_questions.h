@@ -56,6 +56,7 @@ private:
                       Visit visit) const;
     ClosestPoint place_of(mray::vec3 point, const mray::ClosestTriangle& closest) const;
     double distance_of(float d2) const;
+    float scene_t(const mray::Ray& ray, int t_exponent, float world_t, std::uint32_t passed) const;
 
     const Queries& queries_;
     const RaySpace& rays_;

@@ -73,6 +73,28 @@ TEST(AllHits, AreInOrderAndThoseOfTheCursor) {
     }
 }
 
+TEST(AllHits, AreSteppedThroughOnceEachWhereTIsRounded) {
+    // In turn t is a denormal and too large for a float.
+    for (const auto& [half, length] : {std::pair(1e-41f, 1.0f), {3e-39f, 2.0f}, {1e5f, 1e-36f}}) {
+        UserMesh mesh;
+        for (int i = 1; i <= 8; ++i) {
+            const UserMesh one = cube({}, false, half * static_cast<float>(i) / 9);
+            for (const std::uint32_t k : one.triangles)
+                mesh.triangles.push_back(k + static_cast<std::uint32_t>(mesh.points.size()));
+            mesh.points.insert(mesh.points.end(), one.points.begin(), one.points.end());
+        }
+        const Scene scene = Scene::build(mesh.view());
+        const Ray ray = {{-2 * half, half / 64, half / 50}, 0, {length, length / 77, 0}};
+        const AllHits all = scene.intersect_all({&ray, 1}, {.crossing = Crossing::each});
+        EXPECT_EQ(all.hits.size(), 16u) << half;
+        std::vector<Hit> stepped;
+        for (Hit hit = scene.intersect(ray); hit && stepped.size() < 100;
+             hit = scene.intersect(ray, hit))
+            stepped.push_back(hit);
+        EXPECT_TRUE(stepped == all.hits) << half;
+    }
+}
+
 TEST(AllHits, SayHowManyAreLeftOut) {
     const UserMesh mesh(star(3, 4));
     const Scene scene = Scene::build(mesh.view());
@@ -231,6 +253,30 @@ TEST(ClosestPoints, TellPlaceFeatureAndTriangle) {
     EXPECT_TRUE(closest[3]);
     scene.closest_points(points, closest, 2);
     EXPECT_TRUE(closest[0]);
+}
+
+TEST(ClosestPoints, AreFoundWithinExactlyTheirDistance) {
+    // Distances of the last ones are denormals, which rounding changes by a larger part.
+    for (const float half : {1.0f, 1e-3f, 1e-37f, 3e-38f, 1e-40f, 1e-42f}) {
+        const UserMesh mesh = cube({}, false, half);
+        const Scene scene = Scene::build(mesh.view());
+        std::vector<Vec3> points;
+        for (int i = 0; i < 100; ++i) {
+            const auto part = [&](int by) { return half * static_cast<float>(i * by % 41) / 10; };
+            points.push_back({part(7), part(11), part(17)});
+        }
+        std::vector<ClosestPoint> closest(points.size());
+        scene.closest_points(points, closest);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            ClosestPoint again;
+            scene.closest_points({&points[i], 1}, {&again, 1}, closest[i].distance);
+            EXPECT_EQ(again, closest[i]) << half << ", point " << i;
+            const float less = std::nextafter(closest[i].distance, -1.0f);
+            if (less < 0) continue;
+            scene.closest_points({&points[i], 1}, {&again, 1}, less);
+            EXPECT_FALSE(again) << half << ", point " << i;
+        }
+    }
 }
 
 TEST(ClosestPoints, HaveDefinedAnswersForBadPointsAndEmptyScenes) {
