@@ -249,10 +249,12 @@ public:
                         float max_distance = std::numeric_limits<float>::infinity(),
                         const std::atomic<bool>* cancel = nullptr) const;
     /// The distances of closest_points() from points to the meshes, negative inside by the rule of
-    /// contains(), 0 for a point that lies on a triangle. Infinity if nothing is found, NaN for a
-    /// point that is not finite. Throws and is cancelled as intersect().
+    /// contains(), 0 for a point that lies on a triangle. Infinity, negative inside, if nothing is
+    /// found within max_distance; NaN for a point that is not finite. Throws and is cancelled as
+    /// closest_points().
     void signed_distance(std::span<const Vec3> points, std::span<float> distances,
                          FillRule rule = FillRule::nonzero,
+                         float max_distance = std::numeric_limits<float>::infinity(),
                          const std::atomic<bool>* cancel = nullptr) const;
 
     /// Renders an image. Throws bad_input for an impossible view (eye and target coincide, up is

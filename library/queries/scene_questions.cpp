@@ -270,8 +270,19 @@ void SceneQuestions::contains(std::span<const Vec3> points, std::span<std::uint8
 }
 
 /// In world space.
-double SceneQuestions::distance_of(float d2) const {
-    return pose_.space().length_to_world(std::sqrt(static_cast<double>(d2)));
+float SceneQuestions::distance_of(float d2) const {
+    return static_cast<float>(pose_.space().length_to_world(std::sqrt(static_cast<double>(d2))));
+}
+
+/// At least the squares of all distances in scene space that distance_of() takes to max_distance or
+/// less. Throws Error for a max_distance that is negative or NaN.
+float SceneQuestions::most_d2(float max_distance) const {
+    if (!(max_distance >= 0))
+        throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
+    // The next float, because distances are rounded, by up to a half of them if they are denormals;
+    // and a little more than its square.
+    const double most = pose_.space().length_to_scene(std::nextafter(max_distance, kInfinity));
+    return static_cast<float>(std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2}));
 }
 
 ClosestPoint SceneQuestions::place_of(mray::vec3 point,
@@ -289,7 +300,7 @@ ClosestPoint SceneQuestions::place_of(mray::vec3 point,
     const int zeros = (near.u == 0) + (near.v == 0) + (1.0f - (near.u + near.v) <= 0);
     const Hit hit = meshes_.locate(0, near.u, near.v, closest.prim_id);
     return {.point = {world[0], world[1], world[2]},
-            .distance = static_cast<float>(distance_of(closest.d2)),
+            .distance = distance_of(closest.d2),
             .u = near.u,
             .v = near.v,
             .prim_id = hit.prim_id,
@@ -302,36 +313,32 @@ ClosestPoint SceneQuestions::place_of(mray::vec3 point,
 void SceneQuestions::closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                                     float max_distance, const std::atomic<bool>* cancel) const {
     require_room(points.size(), "points", closest.size());
-    if (!(max_distance >= 0))
-        throw_bad_argument(fmt::format("max_distance: {} is not 0 or more", max_distance));
-    // The next float, and a little more than its square, because the distance itself decides, which
-    // is rounded; by up to a half of it where it is a denormal.
-    const double most = pose_.space().length_to_scene(std::nextafter(max_distance, kInfinity));
-    const double most_d2 = std::min(most * most * (1 + 0x1p-20), double{mray::kAnyDistance2});
+    const float most = most_d2(max_distance);
     std::fill(closest.begin(), closest.end(), ClosestPoint{});
     const ScenePoints asked = to_scene(points);
-    find_closest(asked, static_cast<float>(most_d2), cancel,
-                 [&](std::size_t i, const mray::ClosestTriangle& found) {
-                     if (found.prim_id == mray::kNoPrim) return;
-                     const ClosestPoint place = place_of(asked.points[i], found);
-                     if (place.distance <= max_distance) closest[i] = place;
-                 });
+    find_closest(asked, most, cancel, [&](std::size_t i, const mray::ClosestTriangle& found) {
+        if (found.prim_id == mray::kNoPrim) return;
+        const ClosestPoint place = place_of(asked.points[i], found);
+        if (place.distance <= max_distance) closest[i] = place;
+    });
 }
 
 void SceneQuestions::signed_distance(std::span<const Vec3> points, std::span<float> distances,
-                                     FillRule rule, const std::atomic<bool>* cancel) const {
+                                     FillRule rule, float max_distance,
+                                     const std::atomic<bool>* cancel) const {
     require_room(points.size(), "points", distances.size());
+    const float most = most_d2(max_distance);
     const auto is_finite = [](const Vec3& p) {
         return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
     };
     for (std::size_t i = 0; i < points.size(); ++i)
         distances[i] = is_finite(points[i]) ? kInfinity : std::numeric_limits<float>::quiet_NaN();
     const ScenePoints asked = to_scene(points);
-    find_closest(asked, mray::kAnyDistance2, cancel,
-                 [&](std::size_t i, const mray::ClosestTriangle& found) {
-                     if (found.prim_id != mray::kNoPrim)
-                         distances[i] = static_cast<float>(distance_of(found.d2));
-                 });
+    find_closest(asked, most, cancel, [&](std::size_t i, const mray::ClosestTriangle& found) {
+        if (found.prim_id == mray::kNoPrim) return;
+        const float distance = distance_of(found.d2);
+        if (distance <= max_distance) distances[i] = distance;
+    });
     wind(points, asked, cancel, [&](std::size_t i, const PointWinding& winding) {
         if (winding.is_on_surface) {
             distances[i] = 0;

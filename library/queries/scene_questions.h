@@ -33,7 +33,7 @@ public:
     void closest_points(std::span<const Vec3> points, std::span<ClosestPoint> closest,
                         float max_distance, const std::atomic<bool>* cancel) const;
     void signed_distance(std::span<const Vec3> points, std::span<float> distances, FillRule rule,
-                         const std::atomic<bool>* cancel) const;
+                         float max_distance, const std::atomic<bool>* cancel) const;
 
 private:
     /// Points in scene space; those that are not finite or too far away have is_within 0 and some
@@ -55,7 +55,8 @@ private:
     void find_closest(const ScenePoints& points, float most_d2, const std::atomic<bool>* cancel,
                       Visit visit) const;
     ClosestPoint place_of(mray::vec3 point, const mray::ClosestTriangle& closest) const;
-    double distance_of(float d2) const;
+    float distance_of(float d2) const;
+    float most_d2(float max_distance) const;
     float scene_t(const mray::Ray& ray, int t_exponent, float world_t, std::uint32_t passed) const;
 
     const Queries& queries_;

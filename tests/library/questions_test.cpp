@@ -271,10 +271,18 @@ TEST(ClosestPoints, AreFoundWithinExactlyTheirDistance) {
             ClosestPoint again;
             scene.closest_points({&points[i], 1}, {&again, 1}, closest[i].distance);
             EXPECT_EQ(again, closest[i]) << half << ", point " << i;
+            float all = 0;
+            float distance = 0;
+            scene.signed_distance({&points[i], 1}, {&all, 1});
+            scene.signed_distance({&points[i], 1}, {&distance, 1}, FillRule::nonzero,
+                                  closest[i].distance);
+            EXPECT_EQ(distance, all) << half << ", point " << i;
             const float less = std::nextafter(closest[i].distance, -1.0f);
             if (less < 0) continue;
             scene.closest_points({&points[i], 1}, {&again, 1}, less);
             EXPECT_FALSE(again) << half << ", point " << i;
+            scene.signed_distance({&points[i], 1}, {&distance, 1}, FillRule::nonzero, less);
+            EXPECT_EQ(distance, all == 0 ? 0 : std::copysign(kInfinity, all));
         }
     }
 }
@@ -318,6 +326,12 @@ TEST(ClosestPoints, RefuseWhatCannotBeMeant) {
     EXPECT_EQ(code_of([&] { scene.closest_points(points, closest, kNan); }),
               ErrorCode::bad_argument);
     EXPECT_EQ(code_of([&] { scene.closest_points(points, closest, -1); }), ErrorCode::bad_argument);
+    std::vector<float> signed_distances(2);
+    for (const float bad : {-1.0f, kNan}) {
+        EXPECT_EQ(
+            code_of([&] { scene.signed_distance(points, signed_distances, FillRule::odd, bad); }),
+            ErrorCode::bad_argument);
+    }
     const Ray ray = {.org = {0, 0, 0}, .dir = {0, 0, 1}};
     EXPECT_EQ(code_of([&] { scene.intersect(ray, Hit{.t = kNan, .prim_id = 0, .geom_id = 0}); }),
               ErrorCode::bad_argument);
@@ -325,9 +339,10 @@ TEST(ClosestPoints, RefuseWhatCannotBeMeant) {
     const std::atomic<bool> cancelled = true;
     const std::vector<Vec3> many(100000);
     std::vector<float> distances(many.size());
-    EXPECT_EQ(
-        code_of([&] { scene.signed_distance(many, distances, FillRule::nonzero, &cancelled); }),
-        ErrorCode::cancelled);
+    EXPECT_EQ(code_of([&] {
+                  scene.signed_distance(many, distances, FillRule::nonzero, kInfinity, &cancelled);
+              }),
+              ErrorCode::cancelled);
 }
 
 TEST(Questions, AreTheSameOnEachCpuDeviceAndAfterEachUpdate) {
