@@ -345,6 +345,11 @@ TEST(ClosestPoints, RefuseWhatCannotBeMeant) {
               ErrorCode::cancelled);
 }
 
+TEST(Questions, AreCancelledByAFlagThatIsTrueBefore) {
+    expect_all_are_cancelled_on(Device::cpu());
+    expect_all_are_cancelled_on(Device::brute_force());
+}
+
 TEST(Questions, AreTheSameOnEachCpuDeviceAndAfterEachUpdate) {
     expect_same_answers_on({Device::cpu({.threads = 1, .simd = "scalar"}),
                             Device::cpu({.threads = 3, .simd = "off"})});
