@@ -22,7 +22,7 @@
 #include "bench/cgal/cgal_tree.h"
 #include "bench/embree/embree_questions.h"
 #include "bench/questions/question_work.h"
-#include "bench/works/user_scene.h"
+#include "bench/user_scene.h"
 #include "common/base/errors.h"
 #include "common/base/output_file.h"
 #include "common/interop/hit_rule.h"

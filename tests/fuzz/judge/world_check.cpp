@@ -59,7 +59,7 @@ struct ExactWinding {
     }
 };
 
-/// What a point is said to be.
+/// The answers about a point.
 struct PointAnswer {
     std::int32_t winding = 0;
     bool is_nonzero = false;
