@@ -95,6 +95,20 @@ TEST(AllHits, AreSteppedThroughOnceEachWhereTIsRounded) {
     }
 }
 
+TEST(AllHits, ComeAfterACursorBeforeAllTriangles) {
+    const UserMesh far = cube({8, 0, 0});
+    const UserMesh near = cube();
+    const std::vector<morphray::MeshView> meshes = {far.view(), near.view()};
+    Scene scene = Scene::build(meshes);
+    scene.detach(0);
+    scene.update();
+    const Ray ray = {{-2, 0.25f, 0.125f}, 0, {1, 0, 0}};
+    const Hit first = scene.intersect(ray);
+    EXPECT_EQ(first.geom_id, 1u);
+    // Of the same t, with a triangle that is before all of the scene.
+    EXPECT_EQ(scene.intersect(ray, Hit{.t = first.t, .prim_id = 5, .geom_id = 0}), first);
+}
+
 TEST(AllHits, SayHowManyAreLeftOut) {
     const UserMesh mesh(star(3, 4));
     const Scene scene = Scene::build(mesh.view());
