@@ -61,8 +61,9 @@ def read_suites(path: pathlib.Path) -> Suites:
 
 def check_suites(suites: Suites, root: pathlib.Path) -> list[str]:
     """Returns a line for each test of which no CMakeLists.txt makes the program."""
-    lists = "\n".join(path.read_text() for path in (root / "tests").rglob("CMakeLists.txt"))
-    made = set(re.findall(r"(?:add_executable\(|\(NAME )(\w+)", lists))
+    lists = "\n".join(path.read_text() for folder in ("tests", "proofs")
+                      for path in (root / folder).rglob("CMakeLists.txt"))
+    made = set(re.findall(r"(?:add_executable\(|proof_program\(|\(NAME )(\w+)", lists))
     return [f"suites.txt: no program {test.target} for {prefix}"
             for prefix, tests in suites.items() for test in tests if test.target not in made]
 

@@ -82,6 +82,25 @@ TEST(ClosestRule, IsWithinItsBoundOfTheExactDistance) {
     RecordProperty("largest_error_in_2^-24", std::to_string(largest * 0x1p+24));
 }
 
+TEST(ClosestRule, GivesTheWeightsOfThePoint) {
+    Random random(8);
+    double largest = 0;
+    std::size_t wrong = 0;
+    for (int i = 0; i < 500000; ++i) {
+        const Case one = random_case(random);
+        const NearPoint near = closest_on_triangle(one.p, one.a, one.b, one.c);
+        wrong += !(near.u >= 0 && near.v >= 0 && near.u + near.v <= 1);
+        const dvec3 a = dvec3(one.a) - dvec3(one.p);
+        const dvec3 b = dvec3(one.b) - dvec3(one.p);
+        const dvec3 c = dvec3(one.c) - dvec3(one.p);
+        const dvec3 mean = a + double{near.u} * (b - a) + double{near.v} * (c - a);
+        const double size = std::max({glm::length(a), glm::length(b), glm::length(c)});
+        if (size > 0) largest = std::max(largest, glm::length(mean - dvec3(near.offset)) / size);
+    }
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_LT(largest, 0x1p-21);
+}
+
 TEST(ClosestRule, IsNotNearerThanAnyBoxAroundTheTriangle) {
     Random random(4);
     std::size_t nearer = 0;
