@@ -116,6 +116,42 @@ TEST(ClosestRule, IsNotNearerThanAnyBoxAroundTheTriangle) {
     EXPECT_EQ(nearer, 0u);
 }
 
+TEST(ClosestRule, IsAsNearToABoxAsItsNearestPoint) {
+    Random random(9);
+    double largest = 0;
+    for (int i = 0; i < 200000; ++i) {
+        const Case one = random_case(random);
+        Box box;
+        for (const vec3& corner : {one.a, one.b, one.c}) box.extend(corner);
+        double exact = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double p = one.p[axis];
+            const double d = std::max({box.lower[axis] - p, p - box.upper[axis], 0.0});
+            exact += d * d;
+        }
+        const double found = box_distance2(one.p, box.lower, box.upper);
+        if (exact > 0) largest = std::max(largest, std::abs(found - exact) / exact);
+    }
+    EXPECT_LT(largest, 0x1p-21);
+}
+
+TEST(ClosestRule, GivesAVertexTheSameBitsInAllEdges) {
+    Random random(10);
+    std::size_t different = 0;
+    std::size_t ends = 0;
+    for (int i = 0; i < 200000; ++i) {
+        const Case one = random_case(random);
+        const vec3 a = one.a - one.p;
+        const vec3 b = one.b - one.p;
+        const NearPoint near = closest_on_edge(a, b);
+        if (near.u != 0 && near.u != 1) continue;
+        ++ends;
+        different += near.offset != (near.u == 0 ? a : b);
+    }
+    EXPECT_EQ(different, 0u);
+    EXPECT_GT(ends, 50000u);
+}
+
 TEST(ClosestRule, GivesAnEdgeTheSameBitsInAllTriangles) {
     Random random(5);
     std::size_t different = 0;
