@@ -160,19 +160,24 @@ class Workshop:
             environment = dict(self.environment, TMPDIR=folder, MORPHRAY_MUTANT=str(mutant))
             with subprocess.Popen(
                     [*self.before, *started, self.build_folder / "bin" / test.target, *arguments],
-                    cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                    cwd=folder, env=environment, stdin=subprocess.DEVNULL, bufsize=0,
                     stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limit,
                     start_new_session=True) as process:
                 assert process.stdout is not None
                 process.stdout.readline()
                 begin = time.monotonic()
                 try:
-                    output = process.stdout.read().decode(errors="replace")
-                    code = process.wait()
+                    output = process.communicate(timeout=timeout + 20)[0]
+                    code = process.returncode
+                except subprocess.TimeoutExpired:
+                    # Processes that it started go on, and have its output.
+                    os.killpg(process.pid, signal.SIGKILL)
+                    output, code = b"", 124
                 except BaseException:
                     os.killpg(process.pid, signal.SIGKILL)
                     raise
-                return ("" if code == 0 else _why(code, output)), time.monotonic() - begin
+                why = "" if code == 0 else _why(code, output.decode(errors="replace"))
+                return why, time.monotonic() - begin
 
 
 def _why(code: int, output: str) -> str:
