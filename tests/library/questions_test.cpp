@@ -105,7 +105,7 @@ TEST(AllHits, ComeAfterACursorBeforeAllTriangles) {
     const Ray ray = {{-2, 0.25f, 0.125f}, 0, {1, 0, 0}};
     const Hit first = scene.intersect(ray);
     EXPECT_EQ(first.geom_id, 1u);
-    // Of the same t, with a triangle that is before all of the scene.
+    // The same t, with a triangle that is before all of the scene.
     EXPECT_EQ(scene.intersect(ray, Hit{.t = first.t, .prim_id = 5, .geom_id = 0}), first);
 }
 
