@@ -178,10 +178,10 @@ public:
     /// all threads of the device if there are many rays, and in the calling thread if there are
     /// few. Throws bad_argument if the sizes differ, device_lost, limit.
     ///
-    /// If `cancel` is given, throws cancelled if it is true before, also for no rays, and soon after
-    /// another thread has made it true: within some milliseconds on the CPU, by brute force once
-    /// each thread has traced 1024 rays, and at the latest where a device has finished 2^18 rays.
-    /// Hits that were not found by then are left as they were.
+    /// If `cancel` is given, throws cancelled if it is true before, also for no rays, and soon
+    /// after another thread has made it true: within some milliseconds on the CPU, by brute force
+    /// once each thread has traced 1024 rays, and at the latest where a device has finished 2^18
+    /// rays. Hits that were not found by then are left as they were.
     void intersect(std::span<const Ray> rays, std::span<Hit> hits,
                    const std::atomic<bool>* cancel = nullptr) const;
     /// One ray, for callers that need each hit before they make the next ray. On a Vulkan device a
